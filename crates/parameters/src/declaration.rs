@@ -1,0 +1,108 @@
+//! One parameter as a node declares it.
+
+use crate::{Refusal, Value};
+
+/// A declared parameter: what `ros2 param describe` shows, and what a new value must obey.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Declaration {
+    /// The name, dots between levels: `depth.kp`.
+    pub name: &'static str,
+    /// The default, which also fixes the type.
+    pub default: Value,
+    /// What it does, in a sentence.
+    pub description: &'static str,
+    /// The unit, `""` for text, booleans and pure numbers.
+    pub unit: &'static str,
+    /// The closed interval that every number in the value must lie in.
+    pub range: Option<(f64, f64)>,
+    /// The only texts accepted, empty when any is.
+    pub choices: &'static [&'static str],
+    /// Set at start-up only.
+    pub read_only: bool,
+}
+
+impl Declaration {
+    /// A parameter without unit, range or choices, changeable at run time.
+    pub fn new(name: &'static str, default: impl Into<Value>, description: &'static str) -> Self {
+        Self {
+            name,
+            default: default.into(),
+            description,
+            unit: "",
+            range: None,
+            choices: &[],
+            read_only: false,
+        }
+    }
+
+    /// The unit its numbers are in.
+    #[must_use]
+    pub fn unit(mut self, unit: &'static str) -> Self {
+        self.unit = unit;
+        self
+    }
+
+    /// The closed interval its numbers must lie in.
+    #[must_use]
+    pub fn range(mut self, low: f64, high: f64) -> Self {
+        self.range = Some((low, high));
+        self
+    }
+
+    /// The only texts it accepts.
+    #[must_use]
+    pub fn choices(mut self, choices: &'static [&'static str]) -> Self {
+        self.choices = choices;
+        self
+    }
+
+    /// Fixes it once the node has started.
+    #[must_use]
+    pub fn read_only(mut self) -> Self {
+        self.read_only = true;
+        self
+    }
+
+    /// The value, in this parameter's type, if it obeys the declaration.
+    ///
+    /// # Errors
+    /// A [`Refusal`] naming the parameter, the value and the rule, when the type is
+    /// another, a number is not finite or out of range, or a text is not among the choices.
+    pub fn accept(&self, value: Value) -> Result<Value, Refusal> {
+        let value = value.coerced_like(&self.default);
+        let refuse = |rule: String| {
+            Err(Refusal {
+                name: self.name.to_owned(),
+                reason: format!("{value} refused: {rule}"),
+            })
+        };
+        if std::mem::discriminant(&value) != std::mem::discriminant(&self.default) {
+            return refuse(format!(
+                "it is a {}, a {} is declared",
+                value.type_name(),
+                self.default.type_name()
+            ));
+        }
+        for number in value.numbers() {
+            if !number.is_finite() {
+                return refuse("numbers must be finite".to_owned());
+            }
+            if let Some((low, high)) = self.range
+                && !(low..=high).contains(&number)
+            {
+                let unit = if self.unit.is_empty() { "" } else { " " };
+                return refuse(format!(
+                    "it must lie in [{low}, {high}]{unit}{}",
+                    self.unit
+                ));
+            }
+        }
+        if let Value::String(text) = &value
+            && !self.choices.is_empty()
+            && !self.choices.contains(&text.as_str())
+        {
+            return refuse(format!("it must be one of {}", self.choices.join(", ")));
+        }
+        Ok(value)
+    }
+}

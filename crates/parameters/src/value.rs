@@ -1,0 +1,117 @@
+//! ROS 2's parameter types (`rcl_interfaces/msg/ParameterType`).
+
+use std::fmt;
+
+/// A parameter's value. The variants are `ParameterType`'s, without "not set".
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// `PARAMETER_BOOL`
+    Bool(bool),
+    /// `PARAMETER_INTEGER`
+    Integer(i64),
+    /// `PARAMETER_DOUBLE`
+    Double(f64),
+    /// `PARAMETER_STRING`
+    String(String),
+    /// `PARAMETER_BYTE_ARRAY`
+    ByteArray(Vec<u8>),
+    /// `PARAMETER_BOOL_ARRAY`
+    BoolArray(Vec<bool>),
+    /// `PARAMETER_INTEGER_ARRAY`
+    IntegerArray(Vec<i64>),
+    /// `PARAMETER_DOUBLE_ARRAY`
+    DoubleArray(Vec<f64>),
+    /// `PARAMETER_STRING_ARRAY`
+    StringArray(Vec<String>),
+}
+
+impl Value {
+    /// The type's name as `ros2 param` prints it.
+    #[must_use]
+    pub fn type_name(&self) -> &'static str {
+        match self {
+            Self::Bool(_) => "bool",
+            Self::Integer(_) => "integer",
+            Self::Double(_) => "double",
+            Self::String(_) => "string",
+            Self::ByteArray(_) => "byte array",
+            Self::BoolArray(_) => "bool array",
+            Self::IntegerArray(_) => "integer array",
+            Self::DoubleArray(_) => "double array",
+            Self::StringArray(_) => "string array",
+        }
+    }
+
+    /// Every number in the value, for range checks; empty for text and booleans.
+    #[must_use]
+    pub fn numbers(&self) -> Vec<f64> {
+        match self {
+            Self::Integer(i) => vec![*i as f64],
+            Self::Double(d) => vec![*d],
+            Self::IntegerArray(v) => v.iter().map(|i| *i as f64).collect(),
+            Self::DoubleArray(v) => v.clone(),
+            _ => Vec::new(),
+        }
+    }
+
+    /// The same value in `like`'s type where that loses nothing: an integer where a
+    /// double is declared, an empty list where any list is. Otherwise unchanged.
+    #[must_use]
+    pub fn coerced_like(self, like: &Self) -> Self {
+        match (self, like) {
+            (Self::Integer(i), Self::Double(_)) => Self::Double(i as f64),
+            (Self::IntegerArray(v), Self::DoubleArray(_)) => {
+                Self::DoubleArray(v.into_iter().map(|i| i as f64).collect())
+            }
+            (Self::StringArray(v), Self::DoubleArray(_)) if v.is_empty() => {
+                Self::DoubleArray(Vec::new())
+            }
+            (Self::StringArray(v), Self::IntegerArray(_)) if v.is_empty() => {
+                Self::IntegerArray(Vec::new())
+            }
+            (value, _) => value,
+        }
+    }
+}
+
+impl fmt::Display for Value {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Bool(v) => write!(f, "{v}"),
+            Self::Integer(v) => write!(f, "{v}"),
+            Self::Double(v) => write!(f, "{v:?}"),
+            Self::String(v) => write!(f, "{v:?}"),
+            Self::ByteArray(v) => write!(f, "{v:?}"),
+            Self::BoolArray(v) => write!(f, "{v:?}"),
+            Self::IntegerArray(v) => write!(f, "{v:?}"),
+            Self::DoubleArray(v) => write!(f, "{v:?}"),
+            Self::StringArray(v) => write!(f, "{v:?}"),
+        }
+    }
+}
+
+impl From<bool> for Value {
+    fn from(v: bool) -> Self {
+        Self::Bool(v)
+    }
+}
+impl From<i64> for Value {
+    fn from(v: i64) -> Self {
+        Self::Integer(v)
+    }
+}
+impl From<f64> for Value {
+    fn from(v: f64) -> Self {
+        Self::Double(v)
+    }
+}
+impl From<&str> for Value {
+    fn from(v: &str) -> Self {
+        Self::String(v.to_owned())
+    }
+}
+impl From<&[&str]> for Value {
+    fn from(v: &[&str]) -> Self {
+        Self::StringArray(v.iter().map(|s| (*s).to_owned()).collect())
+    }
+}

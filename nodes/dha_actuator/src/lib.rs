@@ -1,0 +1,1 @@
+//! dha_actuator
