@@ -1,1 +1,45 @@
-//! linear
+//! Linear systems, as the vehicle, the identifier and the reports need them.
+//!
+//! - [`polynomial`]: real polynomials: value, roots, product of roots.
+//! - [`state_space`]: `x' = A x + B u, y = C x + D u`, zero-order hold, poles, transfer functions.
+//! - [`transfer_function`]: ratios of polynomials in `s` or `z`; difference equations.
+//! - [`poles`]: from the `z` plane to the `s` plane and back; eigenvalues.
+//! - [`step_metrics`]: rise time, overshoot, settling time and steady error of a sampled response.
+//!
+//! Nothing here knows of vehicles, messages or clocks. Coefficient lists have the highest power
+//! first, as the reports print them. What cannot be answered is an [`Error`], never a panic and
+//! never a NaN.
+
+pub mod error;
+pub mod poles;
+pub mod polynomial;
+pub mod state_space;
+pub mod step_metrics;
+pub mod transfer_function;
+
+pub use error::Error;
+pub use nalgebra::{Complex, DMatrix};
+pub use poles::discrete_to_continuous;
+pub use state_space::StateSpace;
+pub use step_metrics::StepMetrics;
+pub use transfer_function::TransferFunction;
+
+/// Whether a system's variable is `s` (differential equations) or `z` (difference equations).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Domain {
+    /// Continuous time: a constant input is seen at `s = 0`.
+    Continuous,
+    /// Discrete time: a constant input is seen at `z = 1`.
+    Discrete,
+}
+
+impl Domain {
+    /// The point of the complex plane at which a transfer function gives its steady gain.
+    #[must_use]
+    pub fn steady_point(self) -> f64 {
+        match self {
+            Self::Continuous => 0.0,
+            Self::Discrete => 1.0,
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! Eigenvalues, and the map between the `z` plane of a sampled system and the `s` plane.
+//!
+//! A mode `exp(s t)` sampled every `dt` is `z^k` with `z = exp(s dt)`.
+
+use nalgebra::{Complex, DMatrix, Schur};
+
+use crate::{Error, error::finite, polynomial::sort_slowest_first};
+
+/// QR steps allowed per row before a start is given up; two or three are usual.
+const STEPS_PER_ROW: usize = 100;
+
+/// The continuous pole `s = ln(z) / dt` \[rad/s\] of a discrete pole sampled every `dt` \[s\],
+/// on the principal branch: `|Im s| <= pi / dt`.
+///
+/// A negative real `z` is mapped to `Im s = pi / dt`; no real continuous first-order system has
+/// such a pole. `None` for `z = 0` (a pure delay), for numbers that are not finite, and for a
+/// `dt` that is not above zero.
+#[must_use]
+pub fn discrete_to_continuous(z: Complex<f64>, dt: f64) -> Option<Complex<f64>> {
+    let s = z.ln() / dt;
+    (dt > 0.0 && s.re.is_finite() && s.im.is_finite()).then_some(s)
+}
+
+/// The discrete pole `z = exp(s dt)` of a continuous pole `s` \[rad/s\] sampled every `dt` \[s\].
+#[must_use]
+pub fn continuous_to_discrete(s: Complex<f64>, dt: f64) -> Complex<f64> {
+    (s * dt).exp()
+}
+
+/// The eigenvalues of a square matrix, in the order of
+/// [`polynomial::roots`](crate::polynomial::roots).
+///
+/// # Errors
+/// [`Error::Shape`] when it is not square, [`Error::NotFinite`], [`Error::NoConvergence`].
+pub fn eigenvalues(matrix: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, Error> {
+    let size = matrix.nrows();
+    if matrix.ncols() != size {
+        return Err(Error::Shape {
+            what: "the matrix",
+            found: format!("{size} x {}", matrix.ncols()),
+            expected: "a square one".to_owned(),
+        });
+    }
+    finite("the matrix", matrix)?;
+    if size == 0 {
+        return Ok(Vec::new());
+    }
+    let schur = |m: DMatrix<f64>| Schur::try_new(m, f64::EPSILON, STEPS_PER_ROW * size);
+    // The shifted QR steps leave a cyclic permutation (the companion of x^n - 1) as it is;
+    // mirroring it first, which keeps the eigenvalues, takes away that symmetry.
+    let schur = schur(matrix.clone())
+        .or_else(|| schur(mirrored(matrix)))
+        .ok_or(Error::NoConvergence { size })?;
+    let mut values: Vec<Complex<f64>> = schur.complex_eigenvalues().iter().copied().collect();
+    if values
+        .iter()
+        .any(|v| !v.re.is_finite() || !v.im.is_finite())
+    {
+        return Err(Error::NotFinite {
+            what: "an eigenvalue",
+        });
+    }
+    sort_slowest_first(&mut values);
+    Ok(values)
+}
+
+/// `H M H` with the Householder mirror `H = 1 - 2 v v' / v'v`, `v = (1, 2, ..., n)`.
+fn mirrored(matrix: &DMatrix<f64>) -> DMatrix<f64> {
+    let size = matrix.nrows();
+    let normal = DMatrix::from_fn(size, 1, |i, _| (i + 1) as f64);
+    let mirror = DMatrix::identity(size, size)
+        - &normal * normal.transpose() * (2.0 / normal.norm_squared());
+    &mirror * matrix * &mirror
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn the_dominant_pole_of_run_9_2_is_at_2_28_radians_per_second() {
+        // Brunner 1988, Table 9: z = .89217 at T = 0.05 s.
+        let s = discrete_to_continuous(Complex::new(0.89217, 0.0), 0.05).unwrap();
+        assert!((s.re + 2.282).abs() < 1e-3 && s.im == 0.0, "{s}");
+    }
+
+    #[test]
+    fn a_negative_pole_lies_at_the_nyquist_frequency() {
+        let s = discrete_to_continuous(Complex::new(-0.11097, 0.0), 0.05).unwrap();
+        assert!((s.im - 62.83).abs() < 0.01, "{s}");
+    }
+
+    #[test]
+    fn the_planes_map_back_and_forth() {
+        let s = Complex::new(-0.3553, 0.1256);
+        let back = discrete_to_continuous(continuous_to_discrete(s, 0.05), 0.05).unwrap();
+        assert!((back - s).norm() < 1e-12);
+    }
+
+    #[test]
+    fn a_delay_has_no_continuous_pole() {
+        assert_eq!(discrete_to_continuous(Complex::new(0.0, 0.0), 0.05), None);
+        assert_eq!(discrete_to_continuous(Complex::new(0.5, 0.0), 0.0), None);
+        assert_eq!(
+            discrete_to_continuous(Complex::new(f64::NAN, 0.0), 0.05),
+            None
+        );
+    }
+
+    #[test]
+    fn eigenvalues_of_a_rotation_are_a_conjugate_pair() {
+        let rotation = DMatrix::from_row_slice(2, 2, &[0.0, -2.0, 2.0, 0.0]);
+        let values = eigenvalues(&rotation).unwrap();
+        assert!((values[0] - Complex::new(0.0, 2.0)).norm() < 1e-14);
+        assert!((values[1] - Complex::new(0.0, -2.0)).norm() < 1e-14);
+    }
+
+    #[test]
+    fn matrices_without_eigenvalues_are_refused() {
+        assert!(eigenvalues(&DMatrix::zeros(2, 3)).is_err());
+        assert!(eigenvalues(&DMatrix::from_element(2, 2, f64::NAN)).is_err());
+        assert_eq!(eigenvalues(&DMatrix::zeros(0, 0)).unwrap(), vec![]);
+    }
+}

@@ -1,0 +1,269 @@
+//! Linear systems in state space.
+//!
+//! ```text
+//! continuous  x'      = A x   + B u      y = C x + D u
+//! discrete    x_(k+1) = A x_k + B u_k    y = C x + D u
+//! ```
+//!
+//! The matrices do not say which of the two they are; what depends on it takes a
+//! [`Domain`] or says which it expects.
+
+use nalgebra::{Complex, DMatrix};
+
+use crate::{Domain, Error, TransferFunction, error::finite, poles::eigenvalues};
+
+/// A linear system with `n` states, `m` inputs and `p` outputs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StateSpace {
+    /// `n x n`: what the state does by itself.
+    pub a: DMatrix<f64>,
+    /// `n x m`: what the inputs do to the state.
+    pub b: DMatrix<f64>,
+    /// `p x n`: what the outputs see of the state.
+    pub c: DMatrix<f64>,
+    /// `p x m`: what the outputs see of the inputs at once.
+    pub d: DMatrix<f64>,
+}
+
+impl StateSpace {
+    /// A system whose matrices fit together.
+    ///
+    /// # Errors
+    /// [`Error::Shape`] when they do not, [`Error::NotFinite`].
+    pub fn new(
+        a: DMatrix<f64>,
+        b: DMatrix<f64>,
+        c: DMatrix<f64>,
+        d: DMatrix<f64>,
+    ) -> Result<Self, Error> {
+        let system = Self { a, b, c, d };
+        system.check()?;
+        Ok(system)
+    }
+
+    /// This continuous system seen through a zero-order hold: its input constant over each
+    /// `dt` \[s\], its state and outputs taken at the ends.
+    ///
+    /// ```text
+    /// exp( [A B] dt ) = [Ad Bd]
+    ///      [0 0]        [0   1]
+    /// ```
+    /// (Van Loan, *IEEE Trans. Automatic Control* 23, 1978), which also holds for a singular `A`.
+    ///
+    /// # Errors
+    /// [`Error::NotPositive`] for `dt`, [`Error::NotFinite`] when the exponential overflows,
+    /// [`Error::Shape`].
+    pub fn zero_order_hold(&self, dt: f64) -> Result<Self, Error> {
+        self.check()?;
+        if !dt.is_finite() {
+            return Err(Error::NotFinite { what: "dt" });
+        }
+        if dt <= 0.0 {
+            return Err(Error::NotPositive {
+                what: "dt",
+                value: dt,
+            });
+        }
+        let (states, inputs) = self.b.shape();
+        let mut augmented = DMatrix::zeros(states + inputs, states + inputs);
+        augmented
+            .view_mut((0, 0), (states, states))
+            .copy_from(&(&self.a * dt));
+        augmented
+            .view_mut((0, states), (states, inputs))
+            .copy_from(&(&self.b * dt));
+        finite("A dt or B dt", &augmented)?;
+        let exponential = augmented.exp();
+        finite("the matrix exponential", &exponential)?;
+        Ok(Self {
+            a: exponential.view((0, 0), (states, states)).into_owned(),
+            b: exponential.view((0, states), (states, inputs)).into_owned(),
+            c: self.c.clone(),
+            d: self.d.clone(),
+        })
+    }
+
+    /// The poles: the eigenvalues of `A`, in the order of
+    /// [`polynomial::roots`](crate::polynomial::roots), those that cancel included.
+    ///
+    /// # Errors
+    /// Those of [`eigenvalues`].
+    pub fn poles(&self) -> Result<Vec<Complex<f64>>, Error> {
+        eigenvalues(&self.a)
+    }
+
+    /// The transfer function from one input to one output (counted from 0), of degree `n` with
+    /// nothing cancelled, by the Leverrier-Faddeev recursion:
+    ///
+    /// ```text
+    /// (s 1 - A)^-1 = (M_1 s^(n-1) + ... + M_n) / (s^n + a_1 s^(n-1) + ... + a_n)
+    /// M_1 = 1,  a_k = -tr(A M_k) / k,  M_(k+1) = A M_k + a_k 1
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Shape`] when there is no such entry, [`Error::NotFinite`].
+    pub fn transfer_function(
+        &self,
+        output: usize,
+        input: usize,
+    ) -> Result<TransferFunction, Error> {
+        self.check()?;
+        let (outputs, inputs) = self.d.shape();
+        if output >= outputs || input >= inputs {
+            return Err(Error::Shape {
+                what: "the transfer matrix",
+                found: format!("{outputs} x {inputs}"),
+                expected: format!("an entry ({output}, {input})"),
+            });
+        }
+        let states = self.a.nrows();
+        let seen = self.c.row(output);
+        let driven = self.b.column(input);
+        let direct = self.d[(output, input)];
+
+        let mut adjugate = DMatrix::<f64>::identity(states, states);
+        let mut den = vec![1.0];
+        let mut num = vec![direct];
+        for k in 1..=states {
+            let strictly_proper = (seen * &adjugate * driven)[(0, 0)];
+            let next = &self.a * &adjugate;
+            let coefficient = -next.trace() / k as f64;
+            den.push(coefficient);
+            num.push(strictly_proper + direct * coefficient);
+            adjugate = next + DMatrix::identity(states, states) * coefficient;
+        }
+        TransferFunction::new(num, den)
+    }
+
+    /// The steady outputs per constant unit input, `p x m`.
+    ///
+    /// # Errors
+    /// [`Error::NoSteadyGain`] when a pole lies at the steady point, as an integrator's does;
+    /// [`Error::Shape`], [`Error::NotFinite`].
+    pub fn dc_gain(&self, domain: Domain) -> Result<DMatrix<f64>, Error> {
+        self.check()?;
+        let states = self.a.nrows();
+        let from_state = DMatrix::identity(states, states) * domain.steady_point() - &self.a;
+        let state = from_state.lu().solve(&self.b).ok_or(Error::NoSteadyGain)?;
+        let gain = &self.c * state + &self.d;
+        finite("the steady gain", &gain)?;
+        Ok(gain)
+    }
+
+    fn check(&self) -> Result<(), Error> {
+        let (states, inputs, outputs) = (self.a.nrows(), self.b.ncols(), self.c.nrows());
+        for (what, matrix, expected) in [
+            ("A", &self.a, (states, states)),
+            ("B", &self.b, (states, inputs)),
+            ("C", &self.c, (outputs, states)),
+            ("D", &self.d, (outputs, inputs)),
+        ] {
+            if matrix.shape() != expected {
+                return Err(Error::Shape {
+                    what,
+                    found: format!("{} x {}", matrix.nrows(), matrix.ncols()),
+                    expected: format!("{} x {}", expected.0, expected.1),
+                });
+            }
+            finite(what, matrix)?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    /// A mass on a spring with a damper: `x'' = -w^2 x - 2 z w x' + u`.
+    fn oscillator(w: f64, z: f64) -> StateSpace {
+        StateSpace::new(
+            DMatrix::from_row_slice(2, 2, &[0.0, 1.0, -w * w, -2.0 * z * w]),
+            DMatrix::from_row_slice(2, 1, &[0.0, 1.0]),
+            DMatrix::from_row_slice(1, 2, &[1.0, 0.0]),
+            DMatrix::zeros(1, 1),
+        )
+        .unwrap()
+    }
+
+    #[test]
+    fn a_held_double_integrator_is_the_textbook_one() {
+        // Brunner 1988, Table 8, z/q second order: T^2/2 (z + 1) / (z - 1)^2.
+        let held = oscillator(0.0, 0.0).zero_order_hold(0.05).unwrap();
+        let g = held.transfer_function(0, 0).unwrap();
+        for (found, expected) in g.num.iter().zip([0.0, 0.00125, 0.00125]) {
+            assert!((found - expected).abs() < 1e-16);
+        }
+        for (found, expected) in g.den.iter().zip([1.0, -2.0, 1.0]) {
+            assert!((found - expected).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn the_printed_second_order_pitch_rate_model_comes_out() {
+        // Brunner 1988, Table 8, q/delta second order: J .6, B .72, K .14, restoring .1633,
+        // volts through 1.25.
+        let pitch = StateSpace::new(
+            DMatrix::from_row_slice(2, 2, &[0.0, 1.0, -0.1633 / 0.6, -0.72 / 0.6]),
+            DMatrix::from_row_slice(2, 1, &[0.0, 1.25 * 0.14 / 0.6]),
+            DMatrix::from_row_slice(1, 2, &[0.0, 1.0]),
+            DMatrix::zeros(1, 1),
+        )
+        .unwrap();
+        let held = pitch.zero_order_hold(0.05).unwrap();
+        let g = held.transfer_function(0, 0).unwrap();
+        assert!((g.num[1] - 0.0141528).abs() < 1e-6, "{g:?}");
+        assert!((g.den[1] + 1.941104).abs() < 1e-5, "{g:?}");
+        assert!((g.den[2] - 0.9417645).abs() < 1e-6, "{g:?}");
+        let poles = held.poles().unwrap();
+        assert!((poles[0].re - 0.984928).abs() < 1e-5 && (poles[1].re - 0.956176).abs() < 1e-5);
+    }
+
+    #[test]
+    fn sampling_moves_each_pole_to_its_exponential_and_keeps_the_steady_gain() {
+        let system = oscillator(2.0, 0.3);
+        let held = system.zero_order_hold(0.05).unwrap();
+        for (s, z) in system.poles().unwrap().iter().zip(held.poles().unwrap()) {
+            assert!(((s * 0.05).exp() - z).norm() < 1e-14);
+        }
+        assert!((system.dc_gain(Domain::Continuous).unwrap()[(0, 0)] - 0.25).abs() < 1e-15);
+        assert!((held.dc_gain(Domain::Discrete).unwrap()[(0, 0)] - 0.25).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_direct_path_reaches_the_numerator() {
+        // 1 + 1/(s + 2) = (s + 3)/(s + 2)
+        let one = |x| DMatrix::from_element(1, 1, x);
+        let lag = StateSpace::new(one(-2.0), one(1.0), one(1.0), one(1.0)).unwrap();
+        let g = lag.transfer_function(0, 0).unwrap();
+        assert_eq!((g.num, g.den), (vec![1.0, 3.0], vec![1.0, 2.0]));
+    }
+
+    #[test]
+    fn an_integrator_has_no_steady_gain() {
+        assert_eq!(
+            oscillator(0.0, 0.0).dc_gain(Domain::Continuous),
+            Err(Error::NoSteadyGain)
+        );
+    }
+
+    #[test]
+    fn matrices_that_do_not_fit_are_refused_by_name() {
+        let wide = DMatrix::zeros(2, 3);
+        let refusal = StateSpace::new(
+            wide,
+            DMatrix::zeros(2, 1),
+            DMatrix::zeros(1, 2),
+            DMatrix::zeros(1, 1),
+        )
+        .unwrap_err()
+        .to_string();
+        assert_eq!(refusal, "A is 2 x 3, 2 x 2 is needed");
+        let system = oscillator(1.0, 1.0);
+        assert!(system.zero_order_hold(0.0).is_err());
+        assert!(system.zero_order_hold(f64::NAN).is_err());
+        assert!(oscillator(1e3, -1.0).zero_order_hold(1e3).is_err());
+        assert!(system.transfer_function(1, 0).is_err());
+    }
+}
