@@ -1,1 +1,18 @@
-//! depth_controller
+//! Classical depth and pitch control: depth PD to a pitch command, pitch P with rate
+//! feedback to the dive planes (Brunner, *Experimental Verification of AUV Performance*,
+//! NPS thesis, March 1988, ch. III and program T6).
+//!
+//! - [`depth_loop`]: depth error to pitch command.
+//! - [`pitch_loop`]: pitch error and rate to plane angle.
+//! - [`limits`]: ±45° of pitch command, ±30° of plane.
+//! - [`manoeuvre`]: test signals added to the plane command.
+//! - [`schedule`]: depth setpoints over time.
+//! - [`parameters`]: every tunable, its default, unit and source.
+//! - [`core`]: a vehicle state in, a plane command out.
+
+pub mod depth_loop;
+pub mod limits;
+pub mod manoeuvre;
+pub mod parameters;
+pub mod pitch_loop;
+pub mod schedule;

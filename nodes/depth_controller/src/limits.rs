@@ -1,0 +1,98 @@
+//! Saturation: the symmetric limits on the pitch command (±45°) and the dive planes
+//! (±30°) of Brunner (NPS thesis, 1988, ch. III), and the bound that keeps every
+//! intermediate term a number.
+//!
+//! Program T6 (App. C) codes no limiter although its 5 ft step starts with a pitch
+//! command of 71.6° and a plane command of 50.1°; the thesis states the limits in prose.
+//! The plane limit stands behind the sum of all terms, as the mechanical stop does.
+
+/// The largest magnitude a term inside the loops may take, in any unit. Far beyond any
+/// vehicle, and small enough that sums of terms stay finite.
+const LARGEST_TERM: f64 = 1e300;
+
+/// A term of a control law, kept finite: products and differences of finite numbers can
+/// overflow, and an infinite term would leave the node or cancel into NaN.
+#[must_use]
+pub fn bounded(term: f64) -> f64 {
+    term.clamp(-LARGEST_TERM, LARGEST_TERM)
+}
+
+/// A symmetric limit, `[-bound, bound]`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limit {
+    bound: f64,
+}
+
+/// A value behind a [`Limit`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limited {
+    /// The value after the limit, in the unit of what was limited.
+    pub value: f64,
+    /// The value stands at the limit.
+    pub at_limit: bool,
+}
+
+impl Limit {
+    /// The limit `±bound`, in the unit of what it limits.
+    ///
+    /// # Errors
+    /// A sentence naming the bound, when it is not positive and finite.
+    pub fn new(bound: f64) -> Result<Self, String> {
+        if bound.is_finite() && bound > 0.0 {
+            Ok(Self { bound })
+        } else {
+            Err(format!("a limit of ±{bound} refused: it must be positive"))
+        }
+    }
+
+    /// The bound, in the unit of what it limits.
+    #[must_use]
+    pub fn bound(&self) -> f64 {
+        self.bound
+    }
+
+    /// `value`, no further from zero than the bound.
+    #[must_use]
+    pub fn apply(&self, value: f64) -> Limited {
+        Limited {
+            value: value.clamp(-self.bound, self.bound),
+            at_limit: value.abs() >= self.bound,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn a_limit_passes_what_is_inside_and_stops_what_is_beyond() {
+        let limit = Limit::new(0.5).unwrap();
+        for (asked, given, at_limit) in [
+            (0.2, 0.2, false),
+            (-0.49, -0.49, false),
+            (0.5, 0.5, true),
+            (7.0, 0.5, true),
+            (-7.0, -0.5, true),
+            (f64::INFINITY, 0.5, true),
+        ] {
+            let limited = limit.apply(asked);
+            assert_eq!((limited.value, limited.at_limit), (given, at_limit));
+        }
+    }
+
+    #[test]
+    fn a_limit_is_positive() {
+        for bound in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert!(Limit::new(bound).is_err());
+        }
+    }
+
+    #[test]
+    fn the_largest_terms_add_up_to_a_number() {
+        let term = bounded(f64::MAX * f64::MAX);
+        assert!((term + term + term).is_finite());
+        assert_eq!(bounded(-f64::INFINITY), -term);
+    }
+}

@@ -1,0 +1,370 @@
+//! Test signals on the dive planes: step, pulse, doublet, square wave, sinusoid and
+//! pseudo-random binary sequence.
+//!
+//! A signal is a pure function of the time since the run began, counted in whole
+//! nanoseconds so that no edge moves by rounding. It is zero before `start`, and from
+//! `start + duration` on when a duration is given. With t the time since `start`, A the
+//! amplitude and P the period:
+//!
+//! | signal   | value |
+//! |----------|-------|
+//! | step     | A |
+//! | pulse    | A for t < P, then 0 |
+//! | doublet  | A for t < P/2, -A for t < P, then 0 |
+//! | square   | A in the first half of each period, -A in the second |
+//! | sinusoid | A sin(2 pi t / P) |
+//! | prbs     | ±A, drawn anew every P: P is the shortest interval |
+//!
+//! The sequence is the output of a Fibonacci shift register of 10 bits with the feedback
+//! polynomial x^10 + x^7 + 1, which is primitive: it visits all 1023 states but zero and
+//! then repeats (Golomb, *Shift Register Sequences*, 1967). The seed chooses where in the cycle it starts.
+//! Brunner's runs (NPS thesis, 1988, pp. 99-101) are pulses and square waves of 10° and
+//! 20° and a sinusoid.
+
+use std::f64::consts::TAU;
+
+/// Bits in the shift register.
+pub const REGISTER_LENGTH: u32 = 10;
+
+/// Intervals before the pseudo-random sequence repeats, `2^10 - 1`.
+pub const SEQUENCE_LENGTH: usize = (1 << REGISTER_LENGTH) - 1;
+
+/// The shape of a test signal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Signal {
+    /// No signal.
+    None,
+    /// A constant offset.
+    Step,
+    /// One offset, `period` long.
+    Pulse,
+    /// One offset to each side, `period` long together.
+    Doublet,
+    /// Alternating offsets.
+    Square,
+    /// A sine wave.
+    Sinusoid,
+    /// A pseudo-random binary sequence.
+    Prbs,
+}
+
+impl Signal {
+    /// The names, as the parameter takes them.
+    pub const NAMES: &'static [&'static str] = &[
+        "none", "step", "pulse", "doublet", "square", "sinusoid", "prbs",
+    ];
+
+    /// The signal of that name.
+    ///
+    /// # Errors
+    /// A sentence with the name and the known ones.
+    pub fn named(name: &str) -> Result<Self, String> {
+        Ok(match name {
+            "none" => Self::None,
+            "step" => Self::Step,
+            "pulse" => Self::Pulse,
+            "doublet" => Self::Doublet,
+            "square" => Self::Square,
+            "sinusoid" => Self::Sinusoid,
+            "prbs" => Self::Prbs,
+            other => {
+                return Err(format!(
+                    "test signal '{other}' refused: it must be one of {}",
+                    Self::NAMES.join(", ")
+                ));
+            }
+        })
+    }
+
+    fn is_timed_by_its_period(self) -> bool {
+        !matches!(self, Self::None | Self::Step)
+    }
+}
+
+/// A test signal with its numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Manoeuvre {
+    /// The shape.
+    pub signal: Signal,
+    /// `A`, rad of plane, dive positive; may be negative.
+    pub amplitude: f64,
+    /// `P`, s.
+    pub period: f64,
+    /// When it begins, s since the run began.
+    pub start: f64,
+    /// How long it lasts, s; 0 for without end.
+    pub duration: f64,
+    /// Where in its cycle the pseudo-random sequence starts.
+    pub seed: i64,
+}
+
+/// A [`Manoeuvre`] ready to be evaluated: times in whole nanoseconds, the sequence drawn.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TestSignal {
+    signal: Signal,
+    amplitude: f64,
+    period: i64,
+    start: i64,
+    end: i64,
+    sequence: Vec<bool>,
+}
+
+impl Manoeuvre {
+    /// The signal as a function of time.
+    ///
+    /// # Errors
+    /// A sentence naming the number at fault: one that is not finite, a negative start or
+    /// duration, or a period below 2 ns for a signal that has one.
+    pub fn build(&self) -> Result<TestSignal, String> {
+        for (name, number) in [
+            ("amplitude", self.amplitude),
+            ("period", self.period),
+            ("start", self.start),
+            ("duration", self.duration),
+        ] {
+            if !number.is_finite() {
+                return Err(format!("{name} {number} refused: it must be finite"));
+            }
+            if name != "amplitude" && number < 0.0 {
+                return Err(format!(
+                    "{name} {number} s refused: it must not be negative"
+                ));
+            }
+        }
+        let period = nanoseconds(self.period);
+        if self.signal.is_timed_by_its_period() && period < 2 {
+            return Err(format!(
+                "period {} s refused: this test signal needs a positive one",
+                self.period
+            ));
+        }
+        let start = nanoseconds(self.start);
+        let end = if self.duration == 0.0 {
+            i64::MAX
+        } else {
+            start.saturating_add(nanoseconds(self.duration))
+        };
+        let sequence = match self.signal {
+            Signal::Prbs => maximal_length_sequence(self.seed),
+            _ => Vec::new(),
+        };
+        Ok(TestSignal {
+            signal: self.signal,
+            amplitude: self.amplitude,
+            period,
+            start,
+            end,
+            sequence,
+        })
+    }
+}
+
+impl TestSignal {
+    /// The plane offset, rad, dive positive, `elapsed` nanoseconds after the run began.
+    #[must_use]
+    pub fn value(&self, elapsed: i64) -> f64 {
+        if elapsed < self.start || elapsed >= self.end {
+            return 0.0;
+        }
+        let time = elapsed - self.start;
+        let sign = |positive: bool| if positive { 1.0 } else { -1.0 };
+        self.amplitude
+            * match self.signal {
+                Signal::None => 0.0,
+                Signal::Step => 1.0,
+                Signal::Pulse if time < self.period => 1.0,
+                Signal::Doublet if time < self.period => sign(time < self.period / 2),
+                Signal::Pulse | Signal::Doublet => 0.0,
+                Signal::Square => sign(time % self.period < self.period / 2),
+                Signal::Sinusoid => (TAU * (time % self.period) as f64 / self.period as f64).sin(),
+                Signal::Prbs => {
+                    let interval = (time / self.period) as usize % SEQUENCE_LENGTH;
+                    sign(self.sequence[interval])
+                }
+            }
+    }
+}
+
+/// One whole cycle of the shift register's output.
+fn maximal_length_sequence(seed: i64) -> Vec<bool> {
+    // Any seed gives a register that is not zero, the one state the cycle leaves out.
+    let mut register = 1 + seed.rem_euclid(SEQUENCE_LENGTH as i64) as u32;
+    (0..SEQUENCE_LENGTH)
+        .map(|_| {
+            let output = register & 1 == 1;
+            let feedback = (register ^ (register >> 3)) & 1;
+            register = (register >> 1) | (feedback << (REGISTER_LENGTH - 1));
+            output
+        })
+        .collect()
+}
+
+/// Seconds as whole nanoseconds, to the nearest.
+pub(crate) fn nanoseconds(seconds: f64) -> i64 {
+    (seconds * 1e9).round() as i64
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    const MILLISECOND: i64 = 1_000_000;
+
+    fn signal(signal: Signal) -> TestSignal {
+        Manoeuvre {
+            signal,
+            amplitude: 0.1,
+            period: 2.0,
+            start: 1.0,
+            duration: 10.0,
+            seed: 0,
+        }
+        .build()
+        .unwrap()
+    }
+
+    /// The value every half second from t = 0.5 s on, in units of the amplitude.
+    fn every_half_second(signal: &TestSignal, count: i64) -> Vec<i64> {
+        (1..=count)
+            .map(|k| (signal.value(k * 500 * MILLISECOND) * 10.0).round() as i64)
+            .collect()
+    }
+
+    #[test]
+    fn each_signal_has_its_shape() {
+        for (shape, values) in [
+            (Signal::None, [0, 0, 0, 0, 0, 0, 0, 0]),
+            (Signal::Step, [0, 1, 1, 1, 1, 1, 1, 1]),
+            (Signal::Pulse, [0, 1, 1, 1, 1, 0, 0, 0]),
+            (Signal::Doublet, [0, 1, 1, -1, -1, 0, 0, 0]),
+            (Signal::Square, [0, 1, 1, -1, -1, 1, 1, -1]),
+            (Signal::Sinusoid, [0, 0, 1, 0, -1, 0, 1, 0]),
+        ] {
+            assert_eq!(every_half_second(&signal(shape), 8), values, "{shape:?}");
+        }
+    }
+
+    #[test]
+    fn a_signal_ends_after_its_duration_and_zero_means_never() {
+        let step = signal(Signal::Step);
+        assert_eq!(step.value(10_999 * MILLISECOND), 0.1);
+        assert_eq!(step.value(11_000 * MILLISECOND), 0.0);
+        let endless = Manoeuvre {
+            signal: Signal::Step,
+            amplitude: 0.1,
+            period: 0.0,
+            start: 0.0,
+            duration: 0.0,
+            seed: 0,
+        };
+        assert_eq!(endless.build().unwrap().value(i64::MAX - 1), 0.1);
+    }
+
+    #[test]
+    fn the_edges_of_a_square_wave_do_not_drift_by_rounding() {
+        let square = Manoeuvre {
+            signal: Signal::Square,
+            amplitude: 1.0,
+            period: 0.1,
+            start: 0.0,
+            duration: 0.0,
+            seed: 0,
+        }
+        .build()
+        .unwrap();
+        for tick in 0..100_000_i64 {
+            let expected = if tick % 2 == 0 { 1.0 } else { -1.0 };
+            assert_eq!(square.value(tick * 50 * MILLISECOND), expected);
+        }
+    }
+
+    #[test]
+    fn the_pseudo_random_sequence_is_of_maximal_length() {
+        let sequence = maximal_length_sequence(7);
+        // Every window of ten bits occurs once in the cycle, and none is all zeros.
+        let mut seen = std::collections::BTreeSet::new();
+        for start in 0..SEQUENCE_LENGTH {
+            let window: Vec<bool> = (0..REGISTER_LENGTH as usize)
+                .map(|i| sequence[(start + i) % SEQUENCE_LENGTH])
+                .collect();
+            assert!(window.iter().any(|bit| *bit));
+            assert!(seen.insert(window));
+        }
+        assert_eq!(seen.len(), SEQUENCE_LENGTH);
+        assert_eq!(sequence.iter().filter(|bit| **bit).count(), 512);
+    }
+
+    #[test]
+    fn another_seed_gives_another_stretch_of_the_sequence() {
+        assert_ne!(maximal_length_sequence(1), maximal_length_sequence(2));
+        for seed in [i64::MIN, -1, 0, 1022, 1023, i64::MAX] {
+            assert!(maximal_length_sequence(seed).contains(&true));
+        }
+    }
+
+    #[test]
+    fn the_pseudo_random_signal_changes_no_faster_than_its_period() {
+        let prbs = Manoeuvre {
+            signal: Signal::Prbs,
+            amplitude: 0.05,
+            period: 0.5,
+            start: 0.0,
+            duration: 0.0,
+            seed: 1,
+        }
+        .build()
+        .unwrap();
+        for tick in 0..2000_i64 {
+            let interval_start = tick / 10 * 10;
+            let value = prbs.value(tick * 50 * MILLISECOND);
+            assert_eq!(value.abs(), 0.05);
+            assert_eq!(value, prbs.value(interval_start * 50 * MILLISECOND));
+        }
+    }
+
+    #[test]
+    fn a_signal_that_cannot_be_timed_is_refused() {
+        let good = Manoeuvre {
+            signal: Signal::Square,
+            amplitude: 0.1,
+            period: 1.0,
+            start: 0.0,
+            duration: 0.0,
+            seed: 0,
+        };
+        for (bad, word) in [
+            (
+                Manoeuvre {
+                    period: 0.0,
+                    ..good
+                },
+                "period",
+            ),
+            (
+                Manoeuvre {
+                    start: -1.0,
+                    ..good
+                },
+                "start",
+            ),
+            (
+                Manoeuvre {
+                    duration: -1.0,
+                    ..good
+                },
+                "duration",
+            ),
+            (
+                Manoeuvre {
+                    amplitude: f64::NAN,
+                    ..good
+                },
+                "amplitude",
+            ),
+        ] {
+            assert!(bad.build().unwrap_err().contains(word));
+        }
+        assert!(Signal::named("triangle").unwrap_err().contains("doublet"));
+    }
+}
