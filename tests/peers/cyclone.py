@@ -1,0 +1,99 @@
+"""A Cyclone DDS participant that speaks ROS 2 names and QoS on the loopback interface.
+
+Everything that concerns DDS itself is here: the configuration that keeps all traffic on `lo`, how
+ROS names and types are written in DDS, the QoS of ROS topics, and waiting with a deadline. What a
+message consists of is in `ros_types.py`.
+"""
+
+import time
+from pathlib import Path
+
+from cyclonedds.core import DDSStatus, Policy, Qos
+from cyclonedds.domain import Domain, DomainParticipant
+from cyclonedds.pub import DataWriter
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic
+from cyclonedds.util import duration
+
+IFF_MULTICAST = 0x1000
+"""The flag of `if.h` in /sys/class/net/*/flags; most machines' `lo` does not have it."""
+
+SETTLE_SECONDS = 0.2
+"""How long a matched writer waits before its first sample: the other side learns of it a little later."""
+
+
+def configuration() -> str:
+    """Cyclone's configuration: only `lo`; peers found by unicast, and by multicast where `lo` has it."""
+    lo_flags = int(Path("/sys/class/net/lo/flags").read_text(), 16)
+    multicast = "spdp" if lo_flags & IFF_MULTICAST else "false"
+    return f"""
+    <CycloneDDS><Domain Id="any">
+      <General>
+        <Interfaces><NetworkInterface name="lo" multicast="{str(multicast != 'false').lower()}"/></Interfaces>
+        <AllowMulticast>{multicast}</AllowMulticast>
+      </General>
+      <Discovery>
+        <ParticipantIndex>auto</ParticipantIndex>
+        <MaxAutoParticipantIndex>40</MaxAutoParticipantIndex>
+        <Peers><Peer address="127.0.0.1"/></Peers>
+        <SPDPInterval>1s</SPDPInterval>
+      </Discovery>
+    </Domain></CycloneDDS>"""
+
+
+class Peer:
+    """One DDS participant in a domain, with what it needs kept alive beside it."""
+
+    def __init__(self, domain_id: int):
+        self._domain = Domain(domain_id, configuration())
+        self.participant = DomainParticipant(domain_id)
+
+    def reader(self, dds_topic: str, data_type: type, qos: Qos) -> DataReader:
+        """A reader of samples of `data_type` on a topic as DDS names it."""
+        return DataReader(self.participant, Topic(self.participant, dds_topic, data_type, qos=qos), qos=qos)
+
+    def writer(self, dds_topic: str, data_type: type, qos: Qos) -> DataWriter:
+        """A writer of samples of `data_type` on a topic as DDS names it."""
+        return DataWriter(self.participant, Topic(self.participant, dds_topic, data_type, qos=qos), qos=qos)
+
+
+def topic_qos(reliability: str = "reliable", durability: str = "volatile", depth: int = 1000) -> Qos:
+    """The QoS of a ROS topic: `reliable` or `best_effort`, `volatile` or `transient_local`, KEEP_LAST."""
+    return Qos(
+        Policy.Reliability.Reliable(duration(seconds=1))
+        if reliability == "reliable"
+        else Policy.Reliability.BestEffort,
+        Policy.Durability.TransientLocal if durability == "transient_local" else Policy.Durability.Volatile,
+        Policy.History.KeepLast(depth),
+        # ROS 2 Jazzy speaks plain CDR (XCDR version 1).
+        Policy.DataRepresentation(use_cdrv0_representation=True, use_xcdrv2_representation=False),
+    )
+
+
+def dds_topic_name(ros_topic: str) -> str:
+    """`/auv/state` is `rt/auv/state` in DDS."""
+    return "rt/" + ros_topic.lstrip("/")
+
+
+def ros_topic_name(dds_topic: str) -> str | None:
+    """The ROS name of a DDS topic, None for one that is no ROS topic (services, actions' parts)."""
+    return dds_topic[2:] if dds_topic.startswith("rt/") else None
+
+
+def wait_until(condition, timeout: float, interval: float = 0.02) -> bool:
+    """Whether `condition()` came true within `timeout` seconds."""
+    deadline = time.monotonic() + timeout
+    while not condition():
+        if time.monotonic() >= deadline:
+            return False
+        time.sleep(interval)
+    return True
+
+
+def wait_matched(endpoints: list[DataReader | DataWriter], timeout: float) -> bool:
+    """Whether each reader and writer met a counterpart within `timeout` seconds, and it had time to know it."""
+    matched = DDSStatus.PublicationMatched | DDSStatus.SubscriptionMatched
+    met = wait_until(lambda: all(endpoint.get_status_changes() & matched for endpoint in endpoints), timeout)
+    if met:
+        time.sleep(SETTLE_SECONDS)
+    return met
