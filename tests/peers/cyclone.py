@@ -5,8 +5,10 @@ ROS names and types are written in DDS, the QoS of ROS topics, and waiting with 
 message consists of is in `ros_types.py`.
 """
 
+import fcntl
+import socket
+import struct
 import time
-from pathlib import Path
 
 from cyclonedds.core import DDSStatus, Policy, Qos
 from cyclonedds.domain import Domain, DomainParticipant
@@ -15,22 +17,32 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
+SIOCGIFFLAGS = 0x8913
+"""The ioctl of netdevice(7) that reads an interface's flags."""
+
 IFF_MULTICAST = 0x1000
-"""The flag of `if.h` in /sys/class/net/*/flags; most machines' `lo` does not have it."""
+"""The flag of an interface with multicast; most machines' `lo` does not have it."""
 
 SETTLE_SECONDS = 0.2
 """How long a matched writer waits before its first sample: the other side learns of it a little later."""
 
 
+def lo_has_multicast() -> bool:
+    """Whether the loopback interface of this network namespace has the MULTICAST flag."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
+        name_and_flags = fcntl.ioctl(any_socket, SIOCGIFFLAGS, struct.pack("16sH14x", b"lo", 0))
+    (flags,) = struct.unpack_from("H", name_and_flags, 16)
+    return bool(flags & IFF_MULTICAST)
+
+
 def configuration() -> str:
     """Cyclone's configuration: only `lo`; peers found by unicast, and by multicast where `lo` has it."""
-    lo_flags = int(Path("/sys/class/net/lo/flags").read_text(), 16)
-    multicast = "spdp" if lo_flags & IFF_MULTICAST else "false"
+    multicast = lo_has_multicast()
     return f"""
     <CycloneDDS><Domain Id="any">
       <General>
-        <Interfaces><NetworkInterface name="lo" multicast="{str(multicast != 'false').lower()}"/></Interfaces>
-        <AllowMulticast>{multicast}</AllowMulticast>
+        <Interfaces><NetworkInterface name="lo" multicast="{str(multicast).lower()}"/></Interfaces>
+        <AllowMulticast>{"spdp" if multicast else "false"}</AllowMulticast>
       </General>
       <Discovery>
         <ParticipantIndex>auto</ParticipantIndex>
