@@ -1,1 +1,26 @@
-//! rosidl
+//! Reads ROS 2 interface definitions, and makes of them what a node needs at run and build time.
+//!
+//! | module | what it holds |
+//! |---|---|
+//! | [`definition`] | messages, services and actions as data |
+//! | [`parse`] | their texts, read |
+//! | [`library`] | definitions that refer to each other, and the types ROS derives from them |
+//! | [`hash`] | the type hash, RIHS01 |
+//! | [`schema`] | the `ros2msg` schema text that bags carry, written and read |
+//! | [`rust`] | Rust source for a library |
+//!
+//! Texts may come from foreign bags: whatever they hold, the answer is a definition or an [`Error`].
+
+pub mod definition;
+pub mod error;
+pub mod hash;
+pub mod library;
+pub mod parse;
+pub mod rust;
+pub mod schema;
+
+pub use definition::{Action, Message, Service, TypeName};
+pub use error::{Error, Rule};
+pub use library::{Library, MAX_DEPTH};
+pub use parse::{parse_action, parse_message, parse_service};
+pub use schema::parse_schema;

@@ -1,0 +1,411 @@
+//! Rust source for the definitions in a library.
+//!
+//! The text is meant to be included at the root of a crate that has, beside `serde`, `serde_json` and
+//! `serde_big_array`, these items of its own: the traits `Message`, `Service` and `Action`, the trait
+//! `finite::Finite` with the function `finite::field`, the struct `TypeInfo` and the function `json::decode`.
+//!
+//! `package/kind/Name` becomes `crate::package::kind::Name`; a derived type loses its underscore
+//! (`Fit_Request` is `FitRequest`). Names of the standard library are written out in full, since a message
+//! may be called `String`. Bounds of strings and sequences are not kept in the Rust types.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use crate::definition::{
+    Arity, Constant, Element, Field, FieldType, Kind, Message, Primitive, TypeName, Value,
+};
+use crate::error::{Error, Rule};
+use crate::library::Library;
+
+/// The longest array that `serde` and `Default` know of themselves.
+const LONGEST_PLAIN_ARRAY: u32 = 32;
+
+/// Writes the modules for every definition of the library.
+///
+/// # Errors
+/// What [`Library::check`] refuses, and [`Rule::NoRust`] for `wstring` fields.
+pub fn generate(library: &Library) -> Result<String, Error> {
+    library.check()?;
+    let mut modules: BTreeMap<(&str, Kind), String> = BTreeMap::new();
+    let mut registry = String::new();
+
+    for message in library.messages() {
+        if !is_struct(library, &message.name) {
+            continue;
+        }
+        let module = modules
+            .entry((&message.name.package, message.name.kind))
+            .or_default();
+        module.push_str(&structure(library, message)?);
+        if message.name.kind == Kind::Msg {
+            let path = path(&message.name);
+            let _ = writeln!(registry, "    TypeInfo::of::<{path}>(),");
+        }
+    }
+    for service in library.services() {
+        let module = modules
+            .entry((&service.name.package, service.name.kind))
+            .or_default();
+        let hash = library.type_hash(&service.name)?;
+        let _ = write!(
+            module,
+            r#"
+/// The service `{name}`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct {rust};
+
+impl crate::Service for {rust} {{
+    type Request = {request};
+    type Response = {response};
+    const TYPE_NAME: &'static str = "{name}";
+    const TYPE_HASH: &'static str = "{hash}";
+}}
+"#,
+            name = service.name,
+            rust = rust_name(&service.name),
+            request = path(&service.request.name),
+            response = path(&service.response.name),
+        );
+    }
+    for action in library.actions() {
+        let module = modules
+            .entry((&action.name.package, action.name.kind))
+            .or_default();
+        let hash = library.type_hash(&action.name)?;
+        let _ = write!(
+            module,
+            r#"
+/// The action `{name}`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct {rust};
+
+impl crate::Action for {rust} {{
+    type Goal = {goal};
+    type Result = {result};
+    type Feedback = {feedback};
+    type SendGoal = {send_goal};
+    type GetResult = {get_result};
+    type FeedbackMessage = {feedback_message};
+    const TYPE_NAME: &'static str = "{name}";
+    const TYPE_HASH: &'static str = "{hash}";
+}}
+"#,
+            name = action.name,
+            rust = rust_name(&action.name),
+            goal = path(&action.goal.name),
+            result = path(&action.result.name),
+            feedback = path(&action.feedback.name),
+            send_goal = path(&action.name.derived("SendGoal")),
+            get_result = path(&action.name.derived("GetResult")),
+            feedback_message = path(&action.name.derived("FeedbackMessage")),
+        );
+    }
+
+    let mut text = String::new();
+    let mut packages: BTreeMap<&str, Vec<(Kind, String)>> = BTreeMap::new();
+    for ((package, kind), module) in modules {
+        packages.entry(package).or_default().push((kind, module));
+    }
+    for (package, modules) in packages {
+        let _ = writeln!(
+            text,
+            "/// The package `{package}`.\npub mod {} {{",
+            identifier(package)
+        );
+        for (kind, module) in modules {
+            let kind = kind.as_str();
+            let _ = writeln!(
+                text,
+                "/// From the `.{kind}` files of `{package}`.\npub mod {kind} {{"
+            );
+            let _ = writeln!(text, "{module}}}");
+        }
+        text.push_str("}\n\n");
+    }
+    let _ = writeln!(text, "static REGISTRY: &[TypeInfo] = &[\n{registry}];");
+    Ok(text)
+}
+
+/// Service events, and the stand-ins that only hash services and actions, need no Rust struct.
+fn is_struct(library: &Library, name: &TypeName) -> bool {
+    let stands_in = library
+        .services()
+        .any(|it| it.name == *name || it.name.derived("Event") == *name)
+        || library.actions().any(|it| it.name == *name);
+    !stands_in
+}
+
+fn structure(library: &Library, message: &Message) -> Result<String, Error> {
+    let name = rust_name(&message.name);
+    let mut text = String::new();
+
+    let mut doc = message.comment.clone();
+    while doc.last().is_some_and(String::is_empty) {
+        doc.pop();
+    }
+    if !doc.is_empty() {
+        doc.push(String::new());
+    }
+    doc.push(format!("ROS type `{}`.", message.name));
+    push_doc(&mut text, &doc, "");
+
+    let plain_default = message.fields.iter().all(|field| {
+        field.default.is_none()
+            && !matches!(field.field_type.arity, Arity::Array(size) if size > LONGEST_PLAIN_ARRAY)
+    });
+    let default = if plain_default { "Default, " } else { "" };
+    let _ = writeln!(
+        text,
+        "#[derive(Clone, Debug, {default}PartialEq, serde::Serialize, serde::Deserialize)]"
+    );
+    let _ = writeln!(text, "pub struct {name} {{");
+    for field in &message.fields {
+        let doc = match field.comment.is_empty() {
+            true => vec![format!("`{}`", field.field_type)],
+            false => field.comment.clone(),
+        };
+        push_doc(&mut text, &doc, "    ");
+        if matches!(field.field_type.arity, Arity::Array(size) if size > LONGEST_PLAIN_ARRAY) {
+            text.push_str("    #[serde(with = \"serde_big_array::BigArray\")]\n");
+        }
+        let rust_field = identifier(&field.name);
+        if rust_field.trim_start_matches("r#") != field.name {
+            let _ = writeln!(text, "    #[serde(rename = \"{}\")]", field.name);
+        }
+        let rust_type = rust_type(message, field)?;
+        let _ = writeln!(text, "    pub {rust_field}: {rust_type},");
+    }
+    text.push_str("}\n\n");
+
+    if !plain_default {
+        let _ = writeln!(
+            text,
+            "impl ::std::default::Default for {name} {{\n    fn default() -> Self {{\n        Self {{"
+        );
+        for field in &message.fields {
+            let value = default_value(field);
+            let _ = writeln!(text, "            {}: {value},", identifier(&field.name));
+        }
+        text.push_str("        }\n    }\n}\n\n");
+    }
+
+    if !message.constants.is_empty() {
+        let _ = writeln!(text, "impl {name} {{");
+        for constant in &message.constants {
+            push_doc(&mut text, &constant_doc(constant), "    ");
+            let _ = writeln!(
+                text,
+                "    pub const {}: {} = {};",
+                identifier(&constant.name),
+                match &constant.element {
+                    Element::Primitive(primitive) => rust_primitive(*primitive),
+                    _ => "&'static str",
+                },
+                literal(&constant.element, &constant.value, false),
+            );
+        }
+        text.push_str("}\n\n");
+    }
+
+    let floats: Vec<&Field> = message
+        .fields
+        .iter()
+        .filter(|field| holds_floats(library, &field.field_type.element))
+        .collect();
+    let _ = write!(
+        text,
+        r#"impl crate::Message for {name} {{
+    const TYPE_NAME: &'static str = "{ros}";
+    const DDS_TYPE_NAME: &'static str = "{dds}";
+    const DEFINITION: &'static str = {schema:?};
+    const TYPE_HASH: &'static str = "{hash}";
+
+    fn first_non_finite(&self) -> ::std::option::Option<::std::string::String> {{
+        ::std::option::Option::None{checks}
+    }}
+}}
+
+impl crate::finite::Finite for {name} {{
+    fn first_non_finite_path(&self) -> ::std::option::Option<::std::string::String> {{
+        crate::Message::first_non_finite(self)
+    }}
+}}
+"#,
+        ros = message.name,
+        dds = message.name.dds(),
+        schema = library.schema(&message.name)?,
+        hash = library.type_hash(&message.name)?,
+        checks = floats
+            .iter()
+            .map(|field| format!(
+                "\n            .or_else(|| crate::finite::field(\"{}\", &self.{}))",
+                field.name,
+                identifier(&field.name)
+            ))
+            .collect::<String>(),
+    );
+    text.push('\n');
+    Ok(text)
+}
+
+/// Whether an element is, or contains, a floating-point number. The library has been checked: this ends.
+fn holds_floats(library: &Library, element: &Element) -> bool {
+    match element {
+        Element::Primitive(primitive) => {
+            matches!(primitive, Primitive::Float32 | Primitive::Float64)
+        }
+        Element::String { .. } => false,
+        Element::Message(name) => library.message(name).is_some_and(|message| {
+            message
+                .fields
+                .iter()
+                .any(|field| holds_floats(library, &field.field_type.element))
+        }),
+    }
+}
+
+fn rust_name(name: &TypeName) -> String {
+    name.name.replace('_', "")
+}
+
+fn path(name: &TypeName) -> String {
+    format!(
+        "crate::{}::{}::{}",
+        identifier(&name.package),
+        name.kind.as_str(),
+        rust_name(name)
+    )
+}
+
+fn rust_type(message: &Message, field: &Field) -> Result<String, Error> {
+    let FieldType { element, arity } = &field.field_type;
+    let element = match element {
+        Element::Primitive(primitive) => rust_primitive(*primitive).to_owned(),
+        Element::String { wide: false, .. } => "::std::string::String".to_owned(),
+        Element::String { wide: true, .. } => {
+            return Err(Rule::NoRust(element.to_string()).at(&message.file, field.line));
+        }
+        Element::Message(name) => path(name),
+    };
+    Ok(match arity {
+        Arity::One => element,
+        Arity::Array(size) => format!("[{element}; {size}]"),
+        Arity::Sequence | Arity::BoundedSequence(_) => format!("::std::vec::Vec<{element}>"),
+    })
+}
+
+fn rust_primitive(primitive: Primitive) -> &'static str {
+    match primitive {
+        Primitive::Bool => "bool",
+        Primitive::Byte | Primitive::Char | Primitive::Uint8 => "u8",
+        Primitive::Int8 => "i8",
+        Primitive::Int16 => "i16",
+        Primitive::Uint16 => "u16",
+        Primitive::Int32 => "i32",
+        Primitive::Uint32 => "u32",
+        Primitive::Int64 => "i64",
+        Primitive::Uint64 => "u64",
+        Primitive::Float32 => "f32",
+        Primitive::Float64 => "f64",
+    }
+}
+
+fn default_value(field: &Field) -> String {
+    let FieldType { element, arity } = &field.field_type;
+    match (&field.default, arity) {
+        (Some(Value::List(values)), arity) => {
+            let values: Vec<String> = values
+                .iter()
+                .map(|value| literal(element, value, true))
+                .collect();
+            let list = values.join(", ");
+            match arity {
+                Arity::Array(_) => format!("[{list}]"),
+                _ => format!("::std::vec![{list}]"),
+            }
+        }
+        (Some(value), _) => literal(element, value, true),
+        (None, Arity::Array(_)) => {
+            "::std::array::from_fn(|_| ::std::default::Default::default())".to_owned()
+        }
+        (None, _) => "::std::default::Default::default()".to_owned(),
+    }
+}
+
+/// A value as a Rust expression; strings as `String` where `owned`.
+fn literal(element: &Element, value: &Value, owned: bool) -> String {
+    let float = match element {
+        Element::Primitive(primitive) => rust_primitive(*primitive),
+        _ => "",
+    };
+    match value {
+        Value::Bool(value) => value.to_string(),
+        Value::Integer(value) => value.to_string(),
+        Value::Float(value) if value.is_nan() => format!("{float}::NAN"),
+        Value::Float(value) if *value == f64::INFINITY => format!("{float}::INFINITY"),
+        Value::Float(value) if *value == f64::NEG_INFINITY => format!("{float}::NEG_INFINITY"),
+        Value::Float(value) => format!("{value:?}"),
+        Value::String(value) if owned => format!("{value:?}.to_owned()"),
+        Value::String(value) => format!("{value:?}"),
+        // Constants are never lists, and the items of a list are not lists.
+        Value::List(_) => String::new(),
+    }
+}
+
+fn constant_doc(constant: &Constant) -> Vec<String> {
+    match constant.comment.is_empty() {
+        true => vec![format!("`{}`", constant.element)],
+        false => constant.comment.clone(),
+    }
+}
+
+/// A ROS name as a Rust identifier: keywords become raw, or get an underscore where they cannot.
+fn identifier(name: &str) -> String {
+    match name {
+        "self" | "super" | "crate" | "Self" => format!("{name}_"),
+        "as" | "async" | "await" | "break" | "const" | "continue" | "dyn" | "else" | "enum"
+        | "extern" | "false" | "fn" | "for" | "if" | "impl" | "in" | "let" | "loop" | "match"
+        | "mod" | "move" | "mut" | "pub" | "ref" | "return" | "static" | "struct" | "trait"
+        | "true" | "type" | "unsafe" | "use" | "where" | "while" | "abstract" | "become"
+        | "box" | "do" | "final" | "gen" | "macro" | "override" | "priv" | "try" | "typeof"
+        | "unsized" | "virtual" | "yield" => format!("r#{name}"),
+        _ => name.to_owned(),
+    }
+}
+
+/// Comment lines as rustdoc. Indented runs (equations, tables) become text blocks; what Markdown would
+/// read as links, emphasis or HTML is escaped.
+fn push_doc(text: &mut String, lines: &[String], indent: &str) {
+    let mut in_block = false;
+    for line in lines {
+        let block = line.starts_with("  ") || line.starts_with('\t');
+        if block != in_block && !line.is_empty() {
+            let fence = if block { "```text" } else { "```" };
+            let _ = writeln!(text, "{indent}/// {fence}");
+            in_block = block;
+        }
+        let line = if block {
+            line.clone()
+        } else {
+            escape_markdown(line)
+        };
+        let _ = writeln!(text, "{}", format!("{indent}/// {line}").trim_end());
+    }
+    if in_block {
+        let _ = writeln!(text, "{indent}/// ```");
+    }
+}
+
+fn escape_markdown(line: &str) -> String {
+    let mut escaped = String::new();
+    let mut in_code = false;
+    for c in line.chars() {
+        if c == '`' {
+            in_code = !in_code;
+        } else if !in_code && matches!(c, '[' | ']' | '<' | '>' | '*' | '_' | '\\' | '|') {
+            escaped.push('\\');
+        }
+        escaped.push(c);
+    }
+    escaped
+}

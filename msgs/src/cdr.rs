@@ -1,0 +1,75 @@
+//! Message payloads as they cross the wire and lie in bags: plain CDR behind a 4-byte header.
+//!
+//! The header names the encoding (RTPS 2.3, section 10): `00 01 00 00` is CDR in little-endian order,
+//! which everything here writes; `00 00 00 00`, big-endian, is read as well. Numbers are aligned to their
+//! own size, counted from behind the header.
+
+use byteorder::{BigEndian, LittleEndian};
+
+use crate::Message;
+
+const HEADER: usize = 4;
+const LITTLE_ENDIAN: [u8; HEADER] = [0, 1, 0, 0];
+/// Writers may fill a payload up to a multiple of four bytes.
+const MOST_PADDING: usize = 3;
+
+/// A payload that does not hold the message it is said to hold.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// Shorter than the encapsulation header.
+    #[error("a payload of {0} bytes has no encapsulation header")]
+    NoHeader(usize),
+    /// Another encoding than plain CDR.
+    #[error("encapsulation {0:#06x} is not plain CDR (0x0000 or 0x0001)")]
+    Encapsulation(u16),
+    /// Bytes that are not the message's fields, or too few.
+    #[error("not a {type_name}: {source}")]
+    Fields {
+        /// The message that was expected.
+        type_name: &'static str,
+        /// What is wrong with the bytes.
+        source: cdr_encoding::Error,
+    },
+    /// More bytes than the message's fields take.
+    #[error("not a {type_name}: {count} bytes are left over")]
+    LeftOver {
+        /// The message that was expected.
+        type_name: &'static str,
+        /// How many bytes remain.
+        count: usize,
+    },
+}
+
+/// The payload of a message: header and little-endian CDR.
+#[must_use]
+pub fn to_bytes<M: Message>(message: &M) -> Vec<u8> {
+    let mut bytes = LITTLE_ENDIAN.to_vec();
+    // Writing to a Vec cannot fail, and generated structs hold nothing that CDR has no form for.
+    let written = cdr_encoding::to_writer::<M, LittleEndian, _>(&mut bytes, message);
+    debug_assert!(written.is_ok(), "{} does not fit CDR", M::TYPE_NAME);
+    bytes
+}
+
+/// The message in a payload.
+///
+/// A length that lies costs no memory: elements are taken one by one and end with the payload.
+///
+/// # Errors
+/// [`Error`] where the payload does not hold exactly this message.
+pub fn from_bytes<M: Message>(bytes: &[u8]) -> Result<M, Error> {
+    let type_name = M::TYPE_NAME;
+    let Some((&[first, second, _, _], body)) = bytes.split_first_chunk::<HEADER>() else {
+        return Err(Error::NoHeader(bytes.len()));
+    };
+    let (message, used) = match u16::from_be_bytes([first, second]) {
+        0 => cdr_encoding::from_bytes::<M, BigEndian>(body),
+        1 => cdr_encoding::from_bytes::<M, LittleEndian>(body),
+        other => return Err(Error::Encapsulation(other)),
+    }
+    .map_err(|source| Error::Fields { type_name, source })?;
+    match body.len() - used {
+        count if count > MOST_PADDING => Err(Error::LeftOver { type_name, count }),
+        _ => Ok(message),
+    }
+}

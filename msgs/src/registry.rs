@@ -1,0 +1,53 @@
+//! Every message type of this crate, to be found by name where types are known only at run time.
+
+use crate::{Message, cdr};
+
+/// A message type at run time.
+#[derive(Debug, Clone, Copy)]
+pub struct TypeInfo {
+    /// [`Message::TYPE_NAME`].
+    pub type_name: &'static str,
+    /// [`Message::DDS_TYPE_NAME`].
+    pub dds_type_name: &'static str,
+    /// [`Message::DEFINITION`].
+    pub definition: &'static str,
+    /// [`Message::TYPE_HASH`].
+    pub type_hash: &'static str,
+    /// A payload ([`cdr`]) as JSON with the ROS field names, or why it is none. NaN becomes `null`.
+    pub to_json: fn(&[u8]) -> Result<serde_json::Value, String>,
+}
+
+impl TypeInfo {
+    /// What there is to know of a message type.
+    #[must_use]
+    pub const fn of<M: Message>() -> Self {
+        Self {
+            type_name: M::TYPE_NAME,
+            dds_type_name: M::DDS_TYPE_NAME,
+            definition: M::DEFINITION,
+            type_hash: M::TYPE_HASH,
+            to_json: to_json::<M>,
+        }
+    }
+}
+
+fn to_json<M: Message>(payload: &[u8]) -> Result<serde_json::Value, String> {
+    let message: M = cdr::from_bytes(payload).map_err(|error| error.to_string())?;
+    serde_json::to_value(message).map_err(|error| error.to_string())
+}
+
+/// Every message (`msg`, not the parts of services and actions) of this crate, in order of name.
+#[must_use]
+pub fn registry() -> &'static [TypeInfo] {
+    crate::REGISTRY
+}
+
+/// The message type of that ROS name (`std_msgs/msg/Float64`).
+#[must_use]
+pub fn type_info(type_name: &str) -> Option<&'static TypeInfo> {
+    let registry = registry();
+    let index = registry
+        .binary_search_by(|info| info.type_name.cmp(type_name))
+        .ok()?;
+    registry.get(index)
+}
