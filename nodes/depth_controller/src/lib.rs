@@ -10,6 +10,7 @@
 //! - [`parameters`]: every tunable, its default, unit and source.
 //! - [`core`]: a vehicle state in, a plane command out.
 
+pub mod core;
 pub mod depth_loop;
 pub mod limits;
 pub mod manoeuvre;
