@@ -1,0 +1,490 @@
+//! Actuator files: YAML, every quantity with its unit, converted to SI once, here.
+//!
+//! `actuators/table_4_1.yaml` is the example; the fields are Tables 3-1 and 4-1 of IBM
+//! 66-L03-005. Three files are built in: `auv`, `table_3_1` and `table_4_1`.
+
+use serde::Deserialize;
+
+use crate::actuator_set::{ActuatorSet, LimitOption, MOST_CYCLES_IN_FLIGHT};
+use crate::units::{Dimension, Written};
+
+/// The built-in actuators: name and file.
+pub const BUILT_IN: [(&str, &str); 3] = [
+    ("auv", include_str!("../actuators/auv.yaml")),
+    ("table_3_1", include_str!("../actuators/table_3_1.yaml")),
+    ("table_4_1", include_str!("../actuators/table_4_1.yaml")),
+];
+
+/// Why an actuator was not loaded.
+#[derive(Debug, thiserror::Error)]
+pub enum ActuatorFileError {
+    /// The file cannot be read.
+    #[error("actuator file '{file}': {reason}; built in are auv, table_3_1 and table_4_1")]
+    Unreadable {
+        /// The path.
+        file: String,
+        /// What the system says.
+        reason: String,
+    },
+    /// The file is not YAML, misses a field, or has one that is not known.
+    #[error("actuator file '{file}': {reason}")]
+    Malformed {
+        /// The path or built-in name.
+        file: String,
+        /// What and where.
+        reason: String,
+    },
+    /// A value breaks a rule.
+    #[error("actuator file '{file}': {field}: '{value}' refused: {rule}")]
+    Refused {
+        /// The path or built-in name.
+        file: String,
+        /// The field, dots between levels.
+        field: String,
+        /// As written.
+        value: String,
+        /// What it must be.
+        rule: String,
+    },
+}
+
+/// The built-in actuator `name`, or the one in the file at the path `name`.
+///
+/// # Errors
+/// [`ActuatorFileError`], naming file, field, value and rule.
+pub fn load(name: &str) -> Result<ActuatorSet, ActuatorFileError> {
+    if let Some((name, text)) = BUILT_IN.iter().find(|(built_in, _)| *built_in == name) {
+        return parse(name, text);
+    }
+    let text = std::fs::read_to_string(name).map_err(|error| ActuatorFileError::Unreadable {
+        file: name.to_owned(),
+        reason: error.to_string(),
+    })?;
+    parse(name, &text)
+}
+
+/// The actuator that `text` describes; `file` is what to call it in errors.
+///
+/// # Errors
+/// [`ActuatorFileError`], naming file, field, value and rule.
+pub fn parse(file: &str, text: &str) -> Result<ActuatorSet, ActuatorFileError> {
+    let written: File =
+        serde_yaml_ng::from_str(text).map_err(|error| ActuatorFileError::Malformed {
+            file: file.to_owned(),
+            reason: error.to_string(),
+        })?;
+    Reader { file }.set(&written)
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    name: String,
+    source: String,
+    load: Load,
+    ram: Ram,
+    oil: Oil,
+    valves: Valves,
+    leakage: Leakage,
+    logic: Logic,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Load {
+    mass: Written,
+    viscous: Written,
+    coulomb: Written,
+    moment_arm: Written,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Ram {
+    area: Written,
+    area_ratio: f64,
+    volume_limit: Option<Written>,
+    stop: Option<Written>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Oil {
+    stiffness: Written,
+    supply: Written,
+    #[serde(rename = "return")]
+    return_pressure: Written,
+    clamp_positive: Written,
+    clamp_negative: Written,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Valves {
+    volume: Written,
+    frequency: Written,
+    valve_time: Written,
+    flow_time: Written,
+    extra_delay: Written,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Leakage {
+    rate_gain: Written,
+    error_rate: Written,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Logic {
+    quantum: Written,
+    threshold: Written,
+    inhibit_beyond: Option<Written>,
+    limit_option: u8,
+    limit_feedback: Option<Written>,
+}
+
+/// What a value must be, apart from its unit.
+#[derive(Clone, Copy)]
+enum Sign {
+    Positive,
+    NotNegative,
+    Any,
+}
+
+/// One written field: its name, its text, its dimension.
+struct Field<'a>(&'static str, &'a Written, Dimension);
+
+struct Reader<'a> {
+    file: &'a str,
+}
+
+impl Reader<'_> {
+    fn refused(
+        &self,
+        field: &str,
+        value: impl ToString,
+        rule: impl ToString,
+    ) -> ActuatorFileError {
+        ActuatorFileError::Refused {
+            file: self.file.to_owned(),
+            field: field.to_owned(),
+            value: value.to_string(),
+            rule: rule.to_string(),
+        }
+    }
+
+    fn read(
+        &self,
+        Field(name, written, dimension): Field<'_>,
+        sign: Sign,
+        per_radian: Option<f64>,
+    ) -> Result<f64, ActuatorFileError> {
+        let refuse = |rule: String| self.refused(name, &written.0, rule);
+        let value = dimension.read(written, per_radian).map_err(refuse)?;
+        match sign {
+            Sign::Positive if value <= 0.0 => Err(refuse("it must be positive".to_owned())),
+            Sign::NotNegative if value < 0.0 => {
+                Err(refuse("it must not be negative".to_owned()))
+            }
+            _ => Ok(value),
+        }
+    }
+
+    /// A limit, infinite where the file gives none.
+    fn limit(
+        &self,
+        name: &'static str,
+        written: Option<&Written>,
+        dimension: Dimension,
+        per_radian: f64,
+    ) -> Result<f64, ActuatorFileError> {
+        written.map_or(Ok(f64::INFINITY), |written| {
+            self.read(
+                Field(name, written, dimension),
+                Sign::Positive,
+                Some(per_radian),
+            )
+        })
+    }
+
+    fn set(&self, file: &File) -> Result<ActuatorSet, ActuatorFileError> {
+        use Dimension as D;
+        use Sign::{Any, NotNegative, Positive};
+        let read = |name, written, dimension, sign| {
+            self.read(Field(name, written, dimension), sign, None)
+        };
+        let (load, oil, valves) = (&file.load, &file.oil, &file.valves);
+
+        let moment_arm = read("load.moment_arm", &load.moment_arm, D::Length, Positive)?;
+        let area = read("ram.area", &file.ram.area, D::Area, Positive)?;
+        // What moves the planes by one radian.
+        let (travel, oil_moved) = (moment_arm, moment_arm * area);
+        let read_as_angle = |name, written, dimension, sign| {
+            self.read(Field(name, written, dimension), sign, Some(oil_moved))
+        };
+
+        let set = ActuatorSet {
+            name: file.name.clone(),
+            source: file.source.clone(),
+            mass: read("load.mass", &load.mass, D::Mass, Positive)?,
+            viscous: read("load.viscous", &load.viscous, D::Damping, Positive)?,
+            coulomb: read("load.coulomb", &load.coulomb, D::Force, NotNegative)?,
+            moment_arm,
+            area,
+            area_ratio: file.ram.area_ratio,
+            volume_limit: self.limit(
+                "ram.volume_limit",
+                file.ram.volume_limit.as_ref(),
+                D::Volume,
+                oil_moved,
+            )?,
+            stop: self.limit("ram.stop", file.ram.stop.as_ref(), D::Length, travel)?,
+            stiffness: read("oil.stiffness", &oil.stiffness, D::OilStiffness, Positive)?,
+            supply: read("oil.supply", &oil.supply, D::Pressure, Positive)?,
+            return_pressure: read(
+                "oil.return",
+                &oil.return_pressure,
+                D::Pressure,
+                NotNegative,
+            )?,
+            clamp_positive: read(
+                "oil.clamp_positive",
+                &oil.clamp_positive,
+                D::Pressure,
+                Positive,
+            )?,
+            clamp_negative: read(
+                "oil.clamp_negative",
+                &oil.clamp_negative,
+                D::Pressure,
+                Positive,
+            )?,
+            volume: read_as_angle("valves.volume", &valves.volume, D::Volume, Positive)?,
+            frequency_millihertz: self.millihertz(&valves.frequency)?,
+            valve_time: read("valves.valve_time", &valves.valve_time, D::Time, NotNegative)?,
+            flow_time: read("valves.flow_time", &valves.flow_time, D::Time, Positive)?,
+            extra_delay: read(
+                "valves.extra_delay",
+                &valves.extra_delay,
+                D::Time,
+                NotNegative,
+            )?,
+            rate_gain: read_as_angle(
+                "leakage.rate_gain",
+                &file.leakage.rate_gain,
+                D::Flow,
+                NotNegative,
+            )?,
+            error_rate: read_as_angle(
+                "leakage.error_rate",
+                &file.leakage.error_rate,
+                D::Flow,
+                Any,
+            )?,
+            quantum: read("logic.quantum", &file.logic.quantum, D::Angle, Positive)?,
+            threshold: read("logic.threshold", &file.logic.threshold, D::Angle, Positive)?,
+            inhibit_beyond: self.limit(
+                "logic.inhibit_beyond",
+                file.logic.inhibit_beyond.as_ref(),
+                D::Length,
+                travel,
+            )?,
+            limit_option: self.limit_option(&file.logic)?,
+        };
+        self.rules_between_fields(file, &set)?;
+        Ok(set)
+    }
+
+    fn millihertz(&self, written: &Written) -> Result<u32, ActuatorFileError> {
+        let field = "valves.frequency";
+        let hertz = self.read(
+            Field(field, written, Dimension::Frequency),
+            Sign::Positive,
+            None,
+        )?;
+        let millihertz = (hertz * 1e3).round();
+        if (millihertz - hertz * 1e3).abs() > 1e-6 || !(1e2..=1e7).contains(&millihertz) {
+            return Err(self.refused(
+                field,
+                &written.0,
+                "it must be a whole number of millihertz in [0.1, 10000] Hz",
+            ));
+        }
+        Ok(millihertz as u32)
+    }
+
+    fn limit_option(&self, logic: &Logic) -> Result<LimitOption, ActuatorFileError> {
+        let field = "logic.limit_feedback";
+        match (logic.limit_option, &logic.limit_feedback) {
+            (1, None) => Ok(LimitOption::Unaware),
+            (1, Some(written)) => Err(self.refused(
+                field,
+                &written.0,
+                "limit option 1 has no feedback from the actuator; leave the field out",
+            )),
+            (2, Some(written)) => self
+                .read(
+                    Field(field, written, Dimension::Angle),
+                    Sign::NotNegative,
+                    None,
+                )
+                .map(LimitOption::Aware),
+            (2, None) => Err(self.refused(
+                field,
+                "",
+                "limit option 2 books this angle for an inhibited volume; give it",
+            )),
+            (other, _) => Err(self.refused("logic.limit_option", other, "it must be 1 or 2")),
+        }
+    }
+
+    fn rules_between_fields(
+        &self,
+        file: &File,
+        set: &ActuatorSet,
+    ) -> Result<(), ActuatorFileError> {
+        let check = |holds: bool, field: &str, value: &dyn ToString, rule: &str| {
+            if holds {
+                Ok(())
+            } else {
+                Err(self.refused(field, value.to_string(), rule))
+            }
+        };
+        check(
+            set.area_ratio.is_finite() && set.area_ratio > 1.0,
+            "ram.area_ratio",
+            &set.area_ratio,
+            "it must exceed 1: the larger area is the left one",
+        )?;
+        check(
+            set.return_pressure < set.supply,
+            "oil.return",
+            &file.oil.return_pressure.0,
+            "it must be below oil.supply",
+        )?;
+        for (field, written, clamp) in [
+            (
+                "oil.clamp_positive",
+                &file.oil.clamp_positive,
+                set.clamp_positive,
+            ),
+            (
+                "oil.clamp_negative",
+                &file.oil.clamp_negative,
+                set.clamp_negative,
+            ),
+        ] {
+            check(
+                clamp * set.area > set.coulomb * 1.001,
+                field,
+                &written.0,
+                "on ram.area it must overcome load.coulomb, or the ram never moves",
+            )?;
+        }
+        let reach = set.delay() + set.flow_time;
+        check(
+            reach <= set.cycle() * MOST_CYCLES_IN_FLIGHT as f64,
+            "valves.flow_time",
+            &file.valves.flow_time.0,
+            "extra_delay + valve_time + flow_time must end within 8 cycles of valves.frequency",
+        )?;
+        check(
+            set.natural_frequency() * set.cycle() <= 1e4,
+            "oil.stiffness",
+            &file.oil.stiffness.0,
+            "the load must turn less than 10000 rad in a valve cycle",
+        )?;
+        check(
+            set.threshold > set.quantum / 2.0,
+            "logic.threshold",
+            &file.logic.threshold.0,
+            "it must exceed half of logic.quantum, or the logic never rests",
+        )?;
+        let nothing = Written(String::new());
+        check(
+            set.inhibit_beyond <= set.stop,
+            "logic.inhibit_beyond",
+            &file.logic.inhibit_beyond.as_ref().unwrap_or(&nothing).0,
+            "with a ram.stop it must be given and lie within it",
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::units::{DEGREE, INCH, POUND, PSI};
+
+    fn auv_with(field: &str, replacement: &str) -> Result<ActuatorSet, ActuatorFileError> {
+        let (_, text) = BUILT_IN[0];
+        let line = text
+            .lines()
+            .find(|line| line.trim_start().starts_with(field))
+            .expect("the field is in the file");
+        parse("mine.yaml", &text.replace(line, replacement))
+    }
+
+    #[test]
+    fn the_built_in_actuators_load() {
+        for (name, _) in BUILT_IN {
+            let set = load(name).expect(name);
+            assert!(!set.source.is_empty());
+        }
+        let polaris = load("table_4_1").expect("built in");
+        assert!((polaris.mass - 0.296 * POUND / INCH).abs() < 1e-12);
+        assert!((polaris.clamp_negative / PSI - 750.0).abs() < 1e-9);
+        assert_eq!(polaris.stop, f64::INFINITY);
+        let auv = load("auv").expect("built in");
+        assert!((auv.plane_quantum() - 0.5 * DEGREE).abs() < 1e-16);
+        assert!((auv.stop - 33.0 * DEGREE * 0.5 * INCH).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_refusal_names_the_file_the_field_the_value_and_the_rule() {
+        for (field, line, rule) in [
+            ("mass:", "  mass: -1 kg", "must be positive"),
+            ("mass:", "  mass: 0.002", "one of the units kg, lb s^2/in"),
+            ("mass:", "  mass: 2 stone", "one of the units kg, lb s^2/in"),
+            ("coulomb:", "  coulomb: 10 lb", "overcome load.coulomb"),
+            ("frequency:", "  frequency: 0.01 Hz", "millihertz"),
+            ("flow_time:", "  flow_time: 1 s", "within 8 cycles"),
+            ("threshold:", "  threshold: 0.2 deg", "half of logic.quantum"),
+            ("limit_option:", "  limit_option: 3", "1 or 2"),
+            ("limit_option:", "  limit_option: 2", "limit option 2"),
+            ("stiffness:", "  stiffness: 1e300 Pa/m^3", "10000 rad"),
+            ("area_ratio:", "  area_ratio: .nan", "exceed 1"),
+            ("return:", "  return: 200 psi", "below oil.supply"),
+        ] {
+            let error = auv_with(field, line).expect_err(line).to_string();
+            assert!(error.contains("mine.yaml") && error.contains(rule), "{error}");
+        }
+    }
+
+    #[test]
+    fn an_unknown_a_missing_or_a_doubled_field_is_refused() {
+        for (field, line) in [
+            ("mass:", "  mas: 1 kg"),
+            ("mass:", ""),
+            ("mass:", "  mass: 1 kg\n  mass: 1 kg"),
+            ("mass:", "  mass: [1, 2]"),
+        ] {
+            let error = auv_with(field, line).expect_err(line).to_string();
+            assert!(error.contains("mine.yaml"), "{error}");
+        }
+        assert!(parse("x", "").is_err());
+        assert!(parse("x", "\u{0}\u{ff}").is_err());
+        assert!(load("no/such/file.yaml").is_err());
+    }
+
+    #[test]
+    fn limit_option_2_carries_its_feedback() {
+        let set = auv_with(
+            "limit_option:",
+            "  limit_option: 2\n  limit_feedback: 0 deg",
+        )
+        .expect("accepted");
+        assert_eq!(set.limit_option, LimitOption::Aware(0.0));
+    }
+}

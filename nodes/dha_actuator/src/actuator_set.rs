@@ -1,0 +1,180 @@
+//! One actuator's constants, in SI, and what follows from them.
+//!
+//! Symbols as in IBM 66-L03-005 (1966), Tables 3-1 and 4-1 and the list of symbols. Positive
+//! is ram to the right, which is pressure, volume and pulses positive, and planes to dive.
+
+/// The constants of one actuator. Made by [`crate::actuator_file`], which validates them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ActuatorSet {
+    /// What it is called.
+    pub name: String,
+    /// Where the numbers come from.
+    pub source: String,
+    /// M, kg: ram and load, lumped at the ram.
+    pub mass: f64,
+    /// C, N s/m.
+    pub viscous: f64,
+    /// Delta F, N: Coulomb friction, static and kinetic alike.
+    pub coulomb: f64,
+    /// R, m: ram travel per radian of plane.
+    pub moment_arm: f64,
+    /// A_L, m^2: the ram's larger area.
+    pub area: f64,
+    /// A_L/A_R, at the ram's two faces.
+    pub area_ratio: f64,
+    /// V_lim, m^3: |V_T| never exceeds it; infinite when there is none.
+    pub volume_limit: f64,
+    /// x_stop, m: |X_1| never exceeds it; infinite when there is none.
+    pub stop: f64,
+    /// beta/V, Pa/m^3: pressure for a volume squeezed in.
+    pub stiffness: f64,
+    /// P_h, Pa.
+    pub supply: f64,
+    /// P_R, Pa.
+    pub return_pressure: f64,
+    /// P_m+, Pa: the auxiliary piston's clamp on positive differential pressure.
+    pub clamp_positive: f64,
+    /// |P_m-|, Pa.
+    pub clamp_negative: f64,
+    /// V_c, m^3: the calibrated volume.
+    pub volume: f64,
+    /// f_c in millihertz, whole, so that cycle times are exact.
+    pub frequency_millihertz: u32,
+    /// T_v, s: from the command to the flow.
+    pub valve_time: f64,
+    /// T_f, s: how long a calibrated volume flows.
+    pub flow_time: f64,
+    /// T_D, s: what the interface adds to T_v.
+    pub extra_delay: f64,
+    /// q_L, m^3/s: drift, with the sign valve's polarity.
+    pub rate_gain: f64,
+    /// q_LC, m^3/s: constant leakage.
+    pub error_rate: f64,
+    /// delta_b, rad: what the pulse logic books for one volume.
+    pub quantum: f64,
+    /// e_b, rad: the error beyond which a volume is commanded.
+    pub threshold: f64,
+    /// X_lim, m: no volume is commanded outwards beyond it; infinite when there is none.
+    pub inhibit_beyond: f64,
+    /// What the pulse logic books for a volume that was inhibited.
+    pub limit_option: LimitOption,
+}
+
+/// What the control computer knows of the travel limit (Section II.B.1).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LimitOption {
+    /// Option 1: no feedback from the actuator; the inhibited volume is booked as if moved.
+    Unaware,
+    /// Option 2: the limit is detected; this feedback delta_L (rad) is booked instead.
+    Aware(f64),
+}
+
+/// The largest number of cycles over which one command's flow may reach.
+pub const MOST_CYCLES_IN_FLIGHT: usize = 8;
+
+impl ActuatorSet {
+    /// T = 1/f_c, s.
+    #[must_use]
+    pub fn cycle(&self) -> f64 {
+        1000.0 / f64::from(self.frequency_millihertz)
+    }
+
+    /// T_D + T_v, s: from a command to its flow, and to its drift polarity.
+    #[must_use]
+    pub fn delay(&self) -> f64 {
+        self.extra_delay + self.valve_time
+    }
+
+    /// m = ceil((T_D + T_v + T_f)/T) - 1: earlier commands whose volume has not wholly arrived
+    /// when the next decision is due. The report's "last command" is m = 1.
+    #[must_use]
+    pub fn commands_in_flight(&self) -> usize {
+        let cycles = ((self.delay() + self.flow_time) / self.cycle() - 1e-9).ceil();
+        (cycles as usize).saturating_sub(1)
+    }
+
+    /// k = 2 q_L/P_h, m^3/(s Pa): oil lost past the calibrating piston for differential pressure.
+    #[must_use]
+    pub fn pressure_leakage(&self) -> f64 {
+        2.0 * self.rate_gain / self.supply
+    }
+
+    /// V_c/A_L, m: the ram's quantum.
+    #[must_use]
+    pub fn ram_quantum(&self) -> f64 {
+        self.volume / self.area
+    }
+
+    /// V_c/(A_L R), rad: the planes' quantum.
+    #[must_use]
+    pub fn plane_quantum(&self) -> f64 {
+        self.ram_quantum() / self.moment_arm
+    }
+
+    /// V_c f_c/A_L, m/s: the ram's speed with a volume in every cycle.
+    #[must_use]
+    pub fn slew_rate(&self) -> f64 {
+        self.ram_quantum() / self.cycle()
+    }
+
+    /// (P_m A_L - Delta F)/C, m/s: the speeds `(positive, negative)` that the clamped pressure
+    /// can sustain.
+    #[must_use]
+    pub fn force_limits(&self) -> (f64, f64) {
+        let speed = |pressure: f64| (pressure * self.area - self.coulomb) / self.viscous;
+        (speed(self.clamp_positive), -speed(self.clamp_negative))
+    }
+
+    /// A_L^2 beta/V, N/m: the oil column's stiffness at the ram.
+    #[must_use]
+    pub fn column_stiffness(&self) -> f64 {
+        self.area * self.area * self.stiffness
+    }
+
+    /// omega_n = A_L sqrt((beta/V)/M), rad/s.
+    #[must_use]
+    pub fn natural_frequency(&self) -> f64 {
+        self.area * (self.stiffness / self.mass).sqrt()
+    }
+
+    /// zeta = C/(2 M omega_n), by the viscous load alone.
+    #[must_use]
+    pub fn damping_ratio(&self) -> f64 {
+        self.viscous / (2.0 * self.mass * self.natural_frequency())
+    }
+
+    /// What the leakage k P_d adds to the damping ratio.
+    #[must_use]
+    pub fn leakage_damping(&self) -> f64 {
+        self.pressure_leakage() * self.stiffness / (2.0 * self.natural_frequency())
+    }
+
+    /// Delta F/(A_L^2 beta/V), m: how far from V_T/A_L the ram may rest.
+    #[must_use]
+    pub fn stiction_band(&self) -> f64 {
+        self.coulomb / self.column_stiffness()
+    }
+
+    /// P_L0 = P_h A_R/A_L, Pa: the larger chamber's pressure at rest.
+    #[must_use]
+    pub fn resting_pressure(&self) -> f64 {
+        self.supply / self.area_ratio
+    }
+
+    /// K_L = q_L/(A_L R), rad/s: the planes' drift.
+    #[must_use]
+    pub fn drift_rate(&self) -> f64 {
+        self.rate_gain / (self.area * self.moment_arm)
+    }
+
+    /// The ram's steady creep against friction, m/s, under drift of polarity `sign`:
+    /// (s q_L + q_LC - k s Delta F/A_L)/(A_L + k C/A_L). Zero where the leakage past the piston
+    /// balances the drift before the load breaks away.
+    #[must_use]
+    pub fn creep(&self, sign: f64) -> f64 {
+        let k = self.pressure_leakage();
+        let speed = (sign * self.rate_gain + self.error_rate - k * sign * self.coulomb / self.area)
+            / (self.area + k * self.viscous / self.area);
+        if speed * sign > 0.0 { speed } else { 0.0 }
+    }
+}

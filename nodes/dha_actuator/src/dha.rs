@@ -1,0 +1,236 @@
+//! The digital hydraulic actuator whole: pulse logic and hydraulics on the actuator's own clock.
+//!
+//! At the begin of each valve cycle the logic compares the plane angle asked for with the
+//! measured one (the position loop, the report's analog mode) or sums what is asked for and
+//! what it has sent (open loop, the report's simulation mode), and commands at most one volume.
+//! An incremental actuator has no memory of its position: open loop, any leakage becomes an
+//! angle error. On a slow vehicle the position loop is therefore the default.
+
+use crate::actuator_set::ActuatorSet;
+use crate::cycle_clock::CycleClock;
+use crate::hydraulics::{Hydraulics, Reading};
+use crate::position_loop::PositionLoop;
+use crate::pulse_logic::PulseLogic;
+
+/// What is asked of the actuator for the time to come.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Demand {
+    /// delta_c, rad.
+    pub angle: f64,
+    /// Whether the position loop is closed.
+    pub position_loop: bool,
+    /// Factor on both leakages.
+    pub leakage_scale: f64,
+}
+
+impl Demand {
+    /// An angle, rad, in the position loop, with the actuator's own leakage.
+    #[must_use]
+    pub fn angle(angle: f64) -> Self {
+        Self {
+            angle,
+            position_loop: true,
+            leakage_scale: 1.0,
+        }
+    }
+}
+
+/// The actuator. Copying it copies its whole future.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dha {
+    moment_arm: f64,
+    rate_gain: f64,
+    error_rate: f64,
+    clock: CycleClock,
+    hydraulics: Hydraulics,
+    logic: PulseLogic,
+    position_loop: PositionLoop,
+    /// In open loop, the angle asked for in the last cycle.
+    open_loop_angle: Option<f64>,
+    /// Whether the present cycle has begun; not before the first advance.
+    begun: bool,
+    pulses: u64,
+    inhibited: bool,
+}
+
+impl Dha {
+    /// At rest with planes neutral, at the start of its clock.
+    #[must_use]
+    pub fn new(set: &ActuatorSet) -> Self {
+        Self {
+            moment_arm: set.moment_arm,
+            rate_gain: set.rate_gain,
+            error_rate: set.error_rate,
+            clock: CycleClock::new(set.frequency_millihertz),
+            hydraulics: Hydraulics::new(set),
+            logic: PulseLogic::new(set),
+            position_loop: PositionLoop::new(set),
+            open_loop_angle: None,
+            begun: false,
+            pulses: 0,
+            inhibited: false,
+        }
+    }
+
+    /// Runs to the instant `nanos` after the start. Cycles that begin before it act on
+    /// `demand`; one that begins exactly there waits for the next call. Going back has no effect.
+    pub fn advance_to(&mut self, nanos: i64, demand: Demand) {
+        if !self.begun && nanos > 0 {
+            self.begin_cycle(demand);
+            self.begun = true;
+        }
+        if !self.begun {
+            return;
+        }
+        while self.clock.ends_before(nanos) {
+            self.hydraulics.finish_cycle();
+            self.clock.next();
+            self.begin_cycle(demand);
+        }
+        self.hydraulics.advance(self.clock.into_cycle(nanos));
+    }
+
+    /// The hydraulics at the instant `nanos`, to which it has been advanced.
+    #[must_use]
+    pub fn reading(&self, nanos: i64) -> Reading {
+        let time = if self.begun {
+            self.clock.into_cycle(nanos)
+        } else {
+            0.0
+        };
+        self.hydraulics.reading(time)
+    }
+
+    /// delta_a = X_1/R, rad.
+    #[must_use]
+    pub fn plane_angle(&self, reading: &Reading) -> f64 {
+        reading.ram.position / self.moment_arm
+    }
+
+    /// Calibrated volumes commanded since the start, both signs.
+    #[must_use]
+    pub fn pulses(&self) -> u64 {
+        self.pulses
+    }
+
+    /// eps, rad, at the last decision.
+    #[must_use]
+    pub fn error(&self) -> f64 {
+        self.logic.error()
+    }
+
+    /// Whether the travel limit has refused a volume since this was last asked.
+    pub fn take_inhibited(&mut self) -> bool {
+        std::mem::take(&mut self.inhibited)
+    }
+
+    /// The actuating decision and its stroke.
+    fn begin_cycle(&mut self, demand: Demand) {
+        self.hydraulics.set_leakage(
+            self.rate_gain * demand.leakage_scale,
+            self.error_rate * demand.leakage_scale,
+        );
+        // The cycle before has been finished, so this is the ram at the begin of the new one.
+        let before = if self.begun { self.clock.period() } else { 0.0 };
+        let ram = self.hydraulics.reading(before).ram.position;
+        let predicted = self
+            .position_loop
+            .error(demand.angle, ram / self.moment_arm);
+        let decision = if demand.position_loop {
+            self.open_loop_angle = None;
+            self.logic.decide(predicted, ram)
+        } else {
+            // Opening the loop starts from the error there is.
+            let last = self.open_loop_angle.unwrap_or_else(|| {
+                self.logic.restart_from(predicted);
+                demand.angle
+            });
+            self.open_loop_angle = Some(demand.angle);
+            self.logic.accumulate(demand.angle - last, ram)
+        };
+        let stroke = self.hydraulics.begin_cycle(decision.command);
+        self.position_loop.remember(stroke.quanta);
+        self.pulses += u64::from(stroke.quanta != 0);
+        self.inhibited |= decision.inhibited;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::actuator_file::load;
+    use crate::units::DEGREE;
+
+    fn tight() -> ActuatorSet {
+        let mut set = load("auv").expect("built in");
+        (set.rate_gain, set.error_rate) = (0.0, 0.0);
+        set
+    }
+
+    fn angle_after(dha: &mut Dha, nanos: i64, demand: Demand) -> f64 {
+        dha.advance_to(nanos, demand);
+        dha.plane_angle(&dha.reading(nanos)) / DEGREE
+    }
+
+    #[test]
+    fn the_planes_come_within_the_dead_zone_and_the_stiction_band() {
+        let mut dha = Dha::new(&tight());
+        let angle = angle_after(&mut dha, 1_000_000_000, Demand::angle(12.3 * DEGREE));
+        assert!((angle - 12.3).abs() < 0.3125 + 0.12, "{angle}");
+        assert!((23..=26).contains(&dha.pulses()));
+    }
+
+    #[test]
+    fn the_planes_slew_at_forty_degrees_a_second() {
+        let mut dha = Dha::new(&tight());
+        let demand = Demand::angle(30.0 * DEGREE);
+        let early = angle_after(&mut dha, 200_000_000, demand);
+        let late = angle_after(&mut dha, 500_000_000, demand);
+        assert!(((late - early) / 0.3 - 40.0).abs() < 1.0);
+    }
+
+    #[test]
+    fn open_loop_the_logic_counts_what_it_sent_and_leakage_becomes_an_error() {
+        let open = Demand {
+            position_loop: false,
+            ..Demand::angle(10.0 * DEGREE)
+        };
+        let minute = 60_000_000_000;
+        let tight = angle_after(&mut Dha::new(&tight()), minute, open);
+        assert!((tight - 10.0).abs() < 0.44, "{tight}");
+        let leaky = load("auv").expect("built in");
+        let drifted = angle_after(&mut Dha::new(&leaky), minute, open);
+        assert!((drifted - 10.0).abs() > 5.0, "{drifted}");
+        let held = angle_after(
+            &mut Dha::new(&leaky),
+            minute,
+            Demand::angle(10.0 * DEGREE),
+        );
+        assert!((held - 10.0).abs() < 0.6, "{held}");
+    }
+
+    #[test]
+    fn opening_the_loop_moves_nothing_by_itself() {
+        let mut dha = Dha::new(&tight());
+        let closed = Demand::angle(10.0 * DEGREE);
+        let before = angle_after(&mut dha, 1_000_000_000, closed);
+        let open = Demand {
+            position_loop: false,
+            ..closed
+        };
+        let after = angle_after(&mut dha, 2_000_000_000, open);
+        assert!((after - before).abs() < 1e-9, "{before} {after}");
+    }
+
+    #[test]
+    fn a_cycle_that_begins_with_the_tick_acts_on_the_ticks_command() {
+        let mut early = Dha::new(&tight());
+        let mut late = early;
+        early.advance_to(50_000_000, Demand::angle(0.0));
+        late.advance_to(50_000_001, Demand::angle(0.0));
+        let asked = Demand::angle(10.0 * DEGREE);
+        early.advance_to(60_000_000, asked);
+        late.advance_to(60_000_000, asked);
+        assert_eq!((early.pulses(), late.pulses()), (1, 0));
+    }
+}

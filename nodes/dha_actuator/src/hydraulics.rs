@@ -1,0 +1,118 @@
+//! The hydraulic half of the actuator: valves, metering and ram, one valve cycle after another.
+//!
+//! It takes one pulse command at the begin of each cycle and knows nothing of errors or
+//! angles asked for. Times are in s from the begin of the present cycle.
+
+use crate::actuator_set::ActuatorSet;
+use crate::metering::Metering;
+use crate::modes::{Mode, State};
+use crate::pulse_logic::Command;
+use crate::ram::Ram;
+use crate::valves::{Stroke, Valves};
+
+/// Valves, metering and ram.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hydraulics {
+    cycle: f64,
+    volume: f64,
+    supply: f64,
+    valves: Valves,
+    metering: Metering,
+    ram: Ram,
+    /// The piece of flow the ram is in.
+    piece: usize,
+}
+
+/// What the hydraulics show at an instant, SI.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading {
+    /// The ram and its oil.
+    pub ram: State,
+    /// P_d, Pa.
+    pub pressure: f64,
+    /// The laws in force.
+    pub mode: Mode,
+    /// d, the drift polarity in force.
+    pub polarity: i8,
+    /// Oil gained other than in calibrated volumes, m^3: drift and constant leakage, less what
+    /// leaked with the pressure and what the volume limit refused.
+    pub leaked: f64,
+}
+
+impl Hydraulics {
+    /// At rest in the middle, the sign valve positive, before the first cycle.
+    #[must_use]
+    pub fn new(set: &ActuatorSet) -> Self {
+        Self {
+            cycle: set.cycle(),
+            volume: set.volume,
+            supply: set.supply,
+            valves: Valves::settled(1),
+            metering: Metering::new(set, 1),
+            ram: Ram::new(set),
+            piece: 0,
+        }
+    }
+
+    /// Changes q_L and q_LC, m^3/s, from the next cycle on.
+    pub fn set_leakage(&mut self, rate_gain: f64, error_rate: f64) {
+        self.metering.set_leakage(rate_gain, error_rate);
+        self.ram.set_pressure_leakage(2.0 * rate_gain / self.supply);
+    }
+
+    /// Begins the next cycle with a command. The one before must have been finished.
+    pub fn begin_cycle(&mut self, command: Command) -> Stroke {
+        let stroke = self.valves.obey(command);
+        self.metering.begin_cycle(stroke);
+        self.ram.rewind_clock();
+        self.begin_piece(0);
+        stroke
+    }
+
+    /// Runs up to `time` within the present cycle. Going back has no effect.
+    pub fn advance(&mut self, time: f64) {
+        while self.piece + 1 < self.metering.pieces().len()
+            && self.metering.pieces()[self.piece].until <= time
+        {
+            self.ram.finish();
+            self.begin_piece(self.piece + 1);
+        }
+        self.ram.advance(time);
+    }
+
+    /// Runs to the end of the present cycle.
+    pub fn finish_cycle(&mut self) {
+        self.advance(self.cycle);
+        self.ram.finish();
+    }
+
+    /// What shows at `time`, up to which it has been advanced.
+    #[must_use]
+    pub fn reading(&self, time: f64) -> Reading {
+        let ram = self.ram.at(time);
+        let delivered = self.metering.quanta_delivered(time) * self.volume;
+        Reading {
+            ram,
+            pressure: self.ram.pressure(&ram),
+            mode: self.ram.mode(),
+            polarity: self
+                .metering
+                .pieces()
+                .get(self.piece)
+                .map_or(1, |piece| piece.polarity),
+            leaked: ram.volume - delivered,
+        }
+    }
+
+    /// How far the load has slid against friction, m, up to the last event or flow edge.
+    #[must_use]
+    pub fn slid(&self) -> f64 {
+        self.ram.slid()
+    }
+
+    fn begin_piece(&mut self, piece: usize) {
+        self.piece = piece;
+        let piece = self.metering.pieces()[piece];
+        self.ram.begin(piece.flow, piece.until);
+    }
+}

@@ -1,0 +1,189 @@
+//! The ram with its load, as a hybrid system: closed-form motion between located events.
+//!
+//! The equations are those of [`crate::modes`], the changes of mode those of [`crate::events`].
+//! A [`Ram`] is given pieces of constant flow, one after the other. The events within a piece
+//! depend on the piece alone, and a state asked for within it is read off the closed form without
+//! changing anything: where the ram is does not depend on when, or how often, it was asked.
+
+use crate::actuator_set::ActuatorSet;
+use crate::events::{Event, Segment, break_away_force, outward_flow};
+use crate::modes::{Constants, Load, Mode, Side, State};
+
+/// More events than this in one piece of flow are no physics: the rest of the piece then runs in
+/// the mode it is in. It only keeps a program from hanging.
+const MOST_EVENTS_IN_A_PIECE: u32 = 10_000;
+
+/// The ram between two flow edges.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ram {
+    constants: Constants,
+    mode: Mode,
+    /// The state at `time`, where the present segment began.
+    state: State,
+    time: f64,
+    flow: f64,
+    segment: Segment,
+    /// Where the present segment ends, and by which event; by none at the end of the piece.
+    ends: f64,
+    event: Option<Event>,
+    piece_ends: f64,
+    events_left: u32,
+    slid: f64,
+}
+
+impl Ram {
+    /// At rest in the middle, no oil squeezed in.
+    #[must_use]
+    pub fn new(set: &ActuatorSet) -> Self {
+        let constants = Constants::new(set);
+        let mode = Mode {
+            load: if constants.coulomb == 0.0 {
+                Load::Sliding(Side::Positive)
+            } else {
+                Load::Stuck
+            },
+            clamped: None,
+            limited: None,
+        };
+        let state = State::default();
+        Self {
+            constants,
+            mode,
+            state,
+            time: 0.0,
+            flow: 0.0,
+            segment: Segment::new(&constants, mode, 0.0, state),
+            ends: 0.0,
+            event: None,
+            piece_ends: 0.0,
+            events_left: 0,
+            slid: 0.0,
+        }
+    }
+
+    /// The laws in force at the time last advanced to.
+    #[must_use]
+    pub fn mode(&self) -> Mode {
+        self.mode
+    }
+
+    /// P_d, Pa, in a state of this ram.
+    #[must_use]
+    pub fn pressure(&self, state: &State) -> f64 {
+        self.constants.pressure(state.squeezed)
+    }
+
+    /// How far the load has slid against friction up to the last event, m, both ways added.
+    #[must_use]
+    pub fn slid(&self) -> f64 {
+        self.slid
+    }
+
+    /// Changes k = 2 q_L/P_h, m^3/(s Pa), from the next piece on.
+    pub fn set_pressure_leakage(&mut self, leakage: f64) {
+        self.constants.leakage = leakage;
+    }
+
+    /// Counts time from here on as 0: a new cycle begins. Call between two pieces.
+    pub fn rewind_clock(&mut self) {
+        self.time = 0.0;
+        self.ends = 0.0;
+        self.piece_ends = 0.0;
+    }
+
+    /// Starts a piece of constant `flow`, m^3/s, from where the last one ended to `until`, s.
+    pub fn begin(&mut self, flow: f64, until: f64) {
+        self.flow = flow;
+        self.piece_ends = until;
+        self.events_left = MOST_EVENTS_IN_A_PIECE;
+        if let Some(side) = self.mode.limited
+            && outward_flow(&self.constants, side, flow, &self.state) < 0.0
+        {
+            self.mode.limited = None;
+        }
+        self.plan();
+    }
+
+    /// Runs through the events up to `time`, s, which lies within the piece.
+    pub fn advance(&mut self, time: f64) {
+        while let Some(event) = self.event
+            && self.ends <= time
+        {
+            self.commit();
+            self.change_mode(event);
+            self.plan();
+        }
+    }
+
+    /// Runs to the end of the piece.
+    pub fn finish(&mut self) {
+        self.advance(self.piece_ends);
+        self.commit();
+    }
+
+    /// The state at `time`, s, not before the last event and not after the time advanced to.
+    #[must_use]
+    pub fn at(&self, time: f64) -> State {
+        self.segment.motion.at(time - self.time)
+    }
+
+    /// Finds where the segment that begins now will end.
+    fn plan(&mut self) {
+        self.segment = Segment::new(&self.constants, self.mode, self.flow, self.state);
+        let horizon = self.piece_ends - self.time;
+        let next = if self.events_left > 0 {
+            self.segment.next_event(&self.constants, horizon)
+        } else {
+            None
+        };
+        self.events_left = self.events_left.saturating_sub(1);
+        (self.ends, self.event) = match next {
+            Some((t, event)) => (self.time + t, Some(event)),
+            None => (self.piece_ends, None),
+        };
+    }
+
+    /// Moves to the end of the segment.
+    fn commit(&mut self) {
+        let arrived = self.at(self.ends);
+        self.slid += (arrived.position - self.state.position).abs();
+        self.state = arrived;
+        self.time = self.ends;
+    }
+
+    /// What an event does: it sets exactly what it says and changes the laws.
+    fn change_mode(&mut self, event: Event) {
+        match event {
+            Event::Halt => {
+                self.state.velocity = 0.0;
+                self.mode.load = self.at_rest(None);
+            }
+            Event::BreakAway(side) => self.mode.load = Load::Sliding(side),
+            Event::ClampOn(side) => self.mode.clamped = Some(side),
+            Event::ClampOff => self.mode.clamped = None,
+            Event::VolumeLimit(side) => {
+                self.state.volume = side.sign() * self.constants.volume_limit;
+                self.mode.limited = Some(side);
+            }
+            Event::VolumeRelease => self.mode.limited = None,
+            Event::Stop(side) => {
+                self.state.position = side.sign() * self.constants.stop;
+                self.state.velocity = 0.0;
+                self.mode.load = self.at_rest(Some(side));
+            }
+        }
+    }
+
+    /// A load without speed: it slides on where the pressure overcomes friction, or stays.
+    /// A stop takes all of its speed and pushes back.
+    fn at_rest(&self, stop: Option<Side>) -> Load {
+        let force = self.constants.area * self.pressure(&self.state);
+        let side = Side::of(force);
+        let breaks_away = force.abs() > break_away_force(&self.constants);
+        match stop {
+            Some(stop) if !breaks_away || side == stop => Load::AtStop(stop),
+            None if !breaks_away => Load::Stuck,
+            _ => Load::Sliding(side),
+        }
+    }
+}
