@@ -1,1 +1,36 @@
-//! bag
+//! rosbag2 bags with the MCAP storage, written and read as ROS 2 Jazzy does.
+//!
+//! A bag is a folder `NAME/` with `NAME_0.mcap` (the messages, in chunks) and `metadata.yaml`
+//! (what the files hold, written last). The formats are the MCAP specification with its `ros2`
+//! profile, and rosbag2's metadata version 9. This crate knows files and payload bytes; of
+//! DDS, nodes and vehicles it knows nothing.
+//!
+//! - [`topic`]: a recorded topic: name, type, schema text, type hash, offered QoS.
+//! - [`qos`]: the QoS a publisher offered, in rosbag2's YAML.
+//! - [`writer`]: [`BagWriter`], readable up to the last flushed chunk at any moment.
+//! - [`reader`]: [`BagReader`], whole bags and cut ones, streamed in bounded memory.
+//! - [`metadata`]: the account in `metadata.yaml`.
+//! - [`info`]: a summary for people.
+//!
+//! Inside: `records` splits bytes into MCAP records, `fields` splits records, `chunk` unpacks
+//! and checks a chunk, and `recording` reads one `.mcap` file with them.
+//!
+//! Times are signed nanoseconds on whatever clock the recording ran on, as ROS counts them.
+
+mod chunk;
+mod fields;
+pub mod info;
+pub mod metadata;
+pub mod qos;
+pub mod reader;
+mod recording;
+mod records;
+pub mod topic;
+pub mod writer;
+
+pub use info::BagInfo;
+pub use metadata::BagMetadata;
+pub use qos::OfferedQos;
+pub use reader::{BagReader, Completeness, Limits, Message, Order, ReadError};
+pub use topic::Topic;
+pub use writer::{BagWriter, Compression, Health, TopicId, WriteError, WriterOptions};

@@ -1,0 +1,236 @@
+//! The fields of the MCAP records that a reader needs, borrowed from the record's bytes.
+//!
+//! Layouts are the MCAP specification's ("Records"): integers little endian, strings and maps
+//! behind their length in bytes (4 bytes). They are read here rather than by the `mcap` crate,
+//! which allocates a string as long as the record claims before looking for its bytes: four
+//! bytes of a hostile file would take 4 GiB.
+
+use std::collections::BTreeMap;
+
+/// Opcodes of the records that are read.
+pub(crate) mod op {
+    pub(crate) use mcap::records::op::{
+        CHANNEL, CHUNK, DATA_END, FOOTER, HEADER, MESSAGE, SCHEMA, STATISTICS, SUMMARY_OFFSET,
+    };
+}
+
+/// What remains of a record.
+struct Fields<'a>(&'a [u8]);
+
+impl<'a> Fields<'a> {
+    fn bytes(&mut self, count: usize) -> Result<&'a [u8], String> {
+        let (taken, rest) = self
+            .0
+            .split_at_checked(count)
+            .ok_or("a record is shorter than its fields")?;
+        self.0 = rest;
+        Ok(taken)
+    }
+
+    fn array<const N: usize>(&mut self) -> Result<[u8; N], String> {
+        let (taken, rest) = self
+            .0
+            .split_first_chunk::<N>()
+            .ok_or("a record is shorter than its fields")?;
+        self.0 = rest;
+        Ok(*taken)
+    }
+
+    fn u16(&mut self) -> Result<u16, String> {
+        self.array().map(u16::from_le_bytes)
+    }
+
+    fn u32(&mut self) -> Result<u32, String> {
+        self.array().map(u32::from_le_bytes)
+    }
+
+    fn u64(&mut self) -> Result<u64, String> {
+        self.array().map(u64::from_le_bytes)
+    }
+
+    /// Bytes behind their length.
+    fn sized(&mut self) -> Result<&'a [u8], String> {
+        let length = self.u32()?;
+        self.bytes(length as usize)
+    }
+
+    fn text(&mut self) -> Result<&'a str, String> {
+        std::str::from_utf8(self.sized()?).map_err(|_| "a text is not UTF-8".to_owned())
+    }
+}
+
+/// The file's first record.
+pub(crate) struct Header<'a> {
+    #[expect(dead_code, reason = "read so that a cut header is found out")]
+    pub(crate) profile: &'a str,
+    #[expect(dead_code, reason = "read so that a cut header is found out")]
+    pub(crate) library: &'a str,
+}
+
+impl<'a> Header<'a> {
+    pub(crate) fn read(body: &'a [u8]) -> Result<Self, String> {
+        let mut fields = Fields(body);
+        Ok(Self {
+            profile: fields.text()?,
+            library: fields.text()?,
+        })
+    }
+}
+
+/// The file's last record.
+pub(crate) struct Footer {
+    /// Where the summary starts; 0 for none.
+    pub(crate) summary_start: u64,
+}
+
+impl Footer {
+    pub(crate) fn read(body: &[u8]) -> Result<Self, String> {
+        Ok(Self {
+            summary_start: Fields(body).u64()?,
+        })
+    }
+}
+
+/// A type.
+pub(crate) struct Schema<'a> {
+    pub(crate) id: u16,
+    pub(crate) name: &'a str,
+    pub(crate) encoding: &'a str,
+    pub(crate) data: &'a [u8],
+}
+
+impl<'a> Schema<'a> {
+    pub(crate) fn read(body: &'a [u8]) -> Result<Self, String> {
+        let mut fields = Fields(body);
+        Ok(Self {
+            id: fields.u16()?,
+            name: fields.text()?,
+            encoding: fields.text()?,
+            data: fields.sized()?,
+        })
+    }
+}
+
+/// A topic.
+pub(crate) struct Channel<'a> {
+    pub(crate) id: u16,
+    /// 0 for none.
+    pub(crate) schema_id: u16,
+    pub(crate) topic: &'a str,
+    pub(crate) message_encoding: &'a str,
+    pub(crate) metadata: BTreeMap<&'a str, &'a str>,
+}
+
+impl<'a> Channel<'a> {
+    pub(crate) fn read(body: &'a [u8]) -> Result<Self, String> {
+        let mut fields = Fields(body);
+        Ok(Self {
+            id: fields.u16()?,
+            schema_id: fields.u16()?,
+            topic: fields.text()?,
+            message_encoding: fields.text()?,
+            metadata: {
+                let mut pairs = Fields(fields.sized()?);
+                let mut metadata = BTreeMap::new();
+                while !pairs.0.is_empty() {
+                    metadata.insert(pairs.text()?, pairs.text()?);
+                }
+                metadata
+            },
+        })
+    }
+}
+
+/// A message.
+pub(crate) struct Message<'a> {
+    pub(crate) channel_id: u16,
+    pub(crate) sequence: u32,
+    pub(crate) log_time: i64,
+    pub(crate) publish_time: i64,
+    pub(crate) payload: &'a [u8],
+}
+
+impl<'a> Message<'a> {
+    pub(crate) fn read(body: &'a [u8]) -> Result<Self, String> {
+        let mut fields = Fields(body);
+        Ok(Self {
+            channel_id: fields.u16()?,
+            sequence: fields.u32()?,
+            log_time: time(fields.u64()?)?,
+            publish_time: time(fields.u64()?)?,
+            payload: fields.0,
+        })
+    }
+}
+
+/// A time as ROS counts it.
+pub(crate) fn time(nanoseconds: u64) -> Result<i64, String> {
+    i64::try_from(nanoseconds)
+        .map_err(|_| format!("the time {nanoseconds} ns is beyond what ROS can count"))
+}
+
+/// Many records in one, perhaps compressed.
+pub(crate) struct Chunk<'a> {
+    pub(crate) unpacked_size: u64,
+    /// Of the unpacked bytes; 0 for none.
+    pub(crate) crc: u32,
+    /// Empty for none.
+    pub(crate) compression: &'a str,
+    pub(crate) packed: &'a [u8],
+}
+
+impl<'a> Chunk<'a> {
+    pub(crate) fn read(body: &'a [u8]) -> Result<Self, String> {
+        let mut fields = Fields(body);
+        let [_earliest, _latest] = [fields.u64()?, fields.u64()?];
+        Ok(Self {
+            unpacked_size: fields.u64()?,
+            crc: fields.u32()?,
+            compression: fields.text()?,
+            packed: {
+                let length = fields.u64()?;
+                usize::try_from(length)
+                    .map_err(|_| String::new())
+                    .and_then(|length| fields.bytes(length))
+                    .map_err(|_| {
+                        format!(
+                            "a chunk claims {length} bytes, {} are there",
+                            fields.0.len()
+                        )
+                    })?
+            },
+        })
+    }
+}
+
+/// What the file holds, in numbers.
+pub(crate) struct Statistics {
+    pub(crate) message_count: u64,
+    pub(crate) start_time: u64,
+    pub(crate) end_time: u64,
+    /// By channel.
+    pub(crate) message_counts: BTreeMap<u16, u64>,
+}
+
+impl Statistics {
+    pub(crate) fn read(body: &[u8]) -> Result<Self, String> {
+        let mut fields = Fields(body);
+        let message_count = fields.u64()?;
+        let _schemas = fields.u16()?;
+        let [_channels, _attachments, _metadata, _chunks] =
+            [fields.u32()?, fields.u32()?, fields.u32()?, fields.u32()?];
+        Ok(Self {
+            message_count,
+            start_time: fields.u64()?,
+            end_time: fields.u64()?,
+            message_counts: {
+                let mut pairs = Fields(fields.sized()?);
+                let mut counts = BTreeMap::new();
+                while !pairs.0.is_empty() {
+                    counts.insert(pairs.u16()?, pairs.u64()?);
+                }
+                counts
+            },
+        })
+    }
+}

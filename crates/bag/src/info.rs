@@ -1,0 +1,121 @@
+//! A bag's summary, for people: what `planesman bag info` prints.
+
+use std::{fmt, path::PathBuf};
+
+use crate::{BagReader, Completeness};
+
+/// What a bag holds, in numbers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BagInfo {
+    /// The path that was opened.
+    pub path: PathBuf,
+    /// Its `.mcap` files.
+    pub files: usize,
+    /// Their bytes.
+    pub bytes: u64,
+    /// The first log time, in nanoseconds; `None` without messages.
+    pub start: Option<i64>,
+    /// From the first log time to the last, in seconds.
+    pub duration: f64,
+    /// Messages on all topics.
+    pub messages: u64,
+    /// Messages that the recorder knew to be lost.
+    pub dropped: u64,
+    /// Every topic, by name.
+    pub topics: Vec<TopicInfo>,
+    /// Whether later messages may be missing.
+    pub completeness: Completeness,
+}
+
+/// A topic's line.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TopicInfo {
+    /// Its name.
+    pub name: String,
+    /// Its type.
+    pub type_name: String,
+    /// Its messages.
+    pub messages: u64,
+}
+
+impl BagInfo {
+    /// The summary of an open bag.
+    #[must_use]
+    pub fn of(bag: &BagReader) -> Self {
+        let mut topics: Vec<_> = bag
+            .topics()
+            .iter()
+            .map(|count| TopicInfo {
+                name: count.topic.name.clone(),
+                type_name: count.topic.type_name.clone(),
+                messages: count.messages,
+            })
+            .collect();
+        topics.sort_by(|a, b| a.name.cmp(&b.name));
+        Self {
+            path: bag.path().to_owned(),
+            files: bag.files().count(),
+            bytes: bag.files().map(|(_, bytes)| bytes).sum(),
+            start: bag.span().map(|(first, _)| first),
+            duration: bag.span().map_or(0.0, |(first, last)| {
+                last.saturating_sub(first) as f64 * 1e-9
+            }),
+            messages: bag.message_count(),
+            dropped: bag.dropped(),
+            topics,
+            completeness: bag.completeness().clone(),
+        }
+    }
+}
+
+impl fmt::Display for BagInfo {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "bag       {}", self.path.display())?;
+        writeln!(f, "complete  {}", self.completeness)?;
+        let plural = if self.files == 1 { "" } else { "s" };
+        writeln!(
+            f,
+            "size      {} in {} file{plural}",
+            Bytes(self.bytes),
+            self.files
+        )?;
+        if let Some(start) = self.start {
+            writeln!(f, "start     {:.3} s", start as f64 * 1e-9)?;
+        }
+        writeln!(f, "duration  {:.3} s", self.duration)?;
+        write!(f, "messages  {}", self.messages)?;
+        if self.dropped > 0 {
+            write!(f, ", and {} lost while recording", self.dropped)?;
+        }
+        let wide = |part: fn(&TopicInfo) -> usize| self.topics.iter().map(part).max().unwrap_or(0);
+        let name = wide(|topic| topic.name.len());
+        let type_name = wide(|topic| topic.type_name.len());
+        for topic in &self.topics {
+            write!(
+                f,
+                "\n  {:name$}  {:type_name$}  {:>8}",
+                topic.name, topic.type_name, topic.messages
+            )?;
+        }
+        Ok(())
+    }
+}
+
+/// Bytes in the unit that suits.
+struct Bytes(u64);
+
+impl fmt::Display for Bytes {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        const UNITS: [&str; 3] = ["KiB", "MiB", "GiB"];
+        if self.0 < 1024 {
+            return write!(f, "{} bytes", self.0);
+        }
+        let mut size = self.0 as f64 / 1024.0;
+        let mut unit = 0;
+        while size >= 1024.0 && unit + 1 < UNITS.len() {
+            size /= 1024.0;
+            unit += 1;
+        }
+        write!(f, "{size:.1} {}", UNITS[unit])
+    }
+}

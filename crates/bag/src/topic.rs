@@ -1,0 +1,22 @@
+//! A recorded topic: what an MCAP channel and its schema say together.
+
+use crate::OfferedQos;
+
+/// What a bag knows of a topic beside its messages.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Topic {
+    /// The full name: `/auv/state`.
+    pub name: String,
+    /// The ROS type: `planesman_msgs/msg/VehicleState`; empty if the file names none.
+    pub type_name: String,
+    /// The type's definition with all it depends on, so that a reader needs no ROS install.
+    pub definition: String,
+    /// How [`definition`](Self::definition) is written: `ros2msg`, `ros2idl`, or empty.
+    pub definition_encoding: String,
+    /// How payloads are encoded: `cdr`.
+    pub message_encoding: String,
+    /// The type hash (`RIHS01_` and 64 hex digits); empty if the file has none.
+    pub type_hash: String,
+    /// What the publishers offered.
+    pub offered_qos: Vec<OfferedQos>,
+}

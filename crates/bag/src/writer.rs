@@ -1,0 +1,767 @@
+//! Writing a bag, so that whatever has been flushed stays readable.
+//!
+//! Messages gather in a chunk in memory. The chunk goes to the file as one whole record when it
+//! has grown to [`WriterOptions::chunk_size`], or when [`WriterOptions::flush_interval`] has
+//! passed since the last one went. At every moment the file is therefore a row of whole records,
+//! and after `kill -9` everything up to the last flushed chunk is readable. Nothing waits for
+//! the disk (no fsync): a killed process loses nothing that was flushed, a power cut may.
+//!
+//! [`BagWriter::close`] writes the index and, last of all, `metadata.yaml`. A writer dropped
+//! without it flushes its messages, but leaves both out: such a bag is readable and says that it
+//! is not whole.
+
+use std::{
+    collections::BTreeMap,
+    fmt,
+    fs::{self, File},
+    io::{self, Write},
+    path::{Path, PathBuf},
+    sync::{
+        Arc,
+        atomic::{AtomicBool, AtomicU64, Ordering},
+    },
+    time::{Duration, Instant},
+};
+
+use mcap::{
+    McapError,
+    records::{MessageHeader, Metadata},
+    write::NoSeek,
+};
+
+use crate::{
+    Topic,
+    metadata::{
+        self, BagMetadata, DROPPED, FileInformation, MetadataError, NEVER, StartingTime,
+        TopicMetadata, TopicWithCount,
+    },
+    qos,
+};
+
+/// A message's frame and header beside its payload, for the size of a chunk.
+const MESSAGE_OVERHEAD: u64 = 9 + 22;
+
+/// How chunks are compressed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Compression {
+    /// Not at all: the least work per message.
+    None,
+    /// Zstandard at its default level, on the writing thread: a third of the size or less.
+    #[default]
+    Zstd,
+}
+
+impl std::str::FromStr for Compression {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "none" => Ok(Self::None),
+            "zstd" => Ok(Self::Zstd),
+            other => Err(format!(
+                "compression '{other}' is not known; none and zstd are"
+            )),
+        }
+    }
+}
+
+/// How a bag is written.
+#[derive(Clone, Debug)]
+pub struct WriterOptions {
+    /// How chunks are compressed.
+    pub compression: Compression,
+    /// The size in bytes, before compression, at which a chunk is written. Larger chunks compress
+    /// better; a reader must hold one in memory. 768 KiB, as rosbag2's.
+    pub chunk_size: u64,
+    /// The longest time that a message waits in memory while others come, or while
+    /// [`BagWriter::flush_if_due`] is called. `None`: until the chunk is full, so that the file
+    /// depends on the messages alone.
+    pub flush_interval: Option<Duration>,
+}
+
+impl Default for WriterOptions {
+    fn default() -> Self {
+        Self {
+            compression: Compression::default(),
+            chunk_size: 768 * 1024,
+            flush_interval: Some(Duration::from_secs(1)),
+        }
+    }
+}
+
+/// Why a bag could not be written. Each message names the path or topic and the rule.
+#[derive(Debug, thiserror::Error)]
+pub enum WriteError {
+    /// Something is already there.
+    #[error("{path} exists already; a recording is never written over another, name a new path")]
+    Exists {
+        /// The path asked for.
+        path: PathBuf,
+    },
+    /// The path has no usable last part.
+    #[error("{path} names no bag; the last part of the path becomes the bag's name")]
+    NoName {
+        /// The path asked for.
+        path: PathBuf,
+    },
+    /// The file system refused to create the bag.
+    #[error("cannot create {path}: {source}")]
+    Create {
+        /// What was to be created.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// Writing failed (a full disk, say). The bag takes nothing more; what was flushed before is
+    /// readable.
+    #[error("cannot write {path}: {reason}; it is readable up to what was flushed before")]
+    Failed {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        reason: String,
+    },
+    /// `metadata.yaml` could not be written; the messages are.
+    #[error("the messages are written, their metadata is not: {0}")]
+    Metadata(#[from] MetadataError),
+    /// A topic was added twice, with different descriptions.
+    #[error("topic {name} is already in the bag with another type or QoS")]
+    Conflict {
+        /// The topic.
+        name: String,
+    },
+    /// A message of one type for a topic of another.
+    #[error("topic {name} carries {expected}; a {given} was given")]
+    WrongType {
+        /// The topic.
+        name: String,
+        /// Its type.
+        expected: String,
+        /// The message's type.
+        given: String,
+    },
+    /// A [`TopicId`] that another writer gave.
+    #[error("this bag has no topic number {0}")]
+    UnknownTopic(usize),
+    /// A time before the clock's epoch.
+    #[error("topic {name}: the time {nanoseconds} ns is before the clock's epoch; MCAP has none")]
+    NegativeTime {
+        /// The topic.
+        name: String,
+        /// The time given.
+        nanoseconds: i64,
+    },
+    /// A message that cannot be serialized.
+    #[error("topic {name}: the message does not serialize: {reason}")]
+    Encode {
+        /// The topic.
+        name: String,
+        /// What is wrong.
+        reason: String,
+    },
+}
+
+/// A topic of one [`BagWriter`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct TopicId(usize);
+
+/// How a recording goes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Health {
+    /// Bytes in the file.
+    pub bytes: u64,
+    /// Messages that still wait in memory.
+    pub waiting: u64,
+    /// Every topic, in the order added.
+    pub topics: Vec<TopicHealth>,
+    /// Why nothing more is taken, once writing has failed.
+    pub failure: Option<String>,
+}
+
+/// How a topic's recording goes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TopicHealth {
+    /// The topic.
+    pub name: String,
+    /// Messages taken.
+    pub messages: u64,
+    /// Messages known to be lost.
+    pub dropped: u64,
+}
+
+impl Health {
+    /// Messages taken on all topics.
+    #[must_use]
+    pub fn messages(&self) -> u64 {
+        self.topics.iter().map(|topic| topic.messages).sum()
+    }
+
+    /// Messages known to be lost on all topics.
+    #[must_use]
+    pub fn dropped(&self) -> u64 {
+        self.topics.iter().map(|topic| topic.dropped).sum()
+    }
+}
+
+/// A topic being written.
+struct Channel {
+    topic: Topic,
+    mcap_id: u16,
+    messages: u64,
+    dropped: u64,
+}
+
+/// A bag being written.
+pub struct BagWriter {
+    mcap: mcap::Writer<NoSeek<Sink>>,
+    gate: Arc<Gate>,
+    /// The `.mcap` file.
+    file: PathBuf,
+    /// The bag's folder; none for a single file.
+    folder: Option<PathBuf>,
+    options: WriterOptions,
+    channels: Vec<Channel>,
+    /// The first and last log time so far.
+    span: Option<(i64, i64)>,
+    /// Bytes and messages in the chunk that gathers.
+    pending_bytes: u64,
+    pending_messages: u64,
+    flushed: Instant,
+    failure: Option<String>,
+}
+
+impl fmt::Debug for BagWriter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("BagWriter")
+            .field("file", &self.file)
+            .field("health", &self.health())
+            .finish_non_exhaustive()
+    }
+}
+
+impl BagWriter {
+    /// Starts the bag `folder/` with its one file `NAME_0.mcap`, where NAME is the folder's own.
+    /// Missing folders above it are created.
+    ///
+    /// # Errors
+    /// [`WriteError::Exists`] if anything has that path; [`WriteError::Create`] if the file
+    /// system refuses.
+    pub fn create(folder: &Path, options: WriterOptions) -> Result<Self, WriteError> {
+        let Some(name) = folder.file_name().and_then(|name| name.to_str()) else {
+            return Err(WriteError::NoName {
+                path: folder.to_owned(),
+            });
+        };
+        if let Some(parent) = folder.parent() {
+            fs::create_dir_all(parent).map_err(|source| WriteError::Create {
+                path: parent.to_owned(),
+                source,
+            })?;
+        }
+        fs::create_dir(folder).map_err(|source| refused(folder, source))?;
+        let file = folder.join(format!("{name}_0.mcap"));
+        let mut writer = Self::create_file(&file, options)?;
+        writer.folder = Some(folder.to_owned());
+        Ok(writer)
+    }
+
+    /// Starts a single `.mcap` file, without folder and `metadata.yaml`. The file holds the same.
+    ///
+    /// # Errors
+    /// [`WriteError::Exists`] if anything has that path; [`WriteError::Create`] if the file
+    /// system refuses.
+    pub fn create_file(file: &Path, options: WriterOptions) -> Result<Self, WriteError> {
+        let output = File::options()
+            .write(true)
+            .create_new(true)
+            .open(file)
+            .map_err(|source| refused(file, source))?;
+        Self::start(file, Box::new(output), options)
+    }
+
+    /// Writes the header into `output`, so that even a bag killed at once is a bag.
+    fn start(
+        file: &Path,
+        output: Box<dyn Write + Send>,
+        options: WriterOptions,
+    ) -> Result<Self, WriteError> {
+        let failed = |error: McapError| WriteError::Failed {
+            path: file.to_owned(),
+            reason: reason(error),
+        };
+        let gate = Arc::new(Gate::default());
+        let sink = Sink {
+            output,
+            gate: Arc::clone(&gate),
+        };
+        // Chunks are built in memory (no seeking), so that the file never holds half of one;
+        // this writer alone decides when one ends (no chunk size).
+        let mcap = mcap::WriteOptions::new()
+            .profile("ros2")
+            .library(concat!("planesman_bag ", env!("CARGO_PKG_VERSION")))
+            .compression(match options.compression {
+                Compression::None => None,
+                Compression::Zstd => Some(mcap::Compression::Zstd),
+            })
+            .compression_threads(0)
+            .chunk_size(None)
+            .disable_seeking(true)
+            .create(NoSeek::new(sink))
+            .map_err(failed)?;
+        let mut writer = Self {
+            mcap,
+            gate,
+            file: file.to_owned(),
+            folder: None,
+            options,
+            channels: Vec::new(),
+            span: None,
+            pending_bytes: 0,
+            pending_messages: 0,
+            flushed: Instant::now(),
+            failure: None,
+        };
+        // As rosbag2 does: a recording that is never closed still tells its metadata version, by
+        // which a reader knows how the QoS is written.
+        writer.embed(&BagMetadata::empty())?;
+        writer.flush()?;
+        Ok(writer)
+    }
+
+    /// Adds a topic, or finds it again.
+    ///
+    /// # Errors
+    /// [`WriteError::Conflict`] if the name is there with another description;
+    /// [`WriteError::Failed`] if writing fails.
+    pub fn add_topic(&mut self, topic: &Topic) -> Result<TopicId, WriteError> {
+        if let Some(known) = self
+            .channels
+            .iter()
+            .position(|c| c.topic.name == topic.name)
+        {
+            return if self.channels[known].topic == *topic {
+                Ok(TopicId(known))
+            } else {
+                Err(WriteError::Conflict {
+                    name: topic.name.clone(),
+                })
+            };
+        }
+        self.refuse_after_failure()?;
+        let offered = qos::to_text(&topic.offered_qos).map_err(|error| WriteError::Encode {
+            name: topic.name.clone(),
+            reason: error.to_string(),
+        })?;
+        let about = BTreeMap::from([
+            ("offered_qos_profiles".to_owned(), offered),
+            ("topic_type_hash".to_owned(), topic.type_hash.clone()),
+        ]);
+        let added = self
+            .mcap
+            .add_schema(
+                &topic.type_name,
+                &topic.definition_encoding,
+                topic.definition.as_bytes(),
+            )
+            .and_then(|schema| {
+                self.mcap
+                    .add_channel(schema, &topic.name, &topic.message_encoding, &about)
+            });
+        let mcap_id = added.map_err(|error| self.fail(error))?;
+        self.channels.push(Channel {
+            topic: topic.clone(),
+            mcap_id,
+            messages: 0,
+            dropped: 0,
+        });
+        Ok(TopicId(self.channels.len() - 1))
+    }
+
+    /// Takes a payload as DDS delivers it, with its four bytes of encapsulation in front.
+    /// `log_time` is when it was received and `publish_time` when it was sent, both in
+    /// nanoseconds.
+    ///
+    /// # Errors
+    /// [`WriteError::NegativeTime`], [`WriteError::UnknownTopic`]; [`WriteError::Failed`] if
+    /// writing fails now or has failed before.
+    pub fn write_raw(
+        &mut self,
+        topic: TopicId,
+        payload: &[u8],
+        log_time: i64,
+        publish_time: i64,
+    ) -> Result<(), WriteError> {
+        self.refuse_after_failure()?;
+        let channel = self
+            .channels
+            .get_mut(topic.0)
+            .ok_or(WriteError::UnknownTopic(topic.0))?;
+        let stamp = |nanoseconds: i64| {
+            u64::try_from(nanoseconds).map_err(|_| WriteError::NegativeTime {
+                name: channel.topic.name.clone(),
+                nanoseconds,
+            })
+        };
+        let header = MessageHeader {
+            channel_id: channel.mcap_id,
+            // The count on this topic; it wraps around, as DDS numbers in ROS bags do.
+            sequence: channel.messages as u32,
+            log_time: stamp(log_time)?,
+            publish_time: stamp(publish_time)?,
+        };
+        let written = self.mcap.write_to_known_channel(&header, payload);
+        if let Err(error) = written {
+            return Err(self.fail(error));
+        }
+        channel.messages += 1;
+        self.span = Some(match self.span {
+            None => (log_time, log_time),
+            Some((first, last)) => (first.min(log_time), last.max(log_time)),
+        });
+        self.pending_messages += 1;
+        self.pending_bytes += MESSAGE_OVERHEAD + payload.len() as u64;
+        if self.pending_bytes >= self.options.chunk_size {
+            self.flush()
+        } else {
+            self.flush_if_due()
+        }
+    }
+
+    /// Notes messages of `topic` that were lost before they could be written.
+    pub fn note_dropped(&mut self, topic: TopicId, messages: u64) {
+        if let Some(channel) = self.channels.get_mut(topic.0) {
+            channel.dropped += messages;
+        }
+    }
+
+    /// Flushes if the flush interval has passed; for a recorder's timer, so that the last
+    /// messages before a silence are not kept in memory.
+    ///
+    /// # Errors
+    /// [`WriteError::Failed`] if writing fails now or has failed before.
+    pub fn flush_if_due(&mut self) -> Result<(), WriteError> {
+        match self.options.flush_interval {
+            Some(interval) if self.flushed.elapsed() >= interval => self.flush(),
+            _ => Ok(()),
+        }
+    }
+
+    /// Ends the chunk and hands it to the operating system: everything so far is readable, even
+    /// if this process is killed.
+    ///
+    /// # Errors
+    /// [`WriteError::Failed`] if writing fails now or has failed before.
+    pub fn flush(&mut self) -> Result<(), WriteError> {
+        self.refuse_after_failure()?;
+        let flushed = self.mcap.flush();
+        if let Err(error) = flushed {
+            return Err(self.fail(error));
+        }
+        self.pending_bytes = 0;
+        self.pending_messages = 0;
+        self.flushed = Instant::now();
+        Ok(())
+    }
+
+    /// How the recording goes.
+    #[must_use]
+    pub fn health(&self) -> Health {
+        Health {
+            bytes: self.gate.bytes.load(Ordering::Relaxed),
+            waiting: self.pending_messages,
+            topics: self
+                .channels
+                .iter()
+                .map(|channel| TopicHealth {
+                    name: channel.topic.name.clone(),
+                    messages: channel.messages,
+                    dropped: channel.dropped,
+                })
+                .collect(),
+            failure: self.failure.clone(),
+        }
+    }
+
+    /// The `.mcap` file.
+    #[must_use]
+    pub fn file(&self) -> &Path {
+        &self.file
+    }
+
+    /// The topic behind an id of this writer.
+    pub(crate) fn topic(&self, topic: TopicId) -> Result<&Topic, WriteError> {
+        self.channels
+            .get(topic.0)
+            .map(|channel| &channel.topic)
+            .ok_or(WriteError::UnknownTopic(topic.0))
+    }
+
+    /// Ends the bag: the last chunk, the index, and `metadata.yaml`, which is returned.
+    ///
+    /// # Errors
+    /// [`WriteError::Failed`] if writing fails now or has failed before: then there is no
+    /// `metadata.yaml`. [`WriteError::Metadata`] if that alone cannot be written.
+    pub fn close(mut self) -> Result<BagMetadata, WriteError> {
+        let metadata = self.account();
+        self.embed(&metadata)?;
+        let finished = self.mcap.finish();
+        if let Err(error) = finished {
+            return Err(self.fail(error));
+        }
+        self.gate.closed.store(true, Ordering::Relaxed);
+        if let Some(folder) = &self.folder {
+            metadata.write(folder)?;
+        }
+        Ok(metadata)
+    }
+
+    /// What the bag holds so far, as rosbag2 tells it.
+    fn account(&self) -> BagMetadata {
+        let name = self
+            .file
+            .file_name()
+            .map(|name| name.to_string_lossy().into_owned())
+            .unwrap_or_default();
+        let message_count = self.channels.iter().map(|channel| channel.messages).sum();
+        let starting_time = StartingTime {
+            nanoseconds_since_epoch: self.span.map_or(NEVER, |(first, _)| first),
+        };
+        let duration = metadata::Duration {
+            nanoseconds: self.span.map_or(0, |(first, last)| last - first),
+        };
+        let dropped: BTreeMap<_, _> = self
+            .channels
+            .iter()
+            .filter(|channel| channel.dropped > 0)
+            .map(|channel| {
+                (
+                    format!("{DROPPED}{}", channel.topic.name),
+                    channel.dropped.to_string(),
+                )
+            })
+            .collect();
+        BagMetadata {
+            duration,
+            starting_time,
+            message_count,
+            topics_with_message_count: self
+                .channels
+                .iter()
+                .map(
+                    |Channel {
+                         topic, messages, ..
+                     }| TopicWithCount {
+                        topic_metadata: TopicMetadata {
+                            name: topic.name.clone(),
+                            type_name: topic.type_name.clone(),
+                            serialization_format: topic.message_encoding.clone(),
+                            offered_qos_profiles: topic.offered_qos.clone(),
+                            type_description_hash: topic.type_hash.clone(),
+                        },
+                        message_count: *messages,
+                    },
+                )
+                .collect(),
+            relative_file_paths: vec![name.clone()],
+            files: vec![FileInformation {
+                path: name,
+                starting_time,
+                duration,
+                message_count,
+            }],
+            custom_data: (!dropped.is_empty()).then_some(dropped),
+            ..BagMetadata::empty()
+        }
+    }
+
+    /// Writes the account into the `.mcap` file itself, as rosbag2's storage does.
+    fn embed(&mut self, account: &BagMetadata) -> Result<(), WriteError> {
+        self.refuse_after_failure()?;
+        let text = serde_yaml_ng::to_string(account).map_err(|error| WriteError::Failed {
+            path: self.file.clone(),
+            reason: error.to_string(),
+        })?;
+        let embedded = self.mcap.write_metadata(&Metadata {
+            name: "rosbag2".to_owned(),
+            metadata: BTreeMap::from([("serialized_metadata".to_owned(), text)]),
+        });
+        embedded.map_err(|error| self.fail(error))
+    }
+
+    /// Remembers the first failure, and closes the file to all that would follow.
+    fn fail(&mut self, error: McapError) -> WriteError {
+        self.gate.closed.store(true, Ordering::Relaxed);
+        let reason = self.failure.get_or_insert_with(|| reason(error)).clone();
+        WriteError::Failed {
+            path: self.file.clone(),
+            reason,
+        }
+    }
+
+    fn refuse_after_failure(&self) -> Result<(), WriteError> {
+        match &self.failure {
+            None => Ok(()),
+            Some(reason) => Err(WriteError::Failed {
+                path: self.file.clone(),
+                reason: reason.clone(),
+            }),
+        }
+    }
+}
+
+impl Drop for BagWriter {
+    /// Flushes what was taken, without index and metadata: this bag was not closed.
+    fn drop(&mut self) {
+        if self.failure.is_none() && !self.gate.closed.load(Ordering::Relaxed) {
+            // Nobody is left to hear of a failure; the file is readable up to the flush before.
+            let _ = self.mcap.flush();
+        }
+        // mcap's own drop would write the index, and make the file look whole.
+        self.gate.closed.store(true, Ordering::Relaxed);
+    }
+}
+
+/// What the person at the terminal needs of an error: the system's word, if it has one.
+fn reason(error: McapError) -> String {
+    match error {
+        McapError::Io(error) => error.to_string(),
+        other => other.to_string(),
+    }
+}
+
+fn refused(path: &Path, source: io::Error) -> WriteError {
+    let path = path.to_owned();
+    if source.kind() == io::ErrorKind::AlreadyExists {
+        WriteError::Exists { path }
+    } else {
+        WriteError::Create { path, source }
+    }
+}
+
+/// What the bag and its file both know: the bytes taken, and whether more are.
+#[derive(Default)]
+struct Gate {
+    bytes: AtomicU64,
+    closed: AtomicBool,
+}
+
+/// The file, which takes nothing more once its gate is closed. It is not buffered: a chunk
+/// comes as one piece, and the few small records between chunks are rare.
+struct Sink {
+    output: Box<dyn Write + Send>,
+    gate: Arc<Gate>,
+}
+
+impl Write for Sink {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.gate.closed.load(Ordering::Relaxed) {
+            return Err(io::Error::other("the bag takes nothing more"));
+        }
+        let written = self.output.write(bytes)?;
+        self.gate.bytes.fetch_add(written as u64, Ordering::Relaxed);
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.output.flush()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A disk with room for so many bytes.
+    struct SmallDisk(usize);
+
+    impl Write for SmallDisk {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            let taken = bytes.len().min(self.0);
+            self.0 -= taken;
+            if taken == 0 && !bytes.is_empty() {
+                return Err(io::ErrorKind::StorageFull.into());
+            }
+            Ok(taken)
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    fn topic() -> Topic {
+        Topic {
+            name: "/depth".to_owned(),
+            type_name: "std_msgs/msg/Float64".to_owned(),
+            definition: "float64 data\n".to_owned(),
+            definition_encoding: "ros2msg".to_owned(),
+            message_encoding: "cdr".to_owned(),
+            type_hash: String::new(),
+            offered_qos: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn a_full_disk_is_an_error_at_once_and_ever_after() {
+        let file = Path::new("full.mcap");
+        let options = || WriterOptions {
+            compression: Compression::None,
+            chunk_size: 256,
+            flush_interval: None,
+        };
+        for room in (0..6000).step_by(37) {
+            let disk = Box::new(SmallDisk(room));
+            let mut failures = Vec::new();
+            match BagWriter::start(file, disk, options()) {
+                Err(error) => failures.push(error),
+                Ok(mut writer) => {
+                    match writer.add_topic(&topic()) {
+                        Err(error) => failures.push(error),
+                        Ok(id) => failures.extend(
+                            (0..400).filter_map(|k| writer.write_raw(id, &[0; 12], k, k).err()),
+                        ),
+                    }
+                    failures.extend(writer.flush().err());
+                    let failure = writer.health().failure;
+                    assert_eq!(failure.is_some(), !failures.is_empty());
+                    failures.extend(writer.close().err());
+                }
+            }
+            let first = failures.first().expect("the disk is too small").to_string();
+            assert!(first.contains("full.mcap"), "{first}");
+            assert!(first.contains("no storage space"), "{first}");
+            for later in &failures {
+                assert_eq!(later.to_string(), first);
+            }
+        }
+    }
+
+    #[test]
+    fn a_topic_is_added_once_and_as_one_thing() {
+        let mut writer = BagWriter::start(
+            Path::new("topics.mcap"),
+            Box::new(io::sink()),
+            WriterOptions::default(),
+        )
+        .expect("a sink takes all");
+        let first = writer.add_topic(&topic()).expect("new");
+        assert_eq!(writer.add_topic(&topic()).expect("the same"), first);
+        let other = Topic {
+            type_name: "std_msgs/msg/Float32".to_owned(),
+            ..topic()
+        };
+        assert!(matches!(
+            writer.add_topic(&other),
+            Err(WriteError::Conflict { .. })
+        ));
+        assert!(matches!(
+            writer.write_raw(TopicId(7), &[], 0, 0),
+            Err(WriteError::UnknownTopic(7))
+        ));
+        assert!(matches!(
+            writer.write_raw(first, &[], -1, 0),
+            Err(WriteError::NegativeTime { .. })
+        ));
+        assert_eq!(writer.health().messages(), 0);
+    }
+}

@@ -1,0 +1,447 @@
+//! Bags that were cut, never closed, damaged, or never bags.
+
+mod common;
+
+use std::{fs, path::Path};
+
+use common::{all, fill, is_prefix, small_chunks, whole_file};
+use planesman_bag::{
+    BagReader, BagWriter, Completeness, Compression, ReadError, WriterOptions, reader::Limits,
+};
+
+fn file_with(folder: &Path, name: &str, bytes: &[u8]) -> std::path::PathBuf {
+    let path = folder.join(name);
+    fs::write(&path, bytes).expect("room on the disk");
+    path
+}
+
+#[test]
+fn a_killed_recorder_leaves_what_it_flushed() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("killed");
+    let mut writer = BagWriter::create(&path, small_chunks(Compression::Zstd)).expect("a new bag");
+    fill(&mut writer, 25);
+    // Neither the destructor nor the last chunk: what kill -9 leaves.
+    std::mem::forget(writer);
+
+    let bag = BagReader::open(&path).expect("a bag");
+    let Completeness::Truncated { reason, .. } = bag.completeness() else {
+        panic!("a killed bag is not whole");
+    };
+    assert_eq!(reason, "it was not closed");
+    let messages = all(&bag).expect("whole chunks");
+    assert_eq!(messages.len(), 20, "two chunks of ten were flushed");
+    assert!(is_prefix(&messages));
+    assert_eq!(bag.message_count(), 20);
+}
+
+#[test]
+fn a_writer_dropped_without_closing_keeps_every_message_and_says_so() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("dropped");
+    let mut writer = BagWriter::create(&path, small_chunks(Compression::None)).expect("a new bag");
+    fill(&mut writer, 25);
+    drop(writer);
+    let bag = BagReader::open(&path).expect("a bag");
+    assert!(!bag.completeness().is_whole());
+    assert_eq!(all(&bag).expect("whole chunks").len(), 25);
+}
+
+#[test]
+fn a_bag_killed_at_once_is_a_bag_without_messages() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("early");
+    std::mem::forget(BagWriter::create(&path, WriterOptions::default()).expect("a new bag"));
+    let bag = BagReader::open(&path).expect("a bag");
+    assert_eq!(bag.message_count(), 0);
+    assert!(!bag.completeness().is_whole());
+}
+
+#[test]
+fn cut_anywhere_a_file_gives_a_prefix_and_says_that_it_is_cut() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for compression in [Compression::None, Compression::Zstd] {
+        let path = folder.path().join(format!("{compression:?}.mcap"));
+        whole_file(&path, compression, 40);
+        let bytes = fs::read(&path).expect("the file");
+        let mut longest = 0;
+        for length in 0..bytes.len() {
+            let cut = file_with(folder.path(), "cut.mcap", &bytes[..length]);
+            match BagReader::open(&cut) {
+                Err(ReadError::Empty { .. }) => assert_eq!(length, 0),
+                Err(error) => {
+                    assert!(matches!(error, ReadError::NoHeader { .. }), "{error}");
+                    assert!(length < 80, "the header ends before byte {length}");
+                }
+                Ok(bag) => {
+                    assert!(!bag.completeness().is_whole(), "cut at {length}");
+                    let messages = all(&bag).expect("a cut bag is read without error");
+                    assert!(is_prefix(&messages), "cut at {length}");
+                    assert_eq!(messages.len() as u64, bag.message_count());
+                    assert!(messages.len() >= longest, "a longer file holds no less");
+                    longest = messages.len();
+                }
+            }
+        }
+        assert_eq!(longest, 40);
+    }
+}
+
+#[test]
+fn a_changed_byte_never_panics_nor_changes_a_message_of_a_checked_chunk() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for compression in [Compression::None, Compression::Zstd] {
+        let path = folder.path().join(format!("{compression:?}.mcap"));
+        whole_file(&path, compression, 30);
+        let bytes = fs::read(&path).expect("the file");
+        for at in (0..bytes.len()).step_by(3) {
+            let mut changed = bytes.clone();
+            changed[at] ^= 0xA5;
+            let changed = file_with(folder.path(), "changed.mcap", &changed);
+            if let Ok(bag) = BagReader::open(&changed) {
+                let messages: Vec<_> = bag
+                    .messages(Default::default())
+                    .map_while(Result::ok)
+                    .collect();
+                assert!(is_prefix(&messages), "byte {at}");
+            }
+        }
+    }
+}
+
+#[test]
+fn damage_in_a_closed_file_is_an_error_after_what_comes_before() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("hurt.mcap");
+    whole_file(&path, Compression::None, 40);
+    let mut bytes = fs::read(&path).expect("the file");
+    let middle = bytes.len() / 3;
+    bytes[middle] ^= 1;
+    fs::write(&path, bytes).expect("room on the disk");
+
+    let bag = BagReader::open(&path).expect("its summary is whole");
+    let mut messages = bag.messages(Default::default());
+    let before: Vec<_> = messages.by_ref().map_while(Result::ok).collect();
+    assert!(before.len() < 40 && is_prefix(&before));
+    assert!(messages.next().is_none(), "nothing follows the error");
+    let error = bag
+        .messages(Default::default())
+        .find_map(Result::err)
+        .expect("damage is told");
+    assert!(matches!(error, ReadError::Damaged { .. }));
+    assert!(error.to_string().contains("hurt.mcap is damaged at byte"));
+}
+
+#[test]
+fn what_is_no_bag_is_refused_in_one_line_that_names_it() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let empty_folder = folder.path().join("nothing");
+    fs::create_dir(&empty_folder).expect("a new folder");
+    let not_yaml = file_with(folder.path(), "metadata.yaml", b"half: [written");
+    let cases = [
+        (folder.path().join("absent"), "no such file"),
+        (
+            file_with(
+                folder.path(),
+                "photo.mcap",
+                b"\xFF\xD8\xFF\xE0\0\x10JFIF\0 and so on",
+            ),
+            "a JPEG picture",
+        ),
+        (file_with(folder.path(), "empty.mcap", b""), "is empty"),
+        (
+            file_with(folder.path(), "cut.mcap", mcap::MAGIC),
+            "cut off or damaged in its header",
+        ),
+        (
+            file_with(folder.path(), "old.bag", b"#ROSBAG V2.0\n....."),
+            "ROS 1 bag",
+        ),
+        (
+            file_with(folder.path(), "bag.db3", b"SQLite format 3\0..."),
+            "sqlite3",
+        ),
+        (
+            file_with(folder.path(), "letter.txt", b"Dear planesman,"),
+            "something else",
+        ),
+        (empty_folder, "holds no .mcap file"),
+        (not_yaml, "not the metadata of a rosbag2 bag"),
+    ];
+    for (path, words) in cases {
+        let refusal = BagReader::open(&path).expect_err("no bag").to_string();
+        let name = path.file_name().expect("a name").to_string_lossy();
+        assert!(refusal.contains(&*name), "{refusal}");
+        assert!(refusal.contains(words), "{refusal}");
+        assert_eq!(refusal.trim().lines().count(), 1, "{refusal}");
+    }
+}
+
+#[test]
+fn other_storages_and_outer_compression_are_refused_by_name() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("other");
+    BagWriter::create(&path, WriterOptions::default())
+        .expect("a new bag")
+        .close()
+        .expect("room on the disk");
+    let told = path.join("metadata.yaml");
+    let text = fs::read_to_string(&told).expect("the metadata");
+    let with = |from: &str, to: &str| {
+        fs::write(&told, text.replace(from, to)).expect("room on the disk");
+        BagReader::open(&path).expect_err("not MCAP").to_string()
+    };
+    assert!(with("storage_identifier: mcap", "storage_identifier: sqlite3").contains("'sqlite3'"));
+    assert!(with("compression_mode: ''", "compression_mode: FILE").contains("compressed by FILE"));
+}
+
+#[test]
+fn half_written_metadata_hides_no_message() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("half");
+    let mut writer = BagWriter::create(&path, small_chunks(Compression::Zstd)).expect("a new bag");
+    fill(&mut writer, 12);
+    writer.close().expect("room on the disk");
+    let told = path.join("metadata.yaml");
+    let text = fs::read_to_string(&told).expect("the metadata");
+    for length in 0..text.len() - 1 {
+        fs::write(&told, &text[..length]).expect("room on the disk");
+        match BagReader::open(&path) {
+            Ok(bag) => assert_eq!(all(&bag).expect("an undamaged file").len(), 12),
+            // A prefix can be sound YAML that lists no file, or another storage ("mca").
+            Err(error) => assert!(
+                matches!(
+                    error,
+                    ReadError::NoMcap { .. }
+                        | ReadError::Storage { .. }
+                        | ReadError::NotFound { .. }
+                ),
+                "{error}"
+            ),
+        }
+    }
+}
+
+#[test]
+fn metadata_of_versions_5_to_8_is_read() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("older");
+    let mut writer = BagWriter::create(&path, small_chunks(Compression::Zstd)).expect("a new bag");
+    fill(&mut writer, 2);
+    writer.close().expect("room on the disk");
+    let version_5 = "rosbag2_bagfile_information:
+  version: 5
+  storage_identifier: mcap
+  duration: {nanoseconds: 50000000}
+  starting_time: {nanoseconds_since_epoch: 0}
+  message_count: 2
+  topics_with_message_count:
+    - topic_metadata:
+        name: /depth
+        type: std_msgs/msg/Float64
+        serialization_format: cdr
+        offered_qos_profiles: \"- history: 1\\n  depth: 10\\n  reliability: 1\"
+      message_count: 1
+  compression_format: \"\"
+  compression_mode: \"\"
+  relative_file_paths: [older_0.mcap]
+  files:
+    - {path: older_0.mcap, starting_time: {nanoseconds_since_epoch: 0}, duration: {nanoseconds: 50000000}, message_count: 2}
+";
+    fs::write(path.join("metadata.yaml"), version_5).expect("room on the disk");
+    let bag = BagReader::open(&path).expect("a bag");
+    assert!(bag.completeness().is_whole());
+    assert_eq!(bag.metadata().map(|told| told.version), Some(5));
+}
+
+/// A record: opcode, length, body.
+fn record(opcode: u8, body: &[u8]) -> Vec<u8> {
+    let mut bytes = vec![opcode];
+    bytes.extend((body.len() as u64).to_le_bytes());
+    bytes.extend(body);
+    bytes
+}
+
+/// A file's beginning: magic and a header with two empty strings.
+fn beginning() -> Vec<u8> {
+    [mcap::MAGIC, &record(1, &[0; 8])].concat()
+}
+
+/// A chunk record with a header that may lie.
+fn chunk(compression: &str, claimed: u64, packed_claim: u64, packed: &[u8]) -> Vec<u8> {
+    let mut body = vec![0; 16];
+    body.extend(claimed.to_le_bytes());
+    body.extend(0_u32.to_le_bytes());
+    body.extend((compression.len() as u32).to_le_bytes());
+    body.extend(compression.as_bytes());
+    body.extend(packed_claim.to_le_bytes());
+    body.extend(packed);
+    record(6, &body)
+}
+
+#[test]
+fn lying_lengths_are_refused_and_cost_no_memory() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let zeros = zstd::encode_all(&vec![0_u8; 8 << 20][..], 3).expect("zstd");
+    let mut far = vec![6];
+    far.extend(u64::MAX.to_le_bytes());
+    let mut near = vec![5];
+    near.extend((200_u64 << 20).to_le_bytes());
+    let mut attachment = vec![9];
+    attachment.extend(u64::MAX.to_le_bytes());
+    let schema_lie = [&[1, 0][..], &u32::MAX.to_le_bytes(), b"abc"].concat();
+    let cases: [(&str, Vec<u8>, &str); 11] = [
+        ("record longer than any", far, "at most"),
+        ("record longer than the file", near, "cut off"),
+        ("attachment longer than the file", attachment, "cut off"),
+        ("attachment without a body", record(9, &[]), "not closed"),
+        (
+            "chunk that bursts",
+            chunk("zstd", u64::MAX, zeros.len() as u64, &zeros),
+            "at most",
+        ),
+        (
+            "chunk larger than told",
+            chunk("zstd", 100, zeros.len() as u64, &zeros),
+            "its header says 100",
+        ),
+        (
+            "chunk smaller than told",
+            chunk("", 100, 3, &[1, 2, 3]),
+            "its header says 100",
+        ),
+        (
+            "chunk that claims more than it has",
+            chunk("", 100, 100, &[0; 9]),
+            "claims 100 bytes, 9 are there",
+        ),
+        (
+            "chunk of unknown compression",
+            chunk("br\u{7}", 9, 9, &[0; 9]),
+            "none, zstd and lz4",
+        ),
+        (
+            "chunk whose record overruns it",
+            chunk("", 9, 9, &[5, 255, 255, 255, 0, 0, 0, 0, 0]),
+            "inside a chunk",
+        ),
+        (
+            "schema with a lying name",
+            record(3, &schema_lie),
+            "shorter than its fields",
+        ),
+    ];
+    for (name, bytes, words) in cases {
+        let path = file_with(folder.path(), "lie.mcap", &[beginning(), bytes].concat());
+        let bag = BagReader::open(&path).expect("a header is there");
+        let Completeness::Truncated {
+            reason, readable, ..
+        } = bag.completeness()
+        else {
+            panic!("{name}: not whole");
+        };
+        assert!(reason.contains(words), "{name}: {reason}");
+        assert!(readable.is_some());
+        assert_eq!(all(&bag).expect("nothing to read"), [], "{name}");
+    }
+}
+
+#[test]
+fn an_index_that_lies_is_not_believed() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for start in [1, 8, 40, 1 << 40, u64::MAX] {
+        let mut footer = Vec::new();
+        footer.extend(u64::to_le_bytes(start));
+        footer.extend([0; 12]);
+        let bytes = [
+            beginning(),
+            record(0x0F, &[0; 4]),
+            record(0x02, &footer),
+            mcap::MAGIC.to_vec(),
+        ]
+        .concat();
+        let path = file_with(folder.path(), "index.mcap", &bytes);
+        let bag = BagReader::open(&path).expect("a header is there");
+        assert!(
+            bag.completeness().is_whole(),
+            "it is closed, and read through"
+        );
+        assert_eq!(all(&bag).expect("nothing to read"), []);
+    }
+}
+
+#[test]
+fn topics_beyond_all_measure_are_refused() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut bytes = beginning();
+    for id in 1..100_u16 {
+        let name = "n".repeat(1000);
+        let mut body = id.to_le_bytes().to_vec();
+        for text in [&name, "ros2msg", &name] {
+            body.extend((text.len() as u32).to_le_bytes());
+            body.extend(text.as_bytes());
+        }
+        bytes.extend(record(3, &body));
+    }
+    let path = file_with(folder.path(), "wide.mcap", &bytes);
+    let limits = Limits {
+        definitions: 50_000,
+        ..Limits::default()
+    };
+    let bag = BagReader::open_within(&path, limits).expect("a header is there");
+    assert!(
+        bag.completeness()
+            .to_string()
+            .contains("50000 bytes to describe")
+    );
+}
+
+#[test]
+fn lz4_chunks_are_read() {
+    use std::io::Write;
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("plain.mcap");
+    whole_file(&path, Compression::None, 10);
+    let plain = BagReader::open(&path).expect("a bag");
+    let expected = all(&plain).expect("an undamaged bag");
+
+    // The same records, in one lz4 chunk.
+    let records = [
+        record(3, &{
+            let mut body = 1_u16.to_le_bytes().to_vec();
+            for text in ["std_msgs/msg/Float64", "ros2msg", "float64 data\n"] {
+                body.extend((text.len() as u32).to_le_bytes());
+                body.extend(text.as_bytes());
+            }
+            body
+        }),
+        record(4, &{
+            let mut body = [1_u16.to_le_bytes(), 1_u16.to_le_bytes()].concat();
+            for text in ["/depth", "cdr", ""] {
+                body.extend((text.len() as u32).to_le_bytes());
+                body.extend(text.as_bytes());
+            }
+            body
+        }),
+        record(5, &{
+            let mut body = 1_u16.to_le_bytes().to_vec();
+            body.extend([0; 20]);
+            body.extend(&expected[0].payload);
+            body
+        }),
+    ]
+    .concat();
+    let mut encoder = lz4_flex::frame::FrameEncoder::new(Vec::new());
+    encoder.write_all(&records).expect("memory");
+    let packed = encoder.finish().expect("memory");
+    let bytes = [
+        beginning(),
+        chunk("lz4", records.len() as u64, packed.len() as u64, &packed),
+    ]
+    .concat();
+    let bag = BagReader::open(&file_with(folder.path(), "lz4.mcap", &bytes)).expect("a bag");
+    let messages = all(&bag).expect("whole chunks");
+    assert_eq!(messages.len(), 1);
+    assert_eq!(messages[0].payload, expected[0].payload);
+    assert_eq!(messages[0].topic.type_name, "std_msgs/msg/Float64");
+}

@@ -1,0 +1,251 @@
+//! What is written is read again, and the folder is the one rosbag2 expects.
+
+mod common;
+
+use std::{fs, time::Duration};
+
+use common::{all, fill, is_prefix, payload, small_chunks, topic};
+use planesman_bag::{
+    BagInfo, BagMetadata, BagReader, BagWriter, Completeness, Compression, Order, WriteError,
+    WriterOptions,
+};
+
+#[test]
+fn a_closed_bag_holds_every_message_in_order() {
+    for compression in [Compression::None, Compression::Zstd] {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("deep/dive");
+        let mut writer = BagWriter::create(&path, small_chunks(compression)).expect("a new bag");
+        fill(&mut writer, 101);
+        let told = writer.close().expect("room on the disk");
+        assert_eq!(told.message_count, 101);
+        assert_eq!(told.duration.nanoseconds, 5_000_000_000);
+
+        for door in [
+            path.clone(),
+            path.join("metadata.yaml"),
+            path.join("dive_0.mcap"),
+        ] {
+            let bag = BagReader::open(&door).expect("a bag");
+            assert_eq!(*bag.completeness(), Completeness::Whole, "{door:?}");
+            assert_eq!(bag.message_count(), 101);
+            assert_eq!(bag.span(), Some((0, 5_000_000_000)));
+            let messages = all(&bag).expect("an undamaged bag");
+            assert_eq!(messages.len(), 101);
+            assert!(is_prefix(&messages));
+            assert_eq!(*messages[0].topic, topic("/depth"));
+            assert_eq!(*messages[1].topic, topic("/pitch"));
+        }
+    }
+}
+
+#[test]
+fn only_the_named_topics_are_read() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("dive.mcap");
+    common::whole_file(&path, Compression::Zstd, 10);
+    let bag = BagReader::open(&path).expect("a bag");
+    let names: Vec<_> = bag
+        .messages_of(&["/pitch", "/absent"], Order::File)
+        .map(|message| message.expect("an undamaged bag").topic.name.clone())
+        .collect();
+    assert_eq!(names, ["/pitch"; 5]);
+}
+
+#[test]
+fn the_metadata_is_what_rosbag2_writes() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("dive");
+    let mut writer = BagWriter::create(&path, WriterOptions::default()).expect("a new bag");
+    fill(&mut writer, 3);
+    assert!(
+        !path.join("metadata.yaml").exists(),
+        "written at close only"
+    );
+    writer.close().expect("room on the disk");
+
+    let text = fs::read_to_string(path.join("metadata.yaml")).expect("the metadata");
+    for line in [
+        "rosbag2_bagfile_information:",
+        "  version: 9",
+        "  storage_identifier: mcap",
+        "    nanoseconds: 100000000",
+        "    nanoseconds_since_epoch: 0",
+        "  message_count: 3",
+        "      name: /depth",
+        "      type: std_msgs/msg/Float64",
+        "      serialization_format: cdr",
+        "      - history: keep_last",
+        "        reliability: reliable",
+        "    message_count: 2",
+        "  compression_format: ''",
+        "  - dive_0.mcap",
+        "  - path: dive_0.mcap",
+        "  ros_distro: jazzy",
+    ] {
+        assert!(
+            text.lines().any(|l| l == line),
+            "{line:?} is not in\n{text}"
+        );
+    }
+    let read = BagMetadata::read(&path.join("metadata.yaml")).expect("the metadata");
+    assert_eq!(read.topics_with_message_count.len(), 2);
+    let left = fs::read_dir(&path).expect("the folder").count();
+    assert_eq!(
+        left, 2,
+        "the bag's folder holds the file and its metadata only"
+    );
+}
+
+#[test]
+fn a_bag_without_messages_is_whole() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("still");
+    let mut writer = BagWriter::create(&path, WriterOptions::default()).expect("a new bag");
+    writer.add_topic(&topic("/depth")).expect("a new topic");
+    writer.close().expect("room on the disk");
+    let bag = BagReader::open(&path).expect("a bag");
+    assert!(bag.completeness().is_whole());
+    assert_eq!(bag.topics().len(), 1);
+    assert_eq!(bag.span(), None);
+    assert_eq!(all(&bag).expect("an undamaged bag"), []);
+}
+
+#[test]
+fn an_existing_path_is_refused_and_left_as_it_is() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let taken = folder.path().join("taken");
+    fs::write(&taken, "a letter").expect("room on the disk");
+    for error in [
+        BagWriter::create(&taken, WriterOptions::default()),
+        BagWriter::create_file(&taken, WriterOptions::default()),
+        BagWriter::create(folder.path(), WriterOptions::default()),
+    ]
+    .map(|created| created.expect_err("the path is taken"))
+    {
+        assert!(matches!(error, WriteError::Exists { .. }), "{error}");
+        assert_eq!(error.to_string().lines().count(), 1);
+    }
+    assert_eq!(fs::read(&taken).expect("the letter"), b"a letter");
+    assert!(BagWriter::create(&taken.join("below"), WriterOptions::default()).is_err());
+}
+
+#[test]
+fn messages_out_of_order_are_put_in_order_within_a_chunk() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("late.mcap");
+    let mut writer = BagWriter::create_file(&path, WriterOptions::default()).expect("a new file");
+    let depth = writer.add_topic(&topic("/depth")).expect("a new topic");
+    for time in [30, 10, 20, 10] {
+        writer
+            .write_raw(depth, &payload(time as f64), time, 0)
+            .expect("room on the disk");
+    }
+    writer.close().expect("room on the disk");
+    let bag = BagReader::open(&path).expect("a bag");
+    let times = |order| -> Vec<_> {
+        bag.messages(order)
+            .map(|message| message.map(|m| (m.log_time, m.sequence)).expect("whole"))
+            .collect()
+    };
+    assert_eq!(times(Order::File), [(30, 0), (10, 1), (20, 2), (10, 3)]);
+    assert_eq!(
+        times(Order::LogTimeInChunk),
+        [(10, 1), (10, 3), (20, 2), (30, 0)]
+    );
+    assert_eq!(bag.span(), Some((10, 30)));
+}
+
+#[test]
+fn a_split_bag_is_read_in_the_order_of_its_metadata() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let parts: Vec<_> = (0..11)
+        .map(|part| {
+            let bag = folder.path().join(format!("part{part}"));
+            let mut writer = BagWriter::create(&bag, WriterOptions::default()).expect("a new bag");
+            let depth = writer.add_topic(&topic("/depth")).expect("a new topic");
+            writer
+                .write_raw(depth, &payload(0.0), part, part)
+                .expect("room on the disk");
+            let told = writer.close().expect("room on the disk");
+            (bag.join(format!("part{part}_0.mcap")), told)
+        })
+        .collect();
+    let split = folder.path().join("split");
+    fs::create_dir(&split).expect("a new folder");
+    let mut told = parts[0].1.clone();
+    told.message_count = 11;
+    told.relative_file_paths = Vec::new();
+    for (number, (file, _)) in parts.iter().enumerate() {
+        let name = format!("split_{number}.mcap");
+        fs::copy(file, split.join(&name)).expect("room on the disk");
+        told.relative_file_paths.push(format!("elsewhere/{name}"));
+    }
+    let order = |bag: &BagReader| -> Vec<_> {
+        all(bag)
+            .expect("an undamaged bag")
+            .iter()
+            .map(|message| message.log_time)
+            .collect()
+    };
+
+    let unlisted = BagReader::open(&split).expect("a bag");
+    assert!(!unlisted.completeness().is_whole());
+    assert_eq!(order(&unlisted), (0..11).collect::<Vec<_>>());
+
+    told.write(&split).expect("room on the disk");
+    let listed = BagReader::open(&split).expect("a bag");
+    assert!(listed.completeness().is_whole());
+    assert_eq!(order(&listed), (0..11).collect::<Vec<_>>());
+    assert_eq!(listed.topics().len(), 1);
+    assert_eq!(listed.topics()[0].messages, 11);
+
+    told.relative_file_paths.reverse();
+    told.write(&split).expect("room on the disk");
+    let reversed = BagReader::open(&split).expect("a bag");
+    assert_eq!(order(&reversed), (0..11).rev().collect::<Vec<_>>());
+}
+
+#[test]
+fn losses_are_told_in_the_bag() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("lossy");
+    let mut writer = BagWriter::create(&path, WriterOptions::default()).expect("a new bag");
+    let depth = writer.add_topic(&topic("/depth")).expect("a new topic");
+    writer.note_dropped(depth, 3);
+    writer
+        .write_raw(depth, &payload(1.0), 5, 5)
+        .expect("room on the disk");
+    assert_eq!(writer.health().dropped(), 3);
+    assert_eq!(writer.health().waiting, 1);
+    writer.close().expect("room on the disk");
+
+    let bag = BagReader::open(&path).expect("a bag");
+    let info = BagInfo::of(&bag);
+    assert_eq!(info.dropped, 3);
+    let text = info.to_string();
+    assert!(text.contains("messages  1, and 3 lost"), "{text}");
+    assert!(text.contains("complete  whole"), "{text}");
+    assert!(text.contains("/depth  std_msgs/msg/Float64"), "{text}");
+}
+
+#[test]
+fn a_silence_does_not_keep_messages_in_memory() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("quiet.mcap");
+    let options = WriterOptions {
+        flush_interval: Some(Duration::ZERO),
+        ..WriterOptions::default()
+    };
+    let mut writer = BagWriter::create_file(&path, options).expect("a new file");
+    fill(&mut writer, 3);
+    writer.flush_if_due().expect("room on the disk");
+    assert_eq!(writer.health().waiting, 0);
+    assert_eq!(
+        writer.health().bytes,
+        fs::metadata(&path).expect("the file").len()
+    );
+    let bag = BagReader::open(&path).expect("a bag being written");
+    assert_eq!(bag.message_count(), 3);
+    assert!(!bag.completeness().is_whole());
+}
