@@ -1,1 +1,37 @@
-//! plant_sim
+//! The vehicle in the vertical plane, its sensors, and their messages.
+//!
+//! From the equations outwards:
+//!
+//! - [`quantity`]: numbers with their units, converted to SI.
+//! - [`vehicle`]: what a vehicle is; its dimensional derivatives at a speed.
+//! - [`vehicle_file`]: vehicles from YAML, and the one built in.
+//! - [`dynamics`]: the equations of motion.
+//! - [`integrator`]: the fixed-step fourth-order Runge-Kutta method.
+//! - [`motion`]: a tick of motion.
+//! - [`planes`]: the plane angle over a tick.
+//! - [`environment`]: water, gravity and the surface.
+//! - [`linearised`]: the same vehicle about level flight; what identification should find.
+//! - [`sensors`]: rate gyros, accelerometers, pressure cells, with bias and noise.
+//! - [`odometry`]: the state in ROS frames (REP 103, REP 105).
+//! - [`parameters`]: the node's declared parameters.
+//! - [`core`]: messages in, messages out, one tick at a time.
+//!
+//! Depth is positive down, pitch bow up, plane angles to dive; SI throughout. No clock and no
+//! input or output, but for reading a vehicle file when one is named.
+
+pub mod core;
+pub mod dynamics;
+pub mod environment;
+pub mod integrator;
+pub mod linearised;
+pub mod motion;
+pub mod odometry;
+pub mod parameters;
+pub mod planes;
+pub mod quantity;
+pub mod sensors;
+pub mod vehicle;
+pub mod vehicle_file;
+
+pub use dynamics::{Restoring, State};
+pub use vehicle::Vehicle;

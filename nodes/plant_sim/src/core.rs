@@ -1,0 +1,627 @@
+//! Messages in, messages out: the plant one tick at a time.
+//!
+//! [`Plant::observe`] says what is published at a stamp, [`Plant::advance`] moves on by one tick.
+//! Observing changes nothing, so a stamp observed again gives the same bytes. What comes out
+//! depends on the parameters, the plane motions and the number of ticks, and on nothing else.
+//!
+//! A changed parameter takes effect in the next tick: what has been published at a stamp stays
+//! what it was. A refused motion or a diverging step leaves the plant as it was.
+
+use planesman_msgs::{
+    builtin_interfaces::msg::Time,
+    geometry_msgs::msg::{
+        Point, Pose, PoseWithCovariance, Quaternion, Transform, TransformStamped, Twist,
+        TwistWithCovariance, Vector3,
+    },
+    nav_msgs::msg::Odometry,
+    planesman_msgs::msg::{PlaneMotion, VehicleState},
+    sensor_msgs::msg::{FluidPressure, Imu},
+    std_msgs::msg::Header,
+    tf2_msgs::msg::TFMessage,
+};
+use planesman_parameters::Values;
+
+use crate::{
+    Restoring, State, Vehicle,
+    environment::Environment,
+    integrator::LARGEST_POLE_STEP,
+    linearised,
+    motion::Motion,
+    odometry::{self, wrapped},
+    planes::PlanePath,
+    sensors::{Channel, Noise, Normals, Readings, Sensors},
+    vehicle_file,
+};
+
+/// The fixed frame of `VehicleState`: x along the track, z down from the surface.
+const MAP: &str = "map";
+
+/// Everything the plant publishes at one stamp.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Observation {
+    /// The truth, on `state`.
+    pub state: VehicleState,
+    /// The truth in ROS frames, on `odom`.
+    pub odometry: Odometry,
+    /// `odom` to `base_link`, on `/tf`.
+    pub transforms: TFMessage,
+    /// Rate gyros and accelerometers, on `imu`.
+    pub imu: Imu,
+    /// Absolute pressure at the depth port, on `depth_pressure`.
+    pub depth_pressure: FluidPressure,
+    /// Stagnation less static pressure, on `speed_pressure`.
+    pub speed_pressure: FluidPressure,
+}
+
+/// The vehicle, its instruments and where they stand at the present tick.
+#[derive(Clone, Debug)]
+pub struct Plant {
+    vehicle: Vehicle,
+    settings: Settings,
+    /// Accepted, and in force from the next tick on.
+    next_settings: Option<Settings>,
+    state: State,
+    /// The plane angle acting now \[rad\].
+    planes: f64,
+    planes_source: u8,
+    noise: Noise,
+    /// The sensors' random numbers of the present tick.
+    normals: Normals,
+}
+
+impl Plant {
+    /// The plant at its initial state, planes neutral.
+    ///
+    /// # Errors
+    /// What is refused and why: a vehicle file, a prefix, or a step that does not divide the
+    /// tick or is too long for the vehicle.
+    pub fn new(values: &Values) -> Result<Self, String> {
+        let vehicle = vehicle_file::load(values.string("vehicle")).map_err(|e| e.to_string())?;
+        let settings = Settings::new(values, &vehicle)?;
+        let mut noise = Noise::new(settings.seed);
+        Ok(Self {
+            state: settings.initial,
+            planes: 0.0,
+            planes_source: VehicleState::PLANES_ANSWERED,
+            normals: noise.draw(),
+            noise,
+            vehicle,
+            settings,
+            next_settings: None,
+        })
+    }
+
+    /// Takes changed parameters, in force from the next tick on; the initial state and the seed
+    /// from the next reset on.
+    ///
+    /// # Errors
+    /// As [`Plant::new`]; then the values before stay in force.
+    pub fn set_values(&mut self, values: &Values) -> Result<(), String> {
+        let next = Settings::new(values, &self.vehicle)?;
+        if next.tick_nanos != self.settings.tick_nanos || next.steps != self.settings.steps {
+            return Err("parameters 'tick' and 'step' are fixed at the start".to_owned());
+        }
+        self.next_settings = Some(next);
+        Ok(())
+    }
+
+    /// The tick \[ns\].
+    #[must_use]
+    pub fn tick_nanos(&self) -> i64 {
+        self.settings.tick_nanos
+    }
+
+    /// The vehicle, to compare an identified model with.
+    #[must_use]
+    pub fn vehicle(&self) -> &Vehicle {
+        &self.vehicle
+    }
+
+    /// The forward speed in force \[m/s\].
+    #[must_use]
+    pub fn speed(&self) -> f64 {
+        self.settings.motion.derivatives.speed
+    }
+
+    /// What is published at the present tick, which falls on `stamp`.
+    #[must_use]
+    pub fn observe(&self, stamp: Time) -> Observation {
+        let Motion {
+            derivatives,
+            environment,
+            ..
+        } = &self.settings.motion;
+        let sensors = &self.settings.sensors;
+        let readings = sensors.read(
+            &self.state,
+            self.planes,
+            derivatives,
+            environment,
+            &self.vehicle.depth_port,
+            &self.normals,
+        );
+        let odometry = odometry::Odometry::of(&self.state, derivatives);
+        let frames = Frames {
+            stamp,
+            prefix: &self.settings.frame_prefix,
+        };
+        Observation {
+            state: self.state_message(&frames),
+            odometry: frames.odometry(&odometry),
+            transforms: frames.transforms(&odometry),
+            imu: frames.imu(&readings, sensors),
+            depth_pressure: frames.pressure(readings.depth_pressure, &sensors.depth),
+            speed_pressure: frames.pressure(readings.speed_pressure, &sensors.speed),
+        }
+    }
+
+    /// Moves on by one tick, the planes along `motion`; without one they stay where they are,
+    /// and the next state says so.
+    ///
+    /// # Errors
+    /// A motion that does not fit the tick, or one under which the vehicle's numbers diverge.
+    /// The plant is then as it was.
+    pub fn advance(&mut self, motion: Option<&PlaneMotion>) -> Result<(), String> {
+        let settings = self.next_settings.as_ref().unwrap_or(&self.settings);
+        let path = match motion {
+            Some(m) => PlanePath::new(&m.dive_planes, m.duration.nanos(), settings.tick_nanos)
+                .map_err(|e| e.to_string())?,
+            None => PlanePath::held(&self.planes),
+        };
+        let state = settings
+            .motion
+            .advance(&self.state, &path, settings.steps)
+            .map_err(|e| e.to_string())?;
+        let planes = path.end();
+
+        self.state = state;
+        self.planes = planes;
+        self.planes_source = match motion {
+            Some(_) => VehicleState::PLANES_ANSWERED,
+            None => VehicleState::PLANES_HELD,
+        };
+        self.normals = self.noise.draw();
+        self.take_next_settings();
+        Ok(())
+    }
+
+    /// Back to the initial state, planes neutral, the noise from its beginning.
+    pub fn reset(&mut self) {
+        self.take_next_settings();
+        self.state = self.settings.initial;
+        self.planes = 0.0;
+        self.planes_source = VehicleState::PLANES_ANSWERED;
+        self.noise = Noise::new(self.settings.seed);
+        self.normals = self.noise.draw();
+    }
+
+    fn take_next_settings(&mut self) {
+        if let Some(next) = self.next_settings.take() {
+            self.settings = next;
+        }
+    }
+
+    fn state_message(&self, frames: &Frames<'_>) -> VehicleState {
+        let Motion {
+            derivatives,
+            environment,
+            ..
+        } = &self.settings.motion;
+        let state = &self.state;
+        VehicleState {
+            header: frames.header(MAP.to_owned()),
+            distance: state.distance,
+            depth: state.depth,
+            depth_rate: environment.confined_rate(state.depth, derivatives.depth_rate(state)),
+            pitch: wrapped(state.pitch),
+            pitch_rate: state.pitch_rate,
+            surge: derivatives.speed,
+            heave: state.heave,
+            dive_planes: self.planes,
+            planes_source: self.planes_source,
+        }
+    }
+}
+
+/// The parameters, checked and in the models' own types.
+#[derive(Clone, Debug)]
+struct Settings {
+    motion: Motion,
+    sensors: Sensors,
+    initial: State,
+    seed: u64,
+    tick_nanos: i64,
+    steps: u32,
+    frame_prefix: String,
+}
+
+impl Settings {
+    fn new(values: &Values, vehicle: &Vehicle) -> Result<Self, String> {
+        let (tick_nanos, steps) = tick_and_steps(values.double("tick"), values.double("step"))?;
+        let environment = Environment {
+            density: values.double("environment.density"),
+            gravity: values.double("environment.gravity"),
+            atmospheric_pressure: values.double("environment.atmospheric_pressure"),
+        };
+        let motion = Motion {
+            derivatives: vehicle.derivatives(values.double("speed")),
+            restoring: match values.string("restoring") {
+                "small_angle" => Restoring::SmallAngle,
+                _ => Restoring::Sine,
+            },
+            environment,
+            step: tick_nanos as f64 * 1e-9 / f64::from(steps),
+        };
+        refuse_fast_modes(vehicle, &motion)?;
+        Ok(Self {
+            motion,
+            sensors: sensors(values),
+            initial: State {
+                depth: values.double("initial_depth"),
+                pitch: values.double("initial_pitch"),
+                ..State::default()
+            },
+            // Declared to be at least 0.
+            seed: values.integer("seed").unsigned_abs(),
+            tick_nanos,
+            steps,
+            frame_prefix: frame_prefix(values.string("frame_prefix"))?,
+        })
+    }
+}
+
+/// The tick in whole nanoseconds, and how many steps it is.
+fn tick_and_steps(tick: f64, step: f64) -> Result<(i64, u32), String> {
+    let [tick_nanos, step_nanos] = [tick, step].map(|seconds| (seconds * 1e9).round() as i64);
+    if step_nanos <= 0 || tick_nanos <= 0 || tick_nanos % step_nanos != 0 {
+        return Err(format!(
+            "parameter 'step': {step} refused: the tick, {tick} s, must be a whole number of steps"
+        ));
+    }
+    let steps = u32::try_from(tick_nanos / step_nanos).map_err(|_| {
+        format!("parameter 'step': {step} refused: too small for the tick, {tick} s")
+    })?;
+    Ok((tick_nanos, steps))
+}
+
+/// Refuses a step that the vehicle's fastest mode would outrun.
+fn refuse_fast_modes(vehicle: &Vehicle, motion: &Motion) -> Result<(), String> {
+    let speed = motion.derivatives.speed;
+    let poles = linearised::pitch_rate(vehicle, speed)
+        .and_then(|system| system.poles())
+        .map_err(|e| format!("vehicle '{}' at {speed} m/s refused: {e}", vehicle.name))?;
+    let fastest = poles.iter().map(|p| p.norm()).fold(0.0, f64::max);
+    let step = motion.step;
+    if fastest * step > LARGEST_POLE_STEP {
+        return Err(format!(
+            "parameter 'step': {step} refused: vehicle '{}' has a mode of {fastest:.3} rad/s at \
+             {speed} m/s, the step must be at most {:.3e} s",
+            vehicle.name,
+            LARGEST_POLE_STEP / fastest
+        ));
+    }
+    Ok(())
+}
+
+fn sensors(values: &Values) -> Sensors {
+    if !values.bool("sensors.noise") {
+        return Sensors::default();
+    }
+    let channel = |name: &str| Channel {
+        bias: values.double(&format!("sensors.{name}.bias")),
+        noise: values.double(&format!("sensors.{name}.noise")),
+    };
+    Sensors {
+        gyro: channel("gyro"),
+        accelerometer: channel("accelerometer"),
+        depth: channel("depth"),
+        speed: channel("speed"),
+    }
+}
+
+fn frame_prefix(prefix: &str) -> Result<String, String> {
+    let allowed = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '/';
+    if prefix.len() > 100 || !prefix.chars().all(allowed) {
+        return Err(format!(
+            "parameter 'frame_prefix': '{}' refused: at most 100 letters, digits, '_' and '/'",
+            prefix.escape_debug()
+        ));
+    }
+    Ok(prefix.to_owned())
+}
+
+/// What the messages of one stamp have in common.
+struct Frames<'a> {
+    stamp: Time,
+    prefix: &'a str,
+}
+
+impl Frames<'_> {
+    fn header(&self, frame_id: String) -> Header {
+        Header {
+            stamp: self.stamp.clone(),
+            frame_id,
+        }
+    }
+
+    fn odom(&self) -> String {
+        format!("{}odom", self.prefix)
+    }
+
+    fn base_link(&self) -> String {
+        format!("{}base_link", self.prefix)
+    }
+
+    fn odometry(&self, odometry: &odometry::Odometry) -> Odometry {
+        let [x, y, z] = odometry.position;
+        Odometry {
+            header: self.header(self.odom()),
+            child_frame_id: self.base_link(),
+            pose: PoseWithCovariance {
+                pose: Pose {
+                    position: Point { x, y, z },
+                    orientation: quaternion(odometry.orientation),
+                },
+                covariance: [0.0; 36],
+            },
+            twist: TwistWithCovariance {
+                twist: Twist {
+                    linear: vector(odometry.velocity),
+                    angular: vector(odometry.angular_velocity),
+                },
+                covariance: [0.0; 36],
+            },
+        }
+    }
+
+    fn transforms(&self, odometry: &odometry::Odometry) -> TFMessage {
+        TFMessage {
+            transforms: vec![TransformStamped {
+                header: self.header(self.odom()),
+                child_frame_id: self.base_link(),
+                transform: Transform {
+                    translation: vector(odometry.position),
+                    rotation: quaternion(odometry.orientation),
+                },
+            }],
+        }
+    }
+
+    /// Gyros and accelerometers give no orientation: covariance -1, as `sensor_msgs/Imu` says.
+    fn imu(&self, readings: &Readings, sensors: &Sensors) -> Imu {
+        let mut no_orientation = [0.0; 9];
+        no_orientation[0] = -1.0;
+        Imu {
+            header: self.header(self.base_link()),
+            orientation: quaternion([0.0, 0.0, 0.0, 1.0]),
+            orientation_covariance: no_orientation,
+            angular_velocity: vector(readings.angular_velocity),
+            angular_velocity_covariance: diagonal(sensors.gyro.noise),
+            linear_acceleration: vector(readings.specific_force),
+            linear_acceleration_covariance: diagonal(sensors.accelerometer.noise),
+        }
+    }
+
+    fn pressure(&self, pressure: f64, channel: &Channel) -> FluidPressure {
+        FluidPressure {
+            header: self.header(self.base_link()),
+            fluid_pressure: pressure,
+            variance: channel.noise * channel.noise,
+        }
+    }
+}
+
+fn vector([x, y, z]: [f64; 3]) -> Vector3 {
+    Vector3 { x, y, z }
+}
+
+fn quaternion([x, y, z, w]: [f64; 4]) -> Quaternion {
+    Quaternion { x, y, z, w }
+}
+
+/// A 3 x 3 covariance of three channels with the same deviation and nothing in common.
+fn diagonal(deviation: f64) -> [f64; 9] {
+    let variance = deviation * deviation;
+    std::array::from_fn(|i| if i % 4 == 0 { variance } else { 0.0 })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parameters;
+    use planesman_msgs::{Message, builtin_interfaces::msg::Duration, cdr};
+    use planesman_parameters::Value;
+
+    fn values(changes: &[(&str, Value)]) -> Values {
+        Values::defaults(parameters::declarations())
+            .with(changes.iter().map(|(n, v)| ((*n).to_owned(), v.clone())))
+            .expect("valid parameters")
+    }
+
+    fn plant(changes: &[(&str, Value)]) -> Plant {
+        Plant::new(&values(changes)).expect("a plant")
+    }
+
+    fn motion(from: f64, to: f64) -> PlaneMotion {
+        PlaneMotion {
+            header: Header::default(),
+            duration: Duration::from_nanos(50_000_000),
+            dive_planes: vec![from, to],
+        }
+    }
+
+    fn stamp(k: i64) -> Time {
+        Time::from_nanos(k * 50_000_000)
+    }
+
+    fn bytes(observation: &Observation) -> Vec<Vec<u8>> {
+        vec![
+            cdr::to_bytes(&observation.state),
+            cdr::to_bytes(&observation.odometry),
+            cdr::to_bytes(&observation.transforms),
+            cdr::to_bytes(&observation.imu),
+            cdr::to_bytes(&observation.depth_pressure),
+            cdr::to_bytes(&observation.speed_pressure),
+        ]
+    }
+
+    fn run(plant: &mut Plant, ticks: i64) -> Vec<Vec<Vec<u8>>> {
+        (0..ticks)
+            .map(|k| {
+                let seen = bytes(&plant.observe(stamp(k)));
+                let angle = 0.01 * k as f64;
+                plant.advance(Some(&motion(angle, angle))).expect("a tick");
+                seen
+            })
+            .collect()
+    }
+
+    #[test]
+    fn the_held_planes_of_the_report_dive_the_published_vehicle_five_feet_in_ten_seconds() {
+        let mut plant = plant(&[]);
+        for _ in 0..200 {
+            let thirty_degrees = motion(0.523_598_7, 0.523_598_7);
+            plant.advance(Some(&thirty_degrees)).expect("a tick");
+        }
+        let Observation {
+            state, odometry, ..
+        } = plant.observe(stamp(200));
+        assert!((state.depth / 0.3048 - 5.014_305).abs() < 1e-5);
+        assert!((state.pitch.to_degrees() + 51.387_687).abs() < 1e-5);
+        assert_eq!(state.dive_planes, 0.523_598_7);
+        assert_eq!(odometry.pose.pose.position.z, -state.depth);
+        assert!(odometry.pose.pose.orientation.y > 0.0, "bow down");
+    }
+
+    #[test]
+    fn the_same_seed_gives_the_same_bytes_and_another_gives_others() {
+        let first = run(&mut plant(&[]), 50);
+        assert_eq!(first, run(&mut plant(&[]), 50));
+        let other = run(&mut plant(&[("seed", Value::Integer(7))]), 50);
+        for (a, b) in first.iter().zip(&other) {
+            assert_eq!(a[..3], b[..3], "the truth has no noise");
+            assert_ne!(a[3..], b[3..]);
+        }
+    }
+
+    #[test]
+    fn a_reset_begins_the_same_run_again() {
+        let mut plant = plant(&[("initial_depth", Value::Double(1.0))]);
+        let first = run(&mut plant, 20);
+        plant.reset();
+        assert_eq!(first, run(&mut plant, 20));
+    }
+
+    #[test]
+    fn a_stamp_observed_again_gives_the_same_bytes_even_after_a_parameter_changed() {
+        let mut plant = plant(&[]);
+        run(&mut plant, 3);
+        let before = bytes(&plant.observe(stamp(3)));
+        let faster = values(&[("speed", Value::Double(0.6))]);
+        plant.set_values(&faster).expect("taken");
+        assert_eq!(before, bytes(&plant.observe(stamp(3))));
+        plant.advance(None).expect("a tick");
+        assert_eq!(plant.observe(stamp(4)).state.surge, 0.6);
+    }
+
+    #[test]
+    fn a_tick_without_an_answer_holds_the_planes_and_says_so() {
+        let mut plant = plant(&[]);
+        let source = |plant: &Plant| {
+            let state = plant.observe(stamp(0)).state;
+            (state.dive_planes, state.planes_source)
+        };
+        assert_eq!(source(&plant), (0.0, VehicleState::PLANES_ANSWERED));
+        plant.advance(Some(&motion(0.1, 0.2))).expect("a tick");
+        assert_eq!(source(&plant), (0.2, VehicleState::PLANES_ANSWERED));
+        plant.advance(None).expect("a tick");
+        assert_eq!(source(&plant), (0.2, VehicleState::PLANES_HELD));
+    }
+
+    #[test]
+    fn a_refused_motion_leaves_the_plant_as_it_was() {
+        let mut plant = plant(&[]);
+        run(&mut plant, 3);
+        let before = bytes(&plant.observe(stamp(3)));
+        let mut short = motion(0.0, 0.0);
+        short.duration = Duration::from_nanos(1);
+        for refused in [motion(0.0, f64::NAN), motion(0.0, 3.0), short] {
+            assert!(plant.advance(Some(&refused)).is_err());
+        }
+        assert_eq!(before, bytes(&plant.observe(stamp(3))));
+    }
+
+    #[test]
+    fn everything_published_is_finite_through_loops_and_at_the_surface() {
+        let mut plant = plant(&[
+            ("speed", Value::Double(5.0)),
+            ("initial_pitch", Value::Double(3.0)),
+        ]);
+        for k in 0..400 {
+            let angle = if k < 200 { 1.5 } else { -1.5 };
+            plant.advance(Some(&motion(angle, angle))).expect("a tick");
+            let o = plant.observe(stamp(k));
+            assert_eq!(o.state.first_non_finite(), None);
+            assert_eq!(o.odometry.first_non_finite(), None);
+            assert_eq!(o.imu.first_non_finite(), None);
+            assert!(o.state.pitch.abs() <= std::f64::consts::PI && o.state.depth >= 0.0);
+        }
+    }
+
+    #[test]
+    fn frames_are_the_conventional_ones_with_the_prefix() {
+        let plant = plant(&[("frame_prefix", Value::from("auv1/"))]);
+        let o = plant.observe(stamp(1));
+        assert_eq!(o.state.header.frame_id, "map");
+        assert_eq!(o.odometry.header.frame_id, "auv1/odom");
+        assert_eq!(o.odometry.child_frame_id, "auv1/base_link");
+        assert_eq!(o.transforms.transforms[0].header, o.odometry.header);
+        assert_eq!(o.transforms.transforms[0].child_frame_id, "auv1/base_link");
+        assert_eq!(o.imu.header.frame_id, "auv1/base_link");
+        assert_eq!(o.imu.orientation_covariance[0], -1.0);
+        assert_eq!(o.imu.header.stamp, stamp(1));
+    }
+
+    #[test]
+    fn without_noise_the_sensors_read_the_truth() {
+        let plant = plant(&[
+            ("sensors.noise", Value::Bool(false)),
+            ("initial_depth", Value::Double(2.0)),
+        ]);
+        let o = plant.observe(stamp(0));
+        assert_eq!(o.imu.angular_velocity.y, 0.0);
+        assert_eq!(o.imu.linear_acceleration.z, 9.81456);
+        let depth = (o.depth_pressure.fluid_pressure - 101_325.0) / (999.835 * 9.81456);
+        assert!((depth - 2.0).abs() < 1e-12);
+        let speed = (2.0 * o.speed_pressure.fluid_pressure / 999.835).sqrt();
+        assert!((speed - 0.3048).abs() < 1e-12);
+        assert_eq!(o.depth_pressure.variance, 0.0);
+    }
+
+    #[test]
+    fn parameters_that_cannot_work_are_refused_with_the_reason() {
+        for (changes, reason) in [
+            (("step", Value::Double(0.003)), "whole number of steps"),
+            (("vehicle", Value::from("no/such.yaml")), "no/such.yaml"),
+            (("frame_prefix", Value::from("a b")), "frame_prefix"),
+        ] {
+            let refusal = Plant::new(&values(&[changes])).expect_err("refused");
+            assert!(refusal.contains(reason), "{refusal}");
+        }
+        let coarse = [
+            ("step", Value::Double(0.1)),
+            ("tick", Value::Double(0.1)),
+            ("speed", Value::Double(5.0)),
+        ];
+        let refusal = Plant::new(&values(&coarse)).expect_err("too coarse");
+        assert!(refusal.contains("rad/s"), "{refusal}");
+    }
+
+    #[test]
+    fn the_tick_cannot_change_on_the_way() {
+        let mut plant = plant(&[]);
+        assert_eq!(plant.tick_nanos(), 50_000_000);
+        let other = values(&[("tick", Value::Double(0.1))]);
+        assert!(plant.set_values(&other).is_err());
+    }
+}

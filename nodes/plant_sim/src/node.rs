@@ -1,0 +1,391 @@
+//! The node: keeps the vehicle's time, publishes what it shows, takes the actuator's answer.
+//!
+//! What the vehicle does is [`Plant`]'s; when a tick ends is decided here, in one of the ways
+//! that ARCHITECTURE.md ("Time") describes.
+
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+use anyhow::{Result, anyhow};
+use planesman_msgs::builtin_interfaces::msg::Time;
+use planesman_msgs::nav_msgs::msg::Odometry;
+use planesman_msgs::planesman_msgs::msg::{PlaneMotion, TickAnswer, VehicleState};
+use planesman_msgs::planesman_msgs::srv::{Step, StepRequest, StepResponse};
+use planesman_msgs::rosgraph_msgs::msg::Clock;
+use planesman_msgs::sensor_msgs::msg::{FluidPressure, Imu, JointState};
+use planesman_msgs::std_srvs::srv::{
+    SetBool, SetBoolRequest, SetBoolResponse, Trigger, TriggerRequest, TriggerResponse,
+};
+use planesman_msgs::tf2_msgs::msg::TFMessage;
+use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, Responder, Runtime};
+use planesman_parameters::Values;
+
+use crate::core::{Observation, Plant};
+use crate::lockstep::Lockstep;
+use crate::parameters;
+
+/// In lockstep, `state` is published again after this long without all answers: a member that
+/// came back has not heard it.
+const REPEAT_AFTER: Duration = Duration::from_secs(1);
+
+enum Event {
+    Motion(PlaneMotion),
+    Planes(JointState),
+    Answer(TickAnswer),
+    /// Time to ask whether the tick is over.
+    Look,
+    Pause(SetBoolRequest, Responder<SetBoolResponse>),
+    Step(StepRequest, Responder<StepResponse>),
+    Reset(TriggerRequest, Responder<TriggerResponse>),
+    Parameters(Values),
+}
+
+/// Runs the node with its command-line arguments until it is told to stop.
+#[must_use]
+pub fn main(args: Vec<String>) -> ExitCode {
+    planesman_node::report(run(args))
+}
+
+fn run(args: Vec<String>) -> Result<()> {
+    let mut rt = Runtime::start(
+        NodeSpec::new("plant_sim", parameters::declarations())
+            .validate(|values| Plant::new(values).map(drop))
+            .on_parameters(Event::Parameters),
+        args,
+    )?;
+    let mut node = Node::new(&mut rt)?;
+    match rt.values().string("actuator_answer") {
+        "planes" => rt.subscribe("planes", Qos::reliable(100), Event::Planes)?,
+        _ => rt.subscribe("plane_motion", Qos::reliable(100), Event::Motion)?,
+    }
+    rt.subscribe("tick_answer", Qos::reliable(100), Event::Answer)?;
+    rt.serve::<SetBool>("~/pause", Event::Pause)?;
+    rt.serve::<Step>("~/step", Event::Step)?;
+    rt.serve::<Trigger>("~/reset", Event::Reset)?;
+    rt.every(Duration::from_millis(100), || Event::Look);
+    node.begin_tick(&mut rt)?;
+    rt.run(|rt, event| node.on(rt, event))
+}
+
+/// Who decides that a tick is over.
+enum Pace {
+    /// The answers.
+    Lockstep {
+        answers: Lockstep,
+        /// When `state` was last published.
+        said: Instant,
+    },
+    /// The wall clock, `factor` times faster.
+    Real {
+        factor: f64,
+        /// When the present tick is over.
+        deadline: Instant,
+    },
+    /// `/clock`.
+    External,
+}
+
+/// What a `step` request still waits for.
+struct Stepping {
+    ticks: u32,
+    responder: Responder<StepResponse>,
+}
+
+struct Node {
+    plant: Plant,
+    publishers: Publishers,
+    pace: Pace,
+    /// Stamp of tick 0, ns.
+    start: i64,
+    /// The present tick.
+    k: i64,
+    /// Ticks to fly in all, `None` for no end.
+    ticks: Option<i64>,
+    /// What the present tick shows, to be said again to a member that comes back; `None`
+    /// between ticks, while paused and at the end.
+    observation: Option<Observation>,
+    /// The actuator's answer for the present tick.
+    motion: Option<PlaneMotion>,
+    paused: bool,
+    stepping: Option<Stepping>,
+    /// Ticks without the actuator's answer, and ticks begun late.
+    held: u64,
+    late: u64,
+}
+
+impl Node {
+    fn new(rt: &mut Runtime<Event>) -> Result<Self> {
+        let values = rt.values().clone();
+        let plant = Plant::new(&values).map_err(|e| anyhow!(e))?;
+        let factor = values.double("factor");
+        let (pace, owns_time) = match values.string("time") {
+            "lockstep" => {
+                let members = values.strings("lockstep.members").to_vec();
+                let pace = Pace::Lockstep {
+                    answers: Lockstep::new(members, Time::default()),
+                    said: Instant::now(),
+                };
+                (pace, true)
+            }
+            "real" => {
+                let pace = Pace::Real {
+                    factor,
+                    deadline: Instant::now(),
+                };
+                (pace, factor != 1.0 || values.bool("sim_time"))
+            }
+            _ => (Pace::External, false),
+        };
+        let duration = values.double("duration");
+        let ticks = (duration * 1e9 / plant.tick_nanos() as f64).round() as i64;
+        Ok(Self {
+            publishers: Publishers::new(rt, owns_time)?,
+            start: if owns_time { 0 } else { rt.now().nanos() },
+            pace,
+            k: 0,
+            ticks: (duration > 0.0).then_some(ticks),
+            observation: None,
+            motion: None,
+            paused: values.bool("start_paused"),
+            stepping: None,
+            held: 0,
+            late: 0,
+            plant,
+        })
+    }
+
+    fn on(&mut self, rt: &mut Runtime<Event>, event: Event) -> Result<Flow> {
+        match event {
+            Event::Motion(motion) => self.on_motion(motion),
+            Event::Planes(planes) => match motion_of(&planes, self.plant.tick_nanos()) {
+                Some(motion) => self.on_motion(motion),
+                None => log::warn!("planes refused: there is no joint 'dive_planes' with a position"),
+            },
+            Event::Answer(answer) => {
+                if let Pace::Lockstep { answers, .. } = &mut self.pace {
+                    answers.on_answer(&answer);
+                }
+            }
+            Event::Look => self.look(rt)?,
+            Event::Pause(request, responder) => {
+                self.paused = request.data;
+                self.begin_tick(rt)?;
+                responder.send(SetBoolResponse {
+                    success: true,
+                    message: format!("at tick {}", self.k),
+                });
+            }
+            Event::Step(request, responder) => self.step(rt, &request, responder)?,
+            Event::Reset(_, responder) => {
+                self.plant.reset();
+                log::info!("the vehicle is back at its initial state; time goes on");
+                responder.send(TriggerResponse {
+                    success: true,
+                    message: "back at the initial state".to_owned(),
+                });
+            }
+            Event::Parameters(values) => {
+                self.plant.set_values(&values).map_err(|e| anyhow!(e))?;
+            }
+        }
+        while self.tick_is_over(rt) {
+            self.end_tick(rt)?;
+            self.begin_tick(rt)?;
+        }
+        Ok(Flow::Continue)
+    }
+
+    fn stamp(&self) -> Time {
+        Time::from_nanos(self.start + self.k * self.plant.tick_nanos())
+    }
+
+    fn on_motion(&mut self, motion: PlaneMotion) {
+        if let Pace::Lockstep { answers, .. } = &mut self.pace {
+            answers.on_motion(motion);
+        } else if motion.header.stamp == self.stamp() {
+            self.motion = Some(motion);
+        }
+    }
+
+    fn step(
+        &mut self,
+        rt: &mut Runtime<Event>,
+        request: &StepRequest,
+        responder: Responder<StepResponse>,
+    ) -> Result<()> {
+        let refusal = if !(1..=100_000).contains(&request.ticks) {
+            Some(format!("ticks: {} refused: 1 to 100000", request.ticks))
+        } else if !self.paused || self.observation.is_some() {
+            Some("the vehicle is not paused".to_owned())
+        } else {
+            None
+        };
+        if let Some(message) = refusal {
+            responder.send(StepResponse {
+                success: false,
+                message,
+            });
+            return Ok(());
+        }
+        self.stepping = Some(Stepping {
+            ticks: request.ticks,
+            responder,
+        });
+        self.begin_tick(rt)
+    }
+
+    /// Says what the next tick begins with, unless one is on, or none is due.
+    fn begin_tick(&mut self, rt: &mut Runtime<Event>) -> Result<()> {
+        let flown = self.ticks.is_some_and(|ticks| self.k >= ticks);
+        if self.observation.is_some() || flown || (self.paused && self.stepping.is_none()) {
+            return Ok(());
+        }
+        let stamp = self.stamp();
+        let observation = self.plant.observe(stamp.clone());
+        self.publishers.say(&stamp, &observation);
+        self.observation = Some(observation);
+        self.motion = None;
+        match &mut self.pace {
+            Pace::Lockstep { answers, said } => {
+                answers.begin(stamp);
+                *said = Instant::now();
+            }
+            Pace::Real { factor, deadline } => {
+                let now = Instant::now();
+                let tick = Duration::from_secs_f64(self.plant.tick_nanos() as f64 * 1e-9 / *factor);
+                *deadline += tick;
+                if *deadline < now {
+                    // After a pause, or when this machine cannot keep up: no hurry to catch up.
+                    self.late += u64::from(self.k > 0);
+                    *deadline = now + tick;
+                }
+                rt.after(*deadline - now, Event::Look);
+            }
+            Pace::External => {}
+        }
+        Ok(())
+    }
+
+    fn tick_is_over(&self, rt: &Runtime<Event>) -> bool {
+        self.observation.is_some()
+            && match &self.pace {
+                Pace::Lockstep { answers, .. } => answers.complete().is_some(),
+                Pace::Real { deadline, .. } => Instant::now() >= *deadline,
+                Pace::External => {
+                    rt.now().nanos() >= self.stamp().nanos() + self.plant.tick_nanos()
+                }
+            }
+    }
+
+    /// Moves the vehicle over the present tick.
+    fn end_tick(&mut self, rt: &mut Runtime<Event>) -> Result<()> {
+        let motion = match &self.pace {
+            Pace::Lockstep { answers, .. } => answers.complete().cloned(),
+            _ => self.motion.take(),
+        };
+        self.held += u64::from(motion.is_none());
+        if let Err(reason) = self.plant.advance(motion.as_ref()) {
+            log::error!("the vehicle stands still: {reason}");
+            rt.set_status("vehicle", Level::Error, &reason, &[]);
+            self.paused = true;
+        }
+        self.observation = None;
+        self.k += 1;
+        if self.ticks == Some(self.k) {
+            log::info!("all {} ticks are flown", self.k);
+        }
+        if let Some(stepping) = &mut self.stepping {
+            stepping.ticks -= 1;
+            if stepping.ticks == 0
+                && let Some(done) = self.stepping.take()
+            {
+                done.responder.send(StepResponse {
+                    success: true,
+                    message: format!("at tick {}", self.k),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Ten times a second, and when the wall clock says that a tick is over.
+    fn look(&mut self, rt: &mut Runtime<Event>) -> Result<()> {
+        let mut status = (Level::Ok, "flying".to_owned());
+        if self.observation.is_none() {
+            let flown = self.ticks.is_some_and(|ticks| self.k >= ticks);
+            status.1 = if flown { "flown" } else { "paused" }.to_owned();
+        } else if let (Pace::Lockstep { answers, said }, Some(observation)) =
+            (&mut self.pace, &self.observation)
+            && said.elapsed() >= REPEAT_AFTER
+        {
+            let missing = answers.waiting_for().join(", ");
+            status = (Level::Warn, format!("waiting for {missing}"));
+            log::warn!("tick {} waits for {missing}", self.k);
+            *said = Instant::now();
+            self.publishers.state.publish(&observation.state);
+        }
+        rt.set_status(
+            "vehicle",
+            status.0,
+            &status.1,
+            &[
+                ("ticks", self.k.to_string()),
+                ("ticks without the actuator's answer", self.held.to_string()),
+                ("ticks begun late", self.late.to_string()),
+            ],
+        );
+        Ok(())
+    }
+}
+
+struct Publishers {
+    clock: Option<Publisher<Clock>>,
+    state: Publisher<VehicleState>,
+    odometry: Publisher<Odometry>,
+    transforms: Publisher<TFMessage>,
+    imu: Publisher<Imu>,
+    depth_pressure: Publisher<FluidPressure>,
+    speed_pressure: Publisher<FluidPressure>,
+}
+
+impl Publishers {
+    fn new(rt: &mut Runtime<Event>, owns_time: bool) -> Result<Self> {
+        Ok(Self {
+            clock: owns_time
+                .then(|| rt.publisher("/clock", Qos::reliable(100)))
+                .transpose()?,
+            state: rt.publisher("state", Qos::reliable(100))?,
+            odometry: rt.publisher("odom", Qos::reliable(100))?,
+            transforms: rt.publisher("/tf", Qos::reliable(100))?,
+            imu: rt.publisher("imu", Qos::sensor())?,
+            depth_pressure: rt.publisher("depth_pressure", Qos::sensor())?,
+            speed_pressure: rt.publisher("speed_pressure", Qos::sensor())?,
+        })
+    }
+
+    /// The sensors before the state: in lockstep the state is what the others answer to.
+    fn say(&self, stamp: &Time, observation: &Observation) {
+        if let Some(clock) = &self.clock {
+            clock.publish(&Clock {
+                clock: stamp.clone(),
+            });
+        }
+        self.imu.publish(&observation.imu);
+        self.depth_pressure.publish(&observation.depth_pressure);
+        self.speed_pressure.publish(&observation.speed_pressure);
+        self.odometry.publish(&observation.odometry);
+        self.transforms.publish(&observation.transforms);
+        self.state.publish(&observation.state);
+    }
+}
+
+/// The motion that a foreign actuator's joint state stands for: its angle, held over the tick.
+fn motion_of(planes: &JointState, tick_nanos: i64) -> Option<PlaneMotion> {
+    let joint = planes.name.iter().position(|n| n == "dive_planes")?;
+    let angle = *planes.position.get(joint)?;
+    Some(PlaneMotion {
+        header: planes.header.clone(),
+        duration: planesman_msgs::builtin_interfaces::msg::Duration::from_nanos(tick_nanos),
+        dive_planes: vec![angle, angle],
+    })
+}

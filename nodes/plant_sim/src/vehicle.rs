@@ -1,0 +1,171 @@
+//! A vehicle: particulars, nondimensional coefficients, and its derivatives at a speed.
+//!
+//! Coefficients are nondimensional as Brunner 1988 has them (Table 1, p. 41), with the reference
+//! length `L` and the reference mass `m0 = rho L^2 T / 2` (Table 2). Their dimensional values at
+//! the speed `U` follow from the factors
+//!
+//! ```text
+//! Z_wdot  m0        Z_w  m0 U / L    Z_q  m0 U      Z_delta  m0 U^2 / L
+//! M_qdot  m0 L^2    M_w  m0 U        M_q  m0 L U    M_delta  m0 U^2
+//! ```
+//!
+//! so damping grows with the speed and plane forces with its square, while the restoring moment
+//! `W BG sin(theta)` stays. At rest there is no damping at all: the coefficients are those of a
+//! vehicle under way.
+
+/// A vehicle, in SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Vehicle {
+    /// What it is called.
+    pub name: String,
+    /// `L` \[m\], of the coefficients.
+    pub reference_length: f64,
+    /// `m0` \[kg\], of the coefficients.
+    pub reference_mass: f64,
+    /// `m` \[kg\].
+    pub mass: f64,
+    /// `W` \[N\], equal to the buoyancy.
+    pub weight: f64,
+    /// `BG` \[m\]: the centre of gravity's depth below the centre of buoyancy.
+    pub restoring_arm: f64,
+    /// The nondimensional coefficients.
+    pub coefficients: Coefficients,
+    /// Where depth is sensed.
+    pub depth_port: Port,
+}
+
+/// Nondimensional coefficients of the vertical plane. `Z'qdot` and `M'wdot` are taken as zero.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coefficients {
+    /// `Z'wdot`: heave force per heave acceleration, less than 0 (added mass).
+    pub z_w_dot: f64,
+    /// `Z'w`: heave force per heave velocity, less than 0 (damping).
+    pub z_w: f64,
+    /// `Z'q`: heave force per pitch rate.
+    pub z_q: f64,
+    /// `Z'delta`: heave force per plane angle.
+    pub z_delta: f64,
+    /// `M'w`: pitch moment per heave velocity.
+    pub m_w: f64,
+    /// `M'q`: pitch moment per pitch rate, less than 0 (damping).
+    pub m_q: f64,
+    /// `I'y - M'qdot`: moment of inertia with the added one.
+    pub i_y_minus_m_q_dot: f64,
+    /// `M'delta`: pitch moment per plane angle.
+    pub m_delta: f64,
+}
+
+/// A place on the hull, from the centre of gravity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Port {
+    /// Along body x \[m\], positive forward.
+    pub forward: f64,
+    /// Along body z \[m\], positive towards the keel.
+    pub below: f64,
+}
+
+/// The dimensional derivatives at one speed, in SI units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Derivatives {
+    /// `U` \[m/s\].
+    pub speed: f64,
+    /// `m - Z_wdot` \[kg\].
+    pub heave_inertia: f64,
+    /// `Z_w` \[N s/m\].
+    pub z_w: f64,
+    /// `Z_q + m U` \[N s/rad\]: lift on the turning hull, and the centripetal term.
+    pub z_q_plus_m_u: f64,
+    /// `Z_delta` \[N/rad\].
+    pub z_delta: f64,
+    /// `I_y - M_qdot` \[kg m^2\].
+    pub pitch_inertia: f64,
+    /// `M_w` \[N s\].
+    pub m_w: f64,
+    /// `M_q` \[N m s/rad\].
+    pub m_q: f64,
+    /// `M_delta` \[N m/rad\].
+    pub m_delta: f64,
+    /// `W BG` \[N m\].
+    pub restoring: f64,
+}
+
+impl Vehicle {
+    /// The dimensional derivatives at the speed `u` \[m/s\].
+    #[must_use]
+    pub fn derivatives(&self, u: f64) -> Derivatives {
+        let Coefficients {
+            z_w_dot,
+            z_w,
+            z_q,
+            z_delta,
+            m_w,
+            m_q,
+            i_y_minus_m_q_dot,
+            m_delta,
+        } = self.coefficients;
+        let (m0, l) = (self.reference_mass, self.reference_length);
+        Derivatives {
+            speed: u,
+            heave_inertia: self.mass - z_w_dot * m0,
+            z_w: z_w * m0 * u / l,
+            z_q_plus_m_u: z_q * m0 * u + self.mass * u,
+            z_delta: z_delta * m0 * u * u / l,
+            pitch_inertia: i_y_minus_m_q_dot * m0 * l * l,
+            m_w: m_w * m0 * u,
+            m_q: m_q * m0 * l * u,
+            m_delta: m_delta * m0 * u * u,
+            restoring: self.weight * self.restoring_arm,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::quantity::{FOOT, POUND_FORCE};
+    use crate::vehicle_file::brunner;
+
+    /// Brunner 1988, programs T2 to T5 made dimensional at 1 ft/s:
+    ///
+    /// 1.6098 w' = 0.0627 delta - 0.8541 w + 0.3016 q   \[lbf\]
+    /// 0.6033 q' = -0.2832 delta + 0.1354 w - 0.7182 q - 0.16333 sin(theta)   \[ft lbf\]
+    #[test]
+    fn the_dimensional_plant_of_the_report_comes_out_of_the_vehicle_file() {
+        let d = brunner().derivatives(FOOT);
+        let per_foot = POUND_FORCE / FOOT;
+        let foot_pound = POUND_FORCE * FOOT;
+        for (found, expected) in [
+            (d.heave_inertia / per_foot, 1.6098),
+            (d.z_w / per_foot, -0.8541),
+            (d.z_q_plus_m_u / POUND_FORCE, 0.3016),
+            (d.z_delta / POUND_FORCE, 0.0627),
+            (d.pitch_inertia / foot_pound, 0.6033),
+            (d.m_w / POUND_FORCE, 0.1354),
+            (d.m_q / foot_pound, -0.7182),
+            (d.m_delta / foot_pound, -0.2832),
+        ] {
+            assert!((found - expected).abs() < 5e-5, "{found} is not {expected}");
+        }
+        assert!((d.restoring / foot_pound - 0.16333).abs() < 5e-6);
+    }
+
+    #[test]
+    fn the_derivatives_have_the_metric_values_of_the_tables() {
+        // Brunner 1988, Table 1, converted.
+        let d = brunner().derivatives(FOOT);
+        assert!((d.z_w + 12.465).abs() < 5e-4);
+        assert!((d.z_delta - 0.2789).abs() < 2e-4);
+        assert!((d.m_w - 0.6023).abs() < 2e-4);
+        assert!((d.m_q + 0.9735).abs() < 5e-4);
+        assert!((d.pitch_inertia - 0.8135).abs() < 5e-3);
+        assert!((d.m_delta + 0.3837).abs() < 5e-4);
+        assert!((d.restoring - 0.2214).abs() < 5e-4);
+    }
+
+    #[test]
+    fn damping_grows_with_speed_and_plane_forces_with_its_square() {
+        let (slow, fast) = (brunner().derivatives(0.3), brunner().derivatives(0.6));
+        assert!((fast.m_q / slow.m_q - 2.0).abs() < 1e-12);
+        assert!((fast.m_delta / slow.m_delta - 4.0).abs() < 1e-12);
+        assert_eq!(fast.restoring, slow.restoring);
+    }
+}

@@ -1,0 +1,350 @@
+//! Vehicle files: YAML, every dimensional value with its unit, checked and converted once.
+//!
+//! `vehicles/brunner.yaml` is the pattern, and is built in under the name `brunner`.
+
+use std::{fs, io::Read, path::Path};
+
+use serde::Deserialize;
+
+use crate::{
+    Vehicle,
+    quantity::{Dimension, Quantity},
+    vehicle::{Coefficients, Port},
+};
+
+/// The vehicle that needs no file: the NPS model of Brunner 1988.
+pub const BRUNNER: &str = "brunner";
+
+const BRUNNER_FILE: &str = include_str!("../vehicles/brunner.yaml");
+
+/// The largest file read \[bytes\]; a vehicle takes two thousand.
+const LARGEST_FILE: u64 = 64 * 1024;
+
+/// Why a vehicle was not taken.
+#[derive(Debug, thiserror::Error)]
+pub enum VehicleError {
+    /// The file could not be read.
+    #[error("vehicle file '{file}': {source} (the built-in vehicle is '{BRUNNER}')")]
+    Unreadable {
+        /// Its path.
+        file: String,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The file is no vehicle's.
+    #[error("vehicle file '{file}': it is larger than {LARGEST_FILE} bytes")]
+    TooLarge {
+        /// Its path.
+        file: String,
+    },
+    /// The text is not YAML of the right form.
+    #[error("vehicle file '{file}': {reason}")]
+    Malformed {
+        /// Its path.
+        file: String,
+        /// The field and the line.
+        reason: String,
+    },
+    /// A value breaks a rule.
+    #[error("vehicle file '{file}': {field}: {reason}")]
+    Refused {
+        /// Its path.
+        file: String,
+        /// The field, dots between levels.
+        field: &'static str,
+        /// The value and the rule.
+        reason: String,
+    },
+}
+
+/// The vehicle named `brunner`, or else the one in the file at that path.
+///
+/// # Errors
+/// [`VehicleError`], which names the file, the field, the value and the rule.
+pub fn load(name_or_path: &str) -> Result<Vehicle, VehicleError> {
+    if name_or_path == BRUNNER {
+        return parse(BRUNNER, BRUNNER_FILE);
+    }
+    let unreadable = |source| VehicleError::Unreadable {
+        file: name_or_path.to_owned(),
+        source,
+    };
+    // Nothing but a regular file: opening a pipe would wait for its writer.
+    if !fs::metadata(name_or_path).map_err(unreadable)?.is_file() {
+        return Err(unreadable(std::io::Error::other(
+            "it is not a regular file",
+        )));
+    }
+    let file = fs::File::open(Path::new(name_or_path)).map_err(unreadable)?;
+    let mut text = Vec::new();
+    file.take(LARGEST_FILE + 1)
+        .read_to_end(&mut text)
+        .map_err(unreadable)?;
+    if text.len() as u64 > LARGEST_FILE {
+        return Err(VehicleError::TooLarge {
+            file: name_or_path.to_owned(),
+        });
+    }
+    let text = String::from_utf8(text).map_err(|_| VehicleError::Malformed {
+        file: name_or_path.to_owned(),
+        reason: "it is not UTF-8 text".to_owned(),
+    })?;
+    parse(name_or_path, &text)
+}
+
+/// The vehicle in `text`; `file` is named in errors.
+///
+/// # Errors
+/// [`VehicleError::Malformed`] or [`VehicleError::Refused`].
+pub fn parse(file: &str, text: &str) -> Result<Vehicle, VehicleError> {
+    let written: VehicleFile =
+        serde_yaml_ng::from_str(text).map_err(|e| VehicleError::Malformed {
+            file: file.to_owned(),
+            reason: e.to_string(),
+        })?;
+    written
+        .vehicle()
+        .map_err(|(field, reason)| VehicleError::Refused {
+            file: file.to_owned(),
+            field,
+            reason,
+        })
+}
+
+/// The NPS model vehicle of Brunner 1988.
+///
+/// # Panics
+/// Never: a test reads the file that is compiled in.
+#[must_use]
+pub fn brunner() -> Vehicle {
+    parse(BRUNNER, BRUNNER_FILE).expect("the built-in vehicle file is valid")
+}
+
+/// A field and what is wrong with it.
+type Refusal = (&'static str, String);
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct VehicleFile {
+    name: String,
+    reference: ReferenceSection,
+    particulars: ParticularsSection,
+    coefficients: CoefficientsSection,
+    depth_port: PortSection,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ReferenceSection {
+    length: Quantity,
+    mass: Quantity,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ParticularsSection {
+    mass: Quantity,
+    weight: Quantity,
+    restoring_arm: Quantity,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CoefficientsSection {
+    z_w_dot: f64,
+    z_w: f64,
+    z_q: f64,
+    z_delta: f64,
+    m_w: f64,
+    m_q: f64,
+    i_y_minus_m_q_dot: f64,
+    m_delta: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PortSection {
+    forward: Quantity,
+    below: Quantity,
+}
+
+impl VehicleFile {
+    fn vehicle(self) -> Result<Vehicle, Refusal> {
+        let VehicleFile {
+            name,
+            reference,
+            particulars,
+            coefficients: c,
+            depth_port,
+        } = self;
+        let length = above_zero("reference.length", &reference.length, Dimension::Length)?;
+        let restoring_arm = length_of("particulars.restoring_arm", &particulars.restoring_arm)?;
+        require(
+            restoring_arm >= 0.0,
+            "particulars.restoring_arm",
+            &particulars.restoring_arm,
+            "must not be below zero: the vehicle would turn over",
+        )?;
+        Ok(Vehicle {
+            name,
+            reference_length: length,
+            reference_mass: above_zero("reference.mass", &reference.mass, Dimension::Mass)?,
+            mass: above_zero("particulars.mass", &particulars.mass, Dimension::Mass)?,
+            weight: above_zero("particulars.weight", &particulars.weight, Dimension::Force)?,
+            restoring_arm,
+            coefficients: c.checked()?,
+            depth_port: Port {
+                forward: on_the_hull("depth_port.forward", &depth_port.forward, length)?,
+                below: on_the_hull("depth_port.below", &depth_port.below, length)?,
+            },
+        })
+    }
+}
+
+impl CoefficientsSection {
+    fn checked(self) -> Result<Coefficients, Refusal> {
+        for (field, value) in [
+            ("coefficients.z_w_dot", self.z_w_dot),
+            ("coefficients.z_w", self.z_w),
+            ("coefficients.z_q", self.z_q),
+            ("coefficients.z_delta", self.z_delta),
+            ("coefficients.m_w", self.m_w),
+            ("coefficients.m_q", self.m_q),
+            ("coefficients.i_y_minus_m_q_dot", self.i_y_minus_m_q_dot),
+            ("coefficients.m_delta", self.m_delta),
+        ] {
+            require(value.is_finite(), field, value, "must be finite")?;
+        }
+        for (field, value) in [
+            ("coefficients.z_w_dot", self.z_w_dot),
+            ("coefficients.z_w", self.z_w),
+            ("coefficients.m_q", self.m_q),
+        ] {
+            let rule = "must not be above zero: it would feed energy to the motion";
+            require(value <= 0.0, field, value, rule)?;
+        }
+        require(
+            self.i_y_minus_m_q_dot > 0.0,
+            "coefficients.i_y_minus_m_q_dot",
+            self.i_y_minus_m_q_dot,
+            "must be above zero",
+        )?;
+        Ok(Coefficients {
+            z_w_dot: self.z_w_dot,
+            z_w: self.z_w,
+            z_q: self.z_q,
+            z_delta: self.z_delta,
+            m_w: self.m_w,
+            m_q: self.m_q,
+            i_y_minus_m_q_dot: self.i_y_minus_m_q_dot,
+            m_delta: self.m_delta,
+        })
+    }
+}
+
+fn above_zero(field: &'static str, q: &Quantity, dimension: Dimension) -> Result<f64, Refusal> {
+    let si = q.si(dimension).map_err(|reason| (field, reason))?;
+    require(si > 0.0, field, q, "must be above zero")?;
+    Ok(si)
+}
+
+fn length_of(field: &'static str, q: &Quantity) -> Result<f64, Refusal> {
+    q.si(Dimension::Length).map_err(|reason| (field, reason))
+}
+
+fn on_the_hull(field: &'static str, q: &Quantity, length: f64) -> Result<f64, Refusal> {
+    let si = length_of(field, q)?;
+    let rule = "must not be farther from the centre of gravity than the reference length";
+    require(si.abs() <= length, field, q, rule)?;
+    Ok(si)
+}
+
+fn require(
+    holds: bool,
+    field: &'static str,
+    value: impl std::fmt::Display,
+    rule: &str,
+) -> Result<(), Refusal> {
+    if holds {
+        Ok(())
+    } else {
+        Err((field, format!("{value} refused: it {rule}")))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refusal(from: &str, to: &str) -> String {
+        assert!(BRUNNER_FILE.contains(from), "{from} is not in the file");
+        let text = BRUNNER_FILE.replace(from, to);
+        parse("mine.yaml", &text).expect_err("refused").to_string()
+    }
+
+    #[test]
+    fn the_built_in_vehicle_is_the_report_s() {
+        let vehicle = brunner();
+        assert_eq!(vehicle.name, "brunner");
+        assert!((vehicle.weight - 87.19).abs() < 0.01);
+        assert!((vehicle.mass - 8.894).abs() < 0.001);
+        assert_eq!(load(BRUNNER).expect("built in"), vehicle);
+    }
+
+    #[test]
+    fn a_value_against_its_rule_is_refused_by_file_field_value_and_rule() {
+        assert_eq!(
+            refusal("{value: 0.609444, unit: slug}", "{value: -2, unit: kg}"),
+            "vehicle file 'mine.yaml': particulars.mass: -2 kg refused: it must be above zero"
+        );
+        for (from, to, parts) in [
+            (
+                "0.1, unit: in",
+                "-0.1, unit: in",
+                ["restoring_arm", "turn over"],
+            ),
+            ("z_w: -1.295", "z_w: 1.295", ["coefficients.z_w:", "1.295"]),
+            ("m_w: 0.088", "m_w: .nan", ["coefficients.m_w:", "finite"]),
+            (
+                "28.0, unit: in",
+                "28.0, unit: kg",
+                ["reference.length", "m, cm, mm, in, ft"],
+            ),
+            (
+                "19.6, unit: lbf",
+                ".inf, unit: lbf",
+                ["particulars.weight", "finite"],
+            ),
+            (
+                "0.5, unit: in",
+                "40, unit: in",
+                ["depth_port.forward", "reference length"],
+            ),
+            (
+                "q_dot: 0.072",
+                "q_dot: 0",
+                ["i_y_minus_m_q_dot", "above zero"],
+            ),
+        ] {
+            let refusal = refusal(from, to);
+            assert!(parts.iter().all(|p| refusal.contains(p)), "{refusal}");
+        }
+    }
+
+    #[test]
+    fn a_misspelt_or_missing_field_is_refused_by_name() {
+        assert!(refusal("restoring_arm", "restoring_harm").contains("restoring_harm"));
+        assert!(refusal("name: brunner", "").contains("name"));
+        assert!(refusal("0.1, unit: in", "0.1").contains("unit"));
+    }
+
+    #[test]
+    fn what_is_no_vehicle_file_is_refused() {
+        for text in ["", "3", "[1, 2]", "\u{0}", "a: &a [*a, *a]", "{"] {
+            assert!(parse("mine.yaml", text).is_err(), "{text}");
+        }
+        assert!(load("no/such/file.yaml").is_err());
+        assert!(load("/").is_err());
+        assert!(load("/dev/zero").is_err());
+    }
+}
