@@ -1,1 +1,30 @@
-//! sysid
+//! Recursive identification: a discrete transfer function between any two signals, found
+//! while they arrive, live from topics or from a bag in the same way.
+//!
+//! ```text
+//! messages -> signal -> align -> regression -> rls -> model, fit -> ModelEstimate
+//! ```
+//! - [`signal`]: `TOPIC:FIELD`, one number of one message.
+//! - [`align`]: inputs and outputs in the order of their stamps.
+//! - [`regression`]: the equation-error model, row by row.
+//! - [`rls`]: recursive least squares in square-root information form.
+//! - [`batch`]: least squares over a whole record.
+//! - [`model`]: poles, steady gain, response.
+//! - [`fit`]: how well a model explains a record.
+//! - [`learner`]: rows in, an estimate and its validity out.
+//! - [`parameters`]: every tunable, its default and unit.
+//! - [`core`]: messages in, estimates out.
+//!
+//! The procedure is that of Brunner, *Experimental Verification of AUV Performance* (NPS
+//! thesis, March 1988), ch. VI, on whole histories instead of assumed zero ones.
+
+pub mod align;
+pub mod batch;
+pub mod core;
+pub mod fit;
+pub mod learner;
+pub mod model;
+pub mod parameters;
+pub mod regression;
+pub mod rls;
+pub mod signal;

@@ -1,0 +1,423 @@
+//! Puts inputs and outputs in the order of their stamps, whatever order they arrive in.
+//!
+//! The output is known at the instants `t_k`, the input over the intervals `[t_k, t_(k+1))`, each
+//! message stamped with its `t_k`. The regression wants, for each k, the output at t_k
+//! with the input over the interval that ended there, stamped t_(k-1).
+//!
+//! Instants lie on a grid of one sampling interval through the first stamp seen; a
+//! stamp further than a quarter interval from it is off the grid and left out.
+//!
+//! - **Order.** A sample is given out as soon as it continues the last one. What is missing is
+//!   waited for until an output [`WINDOW`] intervals newer has come; then it is a gap, and the
+//!   samples begin anew after it. The very first sample is held back as long, since an earlier
+//!   one may follow. So any arrival orders that differ by less than the window give the same samples.
+//! - **Left out** are repeats of what is known, what comes after it was given up, and inputs more
+//!   than the window ahead of every output.
+//! - **Time going back**: an output more than the window older than the newest output says that
+//!   the clock was set back, as by a reset of the simulation. Everything begins anew; an input of
+//!   the new time that overtook that output is not lost.
+//!
+//! Memory is bounded by the window, whatever the stamps, as long as samples are taken.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use crate::regression::Input;
+
+/// How many intervals a message may be late against the newest.
+pub const WINDOW: i64 = 16;
+
+/// An output and the input that led to it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// The output's stamp, ns.
+    pub stamp: i64,
+    /// The output at the stamp.
+    pub output: f64,
+    /// The input over the interval that ended at the stamp; `None` where the samples begin
+    /// or begin anew.
+    pub input: Option<Input>,
+}
+
+/// What became of a message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Offer {
+    /// It was taken.
+    Taken,
+    /// It was left out: known already, given up before it came, or off the grid.
+    LeftOut,
+    /// Time went back: everything before it was dropped, and it was taken.
+    WentBack,
+}
+
+/// The messages not yet given out, and where the samples stand.
+#[derive(Clone, Debug)]
+pub struct Aligner {
+    /// ns
+    period: i64,
+    /// A stamp on the grid, ns.
+    origin: Option<i64>,
+    /// By instant: (stamp, value). Kept a while after they are given out, to know repeats.
+    outputs: BTreeMap<i64, (i64, f64)>,
+    inputs: BTreeMap<i64, Input>,
+    /// Inputs too old to matter, unless time turns out to have gone back.
+    old_inputs: VecDeque<(i64, Input)>,
+    newest_output: Option<i64>,
+    /// The first instant not yet given out.
+    next: i64,
+    /// The sample at `next` continues the one before it.
+    continuing: bool,
+    /// Nothing more will come: do not wait.
+    finished: bool,
+    answered: Option<i64>,
+}
+
+impl Aligner {
+    /// An aligner for a sampling interval in nanoseconds, at least 1.
+    #[must_use]
+    pub fn new(period: i64) -> Self {
+        Self {
+            period: period.max(1),
+            origin: None,
+            outputs: BTreeMap::new(),
+            inputs: BTreeMap::new(),
+            old_inputs: VecDeque::new(),
+            newest_output: None,
+            next: i64::MIN,
+            continuing: false,
+            finished: false,
+            answered: None,
+        }
+    }
+
+    /// Offers the input over the interval that begins at `stamp` (ns).
+    pub fn offer_input(&mut self, stamp: i64, input: Input) -> Offer {
+        let Some(k) = self.instant(stamp) else {
+            return Offer::LeftOut;
+        };
+        if let Some(newest) = self.newest_output {
+            if k < newest - WINDOW {
+                self.old_inputs.push_back((stamp, input));
+                if self.old_inputs.len() > WINDOW as usize {
+                    self.old_inputs.pop_front();
+                }
+                return Offer::LeftOut;
+            }
+            if k > newest + WINDOW {
+                return Offer::LeftOut;
+            }
+        }
+        if k < self.next.saturating_sub(1) || self.inputs.contains_key(&k) {
+            return Offer::LeftOut;
+        }
+        self.inputs.insert(k, input);
+        if self.newest_output.is_none() && self.inputs.len() > WINDOW as usize {
+            self.inputs.pop_first();
+        }
+        self.answer(k + 1);
+        Offer::Taken
+    }
+
+    /// Offers the output at `stamp` (ns).
+    pub fn offer_output(&mut self, stamp: i64, output: f64) -> Offer {
+        let Some(k) = self.instant(stamp) else {
+            return Offer::LeftOut;
+        };
+        if self.newest_output.is_some_and(|newest| k < newest - WINDOW) {
+            let old_inputs = std::mem::take(&mut self.old_inputs);
+            *self = Self::new(self.period);
+            self.offer_output(stamp, output);
+            for (stamp, input) in old_inputs {
+                self.offer_input(stamp, input);
+            }
+            return Offer::WentBack;
+        }
+        if k < self.next || self.outputs.contains_key(&k) {
+            return Offer::LeftOut;
+        }
+        self.outputs.insert(k, (stamp, output));
+        self.newest_output = self.newest_output.max(Some(k));
+        self.answer(k);
+        Offer::Taken
+    }
+
+    /// The next sample in the order of stamps, once it is settled.
+    pub fn take(&mut self) -> Option<Sample> {
+        let sample = self.settled();
+        if let (None, Some(newest)) = (sample, self.newest_output) {
+            // What is not settled lies within the window; the rest is kept to know repeats.
+            self.outputs.retain(|k, _| *k >= newest - 2 * WINDOW);
+            self.inputs
+                .retain(|k, _| (newest - 2 * WINDOW..=newest + WINDOW).contains(k));
+        }
+        sample
+    }
+
+    fn settled(&mut self) -> Option<Sample> {
+        if self.continuing {
+            let k = self.next;
+            if let (Some(&(stamp, output)), Some(&input)) =
+                (self.outputs.get(&k), self.inputs.get(&(k - 1)))
+            {
+                self.next = k + 1;
+                return Some(Sample {
+                    stamp,
+                    output,
+                    input: Some(input),
+                });
+            }
+            if self.waits_at(k) {
+                return None;
+            }
+            self.continuing = false;
+        }
+        let (&first, &(stamp, output)) = self.outputs.range(self.next..).next()?;
+        if self.waits_at(first) {
+            return None;
+        }
+        self.next = first + 1;
+        self.continuing = true;
+        Some(Sample {
+            stamp,
+            output,
+            input: None,
+        })
+    }
+
+    /// Whether what is missing at instant k may still come.
+    fn waits_at(&self, k: i64) -> bool {
+        !self.finished && self.newest_output.is_none_or(|newest| newest - k < WINDOW)
+    }
+
+    /// Says that nothing more will come: what is held back is given out.
+    pub fn finish(&mut self) {
+        self.finished = true;
+    }
+
+    /// The latest output's stamp (ns) with which all that lockstep lets one expect has come: the input
+    /// over the interval before it, unless the output that began that interval was never seen.
+    #[must_use]
+    pub fn answered(&self) -> Option<i64> {
+        self.answered
+    }
+
+    /// Notes that the output at instant k, if it is there, has all it needs, if it has.
+    fn answer(&mut self, k: i64) {
+        let waits_for_input =
+            self.outputs.contains_key(&(k - 1)) && !self.inputs.contains_key(&(k - 1));
+        if let Some((stamp, _)) = self.outputs.get(&k)
+            && !waits_for_input
+            && self.answered.is_none_or(|latest| latest < *stamp)
+        {
+            self.answered = Some(*stamp);
+        }
+    }
+
+    /// The instant a stamp belongs to, `None` off the grid.
+    fn instant(&mut self, stamp: i64) -> Option<i64> {
+        let origin = *self.origin.get_or_insert(stamp);
+        let offset = stamp.checked_sub(origin)?;
+        let k = offset.checked_add(self.period / 2)?.div_euclid(self.period);
+        let distance = (offset - k * self.period).abs();
+        // Instants stay far enough from the ends of their type to be counted with.
+        let countable = (-i64::MAX / 4..i64::MAX / 4).contains(&k);
+        (countable && distance <= self.period / 4).then_some(k)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    const PERIOD: i64 = 50_000_000;
+    /// The loop's stamps need not be multiples of the period.
+    const START: i64 = 1_700_000_000_123_456_789;
+
+    #[derive(Clone, Copy, Debug)]
+    enum Message {
+        Input(i64),
+        Output(i64),
+    }
+    use Message::{Input as I, Output as O};
+
+    fn stamp(k: i64) -> i64 {
+        START + k * PERIOD
+    }
+
+    fn offer(aligner: &mut Aligner, message: Message) -> Offer {
+        match message {
+            I(k) => aligner.offer_input(stamp(k), Input::held(k as f64)),
+            O(k) => aligner.offer_output(stamp(k), k as f64),
+        }
+    }
+
+    /// (instant, whether an input leads to it) of every sample, taken as the messages come.
+    fn samples(messages: &[Message]) -> Vec<(i64, bool)> {
+        let mut aligner = Aligner::new(PERIOD);
+        let mut samples = Vec::new();
+        let mut take = |aligner: &mut Aligner| {
+            while let Some(sample) = aligner.take() {
+                let k = (sample.stamp - START) / PERIOD;
+                assert_eq!(sample.output, k as f64);
+                if let Some(input) = sample.input {
+                    assert_eq!(input.mean, (k - 1) as f64);
+                }
+                samples.push((k, sample.input.is_some()));
+            }
+        };
+        for message in messages {
+            offer(&mut aligner, *message);
+            take(&mut aligner);
+            assert!(aligner.outputs.len() as i64 <= 2 * WINDOW + 1);
+            assert!(aligner.inputs.len() as i64 <= 3 * WINDOW + 1);
+        }
+        aligner.finish();
+        take(&mut aligner);
+        samples
+    }
+
+    fn in_order(count: i64) -> Vec<Message> {
+        (0..count).flat_map(|k| [O(k), I(k)]).collect()
+    }
+
+    fn whole(count: i64) -> Vec<(i64, bool)> {
+        (0..count).map(|k| (k, k > 0)).collect()
+    }
+
+    #[test]
+    fn each_output_comes_with_the_input_over_the_interval_before_it() {
+        assert_eq!(samples(&in_order(100)), whole(100));
+    }
+
+    #[test]
+    fn any_order_within_the_window_gives_the_same_samples() {
+        let swapped: Vec<_> = (0..100).flat_map(|k| [I(k), O(k)]).collect();
+        assert_eq!(samples(&swapped), whole(100));
+        let late_inputs: Vec<_> = (0..100 + WINDOW / 2)
+            .flat_map(|k| [O(k), I(k - WINDOW / 2)])
+            .filter(|m| matches!(m, O(0..100) | I(0..100)))
+            .collect();
+        assert_eq!(samples(&late_inputs), whole(100));
+        let mut reversed_in_blocks = in_order(100);
+        for block in reversed_in_blocks.chunks_mut(14) {
+            block.reverse();
+        }
+        assert_eq!(samples(&reversed_in_blocks), whole(100));
+    }
+
+    #[test]
+    fn repeats_change_nothing() {
+        let repeated: Vec<_> = in_order(100)
+            .windows(6)
+            .flat_map(|w| [w[5], w[0], w[3], w[0]])
+            .collect();
+        let mut messages = in_order(100);
+        messages.truncate(6);
+        messages.extend(repeated);
+        assert_eq!(samples(&messages), whole(100));
+    }
+
+    #[test]
+    fn after_a_gap_in_the_outputs_the_samples_begin_anew() {
+        let messages: Vec<_> = in_order(100)
+            .into_iter()
+            .filter(|m| !matches!(m, O(40..45)))
+            .collect();
+        let expected: Vec<_> = whole(100)
+            .into_iter()
+            .filter(|(k, _)| !(40..45).contains(k))
+            .map(|(k, led)| (k, led && k != 45))
+            .collect();
+        assert_eq!(samples(&messages), expected);
+    }
+
+    #[test]
+    fn after_a_gap_in_the_inputs_the_samples_begin_anew() {
+        let messages: Vec<_> = in_order(100)
+            .into_iter()
+            .filter(|m| !matches!(m, I(40..45)))
+            .collect();
+        let expected: Vec<_> = whole(100)
+            .into_iter()
+            .map(|(k, led)| (k, led && !(41..46).contains(&k)))
+            .collect();
+        assert_eq!(samples(&messages), expected);
+    }
+
+    #[test]
+    fn once_running_a_sample_is_given_out_as_soon_as_it_is_whole() {
+        let mut aligner = Aligner::new(PERIOD);
+        for message in in_order(50) {
+            offer(&mut aligner, message);
+            while aligner.take().is_some() {}
+        }
+        assert_eq!(offer(&mut aligner, O(50)), Offer::Taken);
+        assert_eq!(aligner.take().unwrap().stamp, stamp(50));
+    }
+
+    #[test]
+    fn time_going_back_begins_everything_anew_and_loses_nothing_of_the_new_time() {
+        let mut messages = in_order(100);
+        messages.push(I(0));
+        messages.extend(in_order(100));
+        let mut aligner = Aligner::new(PERIOD);
+        let went_back: Vec<usize> = (0..messages.len())
+            .filter(|i| offer(&mut aligner, messages[*i]) == Offer::WentBack)
+            .collect();
+        assert_eq!(went_back, vec![201]);
+        let mut expected = whole(100);
+        expected.extend(whole(100));
+        assert_eq!(samples(&messages), expected);
+    }
+
+    #[test]
+    fn a_stamp_off_the_grid_is_left_out() {
+        let mut aligner = Aligner::new(PERIOD);
+        assert_eq!(aligner.offer_output(stamp(0), 0.0), Offer::Taken);
+        assert_eq!(
+            aligner.offer_output(stamp(1) + PERIOD / 3, 0.0),
+            Offer::LeftOut
+        );
+        assert_eq!(
+            aligner.offer_output(stamp(1) - PERIOD / 5, 0.0),
+            Offer::Taken
+        );
+    }
+
+    #[test]
+    fn stamps_from_the_far_ends_of_time_neither_break_nor_fill_anything() {
+        let mut messages = in_order(30);
+        messages.push(I(40_000_000_000));
+        messages.extend((30..60).flat_map(|k| [O(k), I(k)]));
+        assert_eq!(samples(&messages), whole(60));
+        for first in [i64::MIN, 0, i64::MAX] {
+            let mut aligner = Aligner::new(1);
+            for stamp in [first, i64::MAX, i64::MIN, 0, -1, i64::MAX - 1] {
+                aligner.offer_output(stamp, 0.0);
+                aligner.offer_input(stamp, Input::default());
+                while aligner.take().is_some() {}
+            }
+        }
+    }
+
+    #[test]
+    fn a_tick_is_answered_when_its_state_and_the_motion_before_it_have_come() {
+        let mut aligner = Aligner::new(PERIOD);
+        let mut answered = |message| {
+            offer(&mut aligner, message);
+            aligner.answered().map(|stamp| (stamp - START) / PERIOD)
+        };
+        for (message, answer) in [
+            (I(6), None),
+            (O(7), Some(7)), // the output at 6 was never seen: nothing to wait for
+            (O(8), Some(7)),
+            (I(7), Some(8)),
+            (I(8), Some(8)),
+            (O(9), Some(9)),
+            (O(9), Some(9)),
+            (I(9), Some(9)),
+        ] {
+            assert_eq!(answered(message), answer, "{message:?}");
+        }
+    }
+}

@@ -1,0 +1,190 @@
+//! The identifier: messages in, estimates out.
+//!
+//! Samples are taken in the order of their stamps ([`crate::align`]), so what is estimated depends on the
+//! messages and not on when they arrived: a bag replayed gives, bit for bit, what
+//! was published live from the same messages.
+//!
+//! A gap in the stamps begins the history anew and keeps the estimate; time going back begins
+//! everything anew.
+
+use planesman_msgs::Message;
+use planesman_msgs::builtin_interfaces::msg::Time;
+use planesman_msgs::planesman_msgs::msg::ModelEstimate;
+use planesman_parameters::Values;
+use serde::Serialize;
+use serde_json::Value;
+
+use crate::align::{Aligner, Offer};
+use crate::learner::Learner;
+use crate::model::Model;
+use crate::parameters::Config;
+
+/// Identifies a model between two signals.
+#[derive(Clone, Debug)]
+pub struct Identifier {
+    config: Config,
+    aligner: Aligner,
+    learner: Learner,
+}
+
+impl Identifier {
+    /// An identifier before its first message.
+    ///
+    /// # Errors
+    /// As [`Config::from_values`].
+    pub fn new(values: &Values) -> Result<Self, String> {
+        let config = Config::from_values(values)?;
+        Ok(Self {
+            aligner: Aligner::new(period(&config)),
+            learner: Learner::new(&config)?,
+            config,
+        })
+    }
+
+    /// Takes changed parameters, whole or not at all. Forgetting and the counts of rows
+    /// change in place; any other change begins the estimate anew.
+    ///
+    /// # Errors
+    /// As [`Config::from_values`]; the present parameters then stay.
+    pub fn set_values(&mut self, values: &Values) -> Result<(), String> {
+        let new = Config::from_values(values)?;
+        let in_place = Config {
+            forgetting: new.forgetting,
+            publish_every: new.publish_every,
+            min_samples: new.min_samples,
+            ..self.config.clone()
+        };
+        if in_place == new {
+            self.learner.set_forgetting(new.forgetting)?;
+            self.config = new;
+        } else {
+            *self = Self::new(values)?;
+        }
+        Ok(())
+    }
+
+    /// The parameters in force.
+    #[must_use]
+    pub fn config(&self) -> &Config {
+        &self.config
+    }
+
+    /// Whether messages on `topic` bear one of the signals.
+    #[must_use]
+    pub fn concerns(&self, topic: &str) -> bool {
+        self.config.input.is_on(topic) || self.config.output.is_on(topic)
+    }
+
+    /// Takes a message as JSON; returns the estimates due for publication. Messages on other
+    /// topics are passed over, repeats change nothing.
+    ///
+    /// # Errors
+    /// A sentence naming the signal, when the message does not hold it as a finite number or
+    /// list of such; nothing changes then.
+    pub fn on_message(
+        &mut self,
+        topic: &str,
+        stamp: Time,
+        message: &Value,
+    ) -> Result<Vec<ModelEstimate>, String> {
+        let Config { input, output, .. } = &self.config;
+        let input = input
+            .is_on(topic)
+            .then(|| input.input(message))
+            .transpose()?;
+        let output = output
+            .is_on(topic)
+            .then(|| output.output(message))
+            .transpose()?;
+        let stamp = stamp.nanos();
+        if let Some(output) = output
+            && self.aligner.offer_output(stamp, output) == Offer::WentBack
+        {
+            self.learner.reset();
+        }
+        if let Some(input) = input {
+            self.aligner.offer_input(stamp, input);
+        }
+        Ok(self.learn())
+    }
+
+    /// Takes a message as a type, as [`Identifier::on_message`] does.
+    ///
+    /// # Errors
+    /// As [`Identifier::on_message`].
+    pub fn on<M: Serialize>(
+        &mut self,
+        topic: &str,
+        stamp: Time,
+        message: &M,
+    ) -> Result<Vec<ModelEstimate>, String> {
+        if !self.concerns(topic) {
+            return Ok(Vec::new());
+        }
+        let message = serde_json::to_value(message).map_err(|reason| reason.to_string())?;
+        self.on_message(topic, stamp, &message)
+    }
+
+    /// Says that nothing more will come, at the end of a record: what was held back for an
+    /// earlier message is learnt. Returns the estimates due.
+    pub fn finish(&mut self) -> Vec<ModelEstimate> {
+        self.aligner.finish();
+        self.learn()
+    }
+
+    /// Forgets everything but the parameters.
+    pub fn reset(&mut self) {
+        self.aligner = Aligner::new(period(&self.config));
+        self.learner.reset();
+    }
+
+    /// The latest output's stamp with which all that a lockstep tick brings has come: the
+    /// input over the interval before it, unless the output that began that interval was never seen.
+    #[must_use]
+    pub fn answered(&self) -> Option<Time> {
+        self.aligner.answered().map(Time::from_nanos)
+    }
+
+    /// The estimate as it stands, stamped so.
+    #[must_use]
+    pub fn estimate(&self, stamp: Time) -> ModelEstimate {
+        let Config { input, output, .. } = &self.config;
+        let mut estimate = self.learner.estimate(&self.config);
+        estimate.header.stamp = stamp;
+        estimate.input = input.to_string();
+        estimate.output = output.to_string();
+        estimate
+    }
+
+    /// The model as it stands.
+    #[must_use]
+    pub fn model(&self) -> Model {
+        self.learner.model(&self.config)
+    }
+
+    fn learn(&mut self) -> Vec<ModelEstimate> {
+        let mut due = Vec::new();
+        while let Some(sample) = self.aligner.take() {
+            let rows = self.learner.rows();
+            self.learner.take(sample);
+            let learnt = self.learner.rows() > rows;
+            if learnt
+                && self
+                    .learner
+                    .rows()
+                    .is_multiple_of(self.config.publish_every)
+            {
+                let estimate = self.estimate(Time::from_nanos(sample.stamp));
+                // Nothing that is not finite passes the node's edge.
+                if estimate.first_non_finite().is_none() {
+                    due.push(estimate);
+                }
+            }
+        }
+        due
+    }
+}
+
+fn period(config: &Config) -> i64 {
+    (config.sample_time * 1e9).round() as i64
+}

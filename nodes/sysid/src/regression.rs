@@ -1,0 +1,220 @@
+//! The regression behind a discrete transfer function, row by row.
+//!
+//! The equation-error model of order n (Brunner, NPS thesis, 1988, ch. VI):
+//! ```text
+//! y_k = -a1 y_(k-1) - ... - an y_(k-n) + b1 u_(k-1) + ... + bn u_(k-n)
+//!                                      + c1 m_(k-1) + ... + cn m_(k-n) + bias
+//! ```
+//! is linear in its parameters: `y_k = phi_k . theta` with
+//! ```text
+//! phi_k = [-y_(k-1) ... -y_(k-n), u_(k-1) ... u_(k-n), m_(k-1) ... m_(k-n), 1]
+//! theta = [a1 ... an, b1 ... bn, c1 ... cn, bias]
+//! ```
+//! u is the input's mean over a sampling interval and m its first moment (see
+//! [`Input`]); the c and bias columns are there when asked for.
+//!
+//! Rows begin where a whole history exists, k = n: none is invented. The thesis starts
+//! from an assumed zero history ("RLS requires zero initial conditions"), which spoils a
+//! record that begins in motion.
+
+/// The input over one sampling interval.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Input {
+    /// `u = (1/T) integral of u(t) dt`, the mean, in the input's unit.
+    pub mean: f64,
+    /// `m = (1/T^2) integral of (t - T/2) u(t) dt`, the first moment about the
+    /// interval's middle divided by the interval, in the input's unit; 0 for an input that is held.
+    pub moment: f64,
+}
+
+impl Input {
+    /// An input held at `value` over the interval.
+    #[must_use]
+    pub fn held(value: f64) -> Self {
+        Self {
+            mean: value,
+            moment: 0.0,
+        }
+    }
+
+    /// The input through evenly spaced samples, the first at the interval's beginning and
+    /// the last at its end, linear in between: mean by the trapezoid rule, the moment exactly.
+    /// A single sample is held. `None` when there is none.
+    #[must_use]
+    pub fn through(samples: &[f64]) -> Option<Self> {
+        match samples {
+            [] => None,
+            [value] => Some(Self::held(*value)),
+            _ => {
+                let h = 1.0 / (samples.len() - 1) as f64;
+                let mut input = Self::default();
+                for (i, pair) in samples.windows(2).enumerate() {
+                    let middle = (i as f64 + 0.5) * h - 0.5;
+                    let mean = 0.5 * (pair[0] + pair[1]);
+                    input.mean += h * mean;
+                    input.moment += h * (middle * mean + h * (pair[1] - pair[0]) / 12.0);
+                }
+                Some(input)
+            }
+        }
+    }
+}
+
+/// Which columns the regression has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shape {
+    /// `n`, the order: at least 1.
+    pub order: usize,
+    /// The first moments are regressed on.
+    pub moment: bool,
+    /// A constant is regressed on.
+    pub bias: bool,
+}
+
+impl Shape {
+    /// The number of parameters: n a's, n b's, n c's if any, the bias if any.
+    #[must_use]
+    pub fn parameters(&self) -> usize {
+        self.order * (2 + usize::from(self.moment)) + usize::from(self.bias)
+    }
+}
+
+/// The last n outputs and inputs, from which the next row is made.
+#[derive(Clone, Debug)]
+pub struct History {
+    shape: Shape,
+    /// Newest first, as the row has them.
+    outputs: Vec<f64>,
+    inputs: Vec<Input>,
+    row: Vec<f64>,
+}
+
+impl History {
+    /// An empty history.
+    #[must_use]
+    pub fn new(shape: Shape) -> Self {
+        Self {
+            shape,
+            outputs: Vec::with_capacity(shape.order + 1),
+            inputs: Vec::with_capacity(shape.order + 1),
+            row: Vec::with_capacity(shape.parameters()),
+        }
+    }
+
+    /// Forgets everything and begins with `output`, which no input is known to have led to.
+    pub fn begin(&mut self, output: f64) {
+        self.outputs.clear();
+        self.inputs.clear();
+        self.outputs.push(output);
+    }
+
+    /// Takes the output and the input over the interval that ended with it. Returns the row phi
+    /// to regress `output` on, once the history before it is n long.
+    pub fn push(&mut self, input: Input, output: f64) -> Option<&[f64]> {
+        let n = self.shape.order;
+        self.inputs.insert(0, input);
+        self.inputs.truncate(n);
+        let complete = self.outputs.len() == n && self.inputs.len() == n;
+        if complete {
+            self.row.clear();
+            self.row.extend(self.outputs.iter().map(|y| -y));
+            self.row.extend(self.inputs.iter().map(|u| u.mean));
+            if self.shape.moment {
+                self.row.extend(self.inputs.iter().map(|u| u.moment));
+            }
+            if self.shape.bias {
+                self.row.push(1.0);
+            }
+        }
+        self.outputs.insert(0, output);
+        self.outputs.truncate(n);
+        complete.then_some(self.row.as_slice())
+    }
+}
+
+/// Every row of a record, with the output each is regressed on: `inputs[k]` acts over the
+/// interval that begins with `outputs[k]`.
+#[must_use]
+pub fn rows(shape: Shape, inputs: &[Input], outputs: &[f64]) -> Vec<(Vec<f64>, f64)> {
+    let mut history = History::new(shape);
+    let mut rows = Vec::new();
+    for (k, output) in outputs.iter().enumerate() {
+        match k.checked_sub(1).and_then(|before| inputs.get(before)) {
+            None => history.begin(*output),
+            Some(input) => {
+                if let Some(row) = history.push(*input, *output) {
+                    rows.push((row.to_vec(), *output));
+                }
+            }
+        }
+    }
+    rows
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn a_row_is_made_of_the_last_outputs_inputs_and_moments() {
+        let shape = Shape {
+            order: 2,
+            moment: true,
+            bias: true,
+        };
+        let inputs: Vec<Input> = [10.0, 20.0, 30.0]
+            .iter()
+            .map(|u| Input {
+                mean: *u,
+                moment: u / 100.0,
+            })
+            .collect();
+        let rows = rows(shape, &inputs, &[1.0, 2.0, 3.0, 4.0]);
+        assert_eq!(
+            rows,
+            vec![
+                (vec![-2.0, -1.0, 20.0, 10.0, 0.2, 0.1, 1.0], 3.0),
+                (vec![-3.0, -2.0, 30.0, 20.0, 0.3, 0.2, 1.0], 4.0),
+            ]
+        );
+        assert_eq!(rows[0].0.len(), shape.parameters());
+    }
+
+    #[test]
+    fn beginning_again_needs_a_whole_history_again() {
+        let shape = Shape {
+            order: 2,
+            moment: false,
+            bias: false,
+        };
+        let mut history = History::new(shape);
+        history.begin(1.0);
+        assert_eq!(history.push(Input::held(0.0), 2.0), None);
+        assert!(history.push(Input::held(0.0), 3.0).is_some());
+        history.begin(4.0);
+        assert_eq!(history.push(Input::held(0.0), 5.0), None);
+        assert!(history.push(Input::held(0.0), 6.0).is_some());
+    }
+
+    #[test]
+    fn mean_and_moment_of_a_held_a_rising_and_a_stepping_input() {
+        assert_eq!(Input::through(&[0.3]), Some(Input::held(0.3)));
+        let held = Input::through(&[0.3; 11]).unwrap();
+        assert!((held.mean - 0.3).abs() < 1e-15 && held.moment.abs() < 1e-15);
+        // u = t/T: mean 1/2, moment 1/3 - 1/4.
+        for samples in [2, 3, 11] {
+            let ramp: Vec<f64> = (0..samples)
+                .map(|i| f64::from(i) / f64::from(samples - 1))
+                .collect();
+            let ramp = Input::through(&ramp).unwrap();
+            assert!((ramp.mean - 0.5).abs() < 1e-15);
+            assert!((ramp.moment - 1.0 / 12.0).abs() < 1e-15);
+        }
+        // 0 in the first half, 1 in the second: mean 1/2, moment 3/8 - 1/4.
+        let step: Vec<f64> = (0..=1000).map(|i| f64::from(u8::from(i > 500))).collect();
+        let step = Input::through(&step).unwrap();
+        assert!((step.mean - 0.5).abs() < 1e-3 && (step.moment - 0.125).abs() < 1e-3);
+        assert_eq!(Input::through(&[]), None);
+    }
+}

@@ -1,0 +1,279 @@
+//! A signal by name: `TOPIC:FIELD`, one number of one message.
+//!
+//! - `TOPIC` is a topic as ROS names it. With a leading `/` it means that topic only; without one it means
+//!   any topic that ends in it, so that `state` finds `/auv/state`.
+//! - `FIELD` is a path into the message: `pitch_rate`, `position[0]`, `twist.twist.angular.y`.
+//!
+//! A field that is a list without an index stands for the signal's course over the interval that begins at the
+//! message's stamp, as evenly spaced samples from its beginning to its end, linear in
+//! between (`planesman_msgs/PlaneMotion` is such): as an input it gives a mean, by the trapezoid
+//! rule, and a first moment; as an output its first sample, the value at the stamp.
+//! A field that is a number is, as an input, held over the interval.
+
+use std::fmt;
+use std::str::FromStr;
+
+use serde_json::Value;
+
+use crate::regression::Input;
+
+/// The largest magnitude taken. Beyond any physical signal in any unit, and small enough
+/// that no sum of squares overflows.
+pub const LARGEST: f64 = 1e30;
+
+/// A reference to one number of one topic's messages.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Signal {
+    topic: String,
+    field: String,
+    path: Vec<Step>,
+}
+
+/// One step into a message.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Step {
+    Field(String),
+    Index(usize),
+}
+
+impl FromStr for Signal {
+    type Err = String;
+
+    /// Reads `TOPIC:FIELD`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let refuse = |rule: &str| {
+            Err(format!(
+                "signal '{text}' refused: {rule}; it is written TOPIC:FIELD, as in state:pitch_rate or odom:twist.twist.angular.y"
+            ))
+        };
+        let Some((topic, field)) = text.split_once(':') else {
+            return refuse("there is no ':'");
+        };
+        let topic_is_named = topic
+            .strip_prefix('/')
+            .unwrap_or(topic)
+            .split('/')
+            .all(is_name);
+        if !topic_is_named {
+            return refuse("the topic is no ROS topic name");
+        }
+        let mut path = Vec::new();
+        for part in field.split('.') {
+            let (name, indices) = part.split_at(part.find('[').unwrap_or(part.len()));
+            if !is_name(name) {
+                return refuse("a field's name is letters, digits and underscores");
+            }
+            path.push(Step::Field(name.to_owned()));
+            let mut rest = indices;
+            while let Some((index, after)) = rest.strip_prefix('[').and_then(|r| r.split_once(']'))
+            {
+                let Ok(index) = index.parse() else {
+                    return refuse("an index is a whole number");
+                };
+                path.push(Step::Index(index));
+                rest = after;
+            }
+            if !rest.is_empty() {
+                return refuse("an index stands in brackets");
+            }
+        }
+        Ok(Self {
+            topic: topic.to_owned(),
+            field: field.to_owned(),
+            path,
+        })
+    }
+}
+
+impl fmt::Display for Signal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}", self.topic, self.field)
+    }
+}
+
+impl Signal {
+    /// The topic, as written.
+    #[must_use]
+    pub fn topic(&self) -> &str {
+        &self.topic
+    }
+
+    /// Whether messages on `topic` bear this signal.
+    #[must_use]
+    pub fn is_on(&self, topic: &str) -> bool {
+        if topic == self.topic {
+            return true;
+        }
+        !self.topic.starts_with('/')
+            && topic
+                .strip_suffix(self.topic.as_str())
+                .is_some_and(|before| before.ends_with('/'))
+    }
+
+    /// The signal over the interval that begins at the message's stamp.
+    ///
+    /// # Errors
+    /// A sentence naming the signal, when the message has no such field, it is not a number or a list
+    /// of numbers, the list is empty, or a number is not finite or beyond [`LARGEST`].
+    pub fn input(&self, message: &Value) -> Result<Input, String> {
+        match self.find(message)? {
+            Value::Array(list) => {
+                let samples: Vec<f64> = list
+                    .iter()
+                    .map(|sample| self.number(sample))
+                    .collect::<Result<_, _>>()?;
+                Input::through(&samples)
+                    .ok_or_else(|| format!("signal '{self}': the list is empty"))
+            }
+            value => self.number(value).map(Input::held),
+        }
+    }
+
+    /// The signal at the message's stamp.
+    ///
+    /// # Errors
+    /// As [`Signal::input`].
+    pub fn output(&self, message: &Value) -> Result<f64, String> {
+        match self.find(message)? {
+            Value::Array(list) => match list.first() {
+                Some(first) => self.number(first),
+                None => Err(format!("signal '{self}': the list is empty")),
+            },
+            value => self.number(value),
+        }
+    }
+
+    fn find<'m>(&self, message: &'m Value) -> Result<&'m Value, String> {
+        self.path.iter().try_fold(message, |value, step| {
+            match step {
+                Step::Field(name) => value.get(name),
+                Step::Index(index) => value.get(index),
+            }
+            .ok_or_else(|| match step {
+                Step::Field(name) => format!("signal '{self}': the message has no field '{name}'"),
+                Step::Index(index) => format!("signal '{self}': there is no element [{index}]"),
+            })
+        })
+    }
+
+    fn number(&self, value: &Value) -> Result<f64, String> {
+        // A number that is not finite becomes null on its way into a JSON value.
+        match value.as_f64() {
+            Some(number) if number.abs() <= LARGEST => Ok(number),
+            Some(number) => Err(format!(
+                "signal '{self}': {number} refused: it must lie within ±{LARGEST:e}"
+            )),
+            None if value.is_null() => Err(format!("signal '{self}': it is not finite")),
+            None => Err(format!("signal '{self}': it is not a number")),
+        }
+    }
+}
+
+/// Whether `name` is letters, digits and underscores, beginning with none of the digits.
+fn is_name(name: &str) -> bool {
+    name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+        && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use serde_json::json;
+
+    fn signal(text: &str) -> Signal {
+        text.parse().unwrap()
+    }
+
+    #[test]
+    fn a_path_leads_to_its_number() {
+        let message = json!({
+            "pitch_rate": 0.25,
+            "position": [1.0, 2.0],
+            "twist": {"twist": {"angular": {"y": -3}}},
+            "points": [{"x": 7.5}],
+        });
+        for (text, value) in [
+            ("state:pitch_rate", 0.25),
+            ("planes:position[1]", 2.0),
+            ("/auv/odom:twist.twist.angular.y", -3.0),
+            ("path:points[0].x", 7.5),
+        ] {
+            assert_eq!(signal(text).output(&message).unwrap(), value);
+            assert_eq!(signal(text).input(&message).unwrap(), Input::held(value));
+            assert_eq!(signal(text).to_string(), text);
+        }
+    }
+
+    #[test]
+    fn a_list_is_the_course_over_the_interval() {
+        let message = json!({"dive_planes": [0.0, 1.0, 2.0]});
+        let planes = signal("plane_motion:dive_planes");
+        let input = planes.input(&message).unwrap();
+        assert!((input.mean - 1.0).abs() < 1e-15);
+        assert!((input.moment - 1.0 / 6.0).abs() < 1e-15);
+        assert_eq!(planes.output(&message).unwrap(), 0.0);
+    }
+
+    #[test]
+    fn a_relative_topic_is_found_in_any_namespace_and_an_absolute_one_in_its_own() {
+        for (reference, topic, found) in [
+            ("state:x", "state", true),
+            ("state:x", "/state", true),
+            ("state:x", "/auv/state", true),
+            ("state:x", "/auv/dha_state", false),
+            ("auv/state:x", "/fleet/auv/state", true),
+            ("/auv/state:x", "/auv/state", true),
+            ("/auv/state:x", "/other/auv/state", false),
+            ("/auv/state:x", "state", false),
+        ] {
+            assert_eq!(signal(reference).is_on(topic), found, "{reference} {topic}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_reference_is_refused_with_the_form() {
+        for text in [
+            "",
+            ":",
+            "state",
+            "state:",
+            ":x",
+            "a b:x",
+            "state:x..y",
+            "state:x[",
+            "state:x[a]",
+            "state:x[1]y",
+            "state:[1]",
+            "9:x",
+            "//a:x",
+            "a/:x",
+        ] {
+            let refusal = text.parse::<Signal>().unwrap_err();
+            assert!(refusal.contains("TOPIC:FIELD"), "{refusal}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_finite_number_is_refused_with_the_signals_name() {
+        let message = json!({
+            "text": "x", "none": f64::NAN, "list": [], "deep": [1.0, null], "huge": 1e31,
+        });
+        for (text, reason) in [
+            ("t:text", "not a number"),
+            ("t:none", "not finite"),
+            ("t:list", "empty"),
+            ("t:deep", "not finite"),
+            ("t:deep[2]", "no element [2]"),
+            ("t:absent", "no field 'absent'"),
+            ("t:text.x", "no field 'x'"),
+            ("t:huge", "1e30"),
+        ] {
+            let refusal = signal(text).input(&message).unwrap_err();
+            assert!(
+                refusal.contains(reason) && refusal.contains(text),
+                "{refusal}"
+            );
+        }
+    }
+}
