@@ -9,7 +9,7 @@
 //! - **steady error**: `to` less the mean over the last tenth of the record, unscaled.
 //!
 //! Between samples the response is taken as linear. These are the usual definitions (Franklin,
-//! Powell and Emami-Naeini, *Feedback Control of Dynamic Systems*, 3.4); all refer to the level
+//! Powell and Emami-Naeini, *Feedback Control of Dynamic Systems*, ch. 3); all refer to the level
 //! asked for, not to where the response happens to end.
 
 use crate::{Error, error::finite};
@@ -165,7 +165,7 @@ mod tests {
 
     #[test]
     fn a_second_order_system_overshoots_by_the_textbook_formula() {
-        let damping = 0.394; // Brunner 1988, p. 23: the depth loop at Kdz = 0.5
+        let damping = 0.394; // Brunner 1988: the depth loop at Kdz = 0.5
         let damped = f64::sqrt(1.0 - damping * damping);
         let (times, values) = sampled(40.0, |t| {
             1.0 - (-damping * t).exp()

@@ -98,8 +98,10 @@ impl Plant {
     /// As [`Plant::new`]; then the values before stay in force.
     pub fn set_values(&mut self, values: &Values) -> Result<(), String> {
         let next = Settings::new(values, &self.vehicle)?;
-        if next.tick_nanos != self.settings.tick_nanos || next.steps != self.settings.steps {
-            return Err("parameters 'tick' and 'step' are fixed at the start".to_owned());
+        if next.fixed() != self.settings.fixed() {
+            return Err(
+                "parameters 'vehicle', 'tick' and 'step' are fixed at the start".to_owned(),
+            );
         }
         self.next_settings = Some(next);
         Ok(())
@@ -232,6 +234,7 @@ struct Settings {
     seed: u64,
     tick_nanos: i64,
     steps: u32,
+    vehicle: String,
     frame_prefix: String,
 }
 
@@ -265,8 +268,14 @@ impl Settings {
             seed: values.integer("seed").unsigned_abs(),
             tick_nanos,
             steps,
+            vehicle: values.string("vehicle").to_owned(),
             frame_prefix: frame_prefix(values.string("frame_prefix"))?,
         })
+    }
+
+    /// What cannot change once the plant is made.
+    fn fixed(&self) -> (&str, i64, u32) {
+        (&self.vehicle, self.tick_nanos, self.steps)
     }
 }
 
@@ -618,10 +627,15 @@ mod tests {
     }
 
     #[test]
-    fn the_tick_cannot_change_on_the_way() {
+    fn the_tick_and_the_vehicle_cannot_change_on_the_way() {
         let mut plant = plant(&[]);
         assert_eq!(plant.tick_nanos(), 50_000_000);
-        let other = values(&[("tick", Value::Double(0.1))]);
-        assert!(plant.set_values(&other).is_err());
+        for fixed in [
+            ("tick", Value::Double(0.1)),
+            ("step", Value::Double(0.002)),
+            ("vehicle", Value::from("other.yaml")),
+        ] {
+            assert!(plant.set_values(&values(&[fixed])).is_err());
+        }
     }
 }

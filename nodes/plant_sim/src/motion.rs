@@ -99,7 +99,7 @@ mod tests {
         }
     }
 
-    /// What a dive with the planes held for 10 s, and level again to 60 s, comes to.
+    /// What a dive with the planes held for a time, and level again to 60 s, comes to.
     struct Dive {
         pitch_at_release: f64,
         steepest_pitch: f64,
@@ -109,14 +109,18 @@ mod tests {
     }
 
     /// In degrees, feet and seconds.
-    fn dive(motion: &Motion) -> Dive {
+    fn dive(motion: &Motion, held_for: f64) -> Dive {
         let steps = |seconds: f64| (seconds / motion.step).round() as u32;
         let mut state = State::default();
         let mut steepest = 0.0_f64;
         let mut time_to_one_foot = None;
         let mut at_release = state;
         for k in 0..steps(60.0) {
-            let delta = if k < steps(10.0) { THIRTY_DEGREES } else { 0.0 };
+            let delta = if k < steps(held_for) {
+                THIRTY_DEGREES
+            } else {
+                0.0
+            };
             state = motion
                 .advance(&state, &PlanePath::held(&delta), 1)
                 .expect("it dives");
@@ -124,7 +128,7 @@ mod tests {
             if state.depth >= FOOT && time_to_one_foot.is_none() {
                 time_to_one_foot = Some(f64::from(k + 1) * motion.step);
             }
-            if k + 1 == steps(10.0) {
+            if k + 1 == steps(held_for) {
                 at_release = state;
             }
         }
@@ -146,7 +150,7 @@ mod tests {
 
     #[test]
     fn thirty_degrees_of_plane_for_ten_seconds_dive_nine_feet() {
-        let dive = dive(&at_one_foot_per_second(Restoring::Sine));
+        let dive = dive(&at_one_foot_per_second(Restoring::Sine), 10.0);
         close(dive.pitch_at_release, -51.387_687_027, 1e-5);
         close(dive.steepest_pitch, -51.494_970_544, 5e-5);
         close(dive.depth_at_release, 5.014_305, 1e-5);
@@ -156,7 +160,7 @@ mod tests {
 
     #[test]
     fn the_small_angle_restoring_moment_holds_the_bow_three_degrees_higher() {
-        let dive = dive(&at_one_foot_per_second(Restoring::SmallAngle));
+        let dive = dive(&at_one_foot_per_second(Restoring::SmallAngle), 10.0);
         close(dive.pitch_at_release, -47.966_393_916, 1e-5);
         close(dive.steepest_pitch, -47.998_332_543, 5e-5);
         close(dive.final_depth, 8.502, 5e-4);
@@ -165,21 +169,65 @@ mod tests {
 
     #[test]
     fn with_the_arm_in_inches_for_feet_the_printed_four_degrees_come_out() {
-        // C2 = 1.27 in place of 0.106: Brunner 1988, p. 38, prints -4.2 degrees.
+        // C2 = 1.27, twelve times what it should be: Brunner 1988, p. 39, prints -4.2 degrees.
         let mut motion = at_one_foot_per_second(Restoring::SmallAngle);
         motion.derivatives.restoring *= 12.0;
-        let dive = dive(&motion);
-        close(dive.pitch_at_release, -4.2, 0.05);
-        close(dive.steepest_pitch, -5.745, 0.05);
+        let ten_seconds = dive(&motion, 10.0);
+        close(ten_seconds.pitch_at_release, -4.191_603_501, 1e-5);
+        close(ten_seconds.steepest_pitch, -5.744_806, 5e-5);
+        close(ten_seconds.final_depth, 1.112_498, 1e-5);
+        // Ten of the program's units of time L / U: the thesis prints 2.61 ft.
+        let ten_units = dive(&motion, 10.0 * 28.0 / 12.0);
+        close(ten_units.final_depth, 2.596, 2e-3);
+    }
+
+    /// Program T3: the pitch equation alone.
+    fn without_heave(mut motion: Motion) -> Motion {
+        motion.derivatives.z_w = 0.0;
+        motion.derivatives.z_q_plus_m_u = 0.0;
+        motion.derivatives.z_delta = 0.0;
+        motion.derivatives.m_w = 0.0;
+        motion
+    }
+
+    #[test]
+    fn without_heave_the_vehicle_dives_a_little_steeper_and_hardly_less_deep() {
+        // Program T3; the thesis' 32 % less depth comes of the arm in inches.
+        let dive = dive(
+            &without_heave(at_one_foot_per_second(Restoring::Sine)),
+            10.0,
+        );
+        close(dive.pitch_at_release, -51.614_626_781, 1e-5);
+        close(dive.steepest_pitch, -51.746, 1e-3);
+        close(dive.final_depth, 9.077_789_722, 1e-5);
+    }
+
+    #[test]
+    fn one_second_of_plane_without_restoring_turns_the_bow_down_twelve_degrees() {
+        // Program T4 in real seconds.
+        let mut motion = without_heave(at_one_foot_per_second(Restoring::Sine));
+        motion.derivatives.restoring = 0.0;
+        let dive = dive(&motion, 1.0);
+        close(dive.pitch_at_release, -4.913_874_140, 1e-5);
+        close(dive.steepest_pitch, -11.828_569, 1e-5);
+    }
+
+    #[test]
+    fn with_a_tenth_of_the_damping_the_vehicle_loops() {
+        // Program T5.
+        let mut motion = at_one_foot_per_second(Restoring::Sine);
+        motion.derivatives.m_q *= 0.1;
+        let dive = dive(&motion, 10.0);
+        close(dive.pitch_at_release, -205.508_205, 1e-4);
+        close(dive.time_to_one_foot, 3.265, 6e-3);
     }
 
     #[test]
     fn one_second_of_plane_without_restoring_or_heave_gives_the_printed_angle_per_length() {
         // Program T4, p. 40: 30 degrees for one unit of time L/U turn the bow by
         // M'delta / M'q x 30 degrees = 27.6; the thesis prints -27.5.
-        let mut motion = at_one_foot_per_second(Restoring::Sine);
+        let mut motion = without_heave(at_one_foot_per_second(Restoring::Sine));
         motion.derivatives.restoring = 0.0;
-        motion.derivatives.m_w = 0.0;
         let unit = brunner().reference_length / FOOT;
         motion.step = unit / 2000.0;
         let held = motion
