@@ -440,6 +440,7 @@ mod tests {
     use crate::parameters;
     use planesman_msgs::{Message, builtin_interfaces::msg::Duration, cdr};
     use planesman_parameters::Value;
+    use std::f64::consts::FRAC_PI_6;
 
     fn values(changes: &[(&str, Value)]) -> Values {
         Values::defaults(parameters::declarations())
@@ -489,7 +490,7 @@ mod tests {
     fn the_held_planes_of_the_report_dive_the_published_vehicle_five_feet_in_ten_seconds() {
         let mut plant = plant(&[]);
         for _ in 0..200 {
-            let thirty_degrees = motion(0.523_598_7, 0.523_598_7);
+            let thirty_degrees = motion(FRAC_PI_6, FRAC_PI_6);
             plant.advance(Some(&thirty_degrees)).expect("a tick");
         }
         let Observation {
@@ -497,7 +498,7 @@ mod tests {
         } = plant.observe(stamp(200));
         assert!((state.depth / 0.3048 - 5.014_305).abs() < 1e-5);
         assert!((state.pitch.to_degrees() + 51.387_687).abs() < 1e-5);
-        assert_eq!(state.dive_planes, 0.523_598_7);
+        assert_eq!(state.dive_planes, FRAC_PI_6);
         assert_eq!(odometry.pose.pose.position.z, -state.depth);
         assert!(odometry.pose.pose.orientation.y > 0.0, "bow down");
     }

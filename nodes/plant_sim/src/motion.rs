@@ -82,6 +82,7 @@ mod tests {
     use crate::{quantity::FOOT, vehicle_file::brunner};
 
     /// 30 degrees as the programs write it \[rad\].
+    #[allow(clippy::approx_constant)]
     const THIRTY_DEGREES: f64 = 0.523_598_7;
 
     const FRESH: Environment = Environment {
