@@ -12,8 +12,32 @@
 //! - [`metadata`]: the account in `metadata.yaml`.
 //! - [`info`]: a summary for people.
 //!
+//! ```
+//! use planesman_bag::{BagReader, BagWriter, OfferedQos, Order, Topic, WriterOptions};
+//! use planesman_msgs::std_msgs::msg::Float64;
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # let folder = tempfile::tempdir()?;
+//! let path = folder.path().join("dive");
+//! let mut writer = BagWriter::create(&path, WriterOptions::default())?;
+//! let depth = writer.add_topic(&Topic::of::<Float64>(
+//!     "/auv/depth_setpoint",
+//!     OfferedQos::reliable(10),
+//! ))?;
+//! writer.write(depth, &Float64 { data: 0.914 }, 50_000_000)?;
+//! writer.close()?;
+//!
+//! let bag = BagReader::open(&path)?;
+//! assert!(bag.completeness().is_whole());
+//! for message in bag.messages(Order::File) {
+//!     assert_eq!(message?.decode::<Float64>()?.data, 0.914);
+//! }
+//! # Ok(())
+//! # }
+//! ```
+//!
 //! Inside: `records` splits bytes into MCAP records, `fields` splits records, `chunk` unpacks
-//! and checks a chunk, and `recording` reads one `.mcap` file with them.
+//! and checks a chunk, and `recording` reads one `.mcap` file with them; `typed` knows the project's message types.
 //!
 //! Times are signed nanoseconds on whatever clock the recording ran on, as ROS counts them.
 
@@ -26,6 +50,7 @@ pub mod reader;
 mod recording;
 mod records;
 pub mod topic;
+mod typed;
 pub mod writer;
 
 pub use info::BagInfo;

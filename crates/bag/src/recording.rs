@@ -116,6 +116,13 @@ impl Recording {
         }
     }
 
+    /// Its messages on all topics.
+    pub(crate) fn message_count(&self) -> u64 {
+        self.topics
+            .iter()
+            .fold(0, |sum, (_, messages)| sum.saturating_add(*messages))
+    }
+
     /// Its messages, from the first to the last that can be read.
     pub(crate) fn walk(&self, order: Order, limits: &Limits) -> Result<Walk, ReadError> {
         File::open(&self.path)

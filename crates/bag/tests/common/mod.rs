@@ -61,11 +61,18 @@ pub(crate) fn all(bag: &BagReader) -> Result<Vec<Message>, ReadError> {
     bag.messages(Order::File).collect()
 }
 
+/// Whether [`fill`] writes such a message.
+pub(crate) fn was_written(message: &Message) -> bool {
+    let k = message.log_time / 50_000_000;
+    message.log_time == 50_000_000 * k
+        && message.payload == payload(k as f64)
+        && message.topic.name == ["/depth", "/pitch"][(k % 2) as usize]
+}
+
 /// Whether the messages are the first of those that [`fill`] writes.
 pub(crate) fn is_prefix(messages: &[Message]) -> bool {
-    messages.iter().enumerate().all(|(k, message)| {
-        message.payload == payload(k as f64)
-            && message.log_time == 50_000_000 * k as i64
-            && message.topic.name == ["/depth", "/pitch"][k % 2]
-    })
+    messages
+        .iter()
+        .enumerate()
+        .all(|(k, message)| message.log_time == 50_000_000 * k as i64 && was_written(message))
 }

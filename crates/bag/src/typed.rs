@@ -1,0 +1,62 @@
+//! Bags of the messages this project has types for: no description by hand, no bytes.
+
+use planesman_msgs::{self as msgs, TypeInfo, cdr};
+
+use crate::{BagWriter, Message, OfferedQos, Topic, TopicId, WriteError};
+
+impl Topic {
+    /// The topic `name` carrying messages of type `M`, offered with `qos`.
+    #[must_use]
+    pub fn of<M: msgs::Message>(name: impl Into<String>, qos: OfferedQos) -> Self {
+        Self::of_type(&TypeInfo::of::<M>(), name, qos)
+    }
+
+    /// The topic `name` carrying messages of a type known at run time, offered with `qos`.
+    #[must_use]
+    pub fn of_type(info: &TypeInfo, name: impl Into<String>, qos: OfferedQos) -> Self {
+        Self {
+            name: name.into(),
+            type_name: info.type_name.to_owned(),
+            definition: info.definition.to_owned(),
+            definition_encoding: "ros2msg".to_owned(),
+            message_encoding: "cdr".to_owned(),
+            type_hash: info.type_hash.to_owned(),
+            offered_qos: vec![qos],
+        }
+    }
+}
+
+impl BagWriter {
+    /// Takes a message, received at `log_time` (nanoseconds) and sent then too.
+    ///
+    /// # Errors
+    /// [`WriteError::WrongType`] if the topic carries another type; else as
+    /// [`write_raw`](Self::write_raw).
+    pub fn write<M: msgs::Message>(
+        &mut self,
+        topic: TopicId,
+        message: &M,
+        log_time: i64,
+    ) -> Result<(), WriteError> {
+        let carried = self.topic(topic)?;
+        if carried.type_name != M::TYPE_NAME {
+            return Err(WriteError::WrongType {
+                name: carried.name.clone(),
+                expected: carried.type_name.clone(),
+                given: M::TYPE_NAME.to_owned(),
+            });
+        }
+        self.write_raw(topic, &cdr::to_bytes(message), log_time, log_time)
+    }
+}
+
+impl Message {
+    /// The message in the payload.
+    ///
+    /// # Errors
+    /// When the payload does not hold exactly an `M`. The topic's type name is not asked:
+    /// a caller that takes several types looks at it first.
+    pub fn decode<M: msgs::Message>(&self) -> Result<M, cdr::Error> {
+        cdr::from_bytes(&self.payload)
+    }
+}
