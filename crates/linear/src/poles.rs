@@ -2,7 +2,7 @@
 //!
 //! A mode `exp(s t)` sampled every `dt` is `z^k` with `z = exp(s dt)`.
 
-use nalgebra::{Complex, DMatrix, Schur};
+use nalgebra::{Complex, DMatrix, Schur, linalg::balancing::balance_parlett_reinsch};
 
 use crate::{Error, error::finite, polynomial::sort_slowest_first};
 
@@ -45,11 +45,15 @@ pub fn eigenvalues(matrix: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, Error> {
     if size == 0 {
         return Ok(Vec::new());
     }
+    // Balancing makes rows and columns alike in size, so that small eigenvalues survive large ones.
+    let mut balanced = matrix.clone();
+    balance_parlett_reinsch(&mut balanced);
+    finite("the balanced matrix", &balanced)?;
     let schur = |m: DMatrix<f64>| Schur::try_new(m, f64::EPSILON, STEPS_PER_ROW * size);
     // The shifted QR steps leave a cyclic permutation (the companion of x^n - 1) as it is;
     // mirroring it first, which keeps the eigenvalues, takes away that symmetry.
-    let schur = schur(matrix.clone())
-        .or_else(|| schur(mirrored(matrix)))
+    let schur = schur(balanced.clone())
+        .or_else(|| schur(mirrored(&balanced)))
         .ok_or(Error::NoConvergence { size })?;
     let mut values: Vec<Complex<f64>> = schur.complex_eigenvalues().iter().copied().collect();
     if values

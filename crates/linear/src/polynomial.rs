@@ -34,7 +34,8 @@ pub fn derivative(coefficients: &[f64]) -> Vec<f64> {
 /// the positive imaginary part first. A constant has none.
 ///
 /// A root of multiplicity `m` comes out as `m` roots spread by about the `m`-th root of the
-/// rounding error: no method does better in the same arithmetic.
+/// rounding error: no method does better in the same arithmetic. Where coefficients span dozens
+/// of decades, the smallest roots may have no correct digit.
 ///
 /// # Errors
 /// [`Error::Empty`], [`Error::NotFinite`] or [`Error::LeadingZero`] for what is no polynomial of
