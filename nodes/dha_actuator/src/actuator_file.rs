@@ -161,12 +161,7 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    fn refused(
-        &self,
-        field: &str,
-        value: impl ToString,
-        rule: impl ToString,
-    ) -> ActuatorFileError {
+    fn refused(&self, field: &str, value: impl ToString, rule: impl ToString) -> ActuatorFileError {
         ActuatorFileError::Refused {
             file: self.file.to_owned(),
             field: field.to_owned(),
@@ -185,9 +180,7 @@ impl Reader<'_> {
         let value = dimension.read(written, per_radian).map_err(refuse)?;
         match sign {
             Sign::Positive if value <= 0.0 => Err(refuse("it must be positive".to_owned())),
-            Sign::NotNegative if value < 0.0 => {
-                Err(refuse("it must not be negative".to_owned()))
-            }
+            Sign::NotNegative if value < 0.0 => Err(refuse("it must not be negative".to_owned())),
             _ => Ok(value),
         }
     }
@@ -212,9 +205,8 @@ impl Reader<'_> {
     fn set(&self, file: &File) -> Result<ActuatorSet, ActuatorFileError> {
         use Dimension as D;
         use Sign::{Any, NotNegative, Positive};
-        let read = |name, written, dimension, sign| {
-            self.read(Field(name, written, dimension), sign, None)
-        };
+        let read =
+            |name, written, dimension, sign| self.read(Field(name, written, dimension), sign, None);
         let (load, oil, valves) = (&file.load, &file.oil, &file.valves);
 
         let moment_arm = read("load.moment_arm", &load.moment_arm, D::Length, Positive)?;
@@ -243,12 +235,7 @@ impl Reader<'_> {
             stop: self.limit("ram.stop", file.ram.stop.as_ref(), D::Length, travel)?,
             stiffness: read("oil.stiffness", &oil.stiffness, D::OilStiffness, Positive)?,
             supply: read("oil.supply", &oil.supply, D::Pressure, Positive)?,
-            return_pressure: read(
-                "oil.return",
-                &oil.return_pressure,
-                D::Pressure,
-                NotNegative,
-            )?,
+            return_pressure: read("oil.return", &oil.return_pressure, D::Pressure, NotNegative)?,
             clamp_positive: read(
                 "oil.clamp_positive",
                 &oil.clamp_positive,
@@ -263,7 +250,12 @@ impl Reader<'_> {
             )?,
             volume: read_as_angle("valves.volume", &valves.volume, D::Volume, Positive)?,
             frequency_millihertz: self.millihertz(&valves.frequency)?,
-            valve_time: read("valves.valve_time", &valves.valve_time, D::Time, NotNegative)?,
+            valve_time: read(
+                "valves.valve_time",
+                &valves.valve_time,
+                D::Time,
+                NotNegative,
+            )?,
             flow_time: read("valves.flow_time", &valves.flow_time, D::Time, Positive)?,
             extra_delay: read(
                 "valves.extra_delay",
@@ -450,7 +442,11 @@ mod tests {
             ("coulomb:", "  coulomb: 10 lb", "overcome load.coulomb"),
             ("frequency:", "  frequency: 0.01 Hz", "millihertz"),
             ("flow_time:", "  flow_time: 1 s", "within 8 cycles"),
-            ("threshold:", "  threshold: 0.2 deg", "half of logic.quantum"),
+            (
+                "threshold:",
+                "  threshold: 0.2 deg",
+                "half of logic.quantum",
+            ),
             ("limit_option:", "  limit_option: 3", "1 or 2"),
             ("limit_option:", "  limit_option: 2", "limit option 2"),
             ("stiffness:", "  stiffness: 1e300 Pa/m^3", "10000 rad"),
@@ -458,7 +454,10 @@ mod tests {
             ("return:", "  return: 200 psi", "below oil.supply"),
         ] {
             let error = auv_with(field, line).expect_err(line).to_string();
-            assert!(error.contains("mine.yaml") && error.contains(rule), "{error}");
+            assert!(
+                error.contains("mine.yaml") && error.contains(rule),
+                "{error}"
+            );
         }
     }
 

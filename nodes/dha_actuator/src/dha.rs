@@ -107,6 +107,12 @@ impl Dha {
         reading.ram.position / self.moment_arm
     }
 
+    /// The planes' rate, rad/s.
+    #[must_use]
+    pub fn plane_rate(&self, reading: &Reading) -> f64 {
+        reading.ram.velocity / self.moment_arm
+    }
+
     /// Calibrated volumes commanded since the start, both signs.
     #[must_use]
     pub fn pulses(&self) -> u64 {
@@ -201,18 +207,14 @@ mod tests {
         let leaky = load("auv").expect("built in");
         let drifted = angle_after(&mut Dha::new(&leaky), minute, open);
         assert!((drifted - 10.0).abs() > 5.0, "{drifted}");
-        let held = angle_after(
-            &mut Dha::new(&leaky),
-            minute,
-            Demand::angle(10.0 * DEGREE),
-        );
+        let held = angle_after(&mut Dha::new(&leaky), minute, Demand::angle(10.0 * DEGREE));
         assert!((held - 10.0).abs() < 0.6, "{held}");
     }
 
     #[test]
     fn opening_the_loop_moves_nothing_by_itself() {
         let mut dha = Dha::new(&tight());
-        let closed = Demand::angle(10.0 * DEGREE);
+        let closed = Demand::angle(12.3 * DEGREE);
         let before = angle_after(&mut dha, 1_000_000_000, closed);
         let open = Demand {
             position_loop: false,

@@ -94,12 +94,8 @@ impl Segment {
             let mut first: Option<(f64, Event)> = None;
             for (i, event) in self.events.iter().enumerate() {
                 let Some(event) = *event else { break };
-                let zero = self.zero_between(
-                    constants,
-                    event,
-                    (from, margins[i]),
-                    (to, margins_after[i]),
-                );
+                let zero =
+                    self.zero_between(constants, event, (from, margins[i]), (to, margins_after[i]));
                 if let Some(t) = zero
                     && first.is_none_or(|(earliest, _)| t < earliest)
                 {
@@ -170,7 +166,10 @@ impl Segment {
             }
             Event::BreakAway(side) => {
                 let force_per_oil = side.sign() * m.area * m.stiffness;
-                margin(break_away_force(m) - force_per_oil * w, -force_per_oil * w_dot)
+                margin(
+                    break_away_force(m) - force_per_oil * w,
+                    -force_per_oil * w_dot,
+                )
             }
             Event::ClampOn(side) => {
                 let held = m.clamp(side) / m.stiffness * (1.0 + CLAMP_EXCESS);

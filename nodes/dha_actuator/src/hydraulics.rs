@@ -43,12 +43,18 @@ impl Hydraulics {
     /// At rest in the middle, the sign valve positive, before the first cycle.
     #[must_use]
     pub fn new(set: &ActuatorSet) -> Self {
+        Self::settled(set, 1)
+    }
+
+    /// As [`Hydraulics::new`], the sign valve at `polarity`, +1 or -1.
+    #[must_use]
+    pub fn settled(set: &ActuatorSet, polarity: i8) -> Self {
         Self {
             cycle: set.cycle(),
             volume: set.volume,
             supply: set.supply,
-            valves: Valves::settled(1),
-            metering: Metering::new(set, 1),
+            valves: Valves::settled(polarity),
+            metering: Metering::new(set, polarity),
             ram: Ram::new(set),
             piece: 0,
         }
@@ -104,10 +110,11 @@ impl Hydraulics {
         }
     }
 
-    /// How far the load has slid against friction, m, up to the last event or flow edge.
+    /// How far the load has slid against friction up to `time`, m, both ways added. Times
+    /// Delta F it is the work lost to friction.
     #[must_use]
-    pub fn slid(&self) -> f64 {
-        self.ram.slid()
+    pub fn slid(&self, time: f64) -> f64 {
+        self.ram.slid(time)
     }
 
     fn begin_piece(&mut self, piece: usize) {

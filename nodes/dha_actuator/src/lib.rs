@@ -1,12 +1,42 @@
-//! dha_actuator
+//! A digital hydraulic actuator (DHA): a ram moved in metered volumes of oil by two latching
+//! valves, as IBM studied it for Polaris (G. W. Scott, *Digital Hydraulic Actuator Study, Phase
+//! III Final Report*, IBM 66-L03-005, November 1966), here on an AUV's dive planes.
+//!
+//! ```text
+//! plane command -> [position loop] -> [pulse logic] -> [valves] -> [metering] -> [ram] -> planes
+//!                       ^                                                         |
+//!                       +---------------------------------------------------------+
+//! ```
+//!
+//! Models, from the oil outwards:
+//! - [`actuator_set`], [`actuator_file`], [`units`]: an actuator's constants, and where they are read.
+//! - [`modes`]: the ram's laws and its motion within one, in closed form.
+//! - [`events`]: where one law gives way to another: stick, slip, clamp, limits, stops.
+//! - [`ram`]: the ram with its load, through modes and events.
+//! - [`valves`]: the truth table of actuating and direction valve.
+//! - [`metering`]: calibrated volumes on their way, drift, leakage: the flow into the ram.
+//! - [`hydraulics`]: valves, metering and ram, cycle by cycle.
+//! - [`pulse_logic`]: the quantizer that sends sign and volume pulses.
+//! - [`position_loop`]: the predicting error detector before it.
+//! - [`cycle_clock`]: valve cycles, counted without drift.
+//! - [`dha`]: logic and hydraulics on that clock.
+//! - [`actuator_model`]: the DHA, or an ideal actuator in its place.
+//!
+//! Node:
+//! - [`parameters`]: every tunable, its default and range.
+//! - [`core`]: a plane command in, a tick of plane motion out.
+
 pub mod actuator_file;
+pub mod actuator_model;
 pub mod actuator_set;
+pub mod core;
 pub mod cycle_clock;
 pub mod dha;
 pub mod events;
 pub mod hydraulics;
 pub mod metering;
 pub mod modes;
+pub mod parameters;
 pub mod position_loop;
 pub mod pulse_logic;
 pub mod ram;

@@ -326,8 +326,7 @@ impl Riding {
         let squeezed_by = w_after - dw;
         let velocity_change = v_after - dv;
         // Both equations integrated over t, the integral of V_e eliminated.
-        let moved = (self.q * t - (self.a / self.b) * (velocity_change + self.f * t)
-            - squeezed_by)
+        let moved = (self.q * t - (self.a / self.b) * (velocity_change + self.f * t) - squeezed_by)
             / (area + self.a * self.c / self.b);
         (moved, self.steady_velocity + v_after, squeezed_by)
     }

@@ -37,7 +37,10 @@ impl PositionLoop {
     /// eps_pred, rad, for a `command` and a `measured` plane angle, rad.
     #[must_use]
     pub fn error(&self, command: f64, measured: f64) -> f64 {
-        let on_its_way: i32 = self.latest[..self.depth].iter().map(|q| i32::from(*q)).sum();
+        let on_its_way: i32 = self.latest[..self.depth]
+            .iter()
+            .map(|q| i32::from(*q))
+            .sum();
         (command - measured) - self.quantum * f64::from(on_its_way)
     }
 
@@ -57,7 +60,11 @@ mod tests {
     #[test]
     fn polaris_looks_one_command_ahead_and_the_auv_none() {
         for (name, m) in [("table_4_1", 1), ("table_3_1", 1), ("auv", 0)] {
-            assert_eq!(load(name).expect("built in").commands_in_flight(), m, "{name}");
+            assert_eq!(
+                load(name).expect("built in").commands_in_flight(),
+                m,
+                "{name}"
+            );
         }
     }
 

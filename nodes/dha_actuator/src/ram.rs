@@ -28,6 +28,7 @@ pub struct Ram {
     event: Option<Event>,
     piece_ends: f64,
     events_left: u32,
+    /// Both ways added, up to `time`.
     slid: f64,
 }
 
@@ -73,10 +74,10 @@ impl Ram {
         self.constants.pressure(state.squeezed)
     }
 
-    /// How far the load has slid against friction up to the last event, m, both ways added.
+    /// How far the load has slid against friction up to `time`, m, both ways added.
     #[must_use]
-    pub fn slid(&self) -> f64 {
-        self.slid
+    pub fn slid(&self, time: f64) -> f64 {
+        self.slid + (self.at(time).position - self.state.position).abs()
     }
 
     /// Changes k = 2 q_L/P_h, m^3/(s Pa), from the next piece on.
@@ -145,9 +146,8 @@ impl Ram {
 
     /// Moves to the end of the segment.
     fn commit(&mut self) {
-        let arrived = self.at(self.ends);
-        self.slid += (arrived.position - self.state.position).abs();
-        self.state = arrived;
+        self.slid = self.slid(self.ends);
+        self.state = self.at(self.ends);
         self.time = self.ends;
     }
 

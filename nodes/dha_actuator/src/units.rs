@@ -177,10 +177,7 @@ mod tests {
     #[test]
     fn a_volume_may_be_given_as_the_angle_it_makes() {
         let degree = Written("1 deg".to_owned());
-        assert_eq!(
-            Dimension::Volume.read(&degree, Some(2.0)),
-            Ok(2.0 * DEGREE)
-        );
+        assert_eq!(Dimension::Volume.read(&degree, Some(2.0)), Ok(2.0 * DEGREE));
         assert!(Dimension::Volume.read(&degree, None).is_err());
     }
 }

@@ -1,0 +1,128 @@
+//! The node: the plane motion for every plane command.
+
+use std::process::ExitCode;
+use std::time::Duration;
+
+use anyhow::{Result, anyhow};
+use planesman_msgs::builtin_interfaces::msg::Time;
+use planesman_msgs::planesman_msgs::msg::{DhaState, PlaneCommand, PlaneMotion, VehicleState};
+use planesman_msgs::sensor_msgs::msg::JointState;
+use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, Runtime};
+use planesman_parameters::Values;
+
+use crate::core::{Actuator, Output};
+use crate::parameters;
+
+enum Event {
+    Command(PlaneCommand),
+    State(VehicleState),
+    /// Time to ask whether everybody has gone silent.
+    Look,
+    Parameters(Values),
+}
+
+/// Runs the node with its command-line arguments until it is told to stop.
+#[must_use]
+pub fn main(args: Vec<String>) -> ExitCode {
+    planesman_node::report(run(args))
+}
+
+fn run(args: Vec<String>) -> Result<()> {
+    let mut rt = Runtime::start(
+        NodeSpec::new("dha_actuator", parameters::declarations())
+            .validate(|values| actuator(values).map(drop))
+            .on_parameters(Event::Parameters),
+        args,
+    )?;
+    let mut node = Node {
+        actuator: actuator(rt.values()).map_err(|e| anyhow!(e))?,
+        lockstep: rt.values().bool("lockstep"),
+        timeout: rt.values().double("command_timeout"),
+        motion: rt.publisher("plane_motion", Qos::reliable(100))?,
+        planes: rt.publisher("planes", Qos::reliable(100))?,
+        state: rt.publisher("dha_state", Qos::reliable(100))?,
+        asked: None,
+        answered: None,
+        heard: None,
+    };
+    rt.subscribe("plane_command", Qos::reliable(100), Event::Command)?;
+    if !node.lockstep {
+        rt.subscribe("state", Qos::reliable(100), Event::State)?;
+    }
+    rt.every(Duration::from_millis(100), || Event::Look);
+    rt.run(|rt, event| node.on(rt, event))
+}
+
+fn actuator(values: &Values) -> Result<Actuator, String> {
+    Actuator::new(values, (values.double("tick") * 1e9).round() as i64)
+}
+
+struct Node {
+    actuator: Actuator,
+    /// Every tick has its command, however long it takes.
+    lockstep: bool,
+    /// Silence after which neutral is asked for, s.
+    timeout: f64,
+    motion: Publisher<PlaneMotion>,
+    planes: Publisher<JointState>,
+    state: Publisher<DhaState>,
+    /// The last tick that the vehicle began, and the last one answered for, ns.
+    asked: Option<i64>,
+    answered: Option<i64>,
+    /// When the last command came, by the node's clock, ns.
+    heard: Option<i64>,
+}
+
+impl Node {
+    fn on(&mut self, rt: &mut Runtime<Event>, event: Event) -> Result<Flow> {
+        match event {
+            Event::Command(command) => {
+                self.heard = Some(rt.now().nanos());
+                let stamp = command.header.stamp.nanos();
+                match self.actuator.on_command(&command) {
+                    Ok(output) => self.say(stamp, &output),
+                    Err(reason) => log::warn!("{reason}"),
+                }
+            }
+            Event::State(state) => self.on_state(state.header.stamp.nanos()),
+            Event::Look => self.look(rt),
+            Event::Parameters(values) => {
+                self.actuator.set_values(&values).map_err(|e| anyhow!(e))?;
+                self.timeout = values.double("command_timeout");
+                log::info!("parameters changed");
+            }
+        }
+        Ok(Flow::Continue)
+    }
+
+    /// A tick began. If the one before never had a command, it is answered for now, so that
+    /// the planes go on, and after the timeout to neutral, with the vehicle still flying.
+    fn on_state(&mut self, stamp: i64) {
+        if let Some(asked) = self.asked
+            && asked < stamp
+            && self.answered.is_none_or(|answered| answered < asked)
+        {
+            let output = self.actuator.on_silence(Time::from_nanos(asked));
+            self.say(asked, &output);
+        }
+        self.asked = Some(stamp);
+    }
+
+    fn say(&mut self, stamp: i64, output: &Output) {
+        self.answered = Some(stamp);
+        self.motion.publish(&output.motion);
+        self.planes.publish(&output.planes);
+        self.state.publish(&output.state);
+    }
+
+    fn look(&mut self, rt: &mut Runtime<Event>) {
+        let now = rt.now().nanos();
+        match self.heard {
+            None => rt.set_status("actuator", Level::Warn, "no plane command yet", &[]),
+            Some(at) if (now - at) as f64 * 1e-9 > self.timeout => {
+                rt.set_status("actuator", Level::Error, "plane command stale: planes neutral", &[]);
+            }
+            Some(_) => rt.set_status("actuator", Level::Ok, "following", &[]),
+        }
+    }
+}

@@ -1,0 +1,107 @@
+//! A bench for the hydraulics: pulse commands in, the report's units (in, lb, s) out.
+#![allow(dead_code)] // each test file uses its part
+
+use dha_actuator::actuator_file::load;
+use dha_actuator::actuator_set::ActuatorSet;
+use dha_actuator::hydraulics::{Hydraulics, Reading};
+use dha_actuator::pulse_logic::Command;
+use dha_actuator::units::{INCH, PSI};
+
+/// Cubic metres in a cubic inch.
+pub(crate) const CUBIC_INCH: f64 = INCH * INCH * INCH;
+
+/// One instant, in inches, pounds and seconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Instant {
+    pub(crate) position: f64,
+    pub(crate) velocity: f64,
+    pub(crate) pressure: f64,
+    pub(crate) volume: f64,
+}
+
+/// The built-in actuator, without leakage or friction where asked.
+pub(crate) fn actuator(name: &str, leakage: bool, friction: bool) -> ActuatorSet {
+    let mut set = load(name).expect("built in");
+    if !leakage {
+        (set.rate_gain, set.error_rate) = (0.0, 0.0);
+    }
+    if !friction {
+        set.coulomb = 0.0;
+    }
+    set
+}
+
+/// Runs one command per cycle from t = 0, then none.
+pub(crate) struct Bench {
+    pub(crate) set: ActuatorSet,
+    hydraulics: Hydraulics,
+    commands: Vec<i8>,
+    sign: i8,
+    cycle: usize,
+}
+
+impl Bench {
+    pub(crate) fn new(set: ActuatorSet, commands: &[i8]) -> Self {
+        Self::settled(set, 1, commands)
+    }
+
+    /// As [`Bench::new`], the sign valve at `sign` from before the start.
+    pub(crate) fn settled(set: ActuatorSet, sign: i8, commands: &[i8]) -> Self {
+        let mut bench = Self {
+            hydraulics: Hydraulics::settled(&set, sign),
+            set,
+            commands: commands.to_vec(),
+            sign,
+            cycle: 0,
+        };
+        bench.begin();
+        bench
+    }
+
+    fn begin(&mut self) {
+        let quanta = self.commands.get(self.cycle).copied().unwrap_or(0);
+        if quanta != 0 {
+            self.sign = quanta;
+        }
+        self.hydraulics.begin_cycle(Command {
+            volume: quanta != 0,
+            sign: self.sign,
+        });
+    }
+
+    /// The reading at `t`, s; times must not go back.
+    pub(crate) fn reading(&mut self, t: f64) -> Reading {
+        let time = self.advance(t);
+        self.hydraulics.reading(time)
+    }
+
+    /// How far the load has slid against friction up to `t`, m; times must not go back.
+    pub(crate) fn slid(&mut self, t: f64) -> f64 {
+        let time = self.advance(t);
+        self.hydraulics.slid(time)
+    }
+
+    /// Runs to `t`, s, and returns the time within the cycle.
+    fn advance(&mut self, t: f64) -> f64 {
+        let period = self.set.cycle();
+        while t - self.cycle as f64 * period > period {
+            self.hydraulics.finish_cycle();
+            self.cycle += 1;
+            self.begin();
+        }
+        let time = (t - self.cycle as f64 * period).clamp(0.0, period);
+        self.hydraulics.advance(time);
+        time
+    }
+
+    /// The instant at `t`, s, in the report's units.
+    pub(crate) fn at(&mut self, t: f64) -> Instant {
+        let reading = self.reading(t);
+        Instant {
+            position: reading.ram.position / INCH,
+            velocity: reading.ram.velocity / INCH,
+            pressure: reading.pressure / PSI,
+            volume: reading.ram.volume / CUBIC_INCH,
+        }
+    }
+}
