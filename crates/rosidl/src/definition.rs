@@ -1,5 +1,6 @@
 //! A message definition as data: names, fields, constants and their comments.
 
+use std::collections::BTreeSet;
 use std::fmt;
 
 /// Which kind of definition a type comes from; the middle part of its name.
@@ -320,13 +321,14 @@ pub struct Message {
 }
 
 impl Message {
-    /// The messages named by the fields, in order of the fields, each once.
+    /// The messages named by the fields, each with the line of the first field that names it.
     #[must_use]
     pub fn references(&self) -> Vec<(&TypeName, usize)> {
-        let mut found: Vec<(&TypeName, usize)> = Vec::new();
+        let mut seen = BTreeSet::new();
+        let mut found = Vec::new();
         for field in &self.fields {
             if let Element::Message(name) = &field.field_type.element
-                && !found.iter().any(|(seen, _)| *seen == name)
+                && seen.insert(name)
             {
                 found.push((name, field.line));
             }

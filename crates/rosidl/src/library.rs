@@ -264,9 +264,15 @@ impl Library {
     /// # Errors
     /// The first definition that breaks one of these rules.
     pub fn check(&self) -> Result<(), Error> {
+        for message in self.messages.values() {
+            for (reference, line) in message.references() {
+                if !self.messages.contains_key(reference) {
+                    return Err(Rule::Unknown(reference.to_string()).at(&message.file, line));
+                }
+            }
+        }
         let mut depths = BTreeMap::new();
         for name in self.messages.keys() {
-            self.dependencies(name)?;
             self.depth(name, 1, &mut depths)?;
         }
         Ok(())

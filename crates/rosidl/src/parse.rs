@@ -5,6 +5,8 @@
 //! declaration, indented under it, or directly above it describes that declaration. A comment block
 //! that a blank line sets apart further down belongs to nothing.
 
+use std::collections::BTreeSet;
+
 use crate::definition::{
     Action, Arity, Constant, EMPTY_MESSAGE_FIELD, Element, Field, FieldType, Kind, Message,
     Primitive, Service, TypeName, Value, is_name,
@@ -104,14 +106,6 @@ fn split_parts<const N: usize>(text: &str, file: &str) -> Result<[Part; N], Erro
     })
 }
 
-/// Where the next comment belongs.
-enum Reading {
-    /// Nothing but comments so far.
-    Top,
-    /// Below the top block.
-    Body,
-}
-
 /// Reads the message called `name`; `file` and the `lines_before` it serve the error messages.
 pub(crate) fn parse_part(
     name: TypeName,
@@ -127,35 +121,36 @@ pub(crate) fn parse_part(
         text: text.to_owned(),
         file: file.to_owned(),
     };
-    let mut reading = Reading::Top;
+    let mut names = Names::default();
+    let mut at_top = true;
+    // Comment lines that describe the declaration below them, if one follows at once.
     let mut above: Vec<String> = Vec::new();
-    // The comment that an indented comment line continues: that of the declaration above it.
-    let mut last: Option<Declared> = None;
+    // Which declaration an indented comment line goes on describing: the one just read.
+    let mut last: Option<Kept> = None;
 
     for (index, line) in text.lines().enumerate() {
         let line_number = lines_before + index + 1;
-        let refuse = |rule: Rule| rule.at(file, line_number);
         let trimmed = line.trim();
         if trimmed.is_empty() {
             above.clear();
             last = None;
-            if !message.comment.is_empty() {
-                reading = Reading::Body;
-            }
+            at_top = at_top && message.comment.is_empty();
         } else if let Some(comment) = trimmed.strip_prefix('#') {
             let comment = comment_text(comment);
-            let indented = line.starts_with([' ', '\t']);
-            match (&reading, last) {
-                (_, Some(declared)) if indented => declared.comment_in(&mut message).push(comment),
-                (Reading::Top, _) => message.comment.push(comment),
-                (Reading::Body, _) => above.push(comment),
+            match last {
+                Some(kept) if line.starts_with([' ', '\t']) => {
+                    kept.comment_in(&mut message).push(comment);
+                }
+                _ if at_top => message.comment.push(comment),
+                _ => above.push(comment),
             }
         } else {
-            reading = Reading::Body;
+            at_top = false;
             let comment = std::mem::take(&mut above);
-            let declared =
-                declaration(&mut message, trimmed, comment, line_number).map_err(refuse)?;
-            last = Some(declared);
+            let kept = declaration(&message.name.package, trimmed, comment, line_number)
+                .and_then(|declared| names.keep(declared, &mut message))
+                .map_err(|rule| rule.at(file, line_number))?;
+            last = Some(kept);
         }
     }
     if message.fields.is_empty() {
@@ -173,20 +168,56 @@ pub(crate) fn parse_part(
     Ok(message)
 }
 
-/// The declaration last read, the one at the end of its list.
-#[derive(Clone, Copy)]
+/// What a line declares.
 enum Declared {
+    Constant(Constant),
+    Field(Field),
+}
+
+/// Where a declaration was put: at the end of which list.
+#[derive(Clone, Copy)]
+enum Kept {
     Constant,
     Field,
 }
 
-impl Declared {
+impl Kept {
     fn comment_in(self, message: &mut Message) -> &mut Vec<String> {
         let comment = match self {
             Self::Constant => message.constants.last_mut().map(|it| &mut it.comment),
             Self::Field => message.fields.last_mut().map(|it| &mut it.comment),
         };
         comment.unwrap_or(&mut message.comment)
+    }
+}
+
+/// The names taken so far.
+#[derive(Default)]
+struct Names {
+    constants: BTreeSet<String>,
+    fields: BTreeSet<String>,
+}
+
+impl Names {
+    /// Appends a declaration to the message, unless its name is taken.
+    fn keep(&mut self, declared: Declared, message: &mut Message) -> Result<Kept, Rule> {
+        let (taken, name) = match &declared {
+            Declared::Constant(constant) => (&mut self.constants, &constant.name),
+            Declared::Field(field) => (&mut self.fields, &field.name),
+        };
+        if !taken.insert(name.clone()) {
+            return Err(Rule::Duplicate(name.clone()));
+        }
+        Ok(match declared {
+            Declared::Constant(constant) => {
+                message.constants.push(constant);
+                Kept::Constant
+            }
+            Declared::Field(field) => {
+                message.fields.push(field);
+                Kept::Field
+            }
+        })
     }
 }
 
@@ -199,9 +230,9 @@ fn comment_text(after_hash: &str) -> String {
         .to_owned()
 }
 
-/// Reads a field or constant and appends it to the message.
+/// Reads the line of a field or constant in a definition of `package`.
 fn declaration(
-    message: &mut Message,
+    package: &str,
     line: &str,
     mut comment: Vec<String>,
     line_number: usize,
@@ -210,7 +241,7 @@ fn declaration(
     let (type_text, rest) = line
         .split_once(char::is_whitespace)
         .ok_or_else(not_a_declaration)?;
-    let field_type = parse_type(type_text, &message.name.package)?;
+    let field_type = parse_type(type_text, package)?;
     let rest = rest.trim_start();
     let name_end = rest
         .find(|c: char| c.is_whitespace() || c == '=' || c == '#')
@@ -222,44 +253,35 @@ fn declaration(
     if !is_name(name) {
         return Err(Rule::BadName(name.to_owned()));
     }
+    let name = name.to_owned();
 
     let rest = rest.trim_start();
     let is_constant = rest.starts_with('=');
     let (value, trailing) = split_comment(rest.strip_prefix('=').unwrap_or(rest).trim_start());
-    if let Some(trailing) = trailing {
-        comment.push(comment_text(trailing));
-    }
+    comment.extend(trailing.map(comment_text));
 
     if is_constant {
         if field_type.arity != Arity::One || matches!(field_type.element, Element::Message(_)) {
             return Err(Rule::BadConstantType(field_type.to_string()));
         }
-        if message.constants.iter().any(|it| it.name == name) {
-            return Err(Rule::Duplicate(name.to_owned()));
-        }
-        message.constants.push(Constant {
-            name: name.to_owned(),
+        Ok(Declared::Constant(Constant {
+            name,
             value: parse_value(&field_type, value)?,
             element: field_type.element,
             comment,
-        });
-        Ok(Declared::Constant)
+        }))
     } else {
-        if message.fields.iter().any(|it| it.name == name) {
-            return Err(Rule::Duplicate(name.to_owned()));
-        }
         let default = match value {
             "" => None,
             value => Some(parse_value(&field_type, value)?),
         };
-        message.fields.push(Field {
-            name: name.to_owned(),
+        Ok(Declared::Field(Field {
+            name,
             field_type,
             default,
             comment,
             line: line_number,
-        });
-        Ok(Declared::Field)
+        }))
     }
 }
 

@@ -1,8 +1,9 @@
 //! Rust source for the definitions in a library.
 //!
-//! The text is meant to be included at the root of a crate that has, beside `serde`, `serde_json` and
-//! `serde_big_array`, these items of its own: the traits `Message`, `Service` and `Action`, the trait
-//! `finite::Finite` with the function `finite::field`, the struct `TypeInfo` and the function `json::decode`.
+//! The text is meant to be included at the root of a crate that depends on `serde` and `serde_big_array`
+//! and has these items: the traits `Message`, `Service` and `Action`, the trait `finite::Finite` with the
+//! function `finite::field`, and the struct `TypeInfo` with a `const fn of::<M: Message>()`. The text ends
+//! with `REGISTRY`, a static slice of the `TypeInfo` of every message, in order of name.
 //!
 //! `package/kind/Name` becomes `crate::package::kind::Name`; a derived type loses its underscore
 //! (`Fit_Request` is `FitRequest`). Names of the standard library are written out in full, since a message
@@ -50,8 +51,7 @@ pub fn generate(library: &Library) -> Result<String, Error> {
         let _ = write!(
             module,
             r#"
-/// The service `{name}`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+{doc}#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct {rust};
 
 impl crate::Service for {rust} {{
@@ -61,6 +61,10 @@ impl crate::Service for {rust} {{
     const TYPE_HASH: &'static str = "{hash}";
 }}
 "#,
+            doc = doc(
+                &service.request.comment,
+                &format!("ROS service `{}`.", service.name)
+            ),
             name = service.name,
             rust = rust_name(&service.name),
             request = path(&service.request.name),
@@ -75,8 +79,7 @@ impl crate::Service for {rust} {{
         let _ = write!(
             module,
             r#"
-/// The action `{name}`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+{doc}#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct {rust};
 
 impl crate::Action for {rust} {{
@@ -90,6 +93,10 @@ impl crate::Action for {rust} {{
     const TYPE_HASH: &'static str = "{hash}";
 }}
 "#,
+            doc = doc(
+                &action.goal.comment,
+                &format!("ROS action `{}`.", action.name)
+            ),
             name = action.name,
             rust = rust_name(&action.name),
             goal = path(&action.goal.name),
@@ -139,19 +146,15 @@ fn structure(library: &Library, message: &Message) -> Result<String, Error> {
     let name = rust_name(&message.name);
     let mut text = String::new();
 
-    let mut doc = message.comment.clone();
-    while doc.last().is_some_and(String::is_empty) {
-        doc.pop();
-    }
-    if !doc.is_empty() {
-        doc.push(String::new());
-    }
-    doc.push(format!("ROS type `{}`.", message.name));
-    push_doc(&mut text, &doc, "");
+    text.push_str(&doc(
+        &message.comment,
+        &format!("ROS type `{}`.", message.name),
+    ));
 
     let plain_default = message.fields.iter().all(|field| {
-        field.default.is_none()
-            && !matches!(field.field_type.arity, Arity::Array(size) if size > LONGEST_PLAIN_ARRAY)
+        let long =
+            matches!(field.field_type.arity, Arity::Array(size) if size > LONGEST_PLAIN_ARRAY);
+        !long && field.default.as_ref().is_none_or(is_zero)
     });
     let default = if plain_default { "Default, " } else { "" };
     let _ = writeln!(
@@ -332,6 +335,17 @@ fn default_value(field: &Field) -> String {
     }
 }
 
+/// Whether a default is what the type has without one. A list never counts: of a sequence it may be longer.
+fn is_zero(value: &Value) -> bool {
+    match value {
+        Value::Bool(value) => !value,
+        Value::Integer(value) => *value == 0,
+        Value::Float(value) => *value == 0.0 && value.is_sign_positive(),
+        Value::String(value) => value.is_empty(),
+        Value::List(_) => false,
+    }
+}
+
 /// A value as a Rust expression; strings as `String` where `owned`.
 fn literal(element: &Element, value: &Value, owned: bool) -> String {
     let float = match element {
@@ -373,26 +387,43 @@ fn identifier(name: &str) -> String {
     }
 }
 
+/// The rustdoc of an item: its comment, then a line of our own.
+fn doc(comment: &[String], own: &str) -> String {
+    let end = comment
+        .iter()
+        .rposition(|line| !line.is_empty())
+        .map_or(0, |last| last + 1);
+    let mut lines = comment[..end].to_vec();
+    if !lines.is_empty() {
+        lines.push(String::new());
+    }
+    lines.push(own.to_owned());
+    let mut text = String::new();
+    push_doc(&mut text, &lines, "");
+    text
+}
+
 /// Comment lines as rustdoc. Indented runs (equations, tables) become text blocks; what Markdown would
 /// read as links, emphasis or HTML is escaped.
 fn push_doc(text: &mut String, lines: &[String], indent: &str) {
+    let mut push = |line: &str| {
+        let _ = writeln!(text, "{}", format!("{indent}/// {line}").trim_end());
+    };
     let mut in_block = false;
     for line in lines {
-        let block = line.starts_with("  ") || line.starts_with('\t');
-        if block != in_block && !line.is_empty() {
-            let fence = if block { "```text" } else { "```" };
-            let _ = writeln!(text, "{indent}/// {fence}");
-            in_block = block;
+        let indented = line.starts_with("  ") || line.starts_with('\t');
+        if indented != in_block {
+            push(if indented { "```text" } else { "```" });
+            in_block = indented;
         }
-        let line = if block {
-            line.clone()
+        if indented {
+            push(line);
         } else {
-            escape_markdown(line)
-        };
-        let _ = writeln!(text, "{}", format!("{indent}/// {line}").trim_end());
+            push(&escape_markdown(line));
+        }
     }
     if in_block {
-        let _ = writeln!(text, "{indent}/// ```");
+        push("```");
     }
 }
 
