@@ -1,6 +1,6 @@
 //! Classical depth and pitch control: depth PD to a pitch command, pitch P with rate
 //! feedback to the dive planes (Brunner, *Experimental Verification of AUV Performance*,
-//! NPS thesis, March 1988, ch. III and program T6).
+//! NPS thesis, March 1988, ch. II and program T6).
 //!
 //! - [`depth_loop`]: depth error to pitch command.
 //! - [`pitch_loop`]: pitch error and rate to plane angle.

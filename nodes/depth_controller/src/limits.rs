@@ -1,5 +1,5 @@
 //! Saturation: the symmetric limits on the pitch command (±45°) and the dive planes
-//! (±30°) of Brunner (NPS thesis, 1988, ch. III), and the bound that keeps every
+//! (±30°) of Brunner (NPS thesis, 1988, ch. II.B), and the bound that keeps every
 //! intermediate term a number.
 //!
 //! Program T6 (App. C) codes no limiter although its 5 ft step starts with a pitch

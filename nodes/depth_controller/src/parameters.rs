@@ -1,7 +1,7 @@
 //! The controller's parameters: the only place where its defaults and ranges stand.
 //!
 //! The gains are those of program T6 (Brunner, NPS thesis, 1988, App. C): Kpz = 0.25 rad/ft,
-//! Kdz = 0.6 rad·s/ft, Kpy = 0.70, Kr = 2 s; the limits those of its ch. III.
+//! Kdz = 0.6 rad·s/ft, Kpy = 0.70, Kr = 2 s; the limits those of its ch. II.B.
 
 use planesman_parameters::{Declaration, Value, Values};
 
@@ -56,7 +56,7 @@ pub fn declarations() -> Vec<Declaration> {
         Declaration::new(
             "depth.pitch_limit",
             FRAC_PI_4,
-            "Largest pitch command to either side, 45 degrees (Brunner 1988, ch. III).",
+            "Largest pitch command to either side, 45 degrees (Brunner 1988, ch. II.B).",
         )
         .unit("rad")
         .range(0.0, FRAC_PI_2),
@@ -77,7 +77,7 @@ pub fn declarations() -> Vec<Declaration> {
         Declaration::new(
             "planes.limit",
             FRAC_PI_6,
-            "Largest plane command to either side, 30 degrees (Brunner 1988, ch. III).",
+            "Largest plane command to either side, 30 degrees (Brunner 1988, ch. II.B).",
         )
         .unit("rad")
         .range(0.0, FRAC_PI_2),
@@ -219,7 +219,8 @@ impl Config {
         };
         if signal != Signal::None && manoeuvre.amplitude.abs() > planes_limit.bound() {
             return Err(format!(
-                "parameter 'identification.amplitude': {} rad refused: planes.limit ({} rad) would clip the signal",
+                "parameter 'identification.amplitude': {} rad refused: planes.limit ({} rad) \
+                 would clip the signal",
                 manoeuvre.amplitude,
                 planes_limit.bound()
             ));

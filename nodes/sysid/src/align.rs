@@ -1,16 +1,16 @@
 //! Puts inputs and outputs in the order of their stamps, whatever order they arrive in.
 //!
-//! The output is known at the instants `t_k`, the input over the intervals `[t_k, t_(k+1))`, each
-//! message stamped with its `t_k`. The regression wants, for each k, the output at t_k
-//! with the input over the interval that ended there, stamped t_(k-1).
+//! The output is known at the instants t_k, the input over the intervals `[t_k, t_(k+1))`, each
+//! message stamped with its t_k. The regression wants, for each k, the output at t_k with the
+//! input over the interval that ended there, stamped t_(k-1).
 //!
-//! Instants lie on a grid of one sampling interval through the first stamp seen; a
-//! stamp further than a quarter interval from it is off the grid and left out.
+//! Instants lie on a grid of one sampling interval through the first stamp seen; a stamp
+//! further than a quarter interval from it is off the grid and left out.
 //!
 //! - **Order.** A sample is given out as soon as it continues the last one. What is missing is
 //!   waited for until an output [`WINDOW`] intervals newer has come; then it is a gap, and the
 //!   samples begin anew after it. The very first sample is held back as long, since an earlier
-//!   one may follow. So any arrival orders that differ by less than the window give the same samples.
+//!   one may follow. So arrival orders that differ by less than the window give the same samples.
 //! - **Left out** are repeats of what is known, what comes after it was given up, and inputs more
 //!   than the window ahead of every output.
 //! - **Time going back**: an output more than the window older than the newest output says that

@@ -1,8 +1,8 @@
 //! The identifier: messages in, estimates out.
 //!
-//! Samples are taken in the order of their stamps ([`crate::align`]), so what is estimated depends on the
-//! messages and not on when they arrived: a bag replayed gives, bit for bit, what
-//! was published live from the same messages.
+//! Samples are taken in the order of their stamps ([`crate::align`]), so what is estimated
+//! depends on the messages and not on when they arrived: a bag replayed gives, bit for bit,
+//! what was published live from the same messages.
 //!
 //! A gap in the stamps begins the history anew and keeps the estimate; time going back begins
 //! everything anew.

@@ -3,7 +3,7 @@
 //! 100 % is a perfect match, 0 % no better than the output's mean, negative worse than
 //! that. *One step ahead* predicts each output from the measured ones before it, which
 //! flatters: a model that repeats the last output does well. *Simulated* runs the model on the
-//! input alone, from rest, as the thesis compares its models (Brunner, NPS thesis, 1988, ch. VI).
+//! input alone, from rest, as the thesis compares its models (Brunner, NPS thesis, 1988, ch. V).
 
 use crate::model::Model;
 use crate::regression::Input;

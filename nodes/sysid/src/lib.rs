@@ -16,7 +16,7 @@
 //! - [`core`]: messages in, estimates out.
 //!
 //! The procedure is that of Brunner, *Experimental Verification of AUV Performance* (NPS
-//! thesis, March 1988), ch. VI, on whole histories instead of assumed zero ones.
+//! thesis, March 1988), ch. V, on whole histories instead of assumed zero ones.
 
 pub mod align;
 pub mod batch;

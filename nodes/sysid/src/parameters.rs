@@ -24,7 +24,7 @@ pub fn declarations() -> Vec<Declaration> {
         Declaration::new(
             "sample_time",
             0.05,
-            "The interval between samples; 0.05 s is the report's (Brunner 1988, ch. VI).",
+            "The interval between samples; 0.05 s is the report's (Brunner 1988, ch. V).",
         )
         .unit("s")
         .range(1e-3, 1e3)
@@ -32,13 +32,15 @@ pub fn declarations() -> Vec<Declaration> {
         Declaration::new(
             "order",
             3_i64,
-            "The model's order; 3 is the vehicle's from planes to pitch rate. A change begins the estimate anew.",
+            "The model's order; 3 is the vehicle's from planes to pitch rate. A change begins the \
+             estimate anew.",
         )
         .range(1.0, 10.0),
         Declaration::new(
             "first_moment",
             true,
-            "Regress on the input's first moment over each sample too, for an input that moves within it. A change begins the estimate anew.",
+            "Regress on the input's first moment over each sample too, for an input that moves \
+             within it. A change begins the estimate anew.",
         ),
         Declaration::new(
             "bias",
@@ -53,8 +55,9 @@ pub fn declarations() -> Vec<Declaration> {
         .range(0.5, 1.0),
         Declaration::new(
             "initial_covariance",
-            1e16,
-            "Covariance of each parameter before the first row, per unit of residual variance. A change begins the estimate anew.",
+            1e18,
+            "Covariance of each parameter before the first row, per unit of residual variance. A \
+             change begins the estimate anew.",
         )
         .range(1e-6, 1e30),
         Declaration::new(

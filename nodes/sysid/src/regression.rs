@@ -1,6 +1,6 @@
 //! The regression behind a discrete transfer function, row by row.
 //!
-//! The equation-error model of order n (Brunner, NPS thesis, 1988, ch. VI):
+//! The equation-error model of order n (Brunner, NPS thesis, 1988, ch. V):
 //! ```text
 //! y_k = -a1 y_(k-1) - ... - an y_(k-n) + b1 u_(k-1) + ... + bn u_(k-n)
 //!                                      + c1 m_(k-1) + ... + cn m_(k-n) + bias
@@ -13,9 +13,9 @@
 //! u is the input's mean over a sampling interval and m its first moment (see
 //! [`Input`]); the c and bias columns are there when asked for.
 //!
-//! Rows begin where a whole history exists, k = n: none is invented. The thesis starts
-//! from an assumed zero history ("RLS requires zero initial conditions"), which spoils a
-//! record that begins in motion.
+//! Rows begin where a whole history exists, k = n: none is invented. The thesis asks for runs
+//! that begin at zero "for best data correlation" (ch. V.F); with whole histories a record may
+//! begin in motion.
 
 /// The input over one sampling interval.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -19,9 +19,9 @@
 
 //!
 //! With lambda < 1 the prior fades too, and in directions the rows never excite P would
-//! grow without bound. So whenever the prior has faded to [`FADED`] of what it was, it is
-//! restored about the present estimate: that changes neither theta nor V, and keeps P from exceeding p0
-//! by more than `1 / FADED`.
+//! grow without bound. So whenever the prior has faded to a millionth of what it was, it is
+//! restored about the present estimate: that changes neither theta nor V, and keeps P below a
+//! million times p0.
 
 use nalgebra::{DMatrix, DVector};
 

@@ -1,13 +1,13 @@
 //! A signal by name: `TOPIC:FIELD`, one number of one message.
 //!
-//! - `TOPIC` is a topic as ROS names it. With a leading `/` it means that topic only; without one it means
-//!   any topic that ends in it, so that `state` finds `/auv/state`.
+//! - `TOPIC` is a topic as ROS names it. With a leading `/` it means that topic only; without
+//!   one it means any topic that ends in it, so that `state` finds `/auv/state`.
 //! - `FIELD` is a path into the message: `pitch_rate`, `position[0]`, `twist.twist.angular.y`.
 //!
-//! A field that is a list without an index stands for the signal's course over the interval that begins at the
-//! message's stamp, as evenly spaced samples from its beginning to its end, linear in
-//! between (`planesman_msgs/PlaneMotion` is such): as an input it gives a mean, by the trapezoid
-//! rule, and a first moment; as an output its first sample, the value at the stamp.
+//! A field that is a list, given no index, is the signal's course over the interval that
+//! begins at the message's stamp: evenly spaced samples from its beginning to its end, linear
+//! in between (`planesman_msgs/PlaneMotion` is such). As an input it gives a mean, by the
+//! trapezoid rule, and a first moment; as an output its first sample, the value at the stamp.
 //! A field that is a number is, as an input, held over the interval.
 
 use std::fmt;
@@ -43,7 +43,8 @@ impl FromStr for Signal {
     fn from_str(text: &str) -> Result<Self, String> {
         let refuse = |rule: &str| {
             Err(format!(
-                "signal '{text}' refused: {rule}; it is written TOPIC:FIELD, as in state:pitch_rate or odom:twist.twist.angular.y"
+                "signal '{text}' refused: {rule}; it is written TOPIC:FIELD, as in \
+                 odom:twist.twist.angular.y"
             ))
         };
         let Some((topic, field)) = text.split_once(':') else {

@@ -1,0 +1,114 @@
+//! The node: a plane command for every vehicle state, setpoints from topics.
+
+use std::process::ExitCode;
+use std::time::Duration;
+
+use anyhow::{Result, anyhow};
+use planesman_msgs::planesman_msgs::msg::{ControlState, PlaneCommand, VehicleState};
+use planesman_msgs::std_msgs::msg::Float64;
+use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, Runtime};
+use planesman_parameters::Values;
+
+use crate::core::{Answer, Controller};
+use crate::parameters;
+
+enum Event {
+    State(VehicleState),
+    DepthSetpoint(Float64),
+    PitchSetpoint(Float64),
+    /// Time to ask whether the state has gone silent.
+    Look,
+    Parameters(Values),
+}
+
+/// Runs the node with its command-line arguments until it is told to stop.
+#[must_use]
+pub fn main(args: Vec<String>) -> ExitCode {
+    planesman_node::report(run(args))
+}
+
+fn run(args: Vec<String>) -> Result<()> {
+    let mut rt = Runtime::start(
+        NodeSpec::new("depth_controller", parameters::declarations())
+            .validate(|values| Controller::new(values).map(drop))
+            .on_parameters(Event::Parameters),
+        args,
+    )?;
+    let mut node = Node {
+        controller: Controller::new(rt.values()).map_err(|e| anyhow!(e))?,
+        command: rt.publisher("plane_command", Qos::reliable(100))?,
+        inside: rt.publisher("control_state", Qos::reliable(100))?,
+        heard: None,
+        silent: false,
+    };
+    rt.subscribe("state", Qos::reliable(100), Event::State)?;
+    rt.subscribe("depth_setpoint", Qos::reliable(10), Event::DepthSetpoint)?;
+    rt.subscribe("pitch_setpoint", Qos::reliable(10), Event::PitchSetpoint)?;
+    rt.every(Duration::from_millis(100), || Event::Look);
+    rt.run(|rt, event| node.on(rt, event))
+}
+
+struct Node {
+    controller: Controller,
+    command: Publisher<PlaneCommand>,
+    inside: Publisher<ControlState>,
+    /// When the last state came, by the node's clock (ns): a paused simulation is not silence.
+    heard: Option<i64>,
+    silent: bool,
+}
+
+impl Node {
+    fn on(&mut self, rt: &mut Runtime<Event>, event: Event) -> Result<Flow> {
+        match event {
+            Event::State(state) => {
+                self.heard = Some(rt.now().nanos());
+                match self.controller.on_state(&state) {
+                    Ok(answer) => self.say(&answer),
+                    Err(reason) => log::warn!("{reason}"),
+                }
+            }
+            Event::DepthSetpoint(Float64 { data }) => {
+                match self.controller.set_depth_setpoint(data) {
+                    Ok(()) => log::info!("depth setpoint {data} m"),
+                    Err(reason) => log::warn!("{reason}"),
+                }
+            }
+            Event::PitchSetpoint(Float64 { data }) => {
+                match self.controller.set_pitch_setpoint(data) {
+                    Ok(()) => log::info!("pitch setpoint {data} rad"),
+                    Err(reason) => log::warn!("{reason}"),
+                }
+            }
+            Event::Look => self.look(rt),
+            Event::Parameters(values) => {
+                self.controller.set_values(&values).map_err(|e| anyhow!(e))?;
+                log::info!("parameters changed");
+            }
+        }
+        Ok(Flow::Continue)
+    }
+
+    fn say(&self, (command, inside): &Answer) {
+        self.command.publish(command);
+        self.inside.publish(inside);
+    }
+
+    /// Silence of the state puts the planes to neutral, once, and says so.
+    fn look(&mut self, rt: &mut Runtime<Event>) {
+        let timeout = self.controller.state_timeout();
+        let now = rt.now();
+        let silent = self
+            .heard
+            .is_some_and(|at| (now.nanos() - at) as f64 * 1e-9 > timeout);
+        if silent && !self.silent {
+            log::warn!("no vehicle state for {timeout} s: planes neutral");
+            self.say(&self.controller.on_silence(now));
+        }
+        self.silent = silent;
+        match (self.heard, silent) {
+            (None, _) => rt.set_status("loop", Level::Warn, "no vehicle state yet", &[]),
+            (_, true) => rt.set_status("loop", Level::Error, "vehicle state stale: planes neutral", &[]),
+            _ => rt.set_status("loop", Level::Ok, "controlling", &[]),
+        }
+    }
+}
