@@ -1,0 +1,326 @@
+//! ROS arguments: `--ros-args -r from:=to -p name:=value --params-file F --log-level L ... --`.
+//!
+//! The syntax is `rcl`'s ("ROS Command Line Arguments", design.ros2.org). What stands
+//! outside `--ros-args ... --` is the program's own and is handed back untouched.
+
+use std::{path::PathBuf, str::FromStr};
+
+use log::LevelFilter;
+use planesman_parameters::{Value, file};
+
+/// An argument that cannot be used, and why.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("'{argument}': {reason}")]
+pub struct BadArgument {
+    /// The argument, or the name it held.
+    pub argument: String,
+    /// What is wrong with it.
+    pub reason: String,
+}
+
+impl BadArgument {
+    pub(crate) fn new(argument: &str, reason: &str) -> Self {
+        Self {
+            argument: argument.to_owned(),
+            reason: reason.to_owned(),
+        }
+    }
+}
+
+/// What a remapping rule applies to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RemapKind {
+    /// `__node:=name`
+    Node,
+    /// `__ns:=/namespace`
+    Namespace,
+    /// `rostopic://from:=to`
+    Topic,
+    /// `rosservice://from:=to`
+    Service,
+    /// `from:=to`
+    TopicOrService,
+}
+
+/// One remapping rule, `[node:]from:=to`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Remap {
+    /// The node it is for, any if `None`.
+    pub node: Option<String>,
+    /// What it applies to.
+    pub kind: RemapKind,
+    /// The name to replace, as written.
+    pub from: String,
+    /// The replacement, as written.
+    pub to: String,
+}
+
+impl FromStr for Remap {
+    type Err = BadArgument;
+
+    fn from_str(text: &str) -> Result<Self, BadArgument> {
+        let refuse = |reason| BadArgument::new(text, reason);
+        let (left, to) = text
+            .split_once(":=")
+            .ok_or_else(|| refuse("a remap is written from:=to"))?;
+        let (kind, left) = if let Some(rest) = left.strip_prefix("rostopic://") {
+            (RemapKind::Topic, rest)
+        } else if let Some(rest) = left.strip_prefix("rosservice://") {
+            (RemapKind::Service, rest)
+        } else {
+            (RemapKind::TopicOrService, left)
+        };
+        let (node, from) = match left.split_once(':') {
+            Some((node, from)) => (Some(node.to_owned()), from),
+            None => (None, left),
+        };
+        if from.is_empty() || to.is_empty() {
+            return Err(refuse("a side of the remap is empty"));
+        }
+        let kind = match from {
+            "__node" | "__name" => RemapKind::Node,
+            "__ns" => RemapKind::Namespace,
+            _ => kind,
+        };
+        Ok(Self {
+            node,
+            kind,
+            from: from.to_owned(),
+            to: to.to_owned(),
+        })
+    }
+}
+
+/// A source of parameter values, in the order given: later ones win.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ParameterSource {
+    /// `-p [node:]name:=value`
+    Assignment {
+        /// The node it is for, any if `None`.
+        node: Option<String>,
+        /// The parameter.
+        name: String,
+        /// Its value.
+        value: Value,
+    },
+    /// `--params-file FILE`
+    File(PathBuf),
+}
+
+/// Everything between `--ros-args` and `--`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RosArguments {
+    /// Remapping rules in the order given; the first that applies wins.
+    pub remaps: Vec<Remap>,
+    /// Parameter values in the order given; the last wins.
+    pub parameters: Vec<ParameterSource>,
+    /// `--log-level LEVEL`
+    pub log_level: LevelFilter,
+    /// `--log-level LOGGER:=LEVEL`
+    pub logger_levels: Vec<(String, LevelFilter)>,
+    /// Whether the log goes to `/rosout` (`--disable-rosout-logs`).
+    pub rosout: bool,
+    /// Whether the log goes to stderr (`--disable-stdout-logs`, which in ROS means the console).
+    pub console: bool,
+    /// What was given but has no effect here, in words for the log.
+    pub ignored: Vec<String>,
+}
+
+impl Default for RosArguments {
+    fn default() -> Self {
+        Self {
+            remaps: Vec::new(),
+            parameters: Vec::new(),
+            log_level: LevelFilter::Info,
+            logger_levels: Vec::new(),
+            rosout: true,
+            console: true,
+            ignored: Vec::new(),
+        }
+    }
+}
+
+/// Splits a program's arguments (with its name first, as [`std::env::args`] gives them)
+/// into its own and ROS's.
+///
+/// # Errors
+/// The first ROS argument that is unknown, lacks its value, or cannot be read.
+pub fn split(
+    arguments: impl IntoIterator<Item = String>,
+) -> Result<(Vec<String>, RosArguments), BadArgument> {
+    let mut own = Vec::new();
+    let mut ros = RosArguments::default();
+    let mut arguments = arguments.into_iter();
+    while let Some(argument) = arguments.next() {
+        if argument == "--ros-args" {
+            take_section(&mut arguments, &mut ros)?;
+        } else {
+            own.push(argument);
+        }
+    }
+    Ok((own, ros))
+}
+
+/// ROS's arguments of this process, for a program that has none of its own.
+///
+/// # Errors
+/// As [`split`], and when there are arguments outside `--ros-args`.
+pub fn from_environment() -> Result<RosArguments, BadArgument> {
+    let (own, ros) = split(std::env::args())?;
+    match own.get(1) {
+        None => Ok(ros),
+        Some(extra) => Err(BadArgument::new(
+            extra,
+            "only ROS arguments are taken, after --ros-args",
+        )),
+    }
+}
+
+/// Reads up to the `--` that closes the section, or to the end.
+fn take_section(
+    arguments: &mut impl Iterator<Item = String>,
+    ros: &mut RosArguments,
+) -> Result<(), BadArgument> {
+    while let Some(argument) = arguments.next() {
+        let mut value = || {
+            arguments
+                .next()
+                .ok_or_else(|| BadArgument::new(&argument, "its value is missing"))
+        };
+        match argument.as_str() {
+            "--" => return Ok(()),
+            "--ros-args" => {}
+            "-r" | "--remap" => ros.remaps.push(value()?.parse()?),
+            "-p" | "--param" => ros.parameters.push(assignment(&value()?)?),
+            "--params-file" => ros.parameters.push(ParameterSource::File(value()?.into())),
+            "--log-level" => set_level(&value()?, ros)?,
+            "--enable-rosout-logs" => ros.rosout = true,
+            "--disable-rosout-logs" => ros.rosout = false,
+            "--enable-stdout-logs" => ros.console = true,
+            "--disable-stdout-logs" => ros.console = false,
+            "--enable-external-lib-logs" | "--disable-external-lib-logs" => {
+                ros.ignored
+                    .push(format!("{argument}: no log files are written"));
+            }
+            "-e" | "--enclave" => {
+                let enclave = value()?;
+                ros.ignored.push(format!(
+                    "{argument} {enclave}: DDS security is not built in"
+                ));
+            }
+            "--log-config-file" | "--log-file-name" => {
+                let file = value()?;
+                ros.ignored
+                    .push(format!("{argument} {file}: no log files are written"));
+            }
+            _ => return Err(BadArgument::new(&argument, "it is no ROS argument")),
+        }
+    }
+    Ok(())
+}
+
+fn assignment(text: &str) -> Result<ParameterSource, BadArgument> {
+    let (left, value) = text
+        .split_once(":=")
+        .ok_or_else(|| BadArgument::new(text, "a parameter is written name:=value"))?;
+    let (node, name) = match left.split_once(':') {
+        Some((node, name)) => (Some(node.to_owned()), name),
+        None => (None, left),
+    };
+    if name.is_empty() {
+        return Err(BadArgument::new(text, "the parameter has no name"));
+    }
+    let value =
+        file::parse_value(name, value).map_err(|e| BadArgument::new(text, &e.to_string()))?;
+    Ok(ParameterSource::Assignment {
+        node,
+        name: name.to_owned(),
+        value,
+    })
+}
+
+fn set_level(text: &str, ros: &mut RosArguments) -> Result<(), BadArgument> {
+    let (logger, level) = match text.split_once(":=") {
+        Some((logger, level)) => (Some(logger), level),
+        None => (None, text),
+    };
+    let level = match level.to_ascii_lowercase().as_str() {
+        "debug" => LevelFilter::Debug,
+        "info" => LevelFilter::Info,
+        "warn" => LevelFilter::Warn,
+        "error" | "fatal" => LevelFilter::Error,
+        "unset" | "none" => LevelFilter::Off,
+        _ => {
+            return Err(BadArgument::new(
+                text,
+                "a log level is debug, info, warn, error or fatal",
+            ));
+        }
+    };
+    match logger {
+        Some(logger) => ros.logger_levels.push((logger.to_owned(), level)),
+        None => ros.log_level = level,
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn split_words(line: &str) -> Result<(Vec<String>, RosArguments), BadArgument> {
+        split(line.split_whitespace().map(str::to_owned))
+    }
+
+    #[test]
+    fn ros_arguments_are_taken_out_and_the_rest_left() {
+        let (own, ros) = split_words(
+            "sysid replay --ros-args -r state:=truth -r __ns:=/b -p depth.kp:=0.5 \
+             --params-file a.yaml -p other:rate:=20 --log-level warn --log-level auv.x:=debug \
+             --disable-rosout-logs --enclave / -- bag --ros-args --remap a:=b",
+        )
+        .expect("good arguments");
+        assert_eq!(own, ["sysid", "replay", "bag"]);
+        assert_eq!(ros.remaps.len(), 3);
+        assert_eq!(ros.remaps[1].kind, RemapKind::Namespace);
+        assert_eq!(
+            ros.parameters,
+            [
+                ParameterSource::Assignment {
+                    node: None,
+                    name: "depth.kp".to_owned(),
+                    value: Value::Double(0.5)
+                },
+                ParameterSource::File("a.yaml".into()),
+                ParameterSource::Assignment {
+                    node: Some("other".to_owned()),
+                    name: "rate".to_owned(),
+                    value: Value::Integer(20)
+                },
+            ]
+        );
+        assert_eq!(ros.log_level, LevelFilter::Warn);
+        assert_eq!(
+            ros.logger_levels,
+            [("auv.x".to_owned(), LevelFilter::Debug)]
+        );
+        assert!(!ros.rosout && ros.console);
+        assert_eq!(ros.ignored.len(), 1);
+    }
+
+    #[test]
+    fn a_bad_argument_is_refused_with_its_reason() {
+        for (line, reason) in [
+            ("x --ros-args --frobnicate", "no ROS argument"),
+            ("x --ros-args -r state", "from:=to"),
+            ("x --ros-args -r :=b", "empty"),
+            ("x --ros-args -p", "value is missing"),
+            ("x --ros-args -p kp", "name:=value"),
+            ("x --ros-args -p kp:=[1,", "not YAML"),
+            ("x --ros-args --log-level loud", "debug, info"),
+        ] {
+            let refusal = split_words(line).expect_err(line).to_string();
+            assert!(refusal.contains(reason), "{line}: {refusal}");
+        }
+    }
+}

@@ -1,0 +1,249 @@
+//! What a node says of itself on `/diagnostics`, and reading it again.
+//!
+//! Each node has a status `<full name>: connections` with a pair per topic: key
+//! `pub /auv/state`, value `readers=2 published=400 refused=0 dropped=0`; key
+//! `sub /auv/plane_command`, value `writers=1 received=400 refused=0`. More statuses are the node's own.
+
+use planesman_msgs::{
+    diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus, KeyValue},
+    std_msgs::msg::Header,
+};
+use rustdds::DomainParticipant;
+
+use crate::{
+    endpoint::{Direction, Endpoint},
+    shared::Shared,
+};
+
+/// Ends the name of the status that lists the connections.
+const CONNECTIONS: &str = ": connections";
+
+/// How a node or a part of it is, as `diagnostic_msgs/msg/DiagnosticStatus` grades it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Level {
+    /// Works.
+    Ok,
+    /// Works, but look.
+    Warn,
+    /// Does not work.
+    Error,
+    /// Has not been heard of.
+    Stale,
+}
+
+impl From<Level> for u8 {
+    fn from(level: Level) -> Self {
+        match level {
+            Level::Ok => DiagnosticStatus::OK,
+            Level::Warn => DiagnosticStatus::WARN,
+            Level::Error => DiagnosticStatus::ERROR,
+            Level::Stale => DiagnosticStatus::STALE,
+        }
+    }
+}
+
+/// One topic of a node as its diagnostics show it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Connection {
+    /// Whether the node sends or receives.
+    pub direction: Direction,
+    /// The topic's absolute name.
+    pub topic: String,
+    /// Readers of what the node sends, or writers of what it receives.
+    pub peers: usize,
+    /// Messages sent or received.
+    pub messages: u64,
+    /// Messages refused for what they hold.
+    pub refused: u64,
+    /// Messages that could not be sent.
+    pub dropped: u64,
+}
+
+impl Connection {
+    fn of(endpoint: &Endpoint, participant: Option<&DomainParticipant>) -> Self {
+        Self {
+            direction: endpoint.direction,
+            topic: endpoint.topic.clone(),
+            peers: participant.map_or(0, |participant| endpoint.peers(participant)),
+            messages: endpoint.passed.get(),
+            refused: endpoint.refused.get(),
+            dropped: endpoint.dropped.get(),
+        }
+    }
+
+    fn to_pair(&self) -> KeyValue {
+        let Self {
+            topic,
+            peers,
+            messages,
+            refused,
+            dropped,
+            ..
+        } = self;
+        match self.direction {
+            Direction::Publisher => KeyValue {
+                key: format!("pub {topic}"),
+                value: format!(
+                    "readers={peers} published={messages} refused={refused} dropped={dropped}"
+                ),
+            },
+            Direction::Subscription => KeyValue {
+                key: format!("sub {topic}"),
+                value: format!("writers={peers} received={messages} refused={refused}"),
+            },
+        }
+    }
+
+    fn from_pair(pair: &KeyValue) -> Option<Self> {
+        let (direction, topic) = match pair.key.split_once(' ')? {
+            ("pub", topic) => (Direction::Publisher, topic),
+            ("sub", topic) => (Direction::Subscription, topic),
+            _ => return None,
+        };
+        let number = |names: [&str; 2]| -> Option<u64> {
+            pair.value
+                .split(' ')
+                .filter_map(|entry| entry.split_once('='))
+                .find(|(name, _)| names.contains(name))
+                .and_then(|(_, number)| number.parse().ok())
+        };
+        Some(Self {
+            direction,
+            topic: topic.to_owned(),
+            peers: usize::try_from(number(["readers", "writers"])?).ok()?,
+            messages: number(["published", "received"])?,
+            refused: number(["refused", ""])?,
+            dropped: number(["dropped", ""]).unwrap_or(0),
+        })
+    }
+}
+
+/// A node's topics as its diagnostics show them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Connections {
+    /// The node's full name.
+    pub node: String,
+    /// Its topics.
+    pub list: Vec<Connection>,
+}
+
+impl Connections {
+    /// The connections in a node's diagnostics, `None` when it tells none.
+    #[must_use]
+    pub fn from_diagnostics(array: &DiagnosticArray) -> Option<Self> {
+        array.status.iter().find_map(|status| {
+            Some(Self {
+                node: status.name.strip_suffix(CONNECTIONS)?.to_owned(),
+                list: status
+                    .values
+                    .iter()
+                    .filter_map(Connection::from_pair)
+                    .collect(),
+            })
+        })
+    }
+
+    /// The connection of `topic` in that direction.
+    #[must_use]
+    pub fn find(&self, direction: Direction, topic: &str) -> Option<&Connection> {
+        self.list
+            .iter()
+            .find(|c| c.direction == direction && c.topic == topic)
+    }
+}
+
+/// Everything the node has to say now.
+pub(crate) fn array(shared: &Shared) -> DiagnosticArray {
+    let connections: Vec<Connection> = shared
+        .endpoints
+        .borrow()
+        .iter()
+        .map(|endpoint| Connection::of(endpoint, shared.participant().as_ref()))
+        .collect();
+    let mut status = vec![connections_status(&shared.names.full(), &connections)];
+    status.extend(shared.statuses.borrow().values().cloned());
+    DiagnosticArray {
+        header: Header {
+            stamp: shared.clock.now(),
+            frame_id: String::new(),
+        },
+        status,
+    }
+}
+
+fn connections_status(node: &str, connections: &[Connection]) -> DiagnosticStatus {
+    let total = |count: fn(&Connection) -> u64| connections.iter().map(count).sum::<u64>();
+    let (refused, dropped) = (total(|c| c.refused), total(|c| c.dropped));
+    let trouble = refused + dropped > 0;
+    DiagnosticStatus {
+        level: if trouble { Level::Warn } else { Level::Ok }.into(),
+        name: format!("{node}{CONNECTIONS}"),
+        message: if trouble {
+            format!("{refused} messages refused, {dropped} dropped")
+        } else {
+            "ok".to_owned()
+        },
+        hardware_id: node.to_owned(),
+        values: connections.iter().map(Connection::to_pair).collect(),
+    }
+}
+
+/// One of the node's own statuses.
+pub(crate) fn status(
+    node: &str,
+    name: &str,
+    level: Level,
+    message: &str,
+    values: &[(&str, String)],
+) -> DiagnosticStatus {
+    DiagnosticStatus {
+        level: level.into(),
+        name: format!("{node}: {name}"),
+        message: message.to_owned(),
+        hardware_id: node.to_owned(),
+        values: values
+            .iter()
+            .map(|(key, value)| KeyValue {
+                key: (*key).to_owned(),
+                value: value.clone(),
+            })
+            .collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn connections_read_back_as_they_were_told() {
+        let list = vec![
+            Connection {
+                direction: Direction::Publisher,
+                topic: "/auv/state".to_owned(),
+                peers: 2,
+                messages: 400,
+                refused: 1,
+                dropped: 3,
+            },
+            Connection {
+                direction: Direction::Subscription,
+                topic: "/auv/plane_motion".to_owned(),
+                peers: 1,
+                messages: 399,
+                refused: 0,
+                dropped: 0,
+            },
+        ];
+        let status = connections_status("/auv/plant_sim", &list);
+        assert_eq!(status.level, DiagnosticStatus::WARN);
+        let array = DiagnosticArray {
+            status: vec![DiagnosticStatus::default(), status],
+            ..DiagnosticArray::default()
+        };
+        let read = Connections::from_diagnostics(&array).expect("told");
+        assert_eq!(read.node, "/auv/plant_sim");
+        assert_eq!(read.list, list);
+        assert!(read.find(Direction::Subscription, "/auv/state").is_none());
+    }
+}

@@ -1,0 +1,127 @@
+//! One publisher or subscription of the node: what it is, what it did, who its peers are.
+
+use std::cell::Cell;
+
+use ros2_client::Gid;
+use rustdds::{DomainParticipant, GUID, QosPolicies, discovery::DiscoveredWriterData};
+
+use crate::qos::Qos;
+
+/// Which end of a topic this is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Direction {
+    /// The node sends.
+    Publisher,
+    /// The node receives.
+    Subscription,
+}
+
+/// A topic's type as both ROS and DDS name it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct TypeNames {
+    /// `planesman_msgs/msg/VehicleState`
+    pub(crate) ros: String,
+    /// `planesman_msgs::msg::dds_::VehicleState_`
+    pub(crate) dds: String,
+    /// `RIHS01_...`, unknown for types we only record.
+    pub(crate) hash: Option<String>,
+}
+
+/// One publisher or subscription and its counts.
+#[derive(Debug)]
+pub(crate) struct Endpoint {
+    pub(crate) direction: Direction,
+    /// The absolute ROS name.
+    pub(crate) topic: String,
+    pub(crate) types: TypeNames,
+    qos: QosPolicies,
+    /// Messages handed to the middleware, or to the node.
+    pub(crate) passed: Cell<u64>,
+    /// Messages that hold what must not pass, or cannot be decoded.
+    pub(crate) refused: Cell<u64>,
+    /// Messages the middleware had no room for.
+    pub(crate) dropped: Cell<u64>,
+}
+
+impl Endpoint {
+    pub(crate) fn new(direction: Direction, topic: &str, types: TypeNames, qos: Qos) -> Self {
+        Self {
+            direction,
+            topic: topic.to_owned(),
+            types,
+            qos: qos.profile().into(),
+            passed: Cell::new(0),
+            refused: Cell::new(0),
+            dropped: Cell::new(0),
+        }
+    }
+
+    /// The topic's name on DDS: `rt/auv/state`.
+    fn dds_topic(&self) -> String {
+        format!("rt{}", self.topic)
+    }
+
+    /// How many endpoints of other participants it exchanges data with: same topic, same
+    /// type, and what is offered meets what is requested.
+    pub(crate) fn peers(&self, participant: &DomainParticipant) -> usize {
+        let topic = self.dds_topic();
+        match self.direction {
+            Direction::Publisher => participant
+                .discovered_readers()
+                .iter()
+                .map(|reader| &reader.subscription_topic_data)
+                .filter(|reader| {
+                    *reader.topic_name() == topic
+                        && *reader.type_name() == self.types.dds
+                        && self.qos.compliance_failure_wrt(&reader.qos()).is_none()
+                })
+                .count(),
+            Direction::Subscription => participant
+                .discovered_writers()
+                .iter()
+                .map(|writer| &writer.publication_topic_data)
+                .filter(|writer| {
+                    writer.topic_name == topic
+                        && writer.type_name == self.types.dds
+                        && writer.qos().compliance_failure_wrt(&self.qos).is_none()
+                })
+                .count(),
+        }
+    }
+
+    /// What is wrong with the type of the writer `gid`, empty if nothing; `None` while the
+    /// writer is not discovered. The middleware matches by topic alone.
+    pub(crate) fn objection_to(&self, gid: Gid, participant: &DomainParticipant) -> Option<String> {
+        let guid = GUID::from(gid);
+        let writer = participant
+            .discovered_writers()
+            .into_iter()
+            .find(|writer| writer.publication_topic_data.key == guid)?;
+        let theirs = &writer.publication_topic_data.type_name;
+        if *theirs != self.types.dds {
+            let reason = format!("a publisher sends {theirs}, not {}", self.types.dds);
+            return Some(reason);
+        }
+        let objection = match (announced_hash(&writer), &self.types.hash) {
+            (Some(theirs), Some(ours)) if theirs != *ours => format!(
+                "a publisher's {} is of another version ({theirs}, ours is {ours})",
+                self.types.ros
+            ),
+            _ => String::new(),
+        };
+        Some(objection)
+    }
+}
+
+/// The `typehash=RIHS01_...;` in a writer's user data.
+pub(crate) fn announced_hash(writer: &DiscoveredWriterData) -> Option<String> {
+    let text = String::from_utf8_lossy(&writer.user_data);
+    let (_, rest) = text.split_once("typehash=")?;
+    let (hash, _) = rest.split_once(';')?;
+    Some(hash.to_owned())
+}
+
+/// Adds one.
+pub(crate) fn count(counter: &Cell<u64>) {
+    counter.set(counter.get().saturating_add(1));
+}

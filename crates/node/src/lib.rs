@@ -1,0 +1,107 @@
+//! The node runtime: what every node of the suite needs and none should write again.
+//!
+//! A node's program is a `match` over its events:
+//!
+//! ```no_run
+//! use std::process::ExitCode;
+//!
+//! use planesman_msgs::std_msgs::msg::Float64;
+//! use planesman_node::{Flow, NodeSpec, Qos, Runtime, args};
+//! use planesman_parameters::{Declaration, Values};
+//!
+//! enum Event {
+//!     Input(Float64),
+//!     Parameters(Values),
+//! }
+//!
+//! fn main() -> ExitCode {
+//!     planesman_node::exit_code("doubler", run)
+//! }
+//!
+//! fn run() -> anyhow::Result<()> {
+//!     let spec = NodeSpec {
+//!         name: "doubler",
+//!         namespace: "/",
+//!         declarations: vec![Declaration::new("gain", 2.0, "output over input").range(0.0, 10.0)],
+//!         validate: |_| Ok(()),
+//!         on_parameters: Event::Parameters,
+//!     };
+//!     let rt = Runtime::start(spec, args::from_environment()?)?;
+//!     let mut gain = rt.values().double("gain");
+//!     let output = rt.publisher::<Float64>("output", Qos::reliable(10))?;
+//!     rt.subscribe("input", Qos::reliable(10), Event::Input)?;
+//!     rt.run(|_, event| {
+//!         match event {
+//!             Event::Input(input) => {
+//!                 output.publish(&Float64 { data: gain * input.data });
+//!             }
+//!             Event::Parameters(values) => gain = values.double("gain"),
+//!         }
+//!         Ok(Flow::Continue)
+//!     })
+//! }
+//! ```
+//!
+//! | module | what it holds |
+//! |---|---|
+//! | [`runtime`] | the node: one thread, one event at a time |
+//! | [`args`] | `--ros-args` |
+//! | [`names`] | expanding and remapping names |
+//! | [`domain`] | `ROS_DOMAIN_ID` and the discovery range |
+//! | `parameters` | the six parameter services |
+//! | [`qos`] | quality of service as ROS conventions have it |
+//! | [`publisher`], `subscription`, [`raw`] | topics out, in, and undecoded |
+//! | [`service`] | services served and called |
+//! | `endpoint` | one end of a topic: peers and counts |
+//! | `clock` | wall time or `/clock` |
+//! | [`logging`] | stderr and `/rosout` |
+//! | [`diagnostics`] | `/diagnostics`, written and read |
+//! | [`report`] | the account at exit |
+//! | [`memory`], [`shutdown`] | the ceiling; the signals |
+//! | `shared` | what these parts share |
+//! | [`testing`] | a DDS domain of one's own |
+
+pub mod args;
+mod clock;
+pub mod diagnostics;
+pub mod domain;
+mod endpoint;
+pub mod logging;
+pub mod memory;
+pub mod names;
+mod parameters;
+pub mod publisher;
+pub mod qos;
+pub mod raw;
+pub mod report;
+pub mod runtime;
+pub mod service;
+mod shared;
+pub mod shutdown;
+mod subscription;
+pub mod testing;
+
+use std::process::ExitCode;
+
+pub use args::RosArguments;
+pub use diagnostics::{Connection, Connections, Level};
+pub use endpoint::Direction;
+pub use parameters::Validate;
+pub use publisher::Publisher;
+pub use qos::Qos;
+pub use raw::RawSample;
+pub use report::ExitReport;
+pub use runtime::{Flow, Next, NodeSpec, Runtime, Timer};
+pub use service::{Client, Responder};
+
+/// Runs a program: what it fails with becomes one line on stderr and exit status 1.
+#[must_use]
+pub fn exit_code(program: &str, run: impl FnOnce() -> anyhow::Result<()>) -> ExitCode {
+    match run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{program}: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}

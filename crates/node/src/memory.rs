@@ -1,0 +1,44 @@
+//! A ceiling on the process's memory.
+//!
+//! DDS lets any peer on the network make a node store what it sends. The known ways to
+//! make it store without end are patched in RustDDS; the ceiling is for the unknown ones. A node
+//! that reaches it aborts on the failed allocation, and its peers see it lost, instead of
+//! the whole machine swapping. A node of this suite uses some 15 MB; 1 GiB leaves room
+//! for histories of large messages.
+
+use anyhow::Context as _;
+use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
+
+/// The environment variable that sets another ceiling, in MiB; 0 means none.
+pub const VARIABLE: &str = "PLANESMAN_MEMORY_LIMIT_MB";
+
+/// The ceiling without the variable, MiB.
+const DEFAULT_MIB: u64 = 1024;
+
+/// Limits the process's private writable memory (`RLIMIT_DATA`; address space that is
+/// only reserved does not count). A lower limit that is already in force stays.
+///
+/// # Errors
+/// When the variable holds no number, or the system refuses.
+pub fn limit() -> anyhow::Result<()> {
+    let mib = match std::env::var(VARIABLE) {
+        Ok(text) => text
+            .parse()
+            .with_context(|| format!("{VARIABLE}='{text}': a number of MiB is expected"))?,
+        Err(_) => DEFAULT_MIB,
+    };
+    if mib == 0 {
+        return Ok(());
+    }
+    let wanted = mib.saturating_mul(1 << 20);
+    let now = getrlimit(Resource::Data);
+    let bound = |limit: Option<u64>| Some(limit.map_or(wanted, |l| l.min(wanted)));
+    setrlimit(
+        Resource::Data,
+        Rlimit {
+            current: bound(now.current),
+            maximum: now.maximum,
+        },
+    )
+    .context("the memory limit cannot be set")
+}

@@ -1,0 +1,186 @@
+//! ROS names: expanding `~`, `{node}` and relative names, checking them, remapping them.
+//!
+//! The rules are those of "Topic and Service name mapping to DDS" and "Static Remapping"
+//! on design.ros2.org, as `rcl` applies them: a name is expanded, then the first rule
+//! whose expanded left side is that name replaces it.
+
+use crate::args::{BadArgument, Remap, RemapKind};
+
+/// A node's name and namespace after remapping.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NodeNames {
+    /// The bare name: `plant_sim`.
+    pub name: String,
+    /// The namespace, beginning with `/` and ending without it unless it is `/`: `/auv`.
+    pub namespace: String,
+}
+
+impl NodeNames {
+    /// The names given in the program, changed by the `__node` and `__ns` rules.
+    ///
+    /// # Errors
+    /// When a name or namespace breaks ROS's rules.
+    pub fn remapped(name: &str, namespace: &str, rules: &[Remap]) -> Result<Self, BadArgument> {
+        let rule = |kind| {
+            rules
+                .iter()
+                .find(|r| r.kind == kind && r.node.as_deref().is_none_or(|n| n == name))
+                .map(|r| r.to.as_str())
+        };
+        let namespace = rule(RemapKind::Namespace).unwrap_or(namespace);
+        let name = rule(RemapKind::Node).unwrap_or(name);
+        if !is_token(name) {
+            return Err(BadArgument::new(name, "it is no node name"));
+        }
+        let namespace = format!("/{}", namespace.trim_matches('/'));
+        if namespace != "/" {
+            check(&namespace)?;
+        }
+        Ok(Self {
+            name: name.to_owned(),
+            namespace,
+        })
+    }
+
+    /// The fully qualified name: `/auv/plant_sim`.
+    #[must_use]
+    pub fn full(&self) -> String {
+        join(&self.namespace, &self.name)
+    }
+
+    /// The logger's name: the full name with dots, `auv.plant_sim`.
+    #[must_use]
+    pub fn logger(&self) -> String {
+        self.full().trim_start_matches('/').replace('/', ".")
+    }
+
+    /// The absolute name that `name` stands for in this node, before remapping.
+    ///
+    /// # Errors
+    /// When the result breaks ROS's rules for names.
+    pub fn expand(&self, name: &str) -> Result<String, BadArgument> {
+        let namespace = self.namespace.trim_start_matches('/');
+        let filled = name
+            .replace("{node}", &self.name)
+            .replace("{namespace}", namespace)
+            .replace("{ns}", namespace);
+        let absolute = if filled.starts_with('/') {
+            filled
+        } else if filled == "~" {
+            self.full()
+        } else if let Some(rest) = filled.strip_prefix("~/") {
+            join(&self.full(), rest)
+        } else {
+            join(&self.namespace, &filled)
+        };
+        check(&absolute).map_err(|e| BadArgument::new(name, &e.reason))?;
+        Ok(absolute)
+    }
+
+    /// The absolute name of a topic or service after remapping.
+    ///
+    /// # Errors
+    /// When the name, or the rule that applies to it, breaks ROS's rules for names.
+    pub fn resolve(
+        &self,
+        name: &str,
+        kind: RemapKind,
+        rules: &[Remap],
+    ) -> Result<String, BadArgument> {
+        let expanded = self.expand(name)?;
+        for rule in rules {
+            let applies = rule.kind == kind || rule.kind == RemapKind::TopicOrService;
+            let ours = rule.node.as_deref().is_none_or(|node| node == self.name);
+            if applies && ours && self.expand(&rule.from)? == expanded {
+                return self.expand(&rule.to);
+            }
+        }
+        Ok(expanded)
+    }
+}
+
+/// `parent/child` with one slash.
+fn join(parent: &str, child: &str) -> String {
+    format!("{}/{child}", parent.trim_end_matches('/'))
+}
+
+/// Letters, digits and single underscores, not beginning with a digit.
+fn is_token(token: &str) -> bool {
+    token.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+        && token.chars().next().is_some_and(|c| !c.is_ascii_digit())
+        && !token.contains("__")
+}
+
+/// Refuses what is no absolute ROS name.
+fn check(absolute: &str) -> Result<(), BadArgument> {
+    let tokens = absolute.strip_prefix('/').unwrap_or(absolute);
+    if tokens.split('/').all(is_token) {
+        return Ok(());
+    }
+    Err(BadArgument::new(
+        absolute,
+        "a name consists of tokens between slashes: letters, digits and single underscores, \
+         not beginning with a digit",
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plant() -> NodeNames {
+        NodeNames::remapped("plant_sim", "/auv", &[]).expect("good names")
+    }
+
+    fn rule(text: &str) -> Remap {
+        text.parse().expect("good rule")
+    }
+
+    #[test]
+    fn names_expand_as_rcl_expands_them() {
+        for (name, expanded) in [
+            ("state", "/auv/state"),
+            ("/tf", "/tf"),
+            ("~/pause", "/auv/plant_sim/pause"),
+            ("~", "/auv/plant_sim"),
+            ("{node}/x", "/auv/plant_sim/x"),
+            ("/{ns}/x", "/auv/x"),
+        ] {
+            assert_eq!(plant().expand(name).expect(name), expanded);
+        }
+        for name in ["", "a//b", "2x", "a__b", "~x", "{who}/a", "a/", "å"] {
+            assert!(plant().expand(name).is_err(), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_remap_replaces_the_whole_name_it_names_and_the_first_rule_wins() {
+        let rules = [
+            rule("state:=truth/state"),
+            rule("/auv/state:=/never"),
+            rule("other_node:imu:=/never"),
+            rule("plant_sim:imu:=/sensors/imu"),
+            rule("rosservice://odom:=/never"),
+        ];
+        let topic = |name| plant().resolve(name, RemapKind::Topic, &rules);
+        assert_eq!(topic("state"), Ok("/auv/truth/state".to_owned()));
+        assert_eq!(topic("imu"), Ok("/sensors/imu".to_owned()));
+        assert_eq!(topic("odom"), Ok("/auv/odom".to_owned()));
+    }
+
+    #[test]
+    fn node_and_namespace_are_remapped_too() {
+        let names = NodeNames::remapped(
+            "plant_sim",
+            "/auv",
+            &[rule("__ns:=/twin/"), rule("__node:=plant_2")],
+        )
+        .expect("good names");
+        assert_eq!(names.full(), "/twin/plant_2");
+        assert_eq!(names.logger(), "twin.plant_2");
+        let root = NodeNames::remapped("plant_sim", "/", &[]).expect("good names");
+        assert_eq!(root.full(), "/plant_sim");
+        assert_eq!(root.expand("state").expect("good name"), "/state");
+        assert!(NodeNames::remapped("plant sim", "/", &[]).is_err());
+    }
+}

@@ -1,0 +1,428 @@
+//! The node's parameters, and the six services of `rcl_interfaces` that show and change them.
+//!
+//! A change is checked against the declarations and then, as a whole, by the node's own
+//! rule; only a set that passes both becomes the node's, and the node hears of it as one event.
+
+use std::fs;
+
+use anyhow::Context as _;
+use planesman_msgs::rcl_interfaces::{
+    msg::{
+        FloatingPointRange, IntegerRange, ListParametersResult, Parameter, ParameterDescriptor,
+        ParameterType, ParameterValue, SetParametersResult,
+    },
+    srv::{ListParametersRequest, SetParametersRequest},
+};
+use planesman_parameters::{Declaration, Refusal, Value, Values, file};
+
+use crate::{
+    args::{ParameterSource, RosArguments},
+    names::NodeNames,
+};
+
+/// The parameter that every node has.
+pub(crate) const USE_SIM_TIME: &str = "use_sim_time";
+
+/// The rule that a set of values obeys beyond each one's declaration.
+pub type Validate = fn(&Values) -> Result<(), String>;
+
+/// The values in force and the rule for new ones.
+#[derive(Clone, Debug)]
+pub(crate) struct Parameters {
+    pub(crate) values: Values,
+    validate: Validate,
+}
+
+impl Parameters {
+    /// The declared defaults with what the arguments say for this node.
+    ///
+    /// # Errors
+    /// When a file cannot be read, or a value is refused by its declaration or the rule.
+    pub(crate) fn at_start(
+        mut declarations: Vec<Declaration>,
+        validate: Validate,
+        names: &NodeNames,
+        arguments: &RosArguments,
+    ) -> anyhow::Result<Self> {
+        if !declarations.iter().any(|d| d.name == USE_SIM_TIME) {
+            declarations.push(Declaration::new(
+                USE_SIM_TIME,
+                false,
+                "take the time from /clock",
+            ));
+        }
+        let mut changes = Vec::new();
+        for source in &arguments.parameters {
+            match source {
+                ParameterSource::File(path) => {
+                    let text = fs::read_to_string(path)
+                        .with_context(|| format!("--params-file {}", path.display()))?;
+                    let found = file::overrides_for(&text, &names.full())
+                        .with_context(|| format!("--params-file {}", path.display()))?;
+                    changes.extend(found);
+                }
+                ParameterSource::Assignment { node, name, value } => {
+                    if node.as_deref().is_none_or(|node| node == names.name) {
+                        changes.push((name.clone(), value.clone()));
+                    }
+                }
+            }
+        }
+        let values = Values::defaults(declarations).with(changes)?;
+        validate(&values).map_err(|reason| anyhow::anyhow!("parameters: {reason}"))?;
+        Ok(Self { values, validate })
+    }
+
+    /// Takes all changes or none, and says which parameters now differ.
+    pub(crate) fn change(
+        &mut self,
+        changes: impl IntoIterator<Item = (String, Value)>,
+    ) -> Result<Vec<Parameter>, String> {
+        let new = self
+            .values
+            .with_live(changes)
+            .map_err(|refusal: Refusal| refusal.to_string())?;
+        (self.validate)(&new)?;
+        let changed = new
+            .declarations()
+            .iter()
+            .filter(|d| new.get(d.name) != self.values.get(d.name))
+            .map(|d| Parameter {
+                name: d.name.to_owned(),
+                value: message_of(new.get(d.name)),
+            })
+            .collect();
+        self.values = new;
+        Ok(changed)
+    }
+
+    /// `set_parameters`: each on its own. Returns the results and what changed.
+    pub(crate) fn set_each(
+        &mut self,
+        request: SetParametersRequest,
+    ) -> (Vec<SetParametersResult>, Vec<Parameter>) {
+        let mut all_changed = Vec::new();
+        let results = request
+            .parameters
+            .into_iter()
+            .map(|parameter| {
+                let (result, changed) = self.set_together(vec![parameter]);
+                all_changed.extend(changed);
+                result
+            })
+            .collect();
+        (results, all_changed)
+    }
+
+    /// `set_parameters_atomically`: all or none. Returns the result and what changed.
+    pub(crate) fn set_together(
+        &mut self,
+        parameters: Vec<Parameter>,
+    ) -> (SetParametersResult, Vec<Parameter>) {
+        let changes: Result<Vec<_>, String> = parameters
+            .into_iter()
+            .map(|Parameter { name, value }| match value_of(value) {
+                Some(value) => Ok((name, value)),
+                None => Err(format!("parameter '{name}': it cannot be unset")),
+            })
+            .collect();
+        match changes.and_then(|changes| self.change(changes)) {
+            Ok(changed) => {
+                let result = SetParametersResult {
+                    successful: true,
+                    reason: String::new(),
+                };
+                (result, changed)
+            }
+            Err(reason) => {
+                log::warn!("{reason}");
+                let result = SetParametersResult {
+                    successful: false,
+                    reason,
+                };
+                (result, Vec::new())
+            }
+        }
+    }
+
+    /// `get_parameters`: a value per name, not set where none is declared.
+    pub(crate) fn get(&self, names: &[String]) -> Vec<ParameterValue> {
+        names
+            .iter()
+            .map(|name| message_of(self.values.get(name)))
+            .collect()
+    }
+
+    /// `get_parameter_types`: a type per name, not set where none is declared.
+    pub(crate) fn types(&self, names: &[String]) -> Vec<u8> {
+        self.get(names)
+            .into_iter()
+            .map(|value| value.r#type)
+            .collect()
+    }
+
+    /// `describe_parameters`: a descriptor per name.
+    pub(crate) fn describe(&self, names: &[String]) -> Vec<ParameterDescriptor> {
+        names
+            .iter()
+            .map(|name| match self.values.declaration(name) {
+                Some(declaration) => descriptor_of(declaration),
+                None => ParameterDescriptor {
+                    name: name.clone(),
+                    ..ParameterDescriptor::default()
+                },
+            })
+            .collect()
+    }
+
+    /// `list_parameters`, as `rclcpp` answers it: the names at most `depth` levels below
+    /// one of the prefixes (0: any), and the levels they stand in.
+    pub(crate) fn list(&self, request: &ListParametersRequest) -> ListParametersResult {
+        let shallow = |rest: &str| {
+            request.depth == ListParametersRequest::DEPTH_RECURSIVE
+                || (rest.matches('.').count() as u64) < request.depth
+        };
+        let below = |name: &str, prefix: &str| {
+            name == prefix
+                || name
+                    .strip_prefix(prefix)
+                    .and_then(|rest| rest.strip_prefix('.'))
+                    .is_some_and(shallow)
+        };
+        let mut names: Vec<String> = self
+            .values
+            .declarations()
+            .iter()
+            .map(|d| d.name)
+            .filter(|name| match request.prefixes.as_slice() {
+                [] => shallow(name),
+                prefixes => prefixes.iter().any(|prefix| below(name, prefix)),
+            })
+            .map(str::to_owned)
+            .collect();
+        names.sort();
+        let mut prefixes: Vec<String> = names
+            .iter()
+            .filter_map(|name| Some(name.rsplit_once('.')?.0.to_owned()))
+            .collect();
+        prefixes.dedup();
+        ListParametersResult { names, prefixes }
+    }
+}
+
+/// What `ros2 param describe` shows.
+fn descriptor_of(declaration: &Declaration) -> ParameterDescriptor {
+    let unit = match declaration.unit {
+        "" => String::new(),
+        unit => format!(" [{unit}]"),
+    };
+    let mut descriptor = ParameterDescriptor {
+        name: declaration.name.to_owned(),
+        r#type: message_of(Some(&declaration.default)).r#type,
+        description: format!("{}{unit}", declaration.description),
+        read_only: declaration.read_only,
+        ..ParameterDescriptor::default()
+    };
+    if !declaration.choices.is_empty() {
+        descriptor.additional_constraints = format!("one of {}", declaration.choices.join(", "));
+    }
+    if let Some((low, high)) = declaration.range {
+        if matches!(
+            declaration.default,
+            Value::Integer(_) | Value::IntegerArray(_)
+        ) {
+            descriptor.integer_range = vec![IntegerRange {
+                from_value: low as i64,
+                to_value: high as i64,
+                step: 0,
+            }];
+        } else {
+            descriptor.floating_point_range = vec![FloatingPointRange {
+                from_value: low,
+                to_value: high,
+                step: 0.0,
+            }];
+        }
+    }
+    descriptor
+}
+
+/// A value as a message; not set for `None`.
+fn message_of(value: Option<&Value>) -> ParameterValue {
+    let mut message = ParameterValue::default();
+    message.r#type = match value.cloned() {
+        None => ParameterType::PARAMETER_NOT_SET,
+        Some(Value::Bool(v)) => {
+            message.bool_value = v;
+            ParameterType::PARAMETER_BOOL
+        }
+        Some(Value::Integer(v)) => {
+            message.integer_value = v;
+            ParameterType::PARAMETER_INTEGER
+        }
+        Some(Value::Double(v)) => {
+            message.double_value = v;
+            ParameterType::PARAMETER_DOUBLE
+        }
+        Some(Value::String(v)) => {
+            message.string_value = v;
+            ParameterType::PARAMETER_STRING
+        }
+        Some(Value::ByteArray(v)) => {
+            message.byte_array_value = v;
+            ParameterType::PARAMETER_BYTE_ARRAY
+        }
+        Some(Value::BoolArray(v)) => {
+            message.bool_array_value = v;
+            ParameterType::PARAMETER_BOOL_ARRAY
+        }
+        Some(Value::IntegerArray(v)) => {
+            message.integer_array_value = v;
+            ParameterType::PARAMETER_INTEGER_ARRAY
+        }
+        Some(Value::DoubleArray(v)) => {
+            message.double_array_value = v;
+            ParameterType::PARAMETER_DOUBLE_ARRAY
+        }
+        Some(Value::StringArray(v)) => {
+            message.string_array_value = v;
+            ParameterType::PARAMETER_STRING_ARRAY
+        }
+    };
+    message
+}
+
+/// The value in a message, `None` where it is not set or of no known type.
+fn value_of(message: ParameterValue) -> Option<Value> {
+    match message.r#type {
+        ParameterType::PARAMETER_BOOL => Some(Value::Bool(message.bool_value)),
+        ParameterType::PARAMETER_INTEGER => Some(Value::Integer(message.integer_value)),
+        ParameterType::PARAMETER_DOUBLE => Some(Value::Double(message.double_value)),
+        ParameterType::PARAMETER_STRING => Some(Value::String(message.string_value)),
+        ParameterType::PARAMETER_BYTE_ARRAY => Some(Value::ByteArray(message.byte_array_value)),
+        ParameterType::PARAMETER_BOOL_ARRAY => Some(Value::BoolArray(message.bool_array_value)),
+        ParameterType::PARAMETER_INTEGER_ARRAY => {
+            Some(Value::IntegerArray(message.integer_array_value))
+        }
+        ParameterType::PARAMETER_DOUBLE_ARRAY => {
+            Some(Value::DoubleArray(message.double_array_value))
+        }
+        ParameterType::PARAMETER_STRING_ARRAY => {
+            Some(Value::StringArray(message.string_array_value))
+        }
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn gains(line: &str) -> anyhow::Result<Parameters> {
+        let words = format!("x --ros-args {line}");
+        let (_, arguments) = crate::args::split(words.split_whitespace().map(str::to_owned))?;
+        let names = NodeNames::remapped("controller", "/auv", &[])?;
+        Parameters::at_start(
+            vec![
+                Declaration::new("depth.kp", 0.25, "depth gain")
+                    .unit("rad/m")
+                    .range(0.0, 10.0),
+                Declaration::new("depth.limit", 0.5, "largest command").unit("rad"),
+                Declaration::new("order", 2, "model order").range(1.0, 6.0),
+                Declaration::new("mode", "depth", "what is held").choices(&["off", "depth"]),
+            ],
+            |values| {
+                if values.double("depth.kp") * values.double("depth.limit") > 1.0 {
+                    return Err("depth.kp * depth.limit must not exceed 1".to_owned());
+                }
+                Ok(())
+            },
+            &names,
+            &arguments,
+        )
+    }
+
+    fn parameter(name: &str, value: Value) -> Parameter {
+        Parameter {
+            name: name.to_owned(),
+            value: message_of(Some(&value)),
+        }
+    }
+
+    #[test]
+    fn the_last_assignment_for_this_node_holds_at_start() {
+        let gains = gains("-p depth.kp:=0.5 -p depth.kp:=1 -p other:depth.kp:=2").expect("good");
+        assert_eq!(gains.values.double("depth.kp"), 1.0);
+        assert!(!gains.values.bool(USE_SIM_TIME));
+    }
+
+    #[test]
+    fn a_bad_start_is_refused_with_its_reason() {
+        for (line, reason) in [
+            ("-p kp:=1", "not declared"),
+            ("-p depth.kp:=.nan", "finite"),
+            ("-p depth.kp:=8.0", "must not exceed 1"),
+            ("--params-file /nowhere.yaml", "/nowhere.yaml"),
+        ] {
+            let refusal = format!("{:#}", gains(line).expect_err(line));
+            assert!(refusal.contains(reason), "{refusal}");
+        }
+    }
+
+    #[test]
+    fn each_is_taken_alone_or_all_together_by_the_rule_for_the_set() {
+        let both = vec![
+            parameter("depth.limit", Value::Double(2.0)),
+            parameter("depth.kp", Value::Double(4.0)),
+        ];
+        let mut each = gains("").expect("good");
+        let (results, changed) = each.set_each(SetParametersRequest {
+            parameters: both.clone(),
+        });
+        let successes: Vec<bool> = results.iter().map(|r| r.successful).collect();
+        assert_eq!(successes, [true, false]);
+        assert!(results[1].reason.contains("must not exceed 1"));
+        assert_eq!(changed.len(), 1);
+
+        let mut together = gains("").expect("good");
+        let (result, changed) = together.set_together(both);
+        assert!(!result.successful && changed.is_empty());
+        assert_eq!(together.values.double("depth.limit"), 0.5);
+        let unset = Parameter {
+            name: "depth.kp".to_owned(),
+            ..Parameter::default()
+        };
+        assert!(!together.set_together(vec![unset]).0.successful);
+    }
+
+    #[test]
+    fn descriptors_tell_unit_range_and_choices() {
+        let names = ["depth.kp", "order", "mode", "nothing"].map(str::to_owned);
+        let found = gains("").expect("good").describe(&names);
+        assert_eq!(found[0].description, "depth gain [rad/m]");
+        assert_eq!(found[0].floating_point_range[0].to_value, 10.0);
+        assert_eq!(found[1].integer_range[0].to_value, 6);
+        assert_eq!(found[2].additional_constraints, "one of off, depth");
+        assert_eq!(found[3].r#type, ParameterType::PARAMETER_NOT_SET);
+    }
+
+    #[test]
+    fn the_list_goes_as_deep_as_asked() {
+        let gains = gains("").expect("good");
+        let list = |prefixes: &[&str], depth| {
+            gains.list(&ListParametersRequest {
+                prefixes: prefixes.iter().map(|p| (*p).to_owned()).collect(),
+                depth,
+            })
+        };
+        let all = list(&[], 0);
+        assert_eq!(
+            all.names,
+            ["depth.kp", "depth.limit", "mode", "order", "use_sim_time"]
+        );
+        assert_eq!(all.prefixes, ["depth"]);
+        assert_eq!(list(&[], 1).names, ["mode", "order", "use_sim_time"]);
+        assert_eq!(list(&["depth"], 1).names, ["depth.kp", "depth.limit"]);
+        assert_eq!(list(&["dep"], 0).names, [] as [&str; 0]);
+    }
+}

@@ -1,0 +1,78 @@
+//! Sending messages on a topic.
+
+use std::rc::{Rc, Weak};
+
+use planesman_msgs::Message;
+
+use crate::{
+    endpoint::{Endpoint, count},
+    shared::Shared,
+};
+
+/// Sends messages of one type on one topic. Clones send through the same writer.
+pub struct Publisher<M: Message> {
+    pub(crate) shared: Rc<Shared>,
+    pub(crate) endpoint: Rc<Endpoint>,
+    pub(crate) writer: Weak<ros2_client::Publisher<M>>,
+}
+
+impl<M: Message> Clone for Publisher<M> {
+    fn clone(&self) -> Self {
+        Self {
+            shared: Rc::clone(&self.shared),
+            endpoint: Rc::clone(&self.endpoint),
+            writer: Weak::clone(&self.writer),
+        }
+    }
+}
+
+impl<M: Message> Publisher<M> {
+    /// Sends `message`, and says whether it went out.
+    ///
+    /// It does not go out when it holds a number that is not finite, or when the
+    /// middleware has no room because a reader does not acknowledge. Both are counted,
+    /// logged (not too often) and shown in the diagnostics. The call waits 5 ms at most.
+    pub fn publish(&self, message: &M) -> bool {
+        let topic = &self.endpoint.topic;
+        if let Some(field) = message.first_non_finite() {
+            count(&self.endpoint.refused);
+            self.shared
+                .warn(topic, &format!("not published: {field} is not finite"));
+            return false;
+        }
+        let Some(writer) = self.writer.upgrade() else {
+            return false; // The node is shutting down.
+        };
+        match writer.publish(message.clone()) {
+            Ok(()) => {
+                count(&self.endpoint.passed);
+                true
+            }
+            Err(error) => {
+                count(&self.endpoint.dropped);
+                self.shared.warn(topic, &format!("not published: {error}"));
+                false
+            }
+        }
+    }
+
+    /// The topic's absolute name after remapping.
+    #[must_use]
+    pub fn topic(&self) -> &str {
+        &self.endpoint.topic
+    }
+
+    /// How many readers of other nodes get what is published.
+    #[must_use]
+    pub fn readers(&self) -> usize {
+        self.shared
+            .participant()
+            .map_or(0, |participant| self.endpoint.peers(&participant))
+    }
+
+    /// How many messages have gone out.
+    #[must_use]
+    pub fn published(&self) -> u64 {
+        self.endpoint.passed.get()
+    }
+}

@@ -1,0 +1,112 @@
+//! Quality of service as ROS conventions have it.
+
+use std::time::Duration;
+
+use ros2_client::qos::{Durability, History, QosProfile, Reliability, WhenFull};
+
+/// Longest that a reliable `publish` waits for room in the send window, s: short enough
+/// that an event loop never seems frozen, long enough for acknowledgements on their way.
+const LONGEST_WAIT: Duration = Duration::from_millis(5);
+
+/// What a topic's publisher offers, or its subscription asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Qos {
+    reliable: bool,
+    latched: bool,
+    depth: usize,
+}
+
+impl Qos {
+    /// Sensor data: best effort, the newest 5 kept (`rmw_qos_profile_sensor_data`).
+    #[must_use]
+    pub fn sensor() -> Self {
+        Self {
+            reliable: false,
+            latched: false,
+            depth: 5,
+        }
+    }
+
+    /// Commands and states that must arrive: reliable, `depth` kept.
+    #[must_use]
+    pub fn reliable(depth: usize) -> Self {
+        Self {
+            reliable: true,
+            latched: false,
+            depth,
+        }
+    }
+
+    /// Facts that late joiners need: reliable, transient local, `depth` kept. For small
+    /// and rare data: the middleware trims the history only every few seconds.
+    #[must_use]
+    pub fn latched(depth: usize) -> Self {
+        Self {
+            reliable: true,
+            latched: true,
+            depth,
+        }
+    }
+
+    /// A reader that wants everything from anybody: best effort matches every publisher,
+    /// and 10000 samples wait for a slow disk. (KEEP_ALL would hold 64 and lose the rest.)
+    #[must_use]
+    pub fn record() -> Self {
+        Self {
+            reliable: false,
+            latched: false,
+            depth: 10_000,
+        }
+    }
+
+    /// As [`Qos::record`], for publishers that offer reliable delivery: nothing is lost
+    /// on the way either.
+    #[must_use]
+    pub fn record_reliable() -> Self {
+        Self::reliable(10_000)
+    }
+
+    /// As [`Qos::record_reliable`], with what a latched publisher sent before we came.
+    #[must_use]
+    pub fn record_latched() -> Self {
+        Self::latched(10_000)
+    }
+
+    /// Whether lost samples are sent again.
+    #[must_use]
+    pub fn is_reliable(&self) -> bool {
+        self.reliable
+    }
+
+    /// Whether late joiners get earlier samples.
+    #[must_use]
+    pub fn is_latched(&self) -> bool {
+        self.latched
+    }
+
+    /// How many samples are kept.
+    #[must_use]
+    pub fn depth(&self) -> usize {
+        self.depth
+    }
+
+    /// The same in the middleware's words.
+    pub(crate) fn profile(self) -> QosProfile {
+        QosProfile {
+            reliability: if self.reliable {
+                Reliability::Reliable {
+                    when_full: WhenFull::Wait(LONGEST_WAIT),
+                }
+            } else {
+                Reliability::BestEffort
+            },
+            durability: if self.latched {
+                Durability::TransientLocal
+            } else {
+                Durability::Volatile
+            },
+            history: History::KeepLast { depth: self.depth },
+            ..QosProfile::default()
+        }
+    }
+}

@@ -1,0 +1,97 @@
+//! Receiving a topic's payloads undecoded, for recording.
+//!
+//! The middleware's subscriptions hand out decoded values only. A "value" whose decoding
+//! takes every byte of the payload in turn gives the bytes back through the same door, so
+//! that a raw reader is an ordinary ROS subscription, seen by `ros2 node info`.
+
+use std::fmt;
+
+use planesman_msgs::builtin_interfaces::msg::Time;
+use ros2_client::MessageInfo;
+use serde::de::{DeserializeSeed, Deserializer, SeqAccess, Visitor};
+
+/// One sample as it came.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RawSample {
+    /// The topic's absolute name.
+    pub topic: String,
+    /// The payload with its 4-byte encapsulation header (the header's padding count is 0).
+    pub bytes: Vec<u8>,
+    /// When the publisher sent it.
+    pub published: Option<Time>,
+    /// When it reached us.
+    pub received: Time,
+    /// The publisher's number for it, from 1.
+    pub sequence: i64,
+}
+
+impl RawSample {
+    pub(crate) fn new(topic: &str, bytes: Vec<u8>, info: &MessageInfo) -> Self {
+        let time = |stamp: ros2_client::ROSTime| Time::from_nanos(stamp.to_nanos());
+        Self {
+            topic: topic.to_owned(),
+            bytes,
+            published: info.source_timestamp().map(time),
+            received: info
+                .received_timestamp()
+                .map_or_else(crate::clock::wall, time),
+            sequence: info.sequence_number(),
+        }
+    }
+}
+
+/// "Decodes" a CDR payload as its own bytes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Payload;
+
+impl<'de> DeserializeSeed<'de> for Payload {
+    type Value = Vec<u8>;
+
+    fn deserialize<D: Deserializer<'de>>(self, payload: D) -> Result<Vec<u8>, D::Error> {
+        // The byte order is a type parameter of the CDR deserializer and shows nowhere else.
+        let little_endian = !std::any::type_name::<D>().contains("BigEndian");
+        let header = vec![0, u8::from(little_endian), 0, 0];
+        payload.deserialize_tuple(usize::MAX, Bytes(header))
+    }
+}
+
+/// Collects bytes behind a header until the payload ends.
+struct Bytes(Vec<u8>);
+
+impl<'de> Visitor<'de> for Bytes {
+    type Value = Vec<u8>;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the bytes of a payload")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(mut self, mut bytes: A) -> Result<Vec<u8>, A::Error> {
+        // The end of the payload is an error to a decoder, and all we wait for.
+        while let Ok(Some(byte)) = bytes.next_element() {
+            self.0.push(byte);
+        }
+        Ok(self.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rustdds::{
+        RepresentationIdentifier, serialization::deserialize_from_cdr_with_decoder_and_rep_id,
+    };
+
+    use super::*;
+
+    #[test]
+    fn a_payload_comes_back_byte_for_byte_in_either_order() {
+        let body: Vec<u8> = (0..=255).collect();
+        for (encoding, header) in [
+            (RepresentationIdentifier::CDR_LE, [0, 1, 0, 0]),
+            (RepresentationIdentifier::CDR_BE, [0, 0, 0, 0]),
+        ] {
+            let (bytes, _) = deserialize_from_cdr_with_decoder_and_rep_id(&body, encoding, Payload)
+                .expect("every payload is bytes");
+            assert_eq!(bytes, [&header[..], &body].concat());
+        }
+    }
+}

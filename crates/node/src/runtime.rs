@@ -1,0 +1,678 @@
+//! The node itself: one participant, one thread, one event at a time.
+//!
+//! Everything that happens to a node, a message, a request, a timer, a change of
+//! parameters, becomes a value of the node's own event type and passes through one
+//! handler in turn. The node needs no locks, and reads as a `match`.
+
+use std::{
+    cell::RefCell,
+    future::Future,
+    rc::Rc,
+    time::{Duration, Instant},
+};
+
+use anyhow::{Context as _, anyhow};
+use futures::{
+    FutureExt as _, StreamExt as _,
+    future::{Either, select},
+};
+use planesman_msgs::{
+    Message, Service,
+    builtin_interfaces::msg::Time,
+    diagnostic_msgs::msg::DiagnosticArray,
+    rcl_interfaces::{
+        msg::{Log, Parameter, ParameterEvent},
+        srv::{
+            DescribeParameters, DescribeParametersResponse, GetParameterTypes,
+            GetParameterTypesResponse, GetParameters, GetParametersResponse, ListParameters,
+            ListParametersResponse, SetParameters, SetParametersAtomically,
+            SetParametersAtomicallyResponse, SetParametersResponse,
+        },
+    },
+    rosgraph_msgs::msg::Clock as ClockMessage,
+};
+use planesman_parameters::{Declaration, Values};
+use ros2_client::{
+    Context, MessageInfo, Name, NodeName, NodeOptions, ServiceTypeName, service::ServiceMapping,
+};
+use rustdds::{DomainParticipantBuilder, discovery::announce_type_hash};
+use smol::{
+    LocalExecutor, Timer as SmolTimer,
+    channel::{Receiver, Sender, bounded},
+    lock::Mutex,
+};
+
+use crate::{
+    args::RosArguments,
+    clock,
+    diagnostics::{self, Level},
+    domain::Domain,
+    endpoint::{Direction, Endpoint, TypeNames},
+    logging, memory,
+    names::NodeNames,
+    parameters::{Parameters, USE_SIM_TIME, Validate},
+    publisher::Publisher,
+    qos::Qos,
+    raw::{Payload, RawSample},
+    report::ExitReport,
+    service::{self, Client, Responder, Server, Wire},
+    shared::{Shared, package_and_name, types_of},
+    shutdown,
+    subscription::{non_finite, pump},
+};
+
+/// Events that wait for the handler; more wait in the middleware's histories.
+const QUEUE: usize = 64;
+
+/// Time between two diagnostics, s.
+const DIAGNOSTICS_PERIOD: Duration = Duration::from_secs(1);
+
+/// Time for further news to come before the diagnostics go out because of the first, s.
+const DIAGNOSTICS_SETTLING: Duration = Duration::from_millis(100);
+
+/// Time given to the last messages at shutdown, s: a reader that misses one asks within
+/// some 10 ms for it.
+const LINGER: Duration = Duration::from_millis(40);
+
+/// What a node is before it has a place in the graph.
+pub struct NodeSpec<E> {
+    /// The bare name, unless `__node` remaps it.
+    pub name: &'static str,
+    /// The namespace, unless `__ns` remaps it: `/auv`.
+    pub namespace: &'static str,
+    /// Its parameters. `use_sim_time` is added.
+    pub declarations: Vec<Declaration>,
+    /// The rule for the set of values, beyond each declaration.
+    pub validate: Validate,
+    /// The event that tells of new values.
+    pub on_parameters: fn(Values) -> E,
+}
+
+/// Whether the node goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Flow {
+    /// Wait for the next event.
+    Continue,
+    /// Shut down.
+    Stop,
+}
+
+/// What [`Runtime::next`] has waited for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Next<E> {
+    /// An event.
+    Event(E),
+    /// The process has been asked to stop.
+    Stop,
+    /// The time is over.
+    Nothing,
+}
+
+/// A timer's handle. Dropping it leaves the timer running.
+#[derive(Debug)]
+pub struct Timer {
+    task: Option<smol::Task<()>>,
+}
+
+impl Timer {
+    /// Ends the timer.
+    pub fn cancel(mut self) {
+        drop(self.task.take());
+    }
+}
+
+impl Drop for Timer {
+    fn drop(&mut self) {
+        if let Some(task) = self.task.take() {
+            task.detach();
+        }
+    }
+}
+
+/// A running node whose events are of type `E`.
+pub struct Runtime<E> {
+    shared: Rc<Shared>,
+    executor: Rc<LocalExecutor<'static>>,
+    parameters: Rc<RefCell<Parameters>>,
+    mapping: ServiceMapping,
+    /// Goes last of all: its end tells the peers.
+    context: Context,
+    sender: Sender<E>,
+    receiver: Receiver<E>,
+    stop: Receiver<()>,
+}
+
+impl<E: 'static> Runtime<E> {
+    /// Brings the node up: log, memory ceiling, parameters, participant, parameter
+    /// services, diagnostics.
+    ///
+    /// # Errors
+    /// When an argument, a parameter or an environment variable is refused, or the
+    /// middleware does not come up.
+    pub fn start(spec: NodeSpec<E>, arguments: RosArguments) -> anyhow::Result<Self> {
+        let names = NodeNames::remapped(spec.name, spec.namespace, &arguments.remaps)?;
+        logging::install(&names.logger(), &arguments);
+        for ignored in &arguments.ignored {
+            log::info!("ignored: {ignored}");
+        }
+        memory::limit()?;
+        let stop = shutdown::requested()?;
+        let parameters =
+            Parameters::at_start(spec.declarations, spec.validate, &names, &arguments)?;
+        let mapping = service::mapping()?;
+        let domain = Domain::from_environment()?;
+
+        // The runtime's own types must be known before their endpoints exist.
+        announce_type_hash(Log::DDS_TYPE_NAME, Log::TYPE_HASH);
+        announce_type_hash(ParameterEvent::DDS_TYPE_NAME, ParameterEvent::TYPE_HASH);
+        announce_type_hash(ClockMessage::DDS_TYPE_NAME, ClockMessage::TYPE_HASH);
+
+        let mut builder = DomainParticipantBuilder::new(domain.id);
+        if let Some(networks) = domain.networks() {
+            builder = builder.with_only_networks(networks);
+        }
+        let participant = builder
+            .build()
+            .with_context(|| format!("no participant in domain {}", domain.id))?;
+        let context = Context::from_domain_participant(participant.clone())
+            .map_err(|e| anyhow!("no ROS context: {e}"))?;
+        let node_name = NodeName::new(&names.namespace, &names.name)
+            .map_err(|e| anyhow!("{}: {e}", names.full()))?;
+        let options = NodeOptions::new()
+            .enable_rosout(arguments.rosout)
+            .start_parameter_services(false);
+        let mut node = context
+            .new_node(node_name, options)
+            .map_err(|e| anyhow!("{}: {e}", names.full()))?;
+        let spinner = node.spinner().map_err(|e| anyhow!("no spinner: {e}"))?;
+        if arguments.rosout {
+            logging::set_rosout(Some(node.logging_handle()));
+        }
+
+        let executor = Rc::new(LocalExecutor::new());
+        executor.spawn(spinner.spin().map(drop)).detach();
+        let graph = node.status_receiver();
+        let (news, heard) = bounded(1);
+        let shared = Rc::new(Shared::new(
+            names,
+            arguments.remaps,
+            participant,
+            node,
+            Rc::downgrade(&executor),
+            news,
+        ));
+        if let Some(graph) = graph {
+            let shared = Rc::clone(&shared);
+            let forward = async move {
+                while graph.recv().await.is_ok() {
+                    shared.announce_news();
+                }
+            };
+            executor.spawn(forward).detach();
+        }
+        let (sender, receiver) = bounded(QUEUE);
+        let runtime = Self {
+            shared,
+            executor,
+            parameters: Rc::new(RefCell::new(parameters)),
+            mapping,
+            context,
+            sender,
+            receiver,
+            stop,
+        };
+        clock::set_source(&runtime.shared, runtime.values().bool(USE_SIM_TIME))?;
+        runtime.serve_parameters(spec.on_parameters)?;
+        runtime.send_diagnostics(heard)?;
+        log::info!(
+            "up in domain {}{}",
+            runtime.context.domain_id(),
+            if domain.local {
+                ", this machine only"
+            } else {
+                ""
+            }
+        );
+        Ok(runtime)
+    }
+
+    /// The parameters in force.
+    #[must_use]
+    pub fn values(&self) -> Values {
+        self.parameters.borrow().values.clone()
+    }
+
+    /// The node's full name after remapping: `/auv/plant_sim`.
+    #[must_use]
+    pub fn full_name(&self) -> String {
+        self.shared.names.full()
+    }
+
+    /// The node's time: the machine's, or `/clock`'s when `use_sim_time` is set.
+    #[must_use]
+    pub fn now(&self) -> Time {
+        self.shared.clock.now()
+    }
+
+    /// Opens `topic` for sending.
+    ///
+    /// # Errors
+    /// When the name breaks ROS's rules, or the middleware refuses.
+    pub fn publisher<M: Message>(&self, topic: &str, qos: Qos) -> anyhow::Result<Publisher<M>> {
+        let publisher = self.unlisted_publisher(topic, qos)?;
+        self.list(&publisher.endpoint);
+        Ok(publisher)
+    }
+
+    /// Turns each message on `topic` into an event.
+    ///
+    /// What cannot be decoded, comes from a publisher of another type, or holds a number
+    /// that is not finite is refused, counted, and named in the log.
+    ///
+    /// # Errors
+    /// When the name breaks ROS's rules, or the middleware refuses.
+    pub fn subscribe<M: Message>(
+        &self,
+        topic: &str,
+        qos: Qos,
+        event: impl Fn(M) -> E + 'static,
+    ) -> anyhow::Result<()> {
+        let topic = self.shared.topic_name(topic)?;
+        let types = types_of::<M>();
+        let (endpoint, dds) = self
+            .shared
+            .endpoint(Direction::Subscription, &topic, types, qos)?;
+        let reader = self
+            .shared
+            .with_node(|node| node.create_subscription::<M>(&dds, None))?;
+        self.list(&endpoint);
+        let (shared, sender) = (Rc::clone(&self.shared), self.sender.clone());
+        self.shared.spawn(async move {
+            let deliver = async |message, _: &MessageInfo| {
+                let _ = sender.send(event(message)).await; // Fails only at shutdown.
+            };
+            pump(shared, endpoint, reader.async_stream(), non_finite, deliver).await;
+        });
+        Ok(())
+    }
+
+    /// Turns each sample on `topic` into an event without decoding it. `type_name` is
+    /// ROS's (`std_msgs/msg/Float64`); `type_hash`, where known, is announced.
+    ///
+    /// # Errors
+    /// When a name breaks ROS's rules, or the middleware refuses.
+    pub fn subscribe_raw(
+        &self,
+        topic: &str,
+        type_name: &str,
+        type_hash: Option<&str>,
+        qos: Qos,
+        event: impl Fn(RawSample) -> E + 'static,
+    ) -> anyhow::Result<()> {
+        let topic = self.shared.topic_name(topic)?;
+        let (package, name) = package_and_name(type_name)?;
+        let types = TypeNames {
+            ros: type_name.to_owned(),
+            dds: format!("{package}::msg::dds_::{name}_"),
+            hash: type_hash.map(str::to_owned),
+        };
+        let (endpoint, dds) = self
+            .shared
+            .endpoint(Direction::Subscription, &topic, types, qos)?;
+        let reader = self
+            .shared
+            .with_node(|node| node.create_subscription::<Vec<u8>>(&dds, None))?;
+        self.list(&endpoint);
+        let (shared, sender) = (Rc::clone(&self.shared), self.sender.clone());
+        self.shared.spawn(async move {
+            let samples = reader.async_stream_seed(Payload);
+            let deliver = async |bytes, info: &MessageInfo| {
+                let _ = sender
+                    .send(event(RawSample::new(&topic, bytes, info)))
+                    .await;
+            };
+            pump(shared, endpoint, samples, |_| None, deliver).await;
+        });
+        Ok(())
+    }
+
+    /// Turns each request to the service `name` into an event, which is to be answered
+    /// through the [`Responder`] it brings.
+    ///
+    /// # Errors
+    /// When the name breaks ROS's rules, or the middleware refuses.
+    pub fn serve<S: Service>(
+        &self,
+        name: &str,
+        event: impl Fn(S::Request, Responder<S>) -> E + 'static,
+    ) -> anyhow::Result<()> {
+        let (shared, sender) = (Rc::clone(&self.shared), self.sender.clone());
+        let subject = self.shared.service_name(name)?;
+        self.serve_with::<S, _>(name, async move |request, responder| {
+            if let Some(reason) = non_finite(&request) {
+                shared.warn(&subject, &format!("a request is refused: {reason}"));
+                return;
+            }
+            // Fails only when the node is shutting down.
+            let _ = sender.send(event(request, responder)).await;
+        })
+    }
+
+    /// Opens the service `name` of another node for calling.
+    ///
+    /// # Errors
+    /// When the name breaks ROS's rules, or the middleware refuses.
+    pub fn client<S: Service>(&self, name: &str) -> anyhow::Result<Client<S>> {
+        let name = self.shared.service_name(name)?;
+        let (type_name, qos) = announce_service::<S>()?;
+        let parsed = Name::parse(&name).map_err(|e| anyhow!("{name}: {e}"))?;
+        let inner = self.shared.with_node(|node| {
+            node.create_client(
+                self.mapping,
+                &parsed,
+                &type_name,
+                qos.profile(),
+                qos.profile(),
+            )
+        })?;
+        Ok(Client {
+            name,
+            shared: Rc::clone(&self.shared),
+            inner: Rc::downgrade(&self.shared.keep(Mutex::new(inner))),
+        })
+    }
+
+    /// Makes an event every `period` of wall time, the first after one period. A period
+    /// that passes while the node is busy is left out, not made up for.
+    pub fn every(&self, period: Duration, mut event: impl FnMut() -> E + 'static) -> Timer {
+        let period = period.max(Duration::from_micros(1));
+        let sender = self.sender.clone();
+        self.timer(async move {
+            let mut due = Instant::now();
+            loop {
+                due += period;
+                let now = Instant::now();
+                if due < now {
+                    let late = now.duration_since(due).as_nanos() / period.as_nanos();
+                    due += period * u32::try_from(late).unwrap_or(u32::MAX);
+                }
+                SmolTimer::at(due).await;
+                if sender.send(event()).await.is_err() {
+                    return;
+                }
+            }
+        })
+    }
+
+    /// Makes one event after `delay` of wall time.
+    pub fn after(&self, delay: Duration, event: impl FnOnce() -> E + 'static) -> Timer {
+        let sender = self.sender.clone();
+        self.timer(async move {
+            SmolTimer::after(delay).await;
+            let _ = sender.send(event()).await;
+        })
+    }
+
+    /// Makes an event of what `work` comes to, for example a service call, meanwhile
+    /// going on.
+    pub fn when_done(&self, work: impl Future<Output = E> + 'static) {
+        let sender = self.sender.clone();
+        self.shared.spawn(async move {
+            let _ = sender.send(work.await).await;
+        });
+    }
+
+    /// Waits for `work` while the node's communication goes on. Events queue up.
+    pub fn block_on<T>(&self, work: impl Future<Output = T>) -> T {
+        smol::block_on(self.executor.run(work))
+    }
+
+    /// Waits for the next event, for programs that are not only a node.
+    pub fn next(&self, timeout: Duration) -> Next<E> {
+        self.block_on(async {
+            let (stop, event) = (self.stop.recv(), self.receiver.recv());
+            let due = SmolTimer::after(timeout);
+            futures::pin_mut!(event, stop);
+            match select(stop, select(event, due)).await {
+                Either::Left(_) | Either::Right((Either::Left((Err(_), _)), _)) => Next::Stop,
+                Either::Right((Either::Left((Ok(event), _)), _)) => Next::Event(event),
+                Either::Right((Either::Right(_), _)) => Next::Nothing,
+            }
+        })
+    }
+
+    /// Sets the status `name` in the diagnostics, which go out soon if its level changes.
+    pub fn set_status(&self, name: &str, level: Level, message: &str, values: &[(&str, String)]) {
+        let node = self.full_name();
+        let new = diagnostics::status(&node, name, level, message, values);
+        let level = new.level;
+        let old = self
+            .shared
+            .statuses
+            .borrow_mut()
+            .insert(name.to_owned(), new);
+        if old.is_none_or(|old| old.level != level) {
+            self.shared.announce_news();
+        }
+    }
+
+    /// Handles events until the handler says [`Flow::Stop`] or fails, or the process
+    /// is asked to stop; then shuts the node down, so that its peers know at once.
+    ///
+    /// # Errors
+    /// The handler's error, or one in writing the exit report.
+    pub fn run(
+        mut self,
+        mut handler: impl FnMut(&mut Self, E) -> anyhow::Result<Flow>,
+    ) -> anyhow::Result<()> {
+        let executor = Rc::clone(&self.executor);
+        let outcome = smol::block_on(executor.run(async {
+            loop {
+                let event = {
+                    let (event, stop) = (self.receiver.recv(), self.stop.recv());
+                    futures::pin_mut!(event, stop);
+                    match select(stop, event).await {
+                        Either::Left(_) | Either::Right((Err(_), _)) => return Ok(()),
+                        Either::Right((Ok(event), _)) => event,
+                    }
+                };
+                if handler(&mut self, event)? == Flow::Stop {
+                    return Ok(());
+                }
+            }
+        }));
+        drop((executor, handler));
+        if let Err(error) = &outcome {
+            log::error!("{error:#}");
+        }
+        outcome.and(self.shutdown())
+    }
+
+    /// Shuts the node down, so that its peers know at once.
+    ///
+    /// # Errors
+    /// When the exit report cannot be written.
+    pub fn shutdown(self) -> anyhow::Result<()> {
+        log::info!("shutting down");
+        self.receiver.close();
+        self.block_on(async { SmolTimer::after(LINGER).await });
+        let outcome = ExitReport::of(&self.shared).write();
+        logging::set_rosout(None);
+        drop(self.executor); // With the tasks, which hold the readers.
+        self.shared.close();
+        drop(self.context);
+        outcome
+    }
+}
+
+impl<E: 'static> Runtime<E> {
+    fn timer(&self, work: impl Future<Output = ()> + 'static) -> Timer {
+        Timer {
+            task: Some(self.executor.spawn(work)),
+        }
+    }
+
+    fn list(&self, endpoint: &Rc<Endpoint>) {
+        self.shared.endpoints.borrow_mut().push(Rc::clone(endpoint));
+        self.shared.announce_news();
+    }
+
+    /// A publisher that does not show in the connections: the runtime's own.
+    fn unlisted_publisher<M: Message>(
+        &self,
+        topic: &str,
+        qos: Qos,
+    ) -> anyhow::Result<Publisher<M>> {
+        let topic = self.shared.topic_name(topic)?;
+        let types = types_of::<M>();
+        let (endpoint, dds) = self
+            .shared
+            .endpoint(Direction::Publisher, &topic, types, qos)?;
+        let writer = self
+            .shared
+            .with_node(|node| node.create_publisher::<M>(&dds, None))?;
+        Ok(Publisher {
+            shared: Rc::clone(&self.shared),
+            endpoint,
+            writer: Rc::downgrade(&self.shared.keep(writer)),
+        })
+    }
+
+    /// Hands each request of the service `name` to `answer`, one after the other.
+    fn serve_with<S, A>(&self, name: &str, mut answer: A) -> anyhow::Result<()>
+    where
+        S: Service,
+        A: AsyncFnMut(S::Request, Responder<S>) + 'static,
+    {
+        let name = self.shared.service_name(name)?;
+        let (type_name, qos) = announce_service::<S>()?;
+        let parsed = Name::parse(&name).map_err(|e| anyhow!("{name}: {e}"))?;
+        let server: Server<S> = self.shared.with_node(|node| {
+            node.create_server(
+                self.mapping,
+                &parsed,
+                &type_name,
+                qos.profile(),
+                qos.profile(),
+            )
+        })?;
+        let server = Rc::new(server);
+        let shared = Rc::clone(&self.shared);
+        self.shared.spawn(async move {
+            let mut requests = server.receive_request_stream();
+            while let Some(request) = requests.next().await {
+                match request {
+                    Ok((id, Wire(request))) => {
+                        let responder = Responder {
+                            server: Rc::downgrade(&server),
+                            request: id,
+                        };
+                        answer(request, responder).await;
+                    }
+                    Err(error) => shared.warn(&name, &format!("a request is refused: {error}")),
+                }
+            }
+        });
+        Ok(())
+    }
+
+    /// Serves the six parameter services and publishes `/parameter_events`.
+    fn serve_parameters(&self, on_parameters: fn(Values) -> E) -> anyhow::Result<()> {
+        let events =
+            self.unlisted_publisher::<ParameterEvent>("/parameter_events", Qos::reliable(100))?;
+        let (shared, parameters, sender) = (
+            Rc::clone(&self.shared),
+            Rc::clone(&self.parameters),
+            self.sender.clone(),
+        );
+        let announce = Rc::new(async move |changed: Vec<Parameter>| {
+            if changed.is_empty() {
+                return;
+            }
+            for parameter in &changed {
+                log::info!("parameter {} changed", parameter.name);
+            }
+            let values = parameters.borrow().values.clone();
+            if let Err(error) = clock::set_source(&shared, values.bool(USE_SIM_TIME)) {
+                log::error!("no /clock: {error:#}");
+            }
+            events.publish(&ParameterEvent {
+                stamp: shared.clock.now(),
+                node: shared.names.full(),
+                changed_parameters: changed,
+                ..ParameterEvent::default()
+            });
+            let _ = sender.send(on_parameters(values)).await;
+        });
+
+        let of = || Rc::clone(&self.parameters);
+        let parameters = of();
+        self.serve_with::<GetParameters, _>("~/get_parameters", async move |request, r| {
+            let values = parameters.borrow().get(&request.names);
+            r.answer(GetParametersResponse { values });
+        })?;
+        let parameters = of();
+        self.serve_with::<GetParameterTypes, _>(
+            "~/get_parameter_types",
+            async move |request, r| {
+                let types = parameters.borrow().types(&request.names);
+                r.answer(GetParameterTypesResponse { types });
+            },
+        )?;
+        let parameters = of();
+        self.serve_with::<DescribeParameters, _>(
+            "~/describe_parameters",
+            async move |request, r| {
+                let descriptors = parameters.borrow().describe(&request.names);
+                r.answer(DescribeParametersResponse { descriptors });
+            },
+        )?;
+        let parameters = of();
+        self.serve_with::<ListParameters, _>("~/list_parameters", async move |request, r| {
+            let result = parameters.borrow().list(&request);
+            r.answer(ListParametersResponse { result });
+        })?;
+        let (parameters, told) = (of(), Rc::clone(&announce));
+        self.serve_with::<SetParameters, _>("~/set_parameters", async move |request, r| {
+            let (results, changed) = parameters.borrow_mut().set_each(request);
+            r.answer(SetParametersResponse { results });
+            told(changed).await;
+        })?;
+        let (parameters, told) = (of(), announce);
+        self.serve_with::<SetParametersAtomically, _>(
+            "~/set_parameters_atomically",
+            async move |request, r| {
+                let (result, changed) = parameters.borrow_mut().set_together(request.parameters);
+                r.answer(SetParametersAtomicallyResponse { result });
+                told(changed).await;
+            },
+        )
+    }
+
+    /// Publishes `/diagnostics` every second, and soon after news.
+    fn send_diagnostics(&self, news: Receiver<()>) -> anyhow::Result<()> {
+        let publisher =
+            self.unlisted_publisher::<DiagnosticArray>("/diagnostics", Qos::reliable(10))?;
+        let shared = Rc::clone(&self.shared);
+        self.shared.spawn(async move {
+            loop {
+                let heard = news.recv();
+                futures::pin_mut!(heard);
+                if let Either::Left(_) = select(heard, SmolTimer::after(DIAGNOSTICS_PERIOD)).await {
+                    SmolTimer::after(DIAGNOSTICS_SETTLING).await;
+                }
+                publisher.publish(&diagnostics::array(&shared));
+            }
+        });
+        Ok(())
+    }
+}
+
+/// The service's type as the middleware takes it, its hash announced for both its
+/// topics, and its QoS.
+fn announce_service<S: Service>() -> anyhow::Result<(ServiceTypeName, Qos)> {
+    announce_type_hash(S::REQUEST_DDS_TYPE_NAME, S::TYPE_HASH);
+    announce_type_hash(S::RESPONSE_DDS_TYPE_NAME, S::TYPE_HASH);
+    let (package, name) = package_and_name(S::TYPE_NAME)?;
+    Ok((ServiceTypeName::new(package, name), Qos::reliable(10)))
+}

@@ -1,0 +1,170 @@
+//! What the parts of one node share. Everything runs on one thread, so cells suffice.
+
+use std::{
+    any::Any,
+    cell::RefCell,
+    collections::BTreeMap,
+    rc::{Rc, Weak},
+    time::Duration,
+};
+
+use anyhow::anyhow;
+use planesman_msgs::{Message, diagnostic_msgs::msg::DiagnosticStatus};
+use ros2_client::{MessageTypeName, Name, Node};
+use rustdds::{DomainParticipant, Topic, discovery::announce_type_hash};
+use smol::{LocalExecutor, channel::Sender};
+
+use crate::{
+    args::{Remap, RemapKind},
+    clock::Clock,
+    endpoint::{Direction, Endpoint, TypeNames},
+    logging::Throttle,
+    names::NodeNames,
+    qos::Qos,
+};
+
+/// Time between two warnings about one topic, s.
+const WARNING_PERIOD: Duration = Duration::from_secs(5);
+
+/// The node's common state.
+pub(crate) struct Shared {
+    pub(crate) names: NodeNames,
+    pub(crate) remaps: Vec<Remap>,
+    /// `None` once the node has shut down, as the node.
+    participant: RefCell<Option<DomainParticipant>>,
+    node: RefCell<Option<Node>>,
+    /// Where the node's tasks run.
+    executor: Weak<LocalExecutor<'static>>,
+    /// Publishers and subscriptions of the node itself, not the runtime's.
+    pub(crate) endpoints: RefCell<Vec<Rc<Endpoint>>>,
+    /// What lives as long as the middleware; handles given out hold it weakly.
+    kept: RefCell<Vec<Rc<dyn Any>>>,
+    pub(crate) throttle: RefCell<Throttle>,
+    pub(crate) statuses: RefCell<BTreeMap<String, DiagnosticStatus>>,
+    pub(crate) clock: Clock,
+    /// Makes the diagnostics go out soon.
+    pub(crate) news: Sender<()>,
+}
+
+impl Shared {
+    pub(crate) fn new(
+        names: NodeNames,
+        remaps: Vec<Remap>,
+        participant: DomainParticipant,
+        node: Node,
+        executor: Weak<LocalExecutor<'static>>,
+        news: Sender<()>,
+    ) -> Self {
+        Self {
+            names,
+            remaps,
+            participant: RefCell::new(Some(participant)),
+            node: RefCell::new(Some(node)),
+            executor,
+            endpoints: RefCell::default(),
+            kept: RefCell::default(),
+            throttle: RefCell::new(Throttle::new(WARNING_PERIOD)),
+            statuses: RefCell::default(),
+            clock: Clock::default(),
+            news,
+        }
+    }
+
+    /// Works on the middleware's node.
+    pub(crate) fn with_node<T, Error: std::fmt::Debug>(
+        &self,
+        work: impl FnOnce(&mut Node) -> Result<T, Error>,
+    ) -> anyhow::Result<T> {
+        let mut node = self.node.borrow_mut();
+        let node = node
+            .as_mut()
+            .ok_or_else(|| anyhow!("the node has shut down"))?;
+        work(node).map_err(|e| anyhow!("the middleware refuses: {e:?}"))
+    }
+
+    /// The participant, to ask for what it has discovered.
+    pub(crate) fn participant(&self) -> Option<DomainParticipant> {
+        self.participant.borrow().clone()
+    }
+
+    /// Runs `work` beside the node's events until the node shuts down.
+    pub(crate) fn spawn(&self, work: impl Future<Output = ()> + 'static) {
+        if let Some(executor) = self.executor.upgrade() {
+            executor.spawn(work).detach();
+        }
+    }
+
+    /// Lets go of everything that belongs to the middleware, its writers first.
+    pub(crate) fn close(&self) {
+        self.kept.borrow_mut().clear();
+        drop(self.node.borrow_mut().take());
+        drop(self.participant.borrow_mut().take());
+    }
+
+    /// The absolute, remapped name of a topic.
+    pub(crate) fn topic_name(&self, topic: &str) -> anyhow::Result<String> {
+        Ok(self.names.resolve(topic, RemapKind::Topic, &self.remaps)?)
+    }
+
+    /// The absolute, remapped name of a service.
+    pub(crate) fn service_name(&self, service: &str) -> anyhow::Result<String> {
+        Ok(self
+            .names
+            .resolve(service, RemapKind::Service, &self.remaps)?)
+    }
+
+    /// Registers one end of a topic with the middleware's topic for it.
+    pub(crate) fn endpoint(
+        &self,
+        direction: Direction,
+        topic: &str,
+        types: TypeNames,
+        qos: Qos,
+    ) -> anyhow::Result<(Rc<Endpoint>, Topic)> {
+        if let Some(hash) = &types.hash {
+            announce_type_hash(&types.dds, hash);
+        }
+        let (package, name) = package_and_name(&types.ros)?;
+        let dds = self.with_node(|node| {
+            let parsed = Name::parse(topic).map_err(|e| e.to_string())?;
+            node.create_topic(&parsed, MessageTypeName::new(package, name), &qos.profile())
+                .map_err(|e| e.to_string())
+        })?;
+        Ok((Rc::new(Endpoint::new(direction, topic, types, qos)), dds))
+    }
+
+    /// Keeps `value` until the node shuts down.
+    pub(crate) fn keep<T: Any>(&self, value: T) -> Rc<T> {
+        let kept = Rc::new(value);
+        self.kept.borrow_mut().push(Rc::clone(&kept) as Rc<dyn Any>);
+        kept
+    }
+
+    /// Warns about `subject`, not too often.
+    pub(crate) fn warn(&self, subject: &str, text: &str) {
+        self.throttle.borrow_mut().warn(subject, text);
+    }
+
+    /// Makes the diagnostics go out soon.
+    pub(crate) fn announce_news(&self) {
+        let _ = self.news.try_send(()); // Full: they are going out already.
+    }
+}
+
+/// The names of a message type.
+pub(crate) fn types_of<M: Message>() -> TypeNames {
+    TypeNames {
+        ros: M::TYPE_NAME.to_owned(),
+        dds: M::DDS_TYPE_NAME.to_owned(),
+        hash: Some(M::TYPE_HASH.to_owned()),
+    }
+}
+
+/// `planesman_msgs/msg/VehicleState` as package and name.
+pub(crate) fn package_and_name(ros_type: &str) -> anyhow::Result<(&str, &str)> {
+    let mut parts = ros_type.split('/');
+    match (parts.next(), parts.next(), parts.next(), parts.next()) {
+        (Some(package), Some("msg" | "srv"), Some(name), None) => Ok((package, name)),
+        _ => Err(anyhow!("'{ros_type}': a type is written package/msg/Name")),
+    }
+}

@@ -1,0 +1,70 @@
+//! A DDS domain that nobody else on this machine uses, for tests that run side by side.
+
+use std::{
+    env,
+    fs::{File, OpenOptions},
+    io,
+    net::{Ipv4Addr, UdpSocket},
+};
+
+/// Domains to choose from: their ports lie below those the system gives out (32768 up).
+const CHOICE: std::ops::RangeInclusive<u16> = 1..=100;
+
+/// A domain held until the value is dropped or the process ends.
+#[derive(Debug)]
+pub struct OwnDomain {
+    id: u16,
+    _lock: File,
+}
+
+impl OwnDomain {
+    /// Takes a domain that no other holder of this type has and whose discovery port is free.
+    ///
+    /// # Errors
+    /// When lock files cannot be made, or all domains are taken.
+    pub fn claim() -> io::Result<Self> {
+        for id in CHOICE {
+            let path = env::temp_dir().join(format!("planesman-domain-{id}.lock"));
+            let lock = OpenOptions::new()
+                .create(true)
+                .truncate(false)
+                .write(true)
+                .open(path)?;
+            // The unicast discovery port of a domain's first participant (RTPS 2.3, 9.6.1.1).
+            let port = 7400 + 250 * id + 10;
+            if lock.try_lock().is_ok() && UdpSocket::bind((Ipv4Addr::LOCALHOST, port)).is_ok() {
+                return Ok(Self { id, _lock: lock });
+            }
+        }
+        Err(io::Error::other(
+            "every DDS domain of this machine is in use",
+        ))
+    }
+
+    /// The domain, for `ROS_DOMAIN_ID`.
+    #[must_use]
+    pub fn id(&self) -> u16 {
+        self.id
+    }
+
+    /// The variables that keep a process within the domain and this machine.
+    #[must_use]
+    pub fn variables(&self) -> [(&'static str, String); 2] {
+        [
+            ("ROS_DOMAIN_ID", self.id.to_string()),
+            ("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST".to_owned()),
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_two_hold_the_same_domain() {
+        let first = OwnDomain::claim().expect("a free domain");
+        let second = OwnDomain::claim().expect("a free domain");
+        assert_ne!(first.id(), second.id());
+    }
+}
