@@ -1,0 +1,177 @@
+//! The loop's topics: what is on them and how it is delivered.
+//!
+//! This is the table of ARCHITECTURE.md's picture, as the nodes publish it. The recorder
+//! subscribes by it, and tells the offered QoS in the bag, so that `ros2 bag play` offers the
+//! same. Names are relative to the vehicle's namespace unless they begin with a slash.
+
+use planesman_bag::{OfferedQos, Topic};
+use planesman_msgs::{
+    Message, TypeInfo,
+    diagnostic_msgs::msg::DiagnosticArray,
+    nav_msgs::msg::Odometry,
+    planesman_msgs::msg::{
+        ControlState, DhaState, ModelEstimate, PlaneCommand, PlaneMotion, TickAnswer, VehicleState,
+    },
+    rcl_interfaces::msg::{Log, ParameterEvent},
+    rosgraph_msgs::msg::Clock,
+    sensor_msgs::msg::{FluidPressure, Imu, JointState},
+    std_msgs::msg::Float64,
+    tf2_msgs::msg::TFMessage,
+};
+
+/// How a topic's publishers deliver.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Delivery {
+    /// Each sample once: sensors, whose next sample is worth more than a lost one.
+    BestEffort,
+    /// Until it has arrived: states and commands.
+    Reliable,
+    /// Until it has arrived, and to late joiners too: facts.
+    Latched,
+}
+
+/// A topic of the loop.
+#[derive(Clone, Copy, Debug)]
+pub struct LoopTopic {
+    /// Its name, relative to the vehicle's namespace unless it begins with a slash.
+    pub name: &'static str,
+    /// Its type.
+    pub info: TypeInfo,
+    /// How it is delivered.
+    pub delivery: Delivery,
+    /// How many samples its publishers keep.
+    pub depth: u64,
+}
+
+impl LoopTopic {
+    const fn of<M: Message>(name: &'static str, delivery: Delivery, depth: u64) -> Self {
+        Self {
+            name,
+            info: TypeInfo::of::<M>(),
+            delivery,
+            depth,
+        }
+    }
+
+    /// What the publishers offer.
+    #[must_use]
+    pub fn offered_qos(&self) -> OfferedQos {
+        match self.delivery {
+            Delivery::BestEffort => OfferedQos::best_effort(self.depth),
+            Delivery::Reliable => OfferedQos::reliable(self.depth),
+            Delivery::Latched => OfferedQos::reliable(self.depth).transient_local(),
+        }
+    }
+
+    /// The topic as the bag tells it, under its full name (`/auv/state`).
+    #[must_use]
+    pub fn in_bag(&self, full_name: &str) -> Topic {
+        Topic::of_type(&self.info, full_name, self.offered_qos())
+    }
+}
+
+/// Every topic of the loop, publisher by publisher.
+pub const ALL: &[LoopTopic] = {
+    use Delivery::{BestEffort, Latched, Reliable};
+    &[
+        // plant_sim
+        LoopTopic::of::<Clock>("/clock", Reliable, 100),
+        LoopTopic::of::<VehicleState>("state", Reliable, 100),
+        LoopTopic::of::<Odometry>("odom", Reliable, 100),
+        LoopTopic::of::<TFMessage>("/tf", Reliable, 100),
+        LoopTopic::of::<Imu>("imu", BestEffort, 5),
+        LoopTopic::of::<FluidPressure>("depth_pressure", BestEffort, 5),
+        LoopTopic::of::<FluidPressure>("speed_pressure", BestEffort, 5),
+        // the operator
+        LoopTopic::of::<Float64>("depth_setpoint", Reliable, 10),
+        LoopTopic::of::<Float64>("pitch_setpoint", Reliable, 10),
+        // depth_controller
+        LoopTopic::of::<PlaneCommand>("plane_command", Reliable, 100),
+        LoopTopic::of::<ControlState>("control_state", Reliable, 100),
+        // dha_actuator
+        LoopTopic::of::<PlaneMotion>("plane_motion", Reliable, 100),
+        LoopTopic::of::<JointState>("planes", Reliable, 100),
+        LoopTopic::of::<DhaState>("dha_state", Reliable, 100),
+        // sysid
+        LoopTopic::of::<ModelEstimate>("model", Reliable, 100),
+        // all
+        LoopTopic::of::<TickAnswer>("tick_answer", Reliable, 100),
+        LoopTopic::of::<DiagnosticArray>("/diagnostics", Reliable, 10),
+        LoopTopic::of::<ParameterEvent>("/parameter_events", Reliable, 100),
+        LoopTopic::of::<Log>("/rosout", Latched, 1000),
+    ]
+};
+
+/// A name that no topic of the loop has.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("topic '{name}' is not of the loop; its topics are {}", ALL.iter().map(|topic| topic.name).collect::<Vec<_>>().join(", "))]
+pub struct UnknownTopic {
+    /// The name given.
+    pub name: String,
+}
+
+/// The topics of these names, in the order of [`ALL`]; all of them if no name is given.
+///
+/// # Errors
+/// The first name that no topic has.
+pub fn selected(names: &[String]) -> Result<Vec<LoopTopic>, UnknownTopic> {
+    let known = |name: &String| ALL.iter().any(|topic| topic.name == name);
+    if let Some(unknown) = names.iter().find(|name| !known(name)) {
+        return Err(UnknownTopic {
+            name: unknown.clone(),
+        });
+    }
+    Ok(ALL
+        .iter()
+        .filter(|topic| names.is_empty() || names.iter().any(|name| name == topic.name))
+        .copied()
+        .collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(topics: &[LoopTopic]) -> Vec<&str> {
+        topics.iter().map(|topic| topic.name).collect()
+    }
+
+    #[test]
+    fn no_topic_stands_twice_in_the_table() {
+        let mut seen = names(ALL);
+        seen.sort_unstable();
+        seen.dedup();
+        assert_eq!(seen.len(), ALL.len());
+    }
+
+    #[test]
+    fn all_topics_are_selected_by_naming_none() {
+        let selected = selected(&[]).expect("all");
+        assert_eq!(names(&selected), names(ALL));
+    }
+
+    #[test]
+    fn a_selection_keeps_the_tables_order_and_takes_each_once() {
+        let wanted = ["plane_motion", "state", "state"].map(str::to_owned);
+        let selected = selected(&wanted).expect("known");
+        assert_eq!(names(&selected), ["state", "plane_motion"]);
+    }
+
+    #[test]
+    fn an_unknown_topic_is_refused_with_the_known_ones() {
+        let refusal = selected(&["stat".to_owned()])
+            .expect_err("there is none")
+            .to_string();
+        assert!(refusal.contains("'stat'"), "{refusal}");
+        assert!(refusal.contains("plane_motion"), "{refusal}");
+    }
+
+    #[test]
+    fn the_bag_tells_what_was_offered() {
+        let state = selected(&["state".to_owned()]).expect("known")[0];
+        let topic = state.in_bag("/auv/state");
+        assert_eq!(topic.name, "/auv/state");
+        assert_eq!(topic.type_name, "planesman_msgs/msg/VehicleState");
+        assert_eq!(topic.offered_qos, [OfferedQos::reliable(100)]);
+    }
+}
