@@ -107,7 +107,6 @@ for name in "${needed[@]}"; do
 done
 cp -r "$msgs" "$workspace/src/planesman_msgs"
 
-
 # A package that uses ours the way a ROS node would.
 user=$workspace/src/user_of_planesman_msgs
 mkdir "$user"
