@@ -23,7 +23,7 @@ from typing import Any, Iterator
 
 import numpy
 from mcap.exceptions import McapError
-from mcap.records import Channel, Footer, Message, Schema
+from mcap.records import Channel, Footer, Header, Message, Schema
 from mcap.stream_reader import StreamReader
 from mcap_ros2.decoder import DecoderFactory
 from rosbags.highlevel import AnyReader, AnyReaderError
@@ -133,9 +133,11 @@ def by_mcap(files: list[Path], decode: int) -> tuple[dict[str, Topic], bool]:
         channels: dict[int, Channel] = {}
         decoders: dict[int, Any] = {}
         factory = DecoderFactory()
-        footer = False
+        header = footer = False
         for record in records(file):
-            if isinstance(record, Schema):
+            if isinstance(record, Header):
+                header = True
+            elif isinstance(record, Schema):
                 schemas[record.id] = record
             elif isinstance(record, Channel):
                 channels[record.id] = record
@@ -150,6 +152,8 @@ def by_mcap(files: list[Path], decode: int) -> tuple[dict[str, Topic], bool]:
                     topics[name].values.append(plain(decoders[record.channel_id](record.data)))
             elif isinstance(record, Footer):
                 footer = True
+        if not header:
+            raise McapError(f"{file.name} does not begin as an MCAP file")
         closed &= footer
     for time, name, payload in sorted(messages, key=lambda message: message[0]):
         topics[name].take(time, payload)
