@@ -16,12 +16,14 @@ import dataclasses
 import hashlib
 import itertools
 import json
+import struct
 import sys
 from array import array
 from pathlib import Path
 from typing import Any, Iterator
 
 import numpy
+import zstandard
 from mcap.exceptions import McapError
 from mcap.records import Channel, Footer, Header, Message, Schema
 from mcap.stream_reader import StreamReader
@@ -119,7 +121,7 @@ def records(file: Path) -> Iterator[Any]:
     with file.open("rb") as stream:
         try:
             yield from StreamReader(stream, validate_crcs=True).records
-        except (McapError, ValueError, EOFError) as error:
+        except (McapError, struct.error, ValueError, EOFError, zstandard.ZstdError) as error:
             print(f"{file}: {type(error).__name__}: {error}", file=sys.stderr)
 
 
