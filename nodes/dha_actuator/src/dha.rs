@@ -212,6 +212,18 @@ mod tests {
     }
 
     #[test]
+    fn a_constant_angle_is_held_without_a_pulse_when_nothing_leaks() {
+        for tenths in (1..300).step_by(7) {
+            let mut dha = Dha::new(&tight());
+            let demand = Demand::angle(f64::from(tenths) * 0.1 * DEGREE);
+            dha.advance_to(2_000_000_000, demand);
+            let pulses = dha.pulses();
+            dha.advance_to(10_000_000_000, demand);
+            assert_eq!(dha.pulses(), pulses, "{tenths}");
+        }
+    }
+
+    #[test]
     fn opening_the_loop_moves_nothing_by_itself() {
         let mut dha = Dha::new(&tight());
         let closed = Demand::angle(12.3 * DEGREE);

@@ -66,11 +66,11 @@ impl Hydraulics {
         self.ram.set_pressure_leakage(2.0 * rate_gain / self.supply);
     }
 
-    /// Begins the next cycle with a command. The one before must have been finished.
+    /// Finishes the present cycle and begins the next one with a command.
     pub fn begin_cycle(&mut self, command: Command) -> Stroke {
+        self.finish_cycle();
         let stroke = self.valves.obey(command);
         self.metering.begin_cycle(stroke);
-        self.ram.rewind_clock();
         self.begin_piece(0);
         stroke
     }
@@ -80,7 +80,6 @@ impl Hydraulics {
         while self.piece + 1 < self.metering.pieces().len()
             && self.metering.pieces()[self.piece].until <= time
         {
-            self.ram.finish();
             self.begin_piece(self.piece + 1);
         }
         self.ram.advance(time);
@@ -89,7 +88,6 @@ impl Hydraulics {
     /// Runs to the end of the present cycle.
     pub fn finish_cycle(&mut self) {
         self.advance(self.cycle);
-        self.ram.finish();
     }
 
     /// What shows at `time`, up to which it has been advanced.
@@ -118,8 +116,39 @@ impl Hydraulics {
     }
 
     fn begin_piece(&mut self, piece: usize) {
+        let pieces = self.metering.pieces();
+        let from = match piece {
+            0 => 0.0,
+            later => pieces[later - 1].until,
+        };
+        self.ram
+            .begin(pieces[piece].flow, from, pieces[piece].until);
         self.piece = piece;
-        let piece = self.metering.pieces()[piece];
-        self.ram.begin(piece.flow, piece.until);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::actuator_file::load;
+
+    #[test]
+    fn a_cycles_end_is_the_next_ones_begin() {
+        for name in ["auv", "table_3_1", "table_4_1"] {
+            let set = load(name).expect("built in");
+            let mut hydraulics = Hydraulics::new(&set);
+            for n in 0..40 {
+                let before = hydraulics.reading(if n == 0 { 0.0 } else { set.cycle() });
+                hydraulics.begin_cycle(Command {
+                    volume: n % 3 != 0,
+                    sign: if n % 20 < 10 { 1 } else { -1 },
+                });
+                assert_eq!(hydraulics.reading(0.0).ram, before.ram, "{name} {n}");
+                hydraulics.finish_cycle();
+                let almost = hydraulics.reading(set.cycle() - 1e-9).ram.position;
+                let end = hydraulics.reading(set.cycle()).ram.position;
+                assert!((end - almost).abs() < 1e-8, "{name} {n}");
+            }
+        }
     }
 }

@@ -287,7 +287,7 @@ impl ClosedForm {
     #[must_use]
     pub fn turning_time(&self) -> f64 {
         match &self.law {
-            Law::Riding(law) => 0.25 / (law.a * law.c + self.area * law.b).sqrt(),
+            Law::Riding(law) => 0.5 / (law.a * law.c + self.area * law.b).sqrt(),
             Law::Stuck { .. } | Law::Clamped { .. } => f64::INFINITY,
         }
     }

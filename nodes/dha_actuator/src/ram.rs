@@ -85,15 +85,12 @@ impl Ram {
         self.constants.leakage = leakage;
     }
 
-    /// Counts time from here on as 0: a new cycle begins. Call between two pieces.
-    pub fn rewind_clock(&mut self) {
-        self.time = 0.0;
-        self.ends = 0.0;
-        self.piece_ends = 0.0;
-    }
-
-    /// Starts a piece of constant `flow`, m^3/s, from where the last one ended to `until`, s.
-    pub fn begin(&mut self, flow: f64, until: f64) {
+    /// Ends the last piece and starts one of constant `flow`, m^3/s. Time goes on as `from`, s,
+    /// which need not be what the last piece called its end, and the piece ends at `until`.
+    pub fn begin(&mut self, flow: f64, from: f64, until: f64) {
+        self.advance(self.piece_ends);
+        self.commit();
+        self.time = from;
         self.flow = flow;
         self.piece_ends = until;
         self.events_left = MOST_EVENTS_IN_A_PIECE;
@@ -114,12 +111,6 @@ impl Ram {
             self.change_mode(event);
             self.plan();
         }
-    }
-
-    /// Runs to the end of the piece.
-    pub fn finish(&mut self) {
-        self.advance(self.piece_ends);
-        self.commit();
     }
 
     /// The state at `time`, s, not before the last event and not after the time advanced to.
@@ -144,7 +135,7 @@ impl Ram {
         };
     }
 
-    /// Moves to the end of the segment.
+    /// Moves to the end of the segment. A new one must be planned then.
     fn commit(&mut self) {
         self.slid = self.slid(self.ends);
         self.state = self.at(self.ends);

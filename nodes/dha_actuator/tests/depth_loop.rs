@@ -4,8 +4,7 @@
 //! Vehicle and gains of program T6 (Brunner, NPS thesis, 1988, App. C), in feet, pounds and
 //! radians: J theta'' = K_y delta - B_y theta', z' = U sin theta, with J = 0.6, B_y = 0.06,
 //! K_y = 0.14 ft lb/rad, U = 1 ft/s; here theta and delta are positive to dive. The expected
-//! numbers are from an independent simulation of the same loop; a limit cycle depends on
-//! how it was entered, so they are held to 15 %.
+//! numbers are from an independent simulation of the same loop.
 
 use dha_actuator::actuator_file::load;
 use dha_actuator::dha::{Demand, Dha};
@@ -98,9 +97,9 @@ impl Range {
 }
 
 #[track_caller]
-fn about(found: f64, expected: f64) {
+fn about(found: f64, expected: f64, tolerance: f64) {
     assert!(
-        (found / expected - 1.0).abs() < 0.15,
+        (found / expected - 1.0).abs() < tolerance,
         "{found} for {expected}"
     );
 }
@@ -108,21 +107,21 @@ fn about(found: f64, expected: f64) {
 #[test]
 fn a_tight_actuator_leaves_the_depth_cycling_within_a_twentieth_of_an_inch() {
     let cycle = dive(0.0);
-    about(cycle.depth, 0.048_974);
-    about(cycle.planes, 0.770_817);
-    about(cycle.pulses, 0.512);
-    about(cycle.settled, 11.025);
-    about(cycle.overshoot, 0.1217);
+    about(cycle.depth, 0.048_974, 0.01);
+    about(cycle.planes, 0.770_817, 0.01);
+    about(cycle.pulses, 0.512, 0.01);
+    about(cycle.settled, 11.025, 0.01);
+    about(cycle.overshoot, 0.1217, 0.01);
     assert!(cycle.error.abs() < 1e-3, "{}", cycle.error);
 }
 
 #[test]
 fn leakage_takes_the_cycle_away_and_leaves_a_hundredth_of_an_inch() {
     let cycle = dive(1.0);
-    assert!(cycle.depth < 0.01, "{}", cycle.depth);
-    about(cycle.error, 0.007_151);
-    about(cycle.planes, 0.591);
-    about(cycle.pulses, 0.956);
-    about(cycle.settled, 11.025);
-    about(cycle.overshoot, 0.2843);
+    assert!(cycle.depth < 0.005, "{}", cycle.depth);
+    about(cycle.error, 0.007_151, 0.05);
+    about(cycle.planes, 0.591, 0.05);
+    about(cycle.pulses, 0.956, 0.05);
+    about(cycle.settled, 11.025, 0.05);
+    about(cycle.overshoot, 0.2843, 0.05);
 }
