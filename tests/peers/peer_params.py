@@ -86,7 +86,9 @@ def main() -> int:
                 descriptors = call("describe_parameters", "DescribeParameters", {"names": args.what})["descriptors"]
                 for descriptor in descriptors:
                     show(**descriptor)
-                if len(descriptors) != len(args.what):
+                # A node describes a parameter it does not know with the type NOT_SET.
+                known = [descriptor["type"] in fields_by_type() for descriptor in descriptors]
+                if len(descriptors) != len(args.what) or not all(known):
                     return REFUSED
             case "set":
                 pairs = [item.split("=", 1) for item in args.what]
