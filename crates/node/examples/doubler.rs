@@ -46,9 +46,9 @@ fn run() -> anyhow::Result<()> {
     let rt = Runtime::start(spec, args::from_environment()?)?;
     let mut values = rt.values();
     let mut muted = false;
-    let output = rt.publisher::<Float64>("output", Qos::reliable(100))?;
+    let output = rt.publisher::<Float64>("output", Qos::reliable(1000))?;
     let beat = rt.publisher::<Float64>("~/beat", Qos::sensor())?;
-    rt.subscribe("input", Qos::reliable(100), Event::Input)?;
+    rt.subscribe("input", Qos::reliable(1000), Event::Input)?;
     rt.serve("~/mute", Event::Mute)?;
     rt.every(Duration::from_millis(50), || Event::Beat);
     rt.run(|rt, event| {

@@ -161,19 +161,28 @@ pub fn split(
     Ok((own, ros))
 }
 
-/// ROS's arguments of this process, for a program that has none of its own.
+/// ROS's arguments among `arguments` (without the program's name), for a program that has
+/// none of its own.
 ///
 /// # Errors
 /// As [`split`], and when there are arguments outside `--ros-args`.
-pub fn from_environment() -> Result<RosArguments, BadArgument> {
-    let (own, ros) = split(std::env::args())?;
-    match own.get(1) {
+pub fn only(arguments: impl IntoIterator<Item = String>) -> Result<RosArguments, BadArgument> {
+    let (own, ros) = split(arguments)?;
+    match own.first() {
         None => Ok(ros),
         Some(extra) => Err(BadArgument::new(
             extra,
             "only ROS arguments are taken, after --ros-args",
         )),
     }
+}
+
+/// ROS's arguments of this process, for a program that has none of its own.
+///
+/// # Errors
+/// As [`split`], and when there are arguments outside `--ros-args`.
+pub fn from_environment() -> Result<RosArguments, BadArgument> {
+    only(std::env::args().skip(1))
 }
 
 /// Reads up to the `--` that closes the section, or to the end.

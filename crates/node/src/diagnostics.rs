@@ -152,15 +152,24 @@ impl Connections {
     }
 }
 
-/// Everything the node has to say now.
-pub(crate) fn array(shared: &Shared) -> DiagnosticArray {
-    let connections: Vec<Connection> = shared
+/// The node's topics as they are now.
+pub(crate) fn connections(shared: &Shared) -> Connections {
+    let list = shared
         .endpoints
         .borrow()
         .iter()
         .map(|endpoint| Connection::of(endpoint, shared.participant().as_ref()))
         .collect();
-    let mut status = vec![connections_status(&shared.names.full(), &connections)];
+    Connections {
+        node: shared.names.full(),
+        list,
+    }
+}
+
+/// Everything the node has to say now.
+pub(crate) fn array(shared: &Shared) -> DiagnosticArray {
+    let Connections { node, list } = connections(shared);
+    let mut status = vec![connections_status(&node, &list)];
     status.extend(shared.statuses.borrow().values().cloned());
     DiagnosticArray {
         header: Header {

@@ -85,6 +85,7 @@ use std::process::ExitCode;
 
 pub use args::RosArguments;
 pub use diagnostics::{Connection, Connections, Level};
+pub use domain::Domain;
 pub use endpoint::Direction;
 pub use parameters::Validate;
 pub use publisher::Publisher;

@@ -388,6 +388,10 @@ mod tests {
         let (result, changed) = together.set_together(both);
         assert!(!result.successful && changed.is_empty());
         assert_eq!(together.values.double("depth.limit"), 0.5);
+        let (results, _) = together.set_each(SetParametersRequest {
+            parameters: vec![parameter("depth.kp", Value::Double(f64::NAN))],
+        });
+        assert!(results[0].reason.contains("finite"));
         let unset = Parameter {
             name: "depth.kp".to_owned(),
             ..Parameter::default()

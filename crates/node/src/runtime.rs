@@ -45,7 +45,7 @@ use smol::{
 use crate::{
     args::RosArguments,
     clock,
-    diagnostics::{self, Level},
+    diagnostics::{self, Connections, Level},
     domain::Domain,
     endpoint::{Direction, Endpoint, TypeNames},
     logging, memory,
@@ -143,13 +143,25 @@ pub struct Runtime<E> {
 }
 
 impl<E: 'static> Runtime<E> {
-    /// Brings the node up: log, memory ceiling, parameters, participant, parameter
-    /// services, diagnostics.
+    /// Brings the node up in the domain that the environment names: log, memory ceiling,
+    /// parameters, participant, parameter services, diagnostics.
     ///
     /// # Errors
     /// When an argument, a parameter or an environment variable is refused, or the
     /// middleware does not come up.
     pub fn start(spec: NodeSpec<E>, arguments: RosArguments) -> anyhow::Result<Self> {
+        Self::start_in(Domain::from_environment()?, spec, arguments)
+    }
+
+    /// Brings the node up in `domain`.
+    ///
+    /// # Errors
+    /// As [`Runtime::start`].
+    pub fn start_in(
+        domain: Domain,
+        spec: NodeSpec<E>,
+        arguments: RosArguments,
+    ) -> anyhow::Result<Self> {
         let names = NodeNames::remapped(spec.name, spec.namespace, &arguments.remaps)?;
         logging::install(&names.logger(), &arguments);
         for ignored in &arguments.ignored {
@@ -160,7 +172,6 @@ impl<E: 'static> Runtime<E> {
         let parameters =
             Parameters::at_start(spec.declarations, spec.validate, &names, &arguments)?;
         let mapping = service::mapping()?;
-        let domain = Domain::from_environment()?;
 
         // The runtime's own types must be known before their endpoints exist.
         announce_type_hash(Log::DDS_TYPE_NAME, Log::TYPE_HASH);
@@ -379,6 +390,7 @@ impl<E: 'static> Runtime<E> {
             name,
             shared: Rc::clone(&self.shared),
             inner: Rc::downgrade(&self.shared.keep(Mutex::new(inner))),
+            settled: Rc::default(),
         })
     }
 
@@ -454,6 +466,12 @@ impl<E: 'static> Runtime<E> {
         if old.is_none_or(|old| old.level != level) {
             self.shared.announce_news();
         }
+    }
+
+    /// The node's topics and their peers now, as its diagnostics tell them.
+    #[must_use]
+    pub fn connections(&self) -> Connections {
+        diagnostics::connections(&self.shared)
     }
 
     /// Handles events until the handler says [`Flow::Stop`] or fails, or the process
@@ -557,6 +575,7 @@ impl<E: 'static> Runtime<E> {
             )
         })?;
         let server = Rc::new(server);
+        let name: Rc<str> = name.into();
         let shared = Rc::clone(&self.shared);
         self.shared.spawn(async move {
             let mut requests = server.receive_request_stream();
@@ -564,6 +583,8 @@ impl<E: 'static> Runtime<E> {
                 match request {
                     Ok((id, Wire(request))) => {
                         let responder = Responder {
+                            shared: Rc::clone(&shared),
+                            name: Rc::clone(&name),
                             server: Rc::downgrade(&server),
                             request: id,
                         };

@@ -1,6 +1,7 @@
 //! Services: answering requests as events, and calling others.
 
 use std::{
+    cell::Cell,
     env,
     rc::{Rc, Weak},
     time::Duration,
@@ -10,6 +11,7 @@ use anyhow::{Context as _, anyhow, bail};
 use futures::future::{Either, select};
 use planesman_msgs::{Message, Service};
 use ros2_client::{RmwRequestId, service::ServiceMapping};
+use rustdds::GUID;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use smol::{Timer, lock::Mutex};
 
@@ -42,22 +44,74 @@ pub(crate) fn mapping() -> anyhow::Result<ServiceMapping> {
 
 /// Answers one request. Dropped without an answer, it leaves the client waiting.
 pub struct Responder<S: Service> {
+    pub(crate) shared: Rc<Shared>,
+    /// The service's absolute name.
+    pub(crate) name: Rc<str>,
     pub(crate) server: Weak<Server<S>>,
     pub(crate) request: RmwRequestId,
 }
 
 impl<S: Service> Responder<S> {
     /// Sends the answer. A client that has gone is no error.
+    ///
+    /// A client may ask before we have discovered where it listens; then the answer
+    /// waits for that, up to a second, while the node goes on.
     pub fn answer(self, response: S::Response) {
+        /// Time between two looks for the client, and how many there are.
+        const LOOK: Duration = Duration::from_millis(10);
+        const LOOKS: usize = 100;
+
+        if let Some(field) = response.first_non_finite() {
+            let text = format!("no answer sent: {field} is not finite");
+            self.shared.warn(&self.name, &text);
+        } else if self.client_listens() {
+            self.send(response);
+        } else {
+            let shared = Rc::clone(&self.shared);
+            shared.spawn(async move {
+                for _ in 0..LOOKS {
+                    Timer::after(LOOK).await;
+                    if self.client_listens() {
+                        break;
+                    }
+                }
+                self.send(response);
+            });
+        }
+    }
+
+    /// Whether a reader for the answer is known in the participant that asked.
+    fn client_listens(&self) -> bool {
+        let replies = replies_topic(&self.name);
+        let client = GUID::from(self.request.writer_gid).prefix;
+        self.shared.participant().is_some_and(|participant| {
+            participant
+                .discovered_readers()
+                .iter()
+                .map(|reader| &reader.subscription_topic_data)
+                .any(|reader| *reader.topic_name() == replies && reader.key().prefix == client)
+        })
+    }
+
+    fn send(self, response: S::Response) {
         let Some(server) = self.server.upgrade() else {
             return; // The node is shutting down.
         };
-        if let Some(field) = response.first_non_finite() {
-            log::error!("{}: no answer sent: {field} is not finite", S::TYPE_NAME);
-        } else if let Err(error) = server.send_response(self.request, Wire(response)) {
-            log::warn!("{}: no answer sent: {error}", S::TYPE_NAME);
+        if let Err(error) = server.send_response(self.request, Wire(response)) {
+            let text = format!("no answer sent: {error}");
+            self.shared.warn(&self.name, &text);
         }
     }
+}
+
+/// The DDS topic that a service's requests go by.
+fn requests_topic(service: &str) -> String {
+    format!("rq{service}Request")
+}
+
+/// The DDS topic that a service's answers go by.
+fn replies_topic(service: &str) -> String {
+    format!("rr{service}Reply")
 }
 
 /// Calls one service of another node. Clones share one connection.
@@ -66,6 +120,8 @@ pub struct Client<S: Service> {
     pub(crate) shared: Rc<Shared>,
     /// One call at a time: the middleware gives every response to whoever waits first.
     pub(crate) inner: Weak<Mutex<MiddlewareClient<S>>>,
+    /// Whether a server has been found once.
+    pub(crate) settled: Rc<Cell<bool>>,
 }
 
 impl<S: Service> Clone for Client<S> {
@@ -74,6 +130,7 @@ impl<S: Service> Clone for Client<S> {
             name: self.name.clone(),
             shared: Rc::clone(&self.shared),
             inner: Weak::clone(&self.inner),
+            settled: Rc::clone(&self.settled),
         }
     }
 }
@@ -82,8 +139,7 @@ impl<S: Service> Client<S> {
     /// Whether a server for it has been discovered.
     #[must_use]
     pub fn is_served(&self) -> bool {
-        let requests = format!("rq{}Request", self.name);
-        let replies = format!("rr{}Reply", self.name);
+        let (requests, replies) = (requests_topic(&self.name), replies_topic(&self.name));
         let Some(participant) = self.shared.participant() else {
             return false;
         };
@@ -101,13 +157,15 @@ impl<S: Service> Client<S> {
     /// Waits for the service, sends the request and waits for the answer.
     ///
     /// # Errors
-    /// When no answer has come after `timeout`, or the middleware fails.
+    /// When no answer has come after `timeout`, the request holds a number that is not
+    /// finite, or the middleware fails.
     pub async fn call(
         &self,
         request: S::Request,
         timeout: Duration,
     ) -> anyhow::Result<S::Response> {
-        /// Time between two looks for the server, and then for it to have found us too.
+        /// Time between two looks for the server, and for our writer to take note of it
+        /// once it is discovered: what is written before that is lost.
         const SETTLING: Duration = Duration::from_millis(50);
 
         if let Some(field) = request.first_non_finite() {
@@ -115,12 +173,12 @@ impl<S: Service> Client<S> {
         }
         let name = self.name.clone();
         let call = async {
-            while !self.is_served() {
+            let mut settled = self.settled.get();
+            while !settled {
+                settled = self.is_served();
                 Timer::after(SETTLING).await;
-                if self.is_served() {
-                    Timer::after(SETTLING).await;
-                }
             }
+            self.settled.set(true);
             let inner: Rc<_> = self
                 .inner
                 .upgrade()

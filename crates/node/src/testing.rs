@@ -7,6 +7,8 @@ use std::{
     net::{Ipv4Addr, UdpSocket},
 };
 
+use crate::domain::Domain;
+
 /// Domains to choose from: their ports lie below those the system gives out (32768 up).
 const CHOICE: std::ops::RangeInclusive<u16> = 1..=100;
 
@@ -45,6 +47,15 @@ impl OwnDomain {
     #[must_use]
     pub fn id(&self) -> u16 {
         self.id
+    }
+
+    /// The domain on this machine only, for a node in this process.
+    #[must_use]
+    pub fn domain(&self) -> Domain {
+        Domain {
+            id: self.id,
+            local: true,
+        }
     }
 
     /// The variables that keep a process within the domain and this machine.
