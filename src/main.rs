@@ -1,2 +1,189 @@
-//! Stub.
-fn main() {}
+//! The `planesman` program.
+
+use std::os::unix::process::CommandExt;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::Result;
+use clap::{Args, Parser, Subcommand};
+use planesman::dive::{self, Pace};
+use planesman::run_folder::RunFolder;
+use planesman::scenario::Scenario;
+use planesman::{nodes, sim};
+
+/// Dives, breaks and identifies an underwater vehicle: a ROS 2 Jazzy node suite.
+///
+/// Without a command it dives: it starts the simulated vehicle, its controller, its hydraulic
+/// actuator, an identifier and a recorder as separate processes over DDS, and shows what came of it.
+#[derive(Parser)]
+#[command(name = "planesman", version, args_conflicts_with_subcommands = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    dive: DiveArgs,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Fly a scenario as separate processes over DDS (the default)
+    Dive(DiveArgs),
+    /// Fly a scenario in one process, without DDS, into a bag or a table
+    Sim(SimArgs),
+    /// Tell again what a flight showed, from its folder
+    Report {
+        /// A folder that `planesman dive` left
+        folder: PathBuf,
+    },
+    /// Look into a bag
+    #[command(subcommand)]
+    Bag(BagCommand),
+    /// List every parameter of every node, with unit, range and default
+    Params {
+        /// Only this node's
+        node: Option<String>,
+    },
+    /// Run one node in this process (what `ros2 run` would start)
+    #[command(disable_help_flag = true)]
+    Node(NodeArgs),
+}
+
+#[derive(Args)]
+struct DiveArgs {
+    /// A built-in scenario (dive, open_loop) or a scenario file
+    #[arg(default_value = "dive")]
+    scenario: String,
+    /// Where the bag and the page go; must not exist yet [default: runs/SCENARIO-TIME]
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
+    /// Wait in every tick until every node has answered: no wall clock enters the data (the default)
+    #[arg(long, conflicts_with_all = ["factor", "sim_time"])]
+    lockstep: bool,
+    /// Run by the wall clock, this many times faster
+    #[arg(long, value_name = "F", value_parser = positive)]
+    factor: Option<f64>,
+    /// Run by the wall clock, with stamps from 0 and a /clock topic (implied by a factor other than 1)
+    #[arg(long)]
+    sim_time: bool,
+    /// Leave the loop running until Ctrl-C, for `ros2 topic echo` and friends
+    #[arg(long)]
+    keep_running: bool,
+    /// The namespace of all nodes
+    #[arg(long, default_value = "/auv")]
+    namespace: String,
+}
+
+#[derive(Args)]
+struct SimArgs {
+    /// A built-in scenario (dive, open_loop) or a scenario file
+    scenario: String,
+    /// The file to write: *.mcap or *.csv; must not exist yet
+    #[arg(long)]
+    out: PathBuf,
+    /// The namespace of the topics in the bag
+    #[arg(long, default_value = "/auv")]
+    namespace: String,
+}
+
+#[derive(Subcommand)]
+enum BagCommand {
+    /// Topics, counts, times, and whether the bag is whole
+    Info {
+        /// A bag folder, a metadata.yaml or an .mcap file
+        path: PathBuf,
+    },
+}
+
+#[derive(Args)]
+struct NodeArgs {
+    /// plant_sim, depth_controller, dha_actuator, sysid or recorder
+    name: String,
+    /// The node's arguments, as after `ros2 run`
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+    args: Vec<String>,
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(v) if v.is_finite() && v > 0.0 => Ok(v),
+        _ => Err("a positive number is expected".to_owned()),
+    }
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let outcome = match cli.command.unwrap_or(Command::Dive(cli.dive)) {
+        Command::Dive(args) => dive(&args),
+        Command::Sim(args) => simulate(&args),
+        Command::Report { folder } => RunFolder::open(&folder)
+            .and_then(|run| run.report())
+            .map(|text| println!("{text}")),
+        Command::Bag(BagCommand::Info { path }) => bag_info(&path),
+        Command::Params { node } => nodes::list_parameters(node.as_deref()),
+        Command::Node(args) => return nodes::run(&args.name, args.args),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("planesman: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Discovery stays on this machine unless the user's environment says otherwise. The variable
+/// must stand before the first thread does, so the program begins again with it.
+fn stay_local() -> Result<()> {
+    const RANGE: &str = "ROS_AUTOMATIC_DISCOVERY_RANGE";
+    if std::env::var_os(RANGE).is_some() {
+        return Ok(());
+    }
+    Err(std::process::Command::new(std::env::current_exe()?)
+        .args(std::env::args_os().skip(1))
+        .env(RANGE, "LOCALHOST")
+        .exec()
+        .into())
+}
+
+fn dive(args: &DiveArgs) -> Result<()> {
+    stay_local()?;
+    let scenario = Scenario::load(&args.scenario)?;
+    let pace = match (args.factor, args.sim_time) {
+        (None, false) => Pace::Lockstep,
+        (factor, sim_time) => {
+            let factor = factor.unwrap_or(1.0);
+            Pace::Real {
+                factor,
+                sim_time: sim_time || factor != 1.0,
+            }
+        }
+    };
+    let run = RunFolder::create(args.out.as_deref(), &args.scenario, &scenario)?;
+    dive::run(
+        &scenario,
+        &run,
+        &dive::Options {
+            pace,
+            keep_running: args.keep_running,
+            namespace: args.namespace.clone(),
+        },
+    )?;
+    Ok(())
+}
+
+fn simulate(args: &SimArgs) -> Result<()> {
+    let scenario = Scenario::load(&args.scenario)?;
+    let ticks = sim::run(&scenario, &args.out, &args.namespace)?;
+    println!(
+        "{}: {ticks} ticks, {:.2} s of vehicle time",
+        args.out.display(),
+        ticks as f64 * scenario.tick
+    );
+    Ok(())
+}
+
+fn bag_info(path: &std::path::Path) -> Result<()> {
+    let bag = planesman_bag::reader::BagReader::open(path)?;
+    println!("{}", planesman_bag::BagInfo::of(&bag));
+    Ok(())
+}

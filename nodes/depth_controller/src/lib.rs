@@ -14,6 +14,7 @@ pub mod core;
 pub mod depth_loop;
 pub mod limits;
 pub mod manoeuvre;
+pub mod node;
 pub mod parameters;
 pub mod pitch_loop;
 pub mod schedule;

@@ -6,7 +6,7 @@ use std::time::Duration;
 use anyhow::{Result, anyhow};
 use planesman_msgs::planesman_msgs::msg::{ControlState, PlaneCommand, VehicleState};
 use planesman_msgs::std_msgs::msg::Float64;
-use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, Runtime};
+use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, Runtime, args};
 use planesman_parameters::Values;
 
 use crate::core::{Answer, Controller};
@@ -24,18 +24,22 @@ enum Event {
 /// Runs the node with its command-line arguments until it is told to stop.
 #[must_use]
 pub fn main(args: Vec<String>) -> ExitCode {
-    planesman_node::report(run(args))
+    planesman_node::exit_code("depth_controller", || run(args))
 }
 
 fn run(args: Vec<String>) -> Result<()> {
-    let mut rt = Runtime::start(
-        NodeSpec::new("depth_controller", parameters::declarations())
-            .validate(|values| Controller::new(values).map(drop))
-            .on_parameters(Event::Parameters),
-        args,
+    let rt = Runtime::start(
+        NodeSpec {
+            name: "depth_controller",
+            namespace: "/auv",
+            declarations: parameters::declarations(),
+            validate: |values| Controller::new(values).map(drop),
+            on_parameters: Event::Parameters,
+        },
+        args::only(args)?,
     )?;
     let mut node = Node {
-        controller: Controller::new(rt.values()).map_err(|e| anyhow!(e))?,
+        controller: Controller::new(&rt.values()).map_err(|e| anyhow!(e))?,
         command: rt.publisher("plane_command", Qos::reliable(100))?,
         inside: rt.publisher("control_state", Qos::reliable(100))?,
         heard: None,
@@ -44,7 +48,7 @@ fn run(args: Vec<String>) -> Result<()> {
     rt.subscribe("state", Qos::reliable(100), Event::State)?;
     rt.subscribe("depth_setpoint", Qos::reliable(10), Event::DepthSetpoint)?;
     rt.subscribe("pitch_setpoint", Qos::reliable(10), Event::PitchSetpoint)?;
-    rt.every(Duration::from_millis(100), || Event::Look);
+    drop(rt.every(Duration::from_millis(100), || Event::Look));
     rt.run(|rt, event| node.on(rt, event))
 }
 
@@ -58,7 +62,7 @@ struct Node {
 }
 
 impl Node {
-    fn on(&mut self, rt: &mut Runtime<Event>, event: Event) -> Result<Flow> {
+    fn on(&mut self, rt: &Runtime<Event>, event: Event) -> Result<Flow> {
         match event {
             Event::State(state) => {
                 self.heard = Some(rt.now().nanos());
@@ -94,7 +98,7 @@ impl Node {
     }
 
     /// Silence of the state puts the planes to neutral, once, and says so.
-    fn look(&mut self, rt: &mut Runtime<Event>) {
+    fn look(&mut self, rt: &Runtime<Event>) {
         let timeout = self.controller.state_timeout();
         let now = rt.now();
         let silent = self

@@ -36,6 +36,7 @@ pub mod events;
 pub mod hydraulics;
 pub mod metering;
 pub mod modes;
+pub mod node;
 pub mod parameters;
 pub mod position_loop;
 pub mod pulse_logic;

@@ -7,7 +7,7 @@ use anyhow::{Result, anyhow};
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::{DhaState, PlaneCommand, PlaneMotion, VehicleState};
 use planesman_msgs::sensor_msgs::msg::JointState;
-use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, Runtime};
+use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, Runtime, args};
 use planesman_parameters::Values;
 
 use crate::core::{Actuator, Output};
@@ -24,18 +24,22 @@ enum Event {
 /// Runs the node with its command-line arguments until it is told to stop.
 #[must_use]
 pub fn main(args: Vec<String>) -> ExitCode {
-    planesman_node::report(run(args))
+    planesman_node::exit_code("dha_actuator", || run(args))
 }
 
 fn run(args: Vec<String>) -> Result<()> {
-    let mut rt = Runtime::start(
-        NodeSpec::new("dha_actuator", parameters::declarations())
-            .validate(|values| actuator(values).map(drop))
-            .on_parameters(Event::Parameters),
-        args,
+    let rt = Runtime::start(
+        NodeSpec {
+            name: "dha_actuator",
+            namespace: "/auv",
+            declarations: parameters::declarations(),
+            validate: |values| actuator(values).map(drop),
+            on_parameters: Event::Parameters,
+        },
+        args::only(args)?,
     )?;
     let mut node = Node {
-        actuator: actuator(rt.values()).map_err(|e| anyhow!(e))?,
+        actuator: actuator(&rt.values()).map_err(|e| anyhow!(e))?,
         lockstep: rt.values().bool("lockstep"),
         timeout: rt.values().double("command_timeout"),
         motion: rt.publisher("plane_motion", Qos::reliable(100))?,
@@ -49,7 +53,7 @@ fn run(args: Vec<String>) -> Result<()> {
     if !node.lockstep {
         rt.subscribe("state", Qos::reliable(100), Event::State)?;
     }
-    rt.every(Duration::from_millis(100), || Event::Look);
+    drop(rt.every(Duration::from_millis(100), || Event::Look));
     rt.run(|rt, event| node.on(rt, event))
 }
 
@@ -74,7 +78,7 @@ struct Node {
 }
 
 impl Node {
-    fn on(&mut self, rt: &mut Runtime<Event>, event: Event) -> Result<Flow> {
+    fn on(&mut self, rt: &Runtime<Event>, event: Event) -> Result<Flow> {
         match event {
             Event::Command(command) => {
                 self.heard = Some(rt.now().nanos());
@@ -115,7 +119,7 @@ impl Node {
         self.state.publish(&output.state);
     }
 
-    fn look(&mut self, rt: &mut Runtime<Event>) {
+    fn look(&mut self, rt: &Runtime<Event>) {
         let now = rt.now().nanos();
         match self.heard {
             None => rt.set_status("actuator", Level::Warn, "no plane command yet", &[]),

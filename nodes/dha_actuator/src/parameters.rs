@@ -50,6 +50,20 @@ pub fn declarations() -> Vec<Declaration> {
         .unit("s")
         .range(1e-4, 1.0),
         Declaration::new(
+            "tick",
+            0.05,
+            "The loop's sampling time: each command is answered with the motion over one tick.",
+        )
+        .unit("s")
+        .range(1e-4, 10.0)
+        .read_only(),
+        Declaration::new(
+            "lockstep",
+            false,
+            "Every tick gets its command, however long it takes: no answer is given in silence.",
+        )
+        .read_only(),
+        Declaration::new(
             "leakage.scale",
             1.0,
             "Factor on both leakages of the actuator file, q_L and q_LC: 0 is a tight actuator.",

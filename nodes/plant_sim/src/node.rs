@@ -14,10 +14,10 @@ use planesman_msgs::planesman_msgs::srv::{Step, StepRequest, StepResponse};
 use planesman_msgs::rosgraph_msgs::msg::Clock;
 use planesman_msgs::sensor_msgs::msg::{FluidPressure, Imu, JointState};
 use planesman_msgs::std_srvs::srv::{
-    SetBool, SetBoolRequest, SetBoolResponse, Trigger, TriggerRequest, TriggerResponse,
+    SetBool, SetBoolRequest, SetBoolResponse, Trigger, TriggerResponse,
 };
 use planesman_msgs::tf2_msgs::msg::TFMessage;
-use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, Responder, Runtime};
+use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, Responder, Runtime, args};
 use planesman_parameters::Values;
 
 use crate::core::{Observation, Plant};
@@ -34,26 +34,30 @@ enum Event {
     Answer(TickAnswer),
     /// Time to ask whether the tick is over.
     Look,
-    Pause(SetBoolRequest, Responder<SetBoolResponse>),
-    Step(StepRequest, Responder<StepResponse>),
-    Reset(TriggerRequest, Responder<TriggerResponse>),
+    Pause(SetBoolRequest, Responder<SetBool>),
+    Step(StepRequest, Responder<Step>),
+    Reset(Responder<Trigger>),
     Parameters(Values),
 }
 
 /// Runs the node with its command-line arguments until it is told to stop.
 #[must_use]
 pub fn main(args: Vec<String>) -> ExitCode {
-    planesman_node::report(run(args))
+    planesman_node::exit_code("plant_sim", || run(args))
 }
 
 fn run(args: Vec<String>) -> Result<()> {
-    let mut rt = Runtime::start(
-        NodeSpec::new("plant_sim", parameters::declarations())
-            .validate(|values| Plant::new(values).map(drop))
-            .on_parameters(Event::Parameters),
-        args,
+    let rt = Runtime::start(
+        NodeSpec {
+            name: "plant_sim",
+            namespace: "/auv",
+            declarations: parameters::declarations(),
+            validate: |values| Plant::new(values).map(drop),
+            on_parameters: Event::Parameters,
+        },
+        args::only(args)?,
     )?;
-    let mut node = Node::new(&mut rt)?;
+    let mut node = Node::new(&rt)?;
     match rt.values().string("actuator_answer") {
         "planes" => rt.subscribe("planes", Qos::reliable(100), Event::Planes)?,
         _ => rt.subscribe("plane_motion", Qos::reliable(100), Event::Motion)?,
@@ -61,9 +65,9 @@ fn run(args: Vec<String>) -> Result<()> {
     rt.subscribe("tick_answer", Qos::reliable(100), Event::Answer)?;
     rt.serve::<SetBool>("~/pause", Event::Pause)?;
     rt.serve::<Step>("~/step", Event::Step)?;
-    rt.serve::<Trigger>("~/reset", Event::Reset)?;
-    rt.every(Duration::from_millis(100), || Event::Look);
-    node.begin_tick(&mut rt)?;
+    rt.serve::<Trigger>("~/reset", |_, responder| Event::Reset(responder))?;
+    drop(rt.every(Duration::from_millis(100), || Event::Look));
+    node.begin_tick(&rt)?;
     rt.run(|rt, event| node.on(rt, event))
 }
 
@@ -88,7 +92,7 @@ enum Pace {
 /// What a `step` request still waits for.
 struct Stepping {
     ticks: u32,
-    responder: Responder<StepResponse>,
+    responder: Responder<Step>,
 }
 
 struct Node {
@@ -114,8 +118,8 @@ struct Node {
 }
 
 impl Node {
-    fn new(rt: &mut Runtime<Event>) -> Result<Self> {
-        let values = rt.values().clone();
+    fn new(rt: &Runtime<Event>) -> Result<Self> {
+        let values = rt.values();
         let plant = Plant::new(&values).map_err(|e| anyhow!(e))?;
         let factor = values.double("factor");
         let (pace, owns_time) = match values.string("time") {
@@ -154,7 +158,7 @@ impl Node {
         })
     }
 
-    fn on(&mut self, rt: &mut Runtime<Event>, event: Event) -> Result<Flow> {
+    fn on(&mut self, rt: &Runtime<Event>, event: Event) -> Result<Flow> {
         match event {
             Event::Motion(motion) => self.on_motion(motion),
             Event::Planes(planes) => match motion_of(&planes, self.plant.tick_nanos()) {
@@ -170,16 +174,16 @@ impl Node {
             Event::Pause(request, responder) => {
                 self.paused = request.data;
                 self.begin_tick(rt)?;
-                responder.send(SetBoolResponse {
+                responder.answer(SetBoolResponse {
                     success: true,
                     message: format!("at tick {}", self.k),
                 });
             }
             Event::Step(request, responder) => self.step(rt, &request, responder)?,
-            Event::Reset(_, responder) => {
+            Event::Reset(responder) => {
                 self.plant.reset();
                 log::info!("the vehicle is back at its initial state; time goes on");
-                responder.send(TriggerResponse {
+                responder.answer(TriggerResponse {
                     success: true,
                     message: "back at the initial state".to_owned(),
                 });
@@ -209,9 +213,9 @@ impl Node {
 
     fn step(
         &mut self,
-        rt: &mut Runtime<Event>,
+        rt: &Runtime<Event>,
         request: &StepRequest,
-        responder: Responder<StepResponse>,
+        responder: Responder<Step>,
     ) -> Result<()> {
         let refusal = if !(1..=100_000).contains(&request.ticks) {
             Some(format!("ticks: {} refused: 1 to 100000", request.ticks))
@@ -221,7 +225,7 @@ impl Node {
             None
         };
         if let Some(message) = refusal {
-            responder.send(StepResponse {
+            responder.answer(StepResponse {
                 success: false,
                 message,
             });
@@ -235,7 +239,7 @@ impl Node {
     }
 
     /// Says what the next tick begins with, unless one is on, or none is due.
-    fn begin_tick(&mut self, rt: &mut Runtime<Event>) -> Result<()> {
+    fn begin_tick(&mut self, rt: &Runtime<Event>) -> Result<()> {
         let flown = self.ticks.is_some_and(|ticks| self.k >= ticks);
         if self.observation.is_some() || flown || (self.paused && self.stepping.is_none()) {
             return Ok(());
@@ -259,7 +263,7 @@ impl Node {
                     self.late += u64::from(self.k > 0);
                     *deadline = now + tick;
                 }
-                rt.after(*deadline - now, Event::Look);
+                drop(rt.after(*deadline - now, || Event::Look));
             }
             Pace::External => {}
         }
@@ -278,7 +282,7 @@ impl Node {
     }
 
     /// Moves the vehicle over the present tick.
-    fn end_tick(&mut self, rt: &mut Runtime<Event>) -> Result<()> {
+    fn end_tick(&mut self, rt: &Runtime<Event>) -> Result<()> {
         let motion = match &self.pace {
             Pace::Lockstep { answers, .. } => answers.complete().cloned(),
             _ => self.motion.take(),
@@ -299,7 +303,7 @@ impl Node {
             if stepping.ticks == 0
                 && let Some(done) = self.stepping.take()
             {
-                done.responder.send(StepResponse {
+                done.responder.answer(StepResponse {
                     success: true,
                     message: format!("at tick {}", self.k),
                 });
@@ -309,7 +313,7 @@ impl Node {
     }
 
     /// Ten times a second, and when the wall clock says that a tick is over.
-    fn look(&mut self, rt: &mut Runtime<Event>) -> Result<()> {
+    fn look(&mut self, rt: &Runtime<Event>) -> Result<()> {
         let mut status = (Level::Ok, "flying".to_owned());
         if self.observation.is_none() {
             let flown = self.ticks.is_some_and(|ticks| self.k >= ticks);
@@ -349,7 +353,7 @@ struct Publishers {
 }
 
 impl Publishers {
-    fn new(rt: &mut Runtime<Event>, owns_time: bool) -> Result<Self> {
+    fn new(rt: &Runtime<Event>, owns_time: bool) -> Result<Self> {
         Ok(Self {
             clock: owns_time
                 .then(|| rt.publisher("/clock", Qos::reliable(100)))

@@ -177,10 +177,17 @@ fn node() -> Vec<Declaration> {
         Declaration::new(
             "duration",
             0.0,
-            "Simulated time after which the node ends; 0: never",
+            "Simulated time after which the vehicle stands still; 0: never",
         )
         .unit("s")
         .range(0.0, 1e7)
+        .read_only(),
+        Declaration::new(
+            "actuator_answer",
+            "plane_motion",
+            "The topic on which the actuator answers: plane_motion, or planes alone (a foreign actuator's angle, held over the tick)",
+        )
+        .choices(&["plane_motion", "planes"])
         .read_only(),
         Declaration::new(
             "lockstep.members",

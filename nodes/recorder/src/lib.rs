@@ -6,4 +6,5 @@
 
 pub mod loop_topics;
 pub mod names;
+pub mod node;
 pub mod parameters;

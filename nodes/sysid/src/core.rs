@@ -25,6 +25,8 @@ pub struct Identifier {
     config: Config,
     aligner: Aligner,
     learner: Learner,
+    /// The first sample's stamp, ns.
+    began: Option<i64>,
 }
 
 impl Identifier {
@@ -37,6 +39,7 @@ impl Identifier {
         Ok(Self {
             aligner: Aligner::new(period(&config)),
             learner: Learner::new(&config)?,
+            began: None,
             config,
         })
     }
@@ -101,6 +104,7 @@ impl Identifier {
             && self.aligner.offer_output(stamp, output) == Offer::WentBack
         {
             self.learner.reset();
+            self.began = None;
         }
         if let Some(input) = input {
             self.aligner.offer_input(stamp, input);
@@ -136,6 +140,7 @@ impl Identifier {
     pub fn reset(&mut self) {
         self.aligner = Aligner::new(period(&self.config));
         self.learner.reset();
+        self.began = None;
     }
 
     /// The latest output's stamp with which all that a lockstep tick brings has come: the
@@ -165,6 +170,11 @@ impl Identifier {
     fn learn(&mut self) -> Vec<ModelEstimate> {
         let mut due = Vec::new();
         while let Some(sample) = self.aligner.take() {
+            let began = *self.began.get_or_insert(sample.stamp);
+            if sample.stamp - began < self.config.start {
+                self.learner.begin(sample.output);
+                continue;
+            }
             let rows = self.learner.rows();
             self.learner.take(sample);
             let learnt = self.learner.rows() > rows;

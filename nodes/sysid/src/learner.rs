@@ -68,10 +68,15 @@ impl Learner {
         Ok(())
     }
 
+    /// Begins the history anew with `output`; nothing is learnt.
+    pub fn begin(&mut self, output: f64) {
+        self.history.begin(output);
+    }
+
     /// Takes the next sample; without an input the history begins anew.
     pub fn take(&mut self, sample: Sample) {
         let Some(input) = sample.input else {
-            self.history.begin(sample.output);
+            self.begin(sample.output);
             return;
         };
         self.moment_seen |= input.moment != 0.0;

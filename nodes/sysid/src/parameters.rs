@@ -22,6 +22,31 @@ pub fn declarations() -> Vec<Declaration> {
         )
         .read_only(),
         Declaration::new(
+            "input_type",
+            "planesman_msgs/msg/PlaneMotion",
+            "The message type on the input's topic.",
+        )
+        .read_only(),
+        Declaration::new(
+            "output_type",
+            "planesman_msgs/msg/VehicleState",
+            "The message type on the output's topic.",
+        )
+        .read_only(),
+        Declaration::new(
+            "start",
+            0.0,
+            "How long after the first sample learning begins, to leave a transient out. A change begins the estimate anew.",
+        )
+        .unit("s")
+        .range(0.0, 1e6),
+        Declaration::new(
+            "answer",
+            false,
+            "Whether each tick is answered once it is learnt, as a member of lockstep.",
+        )
+        .read_only(),
+        Declaration::new(
             "sample_time",
             0.05,
             "The interval between samples; 0.05 s is the report's (Brunner 1988, ch. V).",
@@ -86,6 +111,8 @@ pub struct Config {
     pub output: Signal,
     /// The interval between samples, s.
     pub sample_time: f64,
+    /// How long after the first sample learning begins, ns.
+    pub start: i64,
     /// The model's order and which columns its regression has.
     pub shape: Shape,
     /// lambda.
@@ -112,6 +139,14 @@ impl Config {
                 .map_err(|reason| format!("parameter '{name}': {reason}"))
         };
         let (input, output) = (signal("input")?, signal("output")?);
+        for name in ["input_type", "output_type"] {
+            let type_name = values.string(name);
+            if planesman_msgs::type_info(type_name).is_none() {
+                return Err(format!(
+                    "parameter '{name}': no message type '{type_name}' is known here"
+                ));
+            }
+        }
         if input == output {
             return Err(format!(
                 "parameter 'output': {output} refused: it is the input as well"
@@ -123,6 +158,7 @@ impl Config {
             input,
             output,
             sample_time: values.double("sample_time"),
+            start: (values.double("start") * 1e9).round() as i64,
             shape: Shape {
                 order: count("order") as usize,
                 moment: values.bool("first_moment"),

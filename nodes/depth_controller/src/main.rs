@@ -1,0 +1,7 @@
+//! The `depth_controller` node as a program of its own.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    depth_controller::node::main(std::env::args().skip(1).collect())
+}

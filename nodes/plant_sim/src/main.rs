@@ -1,0 +1,7 @@
+//! The `plant_sim` node as a program of its own.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    plant_sim::node::main(std::env::args().skip(1).collect())
+}

@@ -1,0 +1,196 @@
+//! The node: every topic of the loop, as it comes over the wire, into a bag.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use anyhow::Result;
+use planesman_bag::writer::{BagWriter, TopicId};
+use planesman_msgs::cdr;
+use planesman_msgs::planesman_msgs::msg::{TickAnswer, VehicleState};
+use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, RawSample, Runtime, args};
+
+use crate::loop_topics::{self, Delivery, LoopTopic};
+use crate::{names, parameters};
+
+enum Event {
+    /// A sample of the topic with this index.
+    Sample(usize, RawSample),
+    /// Time to flush what has waited long enough.
+    Look,
+    /// Nothing of this node changes while it runs.
+    Parameters,
+}
+
+/// Runs the node with its command-line arguments until it is told to stop.
+#[must_use]
+pub fn main(args: Vec<String>) -> ExitCode {
+    planesman_node::exit_code("recorder", || run(args))
+}
+
+fn run(args: Vec<String>) -> Result<()> {
+    let rt = Runtime::start(
+        NodeSpec {
+            name: "recorder",
+            namespace: "/auv",
+            declarations: parameters::declarations(),
+            validate: |values| parameters::writer_options(values).map(drop),
+            on_parameters: |_| Event::Parameters,
+        },
+        args::only(args)?,
+    )?;
+    let values = rt.values();
+    let output = match values.string("output") {
+        "" => PathBuf::from("bags").join(format!("planesman_{}", names::utc_now())),
+        path => PathBuf::from(path),
+    };
+    let options = parameters::writer_options(&values).map_err(anyhow::Error::msg)?;
+    let mut node = Node {
+        writer: BagWriter::create(&output, options)?,
+        topics: Vec::new(),
+        state: None,
+        answer: values
+            .bool("answer")
+            .then(|| rt.publisher("tick_answer", Qos::reliable(100)))
+            .transpose()?,
+        failed: false,
+    };
+    let selected = loop_topics::selected(values.strings("topics"))?;
+    for (index, topic) in selected.iter().enumerate() {
+        node.subscribe(&rt, index, topic)?;
+    }
+    log::info!("recording {} topics into {}", selected.len(), output.display());
+    drop(rt.every(Duration::from_millis(100), || Event::Look));
+    let outcome = rt.run(|rt, event| node.on(rt, event));
+    let bag = node.writer.close()?;
+    log::info!("bag closed: {} messages", bag.message_count);
+    outcome
+}
+
+struct Node {
+    writer: BagWriter,
+    /// By subscription; known to the bag from the first sample on.
+    topics: Vec<(LoopTopic, Option<TopicId>)>,
+    /// The subscription whose samples begin a tick.
+    state: Option<usize>,
+    answer: Option<Publisher<TickAnswer>>,
+    failed: bool,
+}
+
+impl Node {
+    fn subscribe(&mut self, rt: &Runtime<Event>, index: usize, topic: &LoopTopic) -> Result<()> {
+        let qos = match topic.delivery {
+            Delivery::BestEffort => Qos::record(),
+            Delivery::Reliable => Qos::record_reliable(),
+            Delivery::Latched => Qos::record_latched(),
+        };
+        rt.subscribe_raw(
+            topic.name,
+            topic.info.type_name,
+            Some(topic.info.type_hash),
+            qos,
+            move |sample| Event::Sample(index, sample),
+        )?;
+        if topic.name == "state" {
+            self.state = Some(index);
+        }
+        self.topics.push((*topic, None));
+        Ok(())
+    }
+
+    fn on(&mut self, rt: &Runtime<Event>, event: Event) -> Result<Flow> {
+        match event {
+            Event::Sample(index, sample) => {
+                let outcome = self.record(rt, index, &sample);
+                self.note(rt, outcome);
+                if self.state == Some(index) {
+                    self.answer(rt, &sample);
+                }
+            }
+            Event::Look => {
+                let outcome = self.writer.flush_if_due().map_err(Into::into);
+                self.note(rt, outcome);
+            }
+            Event::Parameters => {}
+        }
+        Ok(Flow::Continue)
+    }
+
+    fn record(&mut self, rt: &Runtime<Event>, index: usize, sample: &RawSample) -> Result<()> {
+        let Some((topic, id)) = self.topics.get_mut(index) else {
+            return Ok(());
+        };
+        let id = match *id {
+            Some(id) => id,
+            None => *id.insert(self.writer.add_topic(&topic.in_bag(&sample.topic))?),
+        };
+        let received = rt.now().nanos();
+        let published = sample.published.as_ref().map_or(received, |t| t.nanos());
+        self.writer
+            .write_raw(id, &sample.bytes, received, published)?;
+        Ok(())
+    }
+
+    /// The bag takes nothing more once it has failed; everybody is told, once.
+    fn note(&mut self, rt: &Runtime<Event>, outcome: Result<()>) {
+        match outcome {
+            Err(error) if !self.failed => {
+                self.failed = true;
+                log::error!("recording has stopped: {error:#}");
+                rt.set_status("bag", Level::Error, &format!("{error:#}"), &[]);
+            }
+            Ok(()) if !self.failed => {
+                let health = self.writer.health();
+                rt.set_status(
+                    "bag",
+                    Level::Ok,
+                    "recording",
+                    &[
+                        ("file", self.writer.file().display().to_string()),
+                        ("bytes", health.bytes.to_string()),
+                        ("messages", health.messages().to_string()),
+                        ("lost", health.dropped().to_string()),
+                    ],
+                );
+            }
+            _ => {}
+        }
+    }
+
+    /// A node does not hear itself: its own answers go into the bag by hand.
+    fn record_own(&mut self, rt: &Runtime<Event>, message: &TickAnswer) {
+        let Some(index) = self.topics.iter().position(|(t, _)| t.name == "tick_answer") else {
+            return;
+        };
+        let sample = RawSample {
+            topic: self.answer.as_ref().map_or_else(String::new, |a| a.topic().to_owned()),
+            bytes: cdr::to_bytes(message),
+            published: None,
+            received: rt.now(),
+            sequence: 0,
+        };
+        let outcome = self.record(rt, index, &sample);
+        self.note(rt, outcome);
+    }
+
+    fn answer(&mut self, rt: &Runtime<Event>, sample: &RawSample) {
+        let Some(answer) = &self.answer else {
+            return;
+        };
+        match cdr::from_bytes::<VehicleState>(&sample.bytes) {
+            Ok(state) => {
+                let message = TickAnswer {
+                    header: state.header,
+                    member: bare_name(&rt.full_name()),
+                };
+                answer.publish(&message);
+                self.record_own(rt, &message)
+            }
+            Err(error) => log::warn!("a state cannot be answered: {error}"),
+        }
+    }
+}
+
+fn bare_name(full: &str) -> String {
+    full.rsplit('/').next().unwrap_or(full).to_owned()
+}

@@ -1,0 +1,151 @@
+//! The loop in one process: the nodes' cores called in turn, no DDS, no clock.
+//!
+//! It does per tick what ARCHITECTURE.md says the processes do, with the same messages,
+//! so its trajectories equal those of the lockstep loop over DDS bit for bit.
+
+use anyhow::{Result, anyhow};
+use depth_controller::core::Controller;
+use dha_actuator::core::{Actuator, Output};
+use planesman_msgs::Message;
+use planesman_msgs::builtin_interfaces::msg::Time;
+use planesman_msgs::planesman_msgs::msg::{ControlState, ModelEstimate, PlaneCommand};
+use planesman_msgs::rosgraph_msgs::msg::Clock;
+use plant_sim::core::{Observation, Plant};
+use sysid::core::Identifier;
+
+use crate::scenario::Scenario;
+
+/// Everything the loop says in one tick.
+#[derive(Clone, Debug)]
+pub struct Tick {
+    /// The instant, also the stamp of every message.
+    pub stamp: Time,
+    /// What the vehicle and its sensors show at the stamp.
+    pub observation: Observation,
+    /// What the controller commands.
+    pub command: PlaneCommand,
+    /// The controller's inside.
+    pub control: ControlState,
+    /// What the actuator does until the next stamp.
+    pub actuator: Output,
+    /// The identified model, when one is due.
+    pub models: Vec<ModelEstimate>,
+}
+
+/// Something that takes messages by topic.
+pub trait Sink {
+    /// Takes one message of `topic` (relative to the namespace unless it begins with `/`).
+    ///
+    /// # Errors
+    /// When it cannot be kept.
+    fn put<M: Message>(&mut self, topic: &str, stamp: &Time, message: &M) -> Result<()>;
+}
+
+impl Tick {
+    /// Hands every message of the tick to `sink`, in the order in which the loop says them.
+    ///
+    /// # Errors
+    /// When the sink cannot keep one.
+    pub fn put_into(&self, sink: &mut impl Sink) -> Result<()> {
+        let t = &self.stamp;
+        let o = &self.observation;
+        sink.put("/clock", t, &Clock { clock: t.clone() })?;
+        sink.put("state", t, &o.state)?;
+        sink.put("odom", t, &o.odometry)?;
+        sink.put("/tf", t, &o.transforms)?;
+        sink.put("imu", t, &o.imu)?;
+        sink.put("depth_pressure", t, &o.depth_pressure)?;
+        sink.put("speed_pressure", t, &o.speed_pressure)?;
+        sink.put("plane_command", t, &self.command)?;
+        sink.put("control_state", t, &self.control)?;
+        sink.put("plane_motion", t, &self.actuator.motion)?;
+        sink.put("planes", t, &self.actuator.planes)?;
+        sink.put("dha_state", t, &self.actuator.state)?;
+        for model in &self.models {
+            sink.put("model", t, model)?;
+        }
+        Ok(())
+    }
+}
+
+/// The composed loop.
+pub struct Loop {
+    plant: Plant,
+    controller: Controller,
+    actuator: Actuator,
+    identifier: Identifier,
+    tick_nanos: i64,
+    /// The next tick.
+    k: i64,
+    /// Ticks in all.
+    ticks: u64,
+}
+
+impl Loop {
+    /// The loop of a scenario, before its first tick.
+    ///
+    /// # Errors
+    /// When a vehicle, actuator or parameter set is refused.
+    pub fn new(scenario: &Scenario) -> Result<Self> {
+        let named = |node: &'static str| move |e: String| anyhow!("node {node}: {e}");
+        let plant = Plant::new(&scenario.values("plant_sim")?).map_err(named("plant_sim"))?;
+        let tick_nanos = plant.tick_nanos();
+        Ok(Self {
+            controller: Controller::new(&scenario.values("depth_controller")?)
+                .map_err(named("depth_controller"))?,
+            actuator: Actuator::new(&scenario.values("dha_actuator")?, tick_nanos)
+                .map_err(named("dha_actuator"))?,
+            identifier: Identifier::new(&scenario.values("sysid")?).map_err(named("sysid"))?,
+            plant,
+            tick_nanos,
+            k: 0,
+            ticks: scenario.ticks(),
+        })
+    }
+
+    /// One tick: everybody answers for the present stamp, then the vehicle moves on.
+    ///
+    /// # Errors
+    /// When a part refuses what another said, or the vehicle's state would blow up.
+    pub fn tick(&mut self) -> Result<Tick> {
+        let stamp = Time::from_nanos(self.k * self.tick_nanos);
+        let observation = self.plant.observe(stamp.clone());
+        let (command, control) = self
+            .controller
+            .on_state(&observation.state)
+            .map_err(|e| anyhow!("depth_controller: {e}"))?;
+        let actuator = self
+            .actuator
+            .on_command(&command)
+            .map_err(|e| anyhow!("dha_actuator: {e}"))?;
+        let mut models = Vec::new();
+        for learnt in [
+            self.identifier
+                .on("state", stamp.clone(), &observation.state),
+            self.identifier
+                .on("plane_motion", stamp.clone(), &actuator.motion),
+        ] {
+            models.extend(learnt.map_err(|e| anyhow!("sysid: {e}"))?);
+        }
+        self.plant
+            .advance(Some(&actuator.motion))
+            .map_err(|e| anyhow!("plant_sim: {e}"))?;
+        self.k += 1;
+        Ok(Tick {
+            stamp,
+            observation,
+            command,
+            control,
+            actuator,
+            models,
+        })
+    }
+}
+
+impl Iterator for Loop {
+    type Item = Result<Tick>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        (self.k.unsigned_abs() < self.ticks).then(|| self.tick())
+    }
+}

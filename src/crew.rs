@@ -1,0 +1,176 @@
+//! The nodes as child processes: started, watched, stopped in order, never left behind.
+
+use std::fs::File;
+use std::process::{Child, Command, ExitCode, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result, bail};
+use rustix::process::{Pid, Signal, kill_process, set_parent_process_death_signal};
+
+use crate::run_folder::RunFolder;
+
+/// Set for a node that a launcher started: it stops when the launcher is gone.
+pub const LAUNCHED: &str = "PLANESMAN_LAUNCHED";
+
+/// Runs a launched node: it ends with its launcher, whatever becomes of that.
+#[must_use]
+pub fn launched(node: impl FnOnce() -> ExitCode) -> ExitCode {
+    if std::env::var_os(LAUNCHED).is_some()
+        && let Err(error) =
+            set_parent_process_death_signal(Some(Signal::TERM))
+    {
+        eprintln!("this node will outlive its launcher if that is killed: {error}");
+    }
+    node()
+}
+
+/// How long a node may take to stop cleanly.
+const STOP_TIMEOUT: Duration = Duration::from_secs(10);
+
+/// One node's process.
+struct Member {
+    name: &'static str,
+    child: Child,
+    exit: Option<ExitStatus>,
+}
+
+/// The running nodes of one flight.
+pub struct Crew {
+    run: RunFolder,
+    members: Vec<Member>,
+}
+
+impl Crew {
+    /// Starts `nodes`, each as its own process of this program, on the run's parameter file.
+    ///
+    /// # Errors
+    /// When a process cannot be started; those already running are stopped.
+    pub fn start(run: &RunFolder, namespace: &str, nodes: &[&'static str]) -> Result<Self> {
+        let program = std::env::current_exe().context("cannot find this program's own path")?;
+        let mut crew = Self {
+            run: run.clone(),
+            members: Vec::new(),
+        };
+        for name in nodes {
+            let log = File::create(run.log(name))
+                .with_context(|| format!("cannot write '{}'", run.log(name).display()))?;
+            let child = Command::new(&program)
+                .args(["node", name, "--ros-args", "-r"])
+                .arg(format!("__ns:={namespace}"))
+                .arg("--params-file")
+                .arg(run.parameter_file())
+                .env(LAUNCHED, "1")
+                .env("PLANESMAN_EXIT_REPORT", run.exit_report(name))
+                .stdin(Stdio::null())
+                .stdout(Stdio::null())
+                .stderr(log)
+                .spawn()
+                .with_context(|| format!("cannot start the node {name}"))?;
+            crew.members.push(Member {
+                name,
+                child,
+                exit: None,
+            });
+        }
+        Ok(crew)
+    }
+
+    /// Whether everybody still runs.
+    ///
+    /// # Errors
+    /// When a node has stopped by itself, with the end of its log.
+    pub fn check(&mut self) -> Result<()> {
+        for member in &mut self.members {
+            if member.exit.is_none()
+                && let Some(status) = member.child.try_wait()?
+            {
+                member.exit = Some(status);
+                bail!(
+                    "the node {} stopped by itself ({status}):\n{}",
+                    member.name,
+                    tail(&self.run, member.name)
+                );
+            }
+        }
+        Ok(())
+    }
+
+    /// Asks `node` to stop and waits until it has.
+    ///
+    /// # Errors
+    /// When it does not stop in time (it is killed then), or ends with an error.
+    pub fn stop(&mut self, node: &str) -> Result<()> {
+        let Some(member) = self.members.iter_mut().find(|m| m.name == node) else {
+            return Ok(());
+        };
+        if member.exit.is_some() {
+            return Ok(());
+        }
+        signal(&member.child, Signal::TERM);
+        let deadline = Instant::now() + STOP_TIMEOUT;
+        let status = loop {
+            if let Some(status) = member.child.try_wait()? {
+                break status;
+            }
+            if Instant::now() > deadline {
+                member.child.kill()?;
+                member.exit = Some(member.child.wait()?);
+                bail!(
+                    "the node {node} did not stop within {} s and was killed; its log is {}",
+                    STOP_TIMEOUT.as_secs(),
+                    self.run.log(node).display()
+                );
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        };
+        member.exit = Some(status);
+        if !status.success() {
+            bail!(
+                "the node {node} ended with {status}:\n{}",
+                tail(&self.run, node)
+            );
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Crew {
+    fn drop(&mut self) {
+        for member in &mut self.members {
+            if member.exit.is_none() {
+                // Best effort on the way out of an error: nothing is left to tell it to.
+                signal(&member.child, Signal::TERM);
+            }
+        }
+        let deadline = Instant::now() + Duration::from_secs(3);
+        for member in &mut self.members {
+            while member.exit.is_none() {
+                match member.child.try_wait() {
+                    Ok(None) if Instant::now() < deadline => {
+                        std::thread::sleep(Duration::from_millis(10));
+                    }
+                    Ok(Some(status)) => member.exit = Some(status),
+                    _ => {
+                        let _ = member.child.kill();
+                        member.exit = member.child.wait().ok();
+                        break;
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn signal(child: &Child, signal: Signal) {
+    if let Some(pid) = i32::try_from(child.id()).ok().and_then(Pid::from_raw) {
+        // It may have ended in between; then there is nobody to tell.
+        let _ = kill_process(pid, signal);
+    }
+}
+
+/// The last lines of a node's log.
+fn tail(run: &RunFolder, node: &str) -> String {
+    let text = std::fs::read_to_string(run.log(node)).unwrap_or_default();
+    let lines: Vec<&str> = text.lines().collect();
+    lines[lines.len().saturating_sub(8)..].join("\n")
+}

@@ -1,0 +1,297 @@
+//! `planesman dive`: the scenario flown by separate processes over DDS.
+//!
+//! The launcher is a node itself: it reads everybody's diagnostics to know when all have
+//! discovered each other, lets the vehicle go, shows how it flies, and stops all in the order
+//! in which nothing is lost: first who talks, last the recorder.
+
+use std::collections::BTreeMap;
+use std::io::IsTerminal;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result, bail};
+use indicatif::{ProgressBar, ProgressStyle};
+use planesman_msgs::diagnostic_msgs::msg::DiagnosticArray;
+use planesman_msgs::planesman_msgs::msg::{ModelEstimate, VehicleState};
+use planesman_msgs::std_srvs::srv::{SetBool, SetBoolRequest, SetBoolResponse};
+use planesman_node::{Client, Connections, Direction, Flow, NodeSpec, Qos, Runtime, args};
+use planesman_parameters::Value;
+
+use crate::crew::Crew;
+use crate::run_folder::RunFolder;
+use crate::scenario::{NODES, Scenario};
+use crate::summary::{identified, pole_text};
+
+/// How long the nodes may take to find each other.
+const GATHERING: Duration = Duration::from_secs(30);
+/// How long the last messages may take to reach the recorder.
+const SETTLING: Duration = Duration::from_millis(500);
+
+/// Who decides when a tick is over.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Pace {
+    /// Everybody has answered.
+    Lockstep,
+    /// The wall clock.
+    Real {
+        /// How many times faster than the wall clock.
+        factor: f64,
+        /// Stamps from 0, `/clock` published.
+        sim_time: bool,
+    },
+}
+
+/// How a dive is run.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Who decides when a tick is over.
+    pub pace: Pace,
+    /// Leaves the loop up until Ctrl-C.
+    pub keep_running: bool,
+    /// The namespace of all nodes.
+    pub namespace: String,
+}
+
+/// Flies `scenario` into `run` and prints what it showed.
+///
+/// # Errors
+/// When a node cannot start, does not find the others, or fails in flight.
+pub fn run(scenario: &Scenario, run: &RunFolder, options: &Options) -> Result<()> {
+    let parameters = scenario.parameter_file(&options.namespace, &extra(run, options))?;
+    std::fs::write(run.parameter_file(), parameters)
+        .with_context(|| format!("cannot write '{}'", run.parameter_file().display()))?;
+
+    println!("{}", scenario.description);
+    let namespace = format!("__ns:={}", options.namespace);
+    let crew = Crew::start(run, &options.namespace, &NODES)?;
+    let rt = Runtime::start(
+        NodeSpec {
+            name: "planesman",
+            namespace: "/auv",
+            declarations: Vec::new(),
+            validate: |_| Ok(()),
+            on_parameters: |_| Event::Look,
+        },
+        args::only(["--ros-args", "-r", &namespace, "--log-level", "warn"].map(str::to_owned))?,
+    )?;
+    rt.subscribe("/diagnostics", Qos::reliable(1000), Event::Diagnostics)?;
+    rt.subscribe("state", Qos::reliable(1000), Event::State)?;
+    rt.subscribe("model", Qos::reliable(1000), Event::Model)?;
+    let go = rt.client::<SetBool>("plant_sim/pause")?;
+    drop(rt.every(Duration::from_millis(20), || Event::Look));
+    let mut captain = Captain {
+        scenario: scenario.clone(),
+        options: options.clone(),
+        crew,
+        go,
+        phase: Phase::Gathering(Instant::now()),
+        connections: BTreeMap::new(),
+        bar: bar(scenario.ticks()),
+        first: None,
+        ticks: 0,
+        pole: String::new(),
+        began: Instant::now(),
+    };
+    let flown = rt.run(|rt, event| captain.on(rt, event));
+    captain.bar.finish_and_clear();
+    flown?;
+    let interrupted = !matches!(captain.phase, Phase::Flown(_));
+    // Who talks stops first, so that the recorder hears the last word.
+    for node in NODES.iter().rev() {
+        captain.crew.stop(node)?;
+    }
+    if interrupted {
+        println!("Interrupted after {} ticks; the bag is closed.", captain.ticks);
+    } else {
+        println!(
+            "Flew {:.1} s of vehicle time in {:.1} s, {} processes over DDS.\n",
+            captain.ticks as f64 * scenario.tick,
+            captain.began.elapsed().as_secs_f64(),
+            NODES.len() + 1,
+        );
+    }
+    println!("{}", run.report()?);
+    Ok(())
+}
+
+/// What only the launcher knows.
+fn extra(run: &RunFolder, options: &Options) -> Vec<(&'static str, &'static str, Value)> {
+    let lockstep = options.pace == Pace::Lockstep;
+    let mut extra: Vec<(&str, &str, Value)> = vec![
+        ("recorder", "output", run.bag().to_string_lossy().as_ref().into()),
+        ("recorder", "answer", lockstep.into()),
+        ("sysid", "answer", lockstep.into()),
+        ("dha_actuator", "lockstep", lockstep.into()),
+        ("plant_sim", "start_paused", true.into()),
+        (
+            "plant_sim",
+            "lockstep.members",
+            ["sysid", "recorder"].as_slice().into(),
+        ),
+    ];
+    match options.pace {
+        Pace::Lockstep => extra.push(("plant_sim", "time", "lockstep".into())),
+        Pace::Real { factor, sim_time } => {
+            extra.push(("plant_sim", "time", "real".into()));
+            extra.push(("plant_sim", "factor", factor.into()));
+            extra.push(("plant_sim", "sim_time", sim_time.into()));
+        }
+    }
+    if options.keep_running {
+        extra.push(("plant_sim", "duration", 0.0.into()));
+    }
+    extra
+}
+
+enum Event {
+    Diagnostics(DiagnosticArray),
+    State(VehicleState),
+    Model(ModelEstimate),
+    /// What the vehicle says to being let go.
+    Going(Result<SetBoolResponse>),
+    Look,
+}
+
+enum Phase {
+    /// Waiting until all have discovered each other, since then.
+    Gathering(Instant),
+    /// The vehicle was told to go.
+    Flying,
+    /// The last state has come, then.
+    Flown(Instant),
+}
+
+struct Captain {
+    scenario: Scenario,
+    options: Options,
+    crew: Crew,
+    go: Client<SetBool>,
+    phase: Phase,
+    /// What each node says of its endpoints.
+    connections: BTreeMap<String, Connections>,
+    bar: ProgressBar,
+    /// The first state's stamp, ns.
+    first: Option<i64>,
+    ticks: u64,
+    pole: String,
+    began: Instant,
+}
+
+impl Captain {
+    fn on(&mut self, rt: &Runtime<Event>, event: Event) -> Result<Flow> {
+        match event {
+            Event::Diagnostics(array) => {
+                if let Some(connections) = Connections::from_diagnostics(&array) {
+                    self.connections
+                        .insert(connections.node.clone(), connections);
+                }
+            }
+            Event::State(state) => self.on_state(&state),
+            Event::Model(model) if model.valid => {
+                if let Some(pole) = identified(&model).dominant() {
+                    self.pole = format!("pole {} 1/s", pole_text(pole));
+                }
+            }
+            Event::Model(_) => {}
+            Event::Going(outcome) => drop(outcome?),
+            Event::Look => return self.look(rt),
+        }
+        Ok(Flow::Continue)
+    }
+
+    fn on_state(&mut self, state: &VehicleState) {
+        let stamp = state.header.stamp.nanos();
+        let first = *self.first.get_or_insert(stamp);
+        let t = (stamp - first) as f64 * 1e-9;
+        self.ticks = (t / self.scenario.tick).round() as u64 + 1;
+        self.bar.set_position(self.ticks);
+        self.bar.set_message(format!(
+            "t {t:5.1} s  depth {:6.3} m  pitch {:+5.1}°  planes {:+5.1}°  {}",
+            state.depth,
+            state.pitch.to_degrees(),
+            state.dive_planes.to_degrees(),
+            self.pole
+        ));
+    }
+
+    fn look(&mut self, rt: &Runtime<Event>) -> Result<Flow> {
+        self.crew.check()?;
+        match self.phase {
+            Phase::Gathering(since) => match self.missing(rt) {
+                None => {
+                    self.say("all nodes have discovered each other; diving");
+                    self.began = Instant::now();
+                    let go = self.go.clone();
+                    rt.when_done(async move {
+                        Event::Going(go.call(SetBoolRequest { data: false }, GATHERING).await)
+                    });
+                    self.phase = Phase::Flying;
+                }
+                Some(missing) if since.elapsed() > GATHERING => {
+                    bail!(
+                        "the nodes did not find each other within {} s: {missing}",
+                        GATHERING.as_secs()
+                    );
+                }
+                Some(missing) => self.bar.set_message(missing),
+            },
+            Phase::Flying if !self.options.keep_running && self.ticks >= self.scenario.ticks() => {
+                self.phase = Phase::Flown(Instant::now());
+            }
+            Phase::Flown(since) if since.elapsed() > SETTLING => return Ok(Flow::Stop),
+            _ => {}
+        }
+        Ok(Flow::Continue)
+    }
+
+    fn say(&self, text: &str) {
+        if std::io::stderr().is_terminal() {
+            self.bar.println(text);
+        } else {
+            println!("{text}");
+        }
+    }
+
+    /// What is still missing before everybody hears everybody, `None` when nothing is.
+    ///
+    /// Every node must have reported; every endpoint must be matched with as many others as all
+    /// nodes together, this one included, have on its topic.
+    fn missing(&self, rt: &Runtime<Event>) -> Option<String> {
+        let mut all = vec![rt.connections()];
+        for node in NODES {
+            let name = format!("{}/{node}", self.options.namespace.trim_end_matches('/'));
+            match self.connections.get(&name) {
+                Some(connections) => all.push(connections.clone()),
+                None => return Some(format!("waiting for {node}")),
+            }
+        }
+        let others_with = |own: &str, direction: Direction, topic: &str| {
+            all.iter()
+                .filter(|other| other.node != own && other.find(direction, topic).is_some())
+                .count()
+        };
+        for node in &all {
+            for end in &node.list {
+                let (others, what) = match end.direction {
+                    Direction::Publisher => (Direction::Subscription, "readers"),
+                    Direction::Subscription => (Direction::Publisher, "writers"),
+                };
+                let expected = others_with(&node.node, others, &end.topic);
+                if end.peers < expected {
+                    return Some(format!(
+                        "{}: {} of {expected} {what} of {}",
+                        node.node, end.peers, end.topic
+                    ));
+                }
+            }
+        }
+        None
+    }
+}
+
+fn bar(ticks: u64) -> ProgressBar {
+    let bar = ProgressBar::new(ticks);
+    if let Ok(style) = ProgressStyle::with_template("{bar:30} {percent:>3} %  {msg}") {
+        bar.set_style(style);
+    }
+    bar
+}

@@ -1,0 +1,180 @@
+//! Line plots as SVG text.
+
+use anyhow::{Result, anyhow};
+use plotters::prelude::*;
+
+/// One line or point set of a plot.
+pub struct Series<'a> {
+    /// Its name in the legend.
+    pub name: &'a str,
+    /// Its points.
+    pub points: Vec<(f64, f64)>,
+    /// How it is drawn.
+    pub style: Style,
+}
+
+/// How a series is drawn.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Style {
+    /// A solid line.
+    Line,
+    /// A thin dashed line, for setpoints and truths.
+    Dashed,
+    /// Crosses, for poles.
+    Crosses,
+    /// Circles, for true poles.
+    Circles,
+}
+
+/// One plot.
+pub struct Plot<'a> {
+    /// The heading.
+    pub title: &'a str,
+    /// The x axis, with its unit.
+    pub x: &'a str,
+    /// The y axis, with its unit.
+    pub y: &'a str,
+    /// Draws larger y values lower, as divers think of depth.
+    pub y_down: bool,
+    /// What is drawn.
+    pub series: Vec<Series<'a>>,
+}
+
+const SIZE: (u32, u32) = (820, 300);
+
+/// Colours that people with any colour vision tell apart (Okabe and Ito).
+const COLOURS: [RGBColor; 5] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(90, 90, 90),
+];
+
+impl Plot<'_> {
+    /// The plot as one `<svg>` element.
+    ///
+    /// # Errors
+    /// When no series has a finite point, or the drawing library fails.
+    pub fn svg(&self) -> Result<String> {
+        let mut text = String::new();
+        self.draw(&SVGBackend::with_string(&mut text, SIZE).into_drawing_area())
+            .map_err(|e| anyhow!("plot '{}': {e}", self.title))?;
+        Ok(text)
+    }
+
+    fn draw(&self, area: &DrawingArea<SVGBackend<'_>, plotters::coord::Shift>) -> Result<()> {
+        let (x, mut y) = self.ranges()?;
+        if self.y_down {
+            y = y.end..y.start;
+        }
+        let mut chart = ChartBuilder::on(area)
+            .margin(8)
+            .x_label_area_size(36)
+            .y_label_area_size(64)
+            .build_cartesian_2d(x, y)?;
+        chart
+            .configure_mesh()
+            .x_desc(self.x)
+            .y_desc(self.y)
+            .light_line_style(TRANSPARENT)
+            .bold_line_style(RGBColor(228, 228, 228))
+            .axis_style(RGBColor(120, 120, 120))
+            .label_style(("sans-serif", 13))
+            .draw()?;
+        for (series, colour) in self.series.iter().zip(COLOURS.iter().cycle()) {
+            let points = series.points.iter().copied().filter(finite);
+            let line = ShapeStyle::from(colour).stroke_width(2);
+            match series.style {
+                Style::Line => chart.draw_series(LineSeries::new(points, line))?,
+                Style::Dashed => chart.draw_series(DashedLineSeries::new(
+                    points,
+                    6,
+                    4,
+                    ShapeStyle::from(colour).stroke_width(1),
+                ))?,
+                Style::Crosses => chart.draw_series(points.map(|p| Cross::new(p, 5, line)))?,
+                Style::Circles => chart.draw_series(
+                    points.map(|p| Circle::new(p, 7, ShapeStyle::from(colour).stroke_width(2))),
+                )?,
+            }
+            .label(series.name)
+            .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], line));
+        }
+        if self.series.len() > 1 {
+            chart
+                .configure_series_labels()
+                .position(SeriesLabelPosition::UpperRight)
+                .background_style(WHITE.mix(0.85))
+                .border_style(RGBColor(200, 200, 200))
+                .label_font(("sans-serif", 13))
+                .draw()?;
+        }
+        area.present()?;
+        Ok(())
+    }
+
+    /// Both axes' ranges, with a little air.
+    fn ranges(&self) -> Result<(std::ops::Range<f64>, std::ops::Range<f64>)> {
+        let mut low = (f64::INFINITY, f64::INFINITY);
+        let mut high = (f64::NEG_INFINITY, f64::NEG_INFINITY);
+        for p in self
+            .series
+            .iter()
+            .flat_map(|s| s.points.iter().copied())
+            .filter(finite)
+        {
+            low = (low.0.min(p.0), low.1.min(p.1));
+            high = (high.0.max(p.0), high.1.max(p.1));
+        }
+        if low.0 > high.0 {
+            return Err(anyhow!("there is nothing to draw"));
+        }
+        let widen = |low: f64, high: f64, share: f64| {
+            let air = ((high - low) * share).max(1e-9 + 1e-6 * high.abs().max(low.abs()));
+            low - air..high + air
+        };
+        Ok((widen(low.0, high.0, 0.01), widen(low.1, high.1, 0.08)))
+    }
+}
+
+fn finite(p: &(f64, f64)) -> bool {
+    p.0.is_finite() && p.1.is_finite()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plot(points: Vec<(f64, f64)>) -> Plot<'static> {
+        Plot {
+            title: "t",
+            x: "s",
+            y: "m",
+            y_down: false,
+            series: vec![Series {
+                name: "a",
+                points,
+                style: Style::Line,
+            }],
+        }
+    }
+
+    #[test]
+    fn a_plot_is_one_svg_element_that_leaves_out_what_is_not_finite() {
+        let svg = plot(vec![(0.0, 1.0), (1.0, f64::NAN), (2.0, 3.0)])
+            .svg()
+            .expect("drawn");
+        assert!(svg.starts_with("<svg") && svg.contains("</svg>") && !svg.contains("NaN"));
+    }
+
+    #[test]
+    fn a_plot_of_nothing_says_so() {
+        assert!(plot(vec![(f64::NAN, 0.0)]).svg().is_err());
+    }
+
+    #[test]
+    fn a_constant_has_room_around_it() {
+        assert!(plot(vec![(0.0, 5.0), (1.0, 5.0)]).svg().is_ok());
+    }
+}

@@ -1,0 +1,238 @@
+//! A scenario: one file that says what is flown, by what, and how long.
+//!
+//! The same file feeds the processes over DDS (as a ROS 2 parameter file) and the
+//! in-process composition, through the same declarations and the same checks.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+use planesman_parameters::{Value, Values, file};
+use serde::Deserialize;
+
+/// The nodes whose parameters a scenario sets, in the order in which they are started.
+pub const NODES: [&str; 5] = [
+    "recorder",
+    "sysid",
+    "dha_actuator",
+    "depth_controller",
+    "plant_sim",
+];
+
+/// The scenarios that come with the program: name and text.
+pub const BUILTIN: [(&str, &str); 2] = [
+    ("dive", include_str!("../launch-scripts/scenarios/dive.yaml")),
+    (
+        "open_loop",
+        include_str!("../launch-scripts/scenarios/open_loop.yaml"),
+    ),
+];
+
+/// The largest scenario file read, bytes.
+const MAX_FILE: u64 = 1 << 20;
+
+/// What is flown.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scenario {
+    /// What it is, in a sentence.
+    pub description: String,
+    /// How long the vehicle is flown, s of vehicle time.
+    pub duration: f64,
+    /// The sampling time of the loop, s.
+    #[serde(default = "default_tick")]
+    pub tick: f64,
+    /// The seed of everything random.
+    #[serde(default = "default_seed")]
+    pub seed: u32,
+    /// Parameters per node, as in a ROS 2 parameter file.
+    #[serde(default)]
+    pub parameters: BTreeMap<String, serde_yaml_ng::Value>,
+    /// The text it was read from.
+    #[serde(skip)]
+    source: String,
+}
+
+fn default_tick() -> f64 {
+    0.05
+}
+
+fn default_seed() -> u32 {
+    1
+}
+
+impl Scenario {
+    /// A built-in scenario by its name, or a scenario file by its path.
+    ///
+    /// # Errors
+    /// When there is neither, or the text is not a valid scenario; the message names the
+    /// source, the value and the rule.
+    pub fn load(name_or_path: &str) -> Result<Self> {
+        let text = match BUILTIN.iter().find(|(name, _)| *name == name_or_path) {
+            Some((_, text)) => (*text).to_owned(),
+            None => read(Path::new(name_or_path))?,
+        };
+        Self::parse(&text).with_context(|| format!("scenario '{name_or_path}'"))
+    }
+
+    /// A scenario from its YAML text.
+    ///
+    /// # Errors
+    /// When the text is no scenario or a parameter breaks its declaration.
+    pub fn parse(text: &str) -> Result<Self> {
+        let mut scenario: Self = serde_yaml_ng::from_str(text)?;
+        scenario.source = text.to_owned();
+        for (name, value) in [("duration", scenario.duration), ("tick", scenario.tick)] {
+            if !(value.is_finite() && value > 0.0) {
+                bail!("{name}: {value} refused: it must be positive and finite, in s");
+            }
+        }
+        if scenario.duration > 86_400.0 {
+            bail!(
+                "duration: {} refused: at most a day, 86400 s",
+                scenario.duration
+            );
+        }
+        for node in scenario.parameters.keys() {
+            if !NODES.contains(&node.as_str()) {
+                bail!(
+                    "parameters: there is no node '{node}'; there are {}",
+                    NODES.join(", ")
+                );
+            }
+        }
+        for node in NODES {
+            scenario.values(node)?;
+        }
+        Ok(scenario)
+    }
+
+    /// The text it was read from.
+    #[must_use]
+    pub fn source(&self) -> &str {
+        &self.source
+    }
+
+    /// The number of ticks flown.
+    #[must_use]
+    pub fn ticks(&self) -> u64 {
+        (self.duration / self.tick).round() as u64
+    }
+
+    /// The declared parameters of `node`, with this scenario's values.
+    ///
+    /// # Errors
+    /// When a value breaks its declaration.
+    pub fn values(&self, node: &str) -> Result<Values> {
+        let Some(declarations) = crate::nodes::declarations(node) else {
+            bail!("there is no node '{node}'");
+        };
+        let mut changes: Vec<(String, Value)> = match node {
+            "plant_sim" => vec![
+                ("tick".to_owned(), self.tick.into()),
+                ("duration".to_owned(), self.duration.into()),
+                ("seed".to_owned(), i64::from(self.seed).into()),
+            ],
+            "dha_actuator" => vec![("tick".to_owned(), self.tick.into())],
+            "sysid" => vec![("sample_time".to_owned(), self.tick.into())],
+            _ => Vec::new(),
+        };
+        if let Some(section) = self.parameters.get(node) {
+            changes.extend(file::flatten(section)?);
+        }
+        Values::defaults(declarations)
+            .with(changes)
+            .with_context(|| format!("node {node}"))
+    }
+
+    /// All nodes' parameters as one ROS 2 parameter file for the namespace, with
+    /// `extra` changes per node that only the launcher knows.
+    ///
+    /// # Errors
+    /// When a value breaks its declaration.
+    pub fn parameter_file(
+        &self,
+        namespace: &str,
+        extra: &[(&str, &str, Value)],
+    ) -> Result<String> {
+        let mut text = format!("# {}\n", self.description.replace('\n', " "));
+        for node in NODES {
+            let changes = extra
+                .iter()
+                .filter(|(n, _, _)| *n == node)
+                .map(|(_, name, value)| ((*name).to_owned(), value.clone()));
+            let values = self.values(node)?.with(changes)?;
+            writeln!(text, "{namespace}/{node}:\n  ros__parameters:")?;
+            for declaration in values.declarations() {
+                if let Some(value) = values.get(declaration.name) {
+                    writeln!(text, "    {}: {value}", declaration.name)?;
+                }
+            }
+        }
+        Ok(text)
+    }
+}
+
+fn read(path: &Path) -> Result<String> {
+    let names: Vec<&str> = BUILTIN.iter().map(|(name, _)| *name).collect();
+    let hint = format!("a YAML file or one of: {}", names.join(", "));
+    let size = std::fs::metadata(path)
+        .with_context(|| format!("no scenario '{}': {hint}", path.display()))?
+        .len();
+    if size > MAX_FILE {
+        bail!(
+            "scenario '{}': {size} bytes, a scenario has at most {MAX_FILE}",
+            path.display()
+        );
+    }
+    std::fs::read_to_string(path)
+        .with_context(|| format!("scenario '{}' is not readable text: {hint}", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_built_in_scenarios_are_valid() {
+        for (name, _) in BUILTIN {
+            Scenario::load(name).expect(name);
+        }
+    }
+
+    #[test]
+    fn a_bad_scenario_names_the_value_and_the_rule() {
+        for (text, expected) in [
+            ("{description: d, duration: -1}", "duration: -1"),
+            ("{description: d, duration: .nan}", "duration: NaN"),
+            ("{description: d, duration: 1, speed: 2}", "speed"),
+            (
+                "{description: d, duration: 1, parameters: {rudder: {}}}",
+                "no node 'rudder'",
+            ),
+            (
+                "{description: d, duration: 1, parameters: {plant_sim: {speed: fast}}}",
+                "speed",
+            ),
+            (
+                "{description: d, duration: 1, parameters: {depth_controller: {depth.p: .nan}}}",
+                "finite",
+            ),
+        ] {
+            let error = format!("{:#}", Scenario::parse(text).expect_err(text));
+            assert!(error.contains(expected), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn the_parameter_file_reads_back_to_the_same_values() {
+        let scenario = Scenario::load("dive").expect("scenario");
+        let text = scenario.parameter_file("/auv", &[]).expect("written");
+        for node in NODES {
+            let read = file::overrides_for(&text, &format!("/auv/{node}")).expect("read");
+            let values = scenario.values(node).expect("values");
+            assert_eq!(values.with(read).expect("valid"), values);
+        }
+    }
+}

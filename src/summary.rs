@@ -1,0 +1,236 @@
+//! What a flight shows: the depth response, and the identified model beside the true one.
+
+use std::fmt;
+
+use anyhow::{Result, anyhow};
+use planesman_linear::{Complex, StepMetrics, step_metrics};
+use planesman_msgs::planesman_msgs::msg::ModelEstimate;
+
+use crate::flight::Flight;
+use crate::scenario::Scenario;
+
+/// The dominant pole is called found when it is this close, relative to its magnitude.
+pub const POLE_TOLERANCE: f64 = 0.10;
+
+/// A transfer function's fingerprint.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fingerprint {
+    /// Continuous poles, 1/s, slowest first.
+    pub poles: Vec<Complex<f64>>,
+    /// Gain at rest, output unit per input unit; `None` with a pole at rest.
+    pub dc_gain: Option<f64>,
+    /// Response to a held unit input after one, two, … samples (the impulse response of
+    /// the sampled system): the gain at short times.
+    pub first_response: f64,
+}
+
+impl Fingerprint {
+    /// The slowest pole; of a pair the one with the positive imaginary part.
+    #[must_use]
+    pub fn dominant(&self) -> Option<Complex<f64>> {
+        let slowest = *self.poles.first()?;
+        Some(Complex::new(slowest.re, slowest.im.abs()))
+    }
+}
+
+/// What a flight shows.
+#[derive(Clone, Debug)]
+pub struct Summary {
+    /// The depth asked for at the end, m.
+    pub depth_setpoint: f64,
+    /// The depth response, `None` when the flight has no depth step.
+    pub depth: Option<StepMetrics>,
+    /// The identified model, `None` while none is valid.
+    pub identified: Option<Fingerprint>,
+    /// Regression rows behind it.
+    pub samples: u64,
+    /// One-step fit, %.
+    pub fit: f64,
+    /// Why there is no identified model.
+    pub no_model: String,
+    /// The vehicle's own model at its speed.
+    pub truth: Fingerprint,
+    /// Ticks in which the actuator's answer was missing.
+    pub held_ticks: usize,
+    /// Pulses the actuator issued.
+    pub pulses: u64,
+}
+
+impl Summary {
+    /// What `flight`, flown after `scenario`, shows.
+    ///
+    /// # Errors
+    /// When the flight holds no states or the scenario's vehicle cannot be linearised.
+    pub fn of(flight: &Flight, scenario: &Scenario) -> Result<Self> {
+        let depth = flight.depth();
+        let (Some(first), Some(last)) = (flight.states.first(), flight.states.last()) else {
+            return Err(anyhow!("the bag holds no vehicle states"));
+        };
+        let depth_setpoint = flight
+            .controls
+            .last()
+            .filter(|c| c.mode == planesman_msgs::planesman_msgs::msg::ControlState::MODE_DEPTH)
+            .map_or(last.depth, |c| c.depth_setpoint);
+        let times: Vec<f64> = depth.iter().map(|p| p.0).collect();
+        let values: Vec<f64> = depth.iter().map(|p| p.1).collect();
+        let model = flight.final_model();
+        Ok(Self {
+            depth_setpoint,
+            depth: ((depth_setpoint - first.depth).abs() > 1e-6)
+                .then(|| step_metrics::of(&times, &values, first.depth, depth_setpoint))
+                .transpose()?,
+            identified: model.map(identified),
+            samples: model.map_or(0, |m| m.samples),
+            fit: model.map_or(0.0, |m| m.fit),
+            no_model: flight.models.last().map_or_else(
+                || "no model was published".to_owned(),
+                |m| m.reason.clone(),
+            ),
+            truth: truth(scenario)?,
+            held_ticks: flight
+                .states
+                .iter()
+                .filter(|s| {
+                    s.planes_source
+                        == planesman_msgs::planesman_msgs::msg::VehicleState::PLANES_HELD
+                })
+                .count(),
+            pulses: flight.actuator.last().map_or(0, |a| a.pulses),
+        })
+    }
+
+    /// How far the identified dominant pole lies from the true one, relative to its magnitude.
+    #[must_use]
+    pub fn pole_error(&self) -> Option<f64> {
+        let found = self.identified.as_ref()?.dominant()?;
+        let truth = self.truth.dominant()?;
+        Some((found - truth).norm() / truth.norm())
+    }
+}
+
+/// The vehicle's own sampled model between plane angle and pitch rate.
+fn truth(scenario: &Scenario) -> Result<Fingerprint> {
+    let values = scenario.values("plant_sim")?;
+    let model = plant_sim::linearised::true_model(
+        &plant_sim::vehicle_file::load(values.string("vehicle")).map_err(|e| anyhow!("{e}"))?,
+        values.double("speed"),
+        scenario.tick,
+    )
+    .map_err(|e| anyhow!("{e}"))?;
+    Ok(Fingerprint {
+        poles: slowest_first(model.continuous_poles),
+        dc_gain: model.dc_gain,
+        first_response: model.transfer_function.num.first().copied().unwrap_or(0.0),
+    })
+}
+
+/// The fingerprint of an estimate.
+#[must_use]
+pub fn identified(model: &ModelEstimate) -> Fingerprint {
+    let poles = model
+        .s_poles_re
+        .iter()
+        .zip(&model.s_poles_im)
+        .map(|(re, im)| Complex::new(*re, *im))
+        .collect();
+    Fingerprint {
+        poles: slowest_first(poles),
+        dc_gain: model.has_dc_gain.then_some(model.dc_gain),
+        first_response: model.b.first().copied().unwrap_or(0.0),
+    }
+}
+
+fn slowest_first(mut poles: Vec<Complex<f64>>) -> Vec<Complex<f64>> {
+    poles.sort_by(|a, b| {
+        a.norm()
+            .total_cmp(&b.norm())
+            .then_with(|| b.im.total_cmp(&a.im))
+    });
+    poles
+}
+
+/// A pole as people write it: `-0.355 ± 0.126i` stands for the pair.
+#[must_use]
+pub fn pole_text(pole: Complex<f64>) -> String {
+    if pole.im == 0.0 {
+        format!("{:.4}", pole.re)
+    } else {
+        format!(
+            "{:.4} {} {:.4}i",
+            pole.re,
+            if pole.im > 0.0 { '+' } else { '-' },
+            pole.im.abs()
+        )
+    }
+}
+
+fn seconds(value: Option<f64>) -> String {
+    value.map_or_else(|| "not reached".to_owned(), |v| format!("{v:.2} s"))
+}
+
+impl fmt::Display for Summary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(depth) = &self.depth {
+            writeln!(f, "Depth response to {:.3} m", self.depth_setpoint)?;
+            writeln!(f, "  rise time (10-90 %)     {}", seconds(depth.rise_time))?;
+            writeln!(f, "  overshoot               {:.2} %", depth.overshoot)?;
+            writeln!(
+                f,
+                "  settling time (5 %)     {}",
+                seconds(depth.settling_time_5)
+            )?;
+            writeln!(f, "  steady error            {:+.4} m", depth.steady_error)?;
+            writeln!(f)?;
+        }
+        writeln!(f, "Plane angle -> pitch rate   {:>22}  {:>22}", "identified", "true")?;
+        match &self.identified {
+            None => writeln!(f, "  no valid model: {}", self.no_model)?,
+            Some(found) => {
+                let rows = found.poles.len().max(self.truth.poles.len());
+                let text = |poles: &[Complex<f64>], i: usize| {
+                    poles.get(i).map_or_else(String::new, |p| pole_text(*p))
+                };
+                for i in 0..rows {
+                    writeln!(
+                        f,
+                        "  pole {} [1/s]              {:>22}  {:>22}",
+                        i + 1,
+                        text(&found.poles, i),
+                        text(&self.truth.poles, i)
+                    )?;
+                }
+                let gain = |g: Option<f64>| g.map_or_else(|| "none".to_owned(), |g| format!("{g:.5}"));
+                writeln!(
+                    f,
+                    "  first-sample gain [1/s]   {:>22.5}  {:>22.5}",
+                    found.first_response, self.truth.first_response
+                )?;
+                writeln!(
+                    f,
+                    "  gain at rest [1/s]        {:>22}  {:>22}",
+                    gain(found.dc_gain),
+                    gain(self.truth.dc_gain)
+                )?;
+                if let Some(error) = self.pole_error() {
+                    writeln!(
+                        f,
+                        "  dominant pole {} of the true one (distance {:.1} % of its magnitude, {} samples, one-step fit {:.2} %)",
+                        if error <= POLE_TOLERANCE {
+                            format!("within {:.0} %", 100.0 * POLE_TOLERANCE)
+                        } else {
+                            format!("NOT within {:.0} %", 100.0 * POLE_TOLERANCE)
+                        },
+                        100.0 * error,
+                        self.samples,
+                        self.fit
+                    )?;
+                }
+            }
+        }
+        write!(
+            f,
+            "\nActuator: {} pulses; ticks without its answer: {}",
+            self.pulses, self.held_ticks
+        )
+    }
+}
