@@ -40,6 +40,16 @@ pub enum Pace {
     },
 }
 
+impl Pace {
+    /// Whether the vehicle makes `/clock`.
+    fn owns_time(self) -> bool {
+        match self {
+            Self::Lockstep => true,
+            Self::Real { sim_time, .. } => sim_time,
+        }
+    }
+}
+
 /// How a dive is run.
 #[derive(Clone, Debug)]
 pub struct Options {
@@ -56,7 +66,11 @@ pub struct Options {
 /// # Errors
 /// When a node cannot start, does not find the others, or fails in flight.
 pub fn run(scenario: &Scenario, run: &RunFolder, options: &Options) -> Result<()> {
-    let parameters = scenario.parameter_file(&options.namespace, &extra(run, options))?;
+    let parameters = scenario.parameter_file(
+        &options.namespace,
+        &extra(run, options),
+        options.pace.owns_time(),
+    )?;
     std::fs::write(run.parameter_file(), parameters)
         .with_context(|| format!("cannot write '{}'", run.parameter_file().display()))?;
 

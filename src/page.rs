@@ -107,7 +107,7 @@ fn model_table(summary: &Summary) -> Markup {
                             td { (cell(&summary.truth.poles, i)) }
                         }
                     }
-                    tr { td { "first-sample gain [1/s]" } td { (format!("{:.5}", found.first_response)) } td { (format!("{:.5}", summary.truth.first_response)) } }
+                    tr { td { "gain over one sample [1/s]" } td { (format!("{:.5}", found.first_response)) } td { (format!("{:.5}", summary.truth.first_response)) } }
                     tr { td { "gain at rest [1/s]" } td { (gain(found.dc_gain)) } td { (gain(summary.truth.dc_gain)) } }
                 }
                 @if let Some(error) = summary.pole_error() {

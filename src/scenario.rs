@@ -147,7 +147,8 @@ impl Scenario {
     }
 
     /// All nodes' parameters as one ROS 2 parameter file for the namespace, with
-    /// `extra` changes per node that only the launcher knows.
+    /// `extra` changes per node that only the launcher knows. With `sim_time`, whoever does not
+    /// make `/clock` follows it.
     ///
     /// # Errors
     /// When a value breaks its declaration.
@@ -155,6 +156,7 @@ impl Scenario {
         &self,
         namespace: &str,
         extra: &[(&str, &str, Value)],
+        sim_time: bool,
     ) -> Result<String> {
         let mut text = format!("# {}\n", self.description.replace('\n', " "));
         for node in NODES {
@@ -164,6 +166,9 @@ impl Scenario {
                 .map(|(_, name, value)| ((*name).to_owned(), value.clone()));
             let values = self.values(node)?.with(changes)?;
             writeln!(text, "{namespace}/{node}:\n  ros__parameters:")?;
+            if node != "plant_sim" {
+                writeln!(text, "    use_sim_time: {sim_time}")?;
+            }
             for declaration in values.declarations() {
                 if let Some(value) = values.get(declaration.name) {
                     writeln!(text, "    {}: {value}", declaration.name)?;
@@ -228,11 +233,14 @@ mod tests {
     #[test]
     fn the_parameter_file_reads_back_to_the_same_values() {
         let scenario = Scenario::load("dive").expect("scenario");
-        let text = scenario.parameter_file("/auv", &[]).expect("written");
+        let text = scenario
+            .parameter_file("/auv", &[], false)
+            .expect("written");
         for node in NODES {
             let read = file::overrides_for(&text, &format!("/auv/{node}")).expect("read");
             let values = scenario.values(node).expect("values");
-            assert_eq!(values.with(read).expect("valid"), values);
+            let declared = read.into_iter().filter(|(name, _)| name != "use_sim_time");
+            assert_eq!(values.with(declared).expect("valid"), values);
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use anyhow::{Result, anyhow};
-use planesman_linear::{Complex, StepMetrics, step_metrics};
+use planesman_linear::{Complex, StepMetrics, TransferFunction, step_metrics};
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 
 use crate::flight::Flight;
@@ -120,8 +120,20 @@ fn truth(scenario: &Scenario) -> Result<Fingerprint> {
     Ok(Fingerprint {
         poles: slowest_first(model.continuous_poles),
         dc_gain: model.dc_gain,
-        first_response: model.transfer_function.num.first().copied().unwrap_or(0.0),
+        first_response: first_response(&model.transfer_function),
     })
+}
+
+/// `b1` of `(b0 z^n + b1 z^(n-1) + ...)/(z^n + ...)`: nothing comes through at once, b0 = 0.
+fn first_response(model: &TransferFunction) -> f64 {
+    let missing = model.den.len() - model.num.len().min(model.den.len());
+    match missing {
+        0 => model.num.get(1),
+        1 => model.num.first(),
+        _ => None,
+    }
+    .copied()
+    .unwrap_or(0.0)
 }
 
 /// The fingerprint of an estimate.
@@ -202,12 +214,12 @@ impl fmt::Display for Summary {
                 let gain = |g: Option<f64>| g.map_or_else(|| "none".to_owned(), |g| format!("{g:.5}"));
                 writeln!(
                     f,
-                    "  first-sample gain [1/s]   {:>22.5}  {:>22.5}",
+                    "  gain over one sample      {:>22.5}  {:>22.5}",
                     found.first_response, self.truth.first_response
                 )?;
                 writeln!(
                     f,
-                    "  gain at rest [1/s]        {:>22}  {:>22}",
+                    "  gain at rest              {:>22}  {:>22}",
                     gain(found.dc_gain),
                     gain(self.truth.dc_gain)
                 )?;

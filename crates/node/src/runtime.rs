@@ -13,7 +13,7 @@ use std::{
 
 use anyhow::{Context as _, anyhow};
 use futures::{
-    FutureExt as _, StreamExt as _,
+    StreamExt as _,
     future::{Either, select},
 };
 use planesman_msgs::{
@@ -35,7 +35,7 @@ use planesman_parameters::{Declaration, Values};
 use ros2_client::{
     Context, MessageInfo, Name, NodeName, NodeOptions, ServiceTypeName, service::ServiceMapping,
 };
-use rustdds::{DomainParticipantBuilder, discovery::announce_type_hash};
+use rustdds::{DomainParticipantBuilder, StatusEvented as _, discovery::announce_type_hash};
 use smol::{
     LocalExecutor, Timer as SmolTimer,
     channel::{Receiver, Sender, bounded},
@@ -192,35 +192,32 @@ impl<E: 'static> Runtime<E> {
         let options = NodeOptions::new()
             .enable_rosout(arguments.rosout)
             .start_parameter_services(false);
-        let mut node = context
+        // Its spinner stays unused: it would announce a `/clock` reader of a wrong type, and
+        // what it finds out the participant tells as well.
+        let node = context
             .new_node(node_name, options)
             .map_err(|e| anyhow!("{}: {e}", names.full()))?;
-        let spinner = node.spinner().map_err(|e| anyhow!("no spinner: {e}"))?;
         if arguments.rosout {
             logging::set_rosout(Some(node.logging_handle()));
         }
 
         let executor = Rc::new(LocalExecutor::new());
-        executor.spawn(spinner.spin().map(drop)).detach();
-        let graph = node.status_receiver();
         let (news, heard) = bounded(1);
         let shared = Rc::new(Shared::new(
             names,
             arguments.remaps,
-            participant,
+            participant.clone(),
             node,
             Rc::downgrade(&executor),
             news,
         ));
-        if let Some(graph) = graph {
-            let shared = Rc::clone(&shared);
-            let forward = async move {
-                while graph.recv().await.is_ok() {
-                    shared.announce_news();
-                }
-            };
-            executor.spawn(forward).detach();
-        }
+        let (told, listener) = (Rc::clone(&shared), participant.status_listener());
+        shared.spawn(async move {
+            let mut events = listener.as_async_status_stream();
+            while events.next().await.is_some() {
+                told.announce_news();
+            }
+        });
         let (sender, receiver) = bounded(QUEUE);
         let runtime = Self {
             shared,

@@ -121,7 +121,9 @@ impl Node {
     ) -> Result<(), String> {
         let message = (info.to_json)(&sample.bytes)?;
         let stamp = stamp::of(&message).unwrap_or_else(|| sample.received.clone());
-        for estimate in self.identifier.on_message(&sample.topic, stamp, &message)? {
+        for estimate in self
+            .identifier
+            .on_message(&sample.topic, stamp.clone(), &message)? {
             rt.set_status(
                 "model",
                 if estimate.valid { Level::Ok } else { Level::Warn },
@@ -130,20 +132,27 @@ impl Node {
             );
             self.model.publish(&estimate);
         }
-        if let (Some(answer), Some(stamp)) = (&self.answer, self.identifier.answered()) {
-            let again = stamp::of(&message).as_ref() == Some(&stamp);
-            if again || self.answered.as_ref() != Some(&stamp) {
-                let full = rt.full_name();
-                answer.publish(&TickAnswer {
-                    header: Header {
-                        stamp: stamp.clone(),
-                        frame_id: String::new(),
-                    },
-                    member: full.rsplit('/').next().unwrap_or(&full).to_owned(),
-                });
-                self.answered = Some(stamp);
-            }
-        }
+        self.answer(rt, &sample.topic, stamp);
         Ok(())
+    }
+
+    /// Answers for the latest tick learnt, once, and again when its output comes again: then
+    /// somebody has missed the answer.
+    fn answer(&mut self, rt: &Runtime<Event>, topic: &str, stamp: Time) {
+        let (Some(answer), Some(learnt)) = (&self.answer, self.identifier.answered()) else {
+            return;
+        };
+        let again = learnt == stamp && self.identifier.config().output.is_on(topic);
+        if again || self.answered.as_ref() != Some(&learnt) {
+            let full = rt.full_name();
+            answer.publish(&TickAnswer {
+                header: Header {
+                    stamp: learnt.clone(),
+                    frame_id: String::new(),
+                },
+                member: full.rsplit('/').next().unwrap_or(&full).to_owned(),
+            });
+            self.answered = Some(learnt);
+        }
     }
 }
