@@ -114,7 +114,10 @@ pub fn run(scenario: &Scenario, run: &RunFolder, options: &Options) -> Result<()
         captain.crew.stop(node)?;
     }
     if interrupted {
-        println!("Interrupted after {} ticks; the bag is closed.", captain.ticks);
+        println!(
+            "Interrupted after {} ticks; the bag is closed.",
+            captain.ticks
+        );
     } else {
         println!(
             "Flew {:.1} s of vehicle time in {:.1} s, {} processes over DDS.\n",
@@ -131,7 +134,11 @@ pub fn run(scenario: &Scenario, run: &RunFolder, options: &Options) -> Result<()
 fn extra(run: &RunFolder, options: &Options) -> Vec<(&'static str, &'static str, Value)> {
     let lockstep = options.pace == Pace::Lockstep;
     let mut extra: Vec<(&str, &str, Value)> = vec![
-        ("recorder", "output", run.bag().to_string_lossy().as_ref().into()),
+        (
+            "recorder",
+            "output",
+            run.bag().to_string_lossy().as_ref().into(),
+        ),
         ("recorder", "answer", lockstep.into()),
         ("sysid", "answer", lockstep.into()),
         ("dha_actuator", "lockstep", lockstep.into()),

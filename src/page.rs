@@ -27,7 +27,7 @@ h1 { font-size: 1.5rem; margin-bottom: 0; } h2 { font-size: 1.1rem; margin: 2rem
 p.lead { color: #57606a; margin-top: .2rem; }
 table { border-collapse: collapse; margin: .5rem 0; } th, td { text-align: right; padding: .2rem .8rem; border-bottom: 1px solid #d8dee4; font-variant-numeric: tabular-nums; }
 th:first-child, td:first-child { text-align: left; } th { font-weight: 600; }
-svg { max-width: 100%; height: auto; } .warn { background: #fff4e5; border-left: 4px solid #d55e00; padding: .4rem .8rem; }
+svg { max-width: 100%; height: auto; } p.legend { margin: 0; font-size: 13px; } p.legend span:not(:first-child) { margin-left: 1.2rem; } .warn { background: #fff4e5; border-left: 4px solid #d55e00; padding: .4rem .8rem; }
 pre { background: #f6f8fa; padding: .8rem; overflow-x: auto; font-size: 13px; }
 ";
 
@@ -60,10 +60,11 @@ pub fn page(
                 }
                 (response_table(summary))
                 (model_table(summary))
-                @for (title, note, svg) in &plots {
-                    h2 { (title) }
-                    p.lead { (note) }
-                    (PreEscaped(svg))
+                @for drawn in &plots {
+                    h2 { (drawn.title) }
+                    p.lead { (drawn.note) }
+                    (drawn.legend)
+                    (PreEscaped(&drawn.svg))
                 }
                 (count_table(counts))
                 h2 { "Scenario" }
@@ -140,11 +141,41 @@ fn count_table(counts: &BTreeMap<String, Count>) -> Markup {
     }
 }
 
-type Drawn = (&'static str, String, String);
+/// A plot with what is written around it.
+struct Drawn {
+    title: &'static str,
+    note: &'static str,
+    legend: Markup,
+    svg: String,
+}
+
+/// The series' names with how they are drawn; nothing for a single one.
+fn legend(plot: &Plot<'_>) -> Markup {
+    html! {
+        @if plot.series.len() > 1 {
+            p.legend {
+                @for (name, colour, style) in plot.legend() {
+                    span style=(format!("color:{colour}")) {
+                        @match style {
+                            Style::Line => "━━",
+                            Style::Dashed => "╌╌",
+                            Style::Crosses => "×",
+                            Style::Circles => "○",
+                        }
+                    }
+                    " " (name)
+                }
+            }
+        }
+    }
+}
 
 fn plots(flight: &Flight, summary: &Summary) -> Result<Vec<Drawn>> {
     let degrees = |points: Vec<(f64, f64)>| -> Vec<(f64, f64)> {
-        points.into_iter().map(|(t, v)| (t, v.to_degrees())).collect()
+        points
+            .into_iter()
+            .map(|(t, v)| (t, v.to_degrees()))
+            .collect()
     };
     let control = |f: fn(&planesman_msgs::planesman_msgs::msg::ControlState) -> f64| {
         flight
@@ -153,34 +184,61 @@ fn plots(flight: &Flight, summary: &Summary) -> Result<Vec<Drawn>> {
             .map(|c| (flight.seconds(&c.header.stamp), f(c)))
             .collect::<Vec<_>>()
     };
-    let line = |name, points| Series { name, points, style: Style::Line };
-    let dashed = |name, points| Series { name, points, style: Style::Dashed };
+    let line = |name, points| Series {
+        name,
+        points,
+        style: Style::Line,
+    };
+    let dashed = |name, points| Series {
+        name,
+        points,
+        style: Style::Dashed,
+    };
     let mut drawn = Vec::new();
-    let mut add = |note: String, plot: Plot<'static>| -> Result<()> {
+    let mut add = |note: &'static str, plot: Plot<'static>| -> Result<()> {
         if plot.series.iter().any(|s| !s.points.is_empty()) {
-            drawn.push((plot.title, note, plot.svg()?));
+            drawn.push(Drawn {
+                title: plot.title,
+                note,
+                legend: legend(&plot),
+                svg: plot.svg()?,
+            });
         }
         Ok(())
     };
     add(
-        "The vehicle's true depth, positive down.".into(),
+        "The vehicle's true depth, positive down.",
         Plot {
             title: "Depth",
             x: "time [s]",
             y: "depth [m]",
             y_down: true,
-            series: vec![line("depth", flight.depth()), dashed("setpoint", control(|c| c.depth_setpoint))],
+            x_shows: &[],
+            series: vec![
+                line("depth", flight.depth()),
+                dashed("setpoint", control(|c| c.depth_setpoint)),
+            ],
         },
     )?;
     add(
-        "Positive bow up; the command is what the depth loop asks of the pitch loop.".into(),
+        "Positive bow up; the command is what the depth loop asks of the pitch loop.",
         Plot {
             title: "Pitch",
             x: "time [s]",
             y: "pitch [deg]",
             y_down: false,
+            x_shows: &[],
             series: vec![
-                line("pitch", degrees(flight.states.iter().map(|s| (flight.seconds(&s.header.stamp), s.pitch)).collect())),
+                line(
+                    "pitch",
+                    degrees(
+                        flight
+                            .states
+                            .iter()
+                            .map(|s| (flight.seconds(&s.header.stamp), s.pitch))
+                            .collect(),
+                    ),
+                ),
                 dashed("command", degrees(control(|c| c.pitch_command))),
             ],
         },
@@ -188,36 +246,55 @@ fn plots(flight: &Flight, summary: &Summary) -> Result<Vec<Drawn>> {
     let commanded = degrees(control(|c| c.dive_planes));
     let moved = degrees(flight.plane_angle());
     add(
-        "Positive dive. The command includes the identification signal; the actuator follows in quanta.".into(),
+        "Positive dive. The command includes the identification signal; the actuator follows in quanta.",
         Plot {
             title: "Dive planes",
             x: "time [s]",
             y: "plane angle [deg]",
             y_down: false,
-            series: vec![line("planes", moved.clone()), dashed("command", commanded.clone())],
+            x_shows: &[],
+            series: vec![
+                line("planes", moved.clone()),
+                dashed("command", commanded.clone()),
+            ],
         },
     )?;
-    let window = |points: &[(f64, f64)]| points.iter().copied().filter(|p| p.0 <= 5.0).collect::<Vec<_>>();
+    let window = |points: &[(f64, f64)]| {
+        points
+            .iter()
+            .copied()
+            .filter(|p| p.0 <= 5.0)
+            .collect::<Vec<_>>()
+    };
     add(
-        "The first five seconds: the ram moves one calibrated volume at a time.".into(),
+        "The first five seconds: the ram moves one calibrated volume at a time.",
         Plot {
             title: "Dive planes, close up",
             x: "time [s]",
             y: "plane angle [deg]",
             y_down: false,
-            series: vec![line("planes", window(&moved)), dashed("command", window(&commanded))],
+            x_shows: &[],
+            series: vec![
+                line("planes", window(&moved)),
+                dashed("command", window(&commanded)),
+            ],
         },
     )?;
     add(
-        "Differential pressure across the ram at each tick.".into(),
+        "Differential pressure across the ram at each tick.",
         Plot {
             title: "Actuator pressure",
             x: "time [s]",
             y: "pressure [kPa]",
             y_down: false,
+            x_shows: &[],
             series: vec![line(
                 "pressure",
-                flight.actuator.iter().map(|a| (flight.seconds(&a.header.stamp), a.pressure * 1e-3)).collect(),
+                flight
+                    .actuator
+                    .iter()
+                    .map(|a| (flight.seconds(&a.header.stamp), a.pressure * 1e-3))
+                    .collect(),
             )],
         },
     )?;
@@ -226,7 +303,11 @@ fn plots(flight: &Flight, summary: &Summary) -> Result<Vec<Drawn>> {
             .models
             .iter()
             .filter(|m| m.valid)
-            .filter_map(|m| identified(m).dominant().map(|p| (flight.seconds(&m.header.stamp), part(p))))
+            .filter_map(|m| {
+                identified(m)
+                    .dominant()
+                    .map(|p| (flight.seconds(&m.header.stamp), part(p)))
+            })
             .collect()
     };
     let level = |points: &[(f64, f64)], value: Option<f64>| -> Vec<(f64, f64)> {
@@ -237,14 +318,18 @@ fn plots(flight: &Flight, summary: &Summary) -> Result<Vec<Drawn>> {
     };
     let (re, im) = (history(|p| p.re), history(|p| p.im));
     let truth = summary.truth.dominant();
-    let (true_re, true_im) = (level(&re, truth.map(|p| p.re)), level(&im, truth.map(|p| p.im)));
+    let (true_re, true_im) = (
+        level(&re, truth.map(|p| p.re)),
+        level(&im, truth.map(|p| p.im)),
+    );
     add(
-        "The identifier's slowest pole as the samples come in, beside the vehicle's own.".into(),
+        "The identifier's slowest pole as the samples come in, beside the vehicle's own.",
         Plot {
             title: "Dominant pole, online",
             x: "time [s]",
             y: "[1/s]",
             y_down: false,
+            x_shows: &[],
             series: vec![
                 line("real part", re),
                 line("imaginary part", im),
@@ -255,19 +340,27 @@ fn plots(flight: &Flight, summary: &Summary) -> Result<Vec<Drawn>> {
     )?;
     let map = |poles: &[Complex<f64>]| poles.iter().map(|p| (p.re, p.im)).collect::<Vec<_>>();
     add(
-        "Continuous poles of plane angle to pitch rate.".into(),
+        "Continuous poles of plane angle to pitch rate.",
         Plot {
             title: "Pole map",
             x: "real part [1/s]",
             y: "imaginary part [1/s]",
             y_down: false,
+            x_shows: &[0.0],
             series: vec![
                 Series {
                     name: "identified",
-                    points: summary.identified.as_ref().map_or_else(Vec::new, |f| map(&f.poles)),
+                    points: summary
+                        .identified
+                        .as_ref()
+                        .map_or_else(Vec::new, |f| map(&f.poles)),
                     style: Style::Crosses,
                 },
-                Series { name: "true", points: map(&summary.truth.poles), style: Style::Circles },
+                Series {
+                    name: "true",
+                    points: map(&summary.truth.poles),
+                    style: Style::Circles,
+                },
             ],
         },
     )?;

@@ -36,6 +36,8 @@ pub struct Plot<'a> {
     pub y: &'a str,
     /// Draws larger y values lower, as divers think of depth.
     pub y_down: bool,
+    /// Values the x axis must show, besides the data's.
+    pub x_shows: &'a [f64],
     /// What is drawn.
     pub series: Vec<Series<'a>>,
 }
@@ -97,21 +99,20 @@ impl Plot<'_> {
                 Style::Circles => chart.draw_series(
                     points.map(|p| Circle::new(p, 7, ShapeStyle::from(colour).stroke_width(2))),
                 )?,
-            }
-            .label(series.name)
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], line));
-        }
-        if self.series.len() > 1 {
-            chart
-                .configure_series_labels()
-                .position(SeriesLabelPosition::UpperRight)
-                .background_style(WHITE.mix(0.85))
-                .border_style(RGBColor(200, 200, 200))
-                .label_font(("sans-serif", 13))
-                .draw()?;
+            };
         }
         area.present()?;
         Ok(())
+    }
+
+    /// Each series' name, colour (`#rrggbb`) and style, for a legend beside the drawing.
+    pub fn legend(&self) -> impl Iterator<Item = (&str, String, Style)> {
+        self.series
+            .iter()
+            .zip(COLOURS.iter().cycle())
+            .map(|(series, RGBColor(r, g, b))| {
+                (series.name, format!("#{r:02x}{g:02x}{b:02x}"), series.style)
+            })
     }
 
     /// Both axes' ranges, with a little air.
@@ -127,7 +128,11 @@ impl Plot<'_> {
             low = (low.0.min(p.0), low.1.min(p.1));
             high = (high.0.max(p.0), high.1.max(p.1));
         }
-        if low.0 > high.0 {
+        for x in self.x_shows {
+            low.0 = low.0.min(*x);
+            high.0 = high.0.max(*x);
+        }
+        if low.1 > high.1 {
             return Err(anyhow!("there is nothing to draw"));
         }
         let widen = |low: f64, high: f64, share: f64| {
@@ -152,6 +157,7 @@ mod tests {
             x: "s",
             y: "m",
             y_down: false,
+            x_shows: &[],
             series: vec![Series {
                 name: "a",
                 points,

@@ -182,7 +182,9 @@ fn count_table(counts: &BTreeMap<String, Count>) -> String {
             Some(n) => (n.to_string(), n.saturating_sub(count.recorded).to_string()),
             None => ("-".to_owned(), "-".to_owned()),
         };
-        lost += count.published.map_or(0, |n| n.saturating_sub(count.recorded));
+        lost += count
+            .published
+            .map_or(0, |n| n.saturating_sub(count.recorded));
         out += &format!(
             "{topic:width$}  {published:>9}  {:>10}  {missing:>4}\n",
             count.recorded

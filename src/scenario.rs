@@ -22,7 +22,10 @@ pub const NODES: [&str; 5] = [
 
 /// The scenarios that come with the program: name and text.
 pub const BUILTIN: [(&str, &str); 2] = [
-    ("dive", include_str!("../launch-scripts/scenarios/dive.yaml")),
+    (
+        "dive",
+        include_str!("../launch-scripts/scenarios/dive.yaml"),
+    ),
     (
         "open_loop",
         include_str!("../launch-scripts/scenarios/open_loop.yaml"),

@@ -22,10 +22,7 @@ pub fn run(scenario: &Scenario, out: &Path, namespace: &str) -> Result<u64> {
     let mut sink = match out.extension().and_then(|e| e.to_str()) {
         Some("mcap") => Out::Mcap(Box::new(McapSink::create(out, namespace)?)),
         Some("csv") => Out::Csv(CsvSink::create(out)?),
-        _ => bail!(
-            "'{}': the output is named *.mcap or *.csv",
-            out.display()
-        ),
+        _ => bail!("'{}': the output is named *.mcap or *.csv", out.display()),
     };
     let bar = ProgressBar::new(scenario.ticks());
     let mut ticks = 0;

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use planesman_bag::writer::{BagWriter, TopicId, WriterOptions};
-use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::Message;
+use planesman_msgs::builtin_interfaces::msg::Time;
 use recorder::loop_topics;
 
 use crate::compose::{Sink, Tick};

@@ -82,10 +82,10 @@ impl Summary {
             identified: model.map(identified),
             samples: model.map_or(0, |m| m.samples),
             fit: model.map_or(0.0, |m| m.fit),
-            no_model: flight.models.last().map_or_else(
-                || "no model was published".to_owned(),
-                |m| m.reason.clone(),
-            ),
+            no_model: flight
+                .models
+                .last()
+                .map_or_else(|| "no model was published".to_owned(), |m| m.reason.clone()),
             truth: truth(scenario)?,
             held_ticks: flight
                 .states
@@ -194,7 +194,11 @@ impl fmt::Display for Summary {
             writeln!(f, "  steady error            {:+.4} m", depth.steady_error)?;
             writeln!(f)?;
         }
-        writeln!(f, "Plane angle -> pitch rate   {:>22}  {:>22}", "identified", "true")?;
+        writeln!(
+            f,
+            "Plane angle -> pitch rate   {:>22}  {:>22}",
+            "identified", "true"
+        )?;
         match &self.identified {
             None => writeln!(f, "  no valid model: {}", self.no_model)?,
             Some(found) => {
@@ -211,7 +215,8 @@ impl fmt::Display for Summary {
                         text(&self.truth.poles, i)
                     )?;
                 }
-                let gain = |g: Option<f64>| g.map_or_else(|| "none".to_owned(), |g| format!("{g:.5}"));
+                let gain =
+                    |g: Option<f64>| g.map_or_else(|| "none".to_owned(), |g| format!("{g:.5}"));
                 writeln!(
                     f,
                     "  gain over one sample      {:>22.5}  {:>22.5}",
