@@ -6,6 +6,9 @@
 //! names it, and `cargo metadata` downloads it there if the registry does not hold it
 //! yet. Its lock file is the workspace's with the published crate's checksum entered:
 //! Cargo refuses any other content, and nothing else is resolved anew.
+//!
+//! To take another version: its number, features and dependencies in `Cargo.toml`, its
+//! checksum below, and every patch that no longer applies made anew or dropped.
 
 use std::{
     env, fs, io,

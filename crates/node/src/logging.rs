@@ -66,6 +66,17 @@ pub(crate) fn set_rosout(handle: Option<NodeLoggingHandle>) {
     }
 }
 
+/// Tells `/rosout` what the node fails with; the console hears it from
+/// [`exit_code`](crate::exit_code).
+pub(crate) fn last_words(error: &anyhow::Error) {
+    if let Some(logger) = LOGGER.get() {
+        let text = format_args!("{error:#}");
+        let record = Record::builder().level(Level::Error).args(text).build();
+        let now = SystemTime::now().duration_since(UNIX_EPOCH);
+        logger.send(Level::Error, now.unwrap_or_default(), &record);
+    }
+}
+
 /// Whoever panicked while holding the lock left nothing half done.
 fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
@@ -108,6 +119,23 @@ impl Logger {
     }
 }
 
+impl Logger {
+    /// Sends a record of the node to `/rosout`.
+    fn send(&self, level: Level, since_1970: Duration, record: &Record<'_>) {
+        if let Some(rosout) = lock(&self.rosout).as_ref() {
+            rosout.rosout_raw(
+                builtin_interfaces::Time::from_nanos(since_1970.as_nanos() as i64),
+                ros_level(level),
+                &self.name,
+                &record.args().to_string(),
+                record.file().unwrap_or_default(),
+                record.module_path().unwrap_or_default(),
+                record.line().unwrap_or_default(),
+            );
+        }
+    }
+}
+
 impl Log for Logger {
     fn enabled(&self, metadata: &Metadata<'_>) -> bool {
         self.admitted(metadata).is_some()
@@ -126,29 +154,19 @@ impl Log for Logger {
         } else {
             &self.name
         };
-        let text = record.args().to_string();
         if self.console {
             // A closed stderr is no reason to stop.
             let _ = writeln!(
                 std::io::stderr().lock(),
-                "[{level}] [{}.{:09}] [{name}]: {text}",
+                "[{level}] [{}.{:09}] [{name}]: {}",
                 now.as_secs(),
                 now.subsec_nanos(),
+                record.args(),
             );
         }
-        if middleware {
-            return; // What sending a record to /rosout logs must not be sent there.
-        }
-        if let Some(rosout) = lock(&self.rosout).as_ref() {
-            rosout.rosout_raw(
-                builtin_interfaces::Time::from_nanos(now.as_nanos() as i64),
-                ros_level(level),
-                name,
-                &text,
-                record.file().unwrap_or_default(),
-                record.module_path().unwrap_or_default(),
-                record.line().unwrap_or_default(),
-            );
+        // What sending a record to /rosout logs must not be sent there.
+        if !middleware {
+            self.send(level, now, record);
         }
     }
 

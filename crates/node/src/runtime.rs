@@ -498,7 +498,7 @@ impl<E: 'static> Runtime<E> {
         }));
         drop((executor, handler));
         if let Err(error) = &outcome {
-            log::error!("{error:#}");
+            logging::last_words(error);
         }
         outcome.and(self.shutdown())
     }
