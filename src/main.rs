@@ -35,6 +35,8 @@ enum Command {
         /// A folder that `planesman dive` left
         folder: PathBuf,
     },
+    /// Identify from a bag what sysid identifies live
+    Replay(sysid::replay::ReplayArgs),
     /// Look into a bag
     #[command(subcommand)]
     Bag(BagCommand),
@@ -118,6 +120,7 @@ fn main() -> ExitCode {
         Command::Report { folder } => RunFolder::open(&folder)
             .and_then(|run| run.report())
             .map(|text| println!("{text}")),
+        Command::Replay(args) => sysid::replay::run(&args),
         Command::Bag(BagCommand::Info { path }) => bag_info(&path),
         Command::Params { node } => nodes::list_parameters(node.as_deref()),
         Command::Node(args) => return nodes::run(&args.name, args.args),

@@ -27,6 +27,7 @@ pub mod model;
 pub mod node;
 pub mod parameters;
 pub mod regression;
+pub mod replay;
 pub mod rls;
 pub mod signal;
 pub mod stamp;

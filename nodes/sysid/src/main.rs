@@ -1,7 +1,17 @@
-//! The `sysid` node as a program of its own.
+//! The `sysid` program: the node, or `sysid replay BAG`.
 
 use std::process::ExitCode;
 
+use clap::Parser;
+use sysid::replay::{self, ReplayArgs};
+
 fn main() -> ExitCode {
-    sysid::node::main(std::env::args().skip(1).collect())
+    let mut args: Vec<String> = std::env::args().collect();
+    if args.get(1).is_some_and(|first| first == "replay") {
+        args.remove(1);
+        let args = ReplayArgs::parse_from(args);
+        return planesman_node::exit_code("sysid", || replay::run(&args));
+    }
+    args.remove(0);
+    sysid::node::main(args)
 }

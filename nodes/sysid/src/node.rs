@@ -9,9 +9,7 @@ use planesman_msgs::planesman_msgs::srv::{Fit, FitResponse};
 use planesman_msgs::std_msgs::msg::Header;
 use planesman_msgs::std_srvs::srv::{Trigger, TriggerResponse};
 use planesman_msgs::{TypeInfo, type_info};
-use planesman_node::{
-    Flow, Level, NodeSpec, Publisher, Qos, RawSample, Responder, Runtime, args,
-};
+use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, RawSample, Responder, Runtime, args};
 use planesman_parameters::Values;
 
 use crate::core::Identifier;
@@ -54,7 +52,10 @@ fn run(args: Vec<String>) -> Result<()> {
     let config = node.identifier.config();
     let mut signals = vec![
         (config.input.topic().to_owned(), values.string("input_type")),
-        (config.output.topic().to_owned(), values.string("output_type")),
+        (
+            config.output.topic().to_owned(),
+            values.string("output_type"),
+        ),
     ];
     signals.dedup_by(|a, b| a.0 == b.0);
     for (topic, type_name) in signals {
@@ -106,7 +107,9 @@ impl Node {
                 });
             }
             Event::Parameters(values) => {
-                self.identifier.set_values(&values).map_err(|e| anyhow!(e))?;
+                self.identifier
+                    .set_values(&values)
+                    .map_err(|e| anyhow!(e))?;
                 log::info!("parameters changed");
             }
         }
@@ -123,11 +126,20 @@ impl Node {
         let stamp = stamp::of(&message).unwrap_or_else(|| sample.received.clone());
         for estimate in self
             .identifier
-            .on_message(&sample.topic, stamp.clone(), &message)? {
+            .on_message(&sample.topic, stamp.clone(), &message)?
+        {
             rt.set_status(
                 "model",
-                if estimate.valid { Level::Ok } else { Level::Warn },
-                if estimate.valid { "valid" } else { &estimate.reason },
+                if estimate.valid {
+                    Level::Ok
+                } else {
+                    Level::Warn
+                },
+                if estimate.valid {
+                    "valid"
+                } else {
+                    &estimate.reason
+                },
                 &[("rows", estimate.samples.to_string())],
             );
             self.model.publish(&estimate);

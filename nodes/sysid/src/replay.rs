@@ -1,0 +1,264 @@
+//! `sysid replay`: a bag's messages through the identifier, as they went through the node.
+//!
+//! The samples are put in the order of their stamps before anything is learnt ([`crate::align`]),
+//! so the replayed estimates equal those the node published from the same messages. Where the bag
+//! holds the node's own `model` topic, every published estimate is compared.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use anyhow::{Context, Result, anyhow, bail};
+use clap::Parser;
+use planesman_bag::reader::{BagReader, Order};
+use planesman_msgs::builtin_interfaces::msg::Time;
+use planesman_msgs::planesman_msgs::msg::ModelEstimate;
+use planesman_msgs::{Message, cdr, type_info};
+use planesman_parameters::{Values, file};
+
+use crate::core::Identifier;
+use crate::{parameters, stamp};
+
+/// Identify from a bag what the node identifies live.
+#[derive(Clone, Debug, Parser)]
+#[command(name = "sysid replay")]
+pub struct ReplayArgs {
+    /// A bag folder, a metadata.yaml or an .mcap file
+    bag: PathBuf,
+    /// A ROS 2 parameter file; the entries for the node sysid are used
+    #[arg(long, value_name = "FILE")]
+    params_file: Option<PathBuf>,
+    /// A parameter, NAME:=VALUE, after the file's
+    #[arg(short = 'p', long = "param", value_name = "NAME:=VALUE")]
+    parameters: Vec<String>,
+    /// The name under which the parameter file knows the node
+    #[arg(long, default_value = "/auv/sysid")]
+    node: String,
+}
+
+/// What a replay found.
+#[derive(Clone, Debug)]
+pub struct Replay {
+    /// The estimate at the end of the bag.
+    pub estimate: ModelEstimate,
+    /// Beside the estimates the node published live; `None` when the bag holds none.
+    pub live: Option<Comparison>,
+    /// Why the bag is not whole, if it is not.
+    pub incomplete: Option<String>,
+}
+
+/// Replayed estimates beside published ones, stamp by stamp.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Comparison {
+    /// Estimates with the same stamp.
+    pub compared: usize,
+    /// Published estimates that the replay has none for.
+    pub missing: usize,
+    /// The largest difference of a coefficient, relative to the largest coefficient of its kind.
+    pub largest_difference: f64,
+}
+
+/// Runs `sysid replay` and prints what it found.
+///
+/// # Errors
+/// One line for the terminal: a bag, file or parameter that is refused, a bag without the signals.
+pub fn run(args: &ReplayArgs) -> Result<()> {
+    let found = replay(args)?;
+    print!("{}", table(&found.estimate));
+    if let Some(live) = found.live {
+        println!(
+            "live: {} published estimates compared, largest difference {:.1e}{}",
+            live.compared,
+            live.largest_difference,
+            if live.missing == 0 {
+                String::new()
+            } else {
+                format!(", {} without a counterpart", live.missing)
+            }
+        );
+    }
+    if let Some(reason) = found.incomplete {
+        println!("the bag is {reason}");
+    }
+    Ok(())
+}
+
+/// Replays the bag.
+///
+/// # Errors
+/// As [`run`].
+pub fn replay(args: &ReplayArgs) -> Result<Replay> {
+    let values = values(args)?;
+    let mut identifier = Identifier::new(&values).map_err(|e| anyhow!(e))?;
+    let bag = BagReader::open(&args.bag)?;
+    let mut replayed = BTreeMap::new();
+    let mut published: Vec<ModelEstimate> = Vec::new();
+    let mut seen = [false; 2];
+    let mut last = Time::default();
+    for message in bag.messages(Order::File) {
+        let message = message?;
+        let topic = message.topic.name.as_str();
+        if message.topic.type_name == ModelEstimate::TYPE_NAME && topic.ends_with("/model") {
+            published.push(cdr::from_bytes(&message.payload).with_context(|| topic.to_owned())?);
+        }
+        if !identifier.concerns(topic) {
+            continue;
+        }
+        let config = identifier.config();
+        seen[0] |= config.input.is_on(topic);
+        seen[1] |= config.output.is_on(topic);
+        let info = type_info(&message.topic.type_name).ok_or_else(|| {
+            anyhow!(
+                "{topic}: messages of type {} are not known here",
+                message.topic.type_name
+            )
+        })?;
+        let decoded = (info.to_json)(&message.payload).map_err(|e| anyhow!("{topic}: {e}"))?;
+        last = stamp::of(&decoded).unwrap_or_else(|| Time::from_nanos(message.log_time));
+        let learnt = identifier
+            .on_message(topic, last.clone(), &decoded)
+            .map_err(|e| anyhow!("{topic}: {e}"))?;
+        replayed.extend(learnt.into_iter().map(|e| (e.header.stamp.nanos(), e)));
+    }
+    replayed.extend(
+        identifier
+            .finish()
+            .into_iter()
+            .map(|e| (e.header.stamp.nanos(), e)),
+    );
+    let config = identifier.config();
+    for (signal, seen) in [&config.input, &config.output].into_iter().zip(seen) {
+        if !seen {
+            bail!(
+                "bag '{}': no messages on the topic of {signal}; it holds {}",
+                args.bag.display(),
+                topics(&bag)
+            );
+        }
+    }
+    Ok(Replay {
+        estimate: identifier.estimate(last),
+        live: (!published.is_empty()).then(|| compare(&replayed, &published)),
+        incomplete: (!bag.completeness().is_whole()).then(|| bag.completeness().to_string()),
+    })
+}
+
+fn values(args: &ReplayArgs) -> Result<Values> {
+    let mut changes = Vec::new();
+    if let Some(path) = &args.params_file {
+        let text = std::fs::read_to_string(path)
+            .with_context(|| format!("parameter file '{}'", path.display()))?;
+        let found = file::overrides_for(&text, &args.node)
+            .with_context(|| format!("parameter file '{}'", path.display()))?;
+        changes.extend(found.into_iter().filter(|(name, _)| name != "use_sim_time"));
+    }
+    for text in &args.parameters {
+        let (name, value) = text
+            .split_once(":=")
+            .ok_or_else(|| anyhow!("-p {text}: a parameter is written NAME:=VALUE"))?;
+        changes.push((name.to_owned(), file::parse_value(name, value)?));
+    }
+    Ok(Values::defaults(parameters::declarations()).with(changes)?)
+}
+
+fn topics(bag: &BagReader) -> String {
+    let names: Vec<&str> = bag.topics().iter().map(|t| t.topic.name.as_str()).collect();
+    if names.is_empty() {
+        "no topics".to_owned()
+    } else {
+        names.join(", ")
+    }
+}
+
+fn compare(replayed: &BTreeMap<i64, ModelEstimate>, published: &[ModelEstimate]) -> Comparison {
+    let mut comparison = Comparison {
+        compared: 0,
+        missing: 0,
+        largest_difference: 0.0,
+    };
+    for live in published {
+        let Some(again) = replayed.get(&live.header.stamp.nanos()) else {
+            comparison.missing += 1;
+            continue;
+        };
+        comparison.compared += 1;
+        for (ours, theirs) in [
+            (&again.a, &live.a),
+            (&again.b, &live.b),
+            (&again.c, &live.c),
+        ] {
+            let difference = relative_difference(ours, theirs);
+            comparison.largest_difference = comparison.largest_difference.max(difference);
+        }
+    }
+    comparison
+}
+
+/// The largest difference between two lists, relative to their largest element; infinite
+/// when they differ in length.
+fn relative_difference(ours: &[f64], theirs: &[f64]) -> f64 {
+    if ours.len() != theirs.len() {
+        return f64::INFINITY;
+    }
+    let size = theirs.iter().fold(0.0_f64, |max, v| max.max(v.abs()));
+    let difference = ours
+        .iter()
+        .zip(theirs)
+        .fold(0.0_f64, |max, (a, b)| max.max((a - b).abs()));
+    if difference == 0.0 {
+        0.0
+    } else {
+        difference / size
+    }
+}
+
+/// The estimate as a table.
+#[must_use]
+pub fn table(model: &ModelEstimate) -> String {
+    let list = |values: &[f64]| {
+        values
+            .iter()
+            .map(|v| format!("{v:.9}"))
+            .collect::<Vec<_>>()
+            .join("  ")
+    };
+    let poles = |re: &[f64], im: &[f64]| {
+        re.iter()
+            .zip(im)
+            .map(|(re, im)| {
+                if *im == 0.0 {
+                    format!("{re:.5}")
+                } else {
+                    format!("{re:.5}{im:+.5}i")
+                }
+            })
+            .collect::<Vec<_>>()
+            .join("  ")
+    };
+    let mut text = format!(
+        "{} -> {}, order {}, {} s, {} rows\n",
+        model.input, model.output, model.order, model.sample_time, model.samples
+    );
+    text += &format!("a        {}\n", list(&model.a));
+    text += &format!("b        {}\n", list(&model.b));
+    if !model.c.is_empty() {
+        text += &format!("c        {}\n", list(&model.c));
+    }
+    if model.bias != 0.0 {
+        text += &format!("bias     {:.9}\n", model.bias);
+    }
+    text += &format!("z poles  {}\n", poles(&model.poles_re, &model.poles_im));
+    text += &format!(
+        "s poles  {}  1/s\n",
+        poles(&model.s_poles_re, &model.s_poles_im)
+    );
+    if model.has_dc_gain {
+        text += &format!("dc gain  {:.6}\n", model.dc_gain);
+    }
+    text += &format!("fit      {:.3} %, one step ahead\n", model.fit);
+    text += &if model.valid {
+        "valid\n".to_owned()
+    } else {
+        format!("not valid: {}\n", model.reason)
+    };
+    text
+}
