@@ -1,0 +1,151 @@
+//! The Python programs of `tests/peers`, with the interpreter in `.venv` that has what they need.
+
+use std::{
+    io::{BufRead as _, BufReader},
+    path::{Path, PathBuf},
+    process::{Child, ChildStdout, Command, Stdio},
+};
+
+use serde_json::Value;
+
+/// The repository's root.
+pub fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Whether an absent foreign program fails its test (`PLANESMAN_PEERS=required`), not only skips it.
+pub fn are_required() -> bool {
+    std::env::var("PLANESMAN_PEERS").is_ok_and(|value| value == "required")
+}
+
+/// Says what is skipped and why.
+///
+/// # Panics
+/// When the peers are required.
+pub fn skip(reason: &str) {
+    assert!(!are_required(), "required, but {reason}");
+    println!("skipped: {reason}");
+}
+
+/// The Python of the peers.
+pub struct Python(PathBuf);
+
+/// What a peer printed, one JSON object a line, and how it ended.
+#[derive(Debug)]
+pub struct Told {
+    pub lines: Vec<Value>,
+    pub status: i32,
+    pub complaints: String,
+}
+
+impl Told {
+    /// The lines of a peer that succeeded.
+    pub fn well(self) -> Vec<Value> {
+        assert_eq!(self.status, 0, "{}", self.complaints);
+        self.lines
+    }
+
+    /// The only line of a peer that succeeded.
+    pub fn answer(self) -> Value {
+        let mut lines = self.well();
+        assert_eq!(lines.len(), 1, "{lines:?}");
+        lines.remove(0)
+    }
+
+    /// The only line of a peer that was refused what it asked.
+    pub fn refusal(mut self) -> Value {
+        assert_eq!((self.status, self.lines.len()), (3, 1), "{self:?}");
+        self.lines.remove(0)
+    }
+}
+
+impl Python {
+    /// The interpreter; `None`, having said so, where there is none.
+    pub fn find() -> Option<Self> {
+        let python = root().join(".venv/bin/python");
+        if !python.exists() {
+            skip(&format!("there is no {}", python.display()));
+            return None;
+        }
+        Some(Self(python))
+    }
+
+    /// A peer, not yet started.
+    pub fn command(&self, program: &str, domain: u16, arguments: &[&str]) -> Command {
+        let mut command = Command::new(&self.0);
+        command
+            .arg(root().join("tests/peers").join(program))
+            .args(["--domain", &domain.to_string()])
+            .args(arguments)
+            .stdin(Stdio::null());
+        command
+    }
+
+    /// Runs a peer to its end.
+    pub fn run(&self, program: &str, domain: u16, arguments: &[&str]) -> Told {
+        let output = self.command(program, domain, arguments).output().unwrap();
+        let text = String::from_utf8(output.stdout).unwrap();
+        Told {
+            lines: text.lines().map(json).collect(),
+            status: output.status.code().unwrap_or(-1),
+            complaints: String::from_utf8_lossy(&output.stderr).into_owned(),
+        }
+    }
+
+    /// The next `count` messages on a topic.
+    pub fn echo(&self, domain: u16, topic: &str, type_name: &str, count: usize) -> Vec<Value> {
+        let count = count.to_string();
+        let arguments = [topic, type_name, "--count", &count, "--timeout", "30"];
+        self.run("peer_echo.py", domain, &arguments).well()
+    }
+
+    /// Starts a peer that goes on until it is dropped, or its own timeout.
+    pub fn start(&self, program: &str, domain: u16, arguments: &[&str]) -> Running {
+        let mut child = self
+            .command(program, domain, arguments)
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let lines = BufReader::new(child.stdout.take().unwrap());
+        Running { child, lines }
+    }
+
+    /// What `read_bag.py` finds, told as one JSON value.
+    pub fn read_bag(&self, arguments: &[&Path]) -> Value {
+        let output = Command::new(&self.0)
+            .arg(root().join("tests/peers/read_bag.py"))
+            .args(arguments)
+            .output()
+            .unwrap();
+        let complaints = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{complaints}");
+        serde_json::from_slice(&output.stdout).unwrap()
+    }
+}
+
+/// A peer that goes on, line by line.
+pub struct Running {
+    child: Child,
+    lines: BufReader<ChildStdout>,
+}
+
+impl Iterator for Running {
+    type Item = Value;
+
+    /// The next line, `None` when the peer has ended.
+    fn next(&mut self) -> Option<Value> {
+        let mut line = String::new();
+        (self.lines.read_line(&mut line).unwrap() > 0).then(|| json(&line))
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn json(line: &str) -> Value {
+    serde_json::from_str(line).unwrap_or_else(|error| panic!("{error}: {line}"))
+}
