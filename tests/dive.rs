@@ -1,0 +1,110 @@
+//! The main job, as a user starts it: six processes over DDS dive the vehicle three feet
+//! and tell what came of it.
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use std::path::Path;
+
+use common::Stage;
+use planesman::flight::Flight;
+use planesman::run_folder::RunFolder;
+use planesman::scenario::{NODES, Scenario};
+use planesman::summary::{POLE_TOLERANCE, Summary};
+use planesman_bag::BagReader;
+use planesman_node::ExitReport;
+
+/// Three feet, m.
+const DEPTH: f64 = 0.9144;
+
+#[test]
+fn the_main_job_dives_three_feet_and_identifies_the_vehicle() {
+    let stage = Stage::new();
+    let out = stage.path("dive");
+    let outcome = stage.run(&["dive", "--out", &out]).success();
+    assert_eq!(outcome.complaints(), [""; 0]);
+
+    let scenario = Scenario::load("dive").unwrap();
+    let run = RunFolder::open(Path::new(&out)).unwrap();
+    let flight = Flight::read(&run.bag()).unwrap();
+    let summary = Summary::of(&flight, &scenario).unwrap();
+
+    the_vehicle_reaches_its_depth(&summary);
+    the_dominant_pole_is_identified(&summary);
+    the_bag_is_whole(&run, &flight, &scenario);
+    nothing_is_lost(&run, &flight);
+    the_page_needs_nothing_else(&run);
+    // What the terminal shows is what the bag holds.
+    assert!(
+        outcome.stdout.contains(&summary.to_string()),
+        "{}\n{summary}",
+        outcome.stdout
+    );
+}
+
+fn the_vehicle_reaches_its_depth(summary: &Summary) {
+    assert_eq!(summary.depth_setpoint, DEPTH);
+    let depth = summary.depth.as_ref().unwrap();
+    assert!(depth.overshoot <= 5.0, "{depth:?}");
+    assert!(depth.steady_error.abs() < 0.02 * DEPTH, "{depth:?}");
+    assert!(depth.settling_time_5.is_some(), "{depth:?}");
+    assert_eq!(summary.held_ticks, 0);
+}
+
+fn the_dominant_pole_is_identified(summary: &Summary) {
+    let error = summary.pole_error().unwrap();
+    assert!(error <= POLE_TOLERANCE, "{error}: {summary}");
+}
+
+fn the_bag_is_whole(run: &RunFolder, flight: &Flight, scenario: &Scenario) {
+    let bag = BagReader::open(&run.bag()).unwrap();
+    assert!(bag.completeness().is_whole(), "{}", bag.completeness());
+    assert_eq!(bag.dropped(), 0);
+    let mut stamps: Vec<i64> = flight
+        .states
+        .iter()
+        .map(|s| s.header.stamp.nanos())
+        .collect();
+    stamps.dedup();
+    let ticks = i64::try_from(scenario.ticks()).unwrap();
+    let expected: Vec<i64> = (0..ticks).map(|k| k * 50_000_000).collect();
+    assert_eq!(stamps, expected, "a state for every tick");
+}
+
+/// Every node stopped cleanly and counted what it sent, and the bag holds as much, topic by
+/// topic.
+fn nothing_is_lost(run: &RunFolder, flight: &Flight) {
+    let mut sent = std::collections::BTreeMap::<String, u64>::new();
+    for node in NODES {
+        let text = std::fs::read(run.exit_report(node)).unwrap();
+        let report: ExitReport = serde_json::from_slice(&text).unwrap();
+        assert_eq!(report.node, format!("/auv/{node}"));
+        assert!(report.refused.is_empty(), "{report:?}");
+        assert!(report.dropped.is_empty(), "{report:?}");
+        for (topic, number) in report.published {
+            *sent.entry(topic).or_default() += number;
+        }
+    }
+    assert!(sent.len() >= 14, "{sent:?}");
+    for (topic, number) in sent {
+        assert_eq!(flight.counts.get(&topic), Some(&number), "{topic}");
+    }
+}
+
+fn the_page_needs_nothing_else(run: &RunFolder) {
+    let page = std::fs::read_to_string(run.page()).unwrap();
+    assert!(page.contains("<svg"));
+    for load in [
+        "src=\"",
+        "href=\"http",
+        "href=\"//",
+        "url(",
+        "@import",
+        "<script src",
+    ] {
+        assert!(!page.contains(load), "the page loads something: {load}");
+    }
+    // A namespace's name looks like an address but is none.
+    let rest = page.replace("http://www.w3.org/", "");
+    assert!(!rest.contains("http://") && !rest.contains("https://"));
+}
