@@ -1,6 +1,7 @@
 //! The nodes as child processes: started, watched, stopped in order, never left behind.
 
 use std::fs::File;
+use std::os::unix::process::CommandExt;
 use std::process::{Child, Command, ExitCode, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
@@ -63,6 +64,8 @@ impl Crew {
                 .stdin(Stdio::null())
                 .stdout(Stdio::null())
                 .stderr(log)
+                // Ctrl-C is the launcher's: it stops the nodes in order.
+                .process_group(0)
                 .spawn()
                 .with_context(|| format!("cannot start the node {name}"))?;
             crew.members.push(Member {

@@ -13,7 +13,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use planesman_msgs::diagnostic_msgs::msg::DiagnosticArray;
 use planesman_msgs::planesman_msgs::msg::{ModelEstimate, VehicleState};
 use planesman_msgs::std_srvs::srv::{SetBool, SetBoolRequest, SetBoolResponse};
-use planesman_node::{Client, Connections, Direction, Flow, NodeSpec, Qos, Runtime, args};
+use planesman_node::{Client, Connections, Direction, Flow, Next, NodeSpec, Qos, Runtime, args};
 use planesman_parameters::Value;
 
 use crate::crew::Crew;
@@ -23,6 +23,10 @@ use crate::summary::{identified, pole_text};
 
 /// How long the nodes may take to find each other.
 const GATHERING: Duration = Duration::from_secs(30);
+/// How long to listen for a loop that runs already; a running peer is found within 0.2 s.
+const LISTENING: Duration = Duration::from_millis(500);
+/// How long nodes that were killed may still seem to be there: their lease of 5 s, and some.
+const FORGETTING: Duration = Duration::from_secs(7);
 /// How long the last messages may take to reach the recorder.
 const SETTLING: Duration = Duration::from_millis(500);
 
@@ -76,7 +80,6 @@ pub fn run(scenario: &Scenario, run: &RunFolder, options: &Options) -> Result<()
 
     println!("{}", scenario.description);
     let namespace = format!("__ns:={}", options.namespace);
-    let crew = Crew::start(run, &options.namespace, &NODES)?;
     let rt = Runtime::start(
         NodeSpec {
             name: "planesman",
@@ -91,6 +94,8 @@ pub fn run(scenario: &Scenario, run: &RunFolder, options: &Options) -> Result<()
     rt.subscribe("state", Qos::reliable(1000), Event::State)?;
     rt.subscribe("model", Qos::reliable(1000), Event::Model)?;
     let go = rt.client::<SetBool>("plant_sim/pause")?;
+    be_alone(&rt)?;
+    let crew = Crew::start(run, &options.namespace, &NODES)?;
     drop(rt.every(Duration::from_millis(20), || Event::Look));
     let mut captain = Captain {
         scenario: scenario.clone(),
@@ -128,6 +133,29 @@ pub fn run(scenario: &Scenario, run: &RunFolder, options: &Options) -> Result<()
     }
     println!("{}", run.report()?);
     Ok(())
+}
+
+/// Nothing flies here yet: a second loop's nodes would answer the first one's vehicle.
+fn be_alone(rt: &Runtime<Event>) -> Result<()> {
+    let began = Instant::now();
+    loop {
+        if matches!(rt.next(Duration::from_millis(50)), Next::Stop) {
+            bail!("interrupted");
+        }
+        let connections = rt.connections();
+        let taken = connections.list.iter().find(|end| {
+            end.direction == Direction::Subscription && end.topic != "/diagnostics" && end.peers > 0
+        });
+        match taken {
+            None if began.elapsed() > LISTENING => return Ok(()),
+            Some(end) if began.elapsed() > FORGETTING => bail!(
+                "somebody publishes {} already: is another loop running? Stop it, or choose \
+                 another ROS_DOMAIN_ID or --namespace",
+                end.topic
+            ),
+            _ => {}
+        }
+    }
 }
 
 /// What only the launcher knows.

@@ -44,6 +44,12 @@ enum Command {
     Params {
         /// Only this node's
         node: Option<String>,
+        /// As a ROS 2 parameter file
+        #[arg(long)]
+        yaml: bool,
+        /// With this scenario's values: a built-in one (dive, open_loop) or a file
+        #[arg(long, requires = "yaml")]
+        scenario: Option<String>,
     },
     /// Run one node in this process (what `ros2 run` would start)
     #[command(disable_help_flag = true)]
@@ -122,7 +128,12 @@ fn main() -> ExitCode {
             .map(|text| println!("{text}")),
         Command::Replay(args) => sysid::replay::run(&args),
         Command::Bag(BagCommand::Info { path }) => bag_info(&path),
-        Command::Params { node } => nodes::list_parameters(node.as_deref()),
+        Command::Params {
+            node,
+            yaml: true,
+            scenario,
+        } => parameter_file(node.as_deref(), scenario.as_deref()),
+        Command::Params { node, .. } => nodes::list_parameters(node.as_deref()),
         Command::Node(args) => return nodes::run(&args.name, args.args),
     };
     match outcome {
@@ -182,6 +193,12 @@ fn simulate(args: &SimArgs) -> Result<()> {
         args.out.display(),
         ticks as f64 * scenario.tick
     );
+    Ok(())
+}
+
+fn parameter_file(node: Option<&str>, scenario: Option<&str>) -> Result<()> {
+    let scenario = scenario.map(Scenario::load).transpose()?;
+    print!("{}", nodes::parameter_file(node, scenario.as_ref())?);
     Ok(())
 }
 

@@ -4,8 +4,13 @@
 //! depends on the messages and not on when they arrived: a bag replayed gives, bit for bit,
 //! what was published live from the same messages.
 //!
+//! An output whose message says that the input before it is not to be trusted (`break_on`: the planes
+//! were held, the actuator had not answered) is not learnt from.
+//!
 //! A gap in the stamps begins the history anew and keeps the estimate; time going back begins
 //! everything anew.
+
+use std::collections::BTreeSet;
 
 use planesman_msgs::Message;
 use planesman_msgs::builtin_interfaces::msg::Time;
@@ -14,7 +19,7 @@ use planesman_parameters::Values;
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::align::{Aligner, Offer};
+use crate::align::{Aligner, Offer, WINDOW};
 use crate::learner::Learner;
 use crate::model::Model;
 use crate::parameters::Config;
@@ -27,6 +32,8 @@ pub struct Identifier {
     learner: Learner,
     /// The first sample's stamp, ns.
     began: Option<i64>,
+    /// Stamps of outputs not yet learnt whose input is not to be trusted, ns.
+    broken: BTreeSet<i64>,
 }
 
 impl Identifier {
@@ -40,6 +47,7 @@ impl Identifier {
             aligner: Aligner::new(period(&config)),
             learner: Learner::new(&config)?,
             began: None,
+            broken: BTreeSet::new(),
             config,
         })
     }
@@ -99,12 +107,25 @@ impl Identifier {
             .is_on(topic)
             .then(|| output.output(message))
             .transpose()?;
+        let breaks = match &self.config.break_on {
+            Some(signal) if output.is_some() && signal.is_on(topic) => {
+                signal.output(message)? != 0.0
+            }
+            _ => false,
+        };
         let stamp = stamp.nanos();
         if let Some(output) = output
             && self.aligner.offer_output(stamp, output) == Offer::WentBack
         {
             self.learner.reset();
             self.began = None;
+            self.broken.clear();
+        }
+        if breaks {
+            self.broken.insert(stamp);
+            if self.broken.len() > 2 * WINDOW as usize {
+                self.broken.pop_first();
+            }
         }
         if let Some(input) = input {
             self.aligner.offer_input(stamp, input);
@@ -141,6 +162,7 @@ impl Identifier {
         self.aligner = Aligner::new(period(&self.config));
         self.learner.reset();
         self.began = None;
+        self.broken.clear();
     }
 
     /// The latest output's stamp with which all that a lockstep tick brings has come: the
@@ -171,7 +193,7 @@ impl Identifier {
         let mut due = Vec::new();
         while let Some(sample) = self.aligner.take() {
             let began = *self.began.get_or_insert(sample.stamp);
-            if sample.stamp - began < self.config.start {
+            if sample.stamp - began < self.config.start || self.broken.remove(&sample.stamp) {
                 self.learner.begin(sample.output);
                 continue;
             }

@@ -22,6 +22,12 @@ pub fn declarations() -> Vec<Declaration> {
         )
         .read_only(),
         Declaration::new(
+            "break_on",
+            "state:planes_source",
+            "A signal of the output's messages: where it is not 0, the input over the interval before is not to be trusted and the history begins anew. Empty for none.",
+        )
+        .read_only(),
+        Declaration::new(
             "input_type",
             "planesman_msgs/msg/PlaneMotion",
             "The message type on the input's topic.",
@@ -109,6 +115,8 @@ pub struct Config {
     pub input: Signal,
     /// What responds.
     pub output: Signal,
+    /// What says, where it is not 0, that the input before an output is not to be trusted.
+    pub break_on: Option<Signal>,
     /// The interval between samples, s.
     pub sample_time: f64,
     /// How long after the first sample learning begins, ns.
@@ -154,9 +162,14 @@ impl Config {
         }
         // The declared ranges keep these positive.
         let count = |name: &str| values.integer(name).max(1) as u64;
+        let break_on = match values.string("break_on") {
+            "" => None,
+            _ => Some(signal("break_on")?),
+        };
         Ok(Self {
             input,
             output,
+            break_on,
             sample_time: values.double("sample_time"),
             start: (values.double("start") * 1e9).round() as i64,
             shape: Shape {
