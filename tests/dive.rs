@@ -2,17 +2,17 @@
 //! and tell what came of it.
 #![allow(clippy::unwrap_used)]
 
-mod common;
+mod stage;
 
 use std::path::Path;
 
-use common::Stage;
 use planesman::flight::Flight;
 use planesman::run_folder::RunFolder;
 use planesman::scenario::{NODES, Scenario};
 use planesman::summary::{POLE_TOLERANCE, Summary};
 use planesman_bag::BagReader;
 use planesman_node::ExitReport;
+use stage::Stage;
 
 /// Three feet, m.
 const DEPTH: f64 = 0.9144;

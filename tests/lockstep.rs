@@ -6,13 +6,13 @@
 //! again, and answered again, with the same bytes: the one thing that wall time may add.
 #![allow(clippy::unwrap_used)]
 
-mod common;
+mod stage;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use common::{Stage, scenario};
 use planesman_bag::{BagReader, Order};
+use stage::{Stage, scenario};
 
 /// Topics that carry wall time by their nature, and are none of the vehicle's course:
 /// health reports go out every second of wall time, log lines when something is worth one, and

@@ -45,8 +45,8 @@ fn run(args: Vec<String>) -> Result<()> {
         motion: rt.publisher("plane_motion", Qos::reliable(100))?,
         planes: rt.publisher("planes", Qos::reliable(100))?,
         state: rt.publisher("dha_state", Qos::reliable(100))?,
-        asked: None,
-        answered: None,
+        begun: None,
+        commanded: None,
         heard: None,
     };
     rt.subscribe("plane_command", Qos::reliable(100), Event::Command)?;
@@ -70,9 +70,9 @@ struct Node {
     motion: Publisher<PlaneMotion>,
     planes: Publisher<JointState>,
     state: Publisher<DhaState>,
-    /// The last tick that the vehicle began, and the last one answered for, ns.
-    asked: Option<i64>,
-    answered: Option<i64>,
+    /// The last tick that the vehicle began, and the last one commanded, ns.
+    begun: Option<i64>,
+    commanded: Option<i64>,
     /// When the last command came, by the node's clock, ns.
     heard: Option<i64>,
 }
@@ -82,9 +82,11 @@ impl Node {
         match event {
             Event::Command(command) => {
                 self.heard = Some(rt.now().nanos());
-                let stamp = command.header.stamp.nanos();
                 match self.actuator.on_command(&command) {
-                    Ok(output) => self.say(stamp, &output),
+                    Ok(output) => {
+                        self.commanded = Some(command.header.stamp.nanos());
+                        self.say(&output);
+                    }
                     Err(reason) => log::warn!("{reason}"),
                 }
             }
@@ -99,21 +101,21 @@ impl Node {
         Ok(Flow::Continue)
     }
 
-    /// A tick began. If the one before never had a command, it is answered for now, so that
-    /// the planes go on, and after the timeout to neutral, with the vehicle still flying.
+    /// A tick begins. When the one before has had no command, none is waited for: the planes
+    /// go on as commanded last, and after the timeout to neutral, with the vehicle still flying. A
+    /// command that comes yet acts from the next tick on.
     fn on_state(&mut self, stamp: i64) {
-        if let Some(asked) = self.asked
-            && asked < stamp
-            && self.answered.is_none_or(|answered| answered < asked)
-        {
-            let output = self.actuator.on_silence(Time::from_nanos(asked));
-            self.say(asked, &output);
+        let silent = self
+            .begun
+            .is_some_and(|begun| begun < stamp && self.commanded.is_none_or(|at| at < begun));
+        if silent {
+            let output = self.actuator.on_silence(Time::from_nanos(stamp));
+            self.say(&output);
         }
-        self.asked = Some(stamp);
+        self.begun = Some(stamp);
     }
 
-    fn say(&mut self, stamp: i64, output: &Output) {
-        self.answered = Some(stamp);
+    fn say(&self, output: &Output) {
         self.motion.publish(&output.motion);
         self.planes.publish(&output.planes);
         self.state.publish(&output.state);

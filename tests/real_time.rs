@@ -1,0 +1,134 @@
+//! The dive by the wall clock: faster than it, with stamps of its own or the machine's, and kept
+//! running until somebody stops it.
+#![allow(clippy::unwrap_used)]
+
+mod stage;
+
+use std::path::Path;
+
+use planesman::flight::Flight;
+use planesman::run_folder::RunFolder;
+use planesman::scenario::NODES;
+use planesman_msgs::planesman_msgs::msg::VehicleState;
+use planesman_node::ExitReport;
+use stage::{Process, Signal, Stage, eventually, scenario};
+
+/// The sampling time, ns.
+const TICK: i64 = 50_000_000;
+/// 2026-01-01, ns: before any clock that runs this test.
+const THIS_YEAR: i64 = 1_767_225_600_000_000_000;
+
+fn flight(out: &str) -> Flight {
+    let flight = Flight::read(&Path::new(out).join("bag")).unwrap();
+    assert_eq!(flight.truncated, None);
+    flight
+}
+
+fn stamps(flight: &Flight) -> Vec<i64> {
+    let states = flight.states.iter();
+    states.map(|s| s.header.stamp.nanos()).collect()
+}
+
+/// The bag holds everything that the nodes sent, topic by topic.
+fn assert_nothing_lost(out: &str, flight: &Flight) {
+    let run = RunFolder::open(Path::new(out)).unwrap();
+    for node in NODES {
+        let text = std::fs::read(run.exit_report(node)).unwrap();
+        let report: ExitReport = serde_json::from_slice(&text).unwrap();
+        for (topic, number) in report.published {
+            let recorded = flight.counts.get(&topic).copied().unwrap_or(0);
+            assert_eq!(recorded, number, "{topic}");
+        }
+    }
+}
+
+#[test]
+fn eight_times_faster_than_the_clock_nothing_is_lost() {
+    let stage = Stage::new();
+    let file = stage.file("short.yaml", scenario(16.0, "  sysid: {start: 2.0}\n"));
+    let out = stage.path("out");
+    let outcome = stage
+        .run(&["dive", &file, "--factor", "8", "--out", &out])
+        .success();
+    let flight = flight(&out);
+    let expected: Vec<i64> = (0..320).map(|k| k * TICK).collect();
+    assert_eq!(stamps(&flight), expected);
+    assert_nothing_lost(&out, &flight);
+
+    // A busy machine may be late with an answer; such ticks are flagged, told, and the exception.
+    let is_held = |state: &&VehicleState| state.planes_source == VehicleState::PLANES_HELD;
+    let held = flight.states.iter().filter(is_held).count();
+    assert!(
+        held < 160,
+        "{held} of 320 ticks without the actuator's answer"
+    );
+    let told = format!("ticks without its answer: {held}");
+    assert!(outcome.stdout.contains(&told), "{}", outcome.stdout);
+}
+
+#[test]
+fn stamps_begin_at_zero_with_sim_time_and_are_the_machines_without() {
+    let stage = Stage::new();
+    let file = stage.file("short.yaml", scenario(1.0, "  sysid: {start: 0.0}\n"));
+    let fly = |pace: &[&str], name: &str| {
+        let out = stage.path(name);
+        let arguments = [&["dive", &file, "--out", &out], pace].concat();
+        stage.run(&arguments).success();
+        flight(&out)
+    };
+    let simulated = fly(&["--sim-time"], "simulated");
+    let expected: Vec<i64> = (0..20).map(|k| k * TICK).collect();
+    assert_eq!(stamps(&simulated), expected);
+    assert_eq!(simulated.counts["/clock"], 20);
+
+    let machine = fly(&["--factor", "1"], "machine");
+    let start = stamps(&machine)[0];
+    assert!(start > THIS_YEAR);
+    let expected: Vec<i64> = (0..20).map(|k| start + k * TICK).collect();
+    assert_eq!(stamps(&machine), expected);
+    assert!(!machine.counts.contains_key("/clock"));
+}
+
+/// Keeps a dive of one second running, tells `stop` to stop it once it has flown on for long,
+/// and expects everything to be in order.
+fn kept_running_until(stop: impl FnOnce(&Process)) {
+    let stage = Stage::new();
+    let text = scenario(1.0, "  recorder: {flush_interval: 0.1}\n");
+    let file = stage.file("short.yaml", text);
+    let out = stage.path("out");
+    let mut launcher = stage.start(&[
+        "dive",
+        &file,
+        "--factor",
+        "8",
+        "--keep-running",
+        "--out",
+        &out,
+    ]);
+    let bag = Path::new(&out).join("bag");
+    eventually("a flight longer than its scenario", || {
+        let flight = Flight::read(&bag).ok()?;
+        (flight.states.len() > 60).then_some(())
+    });
+    assert!(launcher.is_running());
+    let nodes = launcher.nodes();
+    stop(&launcher);
+    let outcome = launcher.finish().success();
+    assert!(outcome.stdout.contains("the bag is closed"), "{outcome:#?}");
+    assert_eq!(outcome.complaints(), [""; 0]);
+    for (name, pid) in nodes {
+        assert!(!stage::runs(pid), "{name} is left behind");
+    }
+    assert_nothing_lost(&out, &flight(&out));
+    assert!(Path::new(&out).join("report.html").is_file());
+}
+
+#[test]
+fn a_kept_loop_runs_until_ctrl_c_and_is_then_reported() {
+    kept_running_until(Process::press_ctrl_c);
+}
+
+#[test]
+fn a_kept_loop_ends_as_well_when_asked_to_terminate() {
+    kept_running_until(|launcher| launcher.signal(Signal::TERM));
+}

@@ -1,0 +1,348 @@
+//! The stage of the tests that need no foreign program: a DDS domain and a folder of one's own,
+//! programs that end with it, and an operator who hears the loop and speaks to it.
+//!
+//! Nothing here waits for a fixed time: one waits for what is to happen, and gives up only
+//! after [`PATIENCE`], which is reached when something is broken.
+
+// Each test program uses its own part.
+#![allow(dead_code, clippy::unwrap_used)]
+
+use std::cell::Cell;
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::os::unix::process::CommandExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+use planesman_msgs::Service;
+use planesman_msgs::diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus};
+use planesman_msgs::planesman_msgs::msg::{ControlState, DhaState, VehicleState};
+use planesman_node::testing::OwnDomain;
+use planesman_node::{Client, Next, NodeSpec, Qos, RosArguments, Runtime};
+pub(crate) use rustix::process::Signal;
+use rustix::process::{Pid, kill_process, kill_process_group};
+use tempfile::TempDir;
+
+/// Longest that anything may take; reached only when something is broken.
+pub(crate) const PATIENCE: Duration = Duration::from_secs(90);
+
+/// Time between two looks at what is waited for.
+const LOOK: Duration = Duration::from_millis(10);
+
+/// Looks until there is something to see.
+pub(crate) fn eventually<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
+    let deadline = Instant::now() + PATIENCE;
+    loop {
+        if let Some(seen) = look() {
+            return seen;
+        }
+        assert!(Instant::now() < deadline, "waited in vain: {what}");
+        std::thread::sleep(LOOK);
+    }
+}
+
+/// A DDS domain and a folder that nobody else has.
+pub(crate) struct Stage {
+    domain: OwnDomain,
+    folder: TempDir,
+    programs: Cell<u32>,
+}
+
+impl Stage {
+    pub(crate) fn new() -> Self {
+        Self {
+            domain: OwnDomain::claim().unwrap(),
+            folder: tempfile::tempdir().unwrap(),
+            programs: Cell::new(0),
+        }
+    }
+
+    /// A path in the folder, as an argument.
+    pub(crate) fn path(&self, name: &str) -> String {
+        let path = self.folder.path().join(name);
+        path.to_str().unwrap().to_owned()
+    }
+
+    /// A file in the folder, and its path.
+    pub(crate) fn file(&self, name: &str, content: impl AsRef<[u8]>) -> String {
+        let path = self.path(name);
+        fs::write(&path, content).unwrap();
+        path
+    }
+
+    /// What the folder holds, but for the programs' outputs.
+    pub(crate) fn content(&self) -> Vec<String> {
+        let names = fs::read_dir(self.folder.path()).unwrap();
+        let mut names: Vec<String> = names
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .filter(|name| !name.starts_with("program-"))
+            .collect();
+        names.sort();
+        names
+    }
+
+    /// `planesman` with these arguments, in the stage's domain and folder.
+    pub(crate) fn start(&self, arguments: &[&str]) -> Process {
+        self.start_as(arguments, &[])
+    }
+
+    /// As [`start`](Self::start), with more in the environment.
+    pub(crate) fn start_as(&self, arguments: &[&str], variables: &[(&str, &str)]) -> Process {
+        let number = self.programs.replace(self.programs.get() + 1);
+        let out = |stream: &str| PathBuf::from(self.path(&format!("program-{number}.{stream}")));
+        let (stdout, stderr) = (out("stdout"), out("stderr"));
+        let child = Command::new(env!("CARGO_BIN_EXE_planesman"))
+            .args(arguments)
+            .current_dir(self.folder.path())
+            .envs(self.domain.variables())
+            .envs(variables.iter().copied())
+            .stdin(Stdio::null())
+            .stdout(File::create(&stdout).unwrap())
+            .stderr(File::create(&stderr).unwrap())
+            // As a shell does, so that a test can press Ctrl-C.
+            .process_group(0)
+            .spawn()
+            .unwrap();
+        Process {
+            child,
+            arguments: arguments.join(" "),
+            stdout,
+            stderr,
+        }
+    }
+
+    /// Runs `planesman` with these arguments to its end.
+    pub(crate) fn run(&self, arguments: &[&str]) -> Outcome {
+        self.start(arguments).finish()
+    }
+
+    /// One node with parameters `name:=value`, in a process of its own, which ends with
+    /// the test if nothing else ends it.
+    pub(crate) fn node(&self, name: &str, parameters: &[&str]) -> Process {
+        let mut arguments = vec!["node", name, "--ros-args"];
+        for parameter in parameters {
+            arguments.extend(["-p", parameter]);
+        }
+        self.start_as(&arguments, &[(planesman::crew::LAUNCHED, "1")])
+    }
+
+    /// Somebody who hears the loop and can speak to it.
+    pub(crate) fn operator(&self) -> Operator {
+        Operator::join(&self.domain)
+    }
+}
+
+/// A program that was started; stopped when dropped.
+pub(crate) struct Process {
+    child: Child,
+    arguments: String,
+    stdout: PathBuf,
+    stderr: PathBuf,
+}
+
+/// How a program ended.
+#[derive(Debug)]
+pub(crate) struct Outcome {
+    pub(crate) status: ExitStatus,
+    pub(crate) stdout: String,
+    pub(crate) stderr: String,
+}
+
+impl Outcome {
+    /// Itself, if the program ended well.
+    pub(crate) fn success(self) -> Self {
+        assert!(self.status.success(), "{self:#?}");
+        self
+    }
+
+    /// What it told the person at the terminal, without the log's lines that only inform.
+    pub(crate) fn complaints(&self) -> Vec<&str> {
+        let lines = self.stderr.lines();
+        lines.filter(|line| !line.starts_with("[INFO]")).collect()
+    }
+}
+
+impl Process {
+    fn pid(&self) -> Pid {
+        Pid::from_child(&self.child)
+    }
+
+    pub(crate) fn signal(&self, signal: Signal) {
+        kill_process(self.pid(), signal).unwrap();
+    }
+
+    /// Ctrl-C reaches every process of the terminal's foreground group.
+    pub(crate) fn press_ctrl_c(&self) {
+        kill_process_group(self.pid(), Signal::INT).unwrap();
+    }
+
+    /// Ends it as `kill -9` does.
+    pub(crate) fn kill(mut self) {
+        self.child.kill().unwrap();
+        self.child.wait().unwrap();
+    }
+
+    pub(crate) fn is_running(&mut self) -> bool {
+        self.child.try_wait().unwrap().is_none()
+    }
+
+    pub(crate) fn stdout(&self) -> String {
+        fs::read_to_string(&self.stdout).unwrap()
+    }
+
+    pub(crate) fn stderr(&self) -> String {
+        fs::read_to_string(&self.stderr).unwrap()
+    }
+
+    /// Waits for its end.
+    pub(crate) fn finish(mut self) -> Outcome {
+        let what = format!("the end of planesman {}", self.arguments);
+        let status = eventually(&what, || self.child.try_wait().unwrap());
+        Outcome {
+            status,
+            stdout: self.stdout(),
+            stderr: self.stderr(),
+        }
+    }
+
+    /// The nodes that a launcher has started, by name.
+    pub(crate) fn nodes(&self) -> BTreeMap<String, Pid> {
+        let parent = format!("PPid:\t{}", self.child.id());
+        let node_of = |entry: &Path| {
+            let status = fs::read_to_string(entry.join("status")).ok()?;
+            let command = fs::read_to_string(entry.join("cmdline")).ok()?;
+            let mut words = command.split('\0').skip(1);
+            let is_node = status.lines().any(|line| line == parent) && words.next()? == "node";
+            let pid = entry.file_name()?.to_str()?.parse().ok()?;
+            is_node.then_some((words.next()?.to_owned(), Pid::from_raw(pid)?))
+        };
+        fs::read_dir("/proc")
+            .unwrap()
+            .filter_map(|entry| node_of(&entry.ok()?.path()))
+            .collect()
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        if !self.is_running() {
+            return;
+        }
+        if std::thread::panicking() {
+            eprintln!("planesman {}:\n{}", self.arguments, self.stderr());
+        }
+        // A launcher then stops its nodes; nobody is left in the folder when that goes.
+        let _ = kill_process(self.pid(), Signal::TERM);
+        let deadline = Instant::now() + Duration::from_secs(20);
+        while self.is_running() && Instant::now() < deadline {
+            std::thread::sleep(LOOK);
+        }
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// Ends a process as `kill -9` does.
+pub(crate) fn kill(pid: Pid) {
+    kill_process(pid, Signal::KILL).unwrap();
+}
+
+/// Whether a process still runs; one that waits for its parent to take note does not.
+pub(crate) fn runs(pid: Pid) -> bool {
+    let stat = fs::read_to_string(format!("/proc/{}/stat", pid.as_raw_nonzero()));
+    // The state follows the command's name, which is in brackets.
+    stat.is_ok_and(|stat| {
+        !stat
+            .rsplit_once(") ")
+            .is_some_and(|(_, rest)| rest.starts_with(['Z', 'X']))
+    })
+}
+
+/// What an operator hears.
+#[derive(Clone, Debug)]
+pub(crate) enum Heard {
+    State(VehicleState),
+    Control(ControlState),
+    Actuator(DhaState),
+    Diagnostics(DiagnosticArray),
+    Parameters,
+}
+
+impl Heard {
+    /// The node's own status `name`, such as `/auv/plant_sim: vehicle`.
+    pub(crate) fn status(&self, name: &str) -> Option<&DiagnosticStatus> {
+        let Self::Diagnostics(array) = self else {
+            return None;
+        };
+        array.status.iter().find(|status| status.name == name)
+    }
+}
+
+/// A node of the test's own, in the loop's domain.
+pub(crate) struct Operator {
+    pub(crate) rt: Runtime<Heard>,
+}
+
+impl Operator {
+    fn join(domain: &OwnDomain) -> Self {
+        let spec = NodeSpec {
+            name: "operator",
+            namespace: "/auv",
+            declarations: Vec::new(),
+            validate: |_| Ok(()),
+            on_parameters: |_| Heard::Parameters,
+        };
+        let rt = Runtime::start_in(domain.domain(), spec, RosArguments::default()).unwrap();
+        let qos = Qos::reliable(1000);
+        rt.subscribe("state", qos, Heard::State).unwrap();
+        rt.subscribe("control_state", qos, Heard::Control).unwrap();
+        rt.subscribe("dha_state", qos, Heard::Actuator).unwrap();
+        rt.subscribe("/diagnostics", qos, Heard::Diagnostics)
+            .unwrap();
+        Self { rt }
+    }
+
+    /// Listens until `pick` has what it wants.
+    pub(crate) fn until<T>(&self, what: &str, mut pick: impl FnMut(Heard) -> Option<T>) -> T {
+        let deadline = Instant::now() + PATIENCE;
+        loop {
+            if let Next::Event(heard) = self.rt.next(LOOK)
+                && let Some(picked) = pick(heard)
+            {
+                return picked;
+            }
+            assert!(Instant::now() < deadline, "waited in vain: {what}");
+        }
+    }
+
+    /// The next vehicle state that `wanted` likes.
+    pub(crate) fn state(
+        &self,
+        what: &str,
+        mut wanted: impl FnMut(&VehicleState) -> bool,
+    ) -> VehicleState {
+        self.until(what, |heard| match heard {
+            Heard::State(state) if wanted(&state) => Some(state),
+            _ => None,
+        })
+    }
+
+    /// Waits until the node's status `name` has this message, and returns its level.
+    pub(crate) fn status(&self, name: &str, message: &str) -> u8 {
+        self.until(&format!("{name}: {message}"), |heard| {
+            let status = heard.status(name)?;
+            status.message.contains(message).then_some(status.level)
+        })
+    }
+
+    /// Calls a service and waits for its answer.
+    pub(crate) fn call<S: Service>(&self, client: &Client<S>, request: S::Request) -> S::Response {
+        self.rt.block_on(client.call(request, PATIENCE)).unwrap()
+    }
+}
+
+/// The text of a scenario that flies for `seconds`, with these lines below `parameters:`.
+pub(crate) fn scenario(seconds: f64, parameters: &str) -> String {
+    format!("description: A test's dive\nduration: {seconds}\nparameters:\n{parameters}")
+}
