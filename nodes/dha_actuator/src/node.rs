@@ -126,7 +126,12 @@ impl Node {
         match self.heard {
             None => rt.set_status("actuator", Level::Warn, "no plane command yet", &[]),
             Some(at) if (now - at) as f64 * 1e-9 > self.timeout => {
-                rt.set_status("actuator", Level::Error, "plane command stale: planes neutral", &[]);
+                rt.set_status(
+                    "actuator",
+                    Level::Error,
+                    "plane command stale: planes neutral",
+                    &[],
+                );
             }
             Some(_) => rt.set_status("actuator", Level::Ok, "following", &[]),
         }
