@@ -1,198 +1,161 @@
-//! What the suite's tests over real DDS share: processes of the `planesman` program that end with their test,
-//! in a DDS domain of their own on the loopback interface, and the foreign peers of `tests/peers`.
-#![allow(
-    dead_code,
-    unreachable_pub,
-    reason = "each test uses its part of this module"
-)]
-#![allow(
-    clippy::unwrap_used,
-    reason = "a test that cannot go on says so by panicking"
-)]
+//! The foreign programs that the suite's tests use, where they are installed: the Python programs of
+//! `tests/peers`, with the interpreter in `.venv` that has what they need.
 
-pub mod peers;
+// Each test program uses its own part.
+#![allow(dead_code, clippy::unwrap_used)]
 
 use std::{
-    fs::File,
-    io::Read as _,
+    io::{BufRead as _, BufReader},
     path::{Path, PathBuf},
-    process::{Child, Command, ExitStatus, Stdio},
-    time::{Duration, Instant},
+    process::{Child, ChildStdout, Command, Stdio},
 };
 
-use planesman_node::{ExitReport, testing::OwnDomain};
+use serde_json::Value;
 
-/// Longest that anything may take; reached only when something is broken.
-pub const PATIENCE: Duration = Duration::from_secs(60);
+/// The repository's root.
+pub(crate) fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
 
-/// Whether `condition` came true within [`PATIENCE`].
-pub fn comes_true(mut condition: impl FnMut() -> bool) -> bool {
-    let start = Instant::now();
-    loop {
-        if condition() {
-            return true;
-        }
-        if start.elapsed() > PATIENCE {
-            return false;
-        }
-        std::thread::sleep(Duration::from_millis(10));
+/// Whether an absent foreign program fails its test (`PLANESMAN_PEERS=required`), not only skips it.
+pub(crate) fn are_required() -> bool {
+    std::env::var("PLANESMAN_PEERS").is_ok_and(|value| value == "required")
+}
+
+/// Says what is skipped and why.
+///
+/// # Panics
+/// When the peers are required.
+pub(crate) fn skip(reason: &str) {
+    assert!(!are_required(), "required, but {reason}");
+    println!("skipped: {reason}");
+}
+
+/// The Python of the peers.
+pub(crate) struct Python(PathBuf);
+
+/// What a peer printed, one JSON object a line, and how it ended.
+#[derive(Debug)]
+pub(crate) struct Told {
+    pub(crate) lines: Vec<Value>,
+    pub(crate) status: i32,
+    pub(crate) complaints: String,
+}
+
+impl Told {
+    /// The lines of a peer that succeeded.
+    pub(crate) fn well(self) -> Vec<Value> {
+        assert_eq!(self.status, 0, "{}", self.complaints);
+        self.lines
+    }
+
+    /// The only line of a peer that succeeded.
+    pub(crate) fn answer(self) -> Value {
+        let mut lines = self.well();
+        assert_eq!(lines.len(), 1, "{lines:?}");
+        lines.remove(0)
+    }
+
+    /// The only line of a peer that was refused what it asked.
+    pub(crate) fn refusal(mut self) -> Value {
+        assert_eq!((self.status, self.lines.len()), (3, 1), "{self:?}");
+        self.lines.remove(0)
     }
 }
 
-/// A domain and a folder for one test's processes and their files. Both go with the value.
-pub struct Sea {
-    domain: OwnDomain,
-    folder: tempfile::TempDir,
-}
-
-impl Sea {
-    /// A domain that nobody else is in, and an empty folder.
-    pub fn new() -> Self {
-        Self {
-            domain: OwnDomain::claim().unwrap(),
-            folder: tempfile::tempdir().unwrap(),
+impl Python {
+    /// The interpreter; `None`, having said so, where there is none.
+    pub(crate) fn find() -> Option<Self> {
+        let python = root().join(".venv/bin/python");
+        if !python.exists() {
+            skip(&format!("there is no {}", python.display()));
+            return None;
         }
+        Some(Self(python))
     }
 
-    /// The domain's number.
-    pub fn domain(&self) -> u16 {
-        self.domain.id()
-    }
-
-    /// A path in the folder.
-    pub fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
-    }
-
-    /// A file in the folder with this text.
-    pub fn file(&self, name: &str, text: &str) -> PathBuf {
-        let path = self.path(name);
-        std::fs::write(&path, text).unwrap();
-        path
-    }
-
-    /// The `planesman` program, not yet started. Its services speak as Cyclone DDS does.
-    pub fn planesman(&self) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_planesman"));
+    /// A peer, not yet started.
+    pub(crate) fn command(&self, program: &str, domain: u16, arguments: &[&str]) -> Command {
+        let mut command = Command::new(&self.0);
         command
-            .current_dir(self.folder.path())
-            .envs(self.domain.variables())
-            .env("RMW_IMPLEMENTATION", "rmw_cyclonedds_cpp")
-            .stdin(Stdio::null())
-            .stdout(Stdio::null());
-        command
-    }
-
-    /// Starts `planesman` with these arguments.
-    pub fn start(&self, arguments: &[&str]) -> Process {
-        let name = arguments.join(" ");
-        let log = self.path(&format!("{}.log", name.replace(['/', ' '], "_")));
-        let child = self
-            .planesman()
+            .arg(root().join("tests/peers").join(program))
+            .args(["--domain", &domain.to_string()])
             .args(arguments)
-            .env("PLANESMAN_EXIT_REPORT", log.with_extension("json"))
-            .stderr(File::create(&log).unwrap())
+            .stdin(Stdio::null());
+        command
+    }
+
+    /// Runs a peer to its end.
+    pub(crate) fn run(&self, program: &str, domain: u16, arguments: &[&str]) -> Told {
+        let output = self.command(program, domain, arguments).output().unwrap();
+        let text = String::from_utf8(output.stdout).unwrap();
+        Told {
+            lines: text.lines().map(json).collect(),
+            status: output.status.code().unwrap_or(-1),
+            complaints: String::from_utf8_lossy(&output.stderr).into_owned(),
+        }
+    }
+
+    /// The next `count` messages on a topic.
+    pub(crate) fn echo(
+        &self,
+        domain: u16,
+        topic: &str,
+        type_name: &str,
+        count: usize,
+    ) -> Vec<Value> {
+        let count = count.to_string();
+        let arguments = [topic, type_name, "--count", &count, "--timeout", "30"];
+        self.run("peer_echo.py", domain, &arguments).well()
+    }
+
+    /// Starts a peer that goes on until it is dropped, or its own timeout.
+    pub(crate) fn start(&self, program: &str, domain: u16, arguments: &[&str]) -> Running {
+        let mut child = self
+            .command(program, domain, arguments)
+            .stdout(Stdio::piped())
             .spawn()
             .unwrap();
-        Process { name, child, log }
+        let lines = BufReader::new(child.stdout.take().unwrap());
+        Running { child, lines }
     }
 
-    /// Starts one node with these parameters (`NAME:=VALUE`).
-    pub fn start_node(&self, node: &str, parameters: &[&str]) -> Process {
-        let mut arguments = vec!["node", node, "--ros-args"];
-        for parameter in parameters {
-            arguments.extend(["-p", parameter]);
-        }
-        self.start(&arguments)
-    }
-
-    /// Starts `planesman dive` on a scenario's text, to fly until it is stopped, `factor` times faster than the
-    /// wall clock. The flight's files are in `self.path("flight")`.
-    pub fn keep_flying(&self, scenario: &str, factor: &str) -> Process {
-        self.file("scenario.yaml", scenario);
-        let arguments = [
-            "dive",
-            "scenario.yaml",
-            "--keep-running",
-            "--factor",
-            factor,
-            "--out",
-            "flight",
-        ];
-        self.start(&arguments)
-    }
-}
-
-/// A running process of ours; killed if a test forgets it.
-pub struct Process {
-    name: String,
-    child: Child,
-    log: PathBuf,
-}
-
-impl Process {
-    /// Its process number.
-    pub fn id(&self) -> u32 {
-        self.child.id()
-    }
-
-    /// What it has written to its standard error.
-    pub fn log(&self) -> String {
-        let mut bytes = Vec::new();
-        File::open(&self.log)
-            .and_then(|mut file| file.read_to_end(&mut bytes))
+    /// What `read_bag.py` finds, told as one JSON value.
+    pub(crate) fn read_bag(&self, arguments: &[&Path]) -> Value {
+        let output = Command::new(&self.0)
+            .arg(root().join("tests/peers/read_bag.py"))
+            .args(arguments)
+            .output()
             .unwrap();
-        String::from_utf8_lossy(&bytes).into_owned()
-    }
-
-    /// Whether it has not ended by itself.
-    pub fn is_running(&mut self) -> bool {
-        self.child.try_wait().unwrap().is_none()
-    }
-
-    /// Ends it as `kill -9` does.
-    pub fn kill(&mut self) {
-        self.child.kill().unwrap();
-        self.child.wait().unwrap();
-    }
-
-    /// Ends it as `Ctrl-C` does, and returns how it ended.
-    pub fn stop(&mut self) -> ExitStatus {
-        self.signal("-INT");
-        let mut status = None;
-        let ended = comes_true(|| {
-            status = self.child.try_wait().unwrap();
-            status.is_some()
-        });
-        assert!(ended, "{} does not stop:\n{}", self.name, self.log());
-        status.unwrap()
-    }
-
-    /// What a node told when it stopped.
-    pub fn exit_report(&self) -> ExitReport {
-        exit_report(&self.log.with_extension("json"))
-    }
-
-    fn signal(&self, signal: &str) {
-        let pid = self.child.id().to_string();
-        let status = Command::new("kill").args([signal, &pid]).status().unwrap();
-        assert!(status.success());
+        let complaints = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{complaints}");
+        serde_json::from_slice(&output.stdout).unwrap()
     }
 }
 
-impl Drop for Process {
+/// A peer that goes on, line by line.
+pub(crate) struct Running {
+    child: Child,
+    lines: BufReader<ChildStdout>,
+}
+
+impl Iterator for Running {
+    type Item = Value;
+
+    /// The next line, `None` when the peer has ended.
+    fn next(&mut self) -> Option<Value> {
+        let mut line = String::new();
+        (self.lines.read_line(&mut line).unwrap() > 0).then(|| json(&line))
+    }
+}
+
+impl Drop for Running {
     fn drop(&mut self) {
-        if let Ok(None) = self.child.try_wait() {
-            if std::thread::panicking() {
-                eprintln!("log of {}:\n{}", self.name, self.log());
-            }
-            let _ = self.child.kill();
-            let _ = self.child.wait();
-        }
+        let _ = self.child.kill();
+        let _ = self.child.wait();
     }
 }
 
-/// The exit report in a file.
-pub fn exit_report(path: &Path) -> ExitReport {
-    serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap()
+fn json(line: &str) -> Value {
+    serde_json::from_str(line).unwrap_or_else(|error| panic!("{error}: {line}"))
 }

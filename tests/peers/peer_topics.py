@@ -3,14 +3,16 @@
 
     peer_topics.py --domain 0 --expect /auv/state=planesman_msgs/msg/VehicleState
 
-Ends as soon as every expected topic was seen with its type, otherwise after --timeout seconds with
-exit status 1. Every line: kind, topic, type, reliability, durability, type_hash (null if not told).
+Ends as soon as every expected topic was seen with its type and nothing new came for --quiet seconds, otherwise
+after --timeout seconds with exit status 1. Every line: kind, topic, type, reliability, durability, type_hash (null
+if not told).
 """
 
 import argparse
 import json
 import re
 import sys
+import time
 
 from cyclonedds.builtin import (
     BuiltinDataReader,
@@ -52,6 +54,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--domain", type=int, required=True)
     parser.add_argument("--expect", nargs="*", default=[], metavar="TOPIC=TYPE")
+    parser.add_argument("--quiet", type=float, default=0.0, help="s (default %(default)s)")
     parser.add_argument("--timeout", type=float, default=5.0, help="s (default %(default)s)")
     args = parser.parse_args()
 
@@ -66,15 +69,19 @@ def main() -> int:
         for kind, reader in readers.items()
     }
 
+    latest = time.monotonic()
+
     def all_seen() -> bool:
+        nonlocal latest
         for kind, reader in readers.items():
             for endpoint in reader.take(N=100, condition=alive[kind]):
                 if endpoint.topic_name.startswith("DCPS"):  # this reader's own
                     continue
                 line = describe(kind, endpoint)
+                latest = time.monotonic()
                 print(json.dumps(line), flush=True)
                 missing.discard((line["topic"], line["type"]))
-        return bool(args.expect) and not missing
+        return bool(args.expect) and not missing and time.monotonic() - latest >= args.quiet
 
     seen = wait_until(all_seen, args.timeout)
     for topic, type_name in sorted(missing):

@@ -47,6 +47,8 @@ pub(crate) struct Stage {
     domain: OwnDomain,
     folder: TempDir,
     programs: Cell<u32>,
+    /// The middleware whose form of services the programs speak, Jazzy's default if empty.
+    middleware: &'static str,
 }
 
 impl Stage {
@@ -55,7 +57,21 @@ impl Stage {
             domain: OwnDomain::claim().unwrap(),
             folder: tempfile::tempdir().unwrap(),
             programs: Cell::new(0),
+            middleware: "",
         }
+    }
+
+    /// A stage whose programs speak with Cyclone DDS.
+    pub(crate) fn with_cyclone() -> Self {
+        Self {
+            middleware: "rmw_cyclonedds_cpp",
+            ..Self::new()
+        }
+    }
+
+    /// The domain's number.
+    pub(crate) fn domain(&self) -> u16 {
+        self.domain.id()
     }
 
     /// A path in the folder, as an argument.
@@ -96,6 +112,7 @@ impl Stage {
             .args(arguments)
             .current_dir(self.folder.path())
             .envs(self.domain.variables())
+            .env("RMW_IMPLEMENTATION", self.middleware)
             .envs(variables.iter().copied())
             .stdin(Stdio::null())
             .stdout(File::create(&stdout).unwrap())

@@ -1,0 +1,404 @@
+//! Another DDS speaks to the loop: Cyclone DDS, from Python, discovers its topics, reads and commands it, and
+//! uses its parameters and services.
+//!
+//! Where `.venv` is absent these tests pass, saying what they skipped (tests/README.md).
+#![allow(clippy::unwrap_used)]
+
+mod foreign;
+mod stage;
+
+use std::collections::BTreeSet;
+
+use foreign::Python;
+use planesman_msgs::{Message, nav_msgs, planesman_msgs::msg::VehicleState, sensor_msgs};
+use recorder::loop_topics::{self, Delivery};
+use serde_json::{Value, json};
+use stage::{Process, Stage, eventually, scenario};
+
+/// The sampling time, s.
+const TICK: f64 = 0.05;
+
+/// A vehicle that holds its depth, one metre down, without a test signal.
+const HOLD_ONE_METRE: &str = "  plant_sim: {initial_depth: 1.0}
+  depth_controller: {depth_setpoint: 1.0}
+";
+
+/// The loop with these parameters, which flies at this pace until the test ends.
+fn keep_flying(stage: &Stage, parameters: &str, pace: &[&str]) -> Process {
+    let file = stage.file("scenario.yaml", scenario(60.0, parameters));
+    stage.start(&[&["dive", &file, "--keep-running"], pace].concat())
+}
+
+/// Seconds of a message's stamp.
+fn stamp(message: &Value) -> f64 {
+    let stamp = &message["header"]["stamp"];
+    number(&stamp["sec"]) + 1e-9 * number(&stamp["nanosec"])
+}
+
+fn number(value: &Value) -> f64 {
+    value
+        .as_f64()
+        .unwrap_or_else(|| panic!("no number: {value}"))
+}
+
+fn text(value: &Value) -> &str {
+    value.as_str().unwrap_or_else(|| panic!("no text: {value}"))
+}
+
+fn full_name(topic: &str) -> String {
+    match topic.strip_prefix('/') {
+        Some(_) => topic.to_owned(),
+        None => format!("/auv/{topic}"),
+    }
+}
+
+#[test]
+fn every_topic_is_discovered_with_its_type_qos_and_type_hash() {
+    let Some(python) = Python::find() else { return };
+    let stage = Stage::with_cyclone();
+    // In lockstep, for every topic of the loop to be there.
+    let _loop = keep_flying(&stage, HOLD_ONE_METRE, &["--lockstep"]);
+
+    let expected: Vec<String> = loop_topics::ALL
+        .iter()
+        .map(|topic| format!("{}={}", full_name(topic.name), topic.info.type_name))
+        .collect();
+    let mut arguments = vec!["--timeout", "30", "--quiet", "2", "--expect"];
+    arguments.extend(expected.iter().map(String::as_str));
+    let endpoints = python
+        .run("peer_topics.py", stage.domain(), &arguments)
+        .well();
+
+    let from_the_operator = ["depth_setpoint", "pitch_setpoint"];
+    for topic in loop_topics::ALL {
+        let name = full_name(topic.name);
+        let of = |kind: &str| -> Vec<&Value> {
+            let is_it = |e: &&Value| e["topic"] == *name && e["kind"] == kind;
+            endpoints.iter().filter(is_it).collect()
+        };
+        let (publications, subscriptions) = (of("publication"), of("subscription"));
+        assert_eq!(
+            publications.is_empty(),
+            from_the_operator.contains(&topic.name),
+            "{name}: {publications:?}"
+        );
+        assert!(!subscriptions.is_empty(), "{name} is not recorded");
+        for endpoint in publications.iter().chain(&subscriptions) {
+            assert_eq!(endpoint["type"], topic.info.type_name, "{name}");
+            assert_eq!(endpoint["type_hash"], topic.info.type_hash, "{name}");
+        }
+        let (reliability, durability) = match topic.delivery {
+            Delivery::BestEffort => ("BestEffort", "Volatile"),
+            Delivery::Reliable => ("Reliable", "Volatile"),
+            Delivery::Latched => ("Reliable", "TransientLocal"),
+        };
+        for endpoint in publications {
+            assert_eq!(endpoint["reliability"], reliability, "{name}");
+            // ros2-client gives every node a second, latched publisher of these, never used.
+            if name != "/parameter_events" {
+                assert_eq!(endpoint["durability"], durability, "{name}");
+            }
+        }
+    }
+
+    // Nothing of ours that the table of topics does not know.
+    let known: BTreeSet<String> = loop_topics::ALL.iter().map(|t| full_name(t.name)).collect();
+    for endpoint in &endpoints {
+        let topic = text(&endpoint["topic"]);
+        // The names of services' topics, and of ROS's own, do not begin with a slash.
+        assert!(
+            !topic.starts_with('/') || known.contains(topic),
+            "{endpoint}"
+        );
+    }
+}
+
+#[test]
+fn state_odometry_imu_and_planes_decode_to_what_the_vehicle_does() {
+    let Some(python) = Python::find() else { return };
+    let stage = Stage::with_cyclone();
+    let _loop = keep_flying(&stage, HOLD_ONE_METRE, &["--factor", "4"]);
+    let echo = |topic: &str, type_name| python.echo(stage.domain(), topic, type_name, 5);
+
+    let states = echo("/auv/state", VehicleState::TYPE_NAME);
+    for state in &states {
+        assert_eq!(state["header"]["frame_id"], "map");
+        assert!((number(&state["depth"]) - 1.0).abs() < 0.2, "{state}");
+        assert!((number(&state["surge"]) - 0.3048).abs() < 0.01, "{state}");
+        assert!(number(&state["distance"]) >= 0.0, "{state}");
+    }
+    let stamps: Vec<f64> = states.iter().map(stamp).collect();
+    for pair in stamps.windows(2) {
+        assert!((pair[1] - pair[0] - TICK).abs() < 1e-6, "{stamps:?}");
+    }
+
+    for odometry in echo("/auv/odom", nav_msgs::msg::Odometry::TYPE_NAME) {
+        // REP 103: z points up, so a metre down is -1; the bow is ahead along x.
+        let pose = &odometry["pose"]["pose"];
+        assert_eq!(odometry["header"]["frame_id"], "odom");
+        assert_eq!(odometry["child_frame_id"], "base_link");
+        assert!((number(&pose["position"]["z"]) + 1.0).abs() < 0.2);
+        assert!(number(&odometry["twist"]["twist"]["linear"]["x"]) > 0.29);
+        let norm: f64 = ["x", "y", "z", "w"]
+            .iter()
+            .map(|axis| number(&pose["orientation"][axis]).powi(2))
+            .sum();
+        assert!((norm - 1.0).abs() < 1e-9, "{odometry}");
+    }
+
+    for imu in echo("/auv/imu", sensor_msgs::msg::Imu::TYPE_NAME) {
+        // At rest an accelerometer feels the ground's push upwards: +g along z.
+        assert!(
+            (number(&imu["linear_acceleration"]["z"]) - 9.81).abs() < 0.5,
+            "{imu}"
+        );
+        assert_eq!(imu["orientation_covariance"][0], -1.0, "no orientation");
+    }
+
+    for planes in echo("/auv/planes", sensor_msgs::msg::JointState::TYPE_NAME) {
+        assert_eq!(planes["name"], json!(["dive_planes", "ram"]));
+        assert!(number(&planes["position"][0]).abs() < 30_f64.to_radians());
+    }
+}
+
+#[test]
+fn a_depth_setpoint_published_from_there_moves_the_vehicle() {
+    let Some(python) = Python::find() else { return };
+    let stage = Stage::with_cyclone();
+    let _loop = keep_flying(&stage, HOLD_ONE_METRE, &["--factor", "8"]);
+    let domain = stage.domain();
+    let arguments = [
+        "/auv/state",
+        VehicleState::TYPE_NAME,
+        "--timeout",
+        "120",
+        "--count",
+        "100000",
+    ];
+    let mut states = python.start("peer_echo.py", domain, &arguments);
+
+    // Let be, it stays where it is.
+    for state in states.by_ref().take(50) {
+        assert!((number(&state["depth"]) - 1.0).abs() < 0.2, "{state}");
+    }
+
+    let arguments = [
+        "/auv/depth_setpoint",
+        "std_msgs/msg/Float64",
+        "--json",
+        r#"{"data": 2.5}"#,
+    ];
+    let sent = python.run("peer_pub.py", domain, &arguments).answer();
+    assert_eq!(sent["sent"], 1);
+
+    let arrived = states
+        .by_ref()
+        .find(|state| (number(&state["depth"]) - 2.5).abs() < 0.1);
+    assert!(arrived.is_some(), "the vehicle has not come near 2.5 m");
+}
+
+#[test]
+fn parameters_are_listed_read_described_and_set_and_a_bad_value_is_refused() {
+    let Some(python) = Python::find() else { return };
+    let stage = Stage::with_cyclone();
+    let _controller = stage.node("depth_controller", &[]);
+    let ask = |arguments: &[&str]| {
+        let arguments = [&["/auv/depth_controller"], arguments].concat();
+        python.run("peer_params.py", stage.domain(), &arguments)
+    };
+    let gain = |value: f64| json!({"name": "depth.p", "value": value});
+
+    let listed = ask(&["list"]).well();
+    let listed: BTreeSet<&str> = listed.iter().map(|line| text(&line["name"])).collect();
+    for declaration in depth_controller::parameters::declarations() {
+        assert!(listed.contains(declaration.name), "{}", declaration.name);
+    }
+
+    assert_eq!(ask(&["set", "depth.p=0.5"]).answer()["successful"], true);
+    assert_eq!(ask(&["get", "depth.p"]).answer(), gain(0.5));
+
+    // A value that is no number, out of range, or of another type; and a parameter that is not there.
+    for (assignment, words) in [
+        ("depth.p=NaN", ["depth.p", "finite"]),
+        ("depth.p=-1.0", ["depth.p", "[0, 1000]"]),
+        ("depth.p=much", ["depth.p", "a double is declared"]),
+        ("depth.q=1.0", ["depth.q", "parameter"]),
+        ("mode=climb", ["mode", "off, pitch, depth"]),
+    ] {
+        let refusal = ask(&["set", assignment]).refusal();
+        assert_eq!(refusal["successful"], false);
+        for word in words {
+            assert!(text(&refusal["reason"]).contains(word), "{refusal}");
+        }
+    }
+    assert_eq!(ask(&["get", "depth.p"]).answer(), gain(0.5));
+
+    // All or none.
+    let both = ["set", "depth.p=0.75", "depth.d=-1.0", "--atomically"];
+    assert!(text(&ask(&both).refusal()["reason"]).contains("depth.d"));
+    assert_eq!(ask(&["get", "depth.p"]).answer(), gain(0.5));
+    let both = ["set", "depth.p=0.75", "depth.d=1.5", "--atomically"];
+    assert_eq!(ask(&both).answer()["successful"], true);
+    assert_eq!(ask(&["get", "depth.p"]).answer(), gain(0.75));
+
+    let described = ask(&["describe", "depth.p"]).answer();
+    assert_eq!(described["name"], "depth.p");
+    assert_eq!(described["read_only"], false);
+    let told = format!(
+        "{} {}",
+        described["description"], described["additional_constraints"]
+    );
+    assert!(told.contains("rad/m"), "the unit: {described}");
+    let range = &described["floating_point_range"][0];
+    assert_eq!(number(&range["from_value"]), 0.0);
+    assert_eq!(number(&range["to_value"]), 1000.0);
+    assert_eq!(ask(&["describe", "depth.q"]).status, 3);
+}
+
+/// The ticks flown, as a service of `plant_sim` tells them ("at tick 12").
+fn ticks(answer: &Value) -> u64 {
+    let message = text(&answer["message"]);
+    let number = message
+        .strip_prefix("at tick ")
+        .and_then(|n| n.parse().ok());
+    number.unwrap_or_else(|| panic!("{answer}"))
+}
+
+#[test]
+fn the_vehicle_is_paused_stepped_and_put_back_by_its_services() {
+    let Some(python) = Python::find() else { return };
+    let stage = Stage::with_cyclone();
+    let _plant = stage.node("plant_sim", &["initial_depth:=3.0", "initial_pitch:=0.2"]);
+    let call = |service: &str, type_name: &str, request: &str| {
+        let service = format!("/auv/plant_sim/{service}");
+        python
+            .run(
+                "peer_call.py",
+                stage.domain(),
+                &[&service, type_name, "--json", request],
+            )
+            .answer()
+    };
+    let pause = |data: bool| {
+        call(
+            "pause",
+            "std_srvs/srv/SetBool",
+            &json!({"data": data}).to_string(),
+        )
+    };
+    let step = |n: u32| {
+        call(
+            "step",
+            "planesman_msgs/srv/Step",
+            &json!({"ticks": n}).to_string(),
+        )
+    };
+
+    assert_eq!(step(1)["success"], false, "it is not paused");
+    assert_eq!(pause(true)["success"], true);
+    // The tick that was on when the pause came is still flown.
+    let stepped = eventually("a paused vehicle", || {
+        let answer = step(1);
+        (answer["success"] == true).then_some(answer)
+    });
+    let before = ticks(&stepped);
+    assert_eq!(ticks(&step(3)), before + 3);
+    assert_eq!(ticks(&pause(true)), before + 3, "time stands still");
+    assert_eq!(step(0)["success"], false, "1 to 100000");
+
+    let arguments = [
+        "/auv/state",
+        VehicleState::TYPE_NAME,
+        "--timeout",
+        "60",
+        "--count",
+        "1000",
+    ];
+    let mut states = python.start("peer_echo.py", stage.domain(), &arguments);
+    pause(false);
+    // Bow up it rises; put back, it is within a tick of where it began.
+    let risen = states.find(|state| number(&state["depth"]) < 2.98).unwrap();
+    assert_eq!(call("reset", "std_srvs/srv/Trigger", "{}")["success"], true);
+    let back = states.find(|state| number(&state["depth"]) > 2.99).unwrap();
+    assert!((number(&back["pitch"]) - 0.2).abs() < 0.01, "{back}");
+    assert!(stamp(&back) > stamp(&risen), "time goes on");
+}
+
+#[test]
+fn the_identifier_tells_its_model_and_forgets_it_when_asked() {
+    let Some(python) = Python::find() else { return };
+    let stage = Stage::with_cyclone();
+    let square_wave = "  depth_controller:
+    mode: \"off\"
+    identification: {signal: square, amplitude: 0.1, period: 4.0}
+";
+    let _loop = keep_flying(&stage, square_wave, &["--factor", "8"]);
+    let call = |service: &str, type_name: &str, request: &str| {
+        let arguments = [service, type_name, "--json", request];
+        python
+            .run("peer_call.py", stage.domain(), &arguments)
+            .answer()
+    };
+    let fit = || call("/auv/sysid/fit", "planesman_msgs/srv/Fit", "{}");
+
+    let answer = eventually("a valid model", || {
+        let answer = fit();
+        (answer["success"] == true).then_some(answer)
+    });
+    let model = &answer["model"];
+    assert_eq!(model["input"], "plane_motion:dive_planes");
+    assert_eq!(
+        model["a"].as_array().unwrap().len() as u64,
+        model["order"].as_u64().unwrap()
+    );
+    assert!(number(&model["fit"]) > 50.0, "{model}");
+    assert!(number(&model["samples"]) > 50.0, "{model}");
+
+    // With the vehicle paused there is nothing new to learn.
+    let pause = r#"{"data": true}"#;
+    let paused = call("/auv/plant_sim/pause", "std_srvs/srv/SetBool", pause);
+    assert_eq!(paused["success"], true);
+    let reset = call("/auv/sysid/reset", "std_srvs/srv/Trigger", "{}");
+    assert_eq!(reset["success"], true);
+    let after = fit();
+    assert_eq!(after["success"], false);
+    assert_eq!(after["model"]["samples"], 0, "{after}");
+    assert_ne!(after["message"], "", "it says why");
+}
+
+#[test]
+fn a_foreign_actuator_flies_the_vehicle_with_joint_states_alone() {
+    let Some(python) = Python::find() else { return };
+    let stage = Stage::with_cyclone();
+    let _plant = stage.node("plant_sim", &["actuator_answer:=planes"]);
+    let _controller = stage.node("depth_controller", &["depth_setpoint:=1.0"]);
+    let domain = stage.domain();
+    let arguments = [
+        "/auv/state",
+        VehicleState::TYPE_NAME,
+        "--timeout",
+        "60",
+        "--count",
+        "1000",
+    ];
+    let mut states = python.start("peer_echo.py", domain, &arguments);
+    let alone = states.next().unwrap();
+    assert_eq!(alone["dive_planes"], 0.0, "nobody moves the planes yet");
+
+    let _actuator = python.start("peer_actuator.py", domain, &["--rate", "0.2"]);
+    let answered = u64::from(VehicleState::PLANES_ANSWERED);
+    let (mut largest, mut last) = (0.0_f64, Value::Null);
+    let dives = states.any(|state| {
+        if state["planes_source"] == answered {
+            largest = largest.max(number(&state["dive_planes"]));
+        }
+        last = state;
+        number(&last["depth"]) > 0.15
+    });
+    assert!(dives, "it does not dive: {last}");
+    assert!(largest > 0.2, "the planes went to {largest} rad at most");
+    assert!(
+        number(&last["pitch"]) < 0.0,
+        "diving planes put the bow down: {last}"
+    );
+}
