@@ -9,7 +9,7 @@ mod stage;
 
 use std::collections::BTreeSet;
 
-use foreign::Python;
+use foreign::{Python, full_name};
 use planesman_msgs::{Message, nav_msgs, planesman_msgs::msg::VehicleState, sensor_msgs};
 use recorder::loop_topics::{self, Delivery};
 use serde_json::{Value, json};
@@ -43,13 +43,6 @@ fn number(value: &Value) -> f64 {
 
 fn text(value: &Value) -> &str {
     value.as_str().unwrap_or_else(|| panic!("no text: {value}"))
-}
-
-fn full_name(topic: &str) -> String {
-    match topic.strip_prefix('/') {
-        Some(_) => topic.to_owned(),
-        None => format!("/auv/{topic}"),
-    }
 }
 
 #[test]

@@ -17,6 +17,15 @@ pub(crate) fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
+/// The full name of a topic that `recorder::loop_topics` names within the vehicle's namespace.
+pub(crate) fn full_name(topic: &str) -> String {
+    if topic.starts_with('/') {
+        topic.to_owned()
+    } else {
+        format!("/auv/{topic}")
+    }
+}
+
 /// Whether an absent foreign program fails its test (`PLANESMAN_PEERS=required`), not only skips it.
 pub(crate) fn are_required() -> bool {
     std::env::var("PLANESMAN_PEERS").is_ok_and(|value| value == "required")
