@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use indicatif::{ProgressBar, ProgressStyle};
 use planesman_msgs::diagnostic_msgs::msg::DiagnosticArray;
 use planesman_msgs::planesman_msgs::msg::{ModelEstimate, VehicleState};
@@ -75,10 +75,6 @@ pub fn run(scenario: &Scenario, run: &RunFolder, options: &Options) -> Result<()
         &extra(run, options),
         options.pace.owns_time(),
     )?;
-    std::fs::write(run.parameter_file(), parameters)
-        .with_context(|| format!("cannot write '{}'", run.parameter_file().display()))?;
-
-    println!("{}", scenario.description);
     let namespace = format!("__ns:={}", options.namespace);
     let rt = Runtime::start(
         NodeSpec {
@@ -92,9 +88,25 @@ pub fn run(scenario: &Scenario, run: &RunFolder, options: &Options) -> Result<()
     )?;
     rt.subscribe("/diagnostics", Qos::reliable(1000), Event::Diagnostics)?;
     rt.subscribe("state", Qos::reliable(1000), Event::State)?;
-    rt.subscribe("model", Qos::reliable(1000), Event::Model)?;
+    rt.subscribe("model", Qos::reliable(1000), |model| {
+        Event::Model(Box::new(model))
+    })?;
     let go = rt.client::<SetBool>("plant_sim/pause")?;
+    println!("{}", scenario.description);
     be_alone(&rt)?;
+    // All that can be refused has been: now there is something to keep.
+    run.create(scenario, &parameters)?;
+    fly(rt, go, scenario, run, options).inspect_err(|error| run.note_failure(error))
+}
+
+/// Starts the nodes and flies them to the end.
+fn fly(
+    rt: Runtime<Event>,
+    go: Client<SetBool>,
+    scenario: &Scenario,
+    run: &RunFolder,
+    options: &Options,
+) -> Result<()> {
     let crew = Crew::start(run, &options.namespace, &NODES)?;
     drop(rt.every(Duration::from_millis(20), || Event::Look));
     let mut captain = Captain {
@@ -194,7 +206,7 @@ fn extra(run: &RunFolder, options: &Options) -> Vec<(&'static str, &'static str,
 enum Event {
     Diagnostics(DiagnosticArray),
     State(VehicleState),
-    Model(ModelEstimate),
+    Model(Box<ModelEstimate>),
     /// What the vehicle says to being let go.
     Going(Result<SetBoolResponse>),
     Look,

@@ -5,11 +5,13 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Result;
+use clap::error::ErrorKind;
 use clap::{Args, Parser, Subcommand};
 use planesman::dive::{self, Pace};
 use planesman::run_folder::RunFolder;
 use planesman::scenario::Scenario;
 use planesman::{nodes, sim};
+use planesman_parameters::Values;
 
 /// Dives, breaks and identifies an underwater vehicle: a ROS 2 Jazzy node suite.
 ///
@@ -68,7 +70,7 @@ struct DiveArgs {
     #[arg(long, conflicts_with_all = ["factor", "sim_time"])]
     lockstep: bool,
     /// Run by the wall clock, this many times faster
-    #[arg(long, value_name = "F", value_parser = positive)]
+    #[arg(long, value_name = "F", value_parser = factor)]
     factor: Option<f64>,
     /// Run by the wall clock, with stamps from 0 and a /clock topic (implied by a factor other than 1)
     #[arg(long)]
@@ -111,15 +113,39 @@ struct NodeArgs {
     args: Vec<String>,
 }
 
-fn positive(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(v) if v.is_finite() && v > 0.0 => Ok(v),
-        _ => Err("a positive number is expected".to_owned()),
-    }
+/// A factor on the wall clock that the vehicle takes.
+fn factor(text: &str) -> Result<f64, String> {
+    let factor: f64 = text.parse().map_err(|_| "a number is expected")?;
+    Values::defaults(plant_sim::parameters::declarations())
+        .with([("factor".to_owned(), factor.into())])
+        .map_err(|refusal| refusal.to_string())?;
+    Ok(factor)
+}
+
+/// The command line's, as one line: what is wrong, without usage and hints.
+fn one_line(error: &clap::Error) -> String {
+    let text = error.to_string();
+    let lines: Vec<&str> = text
+        .lines()
+        .take_while(|line| !line.is_empty())
+        .map(str::trim)
+        .collect();
+    lines.join(" ").trim_start_matches("error: ").to_owned()
 }
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => match error.kind() {
+            ErrorKind::DisplayHelp
+            | ErrorKind::DisplayVersion
+            | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => error.exit(),
+            _ => {
+                eprintln!("planesman: {} (see planesman --help)", one_line(&error));
+                return ExitCode::from(2);
+            }
+        },
+    };
     let outcome = match cli.command.unwrap_or(Command::Dive(cli.dive)) {
         Command::Dive(args) => dive(&args),
         Command::Sim(args) => simulate(&args),
@@ -172,7 +198,7 @@ fn dive(args: &DiveArgs) -> Result<()> {
             }
         }
     };
-    let run = RunFolder::create(args.out.as_deref(), &args.scenario, &scenario)?;
+    let run = RunFolder::free(args.out.as_deref(), &args.scenario)?;
     dive::run(
         &scenario,
         &run,

@@ -4,7 +4,11 @@ use std::fmt::Write as _;
 use std::process::ExitCode;
 
 use anyhow::{Result, bail};
-use planesman_parameters::{Declaration, Value};
+use depth_controller::core::Controller;
+use dha_actuator::core::Actuator;
+use planesman_parameters::{Declaration, Value, Values};
+use plant_sim::core::Plant;
+use sysid::core::Identifier;
 
 use crate::crew::launched;
 use crate::scenario::{NODES, Scenario};
@@ -39,6 +43,24 @@ pub fn declarations(name: &str) -> Option<Vec<Declaration>> {
         "recorder" => recorder::parameters::declarations(),
         _ => return None,
     })
+}
+
+/// Whether the node `name` would start with these parameters; a node that there is not would.
+///
+/// # Errors
+/// What it would refuse, and why.
+pub fn validate(name: &str, values: &Values) -> Result<(), String> {
+    match name {
+        "plant_sim" => Plant::new(values).map(drop),
+        "depth_controller" => Controller::new(values).map(drop),
+        "dha_actuator" => {
+            let tick = (values.double("tick") * 1e9).round() as i64;
+            Actuator::new(values, tick).map(drop)
+        }
+        "sysid" => Identifier::new(values).map(drop),
+        "recorder" => recorder::parameters::writer_options(values).map(drop),
+        _ => Ok(()),
+    }
 }
 
 /// Prints the parameters of one node, or of all.

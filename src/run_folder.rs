@@ -18,11 +18,12 @@ pub struct RunFolder {
 }
 
 impl RunFolder {
-    /// A new folder at `out`, or under `runs/` with the scenario's name and the time.
+    /// The folder of a flight to come: `out`, or one under `runs/` with the scenario's name
+    /// and the time. It is not made yet.
     ///
     /// # Errors
-    /// When the path is taken or cannot be made.
-    pub fn create(out: Option<&Path>, name: &str, scenario: &Scenario) -> Result<Self> {
+    /// When the path is taken.
+    pub fn free(out: Option<&Path>, name: &str) -> Result<Self> {
         let path = out.map_or_else(
             || {
                 let stem = Path::new(name)
@@ -39,11 +40,24 @@ impl RunFolder {
                 path.display()
             );
         }
-        fs::create_dir_all(path.join("log"))
-            .with_context(|| format!("cannot make the folder '{}'", path.display()))?;
-        let run = Self { path };
-        fs::write(run.scenario_file(), scenario.source())?;
-        Ok(run)
+        Ok(Self { path })
+    }
+
+    /// Makes the folder, with what is flown and the parameters the nodes are started with.
+    ///
+    /// # Errors
+    /// When it cannot be made.
+    pub fn create(&self, scenario: &Scenario, parameters: &str) -> Result<()> {
+        fs::create_dir_all(self.path.join("log"))
+            .and_then(|()| fs::write(self.scenario_file(), scenario.source()))
+            .and_then(|()| fs::write(self.parameter_file(), parameters))
+            .with_context(|| format!("cannot make the folder '{}'", self.path.display()))
+    }
+
+    /// Says in the folder that the flight failed, and why.
+    pub fn note_failure(&self, error: &anyhow::Error) {
+        // The error is on its way to the terminal; a full disk must not hide it.
+        let _ = fs::write(self.path.join("failed.txt"), format!("{error:#}\n"));
     }
 
     /// A folder that a flight left.

@@ -5,9 +5,11 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
+use std::fs::File;
+use std::io::Read as _;
 use std::path::Path;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use planesman_parameters::{Value, Values, file};
 use serde::Deserialize;
 
@@ -69,14 +71,25 @@ impl Scenario {
     /// A built-in scenario by its name, or a scenario file by its path.
     ///
     /// # Errors
-    /// When there is neither, or the text is not a valid scenario; the message names the
-    /// source, the value and the rule.
+    /// When there is neither, the text is not a valid scenario, or a node would refuse its
+    /// parameters; the message names the source, the value and the rule.
     pub fn load(name_or_path: &str) -> Result<Self> {
         let text = match BUILTIN.iter().find(|(name, _)| *name == name_or_path) {
             Some((_, text)) => (*text).to_owned(),
             None => read(Path::new(name_or_path))?,
         };
-        Self::parse(&text).with_context(|| format!("scenario '{name_or_path}'"))
+        Self::parse(&text)
+            .and_then(|scenario| scenario.check().map(|()| scenario))
+            .with_context(|| format!("scenario '{name_or_path}'"))
+    }
+
+    /// Each node's own rule for its parameters, and the files they name.
+    fn check(&self) -> Result<()> {
+        for node in NODES {
+            crate::nodes::validate(node, &self.values(node)?)
+                .map_err(|reason| anyhow!("node {node}: {reason}"))?;
+        }
+        Ok(())
     }
 
     /// A scenario from its YAML text.
@@ -185,17 +198,27 @@ impl Scenario {
 fn read(path: &Path) -> Result<String> {
     let names: Vec<&str> = BUILTIN.iter().map(|(name, _)| *name).collect();
     let hint = format!("a YAML file or one of: {}", names.join(", "));
-    let size = std::fs::metadata(path)
-        .with_context(|| format!("no scenario '{}': {hint}", path.display()))?
-        .len();
-    if size > MAX_FILE {
+    let metadata = std::fs::metadata(path)
+        .with_context(|| format!("no scenario '{}': {hint}", path.display()))?;
+    // Opening a pipe would wait for its writer, and a device may have no end.
+    if !metadata.is_file() {
         bail!(
-            "scenario '{}': {size} bytes, a scenario has at most {MAX_FILE}",
+            "scenario '{}' is not a regular file: {hint}",
             path.display()
         );
     }
-    std::fs::read_to_string(path)
-        .with_context(|| format!("scenario '{}' is not readable text: {hint}", path.display()))
+    let mut text = Vec::new();
+    File::open(path)
+        .and_then(|file| file.take(MAX_FILE + 1).read_to_end(&mut text))
+        .with_context(|| format!("scenario '{}' cannot be read", path.display()))?;
+    if text.len() as u64 > MAX_FILE {
+        bail!(
+            "scenario '{}' is too large: at most {MAX_FILE} bytes",
+            path.display()
+        );
+    }
+    String::from_utf8(text)
+        .map_err(|_| anyhow!("scenario '{}' is not UTF-8 text: {hint}", path.display()))
 }
 
 #[cfg(test)]

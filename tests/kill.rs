@@ -68,6 +68,9 @@ fn a_killed_recorder_leaves_a_bag_readable_as_far_as_it_was_flushed() {
     let without_gap = (0..).map(|k| k * TICK).zip(&stamps).all(|(k, s)| k == *s);
     assert!(without_gap, "{stamps:?}");
 
+    let failed = std::fs::read_to_string(Path::new(&out).join("failed.txt")).unwrap();
+    assert!(failed.contains("the node recorder stopped"), "{failed}");
+
     // What is there is still reported, as what it is.
     let report = stage.run(&["report", &out]).success();
     assert!(
