@@ -155,14 +155,15 @@ impl Log for Logger {
             &self.name
         };
         if self.console {
-            // A closed stderr is no reason to stop.
-            let _ = writeln!(
-                std::io::stderr().lock(),
-                "[{level}] [{}.{:09}] [{name}]: {}",
+            // In one piece, so that processes sharing a terminal do not mix their lines.
+            let line = format!(
+                "[{level}] [{}.{:09}] [{name}]: {}\n",
                 now.as_secs(),
                 now.subsec_nanos(),
                 record.args(),
             );
+            // A closed stderr is no reason to stop.
+            let _ = std::io::stderr().write_all(line.as_bytes());
         }
         // What sending a record to /rosout logs must not be sent there.
         if !middleware {
