@@ -15,10 +15,12 @@ use planesman_msgs::planesman_msgs::msg::{ModelEstimate, VehicleState};
 use planesman_msgs::std_srvs::srv::{SetBool, SetBoolRequest, SetBoolResponse};
 use planesman_node::{Client, Connections, Direction, Flow, Next, NodeSpec, Qos, Runtime, args};
 use planesman_parameters::Value;
+use recorder::loop_topics::{self, Delivery};
 
 use crate::crew::Crew;
 use crate::run_folder::RunFolder;
 use crate::scenario::{NODES, Scenario};
+use crate::sink::full_name;
 use crate::summary::{identified, pole_text};
 
 /// How long the nodes may take to find each other.
@@ -27,8 +29,8 @@ const GATHERING: Duration = Duration::from_secs(30);
 const LISTENING: Duration = Duration::from_millis(500);
 /// How long nodes that were killed may still seem to be there: their lease of 5 s, and some.
 const FORGETTING: Duration = Duration::from_secs(7);
-/// How long the last messages may take to reach the recorder.
-const SETTLING: Duration = Duration::from_millis(500);
+/// How long the last messages may take to reach everybody.
+const LANDING: Duration = Duration::from_secs(10);
 
 /// Who decides when a tick is over.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -121,16 +123,16 @@ fn fly(
         ticks: 0,
         pole: String::new(),
         began: Instant::now(),
+        interrupted: false,
     };
-    let flown = rt.run(|rt, event| captain.on(rt, event));
+    let flown = captain.command(&rt);
     captain.bar.finish_and_clear();
-    flown?;
-    let interrupted = !matches!(captain.phase, Phase::Flown(_));
+    flown.and(rt.shutdown())?;
     // Who talks stops first, so that the recorder hears the last word.
     for node in NODES.iter().rev() {
         captain.crew.stop(node)?;
     }
-    if interrupted {
+    if captain.interrupted {
         println!(
             "Interrupted after {} ticks; the bag is closed.",
             captain.ticks
@@ -209,6 +211,8 @@ enum Event {
     Model(Box<ModelEstimate>),
     /// What the vehicle says to being let go.
     Going(Result<SetBoolResponse>),
+    /// What it says to being stopped.
+    Stopped(Result<SetBoolResponse>),
     Look,
 }
 
@@ -217,8 +221,10 @@ enum Phase {
     Gathering(Instant),
     /// The vehicle was told to go.
     Flying,
-    /// The last state has come, then.
-    Flown(Instant),
+    /// It was told to stop.
+    Stopping,
+    /// It stands, since then; the last messages are on their way.
+    Landing(Instant),
 }
 
 struct Captain {
@@ -235,9 +241,33 @@ struct Captain {
     ticks: u64,
     pole: String,
     began: Instant,
+    /// Whether the flight was ended from outside.
+    interrupted: bool,
 }
 
 impl Captain {
+    /// Handles what happens until the flight is over. Who asks to stop is obeyed in good order,
+    /// and at once the second time.
+    fn command(&mut self, rt: &Runtime<Event>) -> Result<()> {
+        loop {
+            match rt.next(GATHERING) {
+                Next::Event(event) => {
+                    if self.on(rt, event)? == Flow::Stop {
+                        return Ok(());
+                    }
+                }
+                Next::Stop => {
+                    self.interrupted = true;
+                    if !matches!(self.phase, Phase::Flying) {
+                        return Ok(());
+                    }
+                    self.stop_the_vehicle(rt);
+                }
+                Next::Nothing => {}
+            }
+        }
+    }
+
     fn on(&mut self, rt: &Runtime<Event>, event: Event) -> Result<Flow> {
         match event {
             Event::Diagnostics(array) => {
@@ -254,6 +284,12 @@ impl Captain {
             }
             Event::Model(_) => {}
             Event::Going(outcome) => drop(outcome?),
+            Event::Stopped(outcome) => {
+                outcome?;
+                // What counts is what the nodes say from now on.
+                self.connections.clear();
+                self.phase = Phase::Landing(Instant::now());
+            }
             Event::Look => return self.look(rt),
         }
         Ok(Flow::Continue)
@@ -296,12 +332,27 @@ impl Captain {
                 Some(missing) => self.bar.set_message(missing),
             },
             Phase::Flying if !self.options.keep_running && self.ticks >= self.scenario.ticks() => {
-                self.phase = Phase::Flown(Instant::now());
+                self.stop_the_vehicle(rt);
             }
-            Phase::Flown(since) if since.elapsed() > SETTLING => return Ok(Flow::Stop),
+            Phase::Landing(since) => match self.on_its_way() {
+                None => return Ok(Flow::Stop),
+                Some(missing) if since.elapsed() > LANDING => {
+                    self.say(&format!("gave up waiting: {missing}"));
+                    return Ok(Flow::Stop);
+                }
+                Some(_) => {}
+            },
             _ => {}
         }
         Ok(Flow::Continue)
+    }
+
+    fn stop_the_vehicle(&mut self, rt: &Runtime<Event>) {
+        self.phase = Phase::Stopping;
+        let go = self.go.clone();
+        rt.when_done(async move {
+            Event::Stopped(go.call(SetBoolRequest { data: true }, GATHERING).await)
+        });
     }
 
     fn say(&self, text: &str) {
@@ -312,19 +363,61 @@ impl Captain {
         }
     }
 
+    /// What every node says of its endpoints, or who has not said it yet.
+    fn reports(&self) -> Result<Vec<&Connections>, String> {
+        let of = |node: &&str| {
+            self.connections
+                .get(&full_name(&self.options.namespace, node))
+                .ok_or_else(|| format!("waiting for {node}"))
+        };
+        NODES.iter().map(of).collect()
+    }
+
+    /// What somebody has sent and another has not received yet, `None` when there is
+    /// nothing. Only reliable topics: of the others nothing more comes.
+    fn on_its_way(&self) -> Option<String> {
+        let all = match self.reports() {
+            Ok(all) => all,
+            Err(missing) => return Some(missing),
+        };
+        let reliable: Vec<String> = loop_topics::ALL
+            .iter()
+            .filter(|topic| topic.delivery != Delivery::BestEffort)
+            .map(|topic| full_name(&self.options.namespace, topic.name))
+            .collect();
+        for node in &all {
+            for end in &node.list {
+                if end.direction == Direction::Publisher || !reliable.contains(&end.topic) {
+                    continue;
+                }
+                let sent: u64 = all
+                    .iter()
+                    .filter(|other| other.node != node.node)
+                    .filter_map(|other| other.find(Direction::Publisher, &end.topic))
+                    .map(|other| other.messages)
+                    .sum();
+                if end.messages < sent {
+                    return Some(format!(
+                        "{} has {} of {sent} messages of {}",
+                        node.node, end.messages, end.topic
+                    ));
+                }
+            }
+        }
+        None
+    }
+
     /// What is still missing before everybody hears everybody, `None` when nothing is.
     ///
     /// Every node must have reported; every endpoint must be matched with as many others as all
     /// nodes together, this one included, have on its topic.
     fn missing(&self, rt: &Runtime<Event>) -> Option<String> {
-        let mut all = vec![rt.connections()];
-        for node in NODES {
-            let name = format!("{}/{node}", self.options.namespace.trim_end_matches('/'));
-            match self.connections.get(&name) {
-                Some(connections) => all.push(connections.clone()),
-                None => return Some(format!("waiting for {node}")),
-            }
-        }
+        let own = rt.connections();
+        let mut all = match self.reports() {
+            Ok(all) => all,
+            Err(missing) => return Some(missing),
+        };
+        all.push(&own);
         let others_with = |own: &str, direction: Direction, topic: &str| {
             all.iter()
                 .filter(|other| other.node != own && other.find(direction, topic).is_some())

@@ -68,7 +68,8 @@ impl Summary {
         };
         let depth_setpoint = flight
             .controls
-            .last()
+            .iter()
+            .rfind(|c| !c.feedback_stale)
             .filter(|c| c.mode == planesman_msgs::planesman_msgs::msg::ControlState::MODE_DEPTH)
             .map_or(last.depth, |c| c.depth_setpoint);
         let times: Vec<f64> = depth.iter().map(|p| p.0).collect();

@@ -2,16 +2,23 @@
 
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use anyhow::Result;
 use planesman_bag::writer::{BagWriter, TopicId};
 use planesman_msgs::cdr;
 use planesman_msgs::planesman_msgs::msg::{TickAnswer, VehicleState};
-use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, RawSample, Runtime, args};
+use planesman_node::{Level, Next, NodeSpec, Publisher, Qos, RawSample, Runtime, args};
 
 use crate::loop_topics::{self, Delivery, LoopTopic};
 use crate::{names, parameters};
+
+/// Time between two looks for what is to be flushed.
+const PERIOD: Duration = Duration::from_millis(100);
+/// Without a sample for so long nothing more is on its way.
+const SILENCE: Duration = Duration::from_millis(50);
+/// Longest that others who go on talking are listened to at the end.
+const LAST_WORDS: Duration = Duration::from_secs(2);
 
 enum Event {
     /// A sample of the topic with this index.
@@ -59,12 +66,29 @@ fn run(args: Vec<String>) -> Result<()> {
     for (index, topic) in selected.iter().enumerate() {
         node.subscribe(&rt, index, topic)?;
     }
-    log::info!("recording {} topics into {}", selected.len(), output.display());
-    drop(rt.every(Duration::from_millis(100), || Event::Look));
-    let outcome = rt.run(|rt, event| node.on(rt, event));
+    log::info!(
+        "recording {} topics into {}",
+        selected.len(),
+        output.display()
+    );
+    drop(rt.every(PERIOD, || Event::Look));
+    loop {
+        match rt.next(PERIOD) {
+            Next::Event(event) => node.on(&rt, event),
+            Next::Stop => break,
+            Next::Nothing => {}
+        }
+    }
+    // What was sent before the recorder was told to stop belongs into the bag.
+    let deadline = Instant::now() + LAST_WORDS;
+    while let Next::Event(event) = rt.next(SILENCE)
+        && Instant::now() < deadline
+    {
+        node.on(&rt, event);
+    }
     let bag = node.writer.close()?;
     log::info!("bag closed: {} messages", bag.message_count);
-    outcome
+    rt.shutdown()
 }
 
 struct Node {
@@ -98,7 +122,7 @@ impl Node {
         Ok(())
     }
 
-    fn on(&mut self, rt: &Runtime<Event>, event: Event) -> Result<Flow> {
+    fn on(&mut self, rt: &Runtime<Event>, event: Event) {
         match event {
             Event::Sample(index, sample) => {
                 let outcome = self.record(rt, index, &sample);
@@ -113,7 +137,6 @@ impl Node {
             }
             Event::Parameters => {}
         }
-        Ok(Flow::Continue)
     }
 
     fn record(&mut self, rt: &Runtime<Event>, index: usize, sample: &RawSample) -> Result<()> {
@@ -159,11 +182,18 @@ impl Node {
 
     /// A node does not hear itself: its own answers go into the bag by hand.
     fn record_own(&mut self, rt: &Runtime<Event>, message: &TickAnswer) {
-        let Some(index) = self.topics.iter().position(|(t, _)| t.name == "tick_answer") else {
+        let Some(index) = self
+            .topics
+            .iter()
+            .position(|(t, _)| t.name == "tick_answer")
+        else {
             return;
         };
         let sample = RawSample {
-            topic: self.answer.as_ref().map_or_else(String::new, |a| a.topic().to_owned()),
+            topic: self
+                .answer
+                .as_ref()
+                .map_or_else(String::new, |a| a.topic().to_owned()),
             bytes: cdr::to_bytes(message),
             published: None,
             received: rt.now(),
