@@ -29,6 +29,5 @@ ln -sf "$libraries"/libddsc.so "$libraries"/libcycloneddsidl.so "$cyclone/lib/"
 # As a constraint the file also pins what builds the module. A module built for another folder, as pip may
 # have kept one, would look for its library there: no cache.
 export CYCLONEDDS_HOME=$cyclone PIP_CONSTRAINT=$here/requirements.txt PIP_DISABLE_PIP_VERSION_CHECK=1
-"$venv/bin/pip" install --quiet --no-cache-dir --only-binary=:all: --no-binary=cyclonedds \
-    --requirement "$here/requirements.txt"
+"$venv/bin/pip" install --quiet --no-cache-dir --requirement "$here/requirements.txt"
 "$venv/bin/python" -c 'import cyclonedds.domain'
