@@ -86,9 +86,10 @@ fn run(args: Vec<String>) -> Result<()> {
     {
         node.on(&rt, event);
     }
+    let outcome = rt.shutdown();
     let bag = node.writer.close()?;
     log::info!("bag closed: {} messages", bag.message_count);
-    rt.shutdown()
+    outcome
 }
 
 struct Node {
