@@ -5,8 +5,6 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::fs::File;
-use std::io::Read as _;
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow, bail};
@@ -33,9 +31,6 @@ pub const BUILTIN: [(&str, &str); 2] = [
         include_str!("../launch-scripts/scenarios/open_loop.yaml"),
     ),
 ];
-
-/// The largest scenario file read, bytes.
-const MAX_FILE: u64 = 1 << 20;
 
 /// What is flown.
 #[derive(Clone, Debug, Deserialize)]
@@ -197,28 +192,13 @@ impl Scenario {
 
 fn read(path: &Path) -> Result<String> {
     let names: Vec<&str> = BUILTIN.iter().map(|(name, _)| *name).collect();
-    let hint = format!("a YAML file or one of: {}", names.join(", "));
-    let metadata = std::fs::metadata(path)
-        .with_context(|| format!("no scenario '{}': {hint}", path.display()))?;
-    // Opening a pipe would wait for its writer, and a device may have no end.
-    if !metadata.is_file() {
-        bail!(
-            "scenario '{}' is not a regular file: {hint}",
-            path.display()
-        );
-    }
-    let mut text = Vec::new();
-    File::open(path)
-        .and_then(|file| file.take(MAX_FILE + 1).read_to_end(&mut text))
-        .with_context(|| format!("scenario '{}' cannot be read", path.display()))?;
-    if text.len() as u64 > MAX_FILE {
-        bail!(
-            "scenario '{}' is too large: at most {MAX_FILE} bytes",
-            path.display()
-        );
-    }
-    String::from_utf8(text)
-        .map_err(|_| anyhow!("scenario '{}' is not UTF-8 text: {hint}", path.display()))
+    file::read(path).with_context(|| {
+        format!(
+            "no scenario '{}': a YAML file or one of: {}",
+            path.display(),
+            names.join(", ")
+        )
+    })
 }
 
 #[cfg(test)]

@@ -83,6 +83,10 @@ fn a_scenario_with_a_bad_value_is_refused_before_anything_starts() {
             vec!["nowhere.yaml", "No such file"],
         ),
         (
+            "  dha_actuator: {actuator: /dev/zero}",
+            vec!["/dev/zero", "not a regular file"],
+        ),
+        (
             "  depth_controller: {planes.limit: 0.0}",
             vec!["planes.limit"],
         ),
@@ -253,6 +257,10 @@ fn a_node_refuses_wrong_ros_arguments() {
         (vec!["--params-file", &unknown], vec!["gian"]),
         (vec!["--params-file", &photo], vec!["photo.yaml"]),
         (vec!["--params-file", "nowhere.yaml"], vec!["nowhere.yaml"]),
+        (
+            vec!["--params-file", "/dev/zero"],
+            vec!["/dev/zero", "not a regular file"],
+        ),
         (vec!["-r", "__ns:=/2nd"], vec!["/2nd"]),
         (vec!["--frobnicate"], vec!["--frobnicate"]),
     ] {

@@ -3,8 +3,6 @@
 //! A change is checked against the declarations and then, as a whole, by the node's own
 //! rule; only a set that passes both becomes the node's, and the node hears of it as one event.
 
-use std::fs;
-
 use anyhow::Context as _;
 use planesman_msgs::rcl_interfaces::{
     msg::{
@@ -55,7 +53,7 @@ impl Parameters {
         for source in &arguments.parameters {
             match source {
                 ParameterSource::File(path) => {
-                    let text = fs::read_to_string(path)
+                    let text = file::read(path)
                         .with_context(|| format!("--params-file {}", path.display()))?;
                     let found = file::overrides_for(&text, &names.full())
                         .with_context(|| format!("--params-file {}", path.display()))?;

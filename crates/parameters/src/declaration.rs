@@ -91,10 +91,7 @@ impl Declaration {
                 && !(low..=high).contains(&number)
             {
                 let unit = if self.unit.is_empty() { "" } else { " " };
-                return refuse(format!(
-                    "it must lie in [{low}, {high}]{unit}{}",
-                    self.unit
-                ));
+                return refuse(format!("it must lie in [{low}, {high}]{unit}{}", self.unit));
             }
         }
         if let Value::String(text) = &value

@@ -1,8 +1,35 @@
 //! ROS 2 parameter files: node name patterns over `ros__parameters`, nested names.
 
+use std::io::Read as _;
+use std::path::Path;
+use std::{fs, io};
+
 use serde_yaml_ng::Value as Yaml;
 
 use crate::{Refusal, Value};
+
+/// The largest file that [`read`] takes, bytes: hundreds of times what people write.
+pub const LARGEST: u64 = 1 << 20;
+
+/// The text of a file that people write: a parameter file, a scenario, an actuator.
+///
+/// # Errors
+/// When it cannot be read, is no regular file (a pipe would be waited for, and a device may have no
+/// end), is larger than [`LARGEST`], or is not UTF-8 text.
+pub fn read(path: &Path) -> io::Result<String> {
+    let refuse = |reason: String| io::Error::new(io::ErrorKind::InvalidData, reason);
+    if !fs::metadata(path)?.is_file() {
+        return Err(refuse("it is not a regular file".to_owned()));
+    }
+    let mut bytes = Vec::new();
+    fs::File::open(path)?
+        .take(LARGEST + 1)
+        .read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > LARGEST {
+        return Err(refuse(format!("it is larger than {LARGEST} bytes")));
+    }
+    String::from_utf8(bytes).map_err(|_| refuse("it is not UTF-8 text".to_owned()))
+}
 
 /// The parameters that a ROS 2 parameter file sets for the node `full_name`
 /// (`/auv/plant_sim`), later entries last. Keys may be the full name, the bare name,
@@ -148,7 +175,9 @@ fn from_yaml(name: &str, yaml: &Yaml) -> Result<Value, Refusal> {
                 .collect::<Result<_, _>>()?;
             list(items).ok_or_else(|| refuse("a list holds values of one simple type"))
         }
-        _ => Err(refuse("a value is a boolean, number, text or list of one of these")),
+        _ => Err(refuse(
+            "a value is a boolean, number, text or list of one of these",
+        )),
     }
 }
 
@@ -158,12 +187,24 @@ fn list(items: Vec<Value>) -> Option<Value> {
         None => Some(Value::StringArray(Vec::new())),
         Some(Value::Bool(_)) => items
             .into_iter()
-            .map(|v| if let Value::Bool(b) = v { Some(b) } else { None })
+            .map(|v| {
+                if let Value::Bool(b) = v {
+                    Some(b)
+                } else {
+                    None
+                }
+            })
             .collect::<Option<_>>()
             .map(Value::BoolArray),
         Some(Value::String(_)) => items
             .into_iter()
-            .map(|v| if let Value::String(s) = v { Some(s) } else { None })
+            .map(|v| {
+                if let Value::String(s) = v {
+                    Some(s)
+                } else {
+                    None
+                }
+            })
             .collect::<Option<_>>()
             .map(Value::StringArray),
         Some(Value::Integer(_) | Value::Double(_)) if any_double => items
@@ -177,7 +218,13 @@ fn list(items: Vec<Value>) -> Option<Value> {
             .map(Value::DoubleArray),
         Some(Value::Integer(_)) => items
             .into_iter()
-            .map(|v| if let Value::Integer(i) = v { Some(i) } else { None })
+            .map(|v| {
+                if let Value::Integer(i) = v {
+                    Some(i)
+                } else {
+                    None
+                }
+            })
             .collect::<Option<_>>()
             .map(Value::IntegerArray),
         Some(_) => None,
@@ -203,6 +250,28 @@ auv:
 ";
 
     #[test]
+    fn only_a_regular_file_of_text_and_reasonable_size_is_read() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("file.yaml");
+        for (content, refusal) in [
+            (vec![b'#'; LARGEST as usize], None),
+            (vec![b'#'; LARGEST as usize + 1], Some("larger")),
+            (vec![0xff, 0xd8], Some("UTF-8")),
+        ] {
+            fs::write(&path, &content).expect("written");
+            let read = read(&path).map_err(|error| error.to_string());
+            match refusal {
+                None => assert_eq!(read.expect("text").into_bytes(), content),
+                Some(part) => assert!(read.expect_err(part).contains(part)),
+            }
+        }
+        for path in [folder.path(), Path::new("/dev/zero")] {
+            let refusal = read(path).expect_err("no file").to_string();
+            assert!(refusal.contains("regular file"), "{refusal}");
+        }
+    }
+
+    #[test]
     fn a_node_gets_the_entries_whose_pattern_names_it() {
         let controller = overrides_for(FILE, "/auv/depth_controller").expect("read");
         assert_eq!(
@@ -217,14 +286,22 @@ auv:
                 ),
             ]
         );
-        assert_eq!(overrides_for(FILE, "/auv/plant_sim").expect("read").len(), 2);
+        assert_eq!(
+            overrides_for(FILE, "/auv/plant_sim").expect("read").len(),
+            2
+        );
         assert_eq!(overrides_for(FILE, "/auv/sysid").expect("read").len(), 2);
         assert_eq!(overrides_for(FILE, "/other/sysid").expect("read").len(), 1);
     }
 
     #[test]
     fn what_is_not_a_parameter_file_is_refused() {
-        for text in ["[1, 2]", "a: 3", "{a: {ros__parameters: {b: [1, x]}}}", ": :"] {
+        for text in [
+            "[1, 2]",
+            "a: 3",
+            "{a: {ros__parameters: {b: [1, x]}}}",
+            ": :",
+        ] {
             assert!(overrides_for(text, "/a").is_err(), "{text}");
         }
     }

@@ -178,7 +178,10 @@ mod tests {
                 .with([(name.to_owned(), value)])
                 .expect_err("refused")
                 .to_string();
-            assert!(refusal.contains(name) && refusal.contains(rule), "{refusal}");
+            assert!(
+                refusal.contains(name) && refusal.contains(rule),
+                "{refusal}"
+            );
         }
     }
 

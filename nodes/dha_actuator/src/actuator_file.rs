@@ -3,6 +3,9 @@
 //! `actuators/table_4_1.yaml` is the example; the fields are Tables 3-1 and 4-1 of IBM
 //! 66-L03-005. Three files are built in: `auv`, `table_3_1` and `table_4_1`.
 
+use std::path::Path;
+
+use planesman_parameters::file;
 use serde::Deserialize;
 
 use crate::actuator_set::{ActuatorSet, LimitOption, MOST_CYCLES_IN_FLIGHT};
@@ -56,7 +59,7 @@ pub fn load(name: &str) -> Result<ActuatorSet, ActuatorFileError> {
     if let Some((name, text)) = BUILT_IN.iter().find(|(built_in, _)| *built_in == name) {
         return parse(name, text);
     }
-    let text = std::fs::read_to_string(name).map_err(|error| ActuatorFileError::Unreadable {
+    let text = file::read(Path::new(name)).map_err(|error| ActuatorFileError::Unreadable {
         file: name.to_owned(),
         reason: error.to_string(),
     })?;

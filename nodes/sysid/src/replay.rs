@@ -145,8 +145,8 @@ pub fn replay(args: &ReplayArgs) -> Result<Replay> {
 fn values(args: &ReplayArgs) -> Result<Values> {
     let mut changes = Vec::new();
     if let Some(path) = &args.params_file {
-        let text = std::fs::read_to_string(path)
-            .with_context(|| format!("parameter file '{}'", path.display()))?;
+        let text =
+            file::read(path).with_context(|| format!("parameter file '{}'", path.display()))?;
         let found = file::overrides_for(&text, &args.node)
             .with_context(|| format!("parameter file '{}'", path.display()))?;
         changes.extend(found.into_iter().filter(|(name, _)| name != "use_sim_time"));
