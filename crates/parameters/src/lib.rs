@@ -7,7 +7,7 @@
 //! - [`declaration`]: one parameter: name, default, unit, range.
 //! - [`value`]: ROS 2's nine parameter types.
 //! - [`values`]: a complete, valid set, changed as a whole or not at all.
-//! - [`file`]: ROS 2 parameter files (YAML).
+//! - [`mod@file`]: ROS 2 parameter files (YAML).
 
 pub mod declaration;
 pub mod file;
