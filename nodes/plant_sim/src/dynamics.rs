@@ -2,14 +2,14 @@
 //!
 //! ```text
 //! (m - Z_wdot) w'   = Z_w w + (Z_q + m U) q + Z_delta delta
-//! (I_y - M_qdot) q' = M_w w + M_q q + M_delta delta - W BG sin(theta)
+//! (I_y - M_qdot) q' = M_w w + (M_q + M_q|q| |q|) q + M_delta delta - W BG sin(theta)
 //! theta' = q
 //! z'     = w cos(theta) - U sin(theta)
 //! x'     = U cos(theta) + w sin(theta)
 //! ```
 //!
 //! Brunner 1988, p. 34 and programs T2 to T5 (App. A), in SI units and real seconds. The
-//! programs take `sin(theta)` for `theta` (p. 46); [`Restoring`] chooses. They also carry the
+//! programs take `theta` for `sin(theta)` (p. 46); [`Restoring`] chooses. They also carry the
 //! offsets of the centre of gravity into the track; here the track is that of the centre of
 //! gravity. The forward speed `U` through the water is given, not solved for.
 
@@ -71,7 +71,7 @@ impl Derivatives {
             pitch: theta,
             ..
         } = *state;
-        (self.m_w * w + self.m_q * q + self.m_delta * delta
+        (self.m_w * w + (self.m_q + self.m_q_q * q.abs()) * q + self.m_delta * delta
             - self.restoring * restoring.lever(theta))
             / self.pitch_inertia
     }

@@ -10,7 +10,12 @@
 //! - [`motion`]: a tick of motion.
 //! - [`planes`]: the plane angle over a tick.
 //! - [`environment`]: water, gravity and the surface.
+//! - [`variant`]: the vehicle with a part of its equations changed or left out.
 //! - [`linearised`]: the same vehicle about level flight; what identification should find.
+//! - [`programs`]: the thesis' simulation programs T2 to T5, as printed.
+//! - [`predicted`]: the thesis' predicted transfer functions, as printed and put right.
+//! - [`track`]: a recorded manoeuvre, and what is read off it.
+//! - [`book`]: the thesis' numbers, computed anew.
 //! - [`sensors`]: rate gyros, accelerometers, pressure cells, with bias and noise.
 //! - [`odometry`]: the state in ROS frames (REP 103, REP 105).
 //! - [`parameters`]: the node's declared parameters.
@@ -19,6 +24,7 @@
 //! Depth is positive down, pitch bow up, plane angles to dive; SI throughout. No clock and no
 //! input or output, but for reading a vehicle file when one is named.
 
+pub mod book;
 pub mod core;
 pub mod dynamics;
 pub mod environment;
@@ -30,8 +36,12 @@ pub mod node;
 pub mod odometry;
 pub mod parameters;
 pub mod planes;
+pub mod predicted;
+pub mod programs;
 pub mod quantity;
 pub mod sensors;
+pub mod track;
+pub mod variant;
 pub mod vehicle;
 pub mod vehicle_file;
 

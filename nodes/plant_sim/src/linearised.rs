@@ -1,6 +1,6 @@
 //! The vehicle about level flight at a constant speed, as a linear system.
 //!
-//! With `x = (w, q, theta, z)`, the plane angle `delta` in and `(q, theta, z)` out:
+//! With `x = (w, q, theta, z)`, the plane angle `delta` in and `(q, theta, z, w)` out:
 //!
 //! ```text
 //! w'     = (Z_w w + (Z_q + m U) q + Z_delta delta) / (m - Z_wdot)
@@ -18,11 +18,61 @@ use planesman_linear::{
 
 use crate::{Vehicle, vehicle::Derivatives};
 
-/// The linear system with outputs `q` \[rad/s\], `theta` \[rad\] and `z` \[m\], in this order.
+/// What the plane angle is seen to move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Output {
+    /// `q` \[rad/s\].
+    PitchRate,
+    /// `theta` \[rad\].
+    Pitch,
+    /// `z` \[m\].
+    Depth,
+    /// `w` \[m/s\].
+    Heave,
+}
+
+impl Output {
+    /// All of them, as [`state_space`] orders its outputs.
+    pub const ALL: [Self; 4] = [Self::PitchRate, Self::Pitch, Self::Depth, Self::Heave];
+
+    /// Its name on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::PitchRate => "pitch_rate",
+            Self::Pitch => "pitch",
+            Self::Depth => "depth",
+            Self::Heave => "heave",
+        }
+    }
+
+    /// The gain's unit: of the output, per radian of plane angle.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::PitchRate => "1/s",
+            Self::Pitch => "rad/rad",
+            Self::Depth => "m/rad",
+            Self::Heave => "m/(s rad)",
+        }
+    }
+}
+
+/// The linear system with the outputs [`Output::ALL`].
 ///
 /// # Errors
 /// [`Error::NotFinite`] when the vehicle's numbers overflow.
 pub fn state_space(vehicle: &Vehicle, speed: f64) -> Result<StateSpace, Error> {
+    state_space_of(&vehicle.derivatives(speed))
+}
+
+/// The same from derivatives, say of a [`Variant`](crate::variant::Variant). Damping by the
+/// square of the pitch rate vanishes beside level flight, and so does the difference between
+/// the restoring moment's forms.
+///
+/// # Errors
+/// As [`state_space`].
+pub fn state_space_of(derivatives: &Derivatives) -> Result<StateSpace, Error> {
     let Derivatives {
         speed: u,
         heave_inertia: i_w,
@@ -32,9 +82,10 @@ pub fn state_space(vehicle: &Vehicle, speed: f64) -> Result<StateSpace, Error> {
         pitch_inertia: i_q,
         m_w,
         m_q,
+        m_q_q: _,
         m_delta,
         restoring,
-    } = vehicle.derivatives(speed);
+    } = *derivatives;
     #[rustfmt::skip]
     let a = [
         z_w / i_w, z_q / i_w, 0.0,              0.0,
@@ -48,27 +99,39 @@ pub fn state_space(vehicle: &Vehicle, speed: f64) -> Result<StateSpace, Error> {
         0.0, 1.0, 0.0, 0.0,
         0.0, 0.0, 1.0, 0.0,
         0.0, 0.0, 0.0, 1.0,
+        1.0, 0.0, 0.0, 0.0,
     ];
     StateSpace::new(
         DMatrix::from_row_slice(4, 4, &a),
         DMatrix::from_row_slice(4, 1, &b),
-        DMatrix::from_row_slice(3, 4, &c),
-        DMatrix::zeros(3, 1),
+        DMatrix::from_row_slice(4, 4, &c),
+        DMatrix::zeros(4, 1),
     )
 }
 
-/// The pitch rate alone, `q` over `delta`: depth, which nothing else depends on, is left out.
+/// From the plane angle to one output, without the depth where that is not asked for: nothing
+/// else depends on it.
+///
+/// # Errors
+/// As [`state_space`].
+pub fn response(derivatives: &Derivatives, output: Output) -> Result<StateSpace, Error> {
+    let full = state_space_of(derivatives)?;
+    let states = if output == Output::Depth { 4 } else { 3 };
+    let row = Output::ALL.iter().position(|o| *o == output).unwrap_or(0);
+    StateSpace::new(
+        full.a.view((0, 0), (states, states)).into_owned(),
+        full.b.view((0, 0), (states, 1)).into_owned(),
+        full.c.view((row, 0), (1, states)).into_owned(),
+        full.d.view((row, 0), (1, 1)).into_owned(),
+    )
+}
+
+/// The pitch rate alone, `q` over `delta`.
 ///
 /// # Errors
 /// As [`state_space`].
 pub fn pitch_rate(vehicle: &Vehicle, speed: f64) -> Result<StateSpace, Error> {
-    let full = state_space(vehicle, speed)?;
-    StateSpace::new(
-        full.a.view((0, 0), (3, 3)).into_owned(),
-        full.b.view((0, 0), (3, 1)).into_owned(),
-        full.c.view((0, 0), (1, 3)).into_owned(),
-        full.d.view((0, 0), (1, 1)).into_owned(),
-    )
+    response(&vehicle.derivatives(speed), Output::PitchRate)
 }
 
 /// What identification from plane angle to pitch rate should find.
@@ -91,7 +154,15 @@ pub struct TrueModel {
 /// # Errors
 /// [`Error`] when the vehicle's numbers overflow or `dt` is not above zero.
 pub fn true_model(vehicle: &Vehicle, speed: f64, dt: f64) -> Result<TrueModel, Error> {
-    let continuous = pitch_rate(vehicle, speed)?;
+    true_model_of(&vehicle.derivatives(speed), dt)
+}
+
+/// The same from derivatives, say of a [`Variant`](crate::variant::Variant).
+///
+/// # Errors
+/// As [`true_model`].
+pub fn true_model_of(derivatives: &Derivatives, dt: f64) -> Result<TrueModel, Error> {
+    let continuous = response(derivatives, Output::PitchRate)?;
     let sampled = continuous.zero_order_hold(dt)?;
     let poles = sampled.poles()?;
     Ok(TrueModel {

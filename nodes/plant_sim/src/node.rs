@@ -163,7 +163,9 @@ impl Node {
             Event::Motion(motion) => self.on_motion(motion),
             Event::Planes(planes) => match motion_of(&planes, self.plant.tick_nanos()) {
                 Some(motion) => self.on_motion(motion),
-                None => log::warn!("planes refused: there is no joint 'dive_planes' with a position"),
+                None => {
+                    log::warn!("planes refused: there is no joint 'dive_planes' with a position")
+                }
             },
             Event::Answer(answer) => {
                 if let Pace::Lockstep { answers, .. } = &mut self.pace {

@@ -83,6 +83,9 @@ pub struct Derivatives {
     pub m_w: f64,
     /// `M_q` \[N m s/rad\].
     pub m_q: f64,
+    /// `M_q|q|` \[N m s^2/rad^2\]: damping by the square of the pitch rate. The coefficients
+    /// have none; [`Variant`](crate::variant::Variant) may.
+    pub m_q_q: f64,
     /// `M_delta` \[N m/rad\].
     pub m_delta: f64,
     /// `W BG` \[N m\].
@@ -113,6 +116,8 @@ impl Vehicle {
             pitch_inertia: i_y_minus_m_q_dot * m0 * l * l,
             m_w: m_w * m0 * u,
             m_q: m_q * m0 * l * u,
+            // The zero that changes no sum, not even the sign of another zero.
+            m_q_q: -0.0,
             m_delta: m_delta * m0 * u * u,
             restoring: self.weight * self.restoring_arm,
         }
