@@ -17,3 +17,4 @@ pub mod scenario;
 pub mod sim;
 pub mod sink;
 pub mod summary;
+pub mod tf_command;

@@ -10,7 +10,7 @@ use clap::{Args, Parser, Subcommand};
 use planesman::dive::{self, Pace};
 use planesman::run_folder::RunFolder;
 use planesman::scenario::Scenario;
-use planesman::{nodes, sim};
+use planesman::{nodes, sim, tf_command};
 use planesman_parameters::Values;
 
 /// Dives, breaks and identifies an underwater vehicle: a ROS 2 Jazzy node suite.
@@ -42,6 +42,8 @@ enum Command {
     /// Look into a bag
     #[command(subcommand)]
     Bag(BagCommand),
+    /// Print a vehicle's transfer functions: continuous and sampled, right or as the thesis prints them
+    Tf(tf_command::TfArgs),
     /// List every parameter of every node, with unit, range and default
     Params {
         /// Only this node's
@@ -153,6 +155,7 @@ fn main() -> ExitCode {
             .and_then(|run| run.report())
             .map(|text| println!("{text}")),
         Command::Replay(args) => sysid::replay::run(&args),
+        Command::Tf(args) => tf_command::run(&args),
         Command::Bag(BagCommand::Info { path }) => bag_info(&path),
         Command::Params {
             node,

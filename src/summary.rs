@@ -112,9 +112,10 @@ impl Summary {
 /// The vehicle's own sampled model between plane angle and pitch rate.
 fn truth(scenario: &Scenario) -> Result<Fingerprint> {
     let values = scenario.values("plant_sim")?;
-    let model = plant_sim::linearised::true_model(
-        &plant_sim::vehicle_file::load(values.string("vehicle")).map_err(|e| anyhow!("{e}"))?,
-        values.double("speed"),
+    let vehicle =
+        plant_sim::vehicle_file::load(values.string("vehicle")).map_err(|e| anyhow!("{e}"))?;
+    let model = plant_sim::linearised::true_model_of(
+        &plant_sim::core::derivatives(&values, &vehicle),
         scenario.tick,
     )
     .map_err(|e| anyhow!("{e}"))?;

@@ -25,11 +25,13 @@ use crate::{
     Restoring, State, Vehicle,
     environment::Environment,
     integrator::LARGEST_POLE_STEP,
-    linearised,
+    linearised::{self, Output},
     motion::Motion,
     odometry::{self, wrapped},
     planes::PlanePath,
     sensors::{Channel, Noise, Normals, Readings, Sensors},
+    variant::{PitchDamping, Variant},
+    vehicle::Derivatives,
     vehicle_file,
 };
 
@@ -247,7 +249,7 @@ impl Settings {
             atmospheric_pressure: values.double("environment.atmospheric_pressure"),
         };
         let motion = Motion {
-            derivatives: vehicle.derivatives(values.double("speed")),
+            derivatives: derivatives(values, vehicle),
             restoring: match values.string("restoring") {
                 "small_angle" => Restoring::SmallAngle,
                 _ => Restoring::Sine,
@@ -279,6 +281,25 @@ impl Settings {
     }
 }
 
+/// The vehicle's derivatives at the speed and in the variant that the parameters ask for.
+#[must_use]
+pub fn derivatives(values: &Values, vehicle: &Vehicle) -> Derivatives {
+    let viscous = values.double("pitch_damping_viscous");
+    let rate = values.double("pitch_damping_rate");
+    let variant = Variant {
+        damping: match values.string("pitch_damping") {
+            "secant" => PitchDamping::Secant { viscous, rate },
+            "tangent" => PitchDamping::Tangent { viscous, rate },
+            "quadratic" => PitchDamping::Quadratic { viscous },
+            _ => PitchDamping::Coefficient,
+        },
+        heave_moment: values.bool("heave_moment"),
+        restoring_moment: values.string("restoring") != "none",
+        heave: true,
+    };
+    variant.of(vehicle.derivatives(values.double("speed")))
+}
+
 /// The tick in whole nanoseconds, and how many steps it is.
 fn tick_and_steps(tick: f64, step: f64) -> Result<(i64, u32), String> {
     let [tick_nanos, step_nanos] = [tick, step].map(|seconds| (seconds * 1e9).round() as i64);
@@ -296,7 +317,7 @@ fn tick_and_steps(tick: f64, step: f64) -> Result<(i64, u32), String> {
 /// Refuses a step that the vehicle's fastest mode would outrun.
 fn refuse_fast_modes(vehicle: &Vehicle, motion: &Motion) -> Result<(), String> {
     let speed = motion.derivatives.speed;
-    let poles = linearised::pitch_rate(vehicle, speed)
+    let poles = linearised::response(&motion.derivatives, Output::PitchRate)
         .and_then(|system| system.poles())
         .map_err(|e| format!("vehicle '{}' at {speed} m/s refused: {e}", vehicle.name))?;
     let fastest = poles.iter().map(|p| p.norm()).fold(0.0, f64::max);
@@ -437,7 +458,7 @@ fn diagonal(deviation: f64) -> [f64; 9] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::parameters;
+    use crate::{parameters, quantity::FOOT};
     use planesman_msgs::{Message, builtin_interfaces::msg::Duration, cdr};
     use planesman_parameters::Value;
     use std::f64::consts::FRAC_PI_6;
@@ -637,6 +658,46 @@ mod tests {
             ("vehicle", Value::from("other.yaml")),
         ] {
             assert!(plant.set_values(&values(&[fixed])).is_err());
+        }
+    }
+
+    /// The state after so many ticks with the planes at an angle for 10 s and then neutral.
+    fn held_for_ten_seconds(changes: &[(&str, Value)], angle: f64, ticks: i64) -> State {
+        let mut plant = plant(changes);
+        for k in 0..ticks {
+            let angle = if k < 200 { angle } else { 0.0 };
+            plant.advance(Some(&motion(angle, angle))).expect("a tick");
+        }
+        plant.state
+    }
+
+    #[test]
+    fn the_vehicle_as_printed_dives_to_the_printed_depth_at_the_printed_pitch() {
+        // Brunner 1988, pp. 38 f.: -4.2 degrees, 2.61 ft.
+        let as_printed = [
+            ("vehicle", Value::from("brunner_as_printed")),
+            ("speed", Value::from(0.7112)),
+            ("restoring", Value::from("small_angle")),
+        ];
+        let pitch = held_for_ten_seconds(&as_printed, FRAC_PI_6, 200).pitch;
+        assert!((pitch.to_degrees() + 4.2).abs() < 0.05, "{pitch}");
+        let depth = held_for_ten_seconds(&as_printed, FRAC_PI_6, 600).depth;
+        assert!((depth / FOOT - 2.61).abs() < 0.015, "{depth}");
+    }
+
+    #[test]
+    fn each_variant_of_the_equations_can_be_asked_for() {
+        let plain = held_for_ten_seconds(&[], 0.1, 200);
+        for change in [
+            ("restoring", Value::from("none")),
+            ("restoring", Value::from("small_angle")),
+            ("heave_moment", Value::from(false)),
+            ("pitch_damping", Value::from("secant")),
+            ("pitch_damping", Value::from("tangent")),
+            ("pitch_damping", Value::from("quadratic")),
+        ] {
+            let changed = held_for_ten_seconds(std::slice::from_ref(&change), 0.1, 200);
+            assert_ne!(changed, plain, "{change:?}");
         }
     }
 }

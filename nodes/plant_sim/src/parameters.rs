@@ -4,7 +4,10 @@
 
 use planesman_parameters::{Declaration, Value};
 
-use crate::vehicle_file::BRUNNER;
+use crate::{
+    variant::{BRUNNER_SECANT_RATE, BRUNNER_VISCOUS_DAMPING},
+    vehicle_file::BRUNNER,
+};
 
 /// Every parameter of `plant_sim`.
 #[must_use]
@@ -17,7 +20,7 @@ fn vehicle() -> Vec<Declaration> {
         Declaration::new(
             "vehicle",
             BRUNNER,
-            "The vehicle: 'brunner' (NPS 1988), or the path of a vehicle file",
+            "The vehicle: 'brunner' (NPS 1988), 'brunner_as_printed' (with the errors of its programs), or the path of a vehicle file",
         )
         .read_only(),
         Declaration::new("speed", 0.3048, "Forward speed through the water")
@@ -26,9 +29,34 @@ fn vehicle() -> Vec<Declaration> {
         Declaration::new(
             "restoring",
             "sine",
-            "Restoring moment over pitch: hydrostatics, or the report's small-angle form",
+            "Restoring moment over pitch: hydrostatics, the report's small-angle form, or none",
         )
-        .choices(&["sine", "small_angle"]),
+        .choices(&["sine", "small_angle", "none"]),
+        Declaration::new(
+            "pitch_damping",
+            "coefficient",
+            "Of pitch: the vehicle's M'q, or the hull's drag N |q| q, as it is or made linear",
+        )
+        .choices(&["coefficient", "secant", "tangent", "quadratic"]),
+        Declaration::new(
+            "pitch_damping_viscous",
+            BRUNNER_VISCOUS_DAMPING,
+            "N, for the three that need it; the report's plate of 28 by 7 in, 0.4193 ft lbf s^2",
+        )
+        .unit("N m s^2")
+        .range(0.0, 1e4),
+        Declaration::new(
+            "pitch_damping_rate",
+            BRUNNER_SECANT_RATE,
+            "Pitch rate at which the secant or the tangent is taken",
+        )
+        .unit("rad/s")
+        .range(0.0, 10.0),
+        Declaration::new(
+            "heave_moment",
+            true,
+            "Whether heave velocity turns the vehicle (M_w)",
+        ),
         Declaration::new("initial_depth", 0.0, "Depth at the start and after a reset")
             .unit("m")
             .range(0.0, 1000.0),

@@ -220,6 +220,7 @@ pub mod derivation {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{Restoring, environment::Environment, motion::Motion, vehicle_file};
 
     fn close(found: f64, expected: f64, tolerance: f64) {
         assert!(
@@ -234,6 +235,32 @@ mod tests {
         let dive = T2.run(60.0);
         close(dive.at(10.0).pitch.to_degrees(), -4.2, 0.05);
         close(dive.end().depth * FEET_PER_LENGTH, 2.61, 0.015);
+    }
+
+    #[test]
+    fn the_vehicle_as_printed_flies_program_t2_in_what_it_takes_for_seconds() {
+        let vehicle = vehicle_file::load(vehicle_file::BRUNNER_AS_PRINTED).expect("built in");
+        // A body length per second: L / U is 1 s.
+        let motion = Motion {
+            derivatives: vehicle.derivatives(vehicle.reference_length),
+            restoring: Restoring::SmallAngle,
+            environment: Environment {
+                density: 999.835,
+                gravity: 9.81456,
+                atmospheric_pressure: 101_325.0,
+            },
+            step: STEP,
+        };
+        let flown = Track::of_dive(&motion, PLANE_ANGLE, T2.released_at, 60.0).expect("it dives");
+        let program = T2.run(60.0);
+        for second in 0..60 {
+            let time = f64::from(second);
+            close(flown.at(time).pitch, program.at(time).pitch, 1e-8);
+            // The program's ZG q, which the vehicle's track goes without, lifts it a little.
+            let lift = T2.zg * (1.0 - program.at(time).pitch.cos());
+            let depth = flown.at(time).depth / vehicle.reference_length;
+            close(depth, program.at(time).depth + lift, 1e-8);
+        }
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Vehicle files: YAML, every dimensional value with its unit, checked and converted once.
 //!
-//! `vehicles/brunner.yaml` is the pattern, and is built in under the name `brunner`.
+//! `vehicles/brunner.yaml` is the pattern. It is built in under the name `brunner`, and beside it
+//! `brunner_as_printed`, the vehicle that the thesis' programs describe with their errors.
 
 use std::{fs, io::Read, path::Path};
 
@@ -15,7 +16,19 @@ use crate::{
 /// The vehicle that needs no file: the NPS model of Brunner 1988.
 pub const BRUNNER: &str = "brunner";
 
+/// The vehicle of programs T2 to T5 with their errors left in, of Brunner 1988 too.
+pub const BRUNNER_AS_PRINTED: &str = "brunner_as_printed";
+
 const BRUNNER_FILE: &str = include_str!("../vehicles/brunner.yaml");
+
+/// The vehicles that need no file.
+const BUILT_IN: [(&str, &str); 2] = [
+    (BRUNNER, BRUNNER_FILE),
+    (
+        BRUNNER_AS_PRINTED,
+        include_str!("../vehicles/brunner_as_printed.yaml"),
+    ),
+];
 
 /// The largest file read \[bytes\]; a vehicle takes two thousand.
 const LARGEST_FILE: u64 = 64 * 1024;
@@ -24,7 +37,9 @@ const LARGEST_FILE: u64 = 64 * 1024;
 #[derive(Debug, thiserror::Error)]
 pub enum VehicleError {
     /// The file could not be read.
-    #[error("vehicle file '{file}': {source} (the built-in vehicle is '{BRUNNER}')")]
+    #[error(
+        "vehicle file '{file}': {source} (built in are '{BRUNNER}' and '{BRUNNER_AS_PRINTED}')"
+    )]
     Unreadable {
         /// Its path.
         file: String,
@@ -57,13 +72,13 @@ pub enum VehicleError {
     },
 }
 
-/// The vehicle named `brunner`, or else the one in the file at that path.
+/// A built-in vehicle by its name, or else the one in the file at that path.
 ///
 /// # Errors
 /// [`VehicleError`], which names the file, the field, the value and the rule.
 pub fn load(name_or_path: &str) -> Result<Vehicle, VehicleError> {
-    if name_or_path == BRUNNER {
-        return parse(BRUNNER, BRUNNER_FILE);
+    if let Some((name, text)) = BUILT_IN.iter().find(|(name, _)| *name == name_or_path) {
+        return parse(name, text);
     }
     let unreadable = |source| VehicleError::Unreadable {
         file: name_or_path.to_owned(),
@@ -289,6 +304,13 @@ mod tests {
         assert!((vehicle.weight - 87.19).abs() < 0.01);
         assert!((vehicle.mass - 8.894).abs() < 0.001);
         assert_eq!(load(BRUNNER).expect("built in"), vehicle);
+    }
+
+    #[test]
+    fn each_built_in_vehicle_is_called_as_its_file_says() {
+        for (name, _) in BUILT_IN {
+            assert_eq!(load(name).expect("built in").name, name);
+        }
     }
 
     #[test]
