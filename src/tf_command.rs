@@ -25,10 +25,10 @@ pub struct TfArgs {
     #[arg(long, value_enum, default_value_t = OutputName::PitchRate)]
     output: OutputName,
     /// Speed through the water [m/s]
-    #[arg(long, value_parser = positive)]
+    #[arg(long, value_parser = speed)]
     speed: f64,
     /// Samples per second of the zero-order hold [Hz]
-    #[arg(long, value_parser = positive, default_value_t = 20.0)]
+    #[arg(long, value_parser = rate, default_value_t = 20.0)]
     rate: f64,
     /// As the thesis prints them (eq. 7, Table 8), for its own vehicle: nondimensional, sampled every
     /// 0.05 L/U
@@ -71,10 +71,18 @@ impl From<OutputName> for Output {
     }
 }
 
-fn positive(text: &str) -> Result<f64, String> {
+fn speed(text: &str) -> Result<f64, String> {
+    within(text, 0.001, 100.0)
+}
+
+fn rate(text: &str) -> Result<f64, String> {
+    within(text, 0.01, 10_000.0)
+}
+
+fn within(text: &str, least: f64, most: f64) -> Result<f64, String> {
     match text.parse::<f64>() {
-        Ok(v) if v.is_finite() && v > 0.0 => Ok(v),
-        _ => Err("a positive number is expected".to_owned()),
+        Ok(v) if (least..=most).contains(&v) => Ok(v),
+        _ => Err(format!("a number from {least} to {most} is expected")),
     }
 }
 
@@ -104,7 +112,7 @@ pub fn run(args: &TfArgs) -> Result<()> {
 }
 
 fn corrected(args: &TfArgs) -> Result<Models> {
-    let vehicle = vehicle_file::load(&args.vehicle)?;
+    let vehicle = vehicle_file::load(&args.vehicle).map_err(|e| anyhow!("{e}"))?;
     let dt = 1.0 / args.rate;
     let derivatives = vehicle.derivatives(args.speed);
     let context = || format!("vehicle '{}' at {} m/s", vehicle.name, args.speed);
@@ -247,9 +255,14 @@ fn text(models: &Models) -> Result<String> {
     let mut text = String::new();
     writeln!(text, "{}", models.heading)?;
     writeln!(text, "\ncontinuous, s in {}", models.frequency)?;
-    describe(&mut text, &models.continuous, Domain::Continuous)?;
+    describe(&mut text, &models.continuous)?;
+    // A hold leaves the steady gain as it is; rounding would show another beside a pole at 1.
+    match models.continuous.dc_gain(Domain::Continuous) {
+        Ok(gain) => writeln!(text, "  steady   {}", Number(gain))?,
+        Err(_) => writeln!(text, "  steady   none, it integrates")?,
+    }
     writeln!(text, "\nzero-order hold, {}", models.sampling)?;
-    describe(&mut text, &models.sampled, Domain::Discrete)?;
+    describe(&mut text, &models.sampled)?;
     if !models.remarks.is_empty() {
         writeln!(text)?;
     }
@@ -259,18 +272,14 @@ fn text(models: &Models) -> Result<String> {
     Ok(text)
 }
 
-/// Coefficients from the highest power, then zeros, poles and gains.
-fn describe(text: &mut String, g: &TransferFunction, domain: Domain) -> Result<()> {
+/// Coefficients from the highest power, then zeros, poles and the gain beside them.
+fn describe(text: &mut String, g: &TransferFunction) -> Result<()> {
     let g = trimmed_num(&monic(g.clone()));
     writeln!(text, "  num      {}", list(&g.num, |c| Number(*c)))?;
     writeln!(text, "  den      {}", list(&g.den, |c| Number(*c)))?;
     writeln!(text, "  zeros    {}", list(&g.zeros()?, |z| Root(*z)))?;
     writeln!(text, "  poles    {}", list(&g.poles()?, |p| Root(*p)))?;
     writeln!(text, "  gain     {}", Number(g.num[0]))?;
-    match g.dc_gain(domain) {
-        Ok(gain) => writeln!(text, "  steady   {}", Number(gain))?,
-        Err(_) => writeln!(text, "  steady   none, it integrates")?,
-    }
     Ok(())
 }
 
@@ -337,7 +346,7 @@ mod tests {
         };
         let shown = text(&as_printed(&args).expect("a model")).expect("text");
         for digits in [
-            "-0.1191", "0.2313", "-0.1122", "-2.807", "2.6257", "-0.8180",
+            "-0.1191", "0.2313", "-0.1122", "-2.807", "2.62567", "-0.81808",
         ] {
             assert!(shown.contains(digits), "{digits} is not in\n{shown}");
         }
@@ -347,7 +356,7 @@ mod tests {
     fn a_held_plane_gives_no_steady_pitch_rate_and_depth_integrates() {
         let rate = corrected(&args(InputName::DivePlanes, OutputName::PitchRate, 1.8));
         let shown = text(&rate.expect("a model")).expect("text");
-        assert!(shown.contains("zeros    0  -1.4"), "{shown}");
+        assert!(shown.contains("zeros    0  -0.92"), "{shown}");
         assert!(shown.contains("steady   0\n"), "{shown}");
         let depth = corrected(&args(InputName::DivePlanes, OutputName::Depth, 1.8));
         let shown = text(&depth.expect("a model")).expect("text");
@@ -383,6 +392,14 @@ mod tests {
             let line = format!("{:#}", refusal.err().expect("refused"));
             assert!(!line.contains('\n') && line.len() > 20, "{line}");
         }
+    }
+
+    #[test]
+    fn speeds_and_rates_out_of_reach_are_refused() {
+        for text in ["0", "-1", "nan", "inf", "1e200", "fast"] {
+            assert!(speed(text).is_err() && rate(text).is_err(), "{text}");
+        }
+        assert_eq!(speed("0.55"), Ok(0.55));
     }
 
     #[test]
