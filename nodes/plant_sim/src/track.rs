@@ -117,8 +117,7 @@ impl Track {
             .iter()
             .enumerate()
             .map(|(k, s)| (k as f64 * self.step, s.pitch))
-            .filter(|(t, pitch)| *t <= until && (pitch - settled).abs() > band * settled.abs())
-            .last()
+            .rfind(|(t, pitch)| *t <= until && (pitch - settled).abs() > band * settled.abs())
             .map_or(0.0, |(t, _)| t)
     }
 
