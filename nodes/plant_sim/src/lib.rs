@@ -11,6 +11,7 @@
 //! - [`planes`]: the plane angle over a tick.
 //! - [`environment`]: water, gravity and the surface.
 //! - [`variant`]: the vehicle with a part of its equations changed or left out.
+//! - [`coefficients`]: from geometry to coefficients, by the report's methods.
 //! - [`linearised`]: the same vehicle about level flight; what identification should find.
 //! - [`programs`]: the thesis' simulation programs T2 to T5, as printed.
 //! - [`predicted`]: the thesis' predicted transfer functions, as printed and put right.
@@ -25,6 +26,7 @@
 //! input or output, but for reading a vehicle file when one is named.
 
 pub mod book;
+pub mod coefficients;
 pub mod core;
 pub mod dynamics;
 pub mod environment;

@@ -25,6 +25,22 @@ pub enum Dimension {
     Mass,
     /// Newtons, or what converts to them.
     Force,
+    /// Square metres, or what converts to them.
+    Area,
+    /// Cubic metres, or what converts to them.
+    Volume,
+    /// Kilograms per cubic metre, or what converts to them.
+    Density,
+    /// Kinematic: square metres per second, or what converts to them.
+    Viscosity,
+    /// Metres per second, or what converts to them.
+    Speed,
+    /// Metres per second squared, or what converts to them.
+    Acceleration,
+    /// Radians per second, or what converts to them.
+    Rate,
+    /// Seconds, or what converts to them.
+    Time,
 }
 
 impl Dimension {
@@ -40,6 +56,24 @@ impl Dimension {
             ],
             Self::Mass => &[("kg", 1.0), ("slug", SLUG)],
             Self::Force => &[("N", 1.0), ("lbf", POUND_FORCE)],
+            Self::Area => &[
+                ("m^2", 1.0),
+                ("cm^2", 1e-4),
+                ("in^2", INCH * INCH),
+                ("ft^2", FOOT * FOOT),
+            ],
+            Self::Volume => &[
+                ("m^3", 1.0),
+                ("L", 1e-3),
+                ("in^3", INCH * INCH * INCH),
+                ("ft^3", FOOT * FOOT * FOOT),
+            ],
+            Self::Density => &[("kg/m^3", 1.0), ("slug/ft^3", SLUG / (FOOT * FOOT * FOOT))],
+            Self::Viscosity => &[("m^2/s", 1.0), ("ft^2/s", FOOT * FOOT)],
+            Self::Speed => &[("m/s", 1.0), ("ft/s", FOOT)],
+            Self::Acceleration => &[("m/s^2", 1.0), ("ft/s^2", FOOT)],
+            Self::Rate => &[("rad/s", 1.0), ("deg/s", std::f64::consts::PI / 180.0)],
+            Self::Time => &[("s", 1.0), ("ms", 1e-3)],
         }
     }
 }

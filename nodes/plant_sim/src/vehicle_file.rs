@@ -9,6 +9,7 @@ use serde::Deserialize;
 
 use crate::{
     Vehicle,
+    coefficients::Geometry,
     quantity::{Dimension, Quantity},
     vehicle::{Coefficients, Port},
 };
@@ -77,8 +78,21 @@ pub enum VehicleError {
 /// # Errors
 /// [`VehicleError`], which names the file, the field, the value and the rule.
 pub fn load(name_or_path: &str) -> Result<Vehicle, VehicleError> {
-    if let Some((name, text)) = BUILT_IN.iter().find(|(name, _)| *name == name_or_path) {
-        return parse(name, text);
+    parse(name_or_path, &text_of(name_or_path)?)
+}
+
+/// The geometry of the vehicle that [`load`] takes, `None` when its file has none.
+///
+/// # Errors
+/// As [`load`].
+pub fn geometry(name_or_path: &str) -> Result<Option<Geometry>, VehicleError> {
+    written(name_or_path, &text_of(name_or_path)?).map(|file| file.geometry)
+}
+
+/// The text of the built-in vehicle, or of the file at that path.
+fn text_of(name_or_path: &str) -> Result<String, VehicleError> {
+    if let Some((_, text)) = BUILT_IN.iter().find(|(name, _)| *name == name_or_path) {
+        return Ok((*text).to_owned());
     }
     let unreadable = |source| VehicleError::Unreadable {
         file: name_or_path.to_owned(),
@@ -100,11 +114,10 @@ pub fn load(name_or_path: &str) -> Result<Vehicle, VehicleError> {
             file: name_or_path.to_owned(),
         });
     }
-    let text = String::from_utf8(text).map_err(|_| VehicleError::Malformed {
+    String::from_utf8(text).map_err(|_| VehicleError::Malformed {
         file: name_or_path.to_owned(),
         reason: "it is not UTF-8 text".to_owned(),
-    })?;
-    parse(name_or_path, &text)
+    })
 }
 
 /// The vehicle in `text`; `file` is named in errors.
@@ -112,18 +125,20 @@ pub fn load(name_or_path: &str) -> Result<Vehicle, VehicleError> {
 /// # Errors
 /// [`VehicleError::Malformed`] or [`VehicleError::Refused`].
 pub fn parse(file: &str, text: &str) -> Result<Vehicle, VehicleError> {
-    let written: VehicleFile =
-        serde_yaml_ng::from_str(text).map_err(|e| VehicleError::Malformed {
-            file: file.to_owned(),
-            reason: e.to_string(),
-        })?;
-    written
+    written(file, text)?
         .vehicle()
         .map_err(|(field, reason)| VehicleError::Refused {
             file: file.to_owned(),
             field,
             reason,
         })
+}
+
+fn written(file: &str, text: &str) -> Result<VehicleFile, VehicleError> {
+    serde_yaml_ng::from_str(text).map_err(|e| VehicleError::Malformed {
+        file: file.to_owned(),
+        reason: e.to_string(),
+    })
 }
 
 /// The NPS model vehicle of Brunner 1988.
@@ -146,6 +161,9 @@ struct VehicleFile {
     particulars: ParticularsSection,
     coefficients: CoefficientsSection,
     depth_port: PortSection,
+    /// Read by the coefficient workbench alone.
+    #[serde(default)]
+    geometry: Option<Geometry>,
 }
 
 #[derive(Deserialize)]
@@ -191,6 +209,7 @@ impl VehicleFile {
             particulars,
             coefficients: c,
             depth_port,
+            geometry: _,
         } = self;
         let length = above_zero("reference.length", &reference.length, Dimension::Length)?;
         let restoring_arm = length_of("particulars.restoring_arm", &particulars.restoring_arm)?;

@@ -1,0 +1,168 @@
+//! All entries of a report and its errata, read from JSON.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::{Entry, Verdict};
+
+/// The numbers of one report.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Book {
+    entries: Vec<Entry>,
+    errata: BTreeMap<String, String>,
+}
+
+/// Why a book was not taken.
+#[derive(Debug, thiserror::Error)]
+pub enum BookError {
+    /// The entries are not JSON of the right form.
+    #[error("the entries: {0}")]
+    Entries(#[source] serde_json::Error),
+    /// The errata are not JSON of the right form.
+    #[error("the errata: {0}")]
+    Errata(#[source] serde_json::Error),
+    /// Two entries have one name.
+    #[error("entry '{id}' stands there twice")]
+    Twice {
+        /// Their name.
+        id: String,
+    },
+    /// An entry breaks a rule.
+    #[error("entry '{id}': {reason}")]
+    Refused {
+        /// Its name.
+        id: String,
+        /// The rule.
+        reason: String,
+    },
+}
+
+impl Book {
+    /// A book from two JSON texts: a list of [entries](Entry), and the errata as an object from
+    /// number to text.
+    ///
+    /// # Errors
+    /// [`BookError`] for what is no such JSON, for a name that stands twice, for a bound that is
+    /// missing or no bound, for an erratum that is not there, and for a contradiction without one.
+    pub fn parse(entries: &str, errata: &str) -> Result<Self, BookError> {
+        let book = Self {
+            entries: serde_json::from_str(entries).map_err(BookError::Entries)?,
+            errata: serde_json::from_str(errata).map_err(BookError::Errata)?,
+        };
+        let mut seen = BTreeSet::new();
+        for entry in &book.entries {
+            if !seen.insert(&entry.id) {
+                return Err(BookError::Twice {
+                    id: entry.id.clone(),
+                });
+            }
+            book.check(entry).map_err(|reason| BookError::Refused {
+                id: entry.id.clone(),
+                reason,
+            })?;
+        }
+        Ok(book)
+    }
+
+    fn check(&self, entry: &Entry) -> Result<(), String> {
+        for (value, bound, names) in [
+            (entry.printed, entry.slack, "printed and slack"),
+            (entry.reference, entry.tolerance, "recomputed and tolerance"),
+        ] {
+            if value.is_some() != bound.is_some() {
+                return Err(format!("{names} must stand together"));
+            }
+            if bound.is_some_and(|b| b < 0.0) {
+                return Err(format!("{names}: the second must not be below zero"));
+            }
+        }
+        match &entry.erratum {
+            Some(number) if !self.errata.contains_key(number) => {
+                Err(format!("erratum '{number}' is none of the errata"))
+            }
+            None if entry.verdict == Some(Verdict::Contradicts) => {
+                Err("a contradiction must name the erratum that explains it".to_owned())
+            }
+            _ if entry.verdict.is_some() && entry.printed.is_none() => {
+                Err("a verdict needs a printed number".to_owned())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Every entry, in the book's order.
+    #[must_use]
+    pub fn entries(&self) -> &[Entry] {
+        &self.entries
+    }
+
+    /// The entry of that name.
+    #[must_use]
+    pub fn entry(&self, id: &str) -> Option<&Entry> {
+        self.entries.iter().find(|e| e.id == id)
+    }
+
+    /// The number printed for `id`.
+    #[must_use]
+    pub fn printed(&self, id: &str) -> Option<f64> {
+        self.entry(id)?.printed
+    }
+
+    /// Errata by number.
+    #[must_use]
+    pub fn errata(&self) -> &BTreeMap<String, String> {
+        &self.errata
+    }
+
+    /// The erratum that explains `entry`: number and text.
+    #[must_use]
+    pub fn erratum_of(&self, entry: &Entry) -> Option<(&str, &str)> {
+        let (number, text) = self.errata.get_key_value(entry.erratum.as_ref()?)?;
+        Some((number, text))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refusal(entries: &str) -> String {
+        Book::parse(entries, r#"{"E1": "inches for feet"}"#)
+            .expect_err("refused")
+            .to_string()
+    }
+
+    #[test]
+    fn an_entry_is_found_with_its_erratum() {
+        let text = r#"[{"id": "a.b", "unit": "ft", "source": "p. 1", "printed": 2.0, "slack": 0.1,
+            "recomputed": 3.0, "tolerance": 0.1, "verdict": "contradicts", "erratum": "E1"}]"#;
+        let book = Book::parse(text, r#"{"E1": "inches for feet"}"#).expect("a book");
+        let entry = book.entry("a.b").expect("there");
+        assert_eq!(entry.family(), "a");
+        assert_eq!(book.printed("a.b"), Some(2.0));
+        assert_eq!(book.erratum_of(entry), Some(("E1", "inches for feet")));
+        assert_eq!(entry.judge(3.0), Some(Verdict::Contradicts));
+        assert_eq!(entry.near_reference(3.05), Some(true));
+    }
+
+    #[test]
+    fn what_breaks_a_rule_is_refused_by_name() {
+        let head = r#"{"id": "a", "unit": "-", "source": "p. 1""#;
+        assert!(refusal("{").starts_with("the entries: "));
+        assert_eq!(
+            refusal(&format!("[{head}}}, {head}}}]")),
+            "entry 'a' stands there twice"
+        );
+        assert!(refusal(&format!(r#"[{head}, "printed": 1.0}}]"#)).contains("printed and slack"));
+        assert!(
+            refusal(&format!(r#"[{head}, "printed": 1, "slack": -1}}]"#)).contains("below zero")
+        );
+        assert!(refusal(&format!(r#"[{head}, "erratum": "E9"}}]"#)).contains("'E9'"));
+        assert!(
+            refusal(&format!(
+                r#"[{head}, "printed": 1, "slack": 1, "verdict": "contradicts"}}]"#
+            ))
+            .contains("must name the erratum")
+        );
+        assert!(refusal(&format!(r#"[{head}, "colour": 3}}]"#)).contains("colour"));
+    }
+}

@@ -1,0 +1,18 @@
+//! The numbers that a report prints, and what they come to when they are computed again.
+//!
+//! - [`entry`]: one quantity: as printed, as recomputed for reference, and what is known of it.
+//! - [`verdict`]: whether a recomputed number agrees with the printed one.
+//! - [`book`]: all entries of a report and its errata, read from JSON.
+//! - [`reckoning`]: a book gone through with freshly recomputed numbers.
+//!
+//! Nothing here knows how a number is computed, or of which report it is.
+
+pub mod book;
+pub mod entry;
+pub mod reckoning;
+pub mod verdict;
+
+pub use book::{Book, BookError};
+pub use entry::Entry;
+pub use reckoning::{Line, Reckoning};
+pub use verdict::Verdict;

@@ -1,0 +1,141 @@
+//! A book gone through with freshly recomputed numbers.
+
+use std::collections::BTreeMap;
+
+use crate::{Book, Entry, Verdict};
+
+/// One entry beside its recomputed value.
+#[derive(Clone, Copy, Debug)]
+pub struct Line<'a> {
+    /// The entry.
+    pub entry: &'a Entry,
+    /// What it comes to now; `None` when nothing recomputes it.
+    pub value: Option<f64>,
+    /// The verdict now; `None` without a printed or without a recomputed number.
+    pub verdict: Option<Verdict>,
+}
+
+impl Line<'_> {
+    /// What is not as it stands in the book: another verdict, or a value away from the reference.
+    #[must_use]
+    pub fn news(&self) -> Option<String> {
+        let value = self.value?;
+        if let (Some(stands), Some(now)) = (self.entry.verdict, self.verdict)
+            && stands != now
+        {
+            return Some(format!("the verdict was '{stands}' and is '{now}'"));
+        }
+        if self.entry.near_reference(value) == Some(false) {
+            return Some("it is not what it came to before".to_owned());
+        }
+        None
+    }
+}
+
+/// How many entries there are of each kind.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Totals {
+    /// Printed numbers that agree to their rounding.
+    pub agrees: usize,
+    /// Printed numbers that agree within their slack only.
+    pub approximate: usize,
+    /// Printed numbers that do not agree.
+    pub contradicts: usize,
+    /// Printed numbers that nothing recomputes: measurements, readings, choices.
+    pub printed_only: usize,
+    /// Numbers the report does not print, recomputed.
+    pub not_printed: usize,
+    /// Numbers the report does not print and that nothing recomputes here.
+    pub not_recomputed: usize,
+    /// Entries that are not as they stand in the book.
+    pub news: usize,
+}
+
+/// A book gone through.
+#[derive(Clone, Debug)]
+pub struct Reckoning<'a> {
+    /// Every entry, in the book's order.
+    pub lines: Vec<Line<'a>>,
+    /// Names among the recomputed values that no entry has.
+    pub strangers: Vec<String>,
+}
+
+impl<'a> Reckoning<'a> {
+    /// Goes through `book` with the values by name. The first of several values for a name counts.
+    pub fn of<'s>(book: &'a Book, values: impl IntoIterator<Item = (&'s str, f64)>) -> Self {
+        let mut by_name = BTreeMap::new();
+        for (id, value) in values {
+            by_name.entry(id).or_insert(value);
+        }
+        let lines = book
+            .entries()
+            .iter()
+            .map(|entry| {
+                let value = by_name.remove(entry.id.as_str());
+                let verdict = value.and_then(|v| entry.judge(v));
+                Line {
+                    entry,
+                    value,
+                    verdict,
+                }
+            })
+            .collect();
+        Self {
+            lines,
+            strangers: by_name.into_keys().map(str::to_owned).collect(),
+        }
+    }
+
+    /// How many there are of each kind.
+    #[must_use]
+    pub fn totals(&self) -> Totals {
+        let mut totals = Totals::default();
+        for line in &self.lines {
+            *match (line.verdict, line.value, line.entry.printed) {
+                (Some(Verdict::Agrees), ..) => &mut totals.agrees,
+                (Some(Verdict::Approximate), ..) => &mut totals.approximate,
+                (Some(Verdict::Contradicts), ..) => &mut totals.contradicts,
+                (None, Some(_), _) => &mut totals.not_printed,
+                (None, None, Some(_)) => &mut totals.printed_only,
+                (None, None, None) => &mut totals.not_recomputed,
+            } += 1;
+            totals.news += usize::from(line.news().is_some());
+        }
+        totals
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ENTRIES: &str = r#"[
+        {"id": "a", "unit": "-", "source": "p. 1", "printed": 2.5, "slack": 0.1, "verdict": "agrees"},
+        {"id": "b", "unit": "-", "source": "p. 1", "printed": 3, "slack": 0.1, "verdict": "agrees"},
+        {"id": "c", "unit": "-", "source": "p. 1", "recomputed": 1.0, "tolerance": 0.5},
+        {"id": "d", "unit": "-", "source": "p. 1", "recomputed": 1.0, "tolerance": 0.5},
+        {"id": "e", "unit": "-", "source": "p. 1", "printed": 1.0, "slack": 0.5}]"#;
+
+    #[test]
+    fn a_verdict_that_changes_and_a_value_that_moves_are_news() {
+        let book = Book::parse(ENTRIES, "{}").expect("a book");
+        let reckoning = Reckoning::of(&book, [("a", 2.51), ("b", 4.0), ("c", 1.6), ("x", 1.0)]);
+        let news: Vec<_> = reckoning.lines.iter().map(Line::news).collect();
+        assert!(news[0].is_none() && news[3].is_none() && news[4].is_none());
+        assert!(news[1].as_ref().is_some_and(|n| n.contains("contradicts")));
+        assert!(news[2].is_some());
+        assert_eq!(reckoning.strangers, ["x"]);
+        assert_eq!(
+            reckoning.totals(),
+            Totals {
+                agrees: 1,
+                contradicts: 1,
+                not_printed: 1,
+                not_recomputed: 1,
+                printed_only: 1,
+                news: 2,
+                ..Totals::default()
+            }
+        );
+    }
+}
