@@ -4,7 +4,11 @@
 //! ways that agree bit for bit: as separate processes over DDS ([`dive`]), or in one process
 //! ([`sim`], through [`compose`]). Either way a bag remains, from which [`flight`], [`summary`] and
 //! [`page`] tell what happened.
+//!
+//! Beside flying: [`coefficients_command`] reckons a vehicle's coefficients from its geometry, and
+//! [`reproduce`] computes the 1988 report's numbers again.
 
+pub mod coefficients_command;
 pub mod compose;
 pub mod crew;
 pub mod dive;
@@ -12,6 +16,7 @@ pub mod flight;
 pub mod nodes;
 pub mod page;
 pub mod plot;
+pub mod reproduce;
 pub mod run_folder;
 pub mod scenario;
 pub mod sim;

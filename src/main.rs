@@ -7,7 +7,9 @@ use std::process::ExitCode;
 use anyhow::Result;
 use clap::error::ErrorKind;
 use clap::{Args, Parser, Subcommand};
+use planesman::coefficients_command::{self, CoefficientsArgs};
 use planesman::dive::{self, Pace};
+use planesman::reproduce::{self, ReproduceArgs};
 use planesman::run_folder::RunFolder;
 use planesman::scenario::Scenario;
 use planesman::{nodes, sim, tf_command};
@@ -55,6 +57,10 @@ enum Command {
         #[arg(long, requires = "yaml")]
         scenario: Option<String>,
     },
+    /// Reckon a vehicle's coefficients from its geometry, beside those of its file
+    Coefficients(CoefficientsArgs),
+    /// Compute the numbers of the 1988 report again, and say which agree
+    Reproduce(ReproduceArgs),
     /// Run one node in this process (what `ros2 run` would start)
     #[command(disable_help_flag = true)]
     Node(NodeArgs),
@@ -163,6 +169,8 @@ fn main() -> ExitCode {
             scenario,
         } => parameter_file(node.as_deref(), scenario.as_deref()),
         Command::Params { node, .. } => nodes::list_parameters(node.as_deref()),
+        Command::Coefficients(args) => coefficients_command::run(&args),
+        Command::Reproduce(args) => reproduce::run(&args),
         Command::Node(args) => return nodes::run(&args.name, args.args),
     };
     match outcome {

@@ -20,7 +20,7 @@ pub struct Count {
     pub recorded: u64,
 }
 
-const STYLE: &str = "
+pub(crate) const STYLE: &str = "
 :root { color-scheme: light; }
 body { font: 15px/1.5 system-ui, sans-serif; max-width: 54rem; margin: 2rem auto; padding: 0 1rem; color: #1b1f24; background: #fff; }
 h1 { font-size: 1.5rem; margin-bottom: 0; } h2 { font-size: 1.1rem; margin: 2rem 0 .3rem; }
@@ -150,7 +150,7 @@ struct Drawn {
 }
 
 /// The series' names with how they are drawn; nothing for a single one.
-fn legend(plot: &Plot<'_>) -> Markup {
+pub(crate) fn legend(plot: &Plot<'_>) -> Markup {
     html! {
         @if plot.series.len() > 1 {
             p.legend {
@@ -161,6 +161,7 @@ fn legend(plot: &Plot<'_>) -> Markup {
                             Style::Dashed => "╌╌",
                             Style::Crosses => "×",
                             Style::Circles => "○",
+                            Style::Dots => "·",
                         }
                     }
                     " " (name)

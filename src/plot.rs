@@ -24,6 +24,8 @@ pub enum Style {
     Crosses,
     /// Circles, for true poles.
     Circles,
+    /// Small dots, for loci.
+    Dots,
 }
 
 /// One plot.
@@ -98,6 +100,9 @@ impl Plot<'_> {
                 Style::Crosses => chart.draw_series(points.map(|p| Cross::new(p, 5, line)))?,
                 Style::Circles => chart.draw_series(
                     points.map(|p| Circle::new(p, 7, ShapeStyle::from(colour).stroke_width(2))),
+                )?,
+                Style::Dots => chart.draw_series(
+                    points.map(|p| Circle::new(p, 1, ShapeStyle::from(colour).filled())),
                 )?,
             };
         }

@@ -72,12 +72,12 @@ impl Row {
         self.si() / self.unit.size
     }
 
-    /// Reckoned less the file's, as a share of the file's.
+    /// How much more is reckoned than stands in the file, as a share of that.
     #[must_use]
     pub fn difference(&self) -> Option<f64> {
         self.in_the_file
             .filter(|v| *v != 0.0)
-            .map(|v| (self.reckoned - v) / v.abs())
+            .map(|v| self.reckoned / v - 1.0)
     }
 }
 

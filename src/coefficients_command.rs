@@ -1,0 +1,111 @@
+//! `planesman coefficients`: what a vehicle's geometry says of its coefficients, beside its file.
+
+use std::fmt::Write as _;
+
+use anyhow::{Result, bail};
+use plant_sim::coefficients::Table;
+use plant_sim::quantity::FOOT;
+use plant_sim::vehicle_file;
+
+/// What the command takes.
+#[derive(Clone, Debug, clap::Args)]
+pub struct CoefficientsArgs {
+    /// A vehicle file, or a built-in vehicle (brunner)
+    vehicle: String,
+    /// The speed of the dimensional values [m/s]
+    #[arg(long, default_value_t = FOOT, value_parser = crate::coefficients_command::positive)]
+    speed: f64,
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(v) if v.is_finite() && v > 0.0 => Ok(v),
+        _ => Err("a positive number is expected".to_owned()),
+    }
+}
+
+/// Prints the table.
+///
+/// # Errors
+/// When the file is no vehicle's, or has no geometry: one line says what is missing.
+pub fn run(args: &CoefficientsArgs) -> Result<()> {
+    let vehicle = vehicle_file::load(&args.vehicle)?;
+    let Some(geometry) = vehicle_file::geometry(&args.vehicle)? else {
+        bail!(
+            "vehicle '{}' has no section 'geometry': there is nothing to reckon coefficients from (the built-in vehicle '{}' has one)",
+            args.vehicle,
+            vehicle_file::BRUNNER
+        );
+    };
+    print!(
+        "{}",
+        text(
+            &Table::of(&vehicle, &geometry, args.speed),
+            &vehicle.name,
+            args.speed
+        )
+    );
+    Ok(())
+}
+
+/// The table as text.
+#[must_use]
+pub fn text(table: &Table, name: &str, speed: f64) -> String {
+    let mut text = format!(
+        "{name} at {speed:.4} m/s ({:.3} ft/s)\n\n{:<13} {:<40} {:>10} {:>10} {:>8} {:>11} {:<11} {:>11} {}\n",
+        speed / FOOT,
+        "coefficient",
+        "method",
+        "reckoned",
+        "file",
+        "off",
+        "imperial",
+        "",
+        "SI",
+        ""
+    );
+    for row in &table.rows {
+        let file = row
+            .in_the_file
+            .map_or_else(|| "-".into(), |v| format!("{v:.4}"));
+        let off = row
+            .difference()
+            .map_or_else(|| "-".into(), |d| format!("{:+.1} %", 100.0 * d));
+        // Writing to a String does not fail.
+        let _ = writeln!(
+            text,
+            "{:<13} {:<40} {:>10.4} {file:>10} {off:>8} {:>11.4} {:<11} {:>11.4} {}",
+            row.coefficient,
+            row.method,
+            row.reckoned,
+            row.imperial(),
+            row.unit.imperial,
+            row.si(),
+            row.unit.si
+        );
+    }
+    let _ = writeln!(
+        text,
+        "\n{:<22} {:<30} {:>11} {:<11} {:>11} {}",
+        "quantity", "method", "imperial", "", "SI", ""
+    );
+    for figure in &table.figures {
+        let uncertainty = figure
+            .uncertainty
+            .map_or_else(String::new, |u| format!("  +- {u:.4}"));
+        let _ = writeln!(
+            text,
+            "{:<22} {:<30} {:>11.4} {:<11} {:>11.4} {}{uncertainty}",
+            figure.quantity,
+            figure.method,
+            figure.si / figure.unit.size,
+            figure.unit.imperial,
+            figure.si,
+            figure.unit.si
+        );
+    }
+    for missing in &table.missing {
+        let _ = writeln!(text, "not reckoned: {missing}");
+    }
+    text
+}

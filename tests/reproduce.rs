@@ -1,0 +1,142 @@
+//! The report's numbers, computed again by the program as a user starts it.
+
+use std::collections::BTreeSet;
+use std::process::{Command, Output};
+
+use planesman_book::Verdict;
+
+fn planesman(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_planesman"))
+        .args(args)
+        .output()
+        .expect("run")
+}
+
+/// The count in front of `what` among the totals.
+fn total(text: &str, what: &str) -> usize {
+    text.lines()
+        .find_map(|l| l.trim().strip_suffix(what)?.trim().parse().ok())
+        .unwrap_or_else(|| panic!("no total '{what}' in\n{text}"))
+}
+
+/// How many recomputed numbers have this verdict in the book.
+fn expected(verdict: Verdict) -> usize {
+    let book = plant_sim::book::brunner_1988().expect("a book");
+    let names: BTreeSet<_> = plant_sim::book::recomputed()
+        .into_iter()
+        .map(|(id, _)| id)
+        .collect();
+    book.entries()
+        .iter()
+        .filter(|e| e.verdict == Some(verdict) && names.contains(e.id.as_str()))
+        .count()
+}
+
+#[test]
+fn every_number_of_the_report_has_the_verdict_that_stands_in_the_book() {
+    let page = tempfile::NamedTempFile::new().expect("a file");
+    let path = page.path().to_str().expect("UTF-8");
+    let run = planesman(&["reproduce", "--html", path]);
+    let text = String::from_utf8(run.stdout).expect("UTF-8");
+    assert!(run.status.success(), "{text}");
+
+    assert_eq!(total(&text, "not as they stand in the book"), 0);
+    for (what, verdict) in [
+        ("printed, agree to their rounding", Verdict::Agrees),
+        ("printed, agree approximately", Verdict::Approximate),
+        ("printed, contradicted", Verdict::Contradicts),
+    ] {
+        assert_eq!(total(&text, what), expected(verdict), "{what}");
+    }
+    // What the parts of the book came to when this was written.
+    assert!(expected(Verdict::Agrees) >= 134);
+    assert!(expected(Verdict::Approximate) >= 24);
+    assert!(expected(Verdict::Contradicts) >= 2);
+    assert!(total(&text, "not printed, recomputed") >= 145);
+    for (number, erratum) in [("ind.aft_W", "E12"), ("pow.cd02", "E13")] {
+        let line = text.lines().find(|l| l.starts_with(number)).expect(number);
+        assert!(
+            line.contains("contradicts") && line.ends_with(erratum),
+            "{line}"
+        );
+    }
+
+    let html = std::fs::read_to_string(page.path()).expect("written");
+    assert_eq!(
+        html.matches("<svg").count(),
+        13 + 11,
+        "figures B1 to B10 and the loci"
+    );
+    for part in ["Fig. B1", "Fig. B10", "Fig. 21", "id=\"E25\"", "pow.cd02"] {
+        assert!(html.contains(part), "{part}");
+    }
+}
+
+#[test]
+fn a_page_that_cannot_be_written_is_one_line_and_a_failure() {
+    let run = planesman(&["reproduce", "--html", "/no/such/folder/page.html"]);
+    let error = String::from_utf8_lossy(&run.stderr);
+    assert!(!run.status.success());
+    assert_eq!(error.lines().count(), 1, "{error}");
+    assert!(error.contains("/no/such/folder/page.html"), "{error}");
+}
+
+#[test]
+fn coefficients_are_shown_beside_the_file_s_in_both_systems() {
+    let run = planesman(&["coefficients", "brunner"]);
+    let text = String::from_utf8(run.stdout).expect("UTF-8");
+    assert!(run.status.success());
+    let line = text
+        .lines()
+        .find(|l| l.starts_with("M'delta"))
+        .expect("there");
+    for part in [
+        "-0.1848",
+        "-0.1840",
+        "ft lbf/rad",
+        "-0.2844",
+        "N m/rad",
+        "-0.3856",
+    ] {
+        assert!(line.contains(part), "{part} in {line}");
+    }
+}
+
+#[test]
+fn a_vehicle_without_geometry_and_one_that_is_none_are_refused_in_one_line() {
+    let whole = include_str!("../nodes/plant_sim/vehicles/brunner.yaml");
+    let at = whole.find("\ngeometry:").expect("there");
+    let folder = tempfile::tempdir().expect("a folder");
+    let refusal = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).expect("written");
+        let run = planesman(&["coefficients", path.to_str().expect("UTF-8")]);
+        assert!(!run.status.success());
+        let error = String::from_utf8(run.stderr).expect("UTF-8");
+        assert_eq!(error.lines().count(), 1, "{error}");
+        error
+    };
+    assert!(refusal("bare.yaml", &whole[..at]).contains("no section 'geometry'"));
+    let wrong_unit = whole.replace(
+        "span: {value: 2.5, unit: in}",
+        "span: {value: 2.5, unit: kg}",
+    );
+    assert!(refusal("unit.yaml", &wrong_unit).contains("unit 'kg' is none of m, cm, mm, in, ft"));
+    let no_chord = whole.replace("chord: {value: 1.9, unit: in}, ", "");
+    assert!(refusal("chord.yaml", &no_chord).contains("missing field `chord`"));
+    let flat = whole.replace(
+        "depth: {value: 3.5, unit: in}",
+        "depth: {value: 0, unit: in}",
+    );
+    assert!(refusal("flat.yaml", &flat).contains("0 in refused: it must be above zero"));
+    assert!(
+        !planesman(&["coefficients", "no/such.yaml"])
+            .status
+            .success()
+    );
+    assert!(
+        !planesman(&["coefficients", "brunner", "--speed", "-1"])
+            .status
+            .success()
+    );
+}
