@@ -162,7 +162,7 @@ struct Locus {
 }
 
 fn locus(last: f64, polynomial: impl Fn(f64) -> Vec<f64>) -> Result<Locus, Error> {
-    const POINTS: i32 = 400;
+    const POINTS: i32 = 1500;
     let at = |value: f64| polynomial::roots(&polynomial(value));
     let mut between = Vec::new();
     for i in 1..POINTS {

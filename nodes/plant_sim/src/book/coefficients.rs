@@ -1,7 +1,7 @@
 //! The vehicle's quantities: Tables 1, 2, 4 and 6, Fig. 23, lift, damping, planes, drag and power,
 //! structure, ballast and swing tests (Brunner 1988, chs. II to IV).
 //!
-//! The report goes on from its own rounded results; where it does, so does this: [`Report::printed`].
+//! The report goes on from its own rounded results; where it does, so does this.
 
 use std::f64::consts::FRAC_PI_6;
 

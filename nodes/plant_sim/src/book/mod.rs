@@ -16,8 +16,11 @@ const ERRATA: &str = include_str!("../../data/brunner_1988_errata.json");
 /// Some of the book's numbers, computed again: name and value, in the entry's unit.
 pub type Recomputed = Vec<(&'static str, f64)>;
 
-/// Every part by its name.
-pub const PARTS: &[(&str, fn() -> Recomputed)] = &[
+/// A part by its name, and what recomputes it.
+pub type Part = (&'static str, fn() -> Recomputed);
+
+/// Every part.
+pub const PARTS: &[Part] = &[
     ("coefficients", coefficients::recomputed),
     ("programs", programs::recomputed),
     ("transfer_functions", transfer_functions::recomputed),

@@ -3,7 +3,7 @@
 //! Each file holds one method; the functions take and give SI units, angles in rad.
 //!
 //! - [`geometry`]: what the methods need to know of a vehicle, from its file.
-//! - [`reference`]: what makes coefficients nondimensional, and back.
+//! - [`mod@reference`]: what makes coefficients nondimensional, and back.
 //! - [`displacement`]: volume, displaced weight, prismatic coefficient.
 //! - [`inertia`]: moments of inertia of a box in air.
 //! - [`added_mass`]: added mass of a row of square blocks.
