@@ -13,7 +13,7 @@ pub struct CoefficientsArgs {
     /// A vehicle file, or a built-in vehicle (brunner)
     vehicle: String,
     /// The speed of the dimensional values [m/s]
-    #[arg(long, default_value_t = FOOT, value_parser = crate::coefficients_command::positive)]
+    #[arg(long, default_value_t = FOOT, value_parser = positive)]
     speed: f64,
 }
 
@@ -52,7 +52,7 @@ pub fn run(args: &CoefficientsArgs) -> Result<()> {
 #[must_use]
 pub fn text(table: &Table, name: &str, speed: f64) -> String {
     let mut text = format!(
-        "{name} at {speed:.4} m/s ({:.3} ft/s)\n\n{:<13} {:<40} {:>10} {:>10} {:>8} {:>11} {:<11} {:>11} {}\n",
+        "{name} at {speed:.4} m/s ({:.3} ft/s)\n\n{:<13} {:<40} {:>10} {:>10} {:>8} {:>11} {:<11} {:>11}\n",
         speed / FOOT,
         "coefficient",
         "method",
@@ -61,8 +61,7 @@ pub fn text(table: &Table, name: &str, speed: f64) -> String {
         "off",
         "imperial",
         "",
-        "SI",
-        ""
+        "SI"
     );
     for row in &table.rows {
         let file = row
@@ -86,8 +85,8 @@ pub fn text(table: &Table, name: &str, speed: f64) -> String {
     }
     let _ = writeln!(
         text,
-        "\n{:<22} {:<30} {:>11} {:<11} {:>11} {}",
-        "quantity", "method", "imperial", "", "SI", ""
+        "\n{:<22} {:<30} {:>11} {:<11} {:>11}",
+        "quantity", "method", "imperial", "", "SI"
     );
     for figure in &table.figures {
         let uncertainty = figure
