@@ -56,6 +56,7 @@ impl Tick {
         sink.put("imu", t, &o.imu)?;
         sink.put("depth_pressure", t, &o.depth_pressure)?;
         sink.put("speed_pressure", t, &o.speed_pressure)?;
+        sink.put("daq", t, &o.daq)?;
         sink.put("plane_command", t, &self.command)?;
         sink.put("control_state", t, &self.control)?;
         sink.put("plane_motion", t, &self.actuator.motion)?;

@@ -20,8 +20,9 @@ use stage::{Stage, scenario};
 const OF_WALL_TIME: [&str; 3] = ["/diagnostics", "/rosout", "/parameter_events"];
 
 /// What the loop in one process says: everything but the answers that keep processes in step.
-const COMPOSED: [&str; 13] = [
+const COMPOSED: [&str; 14] = [
     "/auv/control_state",
+    "/auv/daq",
     "/auv/depth_pressure",
     "/auv/dha_state",
     "/auv/imu",

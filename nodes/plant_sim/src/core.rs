@@ -14,7 +14,7 @@ use planesman_msgs::{
         TwistWithCovariance, Vector3,
     },
     nav_msgs::msg::Odometry,
-    planesman_msgs::msg::{PlaneMotion, VehicleState},
+    planesman_msgs::msg::{DaqSample, PlaneMotion, VehicleState},
     sensor_msgs::msg::{FluidPressure, Imu},
     std_msgs::msg::Header,
     tf2_msgs::msg::TFMessage,
@@ -28,8 +28,9 @@ use crate::{
     linearised::{self, Output},
     motion::Motion,
     odometry::{self, wrapped},
+    parameters,
     planes::PlanePath,
-    sensors::{Channel, Noise, Normals, Readings, Sensors},
+    sensors::{self, Memory, Readings, Sensors, Truth},
     variant::{PitchDamping, Variant},
     vehicle::Derivatives,
     vehicle_file,
@@ -53,6 +54,8 @@ pub struct Observation {
     pub depth_pressure: FluidPressure,
     /// Stagnation less static pressure, on `speed_pressure`.
     pub speed_pressure: FluidPressure,
+    /// The volts on the report's wires, on `daq`.
+    pub daq: DaqSample,
 }
 
 /// The vehicle, its instruments and where they stand at the present tick.
@@ -66,9 +69,10 @@ pub struct Plant {
     /// The plane angle acting now \[rad\].
     planes: f64,
     planes_source: u8,
-    noise: Noise,
-    /// The sensors' random numbers of the present tick.
-    normals: Normals,
+    /// What the sensors remember for the next tick.
+    memory: Memory,
+    /// What they read at the present one.
+    readings: Readings,
 }
 
 impl Plant {
@@ -80,13 +84,14 @@ impl Plant {
     pub fn new(values: &Values) -> Result<Self, String> {
         let vehicle = vehicle_file::load(values.string("vehicle")).map_err(|e| e.to_string())?;
         let settings = Settings::new(values, &vehicle)?;
-        let mut noise = Noise::new(settings.seed);
+        let mut memory = Memory::new(settings.seed);
+        let readings = settings.readings(&settings.initial, 0.0, &vehicle, &mut memory);
         Ok(Self {
             state: settings.initial,
             planes: 0.0,
             planes_source: VehicleState::PLANES_ANSWERED,
-            normals: noise.draw(),
-            noise,
+            memory,
+            readings,
             vehicle,
             settings,
             next_settings: None,
@@ -130,20 +135,8 @@ impl Plant {
     /// What is published at the present tick, which falls on `stamp`.
     #[must_use]
     pub fn observe(&self, stamp: Time) -> Observation {
-        let Motion {
-            derivatives,
-            environment,
-            ..
-        } = &self.settings.motion;
-        let sensors = &self.settings.sensors;
-        let readings = sensors.read(
-            &self.state,
-            self.planes,
-            derivatives,
-            environment,
-            &self.vehicle.depth_port,
-            &self.normals,
-        );
+        let derivatives = &self.settings.motion.derivatives;
+        let (readings, sensors) = (&self.readings, &self.settings.sensors);
         let odometry = odometry::Odometry::of(&self.state, derivatives);
         let frames = Frames {
             stamp,
@@ -153,9 +146,12 @@ impl Plant {
             state: self.state_message(&frames),
             odometry: frames.odometry(&odometry),
             transforms: frames.transforms(&odometry),
-            imu: frames.imu(&readings, sensors),
-            depth_pressure: frames.pressure(readings.depth_pressure, &sensors.depth),
-            speed_pressure: frames.pressure(readings.speed_pressure, &sensors.speed),
+            imu: frames.imu(readings, sensors),
+            depth_pressure: frames
+                .pressure(readings.depth_pressure, sensors.depth.pressure_noise()),
+            speed_pressure: frames
+                .pressure(readings.speed_pressure, sensors.speed.pressure_noise()),
+            daq: frames.daq(readings),
         }
     }
 
@@ -184,8 +180,8 @@ impl Plant {
             Some(_) => VehicleState::PLANES_ANSWERED,
             None => VehicleState::PLANES_HELD,
         };
-        self.normals = self.noise.draw();
         self.take_next_settings();
+        self.sense();
         Ok(())
     }
 
@@ -195,8 +191,15 @@ impl Plant {
         self.state = self.settings.initial;
         self.planes = 0.0;
         self.planes_source = VehicleState::PLANES_ANSWERED;
-        self.noise = Noise::new(self.settings.seed);
-        self.normals = self.noise.draw();
+        self.memory = Memory::new(self.settings.seed);
+        self.sense();
+    }
+
+    /// Reads the sensors, once per tick.
+    fn sense(&mut self) {
+        self.readings =
+            self.settings
+                .readings(&self.state, self.planes, &self.vehicle, &mut self.memory);
     }
 
     fn take_next_settings(&mut self) {
@@ -260,7 +263,7 @@ impl Settings {
         refuse_fast_modes(vehicle, &motion)?;
         Ok(Self {
             motion,
-            sensors: sensors(values),
+            sensors: parameters::sensors_of(values),
             initial: State {
                 depth: values.double("initial_depth"),
                 pitch: values.double("initial_pitch"),
@@ -273,6 +276,38 @@ impl Settings {
             vehicle: values.string("vehicle").to_owned(),
             frame_prefix: frame_prefix(values.string("frame_prefix"))?,
         })
+    }
+
+    /// What the sensors read with the vehicle in a state and the planes at an angle \[rad\].
+    fn readings(
+        &self,
+        state: &State,
+        planes: f64,
+        vehicle: &Vehicle,
+        memory: &mut Memory,
+    ) -> Readings {
+        let Motion {
+            derivatives,
+            environment,
+            ..
+        } = &self.motion;
+        let truth = Truth {
+            rates: [0.0, state.pitch_rate, 0.0],
+            specific_force: sensors::specific_force(
+                state,
+                planes,
+                derivatives,
+                environment.gravity,
+            ),
+            pitch: state.pitch,
+            depth: state.depth,
+            heave: state.heave,
+            speed: derivatives.speed,
+            planes,
+        };
+        let tick = self.tick_nanos as f64 * 1e-9;
+        self.sensors
+            .read(&truth, environment, &vehicle.depth_port, tick, memory)
     }
 
     /// What cannot change once the plant is made.
@@ -331,22 +366,6 @@ fn refuse_fast_modes(vehicle: &Vehicle, motion: &Motion) -> Result<(), String> {
         ));
     }
     Ok(())
-}
-
-fn sensors(values: &Values) -> Sensors {
-    if !values.bool("sensors.noise") {
-        return Sensors::default();
-    }
-    let channel = |name: &str| Channel {
-        bias: values.double(&format!("sensors.{name}.bias")),
-        noise: values.double(&format!("sensors.{name}.noise")),
-    };
-    Sensors {
-        gyro: channel("gyro"),
-        accelerometer: channel("accelerometer"),
-        depth: channel("depth"),
-        speed: channel("speed"),
-    }
 }
 
 fn frame_prefix(prefix: &str) -> Result<String, String> {
@@ -426,17 +445,38 @@ impl Frames<'_> {
             orientation: quaternion([0.0, 0.0, 0.0, 1.0]),
             orientation_covariance: no_orientation,
             angular_velocity: vector(readings.angular_velocity),
-            angular_velocity_covariance: diagonal(sensors.gyro.noise),
+            angular_velocity_covariance: diagonal(sensors.rate_noise()),
             linear_acceleration: vector(readings.specific_force),
-            linear_acceleration_covariance: diagonal(sensors.accelerometer.noise),
+            linear_acceleration_covariance: diagonal([sensors.accelerometer.noise; 3]),
         }
     }
 
-    fn pressure(&self, pressure: f64, channel: &Channel) -> FluidPressure {
+    fn pressure(&self, pressure: f64, noise: f64) -> FluidPressure {
         FluidPressure {
             header: self.header(self.base_link()),
             fluid_pressure: pressure,
-            variance: channel.noise * channel.noise,
+            variance: noise * noise,
+        }
+    }
+
+    fn daq(&self, readings: &Readings) -> DaqSample {
+        let (volts, at_end) = (&readings.volts, &readings.saturated);
+        let saturated = [
+            (at_end.pitch_rate, DaqSample::PITCH_RATE),
+            (at_end.depth, DaqSample::DEPTH),
+            (at_end.dive_planes, DaqSample::DIVE_PLANES),
+            (at_end.speed, DaqSample::SPEED),
+        ];
+        DaqSample {
+            header: self.header(self.base_link()),
+            pitch_rate: volts.pitch_rate,
+            depth: volts.depth,
+            dive_planes: volts.dive_planes,
+            speed: volts.speed,
+            saturated: saturated
+                .iter()
+                .filter(|(at_end, _)| *at_end)
+                .fold(0, |flags, (_, channel)| flags | channel),
         }
     }
 }
@@ -449,16 +489,19 @@ fn quaternion([x, y, z, w]: [f64; 4]) -> Quaternion {
     Quaternion { x, y, z, w }
 }
 
-/// A 3 x 3 covariance of three channels with the same deviation and nothing in common.
-fn diagonal(deviation: f64) -> [f64; 9] {
-    let variance = deviation * deviation;
-    std::array::from_fn(|i| if i % 4 == 0 { variance } else { 0.0 })
+/// The 3 x 3 covariance of three channels with these deviations and nothing in common.
+fn diagonal(deviations: [f64; 3]) -> [f64; 9] {
+    let mut covariance = [0.0; 9];
+    for (i, deviation) in deviations.iter().enumerate() {
+        covariance[4 * i] = deviation * deviation;
+    }
+    covariance
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{parameters, quantity::FOOT};
+    use crate::quantity::FOOT;
     use planesman_msgs::{Message, builtin_interfaces::msg::Duration, cdr};
     use planesman_parameters::Value;
     use std::f64::consts::FRAC_PI_6;
@@ -493,6 +536,7 @@ mod tests {
             cdr::to_bytes(&observation.imu),
             cdr::to_bytes(&observation.depth_pressure),
             cdr::to_bytes(&observation.speed_pressure),
+            cdr::to_bytes(&observation.daq),
         ]
     }
 
@@ -595,6 +639,7 @@ mod tests {
             assert_eq!(o.state.first_non_finite(), None);
             assert_eq!(o.odometry.first_non_finite(), None);
             assert_eq!(o.imu.first_non_finite(), None);
+            assert_eq!(o.daq.first_non_finite(), None);
             assert!(o.state.pitch.abs() <= std::f64::consts::PI && o.state.depth >= 0.0);
         }
     }
@@ -616,7 +661,7 @@ mod tests {
     #[test]
     fn without_noise_the_sensors_read_the_truth() {
         let plant = plant(&[
-            ("sensors.noise", Value::Bool(false)),
+            ("sensors.errors", Value::Bool(false)),
             ("initial_depth", Value::Double(2.0)),
         ]);
         let o = plant.observe(stamp(0));
@@ -627,6 +672,120 @@ mod tests {
         let speed = (2.0 * o.speed_pressure.fluid_pressure / 999.835).sqrt();
         assert!((speed - 0.3048).abs() < 1e-12);
         assert_eq!(o.depth_pressure.variance, 0.0);
+    }
+
+    #[test]
+    fn the_message_names_the_calibrations_that_the_wires_have() {
+        let plant = plant(&[("sensors.errors", Value::Bool(false))]);
+        let sensors = &plant.settings.sensors;
+        for (named, ours) in [
+            (
+                DaqSample::PITCH_RATE_SLOPE,
+                sensors.gyros.pitch.sensitivity(),
+            ),
+            (DaqSample::DEPTH_ZERO, sensors.depth.zero),
+            (
+                DaqSample::DEPTH_SLOPE,
+                sensors.depth.slope * 999.835 * 9.81456,
+            ),
+            (DaqSample::DIVE_PLANES_SLOPE, sensors.dive_planes.slope_si()),
+            (DaqSample::SPEED_SLOPE, sensors.speed.slope),
+        ] {
+            assert!((named / ours - 1.0).abs() < 1e-12, "{named} is not {ours}");
+        }
+    }
+
+    #[test]
+    fn the_wires_show_the_dive_in_volts_until_the_depth_cell_is_full() {
+        let mut plant = plant(&[("sensors.gyro.drift.range", Value::Double(0.0))]);
+        let thirty_degrees = motion(FRAC_PI_6, FRAC_PI_6);
+        let mut full = None;
+        for k in 0..200 {
+            let Observation { state, daq, .. } = plant.observe(stamp(k));
+            let q = daq.pitch_rate / DaqSample::PITCH_RATE_SLOPE;
+            assert!(
+                (q - state.pitch_rate).abs() < 0.04,
+                "five deviations of the noise"
+            );
+            if daq.saturated & DaqSample::DEPTH != 0 {
+                full.get_or_insert(state.depth);
+            }
+            plant.advance(Some(&thirty_degrees)).expect("a tick");
+        }
+        // 32.58 in.
+        assert!((full.expect("a foot and a half per second") - 0.8275).abs() < 0.02);
+        assert!((plant.observe(stamp(200)).daq.dive_planes - 0.3).abs() < 0.0025);
+    }
+
+    #[test]
+    fn every_error_can_be_switched_off_and_shows_on_its_own_topics_only() {
+        // Where the depth cell is about to be full, bow down for the dry lines.
+        let deep = [
+            ("initial_depth", Value::Double(0.826)),
+            ("initial_pitch", Value::Double(-0.01)),
+        ];
+        let topics = ["imu", "depth_pressure", "speed_pressure", "daq"];
+        let flown = |change: (&'static str, Value)| {
+            let [depth, pitch] = deep.clone();
+            let mut plant = plant(&[depth, pitch, change]);
+            let seen = run(&mut plant, 20);
+            let o = plant.observe(stamp(20));
+            assert_eq!(o.daq.first_non_finite(), None);
+            assert_eq!(o.imu.first_non_finite(), None);
+            assert_eq!(o.depth_pressure.first_non_finite(), None);
+            seen
+        };
+        let plain = flown(("sensors.errors", Value::Bool(true)));
+        let (gyro, depth) = (["imu", "daq"], ["depth_pressure", "daq"]);
+        let speed = ["speed_pressure", "daq"];
+        let off = || Value::Double(0.0);
+        let cases: [(&str, Value, &[&str]); 21] = [
+            (
+                "sensors.gyro.calibration",
+                Value::from("preliminary"),
+                &gyro,
+            ),
+            (
+                "sensors.gyro.calibration",
+                Value::from("preliminary_low"),
+                &gyro,
+            ),
+            ("sensors.gyro.reference_error", Value::Double(-0.1), &gyro),
+            ("sensors.gyro.bias", Value::Double(0.1), &gyro),
+            ("sensors.gyro.drift.range", off(), &gyro),
+            ("sensors.gyro.drift.rate", off(), &gyro),
+            ("sensors.gyro.noise", off(), &gyro),
+            ("sensors.accelerometer.noise", off(), &["imu"]),
+            ("sensors.depth.port", Value::from("bottom"), &depth),
+            ("sensors.depth.zero", off(), &depth),
+            // Behind the cell the converter is full at the same 10 V.
+            ("sensors.depth.saturation", off(), &["depth_pressure"]),
+            ("sensors.depth.bias", Value::Double(-1.0), &depth),
+            ("sensors.depth.noise", off(), &depth),
+            ("sensors.speed.dry_lines", off(), &speed),
+            ("sensors.speed.saturation", Value::Double(1.0), &speed),
+            ("sensors.speed.noise", off(), &speed),
+            (
+                "daq.dive_planes.compensation",
+                Value::Double(2.19),
+                &["daq"],
+            ),
+            ("daq.dive_planes.noise", Value::Double(0.1), &["daq"]),
+            ("daq.conditioning", Value::from("high_pass_twice"), &["daq"]),
+            ("daq.conditioning", Value::from("dead_band"), &["daq"]),
+            ("daq.adc.bits", Value::Integer(0), &["daq"]),
+        ];
+        for (name, value, where_it_shows) in cases {
+            let seen = flown((name, value));
+            for (i, topic) in topics.into_iter().enumerate() {
+                let differs = seen.iter().zip(&plain).any(|(a, b)| a[3 + i] != b[3 + i]);
+                assert_eq!(
+                    differs,
+                    where_it_shows.contains(&topic),
+                    "{name} on {topic}"
+                );
+            }
+        }
     }
 
     #[test]

@@ -16,8 +16,9 @@
 //! - [`programs`]: the thesis' simulation programs T2 to T5, as printed.
 //! - [`predicted`]: the thesis' predicted transfer functions, as printed and put right.
 //! - [`track`]: a recorded manoeuvre, and what is read off it.
-//! - [`book`]: the thesis' numbers, computed anew.
-//! - [`sensors`]: rate gyros, accelerometers, pressure cells, with bias and noise.
+//! - [`sensors`]: rate gyros, accelerometers, pressure cells, their errors and their volts.
+//! - [`plane_forces`]: the report's estimate of how large the planes had to be.
+//! - [`book`]: the report's numbers, recomputed.
 //! - [`odometry`]: the state in ROS frames (REP 103, REP 105).
 //! - [`parameters`]: the node's declared parameters.
 //! - [`core`]: messages in, messages out, one tick at a time.
@@ -37,6 +38,7 @@ pub mod motion;
 pub mod node;
 pub mod odometry;
 pub mod parameters;
+pub mod plane_forces;
 pub mod planes;
 pub mod predicted;
 pub mod programs;

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Result, anyhow};
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::nav_msgs::msg::Odometry;
-use planesman_msgs::planesman_msgs::msg::{PlaneMotion, TickAnswer, VehicleState};
+use planesman_msgs::planesman_msgs::msg::{DaqSample, PlaneMotion, TickAnswer, VehicleState};
 use planesman_msgs::planesman_msgs::srv::{Step, StepRequest, StepResponse};
 use planesman_msgs::rosgraph_msgs::msg::Clock;
 use planesman_msgs::sensor_msgs::msg::{FluidPressure, Imu, JointState};
@@ -352,6 +352,7 @@ struct Publishers {
     imu: Publisher<Imu>,
     depth_pressure: Publisher<FluidPressure>,
     speed_pressure: Publisher<FluidPressure>,
+    daq: Publisher<DaqSample>,
 }
 
 impl Publishers {
@@ -366,6 +367,7 @@ impl Publishers {
             imu: rt.publisher("imu", Qos::sensor())?,
             depth_pressure: rt.publisher("depth_pressure", Qos::sensor())?,
             speed_pressure: rt.publisher("speed_pressure", Qos::sensor())?,
+            daq: rt.publisher("daq", Qos::sensor())?,
         })
     }
 
@@ -379,6 +381,7 @@ impl Publishers {
         self.imu.publish(&observation.imu);
         self.depth_pressure.publish(&observation.depth_pressure);
         self.speed_pressure.publish(&observation.speed_pressure);
+        self.daq.publish(&observation.daq);
         self.odometry.publish(&observation.odometry);
         self.transforms.publish(&observation.transforms);
         self.state.publish(&observation.state);

@@ -2,9 +2,17 @@
 //!
 //! Those of [`crate::core`] first, then those that only the node reads (`time` and after).
 
-use planesman_parameters::{Declaration, Value};
+use planesman_parameters::{Declaration, Value, Values};
 
 use crate::{
+    sensors::{
+        Channel, Sensors,
+        adc::Adc,
+        conditioning::Conditioning,
+        gyro,
+        plane_signal::{self, PlaneSignal},
+        pressure_cell::{self, DepthPort, PressureCell},
+    },
     variant::{BRUNNER_SECANT_RATE, BRUNNER_VISCOUS_DAMPING},
     vehicle_file::BRUNNER,
 };
@@ -123,23 +131,45 @@ fn sensors() -> Vec<Declaration> {
         )
         .range(0.0, i64::MAX as f64),
         Declaration::new(
-            "sensors.noise",
+            "sensors.errors",
             true,
-            "Whether the sensors have their biases and noise, or read the truth",
+            "Whether the sensors err as the parameters below say, or read the truth through their calibrations",
         ),
         Declaration::new(
-            "sensors.gyro.bias",
-            0.0349,
-            "Of each rate gyro; the report's worst drift, 25 mV at 12.5 mV per deg/s",
+            "sensors.gyro.calibration",
+            "swing",
+            "The rate gyros' sensitivities: final (swing test, p. 75), or preliminary with unequal directions at 4.8 or 4.35 V (Figs. 29-34)",
         )
-        .unit("rad/s")
-        .range(-1.0, 1.0),
+        .choices(&["swing", "preliminary", "preliminary_low"]),
+        Declaration::new(
+            "sensors.gyro.reference_error",
+            0.0,
+            "Relative error of the gyros' reference voltage; 1 % changes their sensitivity by 5.6 %",
+        )
+        .range(-0.1, 0.1),
+        Declaration::new("sensors.gyro.bias", 0.0, "Constant zero of each rate gyro")
+            .unit("V")
+            .range(-1.0, 1.0),
+        Declaration::new(
+            "sensors.gyro.drift.range",
+            0.025,
+            "How far each gyro's zero wanders to either side (p. 90); 25 mV are 2 deg/s of pitch; 0: not at all",
+        )
+        .unit("V")
+        .range(0.0, 1.0),
+        Declaration::new(
+            "sensors.gyro.drift.rate",
+            0.001,
+            "Standard deviation of the zero's random walk after 1 s, growing as the root of time; assumed",
+        )
+        .unit("V/s^0.5")
+        .range(0.0, 1.0),
         Declaration::new(
             "sensors.gyro.noise",
-            0.00698,
-            "Standard deviation of each rate gyro; 5 mV, assumed, the report gives none",
+            0.005,
+            "Standard deviation of each rate gyro; assumed, the report gives none",
         )
-        .unit("rad/s")
+        .unit("V")
         .range(0.0, 1.0),
         Declaration::new(
             "sensors.accelerometer.bias",
@@ -155,27 +185,196 @@ fn sensors() -> Vec<Declaration> {
         )
         .unit("m/s^2")
         .range(0.0, 10.0),
-        Declaration::new("sensors.depth.bias", 0.0, "Of the depth cell")
-            .unit("Pa")
-            .range(-100_000.0, 100_000.0),
+        Declaration::new(
+            "sensors.depth.port",
+            "vehicle",
+            "Where depth is sensed: the vehicle file's port, the report's first one (bottom, 17.5 in aft of the bow), or the centre of gravity",
+        )
+        .choices(&["vehicle", "bottom", "centre"]),
+        Declaration::new(
+            "sensors.depth.gradient",
+            0.0,
+            "Manoeuvring pressure at the depth port per rho U (w - x q) / 2; seen, but not measured (p. 64)",
+        )
+        .range(-10.0, 10.0),
+        Declaration::new(
+            "sensors.depth.zero",
+            1.627,
+            "Known output of the depth cell at the surface (Fig. 38); 0 as zeroed on the bench",
+        )
+        .unit("V")
+        .range(-10.0, 10.0),
+        Declaration::new(
+            "sensors.depth.saturation",
+            10.0,
+            "Largest output of the depth cell, reached at 32.58 in; 0: no limit",
+        )
+        .unit("V")
+        .range(0.0, 1000.0),
+        Declaration::new(
+            "sensors.depth.bias",
+            0.0,
+            "Unknown zero error of the depth cell; the report's shift of 1.627 V was one until noticed",
+        )
+        .unit("V")
+        .range(-10.0, 10.0),
         Declaration::new(
             "sensors.depth.noise",
-            4.85,
-            "Standard deviation of the depth cell; 5 mV at 0.257 V per inch, assumed",
+            0.005,
+            "Standard deviation of the depth cell; assumed, the report gives none",
         )
-        .unit("Pa")
-        .range(0.0, 100_000.0),
-        Declaration::new("sensors.speed.bias", 0.0, "Of the speed cell")
-            .unit("Pa")
-            .range(-10_000.0, 10_000.0),
+        .unit("V")
+        .range(0.0, 10.0),
+        Declaration::new(
+            "sensors.speed.dry_lines",
+            0.3683,
+            "Distance of the speed cell's ports along the hull, 14.5 in, bridged by lines without water; 0: full lines, no effect of pitch",
+        )
+        .unit("m")
+        .range(0.0, 100.0),
+        Declaration::new(
+            "sensors.speed.saturation",
+            10.0,
+            "Largest output of the speed cell, reached at 2.07 ft/s; 0: no limit",
+        )
+        .unit("V")
+        .range(0.0, 1000.0),
+        Declaration::new("sensors.speed.bias", 0.0, "Zero error of the speed cell")
+            .unit("V")
+            .range(-10.0, 10.0),
         Declaration::new(
             "sensors.speed.noise",
-            0.1,
-            "Standard deviation of the speed cell; 5 mV at 12.453 V per inch of water, assumed",
+            0.005,
+            "Standard deviation of the speed cell; assumed, the report gives none",
         )
-        .unit("Pa")
-        .range(0.0, 10_000.0),
+        .unit("V")
+        .range(0.0, 10.0),
+        Declaration::new(
+            "daq.dive_planes.compensation",
+            2.44,
+            "What the pot takes from 2.44 V + 0.010 V/deg; p. 89 says 2.19 V, which leaves 0.25 V at neutral",
+        )
+        .unit("V")
+        .range(0.0, 10.0),
+        Declaration::new(
+            "daq.dive_planes.noise",
+            0.0,
+            "Standard deviation of the dive-plane channel; the report gives none",
+        )
+        .unit("V")
+        .range(0.0, 10.0),
+        Declaration::new(
+            "daq.conditioning",
+            "none",
+            "Of the pitch-rate channel: none as digitised, s/(s+k), its square, or the relay comparator (pp. 69, 90)",
+        )
+        .choices(&["none", "high_pass", "high_pass_twice", "dead_band"]),
+        Declaration::new(
+            "daq.high_pass",
+            0.1,
+            "The high-pass filters' k; the report prints none",
+        )
+        .unit("rad/s")
+        .range(0.0, 100.0),
+        Declaration::new(
+            "daq.dead_band",
+            0.025,
+            "How far the zero is raised in front of the comparator, so that it stays positive",
+        )
+        .unit("V")
+        .range(0.0, 10.0),
+        Declaration::new(
+            "daq.adc.bits",
+            12_i64,
+            "The converter's bits; assumed, the report states none. 0: neither rounding nor limit",
+        )
+        .range(0.0, 32.0),
+        Declaration::new(
+            "daq.adc.range",
+            10.0,
+            "The converter's full scale to either side; assumed",
+        )
+        .unit("V")
+        .range(0.1, 100.0),
     ]
+}
+
+/// The instruments that the parameters describe.
+#[must_use]
+pub fn sensors_of(values: &Values) -> Sensors {
+    let zero = values.double("sensors.depth.zero");
+    let gyros = match values.string("sensors.gyro.calibration") {
+        "preliminary" => gyro::PRELIMINARY,
+        "preliminary_low" => gyro::PRELIMINARY_LOW,
+        _ => gyro::SWING,
+    };
+    let conditioning = match values.string("daq.conditioning") {
+        "high_pass" => Conditioning::HighPass(values.double("daq.high_pass")),
+        "high_pass_twice" => Conditioning::HighPassTwice(values.double("daq.high_pass")),
+        "dead_band" => Conditioning::DeadBand(values.double("daq.dead_band")),
+        _ => Conditioning::None,
+    };
+    let perfect = Sensors {
+        gyros,
+        depth: PressureCell {
+            zero,
+            ..pressure_cell::DEPTH
+        },
+        conditioning,
+        ..Sensors::default()
+    };
+    if !values.bool("sensors.errors") {
+        return perfect;
+    }
+    let cell = |cell: PressureCell, name: &str| {
+        let value = |what: &str| values.double(&format!("sensors.{name}.{what}"));
+        let saturation = value("saturation");
+        PressureCell {
+            saturation: if saturation > 0.0 {
+                saturation
+            } else {
+                f64::INFINITY
+            },
+            bias: value("bias"),
+            noise: value("noise"),
+            ..cell
+        }
+    };
+    Sensors {
+        gyro_errors: gyro::Errors {
+            reference: values.double("sensors.gyro.reference_error"),
+            bias: values.double("sensors.gyro.bias"),
+            drift: gyro::Drift {
+                range: values.double("sensors.gyro.drift.range"),
+                rate: values.double("sensors.gyro.drift.rate"),
+            },
+            noise: values.double("sensors.gyro.noise"),
+        },
+        accelerometer: Channel {
+            bias: values.double("sensors.accelerometer.bias"),
+            noise: values.double("sensors.accelerometer.noise"),
+        },
+        depth: cell(perfect.depth, "depth"),
+        depth_port: match values.string("sensors.depth.port") {
+            "bottom" => DepthPort::Bottom,
+            "centre" => DepthPort::Centre,
+            _ => DepthPort::Vehicle,
+        },
+        depth_gradient: values.double("sensors.depth.gradient"),
+        speed: cell(perfect.speed, "speed"),
+        dry_lines: values.double("sensors.speed.dry_lines"),
+        dive_planes: PlaneSignal {
+            compensation: values.double("daq.dive_planes.compensation"),
+            noise: values.double("daq.dive_planes.noise"),
+            ..plane_signal::DIVE
+        },
+        adc: Adc {
+            // Declared to be 0 to 32.
+            bits: values.integer("daq.adc.bits").unsigned_abs() as u32,
+            range: values.double("daq.adc.range"),
+        },
+        ..perfect
+    }
 }
 
 fn node() -> Vec<Declaration> {
@@ -229,7 +428,6 @@ fn node() -> Vec<Declaration> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use planesman_parameters::Values;
 
     #[test]
     fn every_default_obeys_its_own_declaration() {

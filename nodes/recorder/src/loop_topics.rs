@@ -10,7 +10,8 @@ use planesman_msgs::{
     diagnostic_msgs::msg::DiagnosticArray,
     nav_msgs::msg::Odometry,
     planesman_msgs::msg::{
-        ControlState, DhaState, ModelEstimate, PlaneCommand, PlaneMotion, TickAnswer, VehicleState,
+        ControlState, DaqSample, DhaState, ModelEstimate, PlaneCommand, PlaneMotion, TickAnswer,
+        VehicleState,
     },
     rcl_interfaces::msg::{Log, ParameterEvent},
     rosgraph_msgs::msg::Clock,
@@ -82,6 +83,7 @@ pub const ALL: &[LoopTopic] = {
         LoopTopic::of::<Imu>("imu", BestEffort, 5),
         LoopTopic::of::<FluidPressure>("depth_pressure", BestEffort, 5),
         LoopTopic::of::<FluidPressure>("speed_pressure", BestEffort, 5),
+        LoopTopic::of::<DaqSample>("daq", BestEffort, 5),
         // the operator
         LoopTopic::of::<Float64>("depth_setpoint", Reliable, 10),
         LoopTopic::of::<Float64>("pitch_setpoint", Reliable, 10),

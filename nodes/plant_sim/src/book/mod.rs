@@ -8,6 +8,7 @@ use planesman_book::{Book, BookError};
 
 pub mod coefficients;
 pub mod programs;
+pub mod sensors;
 pub mod transfer_functions;
 
 const ENTRIES: &str = include_str!("../../data/brunner_1988.json");
@@ -23,6 +24,7 @@ pub type Part = (&'static str, fn() -> Recomputed);
 pub const PARTS: &[Part] = &[
     ("coefficients", coefficients::recomputed),
     ("programs", programs::recomputed),
+    ("sensors", sensors::recomputed),
     ("transfer_functions", transfer_functions::recomputed),
 ];
 

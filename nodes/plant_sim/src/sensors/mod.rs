@@ -1,0 +1,575 @@
+//! What the vehicle's instruments read, in volts on the wires and in SI units from drivers.
+//!
+//! ```text
+//! truth -> gyro, cell, plane signal -> volts -+-> conditioning -> ADC -> daq
+//!                                             +-> calibration ---------> imu, depth_pressure, speed_pressure
+//! ```
+//!
+//! One instrument, one error: `imu`'s angular velocity and the two pressures are the same volts as
+//! the `daq` channels, bias, drift, noise, supply, port and saturation included, divided by the
+//! calibration that their reader knows. Only the conditioning and the converter are `daq`'s own.
+//! The accelerometers have no volts; the report's vehicle had none.
+//!
+//! - [`gyro`]: rate gyros, their calibrations and their wandering zero.
+//! - [`pressure_cell`]: the depth cell and the speed cell.
+//! - [`plane_signal`]: the dive-plane signal.
+//! - [`conditioning`]: high-pass filters and the relay comparator.
+//! - [`adc`]: the converter.
+//! - [`noise`]: a stream of random numbers per source of error.
+//!
+//! The dive-plane channel was the *command* from the radio control box, calibrated in degrees of
+//! plane. A vehicle knows no command, only where its planes are; so here the channel shows the
+//! angle acting at the stamp, as a potentiometer on the plane's shaft would, through the command's
+//! calibration. It lags the command by what the actuator does.
+//!
+//! Brunner 1988 (ch. III.F-G, IV) gives calibrations, ranges and the drift's extent, and no noise.
+
+pub mod adc;
+pub mod conditioning;
+pub mod gyro;
+pub mod noise;
+pub mod plane_signal;
+pub mod pressure_cell;
+
+use crate::{State, environment::Environment, vehicle::Derivatives, vehicle::Port};
+use adc::Adc;
+use conditioning::Conditioning;
+use gyro::Calibrations;
+use noise::{Source, Stream};
+use plane_signal::PlaneSignal;
+use pressure_cell::{DepthPort, PressureCell};
+
+/// A channel's imperfections, in the unit of what it measures.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Channel {
+    /// Added to every reading.
+    pub bias: f64,
+    /// Standard deviation of the white noise.
+    pub noise: f64,
+}
+
+/// The instruments.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sensors {
+    /// The gyros' calibrations.
+    pub gyros: Calibrations,
+    /// Each gyro's errors.
+    pub gyro_errors: gyro::Errors,
+    /// Each accelerometer \[m/s^2\].
+    pub accelerometer: Channel,
+    /// The depth cell.
+    pub depth: PressureCell,
+    /// Where it is connected.
+    pub depth_port: DepthPort,
+    /// The manoeuvring pressure at the depth port per `rho U (w - x q) / 2`, with the port `x` ahead
+    /// of the centre of gravity: the report saw it and gives no figure.
+    pub depth_gradient: f64,
+    /// The speed cell.
+    pub speed: PressureCell,
+    /// Distance between its ports \[m\], bridged by dry lines; 0 for lines full of water.
+    pub dry_lines: f64,
+    /// The dive-plane signal.
+    pub dive_planes: PlaneSignal,
+    /// Of the pitch-rate channel.
+    pub conditioning: Conditioning,
+    /// Of all `daq` channels.
+    pub adc: Adc,
+}
+
+impl Default for Sensors {
+    /// The report's calibrations without any error: drivers read the truth.
+    fn default() -> Self {
+        Self {
+            gyros: gyro::SWING,
+            gyro_errors: gyro::Errors::default(),
+            accelerometer: Channel::default(),
+            depth: pressure_cell::DEPTH,
+            depth_port: DepthPort::Vehicle,
+            depth_gradient: 0.0,
+            speed: pressure_cell::SPEED,
+            dry_lines: 0.0,
+            dive_planes: plane_signal::DIVE,
+            conditioning: Conditioning::None,
+            adc: adc::NONE,
+        }
+    }
+}
+
+/// What there is to measure.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Truth {
+    /// Roll, pitch and yaw rate \[rad/s\] about the body's axes forward, right, down.
+    pub rates: [f64; 3],
+    /// Specific force \[m/s^2\], forward, left, up: acceleration less gravity.
+    pub specific_force: [f64; 3],
+    /// Bow up \[rad\].
+    pub pitch: f64,
+    /// Of the centre of gravity \[m\].
+    pub depth: f64,
+    /// Velocity along body z through the water \[m/s\], positive down.
+    pub heave: f64,
+    /// Forward speed through the water \[m/s\].
+    pub speed: f64,
+    /// The dive planes' angle \[rad\].
+    pub planes: f64,
+}
+
+/// What the instruments remember from tick to tick.
+#[derive(Clone, Debug)]
+pub struct Memory {
+    gyro_noise: [Stream; 3],
+    gyro_drift: [Stream; 3],
+    accelerometer: [Stream; 3],
+    depth: Stream,
+    speed: Stream,
+    planes: Stream,
+    /// The gyros' zeros now \[V\].
+    drift: [f64; 3],
+    filter: conditioning::Memory,
+}
+
+impl Memory {
+    /// Before the first tick, under a seed.
+    #[must_use]
+    pub fn new(seed: u64) -> Self {
+        let axes = |source: fn(u8) -> Source| [0, 1, 2].map(|axis| Stream::new(seed, source(axis)));
+        Self {
+            gyro_noise: axes(Source::GyroNoise),
+            gyro_drift: axes(Source::GyroDrift),
+            accelerometer: axes(Source::Accelerometer),
+            depth: Stream::new(seed, Source::Depth),
+            speed: Stream::new(seed, Source::Speed),
+            planes: Stream::new(seed, Source::Planes),
+            drift: [0.0; 3],
+            filter: conditioning::Memory::default(),
+        }
+    }
+}
+
+/// The four digitised channels \[V\] (p. 90), or a flag for each.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Channels<T> {
+    /// The pitch-rate gyro, conditioned.
+    pub pitch_rate: T,
+    /// The depth cell.
+    pub depth: T,
+    /// The dive-plane signal.
+    pub dive_planes: T,
+    /// The speed cell.
+    pub speed: T,
+}
+
+/// One tick's readings. Vectors are in the body frame forward, left, up (REP 103).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Readings {
+    /// \[rad/s\]
+    pub angular_velocity: [f64; 3],
+    /// Specific force \[m/s^2\]. At rest and level it is `g` upwards.
+    pub specific_force: [f64; 3],
+    /// Absolute pressure at the depth port \[Pa\].
+    pub depth_pressure: f64,
+    /// Stagnation less static pressure \[Pa\].
+    pub speed_pressure: f64,
+    /// What the converter gives \[V\].
+    pub volts: Channels<f64>,
+    /// Which channel is at an end of its instrument's or the converter's range.
+    pub saturated: Channels<bool>,
+}
+
+impl Sensors {
+    /// What the instruments read now; `memory` moves on by a tick of `dt` \[s\].
+    ///
+    /// Every stream gives a number in every tick, whether or not it is used.
+    pub fn read(
+        &self,
+        truth: &Truth,
+        environment: &Environment,
+        depth_port: &Port,
+        dt: f64,
+        memory: &mut Memory,
+    ) -> Readings {
+        let [roll, pitch, yaw] = self.gyro_volts(truth.rates, dt, memory);
+        let depth = self.depth.volts(
+            self.depth_gauge_pressure(truth, environment, depth_port),
+            memory.depth.draw(),
+        );
+        let speed = self.speed.volts(
+            self.speed_differential(truth, environment),
+            memory.speed.draw(),
+        );
+        let planes = self.dive_planes.volts(truth.planes, memory.planes.draw());
+        let volts = Channels {
+            pitch_rate: self.conditioning.step(&mut memory.filter, pitch, dt),
+            depth,
+            dive_planes: planes,
+            speed,
+        }
+        .map(|v| self.adc.sampled(v));
+        let at_end = volts.map(|v| self.adc.saturated(v));
+        let rate = |volts: f64, calibration: &gyro::Calibration| volts / calibration.sensitivity();
+        Readings {
+            angular_velocity: [
+                rate(roll, &self.gyros.roll),
+                -rate(pitch, &self.gyros.pitch),
+                -rate(yaw, &self.gyros.yaw),
+            ],
+            specific_force: std::array::from_fn(|i| {
+                let Channel { bias, noise } = self.accelerometer;
+                truth.specific_force[i] + bias + noise * memory.accelerometer[i].draw()
+            }),
+            depth_pressure: environment.atmospheric_pressure + self.depth.pressure(depth),
+            speed_pressure: self.speed.pressure(speed),
+            volts,
+            saturated: Channels {
+                depth: at_end.depth || self.depth.saturated(depth),
+                speed: at_end.speed || self.speed.saturated(speed),
+                ..at_end
+            },
+        }
+    }
+
+    /// Standard deviation of each angular velocity's noise \[rad/s\], forward, left, up.
+    #[must_use]
+    pub fn rate_noise(&self) -> [f64; 3] {
+        [&self.gyros.roll, &self.gyros.pitch, &self.gyros.yaw]
+            .map(|calibration| self.gyro_errors.noise / calibration.sensitivity())
+    }
+
+    /// Roll, pitch and yaw gyro \[V\].
+    fn gyro_volts(&self, rates: [f64; 3], dt: f64, memory: &mut Memory) -> [f64; 3] {
+        let calibrations = [&self.gyros.roll, &self.gyros.pitch, &self.gyros.yaw];
+        std::array::from_fn(|i| {
+            let (drift, noise) = (memory.drift[i], memory.gyro_noise[i].draw());
+            let wander = memory.gyro_drift[i].draw();
+            memory.drift[i] = self.gyro_errors.drift.step(drift, dt, wander);
+            self.gyro_errors
+                .volts(calibrations[i], rates[i], drift, noise)
+        })
+    }
+
+    /// Against the dry inside of the vehicle, which is at the atmosphere's pressure \[Pa\].
+    fn depth_gauge_pressure(
+        &self,
+        truth: &Truth,
+        environment: &Environment,
+        vehicle_port: &Port,
+    ) -> f64 {
+        let port = self.depth_port.place(*vehicle_port);
+        let gauge = environment.pressure(pressure_cell::depth_of(&port, truth.depth, truth.pitch))
+            - environment.atmospheric_pressure;
+        let downwards = truth.heave - port.forward * truth.rates[1];
+        gauge + self.depth_gradient * 0.5 * environment.density * truth.speed * downwards
+    }
+
+    /// Nose less side ports \[Pa\].
+    fn speed_differential(&self, truth: &Truth, environment: &Environment) -> f64 {
+        let specific_weight = environment.density * environment.gravity;
+        environment.dynamic_pressure(truth.speed)
+            + pressure_cell::dry_line_pressure(self.dry_lines, truth.pitch, specific_weight)
+    }
+}
+
+impl<T: Copy> Channels<T> {
+    fn map<U>(self, f: impl Fn(T) -> U) -> Channels<U> {
+        Channels {
+            pitch_rate: f(self.pitch_rate),
+            depth: f(self.depth),
+            dive_planes: f(self.dive_planes),
+            speed: f(self.speed),
+        }
+    }
+}
+
+/// The specific force at the centre of gravity, forward, left, up \[m/s^2\]. In body axes
+/// forward, right, down, with `U` constant:
+///
+/// ```text
+/// f_x = q w + g sin(theta)          f_z = w' - q U - g cos(theta)
+/// ```
+#[must_use]
+pub fn specific_force(state: &State, delta: f64, d: &Derivatives, g: f64) -> [f64; 3] {
+    let State {
+        pitch: theta,
+        heave: w,
+        pitch_rate: q,
+        ..
+    } = *state;
+    let forward = q * w + g * theta.sin();
+    let down = d.heave_acceleration(state, delta) - q * d.speed - g * theta.cos();
+    [forward, 0.0, -down]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        quantity::{FOOT, INCH},
+        vehicle_file::brunner,
+    };
+
+    const FRESH: Environment = Environment {
+        density: 999.835,
+        gravity: 9.81456,
+        atmospheric_pressure: 101_325.0,
+    };
+
+    const T: f64 = 0.05;
+
+    /// Every error on.
+    fn imperfect() -> Sensors {
+        let errors = gyro::Errors {
+            reference: 0.01,
+            bias: 0.01,
+            drift: gyro::Drift {
+                range: 0.025,
+                rate: 1e-3,
+            },
+            noise: 5e-3,
+        };
+        let cell = |cell: PressureCell| PressureCell {
+            saturation: 10.0,
+            bias: 0.02,
+            noise: 5e-3,
+            ..cell
+        };
+        Sensors {
+            gyro_errors: errors,
+            accelerometer: Channel {
+                bias: 0.1,
+                noise: 0.02,
+            },
+            depth: cell(pressure_cell::DEPTH),
+            depth_port: DepthPort::Bottom,
+            depth_gradient: 0.5,
+            speed: cell(pressure_cell::SPEED),
+            dry_lines: pressure_cell::SIDE_PORTS * INCH,
+            dive_planes: PlaneSignal {
+                compensation: plane_signal::PRINTED_COMPENSATION,
+                noise: 1e-3,
+                ..plane_signal::DIVE
+            },
+            adc: Adc {
+                bits: 12,
+                range: 10.0,
+            },
+            ..Sensors::default()
+        }
+    }
+
+    const DIVING: Truth = Truth {
+        rates: [0.02, -0.1, 0.03],
+        specific_force: [0.1, 0.0, 9.8],
+        pitch: -0.02,
+        depth: 0.3,
+        heave: 0.02,
+        speed: FOOT,
+        planes: 0.2,
+    };
+
+    fn run(sensors: &Sensors, ticks: usize) -> Vec<Readings> {
+        let port = brunner().depth_port;
+        let mut memory = Memory::new(1988);
+        (0..ticks)
+            .map(|_| sensors.read(&DIVING, &FRESH, &port, T, &mut memory))
+            .collect()
+    }
+
+    fn once(sensors: &Sensors, truth: &Truth) -> Readings {
+        let mut memory = Memory::new(1);
+        sensors.read(truth, &FRESH, &brunner().depth_port, T, &mut memory)
+    }
+
+    #[test]
+    fn without_errors_the_drivers_read_the_truth_and_the_wires_the_calibrations() {
+        let readings = once(&Sensors::default(), &DIVING);
+        for (found, expected) in readings.angular_velocity.iter().zip([0.02, 0.1]) {
+            assert!((found - expected).abs() < 1e-15);
+        }
+        assert_eq!(readings.specific_force, DIVING.specific_force);
+        let port_depth = 0.3 + 0.5 * INCH * 0.02_f64.sin();
+        assert!((readings.depth_pressure - FRESH.pressure(port_depth)).abs() < 1e-9);
+        assert!((readings.speed_pressure - FRESH.dynamic_pressure(FOOT)).abs() < 1e-12);
+        let Channels {
+            pitch_rate,
+            depth,
+            dive_planes,
+            speed,
+        } = readings.volts;
+        assert!((pitch_rate + 0.071_619_724).abs() < 1e-9);
+        assert!((depth - 1.627 - 10.118_110 * port_depth).abs() < 1e-6);
+        assert!((dive_planes - 0.572_957_8 * 0.2).abs() < 1e-7);
+        assert!((speed - 2.3230).abs() < 5e-4);
+        assert_eq!(readings.saturated, Channels::default());
+    }
+
+    #[test]
+    fn the_imu_and_the_pitch_rate_channel_are_one_instrument() {
+        let sensors = Sensors {
+            adc: adc::NONE,
+            ..imperfect()
+        };
+        for readings in run(&sensors, 50) {
+            let rate = -readings.angular_velocity[1];
+            let volts = readings.volts.pitch_rate;
+            assert!((rate * gyro::SWING.pitch.sensitivity() - volts).abs() < 1e-15);
+            let pressure = readings.depth_pressure - FRESH.atmospheric_pressure;
+            assert!(
+                (sensors.depth.volts(pressure, 0.0) - 0.02 - readings.volts.depth).abs() < 1e-12
+            );
+        }
+    }
+
+    #[test]
+    fn switching_one_error_off_changes_no_other_channel() {
+        let all = run(&imperfect(), 40);
+        let mut without = imperfect();
+        without.gyro_errors = gyro::Errors::default();
+        for (a, b) in all.iter().zip(run(&without, 40)) {
+            assert_ne!(a.angular_velocity, b.angular_velocity);
+            assert_eq!(a.specific_force, b.specific_force);
+            assert_eq!(a.depth_pressure, b.depth_pressure);
+            assert_eq!(a.speed_pressure, b.speed_pressure);
+            assert_eq!(a.volts.dive_planes, b.volts.dive_planes);
+        }
+        let mut quiet = imperfect();
+        quiet.depth.noise = 0.0;
+        quiet.speed.noise = 0.0;
+        quiet.accelerometer.noise = 0.0;
+        quiet.dive_planes.noise = 0.0;
+        for (a, b) in all.iter().zip(run(&quiet, 40)) {
+            assert_eq!(a.angular_velocity, b.angular_velocity);
+            assert_ne!(a.depth_pressure, b.depth_pressure);
+        }
+    }
+
+    #[test]
+    fn a_gyro_that_does_not_wander_keeps_its_white_noise() {
+        let mut still = imperfect();
+        still.gyro_errors.drift = gyro::Drift::default();
+        let all = run(&imperfect(), 40);
+        let noise = run(&still, 40);
+        assert_eq!(all[0].angular_velocity, noise[0].angular_velocity);
+        let wander: Vec<f64> = all
+            .iter()
+            .zip(&noise)
+            .map(|(a, b)| {
+                (a.angular_velocity[1] - b.angular_velocity[1]) * gyro::SWING.pitch.sensitivity()
+            })
+            .collect();
+        // A walk: no step is longer than a few times 1 mV sqrt(0.05).
+        for pair in wander.windows(2) {
+            let step = (pair[1] - pair[0]).abs();
+            assert!(step > 0.0 && step < 5.0 * 1e-3 * T.sqrt());
+        }
+    }
+
+    #[test]
+    fn each_gyro_has_the_bias_and_the_deviation_it_was_given() {
+        let mut sensors = Sensors::default();
+        sensors.gyro_errors.bias = 0.025;
+        sensors.gyro_errors.noise = 5e-3;
+        let rates: Vec<f64> = run(&sensors, 20_000)
+            .iter()
+            .map(|r| -r.angular_velocity[1] - DIVING.rates[1])
+            .collect();
+        let count = rates.len() as f64;
+        let mean = rates.iter().sum::<f64>() / count;
+        let variance = rates.iter().map(|r| (r - mean).powi(2)).sum::<f64>() / count;
+        // 25 mV are two degrees a second, 5 mV 0.4.
+        assert!((mean.to_degrees() - 2.0).abs() < 0.02);
+        assert!((variance.sqrt().to_degrees() - 0.4).abs() < 0.01);
+        assert!((sensors.rate_noise()[1].to_degrees() - 0.4).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_dive_saturates_the_speed_cell_and_later_the_depth_cell() {
+        let mut sensors = Sensors::default();
+        sensors.depth.saturation = pressure_cell::FULL_SCALE;
+        sensors.speed.saturation = pressure_cell::FULL_SCALE;
+        sensors.dry_lines = pressure_cell::SIDE_PORTS * INCH;
+        let at = |pitch: f64, depth: f64| {
+            let truth = Truth {
+                pitch: pitch.to_radians(),
+                depth,
+                ..DIVING
+            };
+            once(&sensors, &truth).saturated
+        };
+        assert!(!at(0.0, 0.3).speed);
+        assert!(
+            at(-3.0, 0.3).speed,
+            "a knot less than at rest, with a foot a second"
+        );
+        assert!(at(3.0, 0.3).speed, "at zero");
+        assert!(!at(0.0, 0.82).depth && at(0.0, 0.83).depth);
+    }
+
+    #[test]
+    fn moving_the_port_three_inches_is_half_an_inch_of_depth_at_ten_degrees() {
+        // Brunner 1988, p. 64: why the port was moved.
+        let bow_up = Truth {
+            depth: 1.0,
+            pitch: 10_f64.to_radians(),
+            ..Truth::default()
+        };
+        let inches = |depth_port: DepthPort| {
+            let sensors = Sensors {
+                depth_port,
+                ..Sensors::default()
+            };
+            let pressure = once(&sensors, &bow_up).depth_pressure;
+            sensors.depth.volts(pressure, 0.0) / 0.257
+        };
+        let below = 1.75 * 10_f64.to_radians().cos();
+        let shift = inches(DepthPort::Bottom) - inches(DepthPort::Vehicle) - below;
+        assert!((shift - 0.5209).abs() < 1e-3, "{shift}");
+    }
+
+    #[test]
+    fn sinking_presses_on_the_port_when_told_to() {
+        let sensors = Sensors {
+            depth_gradient: 1.0,
+            depth_port: DepthPort::Centre,
+            ..Sensors::default()
+        };
+        let with = once(&sensors, &DIVING).depth_pressure;
+        let without = FRESH.pressure(DIVING.depth);
+        assert!((with - without - 0.5 * 999.835 * FOOT * 0.02).abs() < 1e-9);
+    }
+
+    #[test]
+    fn specific_force_is_the_acceleration_of_the_path_less_gravity() {
+        // Differentiate the track velocity numerically and turn it into the body frame.
+        let d = brunner().derivatives(FOOT);
+        let state = State {
+            depth: 5.0,
+            pitch: -0.4,
+            heave: 0.05,
+            pitch_rate: 0.2,
+            ..State::default()
+        };
+        let (delta, h) = (0.3, 1e-5);
+        let velocity = |t: f64| {
+            let rates: [f64; 5] = d.rates(&state, delta, crate::Restoring::Sine).into();
+            let now: [f64; 5] = state.into();
+            let then = State::from(std::array::from_fn::<f64, 5, _>(|i| now[i] + t * rates[i]));
+            (d.track_speed(&then), d.depth_rate(&then))
+        };
+        let (after, before) = (velocity(h), velocity(-h));
+        let (x, z) = (
+            (after.0 - before.0) / (2.0 * h),
+            (after.1 - before.1) / (2.0 * h) - FRESH.gravity,
+        );
+        let (sin, cos) = state.pitch.sin_cos();
+        let [forward, _, up] = specific_force(&state, delta, &d, FRESH.gravity);
+        assert!((forward - (x * cos - z * sin)).abs() < 1e-8);
+        assert!((up + (x * sin + z * cos)).abs() < 1e-8);
+    }
+
+    #[test]
+    fn level_and_steady_the_accelerometers_feel_gravity_upwards() {
+        let d = brunner().derivatives(FOOT);
+        let felt = specific_force(&State::default(), 0.0, &d, FRESH.gravity);
+        assert_eq!(felt, [0.0, 0.0, 9.81456]);
+    }
+}

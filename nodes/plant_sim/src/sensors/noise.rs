@@ -1,0 +1,90 @@
+//! Random numbers, a stream of its own for each source of error.
+//!
+//! Each stream's numbers depend on the seed, on the source and on how many have been drawn, and
+//! on nothing else: a source that is switched off changes no other.
+
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::{Pcg64, rand_core::SeedableRng};
+
+/// What is random in the instruments.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// White noise of the rate gyro about an axis, 0 to 2: roll, pitch, yaw.
+    GyroNoise(u8),
+    /// The drift of that gyro's zero.
+    GyroDrift(u8),
+    /// White noise of the accelerometer along an axis, 0 to 2: forward, left, up.
+    Accelerometer(u8),
+    /// White noise of the depth cell.
+    Depth,
+    /// White noise of the speed cell.
+    Speed,
+    /// White noise of the plane signal.
+    Planes,
+}
+
+impl Source {
+    /// The stream's number; a source keeps it for good, so that a seed keeps its meaning.
+    fn number(self) -> u64 {
+        match self {
+            Self::GyroNoise(axis) => u64::from(axis),
+            Self::GyroDrift(axis) => 16 + u64::from(axis),
+            Self::Accelerometer(axis) => 32 + u64::from(axis),
+            Self::Depth => 48,
+            Self::Speed => 49,
+            Self::Planes => 50,
+        }
+    }
+}
+
+/// Normal numbers with mean 0 and variance 1: PCG XSL RR 128/64 (O'Neill 2014), the same on every
+/// machine.
+#[derive(Clone, Debug)]
+pub struct Stream(Pcg64);
+
+impl Stream {
+    /// A source's stream under a seed.
+    #[must_use]
+    pub fn new(seed: u64, source: Source) -> Self {
+        // Steps of 2^64 over the golden ratio keep neighbouring seeds' streams apart.
+        let step = source.number().wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        Self(Pcg64::seed_from_u64(seed.wrapping_add(step)))
+    }
+
+    /// The next number.
+    pub fn draw(&mut self) -> f64 {
+        StandardNormal.sample(&mut self.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn first(seed: u64, source: Source) -> [f64; 3] {
+        let mut stream = Stream::new(seed, source);
+        std::array::from_fn(|_| stream.draw())
+    }
+
+    #[test]
+    fn a_seed_gives_the_same_numbers_in_every_run() {
+        let known = [-1.3303214241460202, 0.5976417695992623, -1.525637874311572];
+        assert_eq!(first(1988, Source::GyroNoise(0)), known);
+        assert_ne!(first(1989, Source::GyroNoise(0)), known);
+    }
+
+    #[test]
+    fn no_two_sources_share_numbers() {
+        let axes = |f: fn(u8) -> Source| (0..3).map(f);
+        let sources: Vec<Source> = axes(Source::GyroNoise)
+            .chain(axes(Source::GyroDrift))
+            .chain(axes(Source::Accelerometer))
+            .chain([Source::Depth, Source::Speed, Source::Planes])
+            .collect();
+        for (i, a) in sources.iter().enumerate() {
+            for b in &sources[..i] {
+                assert_ne!(first(7, *a), first(7, *b), "{a:?} and {b:?}");
+            }
+        }
+    }
+}
