@@ -17,7 +17,7 @@
 //!   Right is `T = 0.05 U / L`; and `M'theta` should be `-0.106 / U^2`, for `U` in ft/s.
 //!
 //! (7b) is also not minimal: `s = Z'w / (m' - Z'wdot)` is a pole and a zero, [`Equation7::depth_minimal`]
-//! divides it out. The model put right is that of [`linearised`](crate::linearised), for any vehicle and
+//! divides it out. The model put right is that of [`linearised`], for any vehicle and
 //! speed; [`Equation7::of`] gives the same from these formulas.
 
 use planesman_linear::{DMatrix, Error, StateSpace, TransferFunction};
