@@ -85,7 +85,9 @@ impl Node {
             }
             Event::Look => self.look(rt),
             Event::Parameters(values) => {
-                self.controller.set_values(&values).map_err(|e| anyhow!(e))?;
+                self.controller
+                    .set_values(&values)
+                    .map_err(|e| anyhow!(e))?;
                 log::info!("parameters changed");
             }
         }
@@ -111,7 +113,12 @@ impl Node {
         self.silent = silent;
         match (self.heard, silent) {
             (None, _) => rt.set_status("loop", Level::Warn, "no vehicle state yet", &[]),
-            (_, true) => rt.set_status("loop", Level::Error, "vehicle state stale: planes neutral", &[]),
+            (_, true) => rt.set_status(
+                "loop",
+                Level::Error,
+                "vehicle state stale: planes neutral",
+                &[],
+            ),
             _ => rt.set_status("loop", Level::Ok, "controlling", &[]),
         }
     }
