@@ -24,10 +24,10 @@ pub struct TfArgs {
     /// What is seen of it
     #[arg(long, value_enum, default_value_t = OutputName::PitchRate)]
     output: OutputName,
-    /// Speed through the water [m/s]
+    /// Speed through the water (m/s)
     #[arg(long, value_parser = speed)]
     speed: f64,
-    /// Samples per second of the zero-order hold [Hz]
+    /// Samples per second of the zero-order hold (Hz)
     #[arg(long, value_parser = rate, default_value_t = 20.0)]
     rate: f64,
     /// As the thesis prints them (eq. 7, Table 8), for its own vehicle: nondimensional, sampled every
@@ -40,9 +40,9 @@ pub struct TfArgs {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 #[value(rename_all = "snake_case")]
 pub enum InputName {
-    /// The dive planes' angle [rad], positive to dive
+    /// The dive planes' angle (rad), positive to dive
     DivePlanes,
-    /// The pitch rate [rad/s], for depth alone: what the dive planes do left out
+    /// The pitch rate (rad/s), for depth alone: what the dive planes do left out
     PitchRate,
 }
 
@@ -50,13 +50,13 @@ pub enum InputName {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 #[value(rename_all = "snake_case")]
 pub enum OutputName {
-    /// q [rad/s], positive bow up
+    /// q (rad/s), positive bow up
     PitchRate,
-    /// theta [rad], positive bow up
+    /// theta (rad), positive bow up
     Pitch,
-    /// z [m], positive down
+    /// z (m), positive down
     Depth,
-    /// w [m/s], positive towards the keel
+    /// w (m/s), positive towards the keel
     Heave,
 }
 
