@@ -37,8 +37,10 @@ impl Script {
 
     fn command(&self, options: &[&str]) -> Command {
         let script = concat!(env!("CARGO_MANIFEST_DIR"), "/launch-scripts/run_nodes.sh");
-        let mut command = Command::new(script);
+        let mut command = Command::new("env");
         command
+            // Who runs the tests in the background ignores Ctrl-C, and a shell cannot undo that.
+            .args(["--default-signal=INT", script])
             .args(["--bin", env!("CARGO_BIN_EXE_planesman")])
             .args(options)
             .current_dir(self.folder.path())
