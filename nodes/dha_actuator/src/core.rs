@@ -16,6 +16,10 @@
 //! In `dha_state` what is physical is at the stamp; the pulses, `inhibited`, `error` and
 //! `commanded_angle` are of the decisions within the tick.
 //!
+//! **Roll differential, rudder and thrust** have no actuator model yet: they are passed through at
+//! once and unquantised, clipped to `command_limit` and to \[-1, 1\], held over the tick, and left
+//! empty (neutral) where they are 0 or the command is stale.
+//!
 //! What is not finite is refused and changes nothing. The same inputs give the same outputs,
 //! bit for bit, however a stretch of time is divided into ticks.
 
@@ -74,9 +78,46 @@ struct Run {
     ahead: ActuatorModel,
     /// What the last tick was computed with.
     acting: Asked,
-    /// The last command: its angle, rad, clipped, and its stamp, ns.
-    command: Option<(f64, i64)>,
+    /// The last command, clipped.
+    command: Option<Held>,
     output: Output,
+}
+
+/// A command as far as it is obeyed, and its stamp.
+#[derive(Clone, Copy, Debug)]
+struct Held {
+    /// rad
+    dive_planes: f64,
+    /// rad
+    roll_differential: f64,
+    /// rad
+    rudder: f64,
+    /// Share of full thrust.
+    thrust: f64,
+    /// ns
+    stamp: i64,
+}
+
+impl Held {
+    /// The command with its angles clipped to `limit`, rad.
+    fn new(command: &PlaneCommand, limit: f64) -> Self {
+        Self {
+            dive_planes: command.dive_planes.clamp(-limit, limit),
+            roll_differential: command.roll_differential.clamp(-limit, limit),
+            rudder: command.rudder.clamp(-limit, limit),
+            thrust: command.thrust.clamp(-1.0, 1.0),
+            stamp: command.header.stamp.nanos(),
+        }
+    }
+}
+
+/// A value held over a tick as samples; none for 0, which is neutral.
+fn held_samples(value: f64) -> Vec<f64> {
+    if value == 0.0 {
+        Vec::new()
+    } else {
+        vec![value; 2]
+    }
 }
 
 /// What is asked for: a demand until a deadline, ns, then neutral planes.
@@ -159,14 +200,13 @@ impl Actuator {
             return Err(format!("plane command refused: {field} is not finite"));
         }
         let stamp = command.header.stamp.nanos();
-        let limit = self.config.command_limit;
-        let held = (command.dive_planes.clamp(-limit, limit), stamp);
+        let held = Held::new(command, self.config.command_limit);
         let Some(run) = &mut self.run else {
             return Ok(self.begin(stamp, Some(held)));
         };
         match run.command {
-            Some((_, last)) if stamp == last => return Ok(run.output.clone()),
-            Some((_, last)) if stamp < last => return Ok(self.begin(stamp, Some(held))),
+            Some(last) if stamp == last.stamp => return Ok(run.output.clone()),
+            Some(last) if stamp < last.stamp => return Ok(self.begin(stamp, Some(held))),
             None if stamp < run.stamp => return Ok(self.begin(stamp, Some(held))),
             _ => {}
         }
@@ -197,13 +237,13 @@ impl Actuator {
     }
 
     /// Starts a new run and answers its first tick.
-    fn begin(&mut self, stamp: i64, command: Option<(f64, i64)>) -> Output {
+    fn begin(&mut self, stamp: i64, command: Option<Held>) -> Output {
         let model = ActuatorModel::new(self.config.model, &self.set);
         self.answer(stamp, stamp, model, command)
     }
 
     /// Brings the run to `stamp` under what was asked for, and answers the tick from there.
-    fn go_on(&mut self, stamp: i64, command: Option<(f64, i64)>) -> Output {
+    fn go_on(&mut self, stamp: i64, command: Option<Held>) -> Output {
         let Some(run) = &self.run else {
             return self.begin(stamp, command);
         };
@@ -224,7 +264,7 @@ impl Actuator {
         began: i64,
         stamp: i64,
         mut now: ActuatorModel,
-        command: Option<(f64, i64)>,
+        command: Option<Held>,
     ) -> Output {
         let acting = self.asked(stamp, command);
         now.ask(acting.at(stamp));
@@ -249,11 +289,20 @@ impl Actuator {
             stamp: Time::from_nanos(stamp),
             frame_id: FRAME.to_owned(),
         };
+        let passed = command.filter(|_| stamp < acting.deadline);
+        let through = |of: fn(&Held) -> f64| {
+            passed
+                .as_ref()
+                .map_or_else(Vec::new, |held| held_samples(of(held)))
+        };
         let output = Output {
             motion: PlaneMotion {
                 header: header.clone(),
                 duration: Duration::from_nanos(self.tick),
                 dive_planes: angles,
+                roll_differential: through(|held| held.roll_differential),
+                rudder: through(|held| held.rudder),
+                thrust: through(|held| held.thrust),
             },
             planes: self.joints(&header, &planes),
             state: DhaState {
@@ -275,18 +324,18 @@ impl Actuator {
     }
 
     /// What a command, or none, asks for from `stamp` on.
-    fn asked(&self, stamp: i64, command: Option<(f64, i64)>) -> Asked {
+    fn asked(&self, stamp: i64, command: Option<Held>) -> Asked {
         let deadline = match command {
             // At its own stamp a command is never stale.
-            Some((_, given)) if given == stamp => {
+            Some(held) if held.stamp == stamp => {
                 stamp.saturating_add(self.config.command_timeout.max(1))
             }
-            Some((_, given)) => given.saturating_add(self.config.command_timeout),
+            Some(held) => held.stamp.saturating_add(self.config.command_timeout),
             None => i64::MIN,
         };
         Asked {
             demand: Demand {
-                angle: command.map_or(0.0, |(angle, _)| angle),
+                angle: command.map_or(0.0, |held| held.dive_planes),
                 position_loop: self.config.position_loop,
                 leakage_scale: self.config.leakage_scale,
             },
@@ -393,6 +442,26 @@ mod tests {
         let thirty = 30f64.to_radians();
         assert!((last.state.commanded_angle + thirty).abs() < 1e-12);
         assert!((last.state.plane_angle + thirty).abs() < 0.5f64.to_radians());
+    }
+
+    #[test]
+    fn roll_rudder_and_thrust_pass_through_until_the_command_is_stale() {
+        let mut actuator = actuator(&[]);
+        let asked = PlaneCommand {
+            roll_differential: 0.1,
+            rudder: -3.0,
+            thrust: 2.0,
+            ..command(0, 0.0)
+        };
+        let motion = actuator.on_command(&asked).expect("finite").motion;
+        assert_eq!(motion.roll_differential, [0.1, 0.1]);
+        assert_eq!(motion.rudder, [-std::f64::consts::FRAC_PI_6; 2]);
+        assert_eq!(motion.thrust, [1.0, 1.0]);
+        let held = actuator.on_silence(Time::from_nanos(TICK)).motion;
+        assert_eq!(held.thrust, [1.0, 1.0]);
+        let stale = actuator.on_silence(Time::from_nanos(100 * TICK)).motion;
+        assert!(stale.thrust.is_empty() && stale.rudder.is_empty());
+        assert!(stale.roll_differential.is_empty());
     }
 
     #[test]

@@ -23,21 +23,28 @@ use planesman_parameters::Values;
 
 use crate::{
     Restoring, State, Vehicle,
+    axis::Axis,
+    body::{Body, BodyMotion, Drive, Inputs, Turning},
+    dynamics::Load,
     environment::Environment,
     integrator::LARGEST_POLE_STEP,
     linearised::{self, Output},
     motion::Motion,
     odometry::{self, wrapped},
     parameters,
-    planes::PlanePath,
+    planes::{self, PlanePath},
+    seaway::{Seaway, ShapingFilter, Waves},
     sensors::{self, Memory, Readings, Sensors, Truth},
+    tank::{Boundary, Tank},
+    tether::Tether,
     variant::{PitchDamping, Variant},
     vehicle::Derivatives,
     vehicle_file,
 };
 
-/// The fixed frame of `VehicleState`: x along the track, z down from the surface.
-const MAP: &str = "map";
+/// The fixed frame of `VehicleState`: x along the first course, y to starboard, z down from the
+/// surface. REP 105's `map` has z up; REP 103 marks frames like this one by `_ned`.
+const MAP: &str = "map_ned";
 
 /// Everything the plant publishes at one stamp.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,14 +72,45 @@ pub struct Plant {
     settings: Settings,
     /// Accepted, and in force from the next tick on.
     next_settings: Option<Settings>,
-    state: State,
-    /// The plane angle acting now \[rad\].
-    planes: f64,
+    body: Body,
+    acting: Acting,
     planes_source: u8,
+    /// What was touched in the tick that ended now.
+    contact: Option<Boundary>,
+    waves: Waves,
     /// What the sensors remember for the next tick.
     memory: Memory,
     /// What they read at the present one.
     readings: Readings,
+}
+
+/// What the actuators stand at.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Acting {
+    dive_planes: f64,
+    roll_differential: f64,
+    rudder: f64,
+    thrust: f64,
+}
+
+impl Acting {
+    fn held(&self) -> Inputs<'_> {
+        Inputs {
+            dive_planes: PlanePath::held(&self.dive_planes),
+            roll_differential: PlanePath::held(&self.roll_differential),
+            rudder: PlanePath::held(&self.rudder),
+            thrust: PlanePath::held(&self.thrust),
+        }
+    }
+
+    fn at_the_end_of(inputs: &Inputs<'_>) -> Self {
+        Self {
+            dive_planes: inputs.dive_planes.end(),
+            roll_differential: inputs.roll_differential.end(),
+            rudder: inputs.rudder.end(),
+            thrust: inputs.thrust.end(),
+        }
+    }
 }
 
 impl Plant {
@@ -85,11 +123,13 @@ impl Plant {
         let vehicle = vehicle_file::load(values.string("vehicle")).map_err(|e| e.to_string())?;
         let settings = Settings::new(values, &vehicle)?;
         let mut memory = Memory::new(settings.seed);
-        let readings = settings.readings(&settings.initial, 0.0, &vehicle, &mut memory);
+        let readings = settings.readings(&settings.initial, planes::NEUTRAL, &vehicle, &mut memory);
         Ok(Self {
-            state: settings.initial,
-            planes: 0.0,
+            body: settings.initial,
+            acting: Acting::default(),
             planes_source: VehicleState::PLANES_ANSWERED,
+            contact: None,
+            waves: Waves::new(settings.seed),
             memory,
             readings,
             vehicle,
@@ -126,18 +166,17 @@ impl Plant {
         &self.vehicle
     }
 
-    /// The forward speed in force \[m/s\].
+    /// The forward speed \[m/s\] through the water.
     #[must_use]
     pub fn speed(&self) -> f64 {
-        self.settings.motion.derivatives.speed
+        self.body.speed
     }
 
     /// What is published at the present tick, which falls on `stamp`.
     #[must_use]
     pub fn observe(&self, stamp: Time) -> Observation {
-        let derivatives = &self.settings.motion.derivatives;
         let (readings, sensors) = (&self.readings, &self.settings.sensors);
-        let odometry = odometry::Odometry::of(&self.state, derivatives);
+        let odometry = odometry::Odometry::of(&self.body, self.settings.motion.current);
         let frames = Frames {
             stamp,
             prefix: &self.settings.frame_prefix,
@@ -163,19 +202,27 @@ impl Plant {
     /// The plant is then as it was.
     pub fn advance(&mut self, motion: Option<&PlaneMotion>) -> Result<(), String> {
         let settings = self.next_settings.as_ref().unwrap_or(&self.settings);
-        let path = match motion {
-            Some(m) => PlanePath::new(&m.dive_planes, m.duration.nanos(), settings.tick_nanos)
-                .map_err(|e| e.to_string())?,
-            None => PlanePath::held(&self.planes),
+        let inputs = match motion {
+            Some(motion) => inputs_of(motion, settings.tick_nanos)?,
+            None => self.acting.held(),
         };
-        let state = settings
+        let (body, contact) = settings
             .motion
-            .advance(&self.state, &path, settings.steps)
+            .advance(
+                &self.body,
+                &inputs,
+                self.waves_load(settings),
+                settings.steps,
+            )
             .map_err(|e| e.to_string())?;
-        let planes = path.end();
+        let acting = Acting::at_the_end_of(&inputs);
 
-        self.state = state;
-        self.planes = planes;
+        if let Some((_, filter)) = &settings.seaway {
+            self.waves.advance(filter);
+        }
+        self.body = body;
+        self.acting = acting;
+        self.contact = contact.map(|c| c.boundary);
         self.planes_source = match motion {
             Some(_) => VehicleState::PLANES_ANSWERED,
             None => VehicleState::PLANES_HELD,
@@ -188,54 +235,123 @@ impl Plant {
     /// Back to the initial state, planes neutral, the noise from its beginning.
     pub fn reset(&mut self) {
         self.take_next_settings();
-        self.state = self.settings.initial;
-        self.planes = 0.0;
+        self.body = self.settings.initial;
+        self.acting = Acting::default();
         self.planes_source = VehicleState::PLANES_ANSWERED;
+        self.contact = None;
+        self.waves = Waves::new(self.settings.seed);
         self.memory = Memory::new(self.settings.seed);
         self.sense();
     }
 
     /// Reads the sensors, once per tick.
     fn sense(&mut self) {
-        self.readings =
-            self.settings
-                .readings(&self.state, self.planes, &self.vehicle, &mut self.memory);
+        self.readings = self.settings.readings(
+            &self.body,
+            self.acting.dive_planes,
+            &self.vehicle,
+            &mut self.memory,
+        );
     }
 
     fn take_next_settings(&mut self) {
         if let Some(next) = self.next_settings.take() {
             self.settings = next;
+            if self.settings.motion.drive.is_none() {
+                self.body.speed = self.settings.motion.vertical.derivatives.speed;
+            }
         }
     }
 
     fn state_message(&self, frames: &Frames<'_>) -> VehicleState {
-        let Motion {
-            derivatives,
-            environment,
-            ..
-        } = &self.settings.motion;
-        let state = &self.state;
+        let Body {
+            plane,
+            across,
+            speed,
+            roll,
+            course,
+        } = self.body;
+        let BodyMotion { tank, current, .. } = &self.settings.motion;
         VehicleState {
             header: frames.header(MAP.to_owned()),
-            distance: state.distance,
-            depth: state.depth,
-            depth_rate: environment.confined_rate(state.depth, derivatives.depth_rate(state)),
-            pitch: wrapped(state.pitch),
-            pitch_rate: state.pitch_rate,
-            surge: derivatives.speed,
-            heave: state.heave,
-            dive_planes: self.planes,
+            distance: plane.distance,
+            cross_track: across,
+            depth: plane.depth,
+            depth_rate: tank.confined_rate(plane.depth, self.body.depth_rate(*current)),
+            roll: wrapped(roll.angle),
+            roll_rate: roll.rate,
+            pitch: wrapped(plane.pitch),
+            pitch_rate: plane.pitch_rate,
+            yaw: wrapped(course.angle),
+            yaw_rate: course.rate,
+            surge: speed,
+            heave: plane.heave,
+            dive_planes: self.acting.dive_planes,
             planes_source: self.planes_source,
+            contact: match tank.touched(plane.depth).or(self.contact) {
+                None => VehicleState::CONTACT_NONE,
+                Some(Boundary::Surface) => VehicleState::CONTACT_SURFACE,
+                Some(Boundary::Bottom) => VehicleState::CONTACT_BOTTOM,
+            },
         }
     }
+
+    /// What the waves do over the coming tick.
+    fn waves_load(&self, settings: &Settings) -> Load {
+        match &settings.seaway {
+            Some((seaway, _)) => {
+                let gravity = settings.motion.vertical.environment.gravity;
+                seaway.load(&self.waves, self.body.plane.depth, gravity)
+            }
+            None => Load::NONE,
+        }
+    }
+}
+
+/// The four paths of a motion over a tick of `tick` ns; what is left out is neutral.
+fn inputs_of(motion: &PlaneMotion, tick: i64) -> Result<Inputs<'_>, String> {
+    let duration = motion.duration.nanos();
+    // Written so that NaN is refused too.
+    if let Some(share) = motion.thrust.iter().find(|n| !(-1.0..=1.0).contains(*n)) {
+        return Err(format!(
+            "thrust {share} refused: a share of full thrust lies in [-1, 1]"
+        ));
+    }
+    Ok(Inputs {
+        dive_planes: PlanePath::new(&motion.dive_planes, duration, tick)
+            .map_err(|e| e.to_string())?,
+        roll_differential: or_neutral(
+            "roll differential",
+            &motion.roll_differential,
+            duration,
+            tick,
+        )?,
+        rudder: or_neutral("rudder", &motion.rudder, duration, tick)?,
+        thrust: or_neutral("thrust", &motion.thrust, duration, tick)?,
+    })
+}
+
+/// A path, neutral when no samples are given.
+fn or_neutral<'a>(
+    name: &str,
+    samples: &'a [f64],
+    duration: i64,
+    tick: i64,
+) -> Result<PlanePath<'a>, String> {
+    if samples.is_empty() {
+        return Ok(PlanePath::held(&planes::NEUTRAL));
+    }
+    PlanePath::new(samples, duration, tick).map_err(|e| format!("{name}: {e}"))
 }
 
 /// The parameters, checked and in the models' own types.
 #[derive(Clone, Debug)]
 struct Settings {
-    motion: Motion,
+    motion: BodyMotion,
+    /// The waves and their filter over a tick; `None`: it is calm.
+    seaway: Option<(Seaway, ShapingFilter)>,
     sensors: Sensors,
-    initial: State,
+    initial: Body,
     seed: u64,
     tick_nanos: i64,
     steps: u32,
@@ -251,8 +367,9 @@ impl Settings {
             gravity: values.double("environment.gravity"),
             atmospheric_pressure: values.double("environment.atmospheric_pressure"),
         };
-        let motion = Motion {
-            derivatives: derivatives(values, vehicle),
+        let (speed, variant) = (values.double("speed"), variant(values));
+        let vertical = Motion {
+            derivatives: variant.of(vehicle.derivatives(speed)),
             restoring: match values.string("restoring") {
                 "small_angle" => Restoring::SmallAngle,
                 _ => Restoring::Sine,
@@ -260,15 +377,41 @@ impl Settings {
             environment,
             step: tick_nanos as f64 * 1e-9 / f64::from(steps),
         };
-        refuse_fast_modes(vehicle, &motion)?;
+        let drive = drive(values.string("propulsion"), vehicle, variant)?;
+        let design_speed = drive.as_ref().map_or(0.0, |d| d.propulsion.design_speed);
+        let fastest = variant.of(vehicle.derivatives(speed.max(design_speed)));
+        refuse_fast_modes(vehicle, &fastest, vertical.step)?;
+        let turning = |axis: Option<Axis>| {
+            axis.map(|axis| Turning::new(axis, vertical.step))
+                .transpose()
+                .map_err(|e| format!("vehicle '{}' refused: {e}", vehicle.name))
+        };
+        let bottom = values.double("environment.bottom");
+        let plane = State {
+            depth: values.double("initial_depth"),
+            pitch: values.double("initial_pitch"),
+            ..State::default()
+        };
         Ok(Self {
-            motion,
-            sensors: parameters::sensors_of(values),
-            initial: State {
-                depth: values.double("initial_depth"),
-                pitch: values.double("initial_pitch"),
-                ..State::default()
+            motion: BodyMotion {
+                vertical,
+                roll: turning(vehicle.roll)?,
+                course: turning(vehicle.course)?,
+                drive,
+                current: ["x", "y", "z"]
+                    .map(|axis| values.double(&format!("environment.current.{axis}"))),
+                tank: Tank {
+                    bottom: (bottom > 0.0).then_some(bottom),
+                },
+                tether: Tether {
+                    diameter: values.double("environment.tether.diameter"),
+                    drag_coefficient: values.double("environment.tether.drag_coefficient"),
+                    above: values.double("environment.tether.above"),
+                },
             },
+            seaway: seaway(values, tick_nanos as f64 * 1e-9)?,
+            sensors: parameters::sensors_of(values),
+            initial: Body::upright(plane, speed),
             // Declared to be at least 0.
             seed: values.integer("seed").unsigned_abs(),
             tick_nanos,
@@ -278,30 +421,33 @@ impl Settings {
         })
     }
 
-    /// What the sensors read with the vehicle in a state and the planes at an angle \[rad\].
+    /// What the sensors read with the vehicle so and the dive planes at an angle \[rad\].
     fn readings(
         &self,
-        state: &State,
+        body: &Body,
         planes: f64,
         vehicle: &Vehicle,
         memory: &mut Memory,
     ) -> Readings {
-        let Motion {
-            derivatives,
-            environment,
+        let environment = &self.motion.vertical.environment;
+        let derivatives = self.motion.derivatives(body);
+        let State {
+            depth,
+            pitch,
+            heave,
             ..
-        } = &self.motion;
+        } = body.plane;
         let truth = Truth {
-            rates: [0.0, state.pitch_rate, 0.0],
+            rates: body.rates(),
             specific_force: sensors::specific_force(
-                state,
+                body,
                 planes,
-                derivatives,
+                &derivatives,
                 environment.gravity,
             ),
-            pitch: state.pitch,
-            depth: state.depth,
-            heave: state.heave,
+            pitch,
+            depth,
+            heave,
             speed: derivatives.speed,
             planes,
         };
@@ -319,9 +465,13 @@ impl Settings {
 /// The vehicle's derivatives at the speed and in the variant that the parameters ask for.
 #[must_use]
 pub fn derivatives(values: &Values, vehicle: &Vehicle) -> Derivatives {
+    variant(values).of(vehicle.derivatives(values.double("speed")))
+}
+
+fn variant(values: &Values) -> Variant {
     let viscous = values.double("pitch_damping_viscous");
     let rate = values.double("pitch_damping_rate");
-    let variant = Variant {
+    Variant {
         damping: match values.string("pitch_damping") {
             "secant" => PitchDamping::Secant { viscous, rate },
             "tangent" => PitchDamping::Tangent { viscous, rate },
@@ -331,8 +481,7 @@ pub fn derivatives(values: &Values, vehicle: &Vehicle) -> Derivatives {
         heave_moment: values.bool("heave_moment"),
         restoring_moment: values.string("restoring") != "none",
         heave: true,
-    };
-    variant.of(vehicle.derivatives(values.double("speed")))
+    }
 }
 
 /// The tick in whole nanoseconds, and how many steps it is.
@@ -349,14 +498,49 @@ fn tick_and_steps(tick: f64, step: f64) -> Result<(i64, u32), String> {
     Ok((tick_nanos, steps))
 }
 
+/// What drives the vehicle, when its speed is not held.
+fn drive(propulsion: &str, vehicle: &Vehicle, variant: Variant) -> Result<Option<Drive>, String> {
+    if propulsion != "thrust" {
+        return Ok(None);
+    }
+    let Some(propulsion) = vehicle.propulsion else {
+        return Err(format!(
+            "parameter 'propulsion': thrust refused: vehicle '{}' has no propulsion, its speed \
+             can only be held",
+            vehicle.name
+        ));
+    };
+    Ok(Some(Drive {
+        propulsion,
+        vehicle: vehicle.clone(),
+        variant,
+    }))
+}
+
+/// The waves asked for; `None` when it is calm.
+fn seaway(values: &Values, tick: f64) -> Result<Option<(Seaway, ShapingFilter)>, String> {
+    let seaway = Seaway {
+        force: values.double("environment.seaway.force"),
+        moment: values.double("environment.seaway.moment"),
+        period: values.double("environment.seaway.period"),
+        damping: values.double("environment.seaway.damping"),
+    };
+    if seaway.is_calm() {
+        return Ok(None);
+    }
+    let filter = seaway
+        .filter(tick)
+        .map_err(|e| format!("environment.seaway refused: {e}"))?;
+    Ok(Some((seaway, filter)))
+}
+
 /// Refuses a step that the vehicle's fastest mode would outrun.
-fn refuse_fast_modes(vehicle: &Vehicle, motion: &Motion) -> Result<(), String> {
-    let speed = motion.derivatives.speed;
-    let poles = linearised::response(&motion.derivatives, Output::PitchRate)
+fn refuse_fast_modes(vehicle: &Vehicle, fastest: &Derivatives, step: f64) -> Result<(), String> {
+    let speed = fastest.speed;
+    let poles = linearised::response(fastest, Output::PitchRate)
         .and_then(|system| system.poles())
         .map_err(|e| format!("vehicle '{}' at {speed} m/s refused: {e}", vehicle.name))?;
     let fastest = poles.iter().map(|p| p.norm()).fold(0.0, f64::max);
-    let step = motion.step;
     if fastest * step > LARGEST_POLE_STEP {
         return Err(format!(
             "parameter 'step': {step} refused: vehicle '{}' has a mode of {fastest:.3} rad/s at \
@@ -521,6 +705,7 @@ mod tests {
             header: Header::default(),
             duration: Duration::from_nanos(50_000_000),
             dive_planes: vec![from, to],
+            ..PlaneMotion::default()
         }
     }
 
@@ -614,13 +799,83 @@ mod tests {
     }
 
     #[test]
+    fn rudder_roll_and_thrust_reach_the_plant_and_silence_holds_them() {
+        let mut plant = plant(&[("propulsion", Value::from("thrust"))]);
+        let full = PlaneMotion {
+            roll_differential: vec![0.1, 0.1],
+            rudder: vec![0.2, 0.2],
+            thrust: vec![1.0, 1.0],
+            ..motion(0.0, 0.0)
+        };
+        plant.advance(Some(&full)).expect("a tick");
+        for _ in 0..20 {
+            plant.advance(None).expect("a tick");
+        }
+        let Observation {
+            state, odometry, ..
+        } = plant.observe(stamp(21));
+        assert!(state.surge > 0.3048 && plant.speed() == state.surge);
+        assert!(state.yaw > 0.0 && state.roll > 0.0 && state.cross_track > 0.0);
+        assert_eq!(odometry.pose.pose.position.y, -state.cross_track);
+        assert!(odometry.twist.twist.angular.z < 0.0, "to starboard");
+    }
+
+    #[test]
+    fn contact_is_flagged_at_the_surface_and_at_the_bottom() {
+        let mut plant = plant(&[
+            ("environment.bottom", Value::Double(0.3)),
+            ("initial_depth", Value::Double(0.1)),
+        ]);
+        let contact = |plant: &Plant| plant.observe(stamp(0)).state.contact;
+        assert_eq!(contact(&plant), VehicleState::CONTACT_NONE);
+        let mut go = |angle: f64| {
+            for _ in 0..400 {
+                plant.advance(Some(&motion(angle, angle))).expect("a tick");
+            }
+            let state = plant.observe(stamp(0)).state;
+            (state.depth, state.contact)
+        };
+        assert_eq!(go(0.3), (0.3, VehicleState::CONTACT_BOTTOM));
+        assert_eq!(go(-0.3), (0.0, VehicleState::CONTACT_SURFACE));
+    }
+
+    #[test]
+    fn waves_are_the_same_for_the_same_seed_and_after_a_reset() {
+        let waves = [
+            ("environment.seaway.force", Value::Double(0.5)),
+            ("environment.seaway.moment", Value::Double(0.05)),
+            ("initial_depth", Value::Double(0.5)),
+        ];
+        let first = run(&mut plant(&waves), 40);
+        let mut again = plant(&waves);
+        assert_eq!(first, run(&mut again, 40));
+        again.reset();
+        assert_eq!(first, run(&mut again, 40));
+        assert_ne!(first, run(&mut plant(&waves[2..]), 40));
+    }
+
+    #[test]
     fn a_refused_motion_leaves_the_plant_as_it_was() {
         let mut plant = plant(&[]);
         run(&mut plant, 3);
         let before = bytes(&plant.observe(stamp(3)));
         let mut short = motion(0.0, 0.0);
         short.duration = Duration::from_nanos(1);
-        for refused in [motion(0.0, f64::NAN), motion(0.0, 3.0), short] {
+        let reversed = PlaneMotion {
+            thrust: vec![0.0, -1.1],
+            ..motion(0.0, 0.0)
+        };
+        let lone = PlaneMotion {
+            rudder: vec![0.1],
+            ..motion(0.0, 0.0)
+        };
+        for refused in [
+            motion(0.0, f64::NAN),
+            motion(0.0, 3.0),
+            short,
+            reversed,
+            lone,
+        ] {
             assert!(plant.advance(Some(&refused)).is_err());
         }
         assert_eq!(before, bytes(&plant.observe(stamp(3))));
@@ -648,7 +903,7 @@ mod tests {
     fn frames_are_the_conventional_ones_with_the_prefix() {
         let plant = plant(&[("frame_prefix", Value::from("auv1/"))]);
         let o = plant.observe(stamp(1));
-        assert_eq!(o.state.header.frame_id, "map");
+        assert_eq!(o.state.header.frame_id, "map_ned");
         assert_eq!(o.odometry.header.frame_id, "auv1/odom");
         assert_eq!(o.odometry.child_frame_id, "auv1/base_link");
         assert_eq!(o.transforms.transforms[0].header, o.odometry.header);
@@ -798,6 +1053,12 @@ mod tests {
             let refusal = Plant::new(&values(&[changes])).expect_err("refused");
             assert!(refusal.contains(reason), "{refusal}");
         }
+        let undriven = [
+            ("vehicle", Value::from("remus_100")),
+            ("propulsion", Value::from("thrust")),
+        ];
+        let refusal = Plant::new(&values(&undriven)).expect_err("no propulsion");
+        assert!(refusal.contains("no propulsion"), "{refusal}");
         let coarse = [
             ("step", Value::Double(0.1)),
             ("tick", Value::Double(0.1)),
@@ -820,6 +1081,36 @@ mod tests {
         }
     }
 
+    #[test]
+    fn the_gyros_feel_the_heel_and_the_turn_that_the_state_tells() {
+        let mut plant = plant(&[("sensors.errors", Value::Bool(false))]);
+        let turning = PlaneMotion {
+            roll_differential: vec![0.1; 51],
+            rudder: vec![0.2; 51],
+            ..motion(0.05, 0.05)
+        };
+        for _ in 0..40 {
+            plant.advance(Some(&turning)).expect("a tick");
+        }
+        let Observation {
+            state,
+            imu,
+            odometry,
+            ..
+        } = plant.observe(stamp(40));
+        assert!(state.roll_rate.abs() > 1e-4 && state.yaw_rate > 1e-3);
+        // Forward, left, up: the odometry's angular velocity is the truth in the same frame.
+        let (felt, truth) = (&imu.angular_velocity, &odometry.twist.twist.angular);
+        assert!((felt.x - truth.x).abs() < 1e-12);
+        assert!((felt.y - truth.y).abs() < 1e-12);
+        // The yaw gyro's only calibration is unequal to its two sides, and its reader knows the mean.
+        let yaw = &plant.settings.sensors.gyros.yaw;
+        let turn = -yaw.volts(-truth.z, 1.0) / yaw.sensitivity();
+        assert!((felt.z - turn).abs() < 1e-12);
+        // To starboard is down through up's axis.
+        assert!(felt.z < 0.0);
+    }
+
     /// The state after so many ticks with the planes at an angle for 10 s and then neutral.
     fn held_for_ten_seconds(changes: &[(&str, Value)], angle: f64, ticks: i64) -> State {
         let mut plant = plant(changes);
@@ -827,7 +1118,7 @@ mod tests {
             let angle = if k < 200 { angle } else { 0.0 };
             plant.advance(Some(&motion(angle, angle))).expect("a tick");
         }
-        plant.state
+        plant.body.plane
     }
 
     #[test]

@@ -1,17 +1,26 @@
 //! The equations of motion in the vertical plane, dimensionally consistent.
 //!
 //! ```text
-//! (m - Z_wdot) w'   = Z_w w + (Z_q + m U) q + Z_delta delta
-//! (I_y - M_qdot) q' = M_w w + (M_q + M_q|q| |q|) q + M_delta delta - W BG sin(theta)
+//! (m - Z_wdot) w'   - Z_qdot q' = Z_w w + (Z_q + m U) q + Z_delta delta
+//!                                 + Z_ww w|w| + Z_qq q|q| + m z_G q^2 + (W - B) cos(theta) + Z_load
+//! (I_y - M_qdot) q' - M_wdot w' = M_w w + M_q q + M_delta delta
+//!                                 + M_ww w|w| + M_qq q|q| - m z_G w q - W BG sin(theta) + M_load
 //! theta' = q
 //! z'     = w cos(theta) - U sin(theta)
 //! x'     = U cos(theta) + w sin(theta)
 //! ```
 //!
-//! Brunner 1988, p. 34 and programs T2 to T5 (App. A), in SI units and real seconds. The
-//! programs take `theta` for `sin(theta)` (p. 46); [`Restoring`] chooses. They also carry the
-//! offsets of the centre of gravity into the track; here the track is that of the centre of
-//! gravity. The forward speed `U` through the water is given, not solved for.
+//! Brunner 1988, p. 34 and programs T2 to T5 (App. A), in SI units and real seconds, has the
+//! linear terms, and once `M_qq` ([`variant`](crate::variant)). Cross-flow drag (`|w|`, `|q|`), the
+//! inertias that couple heave with pitch, and the body's origin at a height `z_G` above its centre of
+//! gravity come with Prestero 2001 (the REMUS vehicle, ch. 4); a vehicle without them has zeros
+//! there. Only the vertical plane is kept of Prestero's six equations, and the surge that pitching
+//! about another point than the centre of gravity brings (`m z_G u'`) is left out.
+//!
+//! The programs take `theta` for `sin(theta)` (p. 46); [`Restoring`] chooses. They also carry the
+//! offsets of the centre of gravity into the track; here the track is that of the body's origin.
+//! The forward speed `U` through the water is given, not solved for
+//! ([`propulsion`](crate::propulsion) can drive it).
 
 use crate::vehicle::Derivatives;
 
@@ -50,30 +59,89 @@ impl Restoring {
     }
 }
 
-impl Derivatives {
-    /// `w'` \[m/s^2\] with the planes at `delta` \[rad\].
-    #[must_use]
-    pub fn heave_acceleration(&self, state: &State, delta: f64) -> f64 {
-        let State {
-            heave: w,
-            pitch_rate: q,
-            ..
-        } = *state;
-        (self.z_w * w + self.z_q_plus_m_u * q + self.z_delta * delta) / self.heave_inertia
-    }
+/// A force and a moment from outside, held while a step lasts.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Load {
+    /// `Z_load` \[N\], body z, positive towards the keel.
+    pub heave: f64,
+    /// `M_load` \[N m\], positive bow up.
+    pub pitch: f64,
+}
 
-    /// `q'` \[rad/s^2\] with the planes at `delta` \[rad\].
+impl Load {
+    /// None at all.
+    pub const NONE: Self = Self {
+        heave: 0.0,
+        pitch: 0.0,
+    };
+}
+
+impl Derivatives {
+    /// The heave force \[N\] with the planes at `delta` \[rad\], but for added inertia.
     #[must_use]
-    pub fn pitch_acceleration(&self, state: &State, delta: f64, restoring: Restoring) -> f64 {
+    pub fn heave_force(&self, state: &State, delta: f64) -> f64 {
         let State {
             heave: w,
             pitch_rate: q,
             pitch: theta,
             ..
         } = *state;
-        (self.m_w * w + (self.m_q + self.m_q_q * q.abs()) * q + self.m_delta * delta
-            - self.restoring * restoring.lever(theta))
-            / self.pitch_inertia
+        self.z_w * w
+            + self.z_q_plus_m_u * q
+            + self.z_delta * delta
+            + (self.z_ww * w * w.abs() + self.z_qq * q * q.abs())
+            + (self.first_moment * q * q + self.excess_weight * theta.cos())
+    }
+
+    /// The pitch moment \[N m\] with the planes at `delta` \[rad\], but for added inertia.
+    #[must_use]
+    pub fn pitch_moment(&self, state: &State, delta: f64, restoring: Restoring) -> f64 {
+        let State {
+            heave: w,
+            pitch_rate: q,
+            pitch: theta,
+            ..
+        } = *state;
+        self.m_w * w
+            + self.m_q * q
+            + self.m_delta * delta
+            + (self.m_ww * w * w.abs() + self.m_qq * q * q.abs())
+            - self.first_moment * w * q
+            - self.restoring * restoring.lever(theta)
+    }
+
+    /// `w'` \[m/s^2\] and `q'` \[rad/s^2\] with the planes at `delta` \[rad\]: the two coupled
+    /// equations solved, each with what the other adds to its force and takes from its inertia.
+    #[must_use]
+    pub fn accelerations(
+        &self,
+        state: &State,
+        delta: f64,
+        restoring: Restoring,
+        load: Load,
+    ) -> (f64, f64) {
+        let force = self.heave_force(state, delta) + load.heave;
+        let moment = self.pitch_moment(state, delta, restoring) + load.pitch;
+        let (i_w, i_q) = (self.heave_inertia, self.pitch_inertia);
+        let (z_q_dot, m_w_dot) = (self.z_q_dot, self.m_w_dot);
+        (
+            (force + z_q_dot / i_q * moment) / (i_w - z_q_dot * m_w_dot / i_q),
+            (moment + m_w_dot / i_w * force) / (i_q - z_q_dot * m_w_dot / i_w),
+        )
+    }
+
+    /// `w'` \[m/s^2\] with the planes at `delta` \[rad\], unloaded, under the hydrostatic
+    /// restoring moment (which matters only where heave and pitch are coupled).
+    #[must_use]
+    pub fn heave_acceleration(&self, state: &State, delta: f64) -> f64 {
+        self.accelerations(state, delta, Restoring::Sine, Load::NONE)
+            .0
+    }
+
+    /// `q'` \[rad/s^2\] with the planes at `delta` \[rad\], unloaded.
+    #[must_use]
+    pub fn pitch_acceleration(&self, state: &State, delta: f64, restoring: Restoring) -> f64 {
+        self.accelerations(state, delta, restoring, Load::NONE).1
     }
 
     /// `z'` \[m/s\], positive down.
@@ -91,12 +159,25 @@ impl Derivatives {
     /// The rate of change of every part of the state, with the planes at `delta` \[rad\].
     #[must_use]
     pub fn rates(&self, state: &State, delta: f64, restoring: Restoring) -> State {
+        self.rates_under(state, delta, restoring, Load::NONE)
+    }
+
+    /// The same under a load from outside.
+    #[must_use]
+    pub fn rates_under(
+        &self,
+        state: &State,
+        delta: f64,
+        restoring: Restoring,
+        load: Load,
+    ) -> State {
+        let (heave, pitch_rate) = self.accelerations(state, delta, restoring, load);
         State {
             distance: self.track_speed(state),
             depth: self.depth_rate(state),
             pitch: state.pitch_rate,
-            heave: self.heave_acceleration(state, delta),
-            pitch_rate: self.pitch_acceleration(state, delta, restoring),
+            heave,
+            pitch_rate,
         }
     }
 }

@@ -1,13 +1,11 @@
-//! Water, gravity and the surface.
+//! Water and gravity.
 //!
-//! The water is at rest, unbounded below and at the sides. Its density enters the pressures; the
+//! Density enters the pressures; the
 //! vehicle's hydrodynamic coefficients keep the density they were made with (fresh water), and
 //! the vehicle is trimmed neutral in whatever water it is in. Sea water's 2.5 % is less than
 //! the coefficients' own uncertainty.
 //!
-//! The equations of motion hold for a submerged vehicle. The surface is a lid: a depth that
-//! would come out above it is set to it, and the vehicle keeps its pitch and body velocities.
-//! That keeps depth honest, but is no model of broaching: at depth 0 trust no other number.
+//! What moves the water and how far it reaches: [`tank`](crate::tank), [`seaway`](crate::seaway).
 
 /// What surrounds the vehicle, in SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,22 +33,6 @@ impl Environment {
     pub fn dynamic_pressure(&self, speed: f64) -> f64 {
         0.5 * self.density * speed * speed
     }
-
-    /// The depth that the surface allows.
-    #[must_use]
-    pub fn confined(&self, depth: f64) -> f64 {
-        depth.max(SURFACE)
-    }
-
-    /// The depth rate that the surface allows at a depth.
-    #[must_use]
-    pub fn confined_rate(&self, depth: f64, rate: f64) -> f64 {
-        if depth <= SURFACE {
-            rate.max(0.0)
-        } else {
-            rate
-        }
-    }
 }
 
 #[cfg(test)]
@@ -77,13 +59,5 @@ mod tests {
         let gauge = FRESH.pressure(10.0) - FRESH.pressure(0.0);
         assert!((gauge / 101_325.0 - 1.0).abs() < 0.04);
         assert_eq!(FRESH.pressure(-1.0), 101_325.0);
-    }
-
-    #[test]
-    fn the_surface_is_a_lid() {
-        assert_eq!(FRESH.confined(-0.1), 0.0);
-        assert_eq!(FRESH.confined_rate(0.0, -0.1), 0.0);
-        assert_eq!(FRESH.confined_rate(0.0, 0.1), 0.1);
-        assert_eq!(FRESH.confined_rate(1.0, -0.1), -0.1);
     }
 }

@@ -1,4 +1,4 @@
-//! The vehicle in the vertical plane, its sensors, and their messages.
+//! The vehicle, its sensors, and their messages.
 //!
 //! From the equations outwards:
 //!
@@ -6,10 +6,17 @@
 //! - [`vehicle`]: what a vehicle is; its dimensional derivatives at a speed.
 //! - [`vehicle_file`]: vehicles from YAML, and the one built in.
 //! - [`dynamics`]: the equations of motion.
+//! - [`axis`]: roll and course, plants of one axis each.
+//! - [`propulsion`]: thrust, drag and power.
+//! - [`attitude`]: how the body lies in the fixed frame.
 //! - [`integrator`]: the fixed-step fourth-order Runge-Kutta method.
-//! - [`motion`]: a tick of motion.
 //! - [`planes`]: the plane angle over a tick.
-//! - [`environment`]: water, gravity and the surface.
+//! - [`body`]: a tick of the whole body's motion.
+//! - [`motion`]: a tick of the vertical plane's alone.
+//! - [`environment`]: water and gravity.
+//! - [`tank`]: surface and bottom, and contact with them.
+//! - [`seaway`]: waves, a seeded coloured force.
+//! - [`tether`]: a line in tow.
 //! - [`variant`]: the vehicle with a part of its equations changed or left out.
 //! - [`coefficients`]: from geometry to coefficients, by the report's methods.
 //! - [`linearised`]: the same vehicle about level flight; what identification should find.
@@ -26,6 +33,9 @@
 //! Depth is positive down, pitch bow up, plane angles to dive; SI throughout. No clock and no
 //! input or output, but for reading a vehicle file when one is named.
 
+pub mod attitude;
+pub mod axis;
+pub mod body;
 pub mod book;
 pub mod coefficients;
 pub mod core;
@@ -42,8 +52,12 @@ pub mod plane_forces;
 pub mod planes;
 pub mod predicted;
 pub mod programs;
+pub mod propulsion;
 pub mod quantity;
+pub mod seaway;
 pub mod sensors;
+pub mod tank;
+pub mod tether;
 pub mod track;
 pub mod variant;
 pub mod vehicle;

@@ -9,6 +9,10 @@
 //! z'     = w - U theta
 //! ```
 //!
+//! and where the inertias `Z_qdot`, `M_wdot` couple the first two, both solved for `w'` and `q'`.
+//! Cross-flow drag (`w|w|`, `q|q|`) has no slope at level flight and a buoyancy other than the
+//! weight is but an offset: neither is in the linear system.
+//!
 //! Brunner 1988 forms such models in eq. (7) and Table 8, but prints `z' = w + U theta`, and
 //! samples every 0.05 of the unit of time `L / U` where 0.05 s is meant. Here both are put right.
 
@@ -66,9 +70,9 @@ pub fn state_space(vehicle: &Vehicle, speed: f64) -> Result<StateSpace, Error> {
     state_space_of(&vehicle.derivatives(speed))
 }
 
-/// The same from derivatives, say of a [`Variant`](crate::variant::Variant). Damping by the
-/// square of the pitch rate vanishes beside level flight, and so does the difference between
-/// the restoring moment's forms.
+/// The same from derivatives, say of a [`Variant`](crate::variant::Variant). What goes
+/// by the square of heave velocity and pitch rate vanishes beside level flight, and so does the
+/// difference between the restoring moment's forms; excess weight only moves the steady state.
 ///
 /// # Errors
 /// As [`state_space`].
@@ -82,18 +86,23 @@ pub fn state_space_of(derivatives: &Derivatives) -> Result<StateSpace, Error> {
         pitch_inertia: i_q,
         m_w,
         m_q,
-        m_q_q: _,
         m_delta,
         restoring,
+        z_q_dot,
+        m_w_dot,
+        ..
     } = *derivatives;
+    let coupling = z_q_dot * m_w_dot;
+    let heave = |z: f64, m: f64| (z + z_q_dot / i_q * m) / (i_w - coupling / i_q);
+    let pitch = |z: f64, m: f64| (m + m_w_dot / i_w * z) / (i_q - coupling / i_w);
     #[rustfmt::skip]
     let a = [
-        z_w / i_w, z_q / i_w, 0.0,              0.0,
-        m_w / i_q, m_q / i_q, -restoring / i_q, 0.0,
-        0.0,       1.0,       0.0,              0.0,
-        1.0,       0.0,       -u,               0.0,
+        heave(z_w, m_w), heave(z_q, m_q), heave(0.0, -restoring), 0.0,
+        pitch(z_w, m_w), pitch(z_q, m_q), pitch(0.0, -restoring), 0.0,
+        0.0,             1.0,             0.0,                    0.0,
+        1.0,             0.0,             -u,                     0.0,
     ];
-    let b = [z_delta / i_w, m_delta / i_q, 0.0, 0.0];
+    let b = [heave(z_delta, m_delta), pitch(z_delta, m_delta), 0.0, 0.0];
     #[rustfmt::skip]
     let c = [
         0.0, 1.0, 0.0, 0.0,

@@ -1,17 +1,14 @@
-//! A tick of motion: the equations of [`dynamics`](crate::dynamics) integrated along a plane path.
+//! A tick of motion in the vertical plane: the equations of [`dynamics`](crate::dynamics)
+//! integrated along a plane path, at a held speed. [`body`](crate::body) does the work.
 
 use crate::{
-    Restoring, State, environment::Environment, integrator, planes::PlanePath, vehicle::Derivatives,
+    Restoring, State,
+    body::{Body, BodyMotion, Inputs},
+    dynamics::Load,
+    environment::Environment,
+    planes::PlanePath,
+    vehicle::Derivatives,
 };
-
-/// Beyond these the motion is no vehicle's, and the numbers are soon none.
-const LIMITS: [(&str, f64); 5] = [
-    ("distance [m]", 1e9),
-    ("depth [m]", 1e6),
-    ("pitch [rad]", 1e6),
-    ("heave velocity [m/s]", 1e3),
-    ("pitch rate [rad/s]", 1e3),
-];
 
 /// A step was refused: it would have left the range of any vehicle.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -49,29 +46,17 @@ impl Motion {
         planes: &PlanePath<'_>,
         steps: u32,
     ) -> Result<State, Diverged> {
-        let rates = |t: f64, y: &[f64; 5]| -> [f64; 5] {
-            self.derivatives
-                .rates(&State::from(*y), planes.at(t), self.restoring)
-                .into()
+        let neutral = PlanePath::held(&0.0);
+        let inputs = Inputs {
+            dive_planes: *planes,
+            roll_differential: neutral,
+            rudder: neutral,
+            thrust: neutral,
         };
-        let mut state = *from;
-        for k in 0..steps {
-            let t = f64::from(k) * self.step;
-            let next = integrator::step(&state.into(), t, self.step, rates);
-            for (value, (quantity, limit)) in next.into_iter().zip(LIMITS) {
-                // Written so that NaN is refused too.
-                if !(-limit..=limit).contains(&value) {
-                    return Err(Diverged {
-                        quantity,
-                        value,
-                        limit,
-                    });
-                }
-            }
-            state = State::from(next);
-            state.depth = self.environment.confined(state.depth);
-        }
-        Ok(state)
+        let body = Body::upright(*from, self.derivatives.speed);
+        let (after, _) =
+            BodyMotion::of_the_plane(*self).advance(&body, &inputs, Load::NONE, steps)?;
+        Ok(after.plane)
     }
 }
 

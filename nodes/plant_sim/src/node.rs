@@ -396,5 +396,6 @@ fn motion_of(planes: &JointState, tick_nanos: i64) -> Option<PlaneMotion> {
         header: planes.header.clone(),
         duration: planesman_msgs::builtin_interfaces::msg::Duration::from_nanos(tick_nanos),
         dive_planes: vec![angle, angle],
+        ..PlaneMotion::default()
     })
 }

@@ -1,15 +1,19 @@
 //! The state in ROS frames.
 //!
-//! Here: depth down, pitch bow up, body axes forward, right, down. ROS (REP 103, REP 105): `odom`
-//! with x forward along the track, y left and z up, its origin at the surface; `base_link`
-//! forward, left, up. So
+//! Here: depth down, pitch bow up, yaw to starboard, frames forward, right, down. ROS (REP 103,
+//! REP 105): `odom` with x forward along the first course, y left and z up, its origin at the surface;
+//! `base_link` forward, left, up. Both are the same turned about x by half a turn, so y and z of every
+//! vector change their sign, those of the quaternion too:
 //!
 //! ```text
-//! position (x, 0, -z)      orientation: about the left-hand y by -theta, (0, -sin(theta/2), 0, cos(theta/2))
-//! velocity (U, 0, -w)      angular velocity (0, -q, 0)
+//! position (x, -y, -z)     orientation (q_x, -q_y, -q_z, q_w)
+//! velocity (u, -v, -w)     angular velocity (p, -q, -r)
 //! ```
+//!
+//! The velocity is over ground, the current's with it; without roll, turn and current it is
+//! `(U, 0, -w)` and the angular velocity `(0, -q, 0)`.
 
-use crate::{State, vehicle::Derivatives};
+use crate::body::Body;
 
 /// Where `base_link` is in `odom`, and its velocity in `base_link`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,17 +29,31 @@ pub struct Odometry {
 }
 
 impl Odometry {
-    /// The state in ROS frames.
+    /// The state in ROS frames; `current` \[m/s\] is the water's velocity, forward, right, down in
+    /// the fixed frame.
     #[must_use]
-    pub fn of(state: &State, derivatives: &Derivatives) -> Self {
-        let (sin, cos) = (0.5 * wrapped(state.pitch)).sin_cos();
+    pub fn of(body: &Body, current: [f64; 3]) -> Self {
+        let attitude = body.attitude();
+        let [qx, qy, qz, qw] = attitude.quaternion();
+        let drift = attitude.to_body(current);
+        let through = [body.speed, 0.0, body.plane.heave];
         Self {
-            position: [state.distance, 0.0, -state.depth],
-            orientation: [0.0, -sin, 0.0, cos],
-            velocity: [derivatives.speed, 0.0, -state.heave],
-            angular_velocity: [0.0, -state.pitch_rate, 0.0],
+            position: up([body.plane.distance, body.across, body.plane.depth]),
+            orientation: [qx, -qy, 0.0 - qz, qw],
+            velocity: up(std::array::from_fn(|i| through[i] + drift[i])),
+            angular_velocity: up_rates(attitude.body_rates(&body.attitude_rates())),
         }
     }
+}
+
+/// Forward, right, down to forward, left, up. (`0 - y`, not `-y`: no negative zero.)
+fn up([x, y, z]: [f64; 3]) -> [f64; 3] {
+    [x, 0.0 - y, -z]
+}
+
+/// The same of rates, whose right-hand share is the one seldom zero.
+fn up_rates([p, q, r]: [f64; 3]) -> [f64; 3] {
+    [p, -q, 0.0 - r]
 }
 
 /// The same angle in `[-pi, pi]`.
@@ -52,7 +70,7 @@ pub fn wrapped(angle: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::vehicle_file::brunner;
+    use crate::{State, axis::Turn};
 
     /// `v` turned by the quaternion: `v + 2 u x (u x v + s v)`.
     fn turned([x, y, z, s]: [f64; 4], v: [f64; 3]) -> [f64; 3] {
@@ -69,13 +87,35 @@ mod tests {
         std::array::from_fn(|i| v[i] + 2.0 * outer[i])
     }
 
+    fn body() -> Body {
+        Body {
+            plane: State {
+                distance: 3.0,
+                depth: 2.0,
+                pitch: -0.7,
+                heave: 0.05,
+                pitch_rate: 0.2,
+            },
+            across: 0.5,
+            speed: 0.3,
+            roll: Turn {
+                angle: 0.2,
+                rate: 0.1,
+            },
+            course: Turn {
+                angle: 1.1,
+                rate: -0.1,
+            },
+        }
+    }
+
     #[test]
     fn bow_up_the_forward_axis_points_upwards() {
         let state = State {
             pitch: 0.3,
             ..State::default()
         };
-        let odometry = Odometry::of(&state, &brunner().derivatives(0.3));
+        let odometry = Odometry::of(&Body::upright(state, 0.3), [0.0; 3]);
         let bow = turned(odometry.orientation, [1.0, 0.0, 0.0]);
         assert!((bow[0] - 0.3_f64.cos()).abs() < 1e-15);
         assert!((bow[2] - 0.3_f64.sin()).abs() < 1e-15);
@@ -83,19 +123,32 @@ mod tests {
     }
 
     #[test]
-    fn the_twist_turned_into_odom_is_the_rate_of_the_position() {
-        let d = brunner().derivatives(0.3);
-        let state = State {
-            depth: 2.0,
-            pitch: -0.7,
-            heave: 0.05,
-            ..State::default()
+    fn bow_to_starboard_the_forward_axis_points_right_of_the_first_course() {
+        let mut turning = Body::upright(State::default(), 0.3);
+        turning.course = Turn {
+            angle: 0.3,
+            rate: 0.1,
         };
-        let odometry = Odometry::of(&state, &d);
+        let odometry = Odometry::of(&turning, [0.0; 3]);
+        let bow = turned(odometry.orientation, [1.0, 0.0, 0.0]);
+        assert!((bow[1] + 0.3_f64.sin()).abs() < 1e-15, "y is left");
+        assert!(
+            (odometry.angular_velocity[2] + 0.1).abs() < 1e-15,
+            "z is up"
+        );
+    }
+
+    #[test]
+    fn the_twist_turned_into_odom_is_the_velocity_over_ground() {
+        let current = [0.1, -0.2, 0.05];
+        let odometry = Odometry::of(&body(), current);
         let velocity = turned(odometry.orientation, odometry.velocity);
-        assert!((velocity[0] - d.track_speed(&state)).abs() < 1e-15);
-        assert!((velocity[2] + d.depth_rate(&state)).abs() < 1e-15);
-        assert_eq!(odometry.position[2], -2.0);
+        let [x, y, z] = body().attitude().to_fixed([0.3, 0.0, 0.05]);
+        let expected = [x + 0.1, -(y - 0.2), -(z + 0.05)];
+        for (found, expected) in velocity.into_iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-15);
+        }
+        assert_eq!(odometry.position, [3.0, -0.5, -2.0]);
     }
 
     #[test]

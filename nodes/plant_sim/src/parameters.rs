@@ -28,12 +28,22 @@ fn vehicle() -> Vec<Declaration> {
         Declaration::new(
             "vehicle",
             BRUNNER,
-            "The vehicle: 'brunner' (NPS 1988), 'brunner_as_printed' (with the errors of its programs), or the path of a vehicle file",
+            "The vehicle: 'brunner' (NPS 1988), 'brunner_as_printed' (with the errors of its programs), 'remus_100' (Prestero 2001), or the path of a vehicle file",
         )
         .read_only(),
-        Declaration::new("speed", 0.3048, "Forward speed through the water")
-            .unit("m/s")
-            .range(0.0, 5.0),
+        Declaration::new(
+            "speed",
+            0.3048,
+            "Forward speed through the water; with propulsion by thrust, at the start and after a reset",
+        )
+        .unit("m/s")
+        .range(0.0, 5.0),
+        Declaration::new(
+            "propulsion",
+            "held",
+            "Whether the speed is held, or follows the commanded thrust against the drag",
+        )
+        .choices(&["held", "thrust"]),
         Declaration::new(
             "restoring",
             "sine",
@@ -119,6 +129,81 @@ fn environment() -> Vec<Declaration> {
         )
         .unit("Pa")
         .range(0.0, 200_000.0),
+        Declaration::new(
+            "environment.bottom",
+            0.0,
+            "Depth of the bottom, 0: there is none; the report's tank 1.2192 (4 ft)",
+        )
+        .unit("m")
+        .range(0.0, 11_000.0),
+        Declaration::new(
+            "environment.current.x",
+            0.0,
+            "The water's steady velocity along the first course",
+        )
+        .unit("m/s")
+        .range(-5.0, 5.0),
+        Declaration::new(
+            "environment.current.y",
+            0.0,
+            "The water's steady velocity to starboard of the first course",
+        )
+        .unit("m/s")
+        .range(-5.0, 5.0),
+        Declaration::new(
+            "environment.current.z",
+            0.0,
+            "The water's steady velocity downwards",
+        )
+        .unit("m/s")
+        .range(-5.0, 5.0),
+        Declaration::new(
+            "environment.seaway.force",
+            0.0,
+            "Standard deviation of the waves' heave force at the surface; 0 with moment 0: calm",
+        )
+        .unit("N")
+        .range(0.0, 1e4),
+        Declaration::new(
+            "environment.seaway.moment",
+            0.0,
+            "Standard deviation of the waves' pitch moment at the surface",
+        )
+        .unit("N m")
+        .range(0.0, 1e4),
+        Declaration::new(
+            "environment.seaway.period",
+            3.0,
+            "Period at the peak of the waves' spectrum",
+        )
+        .unit("s")
+        .range(0.1, 60.0),
+        Declaration::new(
+            "environment.seaway.damping",
+            0.1,
+            "Damping ratio of the filter that shapes the waves: the smaller, the more regular",
+        )
+        .range(0.001, 1.0),
+        Declaration::new(
+            "environment.tether.diameter",
+            0.0,
+            "Of a tether up to the surface, 0: there is none",
+        )
+        .unit("m")
+        .range(0.0, 0.1),
+        Declaration::new(
+            "environment.tether.drag_coefficient",
+            1.2,
+            "Of the tether across the flow; 1.2 for a smooth line",
+        )
+        .range(0.0, 3.0),
+        Declaration::new(
+            "environment.tether.above",
+            0.04445,
+            "Height above the body's origin at which the tether is made fast; half the report's hull height",
+        )
+        .unit("m")
+        .range(-1.0, 1.0),
     ]
 }
 

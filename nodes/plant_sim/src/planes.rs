@@ -6,6 +6,9 @@ pub const MOST_SAMPLES: usize = 1000;
 /// The largest plane angle taken \[rad\]: a right angle. Actuators stop well before.
 pub const LARGEST_ANGLE: f64 = std::f64::consts::FRAC_PI_2;
 
+/// An angle of no effect \[rad\].
+pub const NEUTRAL: f64 = 0.0;
+
 /// Why a plane motion was not taken.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MotionError {

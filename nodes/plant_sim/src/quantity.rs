@@ -41,6 +41,12 @@ pub enum Dimension {
     Rate,
     /// Seconds, or what converts to them.
     Time,
+    /// Newton metres, or what converts to them; per radian too.
+    Moment,
+    /// Kilogram square metres, or what converts to them.
+    Inertia,
+    /// Newton metre seconds (per radian), or what converts to them.
+    RotaryDamping,
 }
 
 impl Dimension {
@@ -74,6 +80,9 @@ impl Dimension {
             Self::Acceleration => &[("m/s^2", 1.0), ("ft/s^2", FOOT)],
             Self::Rate => &[("rad/s", 1.0), ("deg/s", std::f64::consts::PI / 180.0)],
             Self::Time => &[("s", 1.0), ("ms", 1e-3)],
+            Self::Moment => &[("N m", 1.0), ("ft lbf", FOOT * POUND_FORCE)],
+            Self::Inertia => &[("kg m^2", 1.0), ("ft lbf s^2", FOOT * POUND_FORCE)],
+            Self::RotaryDamping => &[("N m s", 1.0), ("ft lbf s", FOOT * POUND_FORCE)],
         }
     }
 }

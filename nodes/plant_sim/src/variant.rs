@@ -23,7 +23,7 @@ pub const BRUNNER_SECANT_RATE: f64 = 0.15;
 /// How pitch is damped.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum PitchDamping {
-    /// `M_q q`, the vehicle's own coefficient at its speed.
+    /// `M_q q + M_qq q|q|`, the vehicle's own coefficients at its speed; the others replace both.
     #[default]
     Coefficient,
     /// `-N q0 q`: right at the pitch rate `q0`, too much below it.
@@ -54,7 +54,7 @@ pub struct Variant {
     pub damping: PitchDamping,
     /// Whether the vehicle heaves at all; without, it goes where its bow points.
     pub heave: bool,
-    /// Whether heave turns the vehicle: `M_w`.
+    /// Whether heave turns the vehicle: `M_w`, and `M_ww` and `M_wdot` where it has them.
     pub heave_moment: bool,
     /// Whether there is a restoring moment `W BG`.
     pub restoring_moment: bool,
@@ -77,15 +77,19 @@ impl Variant {
     pub fn of(&self, mut d: Derivatives) -> Derivatives {
         match self.damping {
             PitchDamping::Coefficient => {}
-            PitchDamping::Secant { viscous, rate } => d.m_q = -viscous * rate,
-            PitchDamping::Tangent { viscous, rate } => d.m_q = -2.0 * viscous * rate,
-            PitchDamping::Quadratic { viscous } => (d.m_q, d.m_q_q) = (-0.0, -viscous),
+            PitchDamping::Secant { viscous, rate } => (d.m_q, d.m_qq) = (-viscous * rate, 0.0),
+            PitchDamping::Tangent { viscous, rate } => {
+                (d.m_q, d.m_qq) = (-2.0 * viscous * rate, 0.0)
+            }
+            PitchDamping::Quadratic { viscous } => (d.m_q, d.m_qq) = (-0.0, -viscous),
         }
         if !self.heave {
             (d.z_w, d.z_q_plus_m_u, d.z_delta) = (0.0, 0.0, 0.0);
+            (d.z_ww, d.z_qq, d.z_q_dot) = (0.0, 0.0, 0.0);
+            (d.first_moment, d.excess_weight) = (0.0, 0.0);
         }
         if !self.heave_moment {
-            d.m_w = 0.0;
+            (d.m_w, d.m_ww, d.m_w_dot) = (0.0, 0.0, 0.0);
         }
         if !self.restoring_moment {
             d.restoring = 0.0;
@@ -146,6 +150,23 @@ mod tests {
         let slope = (moment(&parabola, rate + 1e-6) - moment(&parabola, rate - 1e-6)) / 2e-6;
         assert!((slope - tangent.m_q).abs() < 1e-6);
         assert!((moment(&parabola, -rate) + moment(&parabola, rate)).abs() < 1e-18);
+    }
+
+    #[test]
+    fn a_vehicle_with_drag_of_its_own_in_pitch_has_the_named_damping_in_its_place() {
+        let d = crate::vehicle_file::remus_100().derivatives(1.5);
+        assert!(d.m_qq < 0.0);
+        let secant = Variant {
+            damping: PitchDamping::Secant {
+                viscous: 4.0,
+                rate: 0.5,
+            },
+            heave_moment: false,
+            ..Variant::default()
+        }
+        .of(d);
+        assert_eq!((secant.m_q, secant.m_qq), (-2.0, 0.0));
+        assert_eq!((secant.m_w, secant.m_ww, secant.m_w_dot), (0.0, 0.0, 0.0));
     }
 
     #[test]

@@ -7,11 +7,21 @@
 //! ```text
 //! Z_wdot  m0        Z_w  m0 U / L    Z_q  m0 U      Z_delta  m0 U^2 / L
 //! M_qdot  m0 L^2    M_w  m0 U        M_q  m0 L U    M_delta  m0 U^2
+//!
+//! Z_ww   m0 / L     Z_qq m0 L    Z_qdot  m0 L
+//! M_ww   m0         M_qq m0 L^2  M_wdot  m0 L
 //! ```
 //!
-//! so damping grows with the speed and plane forces with its square, while the restoring moment
-//! `W BG sin(theta)` stays. At rest there is no damping at all: the coefficients are those of a
-//! vehicle under way.
+//! so damping grows with the speed and plane forces with its square, while the cross-flow drag of
+//! the second line does not know the speed, nor does the restoring moment `W BG sin(theta)`.
+//! Without cross-flow drag there is no damping at all at rest: linear coefficients are those of
+//! a vehicle under way. Coefficients published in SI units (Prestero 2001: `Z_uw` \[kg/m\] and so
+//! on) are the same with `L` = 1 m and `m0` = 1 kg.
+//!
+//! Roll, course and propulsion are the report's plants of one axis each (ch. II,
+//! [`Axis`], [`Propulsion`]); a vehicle may lack them.
+
+use crate::{axis::Axis, propulsion::Propulsion};
 
 /// A vehicle, in SI units.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,17 +34,27 @@ pub struct Vehicle {
     pub reference_mass: f64,
     /// `m` \[kg\].
     pub mass: f64,
-    /// `W` \[N\], equal to the buoyancy.
+    /// `W` \[N\].
     pub weight: f64,
+    /// `B` \[N\]; equal to the weight when the vehicle is trimmed neutral.
+    pub buoyancy: f64,
     /// `BG` \[m\]: the centre of gravity's depth below the centre of buoyancy.
     pub restoring_arm: f64,
+    /// `z_G` \[m\]: the centre of gravity's depth below the body's origin.
+    pub gravity_below_origin: f64,
     /// The nondimensional coefficients.
     pub coefficients: Coefficients,
     /// Where depth is sensed.
     pub depth_port: Port,
+    /// How it rolls under the roll differential; `None`: it stays upright.
+    pub roll: Option<Axis>,
+    /// How it turns under the rudder; `None`: it keeps its course.
+    pub course: Option<Axis>,
+    /// What drives it; `None`: its speed can only be held.
+    pub propulsion: Option<Propulsion>,
 }
 
-/// Nondimensional coefficients of the vertical plane. `Z'qdot` and `M'wdot` are taken as zero.
+/// Nondimensional coefficients of the vertical plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coefficients {
     /// `Z'wdot`: heave force per heave acceleration, less than 0 (added mass).
@@ -53,9 +73,21 @@ pub struct Coefficients {
     pub i_y_minus_m_q_dot: f64,
     /// `M'delta`: pitch moment per plane angle.
     pub m_delta: f64,
+    /// `Z'qdot`: heave force per pitch acceleration.
+    pub z_q_dot: f64,
+    /// `M'wdot`: pitch moment per heave acceleration.
+    pub m_w_dot: f64,
+    /// `Z'ww`: heave force per `w|w|`, at most 0 (cross-flow drag).
+    pub z_ww: f64,
+    /// `Z'qq`: heave force per `q|q|`.
+    pub z_qq: f64,
+    /// `M'ww`: pitch moment per `w|w|`.
+    pub m_ww: f64,
+    /// `M'qq`: pitch moment per `q|q|`, at most 0 (cross-flow drag).
+    pub m_qq: f64,
 }
 
-/// A place on the hull, from the centre of gravity.
+/// A place on the hull, from the body's origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Port {
     /// Along body x \[m\], positive forward.
@@ -83,13 +115,27 @@ pub struct Derivatives {
     pub m_w: f64,
     /// `M_q` \[N m s/rad\].
     pub m_q: f64,
-    /// `M_q|q|` \[N m s^2/rad^2\]: damping by the square of the pitch rate. The coefficients
-    /// have none; [`Variant`](crate::variant::Variant) may.
-    pub m_q_q: f64,
     /// `M_delta` \[N m/rad\].
     pub m_delta: f64,
     /// `W BG` \[N m\].
     pub restoring: f64,
+    /// `Z_qdot` \[kg m\].
+    pub z_q_dot: f64,
+    /// `M_wdot` \[kg m\].
+    pub m_w_dot: f64,
+    /// `Z_ww` \[kg/m\].
+    pub z_ww: f64,
+    /// `Z_qq` \[kg m\].
+    pub z_qq: f64,
+    /// `M_ww` \[kg\].
+    pub m_ww: f64,
+    /// `M_qq` \[kg m^2\]: damping by the square of the pitch rate. The report's coefficients have
+    /// none; [`Variant`](crate::variant::Variant) may.
+    pub m_qq: f64,
+    /// `m z_G` \[kg m\].
+    pub first_moment: f64,
+    /// `W - B` \[N\].
+    pub excess_weight: f64,
 }
 
 impl Vehicle {
@@ -105,6 +151,12 @@ impl Vehicle {
             m_q,
             i_y_minus_m_q_dot,
             m_delta,
+            z_q_dot,
+            m_w_dot,
+            z_ww,
+            z_qq,
+            m_ww,
+            m_qq,
         } = self.coefficients;
         let (m0, l) = (self.reference_mass, self.reference_length);
         Derivatives {
@@ -116,10 +168,16 @@ impl Vehicle {
             pitch_inertia: i_y_minus_m_q_dot * m0 * l * l,
             m_w: m_w * m0 * u,
             m_q: m_q * m0 * l * u,
-            // The zero that changes no sum, not even the sign of another zero.
-            m_q_q: -0.0,
             m_delta: m_delta * m0 * u * u,
             restoring: self.weight * self.restoring_arm,
+            z_q_dot: z_q_dot * m0 * l,
+            m_w_dot: m_w_dot * m0 * l,
+            z_ww: z_ww * m0 / l,
+            z_qq: z_qq * m0 * l,
+            m_ww: m_ww * m0,
+            m_qq: m_qq * m0 * l * l,
+            first_moment: self.mass * self.gravity_below_origin,
+            excess_weight: self.weight - self.buoyancy,
         }
     }
 }

@@ -1,7 +1,10 @@
 //! Vehicle files: YAML, every dimensional value with its unit, checked and converted once.
 //!
-//! `vehicles/brunner.yaml` is the pattern. It is built in under the name `brunner`, and beside it
-//! `brunner_as_printed`, the vehicle that the thesis' programs describe with their errors.
+//! `vehicles/brunner.yaml` and `vehicles/remus_100.yaml` are the patterns, and are built in under the
+//! names `brunner` and `remus_100`; so is `brunner_as_printed`, the vehicle that the thesis' programs
+//! describe with their errors. What a vehicle does not have is left out: `buoyancy` is then the
+//! weight, `gravity_below_origin` and the coefficients from `z_q_dot` on are 0, and without `roll`,
+//! `course` or `propulsion` it does not heel, turn or go by thrust.
 
 use std::{fs, io::Read, path::Path};
 
@@ -9,7 +12,9 @@ use serde::Deserialize;
 
 use crate::{
     Vehicle,
+    axis::Axis,
     coefficients::Geometry,
+    propulsion::Propulsion,
     quantity::{Dimension, Quantity},
     vehicle::{Coefficients, Port},
 };
@@ -20,15 +25,19 @@ pub const BRUNNER: &str = "brunner";
 /// The vehicle of programs T2 to T5 with their errors left in, of Brunner 1988 too.
 pub const BRUNNER_AS_PRINTED: &str = "brunner_as_printed";
 
+/// The REMUS 100 of Prestero 2001.
+pub const REMUS_100: &str = "remus_100";
+
 const BRUNNER_FILE: &str = include_str!("../vehicles/brunner.yaml");
 
-/// The vehicles that need no file.
-const BUILT_IN: [(&str, &str); 2] = [
+/// The vehicles that need no file, each with its text.
+const BUILT_IN: [(&str, &str); 3] = [
     (BRUNNER, BRUNNER_FILE),
     (
         BRUNNER_AS_PRINTED,
         include_str!("../vehicles/brunner_as_printed.yaml"),
     ),
+    (REMUS_100, include_str!("../vehicles/remus_100.yaml")),
 ];
 
 /// The largest file read \[bytes\]; a vehicle takes two thousand.
@@ -39,7 +48,8 @@ const LARGEST_FILE: u64 = 64 * 1024;
 pub enum VehicleError {
     /// The file could not be read.
     #[error(
-        "vehicle file '{file}': {source} (built in are '{BRUNNER}' and '{BRUNNER_AS_PRINTED}')"
+        "vehicle file '{file}': {source} (built in are '{BRUNNER}', '{BRUNNER_AS_PRINTED}' and \
+         '{REMUS_100}')"
     )]
     Unreadable {
         /// Its path.
@@ -150,6 +160,15 @@ pub fn brunner() -> Vehicle {
     parse(BRUNNER, BRUNNER_FILE).expect("the built-in vehicle file is valid")
 }
 
+/// The REMUS 100 of Prestero 2001.
+///
+/// # Panics
+/// Never, as [`brunner`].
+#[must_use]
+pub fn remus_100() -> Vehicle {
+    load(REMUS_100).expect("the built-in vehicle file is valid")
+}
+
 /// A field and what is wrong with it.
 type Refusal = (&'static str, String);
 
@@ -161,6 +180,9 @@ struct VehicleFile {
     particulars: ParticularsSection,
     coefficients: CoefficientsSection,
     depth_port: PortSection,
+    roll: Option<AxisSection>,
+    course: Option<AxisSection>,
+    propulsion: Option<PropulsionSection>,
     /// Read by the coefficient workbench alone.
     #[serde(default)]
     geometry: Option<Geometry>,
@@ -178,7 +200,9 @@ struct ReferenceSection {
 struct ParticularsSection {
     mass: Quantity,
     weight: Quantity,
+    buoyancy: Option<Quantity>,
     restoring_arm: Quantity,
+    gravity_below_origin: Option<Quantity>,
 }
 
 #[derive(Deserialize)]
@@ -192,6 +216,18 @@ struct CoefficientsSection {
     m_q: f64,
     i_y_minus_m_q_dot: f64,
     m_delta: f64,
+    #[serde(default)]
+    z_q_dot: f64,
+    #[serde(default)]
+    m_w_dot: f64,
+    #[serde(default)]
+    z_ww: f64,
+    #[serde(default)]
+    z_qq: f64,
+    #[serde(default)]
+    m_ww: f64,
+    #[serde(default)]
+    m_qq: f64,
 }
 
 #[derive(Deserialize)]
@@ -199,6 +235,25 @@ struct CoefficientsSection {
 struct PortSection {
     forward: Quantity,
     below: Quantity,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct AxisSection {
+    gain: Quantity,
+    reference_speed: Quantity,
+    inertia: Quantity,
+    damping: Quantity,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PropulsionSection {
+    frontal_area: Quantity,
+    wetted_area: Quantity,
+    plate_length: Quantity,
+    added_mass: Quantity,
+    design_speed: Quantity,
 }
 
 impl VehicleFile {
@@ -209,6 +264,9 @@ impl VehicleFile {
             particulars,
             coefficients: c,
             depth_port,
+            roll,
+            course,
+            propulsion,
             geometry: _,
         } = self;
         let length = above_zero("reference.length", &reference.length, Dimension::Length)?;
@@ -219,18 +277,94 @@ impl VehicleFile {
             &particulars.restoring_arm,
             "must not be below zero: the vehicle would turn over",
         )?;
+        let reference_mass = above_zero("reference.mass", &reference.mass, Dimension::Mass)?;
+        let mass = above_zero("particulars.mass", &particulars.mass, Dimension::Mass)?;
+        let weight = above_zero("particulars.weight", &particulars.weight, Dimension::Force)?;
+        let coefficients = c.checked()?;
+        let heave_inertia = mass - coefficients.z_w_dot * reference_mass;
+        let pitch_inertia = coefficients.i_y_minus_m_q_dot * reference_mass * length * length;
+        let coupling =
+            coefficients.z_q_dot * coefficients.m_w_dot * (reference_mass * length).powi(2);
+        require(
+            coupling.abs() < heave_inertia * pitch_inertia,
+            "coefficients.z_q_dot",
+            coefficients.z_q_dot,
+            "must leave the inertia positive: z_q_dot m_w_dot is at least that of heave times pitch",
+        )?;
         Ok(Vehicle {
             name,
             reference_length: length,
-            reference_mass: above_zero("reference.mass", &reference.mass, Dimension::Mass)?,
-            mass: above_zero("particulars.mass", &particulars.mass, Dimension::Mass)?,
-            weight: above_zero("particulars.weight", &particulars.weight, Dimension::Force)?,
+            reference_mass,
+            mass,
+            weight,
+            buoyancy: match &particulars.buoyancy {
+                Some(q) => above_zero("particulars.buoyancy", q, Dimension::Force)?,
+                None => weight,
+            },
             restoring_arm,
-            coefficients: c.checked()?,
+            gravity_below_origin: match &particulars.gravity_below_origin {
+                Some(q) => on_the_hull("particulars.gravity_below_origin", q, length)?,
+                None => 0.0,
+            },
+            coefficients,
+            roll: roll
+                .map(|r| r.axis(ROLL_FIELDS, weight * restoring_arm))
+                .transpose()?,
+            course: course.map(|c| c.axis(COURSE_FIELDS, 0.0)).transpose()?,
+            propulsion: propulsion.map(PropulsionSection::checked).transpose()?,
             depth_port: Port {
                 forward: on_the_hull("depth_port.forward", &depth_port.forward, length)?,
                 below: on_the_hull("depth_port.below", &depth_port.below, length)?,
             },
+        })
+    }
+}
+
+/// The names of an axis' gain, reference speed, inertia and damping.
+type AxisFields = [&'static str; 4];
+
+const ROLL_FIELDS: AxisFields = [
+    "roll.gain",
+    "roll.reference_speed",
+    "roll.inertia",
+    "roll.damping",
+];
+
+const COURSE_FIELDS: AxisFields = [
+    "course.gain",
+    "course.reference_speed",
+    "course.inertia",
+    "course.damping",
+];
+
+impl AxisSection {
+    fn axis(&self, fields: AxisFields, restoring: f64) -> Result<Axis, Refusal> {
+        let [gain, reference_speed, inertia, damping] = fields;
+        Ok(Axis {
+            gain: above_zero(gain, &self.gain, Dimension::Moment)?,
+            reference_speed: above_zero(reference_speed, &self.reference_speed, Dimension::Speed)?,
+            inertia: above_zero(inertia, &self.inertia, Dimension::Inertia)?,
+            damping: above_zero(damping, &self.damping, Dimension::RotaryDamping)?,
+            restoring,
+        })
+    }
+}
+
+impl PropulsionSection {
+    fn checked(self) -> Result<Propulsion, Refusal> {
+        let Self {
+            frontal_area,
+            wetted_area,
+            plate_length,
+            added_mass,
+            design_speed,
+        } = self;
+        Ok(Propulsion {
+            frontal_area: above_zero("propulsion.frontal_area", &frontal_area, Dimension::Area)?,
+            wetted_area: above_zero("propulsion.wetted_area", &wetted_area, Dimension::Area)?,
+            plate_length: above_zero("propulsion.plate_length", &plate_length, Dimension::Length)?,
+            added_mass: above_zero("propulsion.added_mass", &added_mass, Dimension::Mass)?,
+            design_speed: above_zero("propulsion.design_speed", &design_speed, Dimension::Speed)?,
         })
     }
 }
@@ -246,6 +380,12 @@ impl CoefficientsSection {
             ("coefficients.m_q", self.m_q),
             ("coefficients.i_y_minus_m_q_dot", self.i_y_minus_m_q_dot),
             ("coefficients.m_delta", self.m_delta),
+            ("coefficients.z_q_dot", self.z_q_dot),
+            ("coefficients.m_w_dot", self.m_w_dot),
+            ("coefficients.z_ww", self.z_ww),
+            ("coefficients.z_qq", self.z_qq),
+            ("coefficients.m_ww", self.m_ww),
+            ("coefficients.m_qq", self.m_qq),
         ] {
             require(value.is_finite(), field, value, "must be finite")?;
         }
@@ -253,6 +393,8 @@ impl CoefficientsSection {
             ("coefficients.z_w_dot", self.z_w_dot),
             ("coefficients.z_w", self.z_w),
             ("coefficients.m_q", self.m_q),
+            ("coefficients.z_ww", self.z_ww),
+            ("coefficients.m_qq", self.m_qq),
         ] {
             let rule = "must not be above zero: it would feed energy to the motion";
             require(value <= 0.0, field, value, rule)?;
@@ -272,6 +414,12 @@ impl CoefficientsSection {
             m_q: self.m_q,
             i_y_minus_m_q_dot: self.i_y_minus_m_q_dot,
             m_delta: self.m_delta,
+            z_q_dot: self.z_q_dot,
+            m_w_dot: self.m_w_dot,
+            z_ww: self.z_ww,
+            z_qq: self.z_qq,
+            m_ww: self.m_ww,
+            m_qq: self.m_qq,
         })
     }
 }
@@ -288,7 +436,7 @@ fn length_of(field: &'static str, q: &Quantity) -> Result<f64, Refusal> {
 
 fn on_the_hull(field: &'static str, q: &Quantity, length: f64) -> Result<f64, Refusal> {
     let si = length_of(field, q)?;
-    let rule = "must not be farther from the centre of gravity than the reference length";
+    let rule = "must not be farther from the body's origin than the reference length";
     require(si.abs() <= length, field, q, rule)?;
     Ok(si)
 }

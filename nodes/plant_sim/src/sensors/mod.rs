@@ -31,7 +31,7 @@ pub mod noise;
 pub mod plane_signal;
 pub mod pressure_cell;
 
-use crate::{State, environment::Environment, vehicle::Derivatives, vehicle::Port};
+use crate::{State, body::Body, environment::Environment, vehicle::Derivatives, vehicle::Port};
 use adc::Adc;
 use conditioning::Conditioning;
 use gyro::Calibrations;
@@ -77,7 +77,8 @@ pub struct Sensors {
 }
 
 impl Default for Sensors {
-    /// The report's calibrations without any error: drivers read the truth.
+    /// The report's calibrations without any error: drivers read the truth, but for the
+    /// yaw gyro, whose only calibration has unequal sides ([`gyro::SWING`]).
     fn default() -> Self {
         Self {
             gyros: gyro::SWING,
@@ -280,23 +281,28 @@ impl<T: Copy> Channels<T> {
     }
 }
 
-/// The specific force at the centre of gravity, forward, left, up \[m/s^2\]. In body axes
-/// forward, right, down, with `U` constant:
+/// The specific force at the body's origin, forward, left, up \[m/s^2\]. In body axes forward,
+/// right, down, with `U` constant, no sideslip and no load on heave:
 ///
 /// ```text
-/// f_x = q w + g sin(theta)          f_z = w' - q U - g cos(theta)
+/// f_x = q w + g sin(theta)
+/// f_y = r U - p w - g cos(theta) sin(phi)
+/// f_z = w' - q U - g cos(theta) cos(phi)
 /// ```
 #[must_use]
-pub fn specific_force(state: &State, delta: f64, d: &Derivatives, g: f64) -> [f64; 3] {
+pub fn specific_force(body: &Body, delta: f64, d: &Derivatives, g: f64) -> [f64; 3] {
     let State {
         pitch: theta,
         heave: w,
-        pitch_rate: q,
         ..
-    } = *state;
+    } = body.plane;
+    let [p, q, r] = body.rates();
+    let (sin_roll, cos_roll) = body.roll.angle.sin_cos();
     let forward = q * w + g * theta.sin();
-    let down = d.heave_acceleration(state, delta) - q * d.speed - g * theta.cos();
-    [forward, 0.0, -down]
+    let right = r * d.speed - p * w - g * theta.cos() * sin_roll;
+    let down = d.heave_acceleration(&body.plane, delta) - q * d.speed - g * theta.cos() * cos_roll;
+    // `0 - right`, not `-right`: no negative zero.
+    [forward, 0.0 - right, -down]
 }
 
 #[cfg(test)]
@@ -561,7 +567,8 @@ mod tests {
             (after.1 - before.1) / (2.0 * h) - FRESH.gravity,
         );
         let (sin, cos) = state.pitch.sin_cos();
-        let [forward, _, up] = specific_force(&state, delta, &d, FRESH.gravity);
+        let [forward, _, up] =
+            specific_force(&Body::upright(state, d.speed), delta, &d, FRESH.gravity);
         assert!((forward - (x * cos - z * sin)).abs() < 1e-8);
         assert!((up + (x * sin + z * cos)).abs() < 1e-8);
     }
@@ -569,7 +576,18 @@ mod tests {
     #[test]
     fn level_and_steady_the_accelerometers_feel_gravity_upwards() {
         let d = brunner().derivatives(FOOT);
-        let felt = specific_force(&State::default(), 0.0, &d, FRESH.gravity);
+        let felt = specific_force(&Body::default(), 0.0, &d, FRESH.gravity);
         assert_eq!(felt, [0.0, 0.0, 9.81456]);
+    }
+
+    #[test]
+    fn heeled_to_starboard_the_accelerometers_feel_the_support_from_port_too() {
+        let mut body = Body::default();
+        body.roll.angle = 0.5;
+        let d = brunner().derivatives(0.0);
+        let [forward, left, up] = specific_force(&body, 0.0, &d, FRESH.gravity);
+        assert_eq!(forward, 0.0);
+        assert!((left - FRESH.gravity * 0.5f64.sin()).abs() < 1e-12);
+        assert!((up - FRESH.gravity * 0.5f64.cos()).abs() < 1e-12);
     }
 }
