@@ -21,7 +21,7 @@ pub const NODES: [&str; 5] = [
 ];
 
 /// The scenarios that come with the program: name and text.
-pub const BUILTIN: [(&str, &str); 2] = [
+pub const BUILTIN: [(&str, &str); 3] = [
     (
         "dive",
         include_str!("../launch-scripts/scenarios/dive.yaml"),
@@ -29,6 +29,10 @@ pub const BUILTIN: [(&str, &str); 2] = [
     (
         "open_loop",
         include_str!("../launch-scripts/scenarios/open_loop.yaml"),
+    ),
+    (
+        "remus_100",
+        include_str!("../launch-scripts/scenarios/remus_100.yaml"),
     ),
 ];
 
