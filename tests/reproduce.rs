@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::process::{Command, Output};
 
+use planesman::reproduce::shares;
 use planesman_book::Verdict;
 
 fn planesman(args: &[&str]) -> Output {
@@ -21,11 +22,8 @@ fn total(text: &str, what: &str) -> usize {
 
 /// How many recomputed numbers have this verdict in the book.
 fn expected(verdict: Verdict) -> usize {
-    let book = plant_sim::book::brunner_1988().expect("a book");
-    let names: BTreeSet<_> = plant_sim::book::recomputed()
-        .into_iter()
-        .map(|(id, _)| id)
-        .collect();
+    let book = shares::book().expect("a book");
+    let names: BTreeSet<_> = shares::recomputed().into_iter().map(|(id, _)| id).collect();
     book.entries()
         .iter()
         .filter(|e| e.verdict == Some(verdict) && names.contains(e.id.as_str()))

@@ -1,5 +1,6 @@
 //! `planesman reproduce`: every number of the 1988 report beside what it comes to.
 //!
+//! - [`shares`]: which node recomputes which numbers.
 //! - [`listing`]: the numbers as text.
 //! - [`page`]: the numbers, errata and figures as one HTML page.
 //! - [`figures`]: the lost figures B1 to B10, from the report's programs.
@@ -14,6 +15,7 @@ pub mod figures;
 pub mod listing;
 pub mod page;
 pub mod root_loci;
+pub mod shares;
 
 /// What the command takes.
 #[derive(Clone, Debug, clap::Args)]
@@ -29,8 +31,8 @@ pub struct ReproduceArgs {
 /// When a verdict is not the one that stands in the book, when a number moved away from its reference,
 /// or when the page cannot be written.
 pub fn run(args: &ReproduceArgs) -> Result<()> {
-    let book = plant_sim::book::brunner_1988()?;
-    let reckoning = Reckoning::of(&book, plant_sim::book::recomputed());
+    let book = shares::book()?;
+    let reckoning = Reckoning::of(&book, shares::recomputed());
     print!("{}", listing::text(&book, &reckoning));
     if let Some(path) = &args.html {
         std::fs::write(path, page::page(&book, &reckoning)?)

@@ -48,19 +48,39 @@ impl Book {
             entries: serde_json::from_str(entries).map_err(BookError::Entries)?,
             errata: serde_json::from_str(errata).map_err(BookError::Errata)?,
         };
+        book.checked()
+    }
+
+    /// One book of several shares of a report, in their order.
+    ///
+    /// # Errors
+    /// [`BookError::Twice`] for a name that two of them have.
+    pub fn of_shares(shares: impl IntoIterator<Item = Self>) -> Result<Self, BookError> {
+        let mut whole = Self {
+            entries: Vec::new(),
+            errata: BTreeMap::new(),
+        };
+        for share in shares {
+            whole.entries.extend(share.entries);
+            whole.errata.extend(share.errata);
+        }
+        whole.checked()
+    }
+
+    fn checked(self) -> Result<Self, BookError> {
         let mut seen = BTreeSet::new();
-        for entry in &book.entries {
+        for entry in &self.entries {
             if !seen.insert(&entry.id) {
                 return Err(BookError::Twice {
                     id: entry.id.clone(),
                 });
             }
-            book.check(entry).map_err(|reason| BookError::Refused {
+            self.check(entry).map_err(|reason| BookError::Refused {
                 id: entry.id.clone(),
                 reason,
             })?;
         }
-        Ok(book)
+        Ok(self)
     }
 
     fn check(&self, entry: &Entry) -> Result<(), String> {
@@ -142,6 +162,19 @@ mod tests {
         assert_eq!(book.erratum_of(entry), Some(("E1", "inches for feet")));
         assert_eq!(entry.judge(3.0), Some(Verdict::Contradicts));
         assert_eq!(entry.near_reference(3.05), Some(true));
+    }
+
+    #[test]
+    fn shares_make_one_book_unless_they_hold_the_same_number() {
+        let share = |id: &str| {
+            let text = format!(r#"[{{"id": "{id}", "unit": "-", "source": "p. 1"}}]"#);
+            Book::parse(&text, r#"{"E1": "inches for feet"}"#).expect("a book")
+        };
+        let whole = Book::of_shares([share("a"), share("b")]).expect("one book");
+        assert!(whole.entry("a").is_some() && whole.entry("b").is_some());
+        assert_eq!(whole.errata().len(), 1);
+        let twice = Book::of_shares([share("a"), share("a")]).expect_err("refused");
+        assert_eq!(twice.to_string(), "entry 'a' stands there twice");
     }
 
     #[test]

@@ -4,10 +4,12 @@
 //! - [`verdict`]: whether a recomputed number agrees with the printed one.
 //! - [`book`]: all entries of a report and its errata, read from JSON.
 //! - [`reckoning`]: a book gone through with freshly recomputed numbers.
+//! - [`brunner_1988`]: the errata of the one report that all nodes recompute, each its own share.
 //!
-//! Nothing here knows how a number is computed, or of which report it is.
+//! Nothing here knows how a number is computed.
 
 pub mod book;
+pub mod brunner_1988;
 pub mod entry;
 pub mod reckoning;
 pub mod verdict;

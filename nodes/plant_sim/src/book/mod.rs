@@ -1,10 +1,10 @@
 //! The printed numbers of Brunner 1988, computed again.
 //!
-//! `data/brunner_1988.json` holds every number with its page, `data/brunner_1988_errata.json` what is
-//! wrong with some of them. Each part here recomputes its families of numbers through this crate's
-//! models; `planesman reproduce` goes through the book with all of them.
+//! `data/brunner_1988.json` holds every number of the vehicle and its instruments with its page. Each
+//! part here recomputes its families of numbers through this crate's models; `planesman reproduce`
+//! goes through the book with all of them.
 
-use planesman_book::{Book, BookError};
+use planesman_book::{Book, BookError, brunner_1988};
 
 pub mod coefficients;
 pub mod programs;
@@ -12,7 +12,6 @@ pub mod sensors;
 pub mod transfer_functions;
 
 const ENTRIES: &str = include_str!("../../data/brunner_1988.json");
-const ERRATA: &str = include_str!("../../data/brunner_1988_errata.json");
 
 /// Some of the book's numbers, computed again: name and value, in the entry's unit.
 pub type Recomputed = Vec<(&'static str, f64)>;
@@ -28,12 +27,12 @@ pub const PARTS: &[Part] = &[
     ("transfer_functions", transfer_functions::recomputed),
 ];
 
-/// The report's numbers and errata.
+/// The report's numbers of the vehicle and its instruments, and its errata.
 ///
 /// # Errors
 /// [`BookError`]; a test reads the files that are compiled in.
 pub fn brunner_1988() -> Result<Book, BookError> {
-    Book::parse(ENTRIES, ERRATA)
+    brunner_1988::share(ENTRIES)
 }
 
 /// What all parts come to.

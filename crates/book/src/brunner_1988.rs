@@ -1,0 +1,17 @@
+//! G. M. Brunner, *Experimental Verification of AUV Performance*, Naval Postgraduate School, March 1988.
+//!
+//! Each node holds the numbers of the part of the report that it models. What is wrong with some of them
+//! is numbered for the whole report and held here once.
+
+use crate::{Book, BookError};
+
+/// What is wrong with the report (E) and with the scan of it (O): text by number, as JSON.
+const ERRATA: &str = include_str!("../data/brunner_1988_errata.json");
+
+/// One share of the report's numbers, a JSON list of [entries](crate::Entry), with the report's errata.
+///
+/// # Errors
+/// Those of [`Book::parse`].
+pub fn share(entries: &str) -> Result<Book, BookError> {
+    Book::parse(entries, ERRATA)
+}
