@@ -12,11 +12,18 @@ struct Share {
     recomputed: fn() -> Vec<(&'static str, f64)>,
 }
 
-const SHARES: &[Share] = &[Share {
-    node: "plant_sim",
-    book: plant_sim::book::brunner_1988,
-    recomputed: plant_sim::book::recomputed,
-}];
+const SHARES: &[Share] = &[
+    Share {
+        node: "plant_sim",
+        book: plant_sim::book::brunner_1988,
+        recomputed: plant_sim::book::recomputed,
+    },
+    Share {
+        node: "depth_controller",
+        book: depth_controller::book::brunner_1988,
+        recomputed: depth_controller::book::recomputed,
+    },
+];
 
 /// All shares as one book.
 ///

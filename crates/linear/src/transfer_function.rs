@@ -1,9 +1,9 @@
 //! Transfer functions `G = num / den`, highest power first, in `s` or in `z`.
 
-use nalgebra::Complex;
+use nalgebra::{Complex, DMatrix};
 
 use crate::{
-    Domain, Error,
+    Domain, Error, StateSpace,
     error::finite,
     polynomial::{self, evaluate},
 };
@@ -69,6 +69,42 @@ impl TransferFunction {
         } else {
             Err(Error::NoSteadyGain)
         }
+    }
+
+    /// A state space of this transfer function, in controllable companion form: with the denominator
+    /// scaled to `s^n + a_1 s^(n-1) + ... + a_n` and the numerator to `d (that) + b_1 s^(n-1) + ... + b_n`,
+    ///
+    /// ```text
+    ///     [-a_1 ... -a_n]       [1]
+    /// A = [  1         0]   B = [0]   C = [b_1 ... b_n]   D = d
+    ///     [      1     0]       [0]
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Improper`] when the numerator's degree is above the denominator's,
+    /// [`Error::NotFinite`].
+    pub fn companion(&self) -> Result<StateSpace, Error> {
+        let num = self.trimmed_num();
+        if num.len() > self.den.len() {
+            return Err(Error::Improper {
+                numerator: num.len() - 1,
+                denominator: self.den.len() - 1,
+            });
+        }
+        let n = self.den.len() - 1;
+        let lead = self.den[0];
+        let a: Vec<f64> = self.den.iter().map(|a| a / lead).collect();
+        let mut b = vec![0.0; self.den.len() - num.len()];
+        b.extend(num.iter().map(|b| b / lead));
+        StateSpace::new(
+            DMatrix::from_fn(n, n, |row, column| match row {
+                0 => -a[column + 1],
+                _ => f64::from(u8::from(row == column + 1)),
+            }),
+            DMatrix::from_fn(n, 1, |row, _| f64::from(u8::from(row == 0))),
+            DMatrix::from_fn(1, n, |_, column| b[column + 1] - b[0] * a[column + 1]),
+            DMatrix::from_element(1, 1, b[0]),
+        )
     }
 
     /// The response of this discrete system, at rest before the first sample:
@@ -144,6 +180,17 @@ mod tests {
         assert_eq!(output[0], 0.0);
         assert_eq!(output[1], 0.033);
         assert!((output[2] - (0.0758 + 0.7812 * 0.033)).abs() < 1e-16);
+    }
+
+    #[test]
+    fn the_companion_form_has_the_same_transfer_function() {
+        let g = TransferFunction::new(vec![0.0, 4.0, 3.0, 2.0], vec![2.0, 1.0, -0.5]).unwrap();
+        assert_eq!(
+            g.companion().unwrap().transfer_function(0, 0).unwrap(),
+            TransferFunction::new(vec![2.0, 1.5, 1.0], vec![1.0, 0.5, -0.25]).unwrap()
+        );
+        let improper = TransferFunction::new(vec![1.0, 0.0], vec![1.0]).unwrap();
+        assert!(matches!(improper.companion(), Err(Error::Improper { .. })));
     }
 
     #[test]

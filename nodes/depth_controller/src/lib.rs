@@ -9,12 +9,18 @@
 //! - [`schedule`]: depth setpoints over time.
 //! - [`parameters`]: every tunable, its default, unit and source.
 //! - [`core`]: a vehicle state in, a plane command out.
+//! - [`design`]: the loops on paper: gains, stability, step responses.
+//! - [`t6`]: the report's program of the depth controller.
+//! - [`book`]: the report's numbers on the controllers, computed again.
 
+pub mod book;
 pub mod core;
 pub mod depth_loop;
+pub mod design;
 pub mod limits;
 pub mod manoeuvre;
 pub mod node;
 pub mod parameters;
 pub mod pitch_loop;
 pub mod schedule;
+pub mod t6;

@@ -1,0 +1,163 @@
+//! One axis of the vehicle as a damped inertia (Brunner, NPS thesis, 1988, ch. II): the plant of the
+//! pitch, roll and course loops alike.
+//!
+//! ```text
+//! J x'' = K delta - B x' - Me x            x: angle, delta: plane angle
+//! delta = Kp (xc - x) - Kd x'              proportional, rate feedback
+//!
+//!   x               Kp K
+//!  --- = -----------------------------     B_eff = B + Kd K
+//!   xc    J s^2 + B_eff s + Kp K + Me
+//!
+//! wn^2 = (Kp K + Me) / J,   2 zeta wn = B_eff / J
+//! ```
+//! With the rate of the error fed back instead of the rate of the angle, `delta = Kp (xc - x) + Kd (xc - x)'`,
+//! the numerator is `Kp K + Kd K s` and the poles are the same.
+
+use planesman_linear::{Error, TransferFunction};
+
+/// A damped inertia turned by planes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DampedInertia {
+    /// `J`, moment of inertia with the water's share, ft lbf s^2.
+    pub inertia: f64,
+    /// `B`, moment per rate, ft lbf s.
+    pub damping: f64,
+    /// `K`, moment per plane angle, ft lbf/rad.
+    pub plane_moment: f64,
+    /// `Me`, restoring moment per angle, ft lbf/rad; 0 where the report leaves it out.
+    pub restoring: f64,
+}
+
+/// The gains of a loop around one axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gains {
+    /// `Kp`, plane angle per angle of error.
+    pub p: f64,
+    /// `Kd`, plane angle per rate, s.
+    pub rate: f64,
+}
+
+/// `B_eff` at which a loop of natural frequency `frequency` (rad/s) around an inertia has the damping
+/// ratio `ratio`: `2 zeta wn J`.
+#[must_use]
+pub fn damping_for_ratio(inertia: f64, frequency: f64, ratio: f64) -> f64 {
+    2.0 * ratio * frequency * inertia
+}
+
+/// `zeta = B_eff / (2 J wn)`.
+#[must_use]
+pub fn damping_ratio(inertia: f64, frequency: f64, effective_damping: f64) -> f64 {
+    effective_damping / (2.0 * inertia * frequency)
+}
+
+impl DampedInertia {
+    /// `B_eff = B + Kd K`, ft lbf s.
+    #[must_use]
+    pub fn effective_damping(&self, rate_gain: f64) -> f64 {
+        self.damping + rate_gain * self.plane_moment
+    }
+
+    /// `Kd` for a `B_eff`, s.
+    #[must_use]
+    pub fn rate_gain_for_damping(&self, effective_damping: f64) -> f64 {
+        (effective_damping - self.damping) / self.plane_moment
+    }
+
+    /// `wn` for a `Kp`, rad/s.
+    #[must_use]
+    pub fn natural_frequency(&self, p: f64) -> f64 {
+        ((p * self.plane_moment + self.restoring) / self.inertia).sqrt()
+    }
+
+    /// `Kp` for a natural frequency (rad/s).
+    #[must_use]
+    pub fn p_for_frequency(&self, frequency: f64) -> f64 {
+        (self.inertia * frequency.powi(2) - self.restoring) / self.plane_moment
+    }
+
+    /// `Kp` for a damping ratio under the rate gain `rate_gain`: `wn = B_eff / (2 zeta J)`.
+    #[must_use]
+    pub fn p_for_damping_ratio(&self, ratio: f64, rate_gain: f64) -> f64 {
+        self.p_for_frequency(self.effective_damping(rate_gain) / (2.0 * ratio * self.inertia))
+    }
+
+    /// `Kd` for a damping ratio under the gain `p`, s.
+    #[must_use]
+    pub fn rate_gain_for_ratio(&self, ratio: f64, p: f64) -> f64 {
+        self.rate_gain_for_damping(damping_for_ratio(
+            self.inertia,
+            self.natural_frequency(p),
+            ratio,
+        ))
+    }
+
+    /// `zeta`.
+    #[must_use]
+    pub fn damping_ratio(&self, gains: Gains) -> f64 {
+        damping_ratio(
+            self.inertia,
+            self.natural_frequency(gains.p),
+            self.effective_damping(gains.rate),
+        )
+    }
+
+    /// The time that the report takes an oscillation to settle in, `4 / (zeta wn) = 8 J / B_eff`, s.
+    #[must_use]
+    pub fn settling_time(&self, rate_gain: f64) -> f64 {
+        8.0 * self.inertia / self.effective_damping(rate_gain)
+    }
+
+    /// `x / xc` with the rate of the angle fed back.
+    ///
+    /// # Errors
+    /// Those of [`TransferFunction::new`].
+    pub fn closed_loop(&self, gains: Gains) -> Result<TransferFunction, Error> {
+        let k = gains.p * self.plane_moment;
+        TransferFunction::new(vec![k], self.characteristic(gains))
+    }
+
+    /// `x / xc` with the rate of the error fed back.
+    ///
+    /// # Errors
+    /// Those of [`TransferFunction::new`].
+    pub fn closed_loop_of_error_rate(&self, gains: Gains) -> Result<TransferFunction, Error> {
+        let num = [gains.rate, gains.p].map(|gain| gain * self.plane_moment);
+        TransferFunction::new(num.to_vec(), self.characteristic(gains))
+    }
+
+    fn characteristic(&self, gains: Gains) -> Vec<f64> {
+        vec![
+            self.inertia,
+            self.effective_damping(gains.rate),
+            gains.p * self.plane_moment + self.restoring,
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const AXIS: DampedInertia = DampedInertia {
+        inertia: 0.5,
+        damping: 0.1,
+        plane_moment: 0.2,
+        restoring: 0.3,
+    };
+
+    #[test]
+    fn gains_found_for_a_frequency_and_a_damping_ratio_give_poles_of_that_kind() {
+        let p = AXIS.p_for_frequency(1.5);
+        let rate = AXIS.rate_gain_for_ratio(0.6, p);
+        let poles = AXIS
+            .closed_loop(Gains { p, rate })
+            .and_then(|g| g.poles())
+            .expect("poles");
+        for pole in poles {
+            assert!((pole.norm() - 1.5).abs() < 1e-12);
+            assert!((pole.re / -1.5 - 0.6).abs() < 1e-12);
+        }
+        assert!((AXIS.p_for_damping_ratio(0.6, rate) - p).abs() < 1e-12);
+    }
+}

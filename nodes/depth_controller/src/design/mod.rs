@@ -1,0 +1,18 @@
+//! The loops designed on paper, as in Brunner (NPS thesis, 1988, ch. II): linear, without limits.
+//!
+//! - [`axis`]: one axis of the vehicle as a damped inertia, under proportional and rate feedback.
+//! - [`pitch`]: that axis in pitch, the inner loop of the dive.
+//! - [`depth`]: the outer loop: stability, critical speed, closed loop.
+//! - [`roll`]: that axis in roll.
+//! - [`course`]: that axis in yaw.
+//! - [`step`]: the response to a step.
+//!
+//! Angles are dive-positive here, as in program T6. Every equation is homogeneous, so any consistent
+//! units will do; the constants are the report's, in feet, pounds-force and seconds.
+
+pub mod axis;
+pub mod course;
+pub mod depth;
+pub mod pitch;
+pub mod roll;
+pub mod step;

@@ -1,0 +1,47 @@
+//! The response of a closed loop to a unit step, and its figures.
+
+use planesman_linear::{Error, StepMetrics, TransferFunction};
+
+/// Rise, overshoot and settling of `closed_loop` (in `s`) after a unit step, over `duration` seconds in
+/// steps of `dt`.
+///
+/// A constant input is held exactly by a zero-order hold, so the samples are exact whatever `dt` is:
+///
+/// ```text
+/// x_(k+1) = Ad x_k + Bd,   y_k = C x_k + D
+/// ```
+///
+/// # Errors
+/// Those of [`TransferFunction::companion`] and [`planesman_linear::StateSpace::zero_order_hold`], and
+/// [`Error::NotFinite`] when an unstable response overflows.
+pub fn response(
+    closed_loop: &TransferFunction,
+    dt: f64,
+    duration: f64,
+) -> Result<StepMetrics, Error> {
+    let held = closed_loop.companion()?.zero_order_hold(dt)?;
+    let steps = (duration / dt).round() as usize;
+    let mut state = held.b.clone() * 0.0;
+    let mut times = Vec::with_capacity(steps + 1);
+    let mut values = Vec::with_capacity(steps + 1);
+    for k in 0..=steps {
+        times.push(k as f64 * dt);
+        values.push((&held.c * &state + &held.d)[(0, 0)]);
+        state = &held.a * state + &held.b;
+    }
+    StepMetrics::of(&times, &values, 0.0, 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_second_order_loop_overshoots_as_in_closed_form() {
+        let (wn, zeta) = (2.0_f64, 0.5_f64);
+        let g = TransferFunction::new(vec![wn * wn], vec![1.0, 2.0 * zeta * wn, wn * wn]);
+        let metrics = response(&g.expect("proper"), 1e-3, 20.0).expect("a response");
+        let overshoot = 100.0 * (-std::f64::consts::PI * zeta / (1.0 - zeta * zeta).sqrt()).exp();
+        assert!((metrics.overshoot - overshoot).abs() < 1e-3);
+    }
+}
