@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_4, TAU};
 
-use planesman_linear::{Domain, StepMetrics, TransferFunction};
+use planesman_linear::{Domain, Error, StepMetrics, TransferFunction};
 
 use crate::design::axis::{DampedInertia, Gains, damping_for_ratio, damping_ratio};
 use crate::design::depth::{DepthDesign, p_for_limit};
@@ -124,15 +124,13 @@ const OVERSHOOT: Figure = |metrics| Some(metrics.overshoot);
 const TS2: Figure = |metrics| metrics.settling_time;
 const TS5: Figure = |metrics| metrics.settling_time_5;
 
-/// The rate fed back: of the error, or of the measured depth.
-#[derive(Clone, Copy)]
-enum Rate {
-    OfError,
-    OfDepth,
-}
+/// A closed loop, and the figures that the book has of its step.
+type Stepped = (
+    Result<TransferFunction, Error>,
+    &'static [(&'static str, Figure)],
+);
 
 fn depth_steps() -> Recomputed {
-    use Rate::{OfDepth, OfError};
     let damped = with_more_damping();
     let fig11 = DepthDesign { d: 5.0, ..DEPTH };
     let fig12 = DepthDesign { d: 0.5, ..DEPTH };
@@ -146,10 +144,9 @@ fn depth_steps() -> Recomputed {
         d: 0.6,
         ..with_restoring()
     };
-    let steps: [(DepthDesign, Rate, &[(&'static str, Figure)]); 10] = [
+    let steps: [Stepped; 10] = [
         (
-            fig11,
-            OfError,
+            fig11.closed_loop_of_error_rate(),
             &[
                 ("depth.Fig11.ts5_PDerr", TS5),
                 ("depth.Fig11.over_PDerr", OVERSHOOT),
@@ -157,32 +154,28 @@ fn depth_steps() -> Recomputed {
             ],
         ),
         (
-            fig11,
-            OfDepth,
+            fig11.closed_loop(),
             &[
                 ("depth.Fig11.ts5_PDmeas", TS5),
                 ("depth.Fig11.ts2_PDmeas", TS2),
             ],
         ),
         (
-            fig12,
-            OfError,
+            fig12.closed_loop_of_error_rate(),
             &[
                 ("depth.Fig12.ts5_PDerr", TS5),
                 ("depth.Fig12.over_PDerr", OVERSHOOT),
             ],
         ),
         (
-            fig12,
-            OfDepth,
+            fig12.closed_loop(),
             &[
                 ("depth.Fig12.over_PDmeas", OVERSHOOT),
                 ("depth.Fig12.ts2_PDmeas", TS2),
             ],
         ),
         (
-            fig15,
-            OfError,
+            fig15.closed_loop_of_error_rate(),
             &[
                 ("depth.Fig15.ts5_PDerr", TS5),
                 ("depth.Fig15.over_PDerr", OVERSHOOT),
@@ -190,8 +183,7 @@ fn depth_steps() -> Recomputed {
             ],
         ),
         (
-            fig15,
-            OfDepth,
+            fig15.closed_loop(),
             &[
                 ("depth.Fig15.ts5_PDmeas", TS5),
                 ("depth.Fig15.over_PDmeas", OVERSHOOT),
@@ -199,32 +191,28 @@ fn depth_steps() -> Recomputed {
             ],
         ),
         (
-            fig16,
-            OfError,
+            fig16.closed_loop_of_error_rate(),
             &[
                 ("depth.Fig16.ts5_PDerr", TS5),
                 ("depth.Fig16.over_PDerr", OVERSHOOT),
             ],
         ),
         (
-            fig16,
-            OfDepth,
+            fig16.closed_loop(),
             &[
                 ("depth.Fig16.over_PDmeas", OVERSHOOT),
                 ("depth.Fig16.ts2_PDmeas", TS2),
             ],
         ),
         (
-            free,
-            OfDepth,
+            free.closed_loop(),
             &[
                 ("depth.Kdz.6_noMe.over", OVERSHOOT),
                 ("depth.Kdz.6_noMe.ts2", TS2),
             ],
         ),
         (
-            restored,
-            OfDepth,
+            restored.closed_loop(),
             &[
                 ("depth.Kdz.6_Me.over", OVERSHOOT),
                 ("depth.Kdz.6_Me.ts2", TS2),
@@ -232,12 +220,8 @@ fn depth_steps() -> Recomputed {
         ),
     ];
     steps
-        .iter()
-        .flat_map(|(design, rate, figures)| {
-            let closed_loop = match rate {
-                OfError => design.closed_loop_of_error_rate(),
-                OfDepth => design.closed_loop(),
-            };
+        .into_iter()
+        .flat_map(|(closed_loop, figures)| {
             let metrics = stepped(closed_loop);
             figures
                 .iter()
@@ -248,7 +232,7 @@ fn depth_steps() -> Recomputed {
 
 /// The figures of a unit step, sampled finely enough for six digits of the overshoot.
 fn stepped(closed_loop: Result<TransferFunction, planesman_linear::Error>) -> Option<StepMetrics> {
-    step::response(&closed_loop.ok()?, 0.001, 120.0).ok()
+    step::response(&closed_loop.ok()?, 0.002, 120.0).ok()
 }
 
 fn roll_loop() -> Recomputed {
