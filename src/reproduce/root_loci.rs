@@ -1,25 +1,20 @@
 //! The root loci of Figs. 5 to 10, 13, 14, 17, 20 and 21 (Brunner 1988, ch. II).
 //!
-//! The depth loop, with `k = Kpy Ky` and no restoring moment, has the characteristic equation
-//!
-//! ```text
-//! J s^3 + B s^2 + (k + Kdz k U) s + Kpz k U = 0
-//! ```
-//!
-//! and the roll and course loops `J s^2 + (B + K Kd) s + K Kp + M_e = 0`.
+//! The loops and their characteristic equations are the controller's [`design`].
 
+use depth_controller::design::{
+    self,
+    axis::{DampedInertia, Gains},
+    course, pitch, roll,
+};
 use planesman_linear::{Complex, Error, polynomial};
 
 use crate::plot::{Plot, Series, Style};
 
 use super::figures::Figure;
 
-/// `J` \[ft lbf s^2\] of pitch (Table 3).
-const J: f64 = 0.6;
-/// `k = Kpy Ky` \[ft lbf/rad\] (p. 9).
-const K: f64 = 0.7 * 0.14;
 /// `B` \[ft lbf s\] with rate feedback of 2, and of 4.71 (p. 19).
-const DAMPING: [f64; 2] = [0.34, 0.72];
+const DAMPING: [f64; 2] = [0.34, pitch::MORE_DAMPING];
 
 /// What a locus varies.
 #[derive(Clone, Copy)]
@@ -30,12 +25,17 @@ enum Varied {
 
 /// Characteristic polynomial of the depth loop, highest power first.
 fn depth_loop(kpz: f64, kdz: f64, u: f64, b: f64) -> Vec<f64> {
-    vec![J, b, K + kdz * K * u, kpz * K * u]
-}
-
-/// Characteristic polynomial of a loop of second order.
-fn second_order(j: f64, b: f64, k: f64, kp: f64, kd: f64, restoring: f64) -> Vec<f64> {
-    vec![j, b + k * kd, k * kp + restoring]
+    let design = design::depth::DepthDesign {
+        axis: pitch::AXIS,
+        pitch: Gains {
+            rate: pitch::AXIS.rate_gain_for_damping(b),
+            ..pitch::GAINS
+        },
+        speed: u,
+        p: kpz,
+        d: kdz,
+    };
+    design.characteristic().to_vec()
 }
 
 /// Every locus of the report.
@@ -134,21 +134,24 @@ pub fn figures() -> Result<Vec<Figure>, Error> {
         })?;
         figures.push(figure(title, note, locus));
     }
-    for (title, note, [j, b, k, kp, restoring], last) in [
+    for (title, note, axis, p) in [
         (
             "Fig. 20: roll, Kpx = 10, M_e = 0.1, Kdx from 0 to 20",
             "The vehicle's own restoring moment is 0.163 ft lbf (E17).",
-            [0.04, 0.001, 0.02, 10.0, 0.1],
-            20.0,
+            DampedInertia {
+                restoring: roll::RESTORING,
+                ..roll::AXIS
+            },
+            roll::GAINS.p,
         ),
         (
             "Fig. 21: course, Kpy = 1, Kdy from 0 to 20",
             "",
-            [0.30, 0.03, 0.07, 1.0, 0.0],
-            20.0,
+            course::AXIS,
+            course::GAINS.p,
         ),
     ] {
-        let locus = locus(last, |kd| second_order(j, b, k, kp, kd, restoring))?;
+        let locus = locus(20.0, |rate| axis.characteristic(Gains { p, rate }).to_vec())?;
         figures.push(figure(title, note, locus));
     }
     Ok(figures)

@@ -114,7 +114,7 @@ impl DampedInertia {
     /// Those of [`TransferFunction::new`].
     pub fn closed_loop(&self, gains: Gains) -> Result<TransferFunction, Error> {
         let k = gains.p * self.plane_moment;
-        TransferFunction::new(vec![k], self.characteristic(gains))
+        TransferFunction::new(vec![k], self.characteristic(gains).to_vec())
     }
 
     /// `x / xc` with the rate of the error fed back.
@@ -123,11 +123,13 @@ impl DampedInertia {
     /// Those of [`TransferFunction::new`].
     pub fn closed_loop_of_error_rate(&self, gains: Gains) -> Result<TransferFunction, Error> {
         let num = [gains.rate, gains.p].map(|gain| gain * self.plane_moment);
-        TransferFunction::new(num.to_vec(), self.characteristic(gains))
+        TransferFunction::new(num.to_vec(), self.characteristic(gains).to_vec())
     }
 
-    fn characteristic(&self, gains: Gains) -> Vec<f64> {
-        vec![
+    /// `J s^2 + B_eff s + Kp K + Me`, highest power first.
+    #[must_use]
+    pub fn characteristic(&self, gains: Gains) -> [f64; 3] {
+        [
             self.inertia,
             self.effective_damping(gains.rate),
             gains.p * self.plane_moment + self.restoring,

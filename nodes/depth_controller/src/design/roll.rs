@@ -1,4 +1,4 @@
-//! The roll loop: proportional with rate feedback (Brunner, NPS thesis, 1988, p. 30, Figs. 19 and 20).
+//! The roll loop: proportional with rate feedback (Brunner, NPS thesis, 1988, p. 30, Fig. 20).
 //!
 //! ```text
 //! phi               Kpx Kx
