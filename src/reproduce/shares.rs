@@ -23,6 +23,11 @@ const SHARES: &[Share] = &[
         book: depth_controller::book::brunner_1988,
         recomputed: depth_controller::book::recomputed,
     },
+    Share {
+        node: "sysid",
+        book: sysid::book::brunner_1988,
+        recomputed: sysid::book::recomputed,
+    },
 ];
 
 /// All shares as one book.

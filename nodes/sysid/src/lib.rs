@@ -12,6 +12,7 @@
 //! - [`model`]: poles, steady gain, response.
 //! - [`fit`]: how well a model explains a record.
 //! - [`learner`]: rows in, an estimate and its validity out.
+//! - [`book`]: the thesis' identified models, gone through again.
 //! - [`parameters`]: every tunable, its default and unit.
 //! - [`core`]: messages in, estimates out.
 //!
@@ -20,6 +21,7 @@
 
 pub mod align;
 pub mod batch;
+pub mod book;
 pub mod core;
 pub mod fit;
 pub mod learner;

@@ -2,7 +2,7 @@
 //! steady gain, response.
 
 use planesman_linear::polynomial::{self, evaluate};
-use planesman_linear::{Complex, discrete_to_continuous};
+use planesman_linear::{Complex, TransferFunction, discrete_to_continuous};
 
 use crate::regression::{Input, Shape};
 
@@ -56,15 +56,20 @@ impl Model {
     pub fn poles(&self) -> Result<Vec<Complex<f64>>, String> {
         let mut poles =
             polynomial::roots(&self.denominator()).map_err(|reason| reason.to_string())?;
-        // Conjugates found apart may differ in the last bit: order them by a rounded
-        // magnitude, so that the pair stays together.
-        let rounded = |z: &Complex<f64>| (z.norm() * 1e9).round();
-        poles.sort_by(|p, q| {
-            (rounded(q).total_cmp(&rounded(p)))
-                .then(q.re.total_cmp(&p.re))
-                .then(q.im.total_cmp(&p.im))
-        });
+        sort_largest_first(&mut poles);
         Ok(poles)
+    }
+
+    /// The zeros of `b1 z^(n-1) + ... + bn` in the z plane, in the order of the poles.
+    ///
+    /// # Errors
+    /// A sentence, when the roots cannot be found.
+    pub fn zeros(&self) -> Result<Vec<Complex<f64>>, String> {
+        let mut zeros = TransferFunction::new(self.b.clone(), self.denominator())
+            .and_then(|g| g.zeros())
+            .map_err(|reason| reason.to_string())?;
+        sort_largest_first(&mut zeros);
+        Ok(zeros)
     }
 
     /// A pole's place in the s plane, `ln(z) / T`, 1/s. A pole at z = 0, whose logarithm is
@@ -125,6 +130,18 @@ impl Model {
     }
 }
 
+/// Largest magnitude first, the upper of a pair before the lower.
+fn sort_largest_first(roots: &mut [Complex<f64>]) {
+    // Conjugates found apart may differ in the last bit: order them by a rounded
+    // magnitude, so that the pair stays together.
+    let rounded = |z: &Complex<f64>| (z.norm() * 1e9).round();
+    roots.sort_by(|p, q| {
+        (rounded(q).total_cmp(&rounded(p)))
+            .then(q.re.total_cmp(&p.re))
+            .then(q.im.total_cmp(&p.im))
+    });
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
@@ -149,6 +166,7 @@ mod tests {
         assert!((poles[1].re + 0.11097).abs() < 1e-5);
         assert!((run.dominant_pole().unwrap().re + 2.282).abs() < 1e-3);
         assert!((run.dc_gain().unwrap() - 0.908).abs() < 5e-4);
+        assert!((run.zeros().unwrap()[0].re + 2.297).abs() < 1e-3);
     }
 
     #[test]
