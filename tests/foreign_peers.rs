@@ -115,7 +115,7 @@ fn state_odometry_imu_and_planes_decode_to_what_the_vehicle_does() {
 
     let states = echo("/auv/state", VehicleState::TYPE_NAME);
     for state in &states {
-        assert_eq!(state["header"]["frame_id"], "map");
+        assert_eq!(state["header"]["frame_id"], "map_ned");
         assert!((number(&state["depth"]) - 1.0).abs() < 0.2, "{state}");
         assert!((number(&state["surge"]) - 0.3048).abs() < 0.01, "{state}");
         assert!(number(&state["distance"]) >= 0.0, "{state}");

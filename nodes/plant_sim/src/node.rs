@@ -76,7 +76,8 @@ enum Pace {
     /// The answers.
     Lockstep {
         answers: Lockstep,
-        /// When `state` was last published.
+        /// When the present tick began, and when its `state` was last published.
+        began: Instant,
         said: Instant,
     },
     /// The wall clock, `factor` times faster.
@@ -127,6 +128,7 @@ impl Node {
                 let members = values.strings("lockstep.members").to_vec();
                 let pace = Pace::Lockstep {
                     answers: Lockstep::new(members, Time::default()),
+                    began: Instant::now(),
                     said: Instant::now(),
                 };
                 (pace, true)
@@ -252,9 +254,14 @@ impl Node {
         self.observation = Some(observation);
         self.motion = None;
         match &mut self.pace {
-            Pace::Lockstep { answers, said } => {
+            Pace::Lockstep {
+                answers,
+                began,
+                said,
+            } => {
                 answers.begin(stamp);
-                *said = Instant::now();
+                *began = Instant::now();
+                *said = *began;
             }
             Pace::Real { factor, deadline } => {
                 let now = Instant::now();
@@ -320,15 +327,24 @@ impl Node {
         if self.observation.is_none() {
             let flown = self.ticks.is_some_and(|ticks| self.k >= ticks);
             status.1 = if flown { "flown" } else { "paused" }.to_owned();
-        } else if let (Pace::Lockstep { answers, said }, Some(observation)) =
-            (&mut self.pace, &self.observation)
-            && said.elapsed() >= REPEAT_AFTER
+        } else if let (
+            Pace::Lockstep {
+                answers,
+                began,
+                said,
+            },
+            Some(observation),
+        ) = (&mut self.pace, &self.observation)
+            && began.elapsed() >= REPEAT_AFTER
         {
+            // The status stays until the tick is over: diagnostics go out once a second.
             let missing = answers.waiting_for().join(", ");
             status = (Level::Warn, format!("waiting for {missing}"));
-            log::warn!("tick {} waits for {missing}", self.k);
-            *said = Instant::now();
-            self.publishers.state.publish(&observation.state);
+            if said.elapsed() >= REPEAT_AFTER {
+                log::warn!("tick {} waits for {missing}", self.k);
+                *said = Instant::now();
+                self.publishers.state.publish(&observation.state);
+            }
         }
         rt.set_status(
             "vehicle",
