@@ -27,6 +27,7 @@ fn plane_motion() -> PlaneMotion {
         },
         duration: Duration::from_nanos(50_000_000),
         dive_planes: vec![0.0, 0.25],
+        bow_stern_differential: Vec::new(),
         roll_differential: Vec::new(),
         rudder: Vec::new(),
         thrust: Vec::new(),
@@ -44,7 +45,8 @@ fn a_payload_is_little_endian_cdr_aligned_from_behind_its_header() {
         2, 0, 0, 0,  0, 0, 0, 0,                        // two samples; padding up to 32
         0, 0, 0, 0, 0, 0, 0, 0,
         0, 0, 0, 0, 0, 0, 0xd0, 0x3f,
-        0, 0, 0, 0,  0, 0, 0, 0,  0, 0, 0, 0,           // roll differential, rudder, thrust: none
+        0, 0, 0, 0,  0, 0, 0, 0,                        // differentials bow to stern, of roll: none
+        0, 0, 0, 0,  0, 0, 0, 0,                        // rudder, thrust: none
     ];
     assert_eq!(cdr::to_bytes(&plane_motion()), expected);
     assert_eq!(

@@ -16,7 +16,7 @@
 //! In `dha_state` what is physical is at the stamp; the pulses, `inhibited`, `error` and
 //! `commanded_angle` are of the decisions within the tick.
 //!
-//! **Roll differential, rudder and thrust** have no actuator model yet: they are passed through at
+//! **The differentials, rudder and thrust** have no actuator model yet: they are passed through at
 //! once and unquantised, clipped to `command_limit` and to \[-1, 1\], held over the tick, and left
 //! empty (neutral) where they are 0 or the command is stale.
 //!
@@ -89,6 +89,8 @@ struct Held {
     /// rad
     dive_planes: f64,
     /// rad
+    bow_stern_differential: f64,
+    /// rad
     roll_differential: f64,
     /// rad
     rudder: f64,
@@ -103,6 +105,7 @@ impl Held {
     fn new(command: &PlaneCommand, limit: f64) -> Self {
         Self {
             dive_planes: command.dive_planes.clamp(-limit, limit),
+            bow_stern_differential: command.bow_stern_differential.clamp(-limit, limit),
             roll_differential: command.roll_differential.clamp(-limit, limit),
             rudder: command.rudder.clamp(-limit, limit),
             thrust: command.thrust.clamp(-1.0, 1.0),
@@ -300,6 +303,7 @@ impl Actuator {
                 header: header.clone(),
                 duration: Duration::from_nanos(self.tick),
                 dive_planes: angles,
+                bow_stern_differential: through(|held| held.bow_stern_differential),
                 roll_differential: through(|held| held.roll_differential),
                 rudder: through(|held| held.rudder),
                 thrust: through(|held| held.thrust),
