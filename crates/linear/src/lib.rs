@@ -3,6 +3,7 @@
 //! - [`polynomial`]: real polynomials: value, roots, product of roots.
 //! - [`state_space`]: `x' = A x + B u, y = C x + D u`, zero-order hold, poles, transfer functions.
 //! - [`transfer_function`]: ratios of polynomials in `s` or `z`; difference equations.
+//! - [`frequency`]: open loops with dead time: crossovers, gain and phase margins.
 //! - [`poles`]: from the `z` plane to the `s` plane and back; eigenvalues.
 //! - [`step_metrics`]: rise time, overshoot, settling time and steady error of a sampled response.
 //!
@@ -11,6 +12,7 @@
 //! never a NaN.
 
 pub mod error;
+pub mod frequency;
 pub mod poles;
 pub mod polynomial;
 pub mod state_space;
@@ -18,6 +20,7 @@ pub mod step_metrics;
 pub mod transfer_function;
 
 pub use error::Error;
+pub use frequency::DelayedLoop;
 pub use nalgebra::{Complex, DMatrix};
 pub use poles::discrete_to_continuous;
 pub use state_space::StateSpace;

@@ -30,6 +30,33 @@ pub fn derivative(coefficients: &[f64]) -> Vec<f64> {
         .collect()
 }
 
+/// The product's coefficients; none when either has none.
+#[must_use]
+pub fn product(a: &[f64], b: &[f64]) -> Vec<f64> {
+    if a.is_empty() || b.is_empty() {
+        return Vec::new();
+    }
+    let mut product = vec![0.0; a.len() + b.len() - 1];
+    for (i, a) in a.iter().enumerate() {
+        for (j, b) in b.iter().enumerate() {
+            product[i + j] += a * b;
+        }
+    }
+    product
+}
+
+/// The sum's coefficients, as many as the longer one has.
+#[must_use]
+pub fn sum(a: &[f64], b: &[f64]) -> Vec<f64> {
+    let (longer, shorter) = if a.len() >= b.len() { (a, b) } else { (b, a) };
+    let mut sum = longer.to_vec();
+    let offset = longer.len() - shorter.len();
+    for (total, term) in sum[offset..].iter_mut().zip(shorter) {
+        *total += term;
+    }
+    sum
+}
+
 /// The polynomial's roots, the one with the largest real part first, conjugates together with
 /// the positive imaginary part first. A constant has none.
 ///

@@ -52,6 +52,25 @@ impl TransferFunction {
         }
     }
 
+    /// `self` and `other` one behind the other. Common factors stay.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`] when a coefficient overflows.
+    pub fn series(&self, other: &Self) -> Result<Self, Error> {
+        Self::new(
+            polynomial::product(&self.num, &other.num),
+            polynomial::product(&self.den, &other.den),
+        )
+    }
+
+    /// `G / (1 + G)`: this open loop closed by unity negative feedback.
+    ///
+    /// # Errors
+    /// [`Error::LeadingZero`] when a loop with a direct path has no solution, [`Error::NotFinite`].
+    pub fn closed_loop(&self) -> Result<Self, Error> {
+        Self::new(self.num.clone(), polynomial::sum(&self.num, &self.den))
+    }
+
     /// `G` at a point of the complex plane; not finite at a pole.
     #[must_use]
     pub fn value_at(&self, point: Complex<f64>) -> Complex<f64> {

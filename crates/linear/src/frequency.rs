@@ -1,0 +1,237 @@
+//! Open loops on the frequency axis: crossovers, gain and phase margins.
+//!
+//! For an open loop `L(s) = G(s) e^(-tau s)` closed by unity negative feedback:
+//!
+//! - **gain crossover**: `|L(jw)| = 1`; the **phase margin** there is `pi + arg L(jw)`;
+//! - **phase crossover**: `L(jw)` is real and negative; the **gain margin** there is `1 / |L(jw)|`, the
+//!   factor on the gain that puts a pole of the closed loop at `jw`.
+//!
+//! A loop that is stable only between two gains has a gain margin below one too (Franklin, Powell and
+//! Emami-Naeini, *Feedback Control of Dynamic Systems*, ch. 6).
+
+use nalgebra::Complex;
+
+use crate::{Error, TransferFunction, polynomial};
+
+/// How finely the axis is searched for phase crossovers, points per decade.
+const POINTS_PER_DECADE: usize = 400;
+
+/// A rational transfer function with a dead time behind it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DelayedLoop {
+    /// `G(s)`.
+    pub transfer_function: TransferFunction,
+    /// `tau`, s.
+    pub delay: f64,
+}
+
+/// Where the open loop has magnitude one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PhaseMargin {
+    /// rad/s
+    pub frequency: f64,
+    /// rad, in `(-pi, pi]`; positive for a stable loop with one crossover.
+    pub margin: f64,
+}
+
+/// Where the open loop is real and negative.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GainMargin {
+    /// rad/s
+    pub frequency: f64,
+    /// `1 / |L|`.
+    pub factor: f64,
+}
+
+impl DelayedLoop {
+    /// A loop without dead time.
+    #[must_use]
+    pub fn undelayed(transfer_function: TransferFunction) -> Self {
+        Self {
+            transfer_function,
+            delay: 0.0,
+        }
+    }
+
+    /// `L(jw)` at a frequency (rad/s).
+    #[must_use]
+    pub fn at(&self, frequency: f64) -> Complex<f64> {
+        let delay = Complex::new(0.0, -frequency * self.delay).exp();
+        self.transfer_function
+            .value_at(Complex::new(0.0, frequency))
+            * delay
+    }
+
+    /// Every gain crossover, lowest frequency first: the positive roots of `|N(jw)|^2 = |D(jw)|^2`,
+    /// a polynomial in `w^2`.
+    ///
+    /// # Errors
+    /// Those of [`polynomial::roots`].
+    pub fn phase_margins(&self) -> Result<Vec<PhaseMargin>, Error> {
+        let num = squared_magnitude(&self.transfer_function.num);
+        let den = squared_magnitude(&self.transfer_function.den);
+        let difference: Vec<f64> =
+            polynomial::sum(&den, &num.iter().map(|c| -c).collect::<Vec<_>>())
+                .into_iter()
+                .skip_while(|c| *c == 0.0)
+                .collect();
+        if difference.len() < 2 {
+            return Ok(Vec::new());
+        }
+        let mut crossovers: Vec<PhaseMargin> = polynomial::roots(&difference)?
+            .into_iter()
+            .filter(|x| x.re > 0.0 && x.im.abs() <= 1e-9 * x.norm())
+            .map(|x| {
+                let frequency = x.re.sqrt();
+                let (sin, cos) = self.at(frequency).arg().sin_cos();
+                // The angle of -L: pi more, and back in (-pi, pi].
+                PhaseMargin {
+                    frequency,
+                    margin: (-sin).atan2(-cos),
+                }
+            })
+            .collect();
+        crossovers.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
+        Ok(crossovers)
+    }
+
+    /// Every phase crossover in `[lowest, highest]` (rad/s), lowest frequency first, found on a
+    /// logarithmic grid and refined by bisection.
+    #[must_use]
+    pub fn gain_margins(&self, lowest: f64, highest: f64) -> Vec<GainMargin> {
+        let decades = (highest / lowest).log10();
+        let points = (decades * POINTS_PER_DECADE as f64).ceil().max(1.0) as usize;
+        let grid = |i: usize| lowest * (highest / lowest).powf(i as f64 / points as f64);
+        (0..points)
+            .filter_map(|i| {
+                let frequency = self.sign_change(grid(i), grid(i + 1))?;
+                let value = self.at(frequency);
+                (value.re < 0.0).then(|| GainMargin {
+                    frequency,
+                    factor: 1.0 / value.norm(),
+                })
+            })
+            .collect()
+    }
+
+    /// Where the imaginary part changes sign between two frequencies, if it does and stays small.
+    fn sign_change(&self, mut low: f64, mut high: f64) -> Option<f64> {
+        let below = self.at(low).im;
+        if !(below * self.at(high).im < 0.0 || below == 0.0) {
+            return None;
+        }
+        for _ in 0..80 {
+            let middle = 0.5 * (low + high);
+            if self.at(middle).im * below > 0.0 {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        // A pole on the axis changes the sign too, through infinity.
+        let value = self.at(high);
+        (value.im.abs() <= 1e-6 * value.norm()).then_some(high)
+    }
+}
+
+/// `|p(jw)|^2` as a polynomial in `x = w^2`, highest power first: `E(x)^2 + x O(x)^2` with the even
+/// and odd parts of `p(jw) = E(w^2) + j w O(w^2)`.
+fn squared_magnitude(p: &[f64]) -> Vec<f64> {
+    let degree = p.len() - 1;
+    let part = |parity: usize| -> Vec<f64> {
+        // Of s^k with k = parity + 2 i the share of (-x)^i.
+        let mut lowest_first: Vec<f64> = (parity..=degree)
+            .step_by(2)
+            .enumerate()
+            .map(|(i, k)| p[degree - k] * if i % 2 == 0 { 1.0 } else { -1.0 })
+            .collect();
+        lowest_first.reverse();
+        lowest_first
+    };
+    let (even, odd) = (part(0), part(1));
+    let mut odd_squared = polynomial::product(&odd, &odd);
+    if !odd_squared.is_empty() {
+        odd_squared.push(0.0);
+    }
+    polynomial::sum(&polynomial::product(&even, &even), &odd_squared)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn tf(num: &[f64], den: &[f64]) -> TransferFunction {
+        TransferFunction::new(num.to_vec(), den.to_vec()).unwrap()
+    }
+
+    #[test]
+    fn a_double_lag_behind_an_integrator_has_the_textbook_margins() {
+        // L = 2 / (s (s + 1)^2): phase -180 at w = 1, |L| = 1 there.
+        let open = DelayedLoop::undelayed(tf(&[2.0], &[1.0, 2.0, 1.0, 0.0]));
+        let gain = open.gain_margins(1e-2, 1e2);
+        assert_eq!(gain.len(), 1);
+        assert!((gain[0].frequency - 1.0).abs() < 1e-9);
+        assert!((gain[0].factor - 1.0).abs() < 1e-9);
+        let phase = open.phase_margins().unwrap();
+        assert_eq!(phase.len(), 1);
+        assert!((phase[0].frequency - 1.0).abs() < 1e-9 && phase[0].margin.abs() < 1e-9);
+    }
+
+    #[test]
+    fn dead_time_takes_its_angle_from_the_phase_margin() {
+        let integrator = tf(&[1.0], &[1.0, 0.0]);
+        let open = DelayedLoop {
+            transfer_function: integrator,
+            delay: 0.5,
+        };
+        let margin = open.phase_margins().unwrap()[0];
+        assert!((margin.frequency - 1.0).abs() < 1e-12);
+        assert!((margin.margin - (std::f64::consts::FRAC_PI_2 - 0.5)).abs() < 1e-12);
+        // Unstable from K w / w = 1 where w tau = pi / 2.
+        let gain = open.gain_margins(1e-2, 5.0)[0];
+        assert!((gain.factor - std::f64::consts::PI).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_conditionally_stable_loop_has_a_gain_margin_on_either_side() {
+        // An unstable pole, caught by rate: L = 4 (s + 1) / (s^2 - 1) . 1 / (0.05 s + 1)^2
+        let open = DelayedLoop::undelayed(tf(
+            &[4.0, 4.0],
+            &polynomial::product(&[1.0, 0.0, -1.0], &[0.0025, 0.1, 1.0]),
+        ));
+        let margins = open.gain_margins(1e-3, 1e3);
+        let upper = margins.iter().map(|m| m.factor).fold(0.0, f64::max);
+        assert!(upper > 1.0);
+        for margin in margins {
+            let scaled = tf(
+                &open
+                    .transfer_function
+                    .num
+                    .iter()
+                    .map(|b| b * margin.factor)
+                    .collect::<Vec<_>>(),
+                &open.transfer_function.den,
+            );
+            let closed = scaled.closed_loop().unwrap();
+            let nearest = closed
+                .poles()
+                .unwrap()
+                .iter()
+                .map(|s| s.re.abs())
+                .fold(f64::MAX, f64::min);
+            assert!(nearest < 1e-6, "{nearest}");
+        }
+    }
+
+    #[test]
+    fn the_squared_magnitude_is_that_on_the_axis() {
+        let p = [2.0, -1.0, 3.0, 0.5, 4.0];
+        let in_square = squared_magnitude(&p);
+        for w in [0.1_f64, 1.0, 3.7] {
+            let direct = polynomial::evaluate(&p, Complex::new(0.0, w)).norm_sqr();
+            let found = polynomial::evaluate(&in_square, Complex::new(w * w, 0.0)).re;
+            assert!((found - direct).abs() < 1e-9 * direct);
+        }
+    }
+}
