@@ -75,7 +75,7 @@ fn run(args: Vec<String>) -> Result<()> {
 enum Pace {
     /// The answers.
     Lockstep {
-        answers: Lockstep,
+        answers: Box<Lockstep>,
         /// When the present tick began, and when its `state` was last published.
         began: Instant,
         said: Instant,
@@ -127,7 +127,7 @@ impl Node {
             "lockstep" => {
                 let members = values.strings("lockstep.members").to_vec();
                 let pace = Pace::Lockstep {
-                    answers: Lockstep::new(members, Time::default()),
+                    answers: Box::new(Lockstep::new(members, Time::default())),
                     began: Instant::now(),
                     said: Instant::now(),
                 };
