@@ -6,6 +6,7 @@
 //! ```
 //! - [`signal`]: `TOPIC:FIELD`, one number of one message.
 //! - [`align`]: inputs and outputs in the order of their stamps.
+//! - [`record`]: inputs and outputs on one uniform grid, from wherever they come.
 //! - [`regression`]: the equation-error model, row by row.
 //! - [`rls`]: recursive least squares in square-root information form.
 //! - [`batch`]: least squares over a whole record.
@@ -28,6 +29,7 @@ pub mod learner;
 pub mod model;
 pub mod node;
 pub mod parameters;
+pub mod record;
 pub mod regression;
 pub mod replay;
 pub mod rls;
