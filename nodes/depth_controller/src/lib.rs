@@ -5,6 +5,7 @@
 //! - [`depth_loop`]: depth error to pitch command.
 //! - [`pitch_loop`]: pitch error and rate to plane angle.
 //! - [`limits`]: ±45° of pitch command, ±30° of plane.
+//! - [`estimator`]: pitch, depth rate and the gyro's zero from what can be measured.
 //! - [`manoeuvre`]: test signals added to the plane command.
 //! - [`schedule`]: depth setpoints over time.
 //! - [`parameters`]: every tunable, its default, unit and source.
@@ -17,6 +18,7 @@ pub mod book;
 pub mod core;
 pub mod depth_loop;
 pub mod design;
+pub mod estimator;
 pub mod limits;
 pub mod manoeuvre;
 pub mod node;
