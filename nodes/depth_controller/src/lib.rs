@@ -6,6 +6,7 @@
 //! - [`pitch_loop`]: pitch error and rate to plane angle.
 //! - [`limits`]: ±45° of pitch command, ±30° of plane.
 //! - [`estimator`]: pitch, depth rate and the gyro's zero from what can be measured.
+//! - [`gains`]: gains that follow the vehicle: by its speed, by its identified model.
 //! - [`manoeuvre`]: test signals added to the plane command.
 //! - [`schedule`]: depth setpoints over time.
 //! - [`parameters`]: every tunable, its default, unit and source.
@@ -19,6 +20,7 @@ pub mod core;
 pub mod depth_loop;
 pub mod design;
 pub mod estimator;
+pub mod gains;
 pub mod limits;
 pub mod manoeuvre;
 pub mod node;

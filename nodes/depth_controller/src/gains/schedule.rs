@@ -1,0 +1,161 @@
+//! Gains for a speed and a model of the vehicle in pitch.
+//!
+//! ```text
+//! Kpy = k'_0 / k            k'_0 = Kpy_0 k_0: the pitch loop keeps its stiffness
+//! Kr  = (B'_0 - b) / k      B'_0 = b_0 + Kr_0 k_0: and its damping; not below 0
+//! Kpz = Kpz_0 U_0 / U       the depth loop's share of pitch keeps its rate of depth
+//! Kdz = Kdz_0 U_0 / U
+//! ```
+//! Index 0: the fixed gains, at the reference speed, on the model there. Below the lowest speed of the
+//! schedule planes and pitch do too little to be asked for more.
+
+use super::{PitchModel, SpeedLaw};
+
+/// The gains of the depth and pitch loops.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LoopGains {
+    /// `Kpz`, rad/m.
+    pub depth_p: f64,
+    /// `Kdz`, rad s/m.
+    pub depth_d: f64,
+    /// `Kpy`.
+    pub pitch_p: f64,
+    /// `Kr`, s.
+    pub pitch_rate: f64,
+}
+
+impl LoopGains {
+    /// The four, one by one combined with another four's.
+    #[must_use]
+    pub fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+        Self {
+            depth_p: f(self.depth_p, other.depth_p),
+            depth_d: f(self.depth_d, other.depth_d),
+            pitch_p: f(self.pitch_p, other.pitch_p),
+            pitch_rate: f(self.pitch_rate, other.pitch_rate),
+        }
+    }
+}
+
+/// The fixed gains with what they are right for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Schedule {
+    /// The gains at the reference speed.
+    pub reference: LoopGains,
+    /// The vehicle over speed.
+    pub law: SpeedLaw,
+    /// The speed below which nothing changes any more, m/s.
+    pub lowest_speed: f64,
+}
+
+impl Schedule {
+    /// The gains at a speed (m/s) on the schedule's own model.
+    #[must_use]
+    pub fn at(&self, speed: f64) -> LoopGains {
+        let speed = speed.max(self.lowest_speed);
+        self.on(&self.law.at(speed), speed)
+    }
+
+    /// The gains at a speed (m/s) for a vehicle of this model.
+    #[must_use]
+    pub fn on(&self, model: &PitchModel, speed: f64) -> LoopGains {
+        let there = self.law.model;
+        let slower = self.law.reference_speed / speed.max(self.lowest_speed);
+        let damping = there.damping + self.reference.pitch_rate * there.plane;
+        LoopGains {
+            depth_p: self.reference.depth_p * slower,
+            depth_d: self.reference.depth_d * slower,
+            pitch_p: self.reference.pitch_p * there.plane / model.plane,
+            pitch_rate: ((damping - model.damping) / model.plane).max(0.0),
+        }
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use crate::design::{axis::DampedInertia, axis::Gains, depth::DepthDesign};
+
+    /// Program T6 in feet, a plane moment that grows with speed as water makes it.
+    pub(in crate::gains) const T6: Schedule = Schedule {
+        reference: LoopGains {
+            depth_p: 0.25,
+            depth_d: 0.6,
+            pitch_p: 0.7,
+            pitch_rate: 2.0,
+        },
+        law: SpeedLaw {
+            model: PitchModel {
+                plane: 0.14 / 0.6,
+                damping: 0.06 / 0.6,
+                restoring: 0.0,
+            },
+            reference_speed: 1.0,
+            plane_exponent: 2.0,
+            damping_exponent: 1.0,
+        },
+        lowest_speed: 0.1,
+    };
+
+    fn design(model: &PitchModel, gains: &LoopGains, speed: f64) -> DepthDesign {
+        DepthDesign {
+            axis: DampedInertia {
+                inertia: 1.0,
+                damping: model.damping,
+                plane_moment: model.plane,
+                restoring: model.restoring,
+            },
+            pitch: Gains {
+                p: gains.pitch_p,
+                rate: gains.pitch_rate,
+            },
+            speed,
+            p: gains.depth_p,
+            d: gains.depth_d,
+        }
+    }
+
+    #[test]
+    fn at_the_reference_speed_the_scheduled_gains_are_the_fixed_ones() {
+        let gains = T6.at(1.0);
+        let off = gains.zip(T6.reference, |a, b| (a - b).abs());
+        assert!(off.depth_p + off.depth_d + off.pitch_p + off.pitch_rate < 1e-15);
+    }
+
+    #[test]
+    fn the_closed_loop_has_the_same_poles_at_every_speed() {
+        let at = |speed: f64| design(&T6.law.at(speed), &T6.at(speed), speed).characteristic();
+        for speed in [0.5, 2.0, 3.0] {
+            for (there, here) in at(1.0).iter().zip(at(speed)) {
+                assert!((there - here).abs() < 1e-12, "{speed}");
+            }
+        }
+    }
+
+    /// The report's thesis (p. 20): its own plant, whose plane moment does not know the speed.
+    #[test]
+    fn at_three_feet_per_second_without_derivative_only_the_schedule_is_stable() {
+        let mut schedule = T6;
+        schedule.reference.depth_d = 0.0;
+        (schedule.law.plane_exponent, schedule.law.damping_exponent) = (0.0, 0.0);
+        let model = schedule.law.at(3.0);
+        assert!(design(&model, &schedule.reference, 1.0).is_stable());
+        assert!(!design(&model, &schedule.reference, 3.0).is_stable());
+        assert!(design(&model, &schedule.at(3.0), 3.0).is_stable());
+    }
+
+    #[test]
+    fn a_vehicle_that_is_damped_enough_by_itself_gets_no_negative_rate_gain() {
+        let damped = PitchModel {
+            damping: 9.0,
+            ..T6.law.model
+        };
+        assert_eq!(T6.on(&damped, 1.0).pitch_rate, 0.0);
+    }
+
+    #[test]
+    fn at_rest_the_gains_stay_finite() {
+        assert_eq!(T6.at(0.0), T6.at(0.1));
+        assert!(T6.at(0.0).pitch_p.is_finite());
+    }
+}
