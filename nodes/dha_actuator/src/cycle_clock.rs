@@ -57,7 +57,8 @@ impl CycleClock {
         if past >= NANOS_PER_MILLIHERTZ {
             self.period()
         } else {
-            past.max(0) as f64 / (1e9 * f64::from(self.millihertz))
+            // Below 1e12: no need of a wide number.
+            past.max(0) as i64 as f64 / (1e9 * f64::from(self.millihertz))
         }
     }
 

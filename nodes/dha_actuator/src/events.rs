@@ -1,14 +1,14 @@
 //! Where the ram's motion changes its law: each event as the zero of a margin, located.
 //!
 //! Every event has a margin that is positive as long as the event has not come: the speed left
-//! before a halt, the force left before a break-away, the travel left before a stop. The first
-//! zero is searched on the closed form, in steps short enough that a margin turns at most once in
-//! each, so that one that only dips below zero between two steps is found too.
+//! before a halt, the oil left before a break-away, the travel left before a stop. A margin's
+//! first zero is searched where the closed form lets it fall, between two of its turns; most
+//! events are excluded before by the range in which their quantity stays.
 //!
 //! Two margins are opened by a hair, so that an event is never its own cause: a break-away
 //! needs 1e-10 more than Delta F, and a clamp takes hold 1e-12 beyond its pressure.
 
-use crate::modes::{ClosedForm, Constants, Load, Mode, Side, State};
+use crate::modes::{ClosedForm, Constants, Load, Mode, Quantity, Side, State, Turns};
 
 /// A change of the ram's law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,198 +44,158 @@ pub fn break_away_force(constants: &Constants) -> f64 {
     constants.coulomb * (1.0 + BREAK_AWAY_EXCESS)
 }
 
-/// A margin and its rate of change.
-#[derive(Clone, Copy)]
-struct Margin {
-    value: f64,
-    rate: f64,
-}
-
-/// A motion with the events that may end it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Segment {
-    /// The motion.
-    pub motion: ClosedForm,
+/// The first event on `motion` within `horizon` seconds of its start, and when; the motion is in
+/// `mode` under the net metered flow `flow`, m^3/s.
+#[must_use]
+pub fn next_event(
+    constants: &Constants,
     mode: Mode,
     flow: f64,
-    start: State,
-    events: [Option<Event>; MOST_EVENTS],
+    motion: &ClosedForm,
+    horizon: f64,
+) -> Option<(f64, Event)> {
+    let mut first = None;
+    let mut until = horizon;
+    for event in possible(constants, mode)
+        .into_iter()
+        .map_while(|event| event)
+    {
+        let zero = Margin::new(constants, mode, flow, event).first_zero(motion, until);
+        if let Some(t) = zero
+            && (first.is_none() || t < until)
+        {
+            first = Some((t, event));
+            until = t;
+        }
+    }
+    first
 }
 
-impl Segment {
-    /// The motion from `start` in `mode` under the flow `flow`, m^3/s.
-    #[must_use]
-    pub fn new(constants: &Constants, mode: Mode, flow: f64, start: State) -> Self {
-        Self {
-            motion: ClosedForm::new(constants, mode, flow, start),
-            mode,
-            flow,
-            start,
-            events: possible(constants, mode),
+/// `level + sign * quantity`: positive until the event comes.
+#[derive(Clone, Copy)]
+struct Margin {
+    level: f64,
+    sign: f64,
+    quantity: Quantity,
+}
+
+impl Margin {
+    fn new(m: &Constants, mode: Mode, flow: f64, event: Event) -> Self {
+        let below = |limit: f64, side: Side, quantity| Self {
+            level: limit,
+            sign: -side.sign(),
+            quantity,
+        };
+        match event {
+            Event::Halt => {
+                let sign = match mode.load {
+                    Load::Sliding(side) => side.sign(),
+                    Load::Stuck | Load::AtStop(_) => 0.0,
+                };
+                Self {
+                    level: 0.0,
+                    sign,
+                    quantity: Quantity::Speed,
+                }
+            }
+            Event::BreakAway(side) => {
+                let held = break_away_force(m) / (m.area * m.stiffness);
+                below(held, side, Quantity::Oil)
+            }
+            Event::ClampOn(side) => {
+                let held = m.clamp(side) / m.stiffness * (1.0 + CLAMP_EXCESS);
+                below(held, side, Quantity::Oil)
+            }
+            Event::ClampOff => {
+                let side = mode.clamped.unwrap_or(Side::Positive);
+                Self {
+                    level: -m.clamp(side) / m.stiffness,
+                    sign: side.sign(),
+                    quantity: Quantity::Oil,
+                }
+            }
+            Event::VolumeLimit(side) => below(m.volume_limit, side, Quantity::Volume),
+            Event::VolumeRelease => {
+                // The net flow outwards, less what leaks with the pressure: in terms of oil.
+                let side = mode.limited.unwrap_or(Side::Positive);
+                let per_oil = m.leakage * m.stiffness;
+                below(side.sign() * flow / per_oil, side, Quantity::Oil)
+            }
+            Event::Stop(side) => below(m.stop, side, Quantity::Position),
         }
     }
 
-    /// The first event within `horizon` seconds of the start, and when.
-    #[must_use]
-    pub fn next_event(&self, constants: &Constants, horizon: f64) -> Option<(f64, Event)> {
-        if self.nothing_can_happen(constants, horizon) {
+    /// The margin and its rate `t` seconds after the motion's start.
+    fn at(&self, motion: &ClosedForm, t: f64) -> (f64, f64) {
+        let (value, rate) = motion.course(self.quantity, t);
+        (self.level + self.sign * value, self.sign * rate)
+    }
+
+    /// Where the margin first falls below zero within `horizon` seconds.
+    fn first_zero(&self, motion: &ClosedForm, horizon: f64) -> Option<f64> {
+        let (one, other) = motion.range(self.quantity, horizon);
+        if self.level + (self.sign * one).min(self.sign * other) > 0.0 {
             return None;
         }
-        let step = self.motion.turning_time().min(horizon);
-        let mut from = 0.0;
-        let mut margins = self.margins(constants, from);
+        match motion.turns(self.quantity) {
+            Some(turns) => self.first_zero_between(motion, turns, horizon),
+            None => self.first_zero_in_steps(motion, horizon),
+        }
+    }
+
+    /// As the deviations decay, a margin that falls at the start is lowest at its first turn, and
+    /// one that rises at its second.
+    fn first_zero_between(&self, motion: &ClosedForm, turns: Turns, horizon: f64) -> Option<f64> {
+        let rises = self.sign * motion.course_at_start(self.quantity).1 > 0.0;
+        let second = turns.first + turns.interval;
+        let (from, to) = if rises {
+            (turns.first, second)
+        } else {
+            (0.0, turns.first)
+        };
+        let to = to.min(horizon);
+        (from < to && self.at(motion, to).0 < 0.0)
+            .then(|| first_below_zero(from, to, |t| self.at(motion, t)))
+    }
+
+    /// In steps so short that the margin turns at most once in each.
+    fn first_zero_in_steps(&self, motion: &ClosedForm, horizon: f64) -> Option<f64> {
+        let step = motion.short_time();
+        let value = |t| self.at(motion, t);
+        let (mut from, mut before) = (0.0, value(0.0));
         while from < horizon {
             let to = if from + 1.001 * step >= horizon {
                 horizon
             } else {
                 from + step
             };
-            let margins_after = self.margins(constants, to);
-            let mut first: Option<(f64, Event)> = None;
-            for (i, event) in self.events.iter().enumerate() {
-                let Some(event) = *event else { break };
-                let zero =
-                    self.zero_between(constants, event, (from, margins[i]), (to, margins_after[i]));
-                if let Some(t) = zero
-                    && first.is_none_or(|(earliest, _)| t < earliest)
-                {
-                    first = Some((t, event));
+            let after = value(to);
+            if after.0 < 0.0 {
+                return Some(first_below_zero(from, to, value));
+            }
+            if before.1 < 0.0 && after.1 > 0.0 {
+                let lowest = lowest_point(from, to, value);
+                if value(lowest).0 < 0.0 {
+                    return Some(first_below_zero(from, lowest, value));
                 }
             }
-            if first.is_some() {
-                return first;
-            }
-            (from, margins) = (to, margins_after);
+            (from, before) = (to, after);
         }
         None
     }
+}
 
-    /// Whether the energy bound of the motion alone excludes every event: the common case of a
-    /// load that creeps on its drift.
-    fn nothing_can_happen(&self, m: &Constants, horizon: f64) -> bool {
-        let Load::Sliding(side) = self.mode.load else {
-            return false;
-        };
-        let Some(((v, v_reach), (w, w_reach))) = self.motion.bounds() else {
-            return false;
-        };
-        if self.mode.limited.is_some() {
-            return false;
-        }
-        let pressure = m.stiffness * (w.abs() + w_reach);
-        let keeps_sliding = m.coulomb == 0.0 || side.sign() * v > v_reach;
-        let keeps_below_clamp = pressure < m.clamp_positive.min(m.clamp_negative);
-        let travel = self.start.position.abs() + (v.abs() + v_reach) * horizon;
-        let volume = self.start.volume.abs() + (self.flow.abs() + m.leakage * pressure) * horizon;
-        keeps_sliding && keeps_below_clamp && travel < m.stop && volume < m.volume_limit
-    }
-
-    fn margins(&self, constants: &Constants, t: f64) -> [Margin; MOST_EVENTS] {
-        let state = self.motion.at(t);
-        let rates = self.motion.rates(&state);
-        self.events.map(|event| match event {
-            Some(event) => self.margin(constants, event, &state, rates),
-            None => Margin {
-                value: f64::INFINITY,
-                rate: 0.0,
-            },
-        })
-    }
-
-    fn margin_at(&self, constants: &Constants, event: Event, t: f64) -> Margin {
-        let state = self.motion.at(t);
-        self.margin(constants, event, &state, self.motion.rates(&state))
-    }
-
-    fn margin(
-        &self,
-        m: &Constants,
-        event: Event,
-        state: &State,
-        (v_dot, w_dot): (f64, f64),
-    ) -> Margin {
-        let (v, w) = (state.velocity, state.squeezed);
-        let margin = |value, rate| Margin { value, rate };
-        match event {
-            Event::Halt => {
-                let direction = match self.mode.load {
-                    Load::Sliding(side) => side.sign(),
-                    Load::Stuck | Load::AtStop(_) => 0.0,
-                };
-                margin(direction * v, direction * v_dot)
-            }
-            Event::BreakAway(side) => {
-                let force_per_oil = side.sign() * m.area * m.stiffness;
-                margin(
-                    break_away_force(m) - force_per_oil * w,
-                    -force_per_oil * w_dot,
-                )
-            }
-            Event::ClampOn(side) => {
-                let held = m.clamp(side) / m.stiffness * (1.0 + CLAMP_EXCESS);
-                margin(held - side.sign() * w, -side.sign() * w_dot)
-            }
-            Event::ClampOff => {
-                let side = self.mode.clamped.unwrap_or(Side::Positive);
-                let held = m.clamp(side) / m.stiffness;
-                margin(side.sign() * w - held, side.sign() * w_dot)
-            }
-            Event::VolumeLimit(side) => margin(
-                m.volume_limit - side.sign() * state.volume,
-                -side.sign() * (w_dot + m.area * v),
-            ),
-            Event::VolumeRelease => {
-                let side = self.mode.limited.unwrap_or(Side::Positive);
-                let pressure_rate = if self.mode.clamped.is_some() {
-                    0.0
-                } else {
-                    m.stiffness * w_dot
-                };
-                margin(
-                    outward_flow(m, side, self.flow, state),
-                    -side.sign() * m.leakage * pressure_rate,
-                )
-            }
-            Event::Stop(side) => margin(m.stop - side.sign() * state.position, -side.sign() * v),
+/// Where a margin that falls at `low` and rises at `high` turns, by halving.
+fn lowest_point(mut low: f64, mut high: f64, margin: impl Fn(f64) -> (f64, f64)) -> f64 {
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if margin(middle).1 < 0.0 {
+            low = middle;
+        } else {
+            high = middle;
         }
     }
-
-    /// The first zero of a margin between two times over which it turns at most once.
-    fn zero_between(
-        &self,
-        constants: &Constants,
-        event: Event,
-        (from, before): (f64, Margin),
-        (to, after): (f64, Margin),
-    ) -> Option<f64> {
-        let value = |t| self.margin_at(constants, event, t);
-        if after.value < 0.0 {
-            return Some(first_below_zero(from, to, value));
-        }
-        let dips = before.rate < 0.0 && after.rate > 0.0;
-        if !dips {
-            return None;
-        }
-        // The lowest point, by halving on the rate.
-        let (mut low, mut high) = (from, to);
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            let margin = value(middle);
-            if margin.value < 0.0 {
-                return Some(first_below_zero(from, middle, value));
-            }
-            if margin.rate < 0.0 {
-                low = middle;
-            } else {
-                high = middle;
-            }
-            // Even falling at its first rate it would not reach zero from here.
-            if margin.value > -before.rate.min(margin.rate) * (high - low) {
-                return None;
-            }
-        }
-        None
-    }
+    high
 }
 
 /// The net flow outwards at the volume limit, m^3/s: while it is positive, V_T stays there.
@@ -276,7 +236,10 @@ fn possible(constants: &Constants, mode: Mode) -> [Option<Event>; MOST_EVENTS] {
         add(Event::ClampOn(Negative));
     }
     if mode.limited.is_some() {
-        add(Event::VolumeRelease);
+        // Under the clamp nothing changes what leaks.
+        if mode.clamped.is_none() && constants.leakage > 0.0 {
+            add(Event::VolumeRelease);
+        }
     } else if constants.volume_limit.is_finite() {
         add(Event::VolumeLimit(Positive));
         add(Event::VolumeLimit(Negative));
@@ -284,27 +247,31 @@ fn possible(constants: &Constants, mode: Mode) -> [Option<Event>; MOST_EVENTS] {
     events
 }
 
+/// How exactly a zero is found: Newton's last step relative to the stretch searched. Its square
+/// is what then remains of the margin.
+const NEWTON_STEP: f64 = 1e-9;
+
 /// Where a margin falls below zero between `low`, where it has not, and `high`, where it has:
 /// Newton's method, kept within the bracket by halving.
-fn first_below_zero(mut low: f64, mut high: f64, margin: impl Fn(f64) -> Margin) -> f64 {
+fn first_below_zero(mut low: f64, mut high: f64, margin: impl Fn(f64) -> (f64, f64)) -> f64 {
+    let close_enough = NEWTON_STEP * (high - low);
     let mut t = 0.5 * (low + high);
-    for _ in 0..120 {
-        let here = margin(t);
-        if here.value < 0.0 {
+    while high - low > close_enough {
+        let (value, rate) = margin(t);
+        if value < 0.0 {
             high = t;
         } else {
             low = t;
         }
-        let newton = t - here.value / here.rate;
-        let next = if newton > low && newton < high {
+        let newton = t - value / rate;
+        if (newton - t).abs() <= close_enough {
+            return newton.clamp(low, high);
+        }
+        t = if newton > low && newton < high {
             newton
         } else {
             0.5 * (low + high)
         };
-        if (next - t).abs() <= 1e-18 + 2.0 * f64::EPSILON * t || high - low <= 1e-18 {
-            return next;
-        }
-        t = next;
     }
     t
 }

@@ -89,6 +89,44 @@ pub struct Mode {
     pub limited: Option<Side>,
 }
 
+/// One of the ram's quantities, as a limit or an event watches it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// X_1, m.
+    Position,
+    /// X_1', m/s.
+    Speed,
+    /// V_e, m^3.
+    Oil,
+    /// V_T, m^3.
+    Volume,
+}
+
+/// When a quantity's course turns: at `first` (s from the start) and then every `interval`,
+/// infinite where it does not.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Turns {
+    /// The first turn.
+    pub first: f64,
+    /// From one turn to the next.
+    pub interval: f64,
+}
+
+impl Turns {
+    const NONE: Self = Self {
+        first: f64::INFINITY,
+        interval: f64::INFINITY,
+    };
+
+    /// One turn, where `time` is in the future.
+    fn once(time: f64) -> Self {
+        Self {
+            first: if time > 0.0 { time } else { f64::INFINITY },
+            ..Self::NONE
+        }
+    }
+}
+
 /// The constants of the ram's equations, SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Constants {
@@ -168,6 +206,10 @@ enum Law {
 }
 
 /// The second-order law about its equilibrium. The characteristic roots are mu +- sqrt(spread).
+///
+/// The energy dv^2 + (b/A_L) dV_e^2 of the deviation from equilibrium never grows: its rate is
+/// -2 c dv^2 - 2 a (b/A_L) dV_e^2. So each deviation has a reach, |dv| + sqrt(b/A_L) |dV_e| at
+/// the start, that it never exceeds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Riding {
     q: f64,
@@ -178,8 +220,15 @@ struct Riding {
     mu: f64,
     spread: f64,
     root: f64,
+    /// 1/root.
+    time: f64,
+    a_over_b: f64,
+    /// 1/(A_L + a c/b).
+    per_area: f64,
     steady_squeezed: f64,
     steady_velocity: f64,
+    squeezed_reach: f64,
+    velocity_reach: f64,
 }
 
 impl ClosedForm {
@@ -208,27 +257,7 @@ impl ClosedForm {
                 g: (m.area * pressure - side.sign() * m.coulomb) / m.mass,
                 c: m.viscous / m.mass,
             },
-            (Load::Sliding(side), None) => {
-                let a = k * m.stiffness;
-                let b = m.area * m.stiffness / m.mass;
-                let c = m.viscous / m.mass;
-                let f = side.sign() * m.coulomb / m.mass;
-                let half = 0.5 * (a - c);
-                let spread = half * half - m.area * b;
-                let steady_velocity = (q * b - a * f) / (a * c + m.area * b);
-                Law::Riding(Riding {
-                    q,
-                    a,
-                    b,
-                    c,
-                    f,
-                    mu: -0.5 * (a + c),
-                    spread,
-                    root: spread.abs().sqrt(),
-                    steady_squeezed: (f + c * steady_velocity) / b,
-                    steady_velocity,
-                })
-            }
+            (Load::Sliding(side), None) => Law::Riding(Riding::new(m, q, k, side, &start)),
         };
         Self {
             start,
@@ -283,37 +312,146 @@ impl ClosedForm {
         }
     }
 
-    /// A time, s, within which each quantity on this motion turns at most once.
+    /// A quantity and its rate of change `t` seconds after the start, SI.
     #[must_use]
-    pub fn turning_time(&self) -> f64 {
+    pub fn course(&self, quantity: Quantity, t: f64) -> (f64, f64) {
+        self.course_at(quantity, &self.at(t))
+    }
+
+    /// As [`ClosedForm::course`], at the start.
+    #[must_use]
+    pub fn course_at_start(&self, quantity: Quantity) -> (f64, f64) {
+        self.course_at(quantity, &self.start)
+    }
+
+    fn course_at(&self, quantity: Quantity, state: &State) -> (f64, f64) {
+        let (v_dot, w_dot) = self.rates(state);
+        match quantity {
+            Quantity::Position => (state.position, state.velocity),
+            Quantity::Speed => (state.velocity, v_dot),
+            Quantity::Oil => (state.squeezed, w_dot),
+            Quantity::Volume if self.limited => (state.volume, 0.0),
+            Quantity::Volume => (state.volume, w_dot + self.area * state.velocity),
+        }
+    }
+
+    /// Two values between which a quantity surely stays for `horizon` seconds: cheap, not close.
+    #[must_use]
+    pub fn range(&self, quantity: Quantity, horizon: f64) -> (f64, f64) {
+        let start = &self.start;
+        // The highest speed and the most that V_T changes in a second, then V_e's range.
+        let (speeds, volume_rate, oil) = match &self.law {
+            Law::Stuck { q, a } => {
+                let rate = q - a * start.squeezed;
+                let furthest = start.squeezed + rate * horizon;
+                ((0.0, 0.0), rate.abs(), (start.squeezed, furthest))
+            }
+            Law::Clamped { q, g, c } => {
+                let speeds = (start.velocity, g / c);
+                let fastest = start.velocity.abs().max(speeds.1.abs());
+                let oil = (q.abs() + self.area * fastest) * horizon;
+                let oil = (start.squeezed - oil, start.squeezed + oil);
+                (speeds, q.abs(), oil)
+            }
+            Law::Riding(law) => {
+                let (v, v_reach) = (law.steady_velocity, law.velocity_reach);
+                let (w, w_reach) = (law.steady_squeezed, law.squeezed_reach);
+                let volume_rate = law.q.abs() + law.a * (w.abs() + w_reach);
+                let oil = (w - w_reach, w + w_reach);
+                ((v - v_reach, v + v_reach), volume_rate, oil)
+            }
+        };
+        let about = |value: f64, rate: f64| (value - rate * horizon, value + rate * horizon);
+        match quantity {
+            Quantity::Speed => speeds,
+            Quantity::Oil => oil,
+            Quantity::Position => about(start.position, speeds.0.abs().max(speeds.1.abs())),
+            Quantity::Volume => about(start.volume, volume_rate),
+        }
+    }
+
+    /// When a quantity turns, where the closed form says it: all but position and volume of a
+    /// load that rides on the oil.
+    #[must_use]
+    pub fn turns(&self, quantity: Quantity) -> Option<Turns> {
+        let start = &self.start;
+        match (&self.law, quantity) {
+            (Law::Stuck { .. }, _) | (Law::Clamped { .. }, Quantity::Speed | Quantity::Volume) => {
+                Some(Turns::NONE)
+            }
+            // Where the speed, on its way from v_0 to g/c, passes 0 or q/A_L.
+            (Law::Clamped { q, g, c }, Quantity::Position | Quantity::Oil) => {
+                let passes = match quantity {
+                    Quantity::Oil => q / self.area,
+                    _ => 0.0,
+                };
+                let left = (g / c - passes) / (g / c - start.velocity);
+                Some(Turns::once(-left.ln() / c))
+            }
+            (Law::Riding(law), Quantity::Speed | Quantity::Oil) => {
+                let (v_dot, w_dot) = self.rates(start);
+                let (v_dot_dot, w_dot_dot) = (
+                    law.b * w_dot - law.c * v_dot,
+                    -law.a * w_dot - self.area * v_dot,
+                );
+                Some(match quantity {
+                    Quantity::Oil => law.turns(w_dot, w_dot_dot),
+                    _ => law.turns(v_dot, v_dot_dot),
+                })
+            }
+            (Law::Riding(_), Quantity::Position | Quantity::Volume) => None,
+        }
+    }
+
+    /// A time, s, short beside everything that happens on this motion.
+    #[must_use]
+    pub fn short_time(&self) -> f64 {
         match &self.law {
             Law::Riding(law) => 0.5 / (law.a * law.c + self.area * law.b).sqrt(),
             Law::Stuck { .. } | Law::Clamped { .. } => f64::INFINITY,
         }
     }
-
-    /// For a load that rides on the oil: its equilibrium `(v, V_e)` and how far, at most, it
-    /// will ever be from each.
-    ///
-    /// The energy dv^2 + (b/A_L) dV_e^2 of the deviation never grows: its rate is
-    /// -2 c dv^2 - 2 a (b/A_L) dV_e^2.
-    #[must_use]
-    pub fn bounds(&self) -> Option<((f64, f64), (f64, f64))> {
-        let Law::Riding(law) = &self.law else {
-            return None;
-        };
-        let dv = self.start.velocity - law.steady_velocity;
-        let dw = self.start.squeezed - law.steady_squeezed;
-        let velocity_per_oil = (law.b / self.area).sqrt();
-        let reach = dv.hypot(velocity_per_oil * dw);
-        Some((
-            (law.steady_velocity, reach),
-            (law.steady_squeezed, reach / velocity_per_oil),
-        ))
-    }
 }
 
 impl Riding {
+    /// The law of a load sliding to `side` under the net flow `q`, leakage `k`.
+    fn new(m: &Constants, q: f64, k: f64, side: Side, start: &State) -> Self {
+        let a = k * m.stiffness;
+        let b = m.area * m.stiffness / m.mass;
+        let c = m.viscous / m.mass;
+        let f = side.sign() * m.coulomb / m.mass;
+        let half = 0.5 * (a - c);
+        let spread = half * half - m.area * b;
+        let a_over_b = a / b;
+        let per_area = 1.0 / (m.area + a_over_b * c);
+        let steady_velocity = (q - a_over_b * f) * per_area;
+        let steady_squeezed = (f + c * steady_velocity) / b;
+        let (dv, dw) = (
+            start.velocity - steady_velocity,
+            start.squeezed - steady_squeezed,
+        );
+        let root = spread.abs().sqrt();
+        let velocity_per_oil = (m.stiffness / m.mass).sqrt();
+        let velocity_reach = dv.abs() + velocity_per_oil * dw.abs();
+        Self {
+            q,
+            a,
+            b,
+            c,
+            f,
+            mu: -0.5 * (a + c),
+            spread,
+            root,
+            time: 1.0 / root,
+            a_over_b,
+            per_area,
+            steady_squeezed,
+            steady_velocity,
+            squeezed_reach: velocity_reach / velocity_per_oil,
+            velocity_reach,
+        }
+    }
+
     /// `(x - x_0, v, V_e - V_e0)` after `t`.
     fn after(&self, t: f64, start: &State, area: f64) -> (f64, f64, f64) {
         let dw = start.squeezed - self.steady_squeezed;
@@ -326,9 +464,29 @@ impl Riding {
         let squeezed_by = w_after - dw;
         let velocity_change = v_after - dv;
         // Both equations integrated over t, the integral of V_e eliminated.
-        let moved = (self.q * t - (self.a / self.b) * (velocity_change + self.f * t) - squeezed_by)
-            / (area + self.a * self.c / self.b);
+        let moved = (self.q * t - self.a_over_b * (velocity_change + self.f * t) - squeezed_by)
+            * self.per_area;
         (moved, self.steady_velocity + v_after, squeezed_by)
+    }
+
+    /// When a quantity turns that starts with this rate and its derivative:
+    /// e^(mu t) (rate cosh(r t) + (rate' - mu rate) sinh(r t)/r) is 0, r^2 = spread.
+    fn turns(&self, rate: f64, rate_dot: f64) -> Turns {
+        let odd = rate_dot - self.mu * rate;
+        if self.root == 0.0 {
+            Turns::once(-rate / odd)
+        } else if self.spread > 0.0 {
+            Turns::once((-rate * self.root / odd).atanh() / self.root)
+        } else {
+            // The angle of (-odd/r, rate), within (0, pi].
+            let (y, x) = (rate, -odd / self.root);
+            let angle = if y < 0.0 { (-y).atan2(-x) } else { y.atan2(x) };
+            let half_turn = std::f64::consts::PI;
+            Turns {
+                first: if angle > 0.0 { angle } else { half_turn } / self.root,
+                interval: half_turn / self.root,
+            }
+        }
     }
 
     /// e^(mu t) times cosh(r t) and sinh(r t)/r of r^2 = spread: cos and sin where the roots
@@ -344,11 +502,11 @@ impl Riding {
         } else if self.spread < 0.0 {
             let decay = (self.mu * t).exp();
             let (sine, cosine) = angle.sin_cos();
-            (decay * cosine, decay * sine / self.root)
+            (decay * cosine, decay * sine * self.time)
         } else {
             let slow = ((self.mu + self.root) * t).exp();
             let fast = ((self.mu - self.root) * t).exp();
-            (0.5 * (slow + fast), 0.5 * (slow - fast) / self.root)
+            (0.5 * (slow + fast), 0.5 * (slow - fast) * self.time)
         }
     }
 }
@@ -455,20 +613,83 @@ mod tests {
         }
     }
 
+    const QUANTITIES: [Quantity; 4] = [
+        Quantity::Position,
+        Quantity::Speed,
+        Quantity::Oil,
+        Quantity::Volume,
+    ];
+
+    /// Every law, stiffly and weakly damped, from a few starts: with the motion's name.
+    fn motions() -> Vec<(String, ClosedForm)> {
+        let mut motions = Vec::new();
+        for name in ["auv", "table_3_1", "table_4_1"] {
+            for damping in [0.3, 1.0, 4.0] {
+                let mut c = constants(name);
+                c.viscous *= damping;
+                for mode in modes() {
+                    for (velocity, flow) in [(0.02, 1e-8), (-0.05, 1e-6), (0.3, -3e-5)] {
+                        let mut start = some_state(&c);
+                        start.velocity = if mode.load == Load::Stuck {
+                            0.0
+                        } else {
+                            velocity
+                        };
+                        let motion = ClosedForm::new(&c, mode, flow, start);
+                        motions.push((format!("{name} {damping} {mode:?} {flow}"), motion));
+                    }
+                }
+            }
+        }
+        motions
+    }
+
     #[test]
-    fn a_deviation_from_the_steady_ride_never_outgrows_its_energy() {
-        let c = constants("table_4_1");
-        let mode = Mode {
-            load: Load::Sliding(Side::Positive),
-            clamped: None,
-            limited: None,
-        };
-        let motion = ClosedForm::new(&c, mode, 1e-6, some_state(&c));
-        let ((v, v_reach), (w, w_reach)) = motion.bounds().expect("it rides");
-        for i in 0..1000 {
-            let state = motion.at(f64::from(i) * 1e-4);
-            assert!((state.velocity - v).abs() <= v_reach * (1.0 + 1e-12));
-            assert!((state.squeezed - w).abs() <= w_reach * (1.0 + 1e-12));
+    fn no_quantity_leaves_its_range() {
+        for (name, motion) in motions() {
+            for quantity in QUANTITIES {
+                let horizon = 0.012;
+                let (one, other) = motion.range(quantity, horizon);
+                let hair = 1e-12 * one.abs().max(other.abs());
+                for i in 0..=200 {
+                    let value = motion.course(quantity, f64::from(i) / 200.0 * horizon).0;
+                    assert!(value >= one.min(other) - hair, "{name} {quantity:?}");
+                    assert!(value <= one.max(other) + hair, "{name} {quantity:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_quantity_turns_when_it_is_said_to_and_at_no_other_time() {
+        for (name, motion) in motions() {
+            for quantity in QUANTITIES {
+                let Some(turns) = motion.turns(quantity) else {
+                    continue;
+                };
+                let step = 1.7e-5;
+                let rates: Vec<f64> = (0..=700)
+                    .map(|i| motion.course(quantity, f64::from(i) * step).1)
+                    .collect();
+                // What has settled has only rounding left for a rate.
+                let hair = 1e-9 * rates.iter().fold(0.0f64, |most, rate| most.max(rate.abs()));
+                for (i, pair) in rates.windows(2).enumerate() {
+                    if pair[0].abs().max(pair[1].abs()) < hair {
+                        continue;
+                    }
+                    let (from, to) = (i as f64 * step, (i + 1) as f64 * step);
+                    let count = if turns.first > to {
+                        0
+                    } else if turns.interval.is_infinite() {
+                        i32::from(turns.first > from)
+                    } else {
+                        let turned = |t: f64| ((t - turns.first) / turns.interval).floor();
+                        (turned(to) - turned(from)) as i32
+                    };
+                    let turned = pair[0] * pair[1] < 0.0;
+                    assert_eq!(turned, count == 1, "{name} {quantity:?} at {from}");
+                }
+            }
         }
     }
 }

@@ -6,8 +6,8 @@
 //! changing anything: where the ram is does not depend on when, or how often, it was asked.
 
 use crate::actuator_set::ActuatorSet;
-use crate::events::{Event, Segment, break_away_force, outward_flow};
-use crate::modes::{Constants, Load, Mode, Side, State};
+use crate::events::{Event, break_away_force, next_event, outward_flow};
+use crate::modes::{ClosedForm, Constants, Load, Mode, Side, State};
 
 /// More events than this in one piece of flow are no physics: the rest of the piece then runs in
 /// the mode it is in. It only keeps a program from hanging.
@@ -22,7 +22,7 @@ pub struct Ram {
     state: State,
     time: f64,
     flow: f64,
-    segment: Segment,
+    motion: ClosedForm,
     /// Where the present segment ends, and by which event; by none at the end of the piece.
     ends: f64,
     event: Option<Event>,
@@ -53,7 +53,7 @@ impl Ram {
             state,
             time: 0.0,
             flow: 0.0,
-            segment: Segment::new(&constants, mode, 0.0, state),
+            motion: ClosedForm::new(&constants, mode, 0.0, state),
             ends: 0.0,
             event: None,
             piece_ends: 0.0,
@@ -116,15 +116,15 @@ impl Ram {
     /// The state at `time`, s, not before the last event and not after the time advanced to.
     #[must_use]
     pub fn at(&self, time: f64) -> State {
-        self.segment.motion.at(time - self.time)
+        self.motion.at(time - self.time)
     }
 
     /// Finds where the segment that begins now will end.
     fn plan(&mut self) {
-        self.segment = Segment::new(&self.constants, self.mode, self.flow, self.state);
+        self.motion = ClosedForm::new(&self.constants, self.mode, self.flow, self.state);
         let horizon = self.piece_ends - self.time;
         let next = if self.events_left > 0 {
-            self.segment.next_event(&self.constants, horizon)
+            next_event(&self.constants, self.mode, self.flow, &self.motion, horizon)
         } else {
             None
         };
@@ -137,8 +137,9 @@ impl Ram {
 
     /// Moves to the end of the segment. A new one must be planned then.
     fn commit(&mut self) {
-        self.slid = self.slid(self.ends);
-        self.state = self.at(self.ends);
+        let state = self.at(self.ends);
+        self.slid += (state.position - self.state.position).abs();
+        self.state = state;
         self.time = self.ends;
     }
 
