@@ -17,7 +17,7 @@ use dha_actuator::actuator_file::{BUILT_IN, load};
 use dha_actuator::actuator_set::ActuatorSet;
 use dha_actuator::dha::{Demand, Dha};
 use dha_actuator::hydraulics::Hydraulics;
-use dha_actuator::pulse_logic::Command;
+use dha_actuator::pulse_logic::{Command, Volume};
 use dha_actuator::units::{DEGREE, INCH};
 
 const ROUNDS: usize = 20;
@@ -40,7 +40,10 @@ fn slew(set: &ActuatorSet, cycles: u32) -> f64 {
     let mut hydraulics = Hydraulics::new(set);
     for n in 0..cycles {
         let sign = if (n + 10) % 40 < 20 { 1 } else { -1 };
-        hydraulics.begin_cycle(Command { volume: true, sign });
+        hydraulics.begin_cycle(Command {
+            volume: Volume::Large,
+            sign,
+        });
     }
     hydraulics.finish_cycle();
     hydraulics.reading(set.cycle()).ram.position

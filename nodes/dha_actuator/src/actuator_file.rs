@@ -1,19 +1,24 @@
 //! Actuator files: YAML, every quantity with its unit, converted to SI once, here.
 //!
 //! `actuators/table_4_1.yaml` is the example; the fields are Tables 3-1 and 4-1 of IBM
-//! 66-L03-005. Three files are built in: `auv`, `table_3_1` and `table_4_1`.
+//! 66-L03-005. Four files are built in: `auv`, `auv_two_speed` (the example of a `small_volume`),
+//! `table_3_1` and `table_4_1`.
 
 use std::path::Path;
 
 use planesman_parameters::file;
 use serde::Deserialize;
 
-use crate::actuator_set::{ActuatorSet, LimitOption, MOST_CYCLES_IN_FLIGHT};
+use crate::actuator_set::{ActuatorSet, LimitOption, MOST_CYCLES_IN_FLIGHT, SmallVolume};
 use crate::units::{Dimension, Written};
 
 /// The built-in actuators: name and file.
-pub const BUILT_IN: [(&str, &str); 3] = [
+pub const BUILT_IN: [(&str, &str); 4] = [
     ("auv", include_str!("../actuators/auv.yaml")),
+    (
+        "auv_two_speed",
+        include_str!("../actuators/auv_two_speed.yaml"),
+    ),
     ("table_3_1", include_str!("../actuators/table_3_1.yaml")),
     ("table_4_1", include_str!("../actuators/table_4_1.yaml")),
 ];
@@ -22,7 +27,9 @@ pub const BUILT_IN: [(&str, &str); 3] = [
 #[derive(Debug, thiserror::Error)]
 pub enum ActuatorFileError {
     /// The file cannot be read.
-    #[error("actuator file '{file}': {reason}; built in are auv, table_3_1 and table_4_1")]
+    #[error(
+        "actuator file '{file}': {reason}; built in are auv, auv_two_speed, table_3_1 and table_4_1"
+    )]
     Unreadable {
         /// The path.
         file: String,
@@ -88,6 +95,7 @@ struct File {
     ram: Ram,
     oil: Oil,
     valves: Valves,
+    small_volume: Option<Small>,
     leakage: Leakage,
     logic: Logic,
 }
@@ -129,6 +137,15 @@ struct Valves {
     valve_time: Written,
     flow_time: Written,
     extra_delay: Written,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Small {
+    volume: Written,
+    flow_time: Written,
+    quantum: Written,
+    threshold: Written,
 }
 
 #[derive(Deserialize)]
@@ -280,6 +297,11 @@ impl Reader<'_> {
             )?,
             quantum: read("logic.quantum", &file.logic.quantum, D::Angle, Positive)?,
             threshold: read("logic.threshold", &file.logic.threshold, D::Angle, Positive)?,
+            small: file
+                .small_volume
+                .as_ref()
+                .map(|small| self.small_volume(small, oil_moved))
+                .transpose()?,
             inhibit_beyond: self.limit(
                 "logic.inhibit_beyond",
                 file.logic.inhibit_beyond.as_ref(),
@@ -290,6 +312,42 @@ impl Reader<'_> {
         };
         self.rules_between_fields(file, &set)?;
         Ok(set)
+    }
+
+    fn small_volume(
+        &self,
+        small: &Small,
+        oil_moved: f64,
+    ) -> Result<SmallVolume, ActuatorFileError> {
+        let read = |name, written, dimension, per_radian| {
+            self.read(Field(name, written, dimension), Sign::Positive, per_radian)
+        };
+        Ok(SmallVolume {
+            volume: read(
+                "small_volume.volume",
+                &small.volume,
+                Dimension::Volume,
+                Some(oil_moved),
+            )?,
+            flow_time: read(
+                "small_volume.flow_time",
+                &small.flow_time,
+                Dimension::Time,
+                None,
+            )?,
+            quantum: read(
+                "small_volume.quantum",
+                &small.quantum,
+                Dimension::Angle,
+                None,
+            )?,
+            threshold: read(
+                "small_volume.threshold",
+                &small.threshold,
+                Dimension::Angle,
+                None,
+            )?,
+        })
     }
 
     fn millihertz(&self, written: &Written) -> Result<u32, ActuatorFileError> {
@@ -376,6 +434,26 @@ impl Reader<'_> {
                 field,
                 &written.0,
                 "on ram.area it must overcome load.coulomb, or the ram never moves",
+            )?;
+        }
+        if let (Some(small), Some(written)) = (&set.small, &file.small_volume) {
+            check(
+                small.volume < set.volume,
+                "small_volume.volume",
+                &written.volume.0,
+                "it must be below valves.volume",
+            )?;
+            check(
+                small.threshold <= set.threshold && small.threshold > small.quantum / 2.0,
+                "small_volume.threshold",
+                &written.threshold.0,
+                "it must not exceed logic.threshold, and must exceed half of small_volume.quantum",
+            )?;
+            check(
+                small.flow_time <= set.flow_time,
+                "small_volume.flow_time",
+                &written.flow_time.0,
+                "it must not exceed valves.flow_time",
             )?;
         }
         let reach = set.delay() + set.flow_time;
@@ -478,6 +556,33 @@ mod tests {
         assert!(parse("x", "").is_err());
         assert!(parse("x", "\u{0}\u{ff}").is_err());
         assert!(load("no/such/file.yaml").is_err());
+    }
+
+    #[test]
+    fn a_small_volume_is_smaller_than_the_large_one_in_every_way() {
+        let (_, text) = BUILT_IN[1];
+        let set = load("auv_two_speed").expect("built in");
+        let small = set.small.expect("given");
+        assert!((small.volume / set.volume - 0.25).abs() < 1e-12);
+        let (large_half, small_half) = text.split_once("small_volume:").expect("there");
+        for (field, line) in [
+            ("volume:", "  volume: 1.1 deg"),
+            ("flow_time:", "  flow_time: 7 ms"),
+            ("threshold:", "  threshold: 0.7 deg"),
+            ("threshold:", "  threshold: 0.1 deg"),
+            ("quantum:", "  quantum: 0.4 deg"),
+            ("quantum:", ""),
+        ] {
+            let whole = |small: &str| format!("{large_half}small_volume:{small}");
+            let first = small_half
+                .lines()
+                .find(|l| l.trim_start().starts_with(field))
+                .expect("a field");
+            let error = parse("mine.yaml", &whole(&small_half.replacen(first, line, 1)))
+                .expect_err(line)
+                .to_string();
+            assert!(error.contains(field.trim_end_matches(':')), "{error}");
+        }
     }
 
     #[test]

@@ -54,10 +54,25 @@ pub struct ActuatorSet {
     pub quantum: f64,
     /// e_b, rad: the error beyond which a volume is commanded.
     pub threshold: f64,
+    /// The second calibrating cylinder; none on an actuator that can only be single-speed.
+    pub small: Option<SmallVolume>,
     /// X_lim, m: no volume is commanded outwards beyond it; infinite when there is none.
     pub inhibit_beyond: f64,
     /// What the pulse logic books for a volume that was inhibited.
     pub limit_option: LimitOption,
+}
+
+/// The small volume of a two-speed actuator.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SmallVolume {
+    /// V_cs, m^3.
+    pub volume: f64,
+    /// T_fs, s; at most T_f.
+    pub flow_time: f64,
+    /// delta_s, rad: what the pulse logic books for it.
+    pub quantum: f64,
+    /// e_s, rad: the error beyond which it is commanded.
+    pub threshold: f64,
 }
 
 /// What the control computer knows of the travel limit (Section II.B.1).

@@ -154,6 +154,17 @@ impl Asked {
     }
 }
 
+/// Whether the parameters fit the actuator.
+fn fit(config: &Config, set: &ActuatorSet) -> Result<(), String> {
+    if config.logic.two_speed && set.small.is_none() {
+        return Err(format!(
+            "logic.mode is two-speed, but actuator '{}' has no small_volume; auv_two_speed has one",
+            config.actuator
+        ));
+    }
+    Ok(())
+}
+
 impl Actuator {
     /// The actuator the parameters name, for ticks of `tick_nanos` ns, before its first stamp.
     ///
@@ -167,6 +178,7 @@ impl Actuator {
             ));
         }
         let set = actuator_file::load(&config.actuator).map_err(|error| error.to_string())?;
+        fit(&config, &set)?;
         Ok(Self {
             set,
             config,
@@ -184,12 +196,14 @@ impl Actuator {
     /// Takes changed parameters; they take effect at the next tick.
     ///
     /// # Errors
-    /// When `actuator` or `model` differ: they are fixed from the start. Nothing changes then.
+    /// When `actuator` or `model` differ, which are fixed from the start, or when the parameters
+    /// do not fit the actuator. Nothing changes then.
     pub fn set_values(&mut self, values: &Values) -> Result<(), String> {
         let new = Config::from_values(values);
         if new.actuator != self.config.actuator || new.model != self.config.model {
             return Err("actuator and model are fixed once the actuator has started".to_owned());
         }
+        fit(&new, &self.set)?;
         self.config = new;
         Ok(())
     }
@@ -341,6 +355,7 @@ impl Actuator {
             demand: Demand {
                 angle: command.map_or(0.0, |held| held.dive_planes),
                 position_loop: self.config.position_loop,
+                logic: self.config.logic,
                 leakage_scale: self.config.leakage_scale,
             },
             deadline,
@@ -605,6 +620,10 @@ mod tests {
         assert_eq!(next.state.commanded_angle, 0.1);
         let changed = values(&[("model", Value::from("ideal"))]);
         assert!(actuator.set_values(&changed).is_err());
+        let two_speed = values(&[("logic.mode", Value::from("two_speed"))]);
+        let error = actuator.set_values(&two_speed).expect_err("refused");
+        assert!(error.contains("small_volume"), "{error}");
+        assert!(Actuator::new(&two_speed, TICK).is_err());
         let unknown = values(&[("actuator", Value::from("no/such.yaml"))]);
         let error = Actuator::new(&unknown, TICK).expect_err("refused");
         assert!(error.contains("no/such.yaml"), "{error}");

@@ -10,7 +10,7 @@ use crate::actuator_set::ActuatorSet;
 use crate::cycle_clock::CycleClock;
 use crate::hydraulics::{Hydraulics, Reading};
 use crate::position_loop::PositionLoop;
-use crate::pulse_logic::PulseLogic;
+use crate::pulse_logic::{Options, PulseLogic, Volume};
 
 /// What is asked of the actuator for the time to come.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,17 +19,20 @@ pub struct Demand {
     pub angle: f64,
     /// Whether the position loop is closed.
     pub position_loop: bool,
+    /// The pulse logic's options.
+    pub logic: Options,
     /// Factor on both leakages.
     pub leakage_scale: f64,
 }
 
 impl Demand {
-    /// An angle, rad, in the position loop, with the actuator's own leakage.
+    /// An angle, rad, in the position loop, single-speed, with the actuator's own leakage.
     #[must_use]
     pub fn angle(angle: f64) -> Self {
         Self {
             angle,
             position_loop: true,
+            logic: Options::SINGLE_SPEED,
             leakage_scale: 1.0,
         }
     }
@@ -50,6 +53,9 @@ pub struct Dha {
     /// Whether the present cycle has begun; not before the first advance.
     begun: bool,
     pulses: u64,
+    sign_changes: u64,
+    /// The last sign pulse.
+    sign: i8,
     inhibited: bool,
 }
 
@@ -68,6 +74,8 @@ impl Dha {
             open_loop_angle: None,
             begun: false,
             pulses: 0,
+            sign_changes: 0,
+            sign: 1,
             inhibited: false,
         }
     }
@@ -119,6 +127,12 @@ impl Dha {
         self.pulses
     }
 
+    /// Changes of the sign pulse since the start.
+    #[must_use]
+    pub fn sign_changes(&self) -> u64 {
+        self.sign_changes
+    }
+
     /// eps, rad, at the last decision.
     #[must_use]
     pub fn error(&self) -> f64 {
@@ -142,6 +156,7 @@ impl Dha {
         let predicted = self
             .position_loop
             .error(demand.angle, ram / self.moment_arm);
+        self.logic.set_options(demand.logic);
         let decision = if demand.position_loop {
             self.open_loop_angle = None;
             self.logic.decide(predicted, ram)
@@ -154,9 +169,11 @@ impl Dha {
             self.open_loop_angle = Some(demand.angle);
             self.logic.accumulate(demand.angle - last, ram)
         };
-        let stroke = self.hydraulics.begin_cycle(decision.command);
-        self.position_loop.remember(stroke.quanta);
-        self.pulses += u64::from(stroke.quanta != 0);
+        self.hydraulics.begin_cycle(decision.command);
+        self.position_loop.remember(decision.command);
+        self.sign_changes += u64::from(decision.command.sign != self.sign);
+        self.sign = decision.command.sign;
+        self.pulses += u64::from(decision.command.volume != Volume::None);
         self.inhibited |= decision.inhibited;
     }
 }

@@ -14,7 +14,6 @@ use crate::valves::{Stroke, Valves};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hydraulics {
     cycle: f64,
-    volume: f64,
     supply: f64,
     valves: Valves,
     metering: Metering,
@@ -51,7 +50,6 @@ impl Hydraulics {
     pub fn settled(set: &ActuatorSet, polarity: i8) -> Self {
         Self {
             cycle: set.cycle(),
-            volume: set.volume,
             supply: set.supply,
             valves: Valves::settled(polarity),
             metering: Metering::new(set, polarity),
@@ -94,7 +92,6 @@ impl Hydraulics {
     #[must_use]
     pub fn reading(&self, time: f64) -> Reading {
         let ram = self.ram.at(time);
-        let delivered = self.metering.quanta_delivered(time) * self.volume;
         Reading {
             ram,
             pressure: self.ram.pressure(&ram),
@@ -104,7 +101,7 @@ impl Hydraulics {
                 .pieces()
                 .get(self.piece)
                 .map_or(1, |piece| piece.polarity),
-            leaked: ram.volume - delivered,
+            leaked: ram.volume - self.metering.delivered(time),
         }
     }
 
@@ -131,16 +128,17 @@ impl Hydraulics {
 mod tests {
     use super::*;
     use crate::actuator_file::load;
+    use crate::pulse_logic::Volume;
 
     #[test]
     fn a_cycles_end_is_the_next_ones_begin() {
-        for name in ["auv", "table_3_1", "table_4_1"] {
+        for name in ["auv", "auv_two_speed", "table_3_1", "table_4_1"] {
             let set = load(name).expect("built in");
             let mut hydraulics = Hydraulics::new(&set);
             for n in 0..40 {
                 let before = hydraulics.reading(if n == 0 { 0.0 } else { set.cycle() });
                 hydraulics.begin_cycle(Command {
-                    volume: n % 3 != 0,
+                    volume: [Volume::None, Volume::Small, Volume::Large][n % 3],
                     sign: if n % 20 < 10 { 1 } else { -1 },
                 });
                 assert_eq!(hydraulics.reading(0.0).ram, before.ram, "{name} {n}");

@@ -5,11 +5,12 @@
 //! Q_p = sum_i sigma_i V_c/T_f [t_i + T_D + T_v <= t < t_i + T_D + T_v + T_f] + d(t) q_L + q_LC
 //! ```
 //!
-//! sigma_i is +1, 0 or -1: what the valves moved for the command of cycle i; d(t) = +-1 is the
-//! sign valve's polarity, which follows a command after T_D + T_v. T_v + T_f may exceed T: then
-//! the flows of consecutive commands overlap into the next cycle. Within a cycle the flow is
-//! constant between a few edges; [`Metering::begin_cycle`] lists the pieces. Drift is taken to
-//! flow beside the calibrated volumes too, which the report leaves open (effect at most 1 %).
+//! sigma_i is +1, 0 or -1: what the valves moved for the command of cycle i, V_c and T_f those of
+//! the large or the small volume; d(t) = +-1 is the sign valve's polarity, which follows a command
+//! after T_D + T_v. T_v + T_f may exceed T: then the flows of consecutive commands overlap into
+//! the next cycle. Within a cycle the flow is constant between a few edges;
+//! [`Metering::begin_cycle`] lists the pieces. Drift is taken to flow beside the calibrated
+//! volumes too, which the report leaves open (effect at most 1 %).
 
 use crate::actuator_set::{ActuatorSet, MOST_CYCLES_IN_FLIGHT};
 use crate::valves::Stroke;
@@ -25,26 +26,45 @@ pub struct Piece {
     pub polarity: i8,
 }
 
-/// The most pieces a cycle can have: begin and end of every flow that reaches into it.
-const MOST_PIECES: usize = 2 * MOST_CYCLES_IN_FLIGHT + 1;
+/// The most pieces a cycle can have: begin and ends of every flow that reaches into it.
+const MOST_PIECES: usize = 3 * MOST_CYCLES_IN_FLIGHT + 1;
+
+/// A calibrating cylinder.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Cylinder {
+    /// m^3
+    volume: f64,
+    /// s
+    flow_time: f64,
+}
+
+/// What the switching of one cycle makes flow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Delivery {
+    /// Signed, m^3.
+    large: f64,
+    /// Signed, m^3.
+    small: f64,
+    polarity: i8,
+}
 
 /// The metering of one actuator: commands on their way, and the pieces of the present cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Metering {
     cycle: f64,
     delay: f64,
-    flow_time: f64,
-    volume: f64,
+    large: Cylinder,
+    small: Cylinder,
     rate_gain: f64,
     error_rate: f64,
     /// Cycles over which one command reaches.
     reach: usize,
-    /// What the valves did in the present and the past cycles, latest first.
-    strokes: [Stroke; MOST_CYCLES_IN_FLIGHT],
+    /// What flows for the present and the past cycles, latest first.
+    deliveries: [Delivery; MOST_CYCLES_IN_FLIGHT],
     /// Polarity before all of those.
     settled_polarity: i8,
-    /// Quanta of commands that have wholly arrived.
-    settled_quanta: i64,
+    /// Calibrated volume that has wholly arrived, m^3.
+    settled_volume: f64,
     pieces: [Piece; MOST_PIECES],
     piece_count: usize,
 }
@@ -53,20 +73,34 @@ impl Metering {
     /// No volume on its way; the sign valve at `polarity`.
     #[must_use]
     pub fn new(set: &ActuatorSet, polarity: i8) -> Self {
+        let large = Cylinder {
+            volume: set.volume,
+            flow_time: set.flow_time,
+        };
         Self {
             cycle: set.cycle(),
             delay: set.delay(),
-            flow_time: set.flow_time,
-            volume: set.volume,
+            large,
+            small: set.small.map_or(
+                Cylinder {
+                    volume: 0.0,
+                    ..large
+                },
+                |small| Cylinder {
+                    volume: small.volume,
+                    flow_time: small.flow_time,
+                },
+            ),
             rate_gain: set.rate_gain,
             error_rate: set.error_rate,
             reach: set.commands_in_flight() + 1,
-            strokes: [Stroke {
-                quanta: 0,
+            deliveries: [Delivery {
+                large: 0.0,
+                small: 0.0,
                 polarity,
             }; MOST_CYCLES_IN_FLIGHT],
             settled_polarity: polarity,
-            settled_quanta: 0,
+            settled_volume: 0.0,
             pieces: [Piece::default(); MOST_PIECES],
             piece_count: 0,
         }
@@ -80,11 +114,15 @@ impl Metering {
 
     /// Starts the next cycle with what the valves did at its begin.
     pub fn begin_cycle(&mut self, stroke: Stroke) {
-        let arrived = self.strokes[self.reach - 1];
-        self.settled_quanta += i64::from(arrived.quanta);
+        let arrived = self.deliveries[self.reach - 1];
+        self.settled_volume += arrived.large + arrived.small;
         self.settled_polarity = arrived.polarity;
-        self.strokes.rotate_right(1);
-        self.strokes[0] = stroke;
+        self.deliveries.rotate_right(1);
+        self.deliveries[0] = Delivery {
+            large: f64::from(stroke.large) * self.large.volume,
+            small: f64::from(stroke.small) * self.small.volume,
+            polarity: stroke.polarity,
+        };
         self.list_pieces();
     }
 
@@ -94,16 +132,19 @@ impl Metering {
         &self.pieces[..self.piece_count]
     }
 
-    /// Calibrated volume delivered up to `time` into the present cycle, in quanta.
+    /// Calibrated volume delivered up to `time` into the present cycle, m^3.
     #[must_use]
-    pub fn quanta_delivered(&self, time: f64) -> f64 {
+    pub fn delivered(&self, time: f64) -> f64 {
         let on_their_way: f64 = (0..self.reach)
             .map(|age| {
-                let share = (time - self.flow_begin(age)) / self.flow_time;
-                f64::from(self.strokes[age].quanta) * share.clamp(0.0, 1.0)
+                let flowed = time - self.flow_begin(age);
+                let share = |flow_time: f64| (flowed / flow_time).clamp(0.0, 1.0);
+                let delivery = &self.deliveries[age];
+                delivery.large * share(self.large.flow_time)
+                    + delivery.small * share(self.small.flow_time)
             })
             .sum();
-        self.settled_quanta as f64 + on_their_way
+        self.settled_volume + on_their_way
     }
 
     /// When the flow commanded `age` cycles ago begins, from the present cycle's begin.
@@ -123,15 +164,19 @@ impl Metering {
         };
         let mut polarity = self.settled_polarity;
         for age in (0..self.reach).rev() {
-            let stroke = self.strokes[age];
+            let delivery = self.deliveries[age];
             let begin = self.flow_begin(age);
-            if stroke.quanta != 0 {
-                add(begin);
-                add(begin + self.flow_time);
-            } else if stroke.polarity != polarity {
+            let (large, small) = (delivery.large != 0.0, delivery.small != 0.0);
+            if large || small || delivery.polarity != polarity {
                 add(begin);
             }
-            polarity = stroke.polarity;
+            if large {
+                add(begin + self.large.flow_time);
+            }
+            if small {
+                add(begin + self.small.flow_time);
+            }
+            polarity = delivery.polarity;
         }
         edges[count] = self.cycle;
         edges[..=count].sort_unstable_by(f64::total_cmp);
@@ -149,21 +194,26 @@ impl Metering {
     /// The flow over a stretch within which nothing changes.
     fn piece(&self, from: f64, until: f64) -> Piece {
         let middle = 0.5 * (from + until);
-        let mut quanta = 0;
+        let mut metered = 0.0;
         let mut polarity = self.settled_polarity;
         for age in (0..self.reach).rev() {
             let begin = self.flow_begin(age);
             if begin <= middle {
-                polarity = self.strokes[age].polarity;
-                if middle < begin + self.flow_time {
-                    quanta += i32::from(self.strokes[age].quanta);
+                let delivery = &self.deliveries[age];
+                polarity = delivery.polarity;
+                for (volume, flow_time) in [
+                    (delivery.large, self.large.flow_time),
+                    (delivery.small, self.small.flow_time),
+                ] {
+                    if middle < begin + flow_time {
+                        metered += volume / flow_time;
+                    }
                 }
             }
         }
         Piece {
             until,
-            flow: f64::from(quanta) * (self.volume / self.flow_time)
-                + (f64::from(polarity) * self.rate_gain + self.error_rate),
+            flow: metered + (f64::from(polarity) * self.rate_gain + self.error_rate),
             polarity,
         }
     }
@@ -174,10 +224,10 @@ mod tests {
     use super::*;
     use crate::actuator_file::load;
 
-    fn volumes(quanta: i8) -> Stroke {
+    fn volumes(large: i8) -> Stroke {
         Stroke {
-            quanta,
-            polarity: 1,
+            large,
+            ..Stroke::none(1)
         }
     }
 
@@ -194,7 +244,7 @@ mod tests {
                     .map(|piece| {
                         let volume = piece.flow * (piece.until - from);
                         from = piece.until;
-                        volume / metering.volume
+                        volume / metering.large.volume
                     })
                     .sum()
             })
@@ -223,7 +273,7 @@ mod tests {
         let mut metering = Metering::new(&set, 1);
         let flows = delivered(&mut metering, &[1, 1, -1, 1, 0, 0]);
         assert!((flows.iter().sum::<f64>() - 2.0).abs() < 1e-12);
-        assert_eq!(metering.quanta_delivered(0.0), 2.0);
+        assert!((metering.delivered(0.0) / set.volume - 2.0).abs() < 1e-12);
     }
 
     #[test]
@@ -238,13 +288,31 @@ mod tests {
     }
 
     #[test]
+    fn a_small_volume_flows_for_its_own_time() {
+        let mut set = tight("auv_two_speed");
+        if let Some(small) = &mut set.small {
+            small.flow_time = 0.5 * set.flow_time;
+        }
+        let small = set.small.expect("a two-speed actuator");
+        let mut metering = Metering::new(&set, 1);
+        metering.begin_cycle(Stroke {
+            small: -1,
+            ..Stroke::none(-1)
+        });
+        let [before, during, after] = metering.pieces() else {
+            panic!("a flow that begins and ends");
+        };
+        assert_eq!((before.flow, after.flow), (0.0, 0.0));
+        assert_eq!(during.flow, -small.volume / small.flow_time);
+        assert_eq!(during.until, set.delay() + small.flow_time);
+        assert!((metering.delivered(set.cycle()) / small.volume + 1.0).abs() < 1e-12);
+    }
+
+    #[test]
     fn the_drift_turns_with_the_sign_valve_after_t_v() {
         let set = load("table_4_1").expect("built in");
         let mut metering = Metering::new(&set, 1);
-        metering.begin_cycle(Stroke {
-            quanta: 0,
-            polarity: -1,
-        });
+        metering.begin_cycle(Stroke::none(-1));
         let [before, after] = metering.pieces() else {
             panic!("one edge, the sign valve's");
         };

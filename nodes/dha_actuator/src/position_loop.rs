@@ -5,7 +5,7 @@
 //! decision is due, so the detector takes off what is still on its way:
 //!
 //! ```text
-//! eps_pred = delta_c - delta_measured - (the last m commanded quanta)
+//! eps_pred = delta_c - delta_measured - (what the last m commands will move)
 //! m = ceil((T_D + T_v + T_f)/T) - 1
 //! ```
 //!
@@ -13,14 +13,17 @@
 //! 12.1 ms. With m too large the loop chatters from cycle to cycle.
 
 use crate::actuator_set::{ActuatorSet, MOST_CYCLES_IN_FLIGHT};
+use crate::pulse_logic::{Command, Volume};
 
 /// The predicting error detector.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PositionLoop {
-    quantum: f64,
+    /// What a large and a small volume move, rad.
+    large: f64,
+    small: f64,
     depth: usize,
-    /// Strokes of the last cycles, latest first; `depth` of them count.
-    latest: [i8; MOST_CYCLES_IN_FLIGHT],
+    /// What the last cycles' commands move, rad, latest first; `depth` of them count.
+    latest: [f64; MOST_CYCLES_IN_FLIGHT],
 }
 
 impl PositionLoop {
@@ -28,26 +31,31 @@ impl PositionLoop {
     #[must_use]
     pub fn new(set: &ActuatorSet) -> Self {
         Self {
-            quantum: set.plane_quantum(),
+            large: set.plane_quantum(),
+            small: set
+                .small
+                .map_or(0.0, |small| small.volume / set.area / set.moment_arm),
             depth: set.commands_in_flight(),
-            latest: [0; MOST_CYCLES_IN_FLIGHT],
+            latest: [0.0; MOST_CYCLES_IN_FLIGHT],
         }
     }
 
     /// eps_pred, rad, for a `command` and a `measured` plane angle, rad.
     #[must_use]
     pub fn error(&self, command: f64, measured: f64) -> f64 {
-        let on_its_way: i32 = self.latest[..self.depth]
-            .iter()
-            .map(|q| i32::from(*q))
-            .sum();
-        (command - measured) - self.quantum * f64::from(on_its_way)
+        let on_its_way: f64 = self.latest[..self.depth].iter().sum();
+        (command - measured) - on_its_way
     }
 
-    /// Remembers the quanta commanded in this cycle: +1, 0 or -1.
-    pub fn remember(&mut self, quanta: i8) {
+    /// Remembers what is commanded in this cycle.
+    pub fn remember(&mut self, command: Command) {
+        let moves = match command.volume {
+            Volume::None => 0.0,
+            Volume::Small => self.small,
+            Volume::Large => self.large,
+        };
         self.latest.rotate_right(1);
-        self.latest[0] = quanta;
+        self.latest[0] = moves * f64::from(command.sign);
     }
 }
 
@@ -59,7 +67,12 @@ mod tests {
 
     #[test]
     fn polaris_looks_one_command_ahead_and_the_auv_none() {
-        for (name, m) in [("table_4_1", 1), ("table_3_1", 1), ("auv", 0)] {
+        for (name, m) in [
+            ("table_4_1", 1),
+            ("table_3_1", 1),
+            ("auv", 0),
+            ("auv_two_speed", 0),
+        ] {
             assert_eq!(
                 load(name).expect("built in").commands_in_flight(),
                 m,
@@ -72,9 +85,16 @@ mod tests {
     fn the_last_command_is_taken_off_until_it_has_arrived() {
         let mut detector = PositionLoop::new(&load("table_4_1").expect("built in"));
         assert_eq!(detector.error(2.0 * DEGREE, 0.0), 2.0 * DEGREE);
-        detector.remember(1);
+        let sign = 1;
+        detector.remember(Command {
+            volume: Volume::Large,
+            sign,
+        });
         assert!((detector.error(2.0 * DEGREE, 0.0) / DEGREE - (2.0 - 1.0886)).abs() < 1e-4);
-        detector.remember(0);
+        detector.remember(Command {
+            volume: Volume::None,
+            sign,
+        });
         assert_eq!(detector.error(2.0 * DEGREE, 0.0), 2.0 * DEGREE);
     }
 }

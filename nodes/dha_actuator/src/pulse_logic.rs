@@ -1,28 +1,125 @@
-//! The pulse logic of Figure 2-6, single-speed: from an error to sign and volume pulses.
+//! The pulse logic of Figure 2-6: from an error to sign and volume pulses, one state machine.
 //!
-//! Once in each valve cycle n:
+//! Once in each valve cycle n, with e_s <= e_b and sgn 0 meaning "as it was":
 //!
 //! ```text
-//! eps += Input_n - FB_(n-1)                      Input: the change of plane angle wanted
-//! |eps| > e_b:  volume, FB = delta_b sgn eps     sign pulse = sgn eps
-//! otherwise:    none,   FB = 0                   sign pulse = the last one (drift option 3)
-//! volume, |X_1| > X_lim, outward:  inhibited; FB stays (limit option 1)
-//!                                  or becomes delta_L sgn eps (limit option 2)
+//! eps += Input_n - FB_(n-1)                 Input: the change of plane angle wanted
+//!
+//! state     when            sign pulse                        FB
+//! large     |eps| > e_b     sgn eps                           delta_b sgn eps
+//! small     |eps| > e_s     sgn eps                           delta_s sgn eps
+//! none      otherwise       drift option 1: sgn Input         delta_n sgn eps
+//!                                        2: sgn eps           + delta_p sgn(sign pulse)
+//!                                        3: the last one
+//!
+//! a volume, |X_1| > X_lim, outward:  inhibited, the state is none; FB stays (limit option 1)
+//!                                    or becomes delta_L sgn eps (limit option 2)
 //! ```
 //!
-//! With e_b = (quantum + hysteresis)/2 this is a quantizer with hysteresis. The report's text
-//! inhibits beyond X_lim without saying in which direction; only outward volumes are inhibited
-//! here, since the literal reading locks the ram up.
+//! The report's options (Section II.B.1) are settings of this one machine:
+//!
+//! - **single-speed**: e_s = e_b, so that "small" never comes. With e_b = (quantum +
+//!   hysteresis)/2 it is a quantizer with hysteresis. Phase I and III: drift option 3, limit
+//!   option 1, delta_n = delta_p = 0.
+//! - **two-speed**: a large volume to slew with, a small one for fine quantization.
+//! - **precision mode** ("accurate positioning"): drift option 1 or 2. A sign pulse without a
+//!   volume turns the direction valve, and with it the drift, and displaces no calibrated volume
+//!   ([`crate::valves`]): the ram is steered by its drift between two quanta. With
+//!   delta_p = K_L T the drift is booked.
+//! - **feedback flexibility**: without a volume, FB may have the polarity of eps (delta_n), of the
+//!   sign pulse (delta_p), or both.
+//!
+//! In the analog mode there is no sum: eps comes from the error detector
+//! ([`crate::position_loop`]) and is the Input, so that drift options 1 and 2 agree.
+//!
+//! Two places where the report can be read in two ways. Its text inhibits beyond X_lim without
+//! saying in which direction; only outward volumes are inhibited here, since otherwise the ram
+//! locks up. And "when changing the direction of motion ... the volume command in parallel with
+//! the sign command is inhibited" does not lose a volume, because the sign valve's own switching
+//! moves it; that it does is kept as [`SignChange::DropsVolume`].
 
 use crate::actuator_set::{ActuatorSet, LimitOption};
+
+/// What may be asked of the valves in one cycle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Volume {
+    /// No calibrated volume.
+    None,
+    /// The small one of a two-speed actuator, V_cs.
+    Small,
+    /// The large one, V_cb: the only one of a single-speed actuator.
+    Large,
+}
 
 /// What the logic sends to the valves in one cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Command {
-    /// Whether a calibrated volume is asked for.
-    pub volume: bool,
+    /// The calibrated volume asked for.
+    pub volume: Volume,
     /// The sign pulse: +1 or -1.
     pub sign: i8,
+}
+
+/// What decides the drift's polarity while no volume is due.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DriftOption {
+    /// Option 1: the sign of Input.
+    Input,
+    /// Option 2: the sign of eps.
+    Error,
+    /// Option 3: the last command.
+    LastCommand,
+}
+
+/// What becomes of a volume that is commanded together with a change of sign.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SignChange {
+    /// It moves, by the sign valve's switching (Appendix A): nothing is lost.
+    MovesVolume,
+    /// The literal reading of Section II.A.1: the direction changes and the volume is dropped,
+    /// while FB books it.
+    DropsVolume,
+}
+
+/// The options of Section II.B.1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// Whether the small volume is used. An actuator without one stays single-speed.
+    pub two_speed: bool,
+    /// The drift's polarity while no volume is due.
+    pub drift: DriftOption,
+    /// delta_n, rad: what is booked without a volume, with the polarity of eps.
+    pub error_feedback: f64,
+    /// delta_p, rad: what is booked without a volume, with the polarity of the sign pulse.
+    pub sign_feedback: f64,
+    /// The volume in parallel with a change of sign.
+    pub sign_change: SignChange,
+}
+
+impl Options {
+    /// Single-speed operation, as in Phases I and III.
+    pub const SINGLE_SPEED: Self = Self {
+        two_speed: false,
+        drift: DriftOption::LastCommand,
+        error_feedback: 0.0,
+        sign_feedback: 0.0,
+        sign_change: SignChange::MovesVolume,
+    };
+    /// Two-speed operation.
+    pub const TWO_SPEED: Self = Self {
+        two_speed: true,
+        ..Self::SINGLE_SPEED
+    };
+    /// Accurate positioning with one volume, the drift following the error.
+    pub const PRECISION: Self = Self {
+        drift: DriftOption::Error,
+        ..Self::SINGLE_SPEED
+    };
+    /// Accurate positioning with two volumes.
+    pub const TWO_SPEED_PRECISION: Self = Self {
+        two_speed: true,
+        ..Self::PRECISION
+    };
 }
 
 /// One cycle's decision.
@@ -36,31 +133,66 @@ pub struct Decision {
     pub inhibited: bool,
 }
 
-/// The quantizer with its memory.
+/// An error beyond which a volume is commanded, and what is booked for it; both rad.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PulseLogic {
+struct Level {
     threshold: f64,
     quantum: f64,
+}
+
+/// The state machine.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PulseLogic {
+    large: Level,
+    small: Option<Level>,
     inhibit_beyond: f64,
     limit_option: LimitOption,
+    options: Options,
     error: f64,
     feedback: f64,
     sign: i8,
 }
 
+/// The sign of `value`, none for 0.
+fn sgn(value: f64) -> Option<i8> {
+    match value {
+        v if v > 0.0 => Some(1),
+        v if v < 0.0 => Some(-1),
+        _ => None,
+    }
+}
+
 impl PulseLogic {
-    /// At rest, the last sign pulse positive.
+    /// Single-speed, at rest, the last sign pulse positive.
     #[must_use]
     pub fn new(set: &ActuatorSet) -> Self {
+        Self::with_options(set, Options::SINGLE_SPEED)
+    }
+
+    /// With `options`, at rest, the last sign pulse positive.
+    #[must_use]
+    pub fn with_options(set: &ActuatorSet, options: Options) -> Self {
         Self {
-            threshold: set.threshold,
-            quantum: set.quantum,
+            large: Level {
+                threshold: set.threshold,
+                quantum: set.quantum,
+            },
+            small: set.small.map(|small| Level {
+                threshold: small.threshold,
+                quantum: small.quantum,
+            }),
             inhibit_beyond: set.inhibit_beyond,
             limit_option: set.limit_option,
+            options,
             error: 0.0,
             feedback: 0.0,
             sign: 1,
         }
+    }
+
+    /// Changes the options from the next decision on.
+    pub fn set_options(&mut self, options: Options) {
+        self.options = options;
     }
 
     /// eps, rad, at the last decision.
@@ -69,36 +201,16 @@ impl PulseLogic {
         self.error
     }
 
-    /// Open loop, a cycle of the digital autopilot: adds `input` (rad, the change of plane
-    /// angle wanted), takes off what the last cycle booked, and decides. `ram` is X_1, m.
+    /// The simulation mode, a cycle of the digital autopilot: adds `input` (rad, the change of
+    /// plane angle wanted), takes off what the last cycle booked, and decides. `ram` is X_1, m.
     pub fn accumulate(&mut self, input: f64, ram: f64) -> Decision {
-        self.decide(self.error + (input - self.feedback), ram)
+        self.cycle(input, self.error + (input - self.feedback), ram)
     }
 
-    /// Decides on the error `eps`, rad, as it is (the analog mode's, from the position loop),
-    /// and remembers it. `ram` is X_1, m.
+    /// The analog mode: decides on the error `eps`, rad, as it is, and remembers it. `ram` is
+    /// X_1, m.
     pub fn decide(&mut self, eps: f64, ram: f64) -> Decision {
-        self.error = eps;
-        let outward_limit = ram.abs() > self.inhibit_beyond;
-        let wanted = eps.abs() > self.threshold;
-        if wanted {
-            self.sign = if eps > 0.0 { 1 } else { -1 };
-        }
-        let inhibited = wanted && outward_limit && ram * f64::from(self.sign) > 0.0;
-        let booked = match (wanted, inhibited, self.limit_option) {
-            (false, _, _) => 0.0,
-            (true, true, LimitOption::Aware(limit_feedback)) => limit_feedback,
-            (true, _, _) => self.quantum,
-        };
-        self.feedback = booked * f64::from(self.sign);
-        Decision {
-            command: Command {
-                volume: wanted && !inhibited,
-                sign: self.sign,
-            },
-            feedback: self.feedback,
-            inhibited,
-        }
+        self.cycle(eps, eps, ram)
     }
 
     /// Sets eps, rad, and forgets what was booked: the loop is closed or opened around a ram
@@ -106,6 +218,51 @@ impl PulseLogic {
     pub fn restart_from(&mut self, eps: f64) {
         self.error = eps;
         self.feedback = 0.0;
+    }
+
+    /// The volume that `eps` asks for, and what is booked for it.
+    fn volume_due(&self, eps: f64) -> Option<(Volume, f64)> {
+        if eps.abs() > self.large.threshold {
+            return Some((Volume::Large, self.large.quantum));
+        }
+        let small = self.small.filter(|_| self.options.two_speed)?;
+        (eps.abs() > small.threshold).then_some((Volume::Small, small.quantum))
+    }
+
+    /// One cycle of the machine.
+    fn cycle(&mut self, input: f64, eps: f64, ram: f64) -> Decision {
+        let due = self.volume_due(eps);
+        let last_sign = self.sign;
+        self.sign = match (due, self.options.drift) {
+            (Some(_), _) | (None, DriftOption::Error) => sgn(eps),
+            (None, DriftOption::Input) => sgn(input),
+            (None, DriftOption::LastCommand) => None,
+        }
+        .unwrap_or(last_sign);
+        let sign = f64::from(self.sign);
+
+        let inhibited = due.is_some() && ram.abs() > self.inhibit_beyond && ram * sign > 0.0;
+        let dropped = self.options.sign_change == SignChange::DropsVolume && self.sign != last_sign;
+        self.feedback = match (due, self.limit_option) {
+            (Some(_), LimitOption::Aware(limit_feedback)) if inhibited => limit_feedback * sign,
+            (Some((_, quantum)), _) => quantum * sign,
+            (None, _) => {
+                let polarity = f64::from(sgn(eps).unwrap_or(0));
+                self.options.error_feedback * polarity + self.options.sign_feedback * sign
+            }
+        };
+        self.error = eps;
+        Decision {
+            command: Command {
+                volume: match due {
+                    Some((volume, _)) if !inhibited && !dropped => volume,
+                    _ => Volume::None,
+                },
+                sign: self.sign,
+            },
+            feedback: self.feedback,
+            inhibited,
+        }
     }
 }
 
@@ -122,16 +279,20 @@ mod tests {
         set
     }
 
-    /// Where, in degrees, the quantized output steps as the input rises by three quanta and falls.
-    fn switching_levels() -> Vec<f64> {
-        let mut logic = PulseLogic::new(&polaris());
-        let step = 0.000_5 * DEGREE;
-        let (mut wanted, mut levels) = (0.0, Vec::new());
-        for i in 0..12_000 {
-            let input = if i < 6_000 { step } else { -step };
-            wanted += input;
-            if logic.accumulate(input, 0.0).command.volume {
-                levels.push(wanted / DEGREE);
+    fn two_speed() -> ActuatorSet {
+        load("auv_two_speed").expect("built in")
+    }
+
+    /// Where, in degrees, a volume is commanded as the input rises to `top` degrees and falls.
+    fn switching_levels(mut logic: PulseLogic, top: f64) -> Vec<(f64, Command)> {
+        let step = 0.000_5;
+        let half = (top / step).round() as i32;
+        let mut levels = Vec::new();
+        for i in 1..=2 * half {
+            let input = if i <= half { step } else { -step };
+            let command = logic.accumulate(input * DEGREE, 0.0).command;
+            if command.volume != Volume::None {
+                levels.push((step * f64::from(i.min(2 * half - i)), command));
             }
         }
         levels
@@ -140,36 +301,152 @@ mod tests {
     #[test]
     fn a_slow_triangle_switches_the_quantizer_a_quarter_quantum_apart() {
         let expected = [0.681, 1.771, 2.861, 2.589, 1.499, 0.409];
-        let levels = switching_levels();
+        let levels = switching_levels(PulseLogic::new(&polaris()), 3.0);
         assert_eq!(levels.len(), expected.len());
-        for (level, expected) in levels.iter().zip(expected) {
+        for ((level, command), expected) in levels.iter().zip(expected) {
             assert!((level - expected).abs() < 2e-3, "{level} for {expected}");
+            assert_eq!(command.volume, Volume::Large);
         }
-        let width = (levels[2] - levels[3]) * DEGREE;
+        let width = (levels[2].0 - levels[3].0) * DEGREE;
         assert!((width - polaris().quantum / 4.0).abs() < 2e-3 * DEGREE);
     }
 
     #[test]
     fn what_is_booked_and_what_remains_add_up_to_what_was_asked_for() {
-        let set = polaris();
-        let mut logic = PulseLogic::new(&set);
-        let (mut asked, mut booked) = (0.0, 0.0);
-        for i in 0..1000 {
-            let input = 3.0 * DEGREE * f64::from(i).sin();
-            asked += input;
-            let decision = logic.accumulate(input, 0.0);
-            booked += decision.feedback;
-            assert!((asked - booked - (logic.error() - decision.feedback)).abs() < 1e-12);
-            assert_eq!(decision.command.volume, logic.error().abs() > set.threshold);
+        let options = [
+            Options::SINGLE_SPEED,
+            Options::TWO_SPEED,
+            Options::PRECISION,
+            Options {
+                drift: DriftOption::Input,
+                error_feedback: 0.02 * DEGREE,
+                sign_feedback: 0.01 * DEGREE,
+                ..Options::TWO_SPEED_PRECISION
+            },
+        ];
+        for (set, options) in [polaris(), two_speed()]
+            .iter()
+            .flat_map(|set| options.map(|options| (set, options)))
+        {
+            let mut logic = PulseLogic::with_options(set, options);
+            let (mut asked, mut booked) = (0.0, 0.0);
+            for i in 0..1000 {
+                let input = 3.0 * DEGREE * f64::from(i).sin();
+                asked += input;
+                let decision = logic.accumulate(input, 0.0);
+                booked += decision.feedback;
+                assert!((asked - booked - (logic.error() - decision.feedback)).abs() < 1e-12);
+                let e_s = match set.small {
+                    Some(small) if options.two_speed => small.threshold,
+                    _ => set.threshold,
+                };
+                assert_eq!(
+                    decision.command.volume == Volume::None,
+                    logic.error().abs() <= e_s
+                );
+            }
         }
     }
 
     #[test]
-    fn without_a_volume_the_sign_pulse_is_the_last_one() {
+    fn large_volumes_slew_and_small_ones_quantize_finely() {
+        let set = two_speed();
+        let logic = PulseLogic::with_options(&set, Options::TWO_SPEED);
+        // A slow triangle never leaves the small volumes: e_s, then a quarter of a degree each.
+        for (i, (level, command)) in switching_levels(logic, 2.0).iter().take(8).enumerate() {
+            assert_eq!((command.volume, command.sign), (Volume::Small, 1));
+            let expected = 0.15625 + 0.25 * i as f64;
+            assert!((level - expected).abs() < 1e-3, "{level} for {expected}");
+        }
+        // A step is slewed in large volumes and finished with small ones.
+        let mut logic = PulseLogic::with_options(&set, Options::TWO_SPEED);
+        let mut volumes = vec![logic.accumulate(3.45 * DEGREE, 0.0).command.volume];
+        volumes.extend((0..6).map(|_| logic.accumulate(0.0, 0.0).command.volume));
+        use Volume::{Large, None, Small};
+        assert_eq!(volumes, [Large, Large, Large, Small, Small, None, None]);
+    }
+
+    #[test]
+    fn single_speed_is_two_speed_with_e_s_equal_to_e_b() {
+        let mut set = two_speed();
+        let single = PulseLogic::new(&set);
+        if let Some(small) = &mut set.small {
+            small.threshold = set.threshold;
+        }
+        let two = PulseLogic::with_options(&set, Options::TWO_SPEED);
+        assert_eq!(switching_levels(two, 5.0), switching_levels(single, 5.0));
+    }
+
+    #[test]
+    fn drift_option_3_repeats_the_last_command() {
         let mut logic = PulseLogic::new(&polaris());
         assert_eq!(logic.decide(-1.0, 0.0).command.sign, -1);
         let quiet = logic.decide(0.1 * DEGREE, 0.0).command;
-        assert_eq!((quiet.volume, quiet.sign), (false, -1));
+        assert_eq!((quiet.volume, quiet.sign), (Volume::None, -1));
+    }
+
+    #[test]
+    fn drift_option_1_follows_the_input_and_option_2_the_error() {
+        let set = polaris();
+        let after = |drift| {
+            let mut logic = PulseLogic::with_options(
+                &set,
+                Options {
+                    drift,
+                    ..Options::PRECISION
+                },
+            );
+            logic.accumulate(0.5 * DEGREE, 0.0);
+            // The error stays positive while the input turns.
+            let command = logic.accumulate(-0.1 * DEGREE, 0.0).command;
+            assert_eq!(command.volume, Volume::None);
+            let still = logic.accumulate(0.0, 0.0).command;
+            assert_eq!(still.sign, command.sign, "an input of 0 keeps the sign");
+            command.sign
+        };
+        assert_eq!(after(DriftOption::Input), -1);
+        assert_eq!(after(DriftOption::Error), 1);
+        assert_eq!(after(DriftOption::LastCommand), 1);
+    }
+
+    #[test]
+    fn without_a_volume_the_feedback_has_the_polarity_of_the_error_the_sign_pulse_or_both() {
+        let set = polaris();
+        let (delta_n, delta_p) = (0.03 * DEGREE, 0.01 * DEGREE);
+        for (n, p, expected) in [
+            (0.0, 0.0, 0.0),
+            (delta_n, 0.0, delta_n),
+            (0.0, delta_p, -delta_p),
+            (delta_n, delta_p, delta_n - delta_p),
+        ] {
+            let options = Options {
+                error_feedback: n,
+                sign_feedback: p,
+                ..Options::SINGLE_SPEED
+            };
+            let mut logic = PulseLogic::with_options(&set, options);
+            logic.decide(-2.0 * DEGREE, 0.0);
+            // The error is positive, the last sign pulse negative.
+            assert_eq!(logic.decide(0.2 * DEGREE, 0.0).feedback, expected);
+        }
+    }
+
+    #[test]
+    fn read_literally_a_change_of_sign_drops_its_volume_and_books_it() {
+        let literal = Options {
+            sign_change: SignChange::DropsVolume,
+            ..Options::SINGLE_SPEED
+        };
+        let set = polaris();
+        let mut logic = PulseLogic::with_options(&set, literal);
+        let first = logic.decide(-2.0 * DEGREE, 0.0);
+        assert_eq!(
+            (first.command.volume, first.command.sign),
+            (Volume::None, -1)
+        );
+        assert_eq!(first.feedback, -set.quantum);
+        let second = logic.decide(-2.0 * DEGREE, 0.0);
+        assert_eq!(second.command.volume, Volume::Large);
     }
 
     #[test]
@@ -185,12 +462,35 @@ mod tests {
             for side in [1.0, -1.0] {
                 let ram = side * 2.1 * INCH;
                 let outward = logic.decide(side * 2.0 * DEGREE, ram);
-                assert!(outward.inhibited && !outward.command.volume);
+                assert!(outward.inhibited && outward.command.volume == Volume::None);
                 assert_eq!(outward.feedback, side * booked);
                 let inward = logic.decide(-side * 2.0 * DEGREE, ram);
-                assert!(!inward.inhibited && inward.command.volume);
+                assert!(!inward.inhibited && inward.command.volume == Volume::Large);
                 let within = logic.decide(side * 2.0 * DEGREE, side * 1.9 * INCH);
-                assert!(within.command.volume);
+                assert!(within.command.volume == Volume::Large);
+            }
+        }
+    }
+
+    #[test]
+    fn the_mirrored_input_gives_the_mirrored_commands() {
+        for options in [
+            Options::SINGLE_SPEED,
+            Options::TWO_SPEED,
+            Options::PRECISION,
+            Options::TWO_SPEED_PRECISION,
+        ] {
+            let set = two_speed();
+            let mut logic = PulseLogic::with_options(&set, options);
+            let mut mirror = logic;
+            mirror.sign = -1;
+            for i in 0..2000 {
+                let (input, ram) = (0.4 * DEGREE * f64::from(i).sin(), 0.3 * INCH);
+                let one = logic.accumulate(input, ram);
+                let other = mirror.accumulate(-input, -ram);
+                assert_eq!(other.command.volume, one.command.volume);
+                assert_eq!(other.command.sign, -one.command.sign);
+                assert_eq!(other.feedback, -one.feedback);
             }
         }
     }

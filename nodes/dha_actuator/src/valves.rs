@@ -1,4 +1,4 @@
-//! The two valves and the calibrating piston between them (Appendix A).
+//! The valves and the calibrating pistons between them (Appendix A).
 //!
 //! The actuating valve and the direction (sign) valve each have two settled positions. Together
 //! they decide which end the calibrating piston is pressed to: the exclusive nor of the two.
@@ -15,64 +15,91 @@
 //! This is why a volume command in parallel with a change of sign is inhibited (Section
 //! II.A.1): "the transfer of a calibrated volume follows the switching of the sign valve", and
 //! no volume is lost.
+//!
+//! A two-speed actuator has "an additional valve unit and calibrating cylinder" (Section
+//! II.A.3): a second piston with an actuating valve of its own, and the same direction valve. A
+//! change of direction would stroke both pistons; the actuating valve of each that is to stay is
+//! therefore switched along.
 
-use crate::pulse_logic::Command;
+use crate::pulse_logic::{Command, Volume};
 
-/// The settled positions of both valves.
+/// Where the valves are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Valves {
-    actuating_up: bool,
+    /// The large volume's actuating valve.
+    large_up: bool,
+    /// The small volume's.
+    small_up: bool,
     direction_right: bool,
 }
 
 /// What one switching moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stroke {
-    /// Calibrated volumes moved: +1, 0 or -1.
-    pub quanta: i8,
+    /// Large calibrated volumes moved: +1, 0 or -1.
+    pub large: i8,
+    /// Small calibrated volumes moved: +1, 0 or -1.
+    pub small: i8,
     /// The direction valve's position: +1 right, -1 left. The drift has its polarity.
     pub polarity: i8,
 }
 
+impl Stroke {
+    /// No volume moved, the direction valve at `polarity`.
+    #[must_use]
+    pub fn none(polarity: i8) -> Self {
+        Self {
+            large: 0,
+            small: 0,
+            polarity,
+        }
+    }
+}
+
 impl Valves {
-    /// Both valves settled, the direction valve to the right for +1 and to the left for -1.
+    /// All valves settled, the direction valve to the right for +1 and to the left for -1.
     #[must_use]
     pub fn settled(polarity: i8) -> Self {
         Self {
-            actuating_up: true,
+            large_up: true,
+            small_up: true,
             direction_right: polarity >= 0,
         }
     }
 
-    /// Which end the calibrating piston is pressed to.
-    #[must_use]
-    fn piston_end(self) -> bool {
-        self.actuating_up == self.direction_right
+    /// Which end the calibrating piston of an actuating valve is pressed to.
+    fn piston_end(self, actuating_up: bool) -> bool {
+        actuating_up == self.direction_right
     }
 
-    /// Switches the valves named and moves what follows.
-    pub fn switch(&mut self, actuating: bool, direction: bool) -> Stroke {
-        let before = self.piston_end();
-        self.actuating_up ^= actuating;
-        self.direction_right ^= direction;
+    /// Carries out a pulse command (Figure 2-3). A sign that stays gates the volume to its
+    /// actuating valve. A sign that changes switches the direction valve, and the volume in
+    /// parallel is inhibited, since that switching moves one; the actuating valves of the volumes
+    /// not asked for switch along, and those do not move.
+    pub fn obey(&mut self, command: Command) -> Stroke {
+        let sign_changes = (command.sign > 0) != self.direction_right;
+        let before = *self;
+        self.direction_right ^= sign_changes;
+        self.large_up ^= (command.volume == Volume::Large) != sign_changes;
+        self.small_up ^= (command.volume == Volume::Small) != sign_changes;
+        self.stroke_since(before)
+    }
+
+    /// What moves when the valves have switched from `before` to here.
+    fn stroke_since(self, before: Self) -> Stroke {
         let polarity = if self.direction_right { 1 } else { -1 };
-        Stroke {
-            quanta: if self.piston_end() == before {
+        let moved = |up_before, up| {
+            if self.piston_end(up) == before.piston_end(up_before) {
                 0
             } else {
                 polarity
-            },
+            }
+        };
+        Stroke {
+            large: moved(before.large_up, self.large_up),
+            small: moved(before.small_up, self.small_up),
             polarity,
         }
-    }
-
-    /// Carries out a pulse command (Figure 2-3). A sign that stays gates the volume to the
-    /// actuating valve. A sign that changes switches the direction valve, and the volume in
-    /// parallel is inhibited, since that switching moves one; without a volume asked for, both
-    /// valves switch and none moves.
-    pub fn obey(&mut self, command: Command) -> Stroke {
-        let sign_changes = (command.sign > 0) != self.direction_right;
-        self.switch(command.volume != sign_changes, sign_changes)
     }
 }
 
@@ -80,21 +107,31 @@ impl Valves {
 mod tests {
     use super::*;
 
+    /// Every position of actuating and direction valve.
     const STARTS: [(bool, bool); 4] = [(true, true), (true, false), (false, true), (false, false)];
 
-    fn valves((actuating_up, direction_right): (bool, bool)) -> Valves {
+    fn valves((large_up, direction_right): (bool, bool)) -> Valves {
         Valves {
-            actuating_up,
+            large_up,
+            small_up: true,
             direction_right,
         }
+    }
+
+    /// What the large volume does when the valves named are switched.
+    fn switched(start: (bool, bool), actuating: bool, direction: bool) -> (i8, i8) {
+        let (before, mut after) = (valves(start), valves(start));
+        after.large_up ^= actuating;
+        after.direction_right ^= direction;
+        let stroke = after.stroke_since(before);
+        (stroke.large, stroke.polarity)
     }
 
     #[test]
     fn the_actuating_valve_alone_moves_one_quantum_in_the_present_direction() {
         for start in STARTS {
             let present = if start.1 { 1 } else { -1 };
-            let stroke = valves(start).switch(true, false);
-            assert_eq!((stroke.quanta, stroke.polarity), (present, present));
+            assert_eq!(switched(start, true, false), (present, present));
         }
     }
 
@@ -102,8 +139,7 @@ mod tests {
     fn the_direction_valve_alone_moves_one_quantum_in_the_new_direction() {
         for start in STARTS {
             let new = if start.1 { -1 } else { 1 };
-            let stroke = valves(start).switch(false, true);
-            assert_eq!((stroke.quanta, stroke.polarity), (new, new));
+            assert_eq!(switched(start, false, true), (new, new));
         }
     }
 
@@ -111,19 +147,22 @@ mod tests {
     fn both_valves_together_change_the_direction_and_move_nothing() {
         for start in STARTS {
             let new = if start.1 { -1 } else { 1 };
-            let stroke = valves(start).switch(true, true);
-            assert_eq!((stroke.quanta, stroke.polarity), (0, new));
+            assert_eq!(switched(start, true, true), (0, new));
         }
     }
 
     #[test]
-    fn a_volume_command_moves_one_quantum_with_its_sign_whatever_the_sign_before() {
+    fn a_volume_command_moves_that_volume_alone_with_its_sign_whatever_the_sign_before() {
         for start in STARTS {
             for sign in [1, -1] {
-                for volume in [true, false] {
+                for volume in [Volume::None, Volume::Small, Volume::Large] {
                     let stroke = valves(start).obey(Command { volume, sign });
-                    let quanta = if volume { sign } else { 0 };
-                    assert_eq!((stroke.quanta, stroke.polarity), (quanta, sign));
+                    let expected = Stroke {
+                        large: if volume == Volume::Large { sign } else { 0 },
+                        small: if volume == Volume::Small { sign } else { 0 },
+                        polarity: sign,
+                    };
+                    assert_eq!(stroke, expected);
                 }
             }
         }

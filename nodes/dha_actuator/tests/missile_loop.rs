@@ -14,7 +14,7 @@ mod common;
 
 use common::actuator;
 use dha_actuator::hydraulics::Hydraulics;
-use dha_actuator::pulse_logic::PulseLogic;
+use dha_actuator::pulse_logic::{PulseLogic, Volume};
 use dha_actuator::units::{DEGREE, INCH};
 use serde_json::Value;
 
@@ -75,10 +75,9 @@ fn five_steering_pulses_turn_the_missile_with_the_expected_volume_pulses() {
             .ram
             .position;
         let decision = logic.accumulate(input * DEGREE, ram);
-        let sent = if decision.command.volume {
-            i64::from(decision.command.sign)
-        } else {
-            0
+        let sent = match decision.command.volume {
+            Volume::None => 0,
+            _ => i64::from(decision.command.sign),
         };
         assert_eq!(sent, command.as_i64().expect("-1, 0 or 1"), "cycle {n}");
         if let Some(row) = rows.next_if(|row| row[0] == n) {

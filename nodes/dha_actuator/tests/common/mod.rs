@@ -4,7 +4,7 @@
 use dha_actuator::actuator_file::load;
 use dha_actuator::actuator_set::ActuatorSet;
 use dha_actuator::hydraulics::{Hydraulics, Reading};
-use dha_actuator::pulse_logic::Command;
+use dha_actuator::pulse_logic::{Command, Volume};
 use dha_actuator::units::{INCH, PSI};
 
 /// Cubic metres in a cubic inch.
@@ -64,7 +64,11 @@ impl Bench {
             self.sign = quanta;
         }
         self.hydraulics.begin_cycle(Command {
-            volume: quanta != 0,
+            volume: if quanta == 0 {
+                Volume::None
+            } else {
+                Volume::Large
+            },
             sign: self.sign,
         });
     }
