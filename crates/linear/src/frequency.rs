@@ -53,6 +53,23 @@ impl DelayedLoop {
         }
     }
 
+    /// `L(s)` with the dead time as Pade's ratio of second order, for poles and steps:
+    ///
+    /// ```text
+    /// e^(-x) ~ (1 - x/2 + x^2/12) / (1 + x/2 + x^2/12)        x = tau s
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`].
+    pub fn rational(&self) -> Result<TransferFunction, Error> {
+        if self.delay == 0.0 {
+            return Ok(self.transfer_function.clone());
+        }
+        let (first, second) = (self.delay / 2.0, self.delay.powi(2) / 12.0);
+        TransferFunction::new(vec![second, -first, 1.0], vec![second, first, 1.0])?
+            .series(&self.transfer_function)
+    }
+
     /// `L(jw)` at a frequency (rad/s).
     #[must_use]
     pub fn at(&self, frequency: f64) -> Complex<f64> {
@@ -191,6 +208,19 @@ mod tests {
         // Unstable from K w / w = 1 where w tau = pi / 2.
         let gain = open.gain_margins(1e-2, 5.0)[0];
         assert!((gain.factor - std::f64::consts::PI).abs() < 1e-6);
+    }
+
+    #[test]
+    fn the_rational_loop_has_the_same_frequency_response_well_below_the_dead_time() {
+        let open = DelayedLoop {
+            transfer_function: tf(&[3.0], &[1.0, 1.0]),
+            delay: 0.1,
+        };
+        let rational = open.rational().unwrap();
+        for w in [0.1, 1.0, 5.0] {
+            let off = rational.value_at(Complex::new(0.0, w)) - open.at(w);
+            assert!(off.norm() < 1e-4 * open.at(w).norm(), "{w}");
+        }
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Linear systems, as the vehicle, the identifier and the reports need them.
 //!
 //! - [`polynomial`]: real polynomials: value, roots, product of roots.
+//! - [`routh`]: stability from coefficients alone.
 //! - [`state_space`]: `x' = A x + B u, y = C x + D u`, zero-order hold, poles, transfer functions.
 //! - [`transfer_function`]: ratios of polynomials in `s` or `z`; difference equations.
 //! - [`frequency`]: open loops with dead time: crossovers, gain and phase margins.
@@ -15,6 +16,7 @@ pub mod error;
 pub mod frequency;
 pub mod poles;
 pub mod polynomial;
+pub mod routh;
 pub mod state_space;
 pub mod step_metrics;
 pub mod transfer_function;
@@ -23,6 +25,7 @@ pub use error::Error;
 pub use frequency::DelayedLoop;
 pub use nalgebra::{Complex, DMatrix};
 pub use poles::discrete_to_continuous;
+pub use routh::RouthColumn;
 pub use state_space::StateSpace;
 pub use step_metrics::StepMetrics;
 pub use transfer_function::TransferFunction;

@@ -6,7 +6,8 @@
 //! - **rise time**: from first reaching 10 % to first reaching 90 %;
 //! - **overshoot**: the highest value less 1, in percent, not below 0;
 //! - **settling time**: from the step to the last entry into the band of 2 % (5 %) about 1;
-//! - **steady error**: `to` less the mean over the last tenth of the record, unscaled.
+//! - **steady error**: `to` less the mean over the last tenth of the record, unscaled;
+//! - **ITAE**: the integral of time since the step times the scaled response's distance from 1.
 //!
 //! Between samples the response is taken as linear. These are the usual definitions (Franklin,
 //! Powell and Emami-Naeini, *Feedback Control of Dynamic Systems*, ch. 3); all refer to the level
@@ -30,6 +31,8 @@ pub struct StepMetrics {
     pub settling_time_5: Option<f64>,
     /// `to` less the final value, in the unit of the values.
     pub steady_error: f64,
+    /// `int t |1 - y| dt`, in the square of the unit of the times.
+    pub itae: f64,
 }
 
 impl StepMetrics {
@@ -57,6 +60,7 @@ impl StepMetrics {
             settling_time: settled(times, &scaled, 0.02),
             settling_time_5: settled(times, &scaled, 0.05),
             steady_error: to - final_value(times, values),
+            itae: itae(times, &scaled),
         })
     }
 }
@@ -131,6 +135,14 @@ fn crossing(times: &[f64], scaled: &[f64], i: usize, level: f64) -> f64 {
     times[i] + share * (times[i + 1] - times[i])
 }
 
+/// `int t |1 - y| dt` by the trapezoidal rule.
+fn itae(times: &[f64], scaled: &[f64]) -> f64 {
+    let weighted = |i: usize| (times[i] - times[0]) * (1.0 - scaled[i]).abs();
+    (1..times.len())
+        .map(|i| 0.5 * (weighted(i - 1) + weighted(i)) * (times[i] - times[i - 1]))
+        .sum()
+}
+
 fn final_value(times: &[f64], values: &[f64]) -> f64 {
     let last = times[times.len() - 1];
     let since = last - STEADY_SHARE * (last - times[0]);
@@ -186,6 +198,14 @@ mod tests {
         assert!((a.rise_time.unwrap() - b.rise_time.unwrap()).abs() < 1e-9);
         assert!((a.settling_time.unwrap() - b.settling_time.unwrap()).abs() < 1e-9);
         assert!((b.steady_error + 3.0 * a.steady_error).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_first_order_lag_of_one_second_has_an_itae_of_one() {
+        // int t e^(-t) dt = 1
+        let (times, values) = sampled(20.0, |t| 1.0 - (-t).exp());
+        let metrics = of(&times, &values, 0.0, 1.0).unwrap();
+        assert!((metrics.itae - 1.0).abs() < 1e-3, "{}", metrics.itae);
     }
 
     #[test]
