@@ -14,7 +14,7 @@ use nalgebra::Complex;
 use crate::{Error, TransferFunction, polynomial};
 
 /// How finely the axis is searched for phase crossovers, points per decade.
-const POINTS_PER_DECADE: usize = 400;
+const POINTS_PER_DECADE: usize = 100;
 
 /// A rational transfer function with a dead time behind it.
 #[derive(Clone, Debug, PartialEq)]

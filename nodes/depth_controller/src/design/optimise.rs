@@ -1,0 +1,258 @@
+//! Gains proposed for a range of speeds: the worst ITAE of a depth step, made small within margins.
+//!
+//! One set of the four gains serves all speeds. What is minimised is the largest over the speeds of
+//! the ITAE, under
+//!
+//! - a phase margin and gain margins no smaller than asked for, at every speed;
+//! - a step of the depth setpoint of the size asked for that brings neither the pitch command nor the
+//!   planes beyond their limits at its first instant: `Kpz e <= theta_lim`, `Kpy Kpz e <= delta_lim`.
+//!
+//! Without the second a linear loop only gets better with more gain. The search is Hooke and Jeeves' pattern
+//! search (J. ACM 8, 1961) on the gains' logarithms: no derivatives, no chance.
+
+use planesman_linear::Error;
+
+use super::dive_loop::{DiveLoop, DivePlant, Judgement, Path};
+use crate::gains::LoopGains;
+
+/// The smallest gain and the largest: the search stays between.
+const BOUNDS: (f64, f64) = (1e-3, 1e3);
+/// The first factor by which a gain is tried larger and smaller, as a logarithm, and the last.
+const STEPS: (f64, f64) = (0.5, 0.01);
+/// How many rounds the search may take.
+const MOST_ROUNDS: usize = 400;
+
+/// What is asked of the gains.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wishes {
+    /// The vehicle at each speed.
+    pub plants: Vec<DivePlant>,
+    /// The actuator.
+    pub path: Path,
+    /// rad, at every gain crossover.
+    pub phase_margin: f64,
+    /// The factor by which the gain may at least grow, above 1, and its inverse by which it may fall.
+    pub gain_margin: f64,
+    /// The depth step, m.
+    pub step: f64,
+    /// rad
+    pub pitch_limit: f64,
+    /// rad
+    pub planes_limit: f64,
+    /// How long the step is watched, s.
+    pub duration: f64,
+}
+
+/// What the search came to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Proposal {
+    /// The gains.
+    pub gains: LoopGains,
+    /// With them, at each speed.
+    pub judgements: Vec<Judgement>,
+    /// The largest ITAE, s^2.
+    pub worst_itae: f64,
+}
+
+impl Wishes {
+    /// The best gains found from `start`; `None` when none was found that does all that is asked.
+    ///
+    /// # Errors
+    /// Those of [`DiveLoop::judge`].
+    pub fn propose(&self, start: &LoopGains) -> Result<Option<Proposal>, Error> {
+        let mut at = logarithms(start);
+        let mut best = self.cost(&at)?;
+        let mut step = STEPS.0;
+        for _ in 0..MOST_ROUNDS {
+            let (tried, cost) = self.explore(at, best, step)?;
+            if cost < best {
+                // On in the same direction for as long as it pays.
+                let jump = std::array::from_fn(|i| bounded(2.0 * tried[i] - at[i]));
+                (at, best) = (tried, cost);
+                let (further, cost) = self.explore(jump, self.cost(&jump)?, step)?;
+                if cost < best {
+                    (at, best) = (further, cost);
+                }
+            } else if step > STEPS.1 {
+                step *= 0.5;
+            } else {
+                break;
+            }
+        }
+        if best.missed > 0.0 {
+            return Ok(None);
+        }
+        let gains = gains(&at);
+        Ok(Some(Proposal {
+            judgements: self.judge(&gains)?,
+            gains,
+            worst_itae: best.itae,
+        }))
+    }
+
+    /// The best of a step up and a step down in each gain in turn.
+    fn explore(&self, from: [f64; 4], cost: Cost, step: f64) -> Result<([f64; 4], Cost), Error> {
+        let (mut at, mut best) = (from, cost);
+        for i in 0..at.len() {
+            for change in [step, -step] {
+                let mut tried = at;
+                tried[i] = bounded(at[i] + change);
+                let cost = self.cost(&tried)?;
+                if cost < best {
+                    (at, best) = (tried, cost);
+                    break;
+                }
+            }
+        }
+        Ok((at, best))
+    }
+
+    fn loops<'a>(&'a self, gains: &'a LoopGains) -> impl Iterator<Item = DiveLoop> + 'a {
+        self.plants.iter().map(|plant| DiveLoop {
+            plant: plant.clone(),
+            gains: *gains,
+            path: self.path,
+        })
+    }
+
+    fn judge(&self, gains: &LoopGains) -> Result<Vec<Judgement>, Error> {
+        self.loops(gains)
+            .map(|dive| dive.judge(self.duration))
+            .collect()
+    }
+
+    fn cost(&self, at: &[f64; 4]) -> Result<Cost, Error> {
+        let gains = gains(at);
+        let beyond = |value: f64, limit: f64| (value / limit - 1.0).max(0.0);
+        let mut missed = beyond(gains.depth_p * self.step, self.pitch_limit)
+            + beyond(gains.pitch_p * gains.depth_p * self.step, self.planes_limit);
+        for dive in self.loops(&gains) {
+            missed += self.missed(&dive.margins()?);
+        }
+        // Among gains that miss something, how fast they are does not matter.
+        let mut itae = 0.0_f64;
+        if missed == 0.0 {
+            for judged in self.judge(&gains)? {
+                itae = itae.max(judged.step.map_or(f64::INFINITY, |step| step.itae));
+            }
+        }
+        Ok(Cost { missed, itae })
+    }
+
+    /// By how much a loop misses its margins; an unstable one by more the faster it grows.
+    fn missed(&self, judged: &Judgement) -> f64 {
+        let fastest = judged.poles.iter().map(|s| s.re).fold(f64::MIN, f64::max);
+        if fastest >= 0.0 {
+            return 10.0 + fastest;
+        }
+        let phase = judged
+            .phase_margin()
+            .map_or(0.0, |margin| (1.0 - margin / self.phase_margin).max(0.0));
+        let (above, below) = judged.gain_limits();
+        let up = above.map_or(0.0, |factor| (1.0 - factor / self.gain_margin).max(0.0));
+        let down = below.map_or(0.0, |factor| {
+            (1.0 - 1.0 / (factor * self.gain_margin)).max(0.0)
+        });
+        phase + up + down
+    }
+}
+
+/// How much of what is asked is missed, and how slow the loop is: the first counts first.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+struct Cost {
+    missed: f64,
+    itae: f64,
+}
+
+fn logarithms(gains: &LoopGains) -> [f64; 4] {
+    [
+        gains.depth_p,
+        gains.depth_d,
+        gains.pitch_p,
+        gains.pitch_rate,
+    ]
+    .map(|gain| bounded(gain.max(BOUNDS.0).ln()))
+}
+
+fn bounded(logarithm: f64) -> f64 {
+    logarithm.clamp(BOUNDS.0.ln(), BOUNDS.1.ln())
+}
+
+fn gains(logarithms: &[f64; 4]) -> LoopGains {
+    let [depth_p, depth_d, pitch_p, pitch_rate] = logarithms.map(f64::exp);
+    LoopGains {
+        depth_p,
+        depth_d,
+        pitch_p,
+        pitch_rate,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::gains::{PitchModel, SpeedLaw};
+
+    const FOOT: f64 = 0.3048;
+
+    fn wishes(speeds: &[f64]) -> Wishes {
+        let law = SpeedLaw {
+            model: PitchModel {
+                plane: 0.47,
+                damping: 1.2,
+                restoring: 0.27,
+            },
+            reference_speed: FOOT,
+            plane_exponent: 2.0,
+            damping_exponent: 1.0,
+        };
+        let plant = |u: &f64| DivePlant::of_pitch(&law.at(*u), *u).unwrap();
+        Wishes {
+            plants: speeds.iter().map(plant).collect(),
+            path: Path {
+                lag: 0.0,
+                delay: 0.05,
+            },
+            phase_margin: 60_f64.to_radians(),
+            gain_margin: 2.0,
+            step: 3.0 * FOOT,
+            pitch_limit: std::f64::consts::FRAC_PI_4,
+            planes_limit: std::f64::consts::FRAC_PI_6,
+            duration: 60.0,
+        }
+    }
+
+    const START: LoopGains = LoopGains {
+        depth_p: 0.82,
+        depth_d: 1.97,
+        pitch_p: 0.7,
+        pitch_rate: 2.0,
+    };
+
+    #[test]
+    fn what_is_proposed_keeps_its_margins_and_limits_and_is_faster_than_the_start() {
+        let wishes = wishes(&[FOOT, 2.0 * FOOT]);
+        let found = wishes.propose(&START).unwrap().unwrap();
+        for judged in &found.judgements {
+            assert!(judged.is_stable());
+            assert!(judged.phase_margin().unwrap() >= wishes.phase_margin);
+            let (above, below) = judged.gain_limits();
+            assert!(above.is_none_or(|f| f >= 2.0) && below.is_none_or(|f| f <= 0.5));
+        }
+        let gains = found.gains;
+        assert!(gains.depth_p * wishes.step <= wishes.pitch_limit);
+        assert!(gains.pitch_p * gains.depth_p * wishes.step <= wishes.planes_limit);
+        let start = wishes.judge(&START).unwrap();
+        let worst = |j: &[Judgement]| j.iter().map(|j| j.step.unwrap().itae).fold(0.0, f64::max);
+        assert!(found.worst_itae < 0.8 * worst(&start), "{found:?}");
+        assert_eq!(found.worst_itae, worst(&found.judgements));
+    }
+
+    #[test]
+    fn what_cannot_be_had_is_not_proposed() {
+        let mut impossible = wishes(&[FOOT]);
+        impossible.phase_margin = 3.1;
+        assert_eq!(impossible.propose(&START).unwrap(), None);
+    }
+}
