@@ -33,8 +33,8 @@ pub struct Reading {
     pub mode: Mode,
     /// d, the drift polarity in force.
     pub polarity: i8,
-    /// Oil gained other than in calibrated volumes, m^3: drift and constant leakage, less what
-    /// leaked with the pressure and what the volume limit refused.
+    /// Oil gained other than in calibrated volumes, m^3: where the ram rested at first, drift and
+    /// constant leakage, less what leaked with the pressure and what the volume limit refused.
     pub leaked: f64,
 }
 
@@ -48,12 +48,18 @@ impl Hydraulics {
     /// As [`Hydraulics::new`], the sign valve at `polarity`, +1 or -1.
     #[must_use]
     pub fn settled(set: &ActuatorSet, polarity: i8) -> Self {
+        Self::resting_at(set, polarity, 0.0)
+    }
+
+    /// As [`Hydraulics::settled`], the ram resting at `position`, m.
+    #[must_use]
+    pub fn resting_at(set: &ActuatorSet, polarity: i8, position: f64) -> Self {
         Self {
             cycle: set.cycle(),
             supply: set.supply,
             valves: Valves::settled(polarity),
             metering: Metering::new(set, polarity),
-            ram: Ram::new(set),
+            ram: Ram::resting_at(set, position),
             piece: 0,
         }
     }

@@ -21,6 +21,7 @@
 //! - [`cycle_clock`]: valve cycles, counted without drift.
 //! - [`dha`]: logic and hydraulics on that clock.
 //! - [`actuator_model`]: the DHA, or an ideal actuator in its place.
+//! - [`mod@bench`]: the study's flight-control simulation around it.
 //!
 //! Node:
 //! - [`parameters`]: every tunable, its default and range.
@@ -29,6 +30,7 @@
 pub mod actuator_file;
 pub mod actuator_model;
 pub mod actuator_set;
+pub mod bench;
 pub mod core;
 pub mod cycle_clock;
 pub mod dha;

@@ -36,6 +36,12 @@ impl Ram {
     /// At rest in the middle, no oil squeezed in.
     #[must_use]
     pub fn new(set: &ActuatorSet) -> Self {
+        Self::resting_at(set, 0.0)
+    }
+
+    /// At rest at `position`, m, no oil squeezed in.
+    #[must_use]
+    pub fn resting_at(set: &ActuatorSet, position: f64) -> Self {
         let constants = Constants::new(set);
         let mode = Mode {
             load: if constants.coulomb == 0.0 {
@@ -46,7 +52,11 @@ impl Ram {
             clamped: None,
             limited: None,
         };
-        let state = State::default();
+        let state = State {
+            position,
+            volume: constants.area * position,
+            ..State::default()
+        };
         Self {
             constants,
             mode,

@@ -1,52 +1,23 @@
-//! The pulse logic in the loop it was made for: the actuator open loop inside a digital autopilot
-//! around an unstable missile (IBM 66-L03-005, Figures 2-4 and 2-5).
-//!
-//! ```text
-//! N_ye    = N_y - (K_b/K_2) psi
-//! Input_n = K_a K_2 [(N_ye,n - N_ye,n-1) + K N_ye,n] - K_r (psi'_n - psi'_(n-1))
-//! psi''   = mu_b beta + mu_d delta,   beta' = psi' - Y_b beta + Y_d delta
-//! ```
-//!
-//! The missile is a surrogate: the report's constants are lost, and these were calibrated on the
-//! base row of its Table 4-2. Here it only has to agree with another simulation of itself.
+//! The pulse logic in the loop it was made for: the actuator open loop inside the digital autopilot
+//! around the missile's surrogate (IBM 66-L03-005, Figures 2-4 and 2-5), against another simulation
+//! of the same loop.
 
 mod common;
 
 use common::actuator;
-use dha_actuator::hydraulics::Hydraulics;
-use dha_actuator::pulse_logic::{PulseLogic, Volume};
+use dha_actuator::bench::autopilot::Gains;
+use dha_actuator::bench::digital_loop::{DigitalLoop, Start};
+use dha_actuator::bench::missile::Surrogate;
 use dha_actuator::units::{DEGREE, INCH};
 use serde_json::Value;
 
-const K_A: f64 = 18.0;
-const K_R: f64 = 2.8;
-const K_2: f64 = 0.075;
-const K: f64 = 1.0 / 128.0;
-const MU_D: f64 = 3.1;
-const MU_B: f64 = 14.0;
-const Y_B: f64 = 0.1;
-const Y_D: f64 = 0.0035 * MU_D;
-const N_Y: f64 = 5.0;
-
-/// psi, psi' and beta in degrees and seconds.
-type Missile = [f64; 3];
-
-fn rates([_, psi_dot, beta]: Missile, delta: f64) -> Missile {
-    [
-        psi_dot,
-        MU_B * beta + MU_D * delta,
-        psi_dot - Y_B * beta + Y_D * delta,
-    ]
-}
-
-/// A Runge-Kutta step of `h` s with delta, deg, at its begin, middle and end.
-fn step(x: Missile, delta: [f64; 3], h: f64) -> Missile {
-    let moved = |k: Missile, h: f64| std::array::from_fn(|i| x[i] + h * k[i]);
-    let k1 = rates(x, delta[0]);
-    let k2 = rates(moved(k1, 0.5 * h), delta[1]);
-    let k3 = rates(moved(k2, 0.5 * h), delta[1]);
-    let k4 = rates(moved(k3, h), delta[2]);
-    std::array::from_fn(|i| x[i] + h / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]))
+fn missile(start: Start) -> DigitalLoop {
+    DigitalLoop::new(
+        Surrogate::Ps2,
+        &actuator("table_4_1", true, true),
+        Gains::of(Surrogate::Ps2),
+        start,
+    )
 }
 
 #[test]
@@ -54,31 +25,12 @@ fn five_steering_pulses_turn_the_missile_with_the_expected_volume_pulses() {
     let expected: Value =
         serde_json::from_str(include_str!("data/missile_loop.json")).expect("JSON");
     let commands = expected["commands"].as_array().expect("a list");
-    let set = actuator("table_4_1", true, true);
-    let period = set.cycle();
-    let (mut logic, mut hydraulics) = (PulseLogic::new(&set), Hydraulics::new(&set));
-    let mut missile: Missile = [0.0; 3];
-    let (mut steering_before, mut psi_dot_before) = (0.0, 0.0);
-    let mut rows = expected["rows"]
-        .as_array()
-        .expect("a list")
-        .iter()
-        .peekable();
+    let rows = expected["rows"].as_array().expect("a list");
+    let mut rows = rows.iter().peekable();
+    let mut flight = missile(Start::default());
     for (n, command) in commands.iter().enumerate() {
-        let [psi, psi_dot, _] = missile;
-        let steering = N_Y - psi / K_2;
-        let input = K_A * K_2 * ((steering - steering_before) + K * steering)
-            - K_R * (psi_dot - psi_dot_before);
-        (steering_before, psi_dot_before) = (steering, psi_dot);
-        let ram = hydraulics
-            .reading(if n == 0 { 0.0 } else { period })
-            .ram
-            .position;
-        let decision = logic.accumulate(input * DEGREE, ram);
-        let sent = match decision.command.volume {
-            Volume::None => 0,
-            _ => i64::from(decision.command.sign),
-        };
+        let (psi, ram) = (flight.yaw().angle, flight.ram());
+        let sent = i64::from(flight.cycle(5.0, |_| ()));
         assert_eq!(sent, command.as_i64().expect("-1, 0 or 1"), "cycle {n}");
         if let Some(row) = rows.next_if(|row| row[0] == n) {
             let close = |found: f64, column: usize, what: &str| {
@@ -89,24 +41,30 @@ fn five_steering_pulses_turn_the_missile_with_the_expected_volume_pulses() {
                     "cycle {n}: {what} {found} for {expected_value}"
                 );
             };
-            close(psi, 1, "psi");
+            close(psi / DEGREE, 1, "psi");
             close(ram / INCH, 2, "X_1");
-            close(logic.error() / DEGREE, 3, "eps");
+            close(flight.error() / DEGREE, 3, "eps");
         }
-        hydraulics.begin_cycle(decision.command);
-        let steps = 100;
-        let h = period / f64::from(steps);
-        let mut delta = ram / set.moment_arm / DEGREE;
-        for i in 0..steps {
-            let [middle, end] = [0.5, 1.0].map(|part| {
-                let time = ((f64::from(i) + part) * h).min(period);
-                hydraulics.advance(time);
-                hydraulics.reading(time).ram.position / set.moment_arm / DEGREE
-            });
-            missile = step(missile, [delta, middle, end], h);
-            delta = end;
-        }
-        hydraulics.finish_cycle();
     }
     assert!(rows.next().is_none());
+}
+
+#[test]
+fn half_a_degree_off_course_is_taken_back_with_the_expected_volume_pulses() {
+    let mut flight = missile(Start {
+        yaw: -0.5 * DEGREE,
+        ram: 0.0,
+    });
+    let expected = "+++++++00------0----0-0-000-0000000000000000+";
+    for (n, command) in expected.chars().enumerate() {
+        if n == 24 {
+            assert!((flight.yaw().angle / DEGREE + 0.043_396_62).abs() < 1e-6);
+        }
+        let quanta = match command {
+            '+' => 1,
+            '-' => -1,
+            _ => 0,
+        };
+        assert_eq!(flight.cycle(0.0, |_| ()), quanta, "cycle {n}");
+    }
 }
