@@ -69,6 +69,9 @@ pub enum Rule {
     /// A schema section headed by something else than `MSG: package/Type`.
     #[error("`{0}` does not head a definition: `MSG: package/Type` does")]
     BadSectionHead(String),
+    /// Something in an IDL text that is no IDL, or that ROS has no form for.
+    #[error("`{0}` is not expected here, or is IDL that ROS has no form for")]
+    NotIdl(String),
     /// A field whose type is defined nowhere.
     #[error("{0} is not defined")]
     Unknown(String),

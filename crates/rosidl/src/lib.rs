@@ -7,6 +7,7 @@
 //! | [`library`] | definitions that refer to each other, and the types ROS derives from them |
 //! | [`hash`] | the type hash, RIHS01 |
 //! | [`schema`] | the `ros2msg` schema text that bags carry, written and read |
+//! | [`idl`] | the `ros2idl` schema text, read |
 //! | [`rust`] | Rust source for a library |
 //!
 //! Texts may come from foreign bags: whatever they hold, the answer is a definition or an [`Error`].
@@ -14,6 +15,7 @@
 pub mod definition;
 pub mod error;
 pub mod hash;
+pub mod idl;
 pub mod library;
 pub mod parse;
 pub mod rust;
@@ -21,6 +23,7 @@ pub mod schema;
 
 pub use definition::{Action, Message, Service, TypeName};
 pub use error::{Error, Rule};
+pub use idl::parse_idl_schema;
 pub use library::{Library, MAX_DEPTH};
 pub use parse::{parse_action, parse_message, parse_service};
 pub use schema::parse_schema;

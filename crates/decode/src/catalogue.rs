@@ -1,0 +1,118 @@
+//! Every number a message type holds, by path.
+
+use std::collections::BTreeMap;
+
+use planesman_rosidl::TypeName;
+use planesman_rosidl::definition::{Arity, EMPTY_MESSAGE_FIELD, Element, Field};
+
+use crate::decoder::derived_names;
+use crate::{FieldPath, Types};
+
+/// Elements of a list of numbers that are listed, and of a list of messages.
+const NUMBERS: u32 = 16;
+const MESSAGES: u32 = 4;
+
+/// The numbers of a message type.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Catalogue {
+    /// Their paths in the order in which they lie. Of a list of numbers the first sixteen, of a
+    /// list of messages the first four; angles of quaternions and norms of vectors behind their parts.
+    pub fields: Vec<FieldPath>,
+    /// Whether there are more than were asked for.
+    pub is_cut: bool,
+}
+
+impl Catalogue {
+    /// The numbers of the root type, at most `most`.
+    #[must_use]
+    pub fn of(types: &Types, most: usize) -> Self {
+        let mut listing = Listing {
+            types,
+            most,
+            barren: BTreeMap::new(),
+            catalogue: Self::default(),
+        };
+        listing.message(types.root(), &FieldPath { steps: Vec::new() });
+        listing.catalogue
+    }
+}
+
+struct Listing<'t> {
+    types: &'t Types,
+    most: usize,
+    /// Whether a message holds no number, however deep. Such are passed over, or a
+    /// type that nests texts only could be walked forever.
+    barren: BTreeMap<&'t TypeName, bool>,
+    catalogue: Catalogue,
+}
+
+impl<'t> Listing<'t> {
+    fn fields(&self, name: &TypeName) -> impl Iterator<Item = &'t Field> + use<'t> {
+        let fields = self.types.message(name).map_or(&[][..], |it| &it.fields);
+        fields.iter().filter(|it| it.name != EMPTY_MESSAGE_FIELD)
+    }
+
+    fn is_barren(&mut self, name: &'t TypeName) -> bool {
+        if let Some(known) = self.barren.get(name) {
+            return *known;
+        }
+        let is_barren = self
+            .fields(name)
+            .all(|field| match &field.field_type.element {
+                Element::Primitive(_) => false,
+                Element::String { .. } => true,
+                Element::Message(name) => self.is_barren(name),
+            });
+        self.barren.insert(name, is_barren);
+        is_barren
+    }
+
+    fn message(&mut self, name: &'t TypeName, path: &FieldPath) {
+        if self.is_barren(name) {
+            return;
+        }
+        for field in self.fields(name) {
+            if self.catalogue.is_cut {
+                return;
+            }
+            let path = path.field(&field.name);
+            let element = &field.field_type.element;
+            let listed = match element {
+                Element::Message(_) => MESSAGES,
+                _ => NUMBERS,
+            };
+            match field.field_type.arity {
+                Arity::One => self.element(element, &path),
+                Arity::Sequence => self.elements(element, &path, listed),
+                Arity::Array(count) | Arity::BoundedSequence(count) => {
+                    self.elements(element, &path, listed.min(count));
+                }
+            }
+        }
+        for derived in derived_names(self.types, name) {
+            self.push(path.field(derived));
+        }
+    }
+
+    fn elements(&mut self, element: &'t Element, path: &FieldPath, count: u32) {
+        for index in 0..count as usize {
+            self.element(element, &path.element(index));
+        }
+    }
+
+    fn element(&mut self, element: &'t Element, path: &FieldPath) {
+        match element {
+            Element::Primitive(_) => self.push(path.clone()),
+            Element::String { .. } => {}
+            Element::Message(name) => self.message(name, path),
+        }
+    }
+
+    fn push(&mut self, path: FieldPath) {
+        if self.catalogue.fields.len() < self.most {
+            self.catalogue.fields.push(path);
+        } else {
+            self.catalogue.is_cut = true;
+        }
+    }
+}

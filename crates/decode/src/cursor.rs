@@ -1,0 +1,183 @@
+//! A place in a payload: what is there is taken, what is not there is an error.
+//!
+//! A payload begins with four bytes of encapsulation (RTPS 2.3, section 10.2): the first two name the encoding
+//! and the byte order. Lengths are 32-bit numbers; a length that lies is found out when its
+//! bytes are wanted, before anything is reserved for it.
+
+use planesman_rosidl::definition::Primitive;
+
+use crate::layout::{Advance, size_of};
+
+/// Why a payload cannot be read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum DecodeError {
+    /// Shorter than the encapsulation header.
+    #[error("a payload of {0} bytes has no encapsulation header")]
+    NoHeader(usize),
+    /// Another encoding than plain CDR.
+    #[error("encapsulation {id:#06x} ({name}) is not plain CDR (0x0000 or 0x0001)", name = encoding_name(*id))]
+    Encapsulation {
+        /// The number in the header.
+        id: u16,
+    },
+    /// The message goes on behind the payload's end.
+    #[error("the message is cut off or not of this type: byte {at} of {length} is passed")]
+    Short {
+        /// How far what was there had been read.
+        at: usize,
+        /// The payload's bytes behind the header.
+        length: usize,
+    },
+}
+
+fn encoding_name(id: u16) -> &'static str {
+    match id {
+        2 | 3 => "parameter list",
+        6 | 7 => "XCDR2",
+        8 | 9 => "delimited XCDR2",
+        10 | 11 => "parameter list, XCDR2",
+        4 | 5 => "XML",
+        _ => "unknown",
+    }
+}
+
+/// A place in a payload.
+#[derive(Clone, Debug)]
+pub(crate) struct Cursor<'a> {
+    /// Behind the encapsulation header.
+    body: &'a [u8],
+    at: usize,
+    little_endian: bool,
+}
+
+impl<'a> Cursor<'a> {
+    /// The beginning of a payload.
+    pub(crate) fn new(payload: &'a [u8]) -> Result<Self, DecodeError> {
+        let Some((&[first, second, _, _], body)) = payload.split_first_chunk::<4>() else {
+            return Err(DecodeError::NoHeader(payload.len()));
+        };
+        let id = u16::from_be_bytes([first, second]);
+        if id > 1 {
+            return Err(DecodeError::Encapsulation { id });
+        }
+        Ok(Self {
+            body,
+            at: 0,
+            little_endian: id == 1,
+        })
+    }
+
+    fn short(&self) -> DecodeError {
+        DecodeError::Short {
+            at: self.at,
+            length: self.body.len(),
+        }
+    }
+
+    /// Bytes that are left.
+    pub(crate) fn left(&self) -> usize {
+        self.body.len() - self.at
+    }
+
+    /// Passes `bytes` bytes.
+    fn pass_bytes(&mut self, bytes: u64) -> Result<(), DecodeError> {
+        if bytes > self.left() as u64 {
+            return Err(self.short());
+        }
+        self.at += bytes as usize;
+        Ok(())
+    }
+
+    /// Passes a part of fixed size.
+    pub(crate) fn pass(&mut self, part: &Advance) -> Result<(), DecodeError> {
+        self.pass_bytes(part.from(self.at))
+    }
+
+    /// Passes a string and its length, in characters of one byte, or two if it is wide.
+    ///
+    /// A wide string is UTF-16 without a terminator, as Fast DDS (since Jazzy) and Cyclone DDS write it.
+    pub(crate) fn pass_text(&mut self, wide: bool) -> Result<(), DecodeError> {
+        let length = self.length()?;
+        self.pass_bytes(length * if wide { 2 } else { 1 })
+    }
+
+    /// The length of a string or sequence.
+    pub(crate) fn length(&mut self) -> Result<u64, DecodeError> {
+        self.numbers(Primitive::Uint32, 1)?
+            .get(0)
+            .map(|length| length as u64)
+            .ok_or_else(|| self.short())
+    }
+
+    /// Takes `count` numbers in a row. No number needs no padding.
+    pub(crate) fn numbers(
+        &mut self,
+        primitive: Primitive,
+        count: u64,
+    ) -> Result<Numbers<'a>, DecodeError> {
+        let size = size_of(primitive);
+        let mut bytes: &[u8] = &[];
+        if count > 0 {
+            let start = self.at.next_multiple_of(size);
+            let length = usize::try_from(count)
+                .ok()
+                .and_then(|count| count.checked_mul(size))
+                .ok_or_else(|| self.short())?;
+            bytes = self
+                .body
+                .get(start..)
+                .and_then(|rest| rest.get(..length))
+                .ok_or_else(|| self.short())?;
+            self.at = start + length;
+        }
+        Ok(Numbers {
+            bytes,
+            primitive,
+            little_endian: self.little_endian,
+        })
+    }
+}
+
+/// Numbers of one type in a row.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Numbers<'a> {
+    bytes: &'a [u8],
+    primitive: Primitive,
+    little_endian: bool,
+}
+
+impl Numbers<'_> {
+    /// Number `index`; 64-bit integers are rounded to the nearest number there is.
+    pub(crate) fn get(&self, index: usize) -> Option<f64> {
+        let size = size_of(self.primitive);
+        let bytes = self.bytes.get(index.checked_mul(size)?..)?.get(..size)?;
+        macro_rules! number {
+            ($number:ty) => {{
+                let bytes = bytes.try_into().ok()?;
+                if self.little_endian {
+                    <$number>::from_le_bytes(bytes)
+                } else {
+                    <$number>::from_be_bytes(bytes)
+                }
+            }};
+        }
+        Some(match self.primitive {
+            Primitive::Bool => f64::from(u8::from(number!(u8) != 0)),
+            Primitive::Byte | Primitive::Char | Primitive::Uint8 => f64::from(number!(u8)),
+            Primitive::Int8 => f64::from(number!(i8)),
+            Primitive::Int16 => f64::from(number!(i16)),
+            Primitive::Uint16 => f64::from(number!(u16)),
+            Primitive::Int32 => f64::from(number!(i32)),
+            Primitive::Uint32 => f64::from(number!(u32)),
+            Primitive::Int64 => number!(i64) as f64,
+            Primitive::Uint64 => number!(u64) as f64,
+            Primitive::Float32 => f64::from(number!(f32)),
+            Primitive::Float64 => number!(f64),
+        })
+    }
+
+    /// All of them.
+    pub(crate) fn iter(self) -> impl Iterator<Item = f64> {
+        (0..self.bytes.len() / size_of(self.primitive)).filter_map(move |index| self.get(index))
+    }
+}

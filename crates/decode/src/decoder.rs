@@ -1,0 +1,332 @@
+//! Paths compiled for a message type, and payloads read by them.
+//!
+//! A path may end in a name that is no field but can be computed from what is before it:
+//!
+//! | name | of | what |
+//! |---|---|---|
+//! | `roll`, `pitch`, `yaw` | a message with numbers x, y, z, w | the angles of the quaternion, rad (REP 103: about fixed x, y, z in this order) |
+//! | `norm` | a message with numbers x, y, z | `sqrt(x^2 + y^2 + z^2)` |
+//!
+//! A field of that name comes first.
+
+use planesman_rosidl::TypeName;
+use planesman_rosidl::definition::{Arity, Element, Field};
+
+use crate::cursor::{Cursor, DecodeError};
+use crate::path::Step;
+use crate::program::{self, Op, Wanted};
+use crate::{FieldPath, Types};
+
+/// Reads some numbers of messages of one type.
+#[derive(Clone, Debug)]
+pub struct Decoder {
+    ops: Vec<Op>,
+    /// The numbers asked for, then those that formulas need.
+    slots: usize,
+    /// Slots that are computed from others.
+    computed: Vec<(usize, Formula)>,
+}
+
+/// What a decoder has read: for each path a list, of one number for a number, of none for an element that is not there.
+#[derive(Clone, Debug, Default)]
+pub struct Values {
+    slots: Vec<Vec<f64>>,
+}
+
+impl Values {
+    /// What path `index` led to: all elements of a list, the one of a number; nothing if it is not there.
+    #[must_use]
+    pub fn list(&self, index: usize) -> &[f64] {
+        self.slots.get(index).map_or(&[], Vec::as_slice)
+    }
+
+    /// The number path `index` led to, the first of a list; `None` if it is not there.
+    #[must_use]
+    pub fn number(&self, index: usize) -> Option<f64> {
+        self.list(index).first().copied()
+    }
+}
+
+/// Where a computed slot comes from: `[x, y, z]`, `w`.
+#[derive(Clone, Copy, Debug)]
+enum Formula {
+    Same(usize),
+    Norm([usize; 3]),
+    Angle(Axis, [usize; 3], usize),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Axis {
+    Roll,
+    Pitch,
+    Yaw,
+}
+
+/// The last names that may be computed.
+const DERIVED: [(&str, Option<Axis>); 4] = [
+    ("roll", Some(Axis::Roll)),
+    ("pitch", Some(Axis::Pitch)),
+    ("yaw", Some(Axis::Yaw)),
+    ("norm", None),
+];
+
+/// Why a path leads to no number.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{path}: {reason}")]
+pub struct CompileError {
+    /// The path.
+    pub path: String,
+    /// What is wrong with it.
+    pub reason: Reason,
+}
+
+/// What may be wrong with a path for a message type.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Reason {
+    /// No field of that name.
+    #[error("{within} has no field '{name}'; it has {fields}")]
+    NoField {
+        /// The message.
+        within: String,
+        /// The name asked for.
+        name: String,
+        /// The names there are.
+        fields: String,
+    },
+    /// A name behind something that is no message.
+    #[error("there is nothing called '{0}' in a {1}")]
+    NotAMessage(String, String),
+    /// An index behind something that is no list.
+    #[error("[{0}] of a {1}, which is no list")]
+    NotAList(usize, String),
+    /// An element that cannot be there.
+    #[error("there is no element [{index}] in {field_type}")]
+    NoElement {
+        /// The element asked for.
+        index: usize,
+        /// The list's type.
+        field_type: String,
+    },
+    /// A path that ends too early or at a text.
+    #[error("it is a {0}, not a number{1}")]
+    NotANumber(String, String),
+}
+
+/// What a path leads to.
+enum Target {
+    /// A number or list of numbers.
+    Plain,
+    /// To be computed from fields of what the path without its last step leads to.
+    Norm,
+    Angle(Axis),
+}
+
+impl Decoder {
+    /// The decoder that reads the numbers at `paths`, in this order, of messages of the type.
+    ///
+    /// # Errors
+    /// The first path that leads to no number, and why.
+    pub fn compile(types: &Types, paths: &[FieldPath]) -> Result<Self, CompileError> {
+        let mut wanted = Wanted::default();
+        let mut slots = paths.len();
+        let mut computed = Vec::new();
+        let mut part = |wanted: &mut Wanted, path: &FieldPath| {
+            let slot = wanted.add(path, slots);
+            slots += usize::from(slot == slots);
+            slot
+        };
+        for (slot, path) in paths.iter().enumerate() {
+            let target = target(types, path).map_err(|reason| CompileError {
+                path: path.to_string(),
+                reason,
+            })?;
+            let of = path.parent();
+            let mut vector =
+                |wanted: &mut Wanted| ["x", "y", "z"].map(|name| part(wanted, &of.field(name)));
+            match target {
+                Target::Plain => {
+                    let first = wanted.add(path, slot);
+                    if first != slot {
+                        computed.push((slot, Formula::Same(first)));
+                    }
+                }
+                Target::Norm => computed.push((slot, Formula::Norm(vector(&mut wanted)))),
+                Target::Angle(axis) => {
+                    let xyz = vector(&mut wanted);
+                    let w = part(&mut wanted, &of.field("w"));
+                    computed.push((slot, Formula::Angle(axis, xyz, w)));
+                }
+            }
+        }
+        Ok(Self {
+            ops: program::compile(types, &wanted),
+            slots,
+            computed,
+        })
+    }
+
+    /// Reads a payload: `values` then holds what it has at the paths, and keeps its memory for the next.
+    ///
+    /// # Errors
+    /// When the payload is not plain CDR, or ends before the last number asked for.
+    pub fn read(&self, payload: &[u8], values: &mut Values) -> Result<(), DecodeError> {
+        values.slots.resize(self.slots, Vec::new());
+        values.slots.iter_mut().for_each(Vec::clear);
+        program::run(&self.ops, &mut Cursor::new(payload)?, &mut values.slots)?;
+        for (slot, formula) in &self.computed {
+            let mut list = std::mem::take(&mut values.slots[*slot]);
+            match formula {
+                Formula::Same(from) => list.extend_from_slice(values.list(*from)),
+                Formula::Norm(xyz) => list.extend(norm(values, xyz)),
+                Formula::Angle(axis, xyz, w) => list.extend(angle(*axis, values, xyz, *w)),
+            }
+            values.slots[*slot] = list;
+        }
+        Ok(())
+    }
+}
+
+fn vector(values: &Values, [x, y, z]: &[usize; 3]) -> Option<[f64; 3]> {
+    Some([values.number(*x)?, values.number(*y)?, values.number(*z)?])
+}
+
+fn norm(values: &Values, xyz: &[usize; 3]) -> Option<f64> {
+    let [x, y, z] = vector(values, xyz)?;
+    Some(x.hypot(y).hypot(z))
+}
+
+/// An angle of the quaternion, of whatever norm; none if that is zero.
+fn angle(axis: Axis, values: &Values, xyz: &[usize; 3], w: usize) -> Option<f64> {
+    let [x, y, z] = vector(values, xyz)?;
+    let w = values.number(w)?;
+    let norm = x * x + y * y + z * z + w * w;
+    if norm == 0.0 {
+        return None;
+    }
+    Some(match axis {
+        Axis::Roll => (2.0 * (w * x + y * z)).atan2(w * w - x * x - y * y + z * z),
+        Axis::Pitch => (2.0 * (w * y - z * x) / norm).clamp(-1.0, 1.0).asin(),
+        Axis::Yaw => (2.0 * (w * z + x * y)).atan2(w * w + x * x - y * y - z * z),
+    })
+}
+
+/// What the steps so far have led to.
+enum At<'t> {
+    Message(&'t TypeName),
+    Field(&'t Field),
+    Element(&'t Element),
+}
+
+impl<'t> At<'t> {
+    /// A field or element that is one message counts as that message.
+    fn entered(self) -> Self {
+        match self {
+            Self::Field(field) if field.field_type.arity == Arity::One => {
+                Self::Element(&field.field_type.element).entered()
+            }
+            Self::Element(Element::Message(name)) => Self::Message(name),
+            other => other,
+        }
+    }
+
+    fn type_name(&self) -> String {
+        match self {
+            Self::Message(name) => name.short(),
+            Self::Field(field) => field.field_type.to_string(),
+            Self::Element(element) => element.to_string(),
+        }
+    }
+}
+
+/// Follows a path through the definitions.
+fn target(types: &Types, path: &FieldPath) -> Result<Target, Reason> {
+    let mut at = At::Message(types.root());
+    for (number, step) in path.steps.iter().enumerate() {
+        at = match (at, step) {
+            (At::Message(name), Step::Field(field)) => match find(types, name, field) {
+                Some(field) => At::Field(field),
+                None => {
+                    let is_last = number + 1 == path.steps.len();
+                    return derived(types, name, field)
+                        .filter(|_| is_last)
+                        .ok_or_else(|| Reason::NoField {
+                            within: name.short(),
+                            name: field.clone(),
+                            fields: names(types, name),
+                        });
+                }
+            },
+            (at, Step::Field(name)) => {
+                return Err(Reason::NotAMessage(name.clone(), at.type_name()));
+            }
+            (At::Field(field), Step::Index(index)) if field.field_type.arity != Arity::One => {
+                if let Arity::Array(most) | Arity::BoundedSequence(most) = field.field_type.arity
+                    && *index >= most as usize
+                {
+                    return Err(Reason::NoElement {
+                        index: *index,
+                        field_type: field.field_type.to_string(),
+                    });
+                }
+                At::Element(&field.field_type.element)
+            }
+            (at, Step::Index(index)) => return Err(Reason::NotAList(*index, at.type_name())),
+        }
+        .entered();
+    }
+    let hint = match at {
+        At::Element(Element::Primitive(_)) => return Ok(Target::Plain),
+        At::Field(field) => match &field.field_type.element {
+            Element::Primitive(_) => return Ok(Target::Plain),
+            _ => "; name an element [0], [1], ...".to_owned(),
+        },
+        At::Message(name) => format!("; it has {}", names(types, name)),
+        At::Element(_) => String::new(),
+    };
+    Err(Reason::NotANumber(at.type_name(), hint))
+}
+
+fn find<'t>(types: &'t Types, message: &TypeName, name: &str) -> Option<&'t Field> {
+    let message = types.message(message)?;
+    message.fields.iter().find(|field| field.name == name)
+}
+
+/// The names of a message's fields, the first of many.
+fn names(types: &Types, message: &TypeName) -> String {
+    const MOST: usize = 30;
+    let fields = types.message(message).map_or(&[][..], |it| &it.fields);
+    let mut names: Vec<&str> = fields.iter().map(|it| it.name.as_str()).collect();
+    if names.len() > MOST {
+        names.truncate(MOST);
+        names.push("...");
+    }
+    names.join(", ")
+}
+
+/// What `name` means in a message that has no such field.
+fn derived(types: &Types, message: &TypeName, name: &str) -> Option<Target> {
+    let (_, axis) = DERIVED.into_iter().find(|(known, _)| *known == name)?;
+    let has = |name| {
+        find(types, message, name).is_some_and(|field| {
+            field.field_type.arity == Arity::One
+                && matches!(field.field_type.element, Element::Primitive(_))
+        })
+    };
+    let is_vector = has("x") && has("y") && has("z");
+    match axis {
+        Some(axis) => (is_vector && has("w")).then_some(Target::Angle(axis)),
+        None => is_vector.then_some(Target::Norm),
+    }
+}
+
+/// The names that can be computed from a message.
+pub(crate) fn derived_names(types: &Types, message: &TypeName) -> Vec<&'static str> {
+    DERIVED
+        .into_iter()
+        .map(|(name, _)| name)
+        .filter(|name| {
+            find(types, message, name).is_none() && derived(types, message, name).is_some()
+        })
+        .collect()
+}

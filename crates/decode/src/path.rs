@@ -1,0 +1,147 @@
+//! The path of a field within a message: names behind dots, element numbers in brackets.
+
+use std::fmt;
+use std::str::FromStr;
+
+/// Where a field is in a message: `twist.twist.angular.y`, `position[0]`, `transforms[1].header`.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct FieldPath {
+    pub(crate) steps: Vec<Step>,
+}
+
+/// One step into a message.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(crate) enum Step {
+    Field(String),
+    Index(usize),
+}
+
+/// Why a text is no path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum PathError {
+    /// A name with other characters, or none.
+    #[error("a field's name is letters, digits and underscores")]
+    Name,
+    /// Brackets around something else than a whole number.
+    #[error("an index is a whole number")]
+    Index,
+    /// Something behind a name that is neither a dot nor brackets.
+    #[error("an index stands in brackets")]
+    Bracket,
+}
+
+impl FromStr for FieldPath {
+    type Err = PathError;
+
+    fn from_str(text: &str) -> Result<Self, PathError> {
+        let mut steps = Vec::new();
+        for part in text.split('.') {
+            let (name, mut rest) = part.split_at(part.find('[').unwrap_or(part.len()));
+            if !is_name(name) {
+                return Err(PathError::Name);
+            }
+            steps.push(Step::Field(name.to_owned()));
+            while let Some((index, after)) = rest.strip_prefix('[').and_then(|r| r.split_once(']'))
+            {
+                steps.push(Step::Index(index.parse().map_err(|_| PathError::Index)?));
+                rest = after;
+            }
+            if !rest.is_empty() {
+                return Err(PathError::Bracket);
+            }
+        }
+        Ok(Self { steps })
+    }
+}
+
+/// Whether `name` is letters, digits and underscores, beginning with none of the digits.
+fn is_name(name: &str) -> bool {
+    name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+        && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+}
+
+impl fmt::Display for FieldPath {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (number, step) in self.steps.iter().enumerate() {
+            match step {
+                Step::Field(name) if number == 0 => f.write_str(name)?,
+                Step::Field(name) => write!(f, ".{name}")?,
+                Step::Index(index) => write!(f, "[{index}]")?,
+            }
+        }
+        Ok(())
+    }
+}
+
+impl FieldPath {
+    /// The path of the field `name` within what this path leads to.
+    #[must_use]
+    pub fn field(&self, name: &str) -> Self {
+        self.with(Step::Field(name.to_owned()))
+    }
+
+    /// The path of element `index` of what this path leads to.
+    pub(crate) fn element(&self, index: usize) -> Self {
+        self.with(Step::Index(index))
+    }
+
+    fn with(&self, step: Step) -> Self {
+        let mut steps = self.steps.clone();
+        steps.push(step);
+        Self { steps }
+    }
+
+    /// The path without its last step.
+    pub(crate) fn parent(&self) -> Self {
+        let (_, before) = self.steps.split_last().unwrap_or((&Step::Index(0), &[]));
+        Self {
+            steps: before.to_vec(),
+        }
+    }
+
+    /// The list this path's last step is an element of, and that element's number; `None` if the last
+    /// step is a name.
+    #[must_use]
+    pub fn in_list(&self) -> Option<(Self, usize)> {
+        match self.steps.last()? {
+            Step::Index(index) => Some((self.parent(), *index)),
+            Step::Field(_) => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn a_path_is_written_as_it_was_read() {
+        for text in ["x", "_a9", "a.b.c", "a[0]", "a[3].b[12].c"] {
+            assert_eq!(text.parse::<FieldPath>().unwrap().to_string(), text);
+        }
+    }
+
+    #[test]
+    fn what_is_no_path_is_refused_with_the_rule() {
+        for (text, rule) in [
+            ("", PathError::Name),
+            ("a..b", PathError::Name),
+            ("9a", PathError::Name),
+            ("[1]", PathError::Name),
+            ("a[", PathError::Bracket),
+            ("a[1]b", PathError::Bracket),
+            ("a[x]", PathError::Index),
+            ("a[99999999999999999999999]", PathError::Index),
+        ] {
+            assert_eq!(text.parse::<FieldPath>().unwrap_err(), rule, "{text}");
+        }
+    }
+
+    #[test]
+    fn an_element_knows_its_list() {
+        let path: FieldPath = "a.b[3]".parse().unwrap();
+        assert_eq!(path.in_list(), Some(("a.b".parse().unwrap(), 3)));
+        assert_eq!("a.b".parse::<FieldPath>().unwrap().in_list(), None);
+    }
+}

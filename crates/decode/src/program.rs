@@ -1,0 +1,335 @@
+//! What to do with a payload: pass this, read that, in the order in which the fields lie.
+//!
+//! Fields that nobody asked for melt into one step as long as their size is fixed; behind the
+//! last number asked for nothing is walked at all.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use planesman_rosidl::TypeName;
+use planesman_rosidl::definition::{Arity, Element, FieldType, Primitive};
+
+use crate::cursor::{Cursor, DecodeError};
+use crate::layout::{Advance, size_of};
+use crate::path::Step;
+use crate::{FieldPath, Types};
+
+/// One step through a payload. `slot` is the list a number goes to.
+#[derive(Clone, Debug)]
+pub(crate) enum Op {
+    /// Passes fields of fixed size.
+    Pass(Advance),
+    /// Passes a string.
+    PassText { wide: bool },
+    /// Reads a number.
+    Number { primitive: Primitive, slot: usize },
+    /// Reads some or all, or passes all, of a list of numbers.
+    Numbers {
+        count: Count,
+        primitive: Primitive,
+        whole: Option<usize>,
+        /// Element and slot.
+        picks: Vec<(usize, usize)>,
+    },
+    /// Reads within some elements of a list of messages or strings, and passes the others.
+    Elements {
+        count: Count,
+        pass: Pass,
+        /// Element and what to do within it, in ascending order.
+        picks: Vec<(usize, Vec<Op>)>,
+        /// Whether something is wanted behind the list.
+        to_the_end: bool,
+    },
+}
+
+/// How many elements a list has.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Count {
+    Fixed(u32),
+    /// As the payload says.
+    Written,
+}
+
+/// How an element is passed.
+#[derive(Clone, Debug)]
+pub(crate) enum Pass {
+    Fixed(Advance),
+    Walked(Arc<[Op]>),
+}
+
+/// The numbers asked for, as a tree of the steps that lead to them.
+#[derive(Default, Debug)]
+pub(crate) struct Wanted {
+    slot: Option<usize>,
+    fields: BTreeMap<String, Wanted>,
+    elements: BTreeMap<usize, Wanted>,
+}
+
+impl Wanted {
+    /// Asks for the number or list at `path` to go to `slot`; returns where it goes if it was
+    /// asked for before.
+    pub(crate) fn add(&mut self, path: &FieldPath, slot: usize) -> usize {
+        let mut at = self;
+        for step in &path.steps {
+            at = match step {
+                Step::Field(name) => at.fields.entry(name.clone()).or_default(),
+                Step::Index(index) => at.elements.entry(*index).or_default(),
+            };
+        }
+        *at.slot.get_or_insert(slot)
+    }
+}
+
+/// The steps that read what is `wanted` of a message of the root type. The paths lead to
+/// numbers or lists of numbers.
+pub(crate) fn compile(types: &Types, wanted: &Wanted) -> Vec<Op> {
+    let mut compiler = Compiler {
+        types,
+        passes: BTreeMap::new(),
+    };
+    let mut ops = Vec::new();
+    compiler.message(types.root(), wanted, &mut ops);
+    trim(&mut ops);
+    ops
+}
+
+/// Takes away what only passes at the end.
+fn trim(ops: &mut Vec<Op>) {
+    while let Some(last) = ops.last_mut() {
+        match last {
+            Op::Number { .. } => return,
+            Op::Numbers { whole, picks, .. } if whole.is_some() || !picks.is_empty() => return,
+            Op::Elements {
+                picks, to_the_end, ..
+            } if !picks.is_empty() => {
+                *to_the_end = false;
+                return;
+            }
+            _ => {
+                ops.pop();
+            }
+        }
+    }
+}
+
+struct Compiler<'t> {
+    types: &'t Types,
+    /// How the messages met so far are passed: each is worked out once, however often it is nested.
+    passes: BTreeMap<&'t TypeName, Pass>,
+}
+
+impl<'t> Compiler<'t> {
+    fn message(&mut self, name: &TypeName, wanted: &Wanted, ops: &mut Vec<Op>) {
+        let types = self.types;
+        for field in types.message(name).into_iter().flat_map(|it| &it.fields) {
+            match wanted.fields.get(&field.name) {
+                Some(wanted) => self.read(&field.field_type, wanted, ops),
+                None => self.pass(&field.field_type, ops),
+            }
+        }
+    }
+
+    fn read(&mut self, field: &'t FieldType, wanted: &Wanted, ops: &mut Vec<Op>) {
+        let Some(count) = count(field.arity) else {
+            return self.read_one(&field.element, wanted, ops);
+        };
+        if let Element::Primitive(primitive) = field.element {
+            let picks = wanted
+                .elements
+                .iter()
+                .filter_map(|(index, wanted)| Some((*index, wanted.slot?)))
+                .collect();
+            return ops.push(Op::Numbers {
+                count,
+                primitive,
+                whole: wanted.slot,
+                picks,
+            });
+        }
+        let picks = wanted
+            .elements
+            .iter()
+            .map(|(index, wanted)| {
+                let mut within = Vec::new();
+                self.read_one(&field.element, wanted, &mut within);
+                (*index, within)
+            })
+            .collect();
+        ops.push(Op::Elements {
+            count,
+            pass: self.pass_of(&field.element),
+            picks,
+            to_the_end: true,
+        });
+    }
+
+    fn read_one(&mut self, element: &'t Element, wanted: &Wanted, ops: &mut Vec<Op>) {
+        match (element, wanted.slot) {
+            (Element::Message(name), _) => self.message(name, wanted, ops),
+            (Element::Primitive(primitive), Some(slot)) => ops.push(Op::Number {
+                primitive: *primitive,
+                slot,
+            }),
+            _ => self.pass_one(element, ops),
+        }
+    }
+
+    fn pass(&mut self, field: &'t FieldType, ops: &mut Vec<Op>) {
+        let Some(count) = count(field.arity) else {
+            return self.pass_one(&field.element, ops);
+        };
+        match (count, &field.element) {
+            (Count::Written, Element::Primitive(primitive)) => ops.push(Op::Numbers {
+                count,
+                primitive: *primitive,
+                whole: None,
+                picks: Vec::new(),
+            }),
+            (_, element) => match (count, self.pass_of(element)) {
+                (Count::Fixed(count), Pass::Fixed(one)) => {
+                    push_pass(ops, one.times(u64::from(count)));
+                }
+                (count, pass) => ops.push(Op::Elements {
+                    count,
+                    pass,
+                    picks: Vec::new(),
+                    to_the_end: true,
+                }),
+            },
+        }
+    }
+
+    fn pass_one(&mut self, element: &'t Element, ops: &mut Vec<Op>) {
+        match self.pass_of(element) {
+            Pass::Fixed(part) => push_pass(ops, part),
+            Pass::Walked(steps) => match &*steps {
+                [step] => ops.push(step.clone()),
+                _ => ops.push(Op::Elements {
+                    count: Count::Fixed(1),
+                    pass: Pass::Walked(steps),
+                    picks: Vec::new(),
+                    to_the_end: true,
+                }),
+            },
+        }
+    }
+
+    fn pass_of(&mut self, element: &'t Element) -> Pass {
+        match element {
+            Element::Primitive(primitive) => Pass::Fixed(Advance::number(size_of(*primitive))),
+            Element::String { wide, .. } => Pass::Walked([Op::PassText { wide: *wide }].into()),
+            Element::Message(name) => {
+                if let Some(known) = self.passes.get(name) {
+                    return known.clone();
+                }
+                let mut ops = Vec::new();
+                self.message(name, &Wanted::default(), &mut ops);
+                let pass = match ops[..] {
+                    [Op::Pass(part)] => Pass::Fixed(part),
+                    _ => Pass::Walked(ops.into()),
+                };
+                self.passes.insert(name, pass.clone());
+                pass
+            }
+        }
+    }
+}
+
+fn count(arity: Arity) -> Option<Count> {
+    match arity {
+        Arity::One => None,
+        Arity::Array(size) => Some(Count::Fixed(size)),
+        Arity::Sequence | Arity::BoundedSequence(_) => Some(Count::Written),
+    }
+}
+
+fn push_pass(ops: &mut Vec<Op>, part: Advance) {
+    match ops.last_mut() {
+        Some(Op::Pass(before)) => *before = before.then(part),
+        _ => ops.push(Op::Pass(part)),
+    }
+}
+
+/// Walks a payload. A slot that is not met stays as it was.
+pub(crate) fn run(
+    ops: &[Op],
+    cursor: &mut Cursor<'_>,
+    slots: &mut [Vec<f64>],
+) -> Result<(), DecodeError> {
+    let put = |slots: &mut [Vec<f64>], slot: usize, number: Option<f64>| {
+        if let (Some(list), Some(number)) = (slots.get_mut(slot), number) {
+            list.push(number);
+        }
+    };
+    for op in ops {
+        match op {
+            Op::Pass(part) => cursor.pass(part)?,
+            Op::PassText { wide } => cursor.pass_text(*wide)?,
+            Op::Number { primitive, slot } => {
+                let number = cursor.numbers(*primitive, 1)?.get(0);
+                put(slots, *slot, number);
+            }
+            Op::Numbers {
+                count,
+                primitive,
+                whole,
+                picks,
+            } => {
+                let count = count.read(cursor)?;
+                let numbers = cursor.numbers(*primitive, count)?;
+                if let Some(list) = whole.and_then(|slot| slots.get_mut(slot)) {
+                    list.extend(numbers.iter());
+                }
+                for (index, slot) in picks {
+                    put(slots, *slot, numbers.get(*index));
+                }
+            }
+            Op::Elements {
+                count,
+                pass,
+                picks,
+                to_the_end,
+            } => {
+                let count = count.read(cursor)?;
+                let mut passed = 0;
+                for (index, within) in picks {
+                    let index = *index as u64;
+                    if index >= count {
+                        break;
+                    }
+                    pass.pass(index - passed, cursor)?;
+                    run(within, cursor, slots)?;
+                    passed = index + 1;
+                }
+                if *to_the_end {
+                    pass.pass(count - passed, cursor)?;
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+impl Count {
+    fn read(self, cursor: &mut Cursor<'_>) -> Result<u64, DecodeError> {
+        match self {
+            Self::Fixed(count) => Ok(u64::from(count)),
+            Self::Written => cursor.length(),
+        }
+    }
+}
+
+impl Pass {
+    /// Passes `count` elements. Each takes a byte at least, so that the payload's end ends the walk.
+    fn pass(&self, count: u64, cursor: &mut Cursor<'_>) -> Result<(), DecodeError> {
+        match self {
+            Self::Fixed(one) => cursor.pass(&one.times(count)),
+            Self::Walked(steps) => {
+                for _ in 0..count {
+                    run(steps, cursor, &mut [])?;
+                }
+                Ok(())
+            }
+        }
+    }
+}

@@ -1,0 +1,299 @@
+//! Numbers picked out by schema are the numbers that were put in, whatever lies around them.
+#![allow(clippy::unwrap_used)]
+
+use byteorder::{BigEndian, LittleEndian};
+use planesman_decode::{Catalogue, DecodeError, Decoder, FieldPath, Values, schema};
+use planesman_msgs::diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus, KeyValue};
+use planesman_msgs::geometry_msgs::msg::TransformStamped;
+use planesman_msgs::nav_msgs::msg::Odometry;
+use planesman_msgs::planesman_msgs::msg::PlaneMotion;
+use planesman_msgs::sensor_msgs::msg::{Imu, JointState};
+use planesman_msgs::tf2_msgs::msg::TFMessage;
+use planesman_msgs::{Message, cdr};
+use serde_json::Value;
+
+fn path(text: &str) -> FieldPath {
+    text.parse().unwrap()
+}
+
+fn types_of<M: Message>() -> schema::Types {
+    schema::read(M::TYPE_NAME, "ros2msg", M::DEFINITION).unwrap()
+}
+
+/// The message in either byte order.
+fn payloads<M: Message>(message: &M) -> [Vec<u8>; 2] {
+    let mut little = vec![0, 1, 0, 0];
+    cdr_encoding::to_writer::<M, LittleEndian, _>(&mut little, message).unwrap();
+    let mut big = vec![0, 0, 0, 0];
+    cdr_encoding::to_writer::<M, BigEndian, _>(&mut big, message).unwrap();
+    [little, big]
+}
+
+/// The number at a path of the message as JSON.
+fn in_json(message: &Value, path: &FieldPath) -> Option<f64> {
+    let pointer = format!("/{path}")
+        .replace('.', "/")
+        .replace('[', "/")
+        .replace(']', "");
+    let value = message.pointer(&pointer)?;
+    value.as_f64().or_else(|| value.as_bool().map(f64::from))
+}
+
+/// Reads every number of the type, all at once and each by itself, and holds it against the JSON form.
+fn every_number_is_found<M: Message>(message: &M) {
+    let types = types_of::<M>();
+    let json = serde_json::to_value(message).unwrap();
+    let fields: Vec<FieldPath> = Catalogue::of(&types, usize::MAX)
+        .fields
+        .into_iter()
+        .filter(|path| {
+            let name = path.to_string();
+            !["roll", "pitch", "yaw", "norm"]
+                .iter()
+                .any(|it| name.ends_with(it))
+        })
+        .collect();
+    assert!(!fields.is_empty());
+    let all = Decoder::compile(&types, &fields).unwrap();
+    let mut found = 0;
+    for payload in payloads(message) {
+        let mut values = Values::default();
+        all.read(&payload, &mut values).unwrap();
+        for (index, field) in fields.iter().enumerate() {
+            let expected = in_json(&json, field);
+            assert_eq!(
+                values.number(index),
+                expected,
+                "{field} of {}",
+                M::TYPE_NAME
+            );
+            found += usize::from(expected.is_some());
+            let mut alone = Values::default();
+            Decoder::compile(&types, std::slice::from_ref(field))
+                .unwrap()
+                .read(&payload, &mut alone)
+                .unwrap();
+            assert_eq!(alone.number(0), expected, "{field} alone");
+        }
+    }
+    assert!(found > 0);
+}
+
+/// A message whose every field differs, strings of odd lengths among them.
+fn odometry() -> Odometry {
+    let mut odometry = Odometry::default();
+    odometry.header.stamp.sec = -3;
+    odometry.header.stamp.nanosec = 999_999_999;
+    odometry.header.frame_id = "odo".to_owned();
+    odometry.child_frame_id = "base_link".to_owned();
+    odometry.pose.pose.position.z = -4.25;
+    odometry.twist.twist.angular.y = 1e-300;
+    for (k, value) in odometry.pose.covariance.iter_mut().enumerate() {
+        *value = k as f64;
+    }
+    odometry
+}
+
+fn joints(count: usize) -> JointState {
+    JointState {
+        name: (0..count).map(|k| "x".repeat(k)).collect(),
+        position: (0..count).map(|k| k as f64 + 0.5).collect(),
+        effort: vec![7.0],
+        ..JointState::default()
+    }
+}
+
+fn transforms(count: usize) -> TFMessage {
+    let mut message = TFMessage::default();
+    for k in 0..count {
+        let mut transform = TransformStamped::default();
+        transform.header.frame_id = "f".repeat(3 * k);
+        transform.transform.translation.y = k as f64;
+        message.transforms.push(transform);
+    }
+    message
+}
+
+#[test]
+fn every_number_of_every_kind_of_message_is_found_in_both_byte_orders() {
+    every_number_is_found(&odometry());
+    every_number_is_found(&Imu::default());
+    for count in [0, 1, 3, 40] {
+        every_number_is_found(&joints(count));
+    }
+    for count in [1, 2, 9] {
+        every_number_is_found(&transforms(count));
+    }
+    let status = |texts: usize| DiagnosticStatus {
+        level: 2,
+        message: "m".repeat(texts),
+        values: vec![KeyValue::default(); texts],
+        ..DiagnosticStatus::default()
+    };
+    every_number_is_found(&DiagnosticArray {
+        status: vec![status(0), status(1), status(5)],
+        ..DiagnosticArray::default()
+    });
+}
+
+#[test]
+fn every_type_that_the_suite_knows_has_a_schema_that_is_read() {
+    for info in planesman_msgs::registry() {
+        let types = schema::read(info.type_name, "ros2msg", info.definition).unwrap();
+        let fields = Catalogue::of(&types, 5000).fields;
+        Decoder::compile(&types, &fields).unwrap();
+    }
+}
+
+#[test]
+fn a_list_is_read_whole_and_its_elements_with_it() {
+    let motion = PlaneMotion {
+        dive_planes: (0..11).map(f64::from).collect(),
+        ..PlaneMotion::default()
+    };
+    let paths = [
+        "dive_planes",
+        "dive_planes[3]",
+        "dive_planes[11]",
+        "dive_planes[3]",
+    ]
+    .map(path);
+    let decoder = Decoder::compile(&types_of::<PlaneMotion>(), &paths).unwrap();
+    let mut values = Values::default();
+    // Twice into the same values: nothing of the message before is left.
+    for _ in 0..2 {
+        decoder.read(&cdr::to_bytes(&motion), &mut values).unwrap();
+        assert_eq!(values.list(0), motion.dive_planes);
+        assert_eq!(values.list(1), [3.0]);
+        assert_eq!(values.number(2), None);
+        assert_eq!(values.list(3), [3.0]);
+    }
+}
+
+#[test]
+fn angles_of_a_quaternion_are_those_of_rep_103() {
+    let paths = [
+        "orientation.roll",
+        "orientation.pitch",
+        "orientation.yaw",
+        "orientation.x",
+        "linear_acceleration.norm",
+    ]
+    .map(path);
+    let decoder = Decoder::compile(&types_of::<Imu>(), &paths).unwrap();
+    let mut values = Values::default();
+    for [roll, pitch, yaw] in [[0.1_f64, 0.2, 0.3], [-3.0, -1.5, 2.5], [0.0, 1.57, -0.7]] {
+        // About fixed x, then y, then z: q = q_z q_y q_x.
+        let [(sr, cr), (sp, cp), (sy, cy)] =
+            [roll, pitch, yaw].map(|angle| (angle / 2.0).sin_cos());
+        let mut imu = Imu::default();
+        imu.orientation.x = 2.0 * (sr * cp * cy - cr * sp * sy);
+        imu.orientation.y = 2.0 * (cr * sp * cy + sr * cp * sy);
+        imu.orientation.z = 2.0 * (cr * cp * sy - sr * sp * cy);
+        imu.orientation.w = 2.0 * (cr * cp * cy + sr * sp * sy);
+        imu.linear_acceleration.x = 2.0;
+        imu.linear_acceleration.y = -3.0;
+        imu.linear_acceleration.z = 6.0;
+        decoder.read(&cdr::to_bytes(&imu), &mut values).unwrap();
+        for (index, angle) in [roll, pitch, yaw].into_iter().enumerate() {
+            assert!((values.number(index).unwrap() - angle).abs() < 1e-12);
+        }
+        assert_eq!(values.number(3), Some(imu.orientation.x));
+        assert_eq!(values.number(4), Some(7.0));
+    }
+    let mut nowhere = Imu::default();
+    nowhere.orientation.w = 0.0;
+    decoder.read(&cdr::to_bytes(&nowhere), &mut values).unwrap();
+    assert_eq!(values.number(0), None);
+}
+
+#[test]
+fn nothing_behind_the_last_number_asked_for_is_walked() {
+    let payload = cdr::to_bytes(&joints(3));
+    let decoder = |text| Decoder::compile(&types_of::<JointState>(), &[path(text)]).unwrap();
+    let mut values = Values::default();
+    // A header of two times 4 bytes stands before everything else.
+    decoder("header.stamp.nanosec")
+        .read(&payload[..4 + 8], &mut values)
+        .unwrap();
+    assert_eq!(values.number(0), Some(0.0));
+    let cut = decoder("position[2]").read(&payload[..payload.len() / 2], &mut values);
+    assert!(matches!(cut, Err(DecodeError::Short { .. })), "{cut:?}");
+}
+
+#[test]
+fn where_messages_carry_their_stamp_is_found() {
+    let stamp = |text: &str| schema::read("a/msg/A", "ros2msg", text).unwrap().stamp();
+    let time = "=".repeat(80) + "\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n";
+    assert_eq!(types_of::<Imu>().stamp(), Some(path("header.stamp")));
+    assert_eq!(
+        stamp(&format!("int8 x\nbuiltin_interfaces/Time when\n{time}")),
+        Some(path("when"))
+    );
+    assert_eq!(
+        stamp(&format!("builtin_interfaces/Time[2] when\n{time}")),
+        None
+    );
+    assert_eq!(stamp("float64 data\n"), None);
+}
+
+#[test]
+fn what_leads_to_no_number_is_refused_with_what_would() {
+    let types = types_of::<TFMessage>();
+    for (text, reason) in [
+        ("transform", "it has transforms"),
+        ("transforms", "name an element"),
+        ("transforms[0]", "it has header, child_frame_id, transform"),
+        (
+            "transforms[0].child_frame_id",
+            "it is a string, not a number",
+        ),
+        ("transforms.header", "nothing called 'header'"),
+        ("transforms[0].transform[1]", "which is no list"),
+        (
+            "transforms[0].transform.translation.pitch",
+            "has no field 'pitch'",
+        ),
+        (
+            "transforms[0].transform.rotation.pitch.x",
+            "has no field 'pitch'",
+        ),
+        ("transforms[0].header.stamp.sec.x", "nothing called 'x'"),
+    ] {
+        let refusal = Decoder::compile(&types, &[path(text)])
+            .unwrap_err()
+            .to_string();
+        assert!(
+            refusal.starts_with(text) && refusal.contains(reason),
+            "{refusal}"
+        );
+    }
+    let refusal = Decoder::compile(&types_of::<Imu>(), &[path("orientation_covariance[9]")]);
+    assert!(
+        refusal
+            .unwrap_err()
+            .to_string()
+            .contains("[9] in float64[9]")
+    );
+}
+
+#[test]
+fn other_encodings_are_refused_by_name() {
+    let types = types_of::<Imu>();
+    let decoder = Decoder::compile(&types, &[path("linear_acceleration.x")]).unwrap();
+    let mut values = Values::default();
+    for (id, name) in [
+        (3, "parameter list"),
+        (7, "XCDR2"),
+        (9, "delimited"),
+        (77, "unknown"),
+    ] {
+        let refusal = decoder
+            .read(&[0, id, 0, 0, 1, 2, 3], &mut values)
+            .unwrap_err();
+        assert!(refusal.to_string().contains(name), "{refusal}");
+    }
+    assert!(decoder.read(&[0, 1], &mut values).is_err());
+    let refusal = schema::read("a/msg/A", "protobuf", "").unwrap_err();
+    assert!(refusal.to_string().contains("'protobuf'"), "{refusal}");
+}
