@@ -33,6 +33,7 @@ use planesman_parameters::Values;
 use crate::actuator_file;
 use crate::actuator_model::{ActuatorModel, Planes};
 use crate::actuator_set::ActuatorSet;
+use crate::condition::Condition;
 use crate::dha::Demand;
 use crate::modes::Load;
 use crate::parameters::Config;
@@ -356,7 +357,10 @@ impl Actuator {
                 angle: command.map_or(0.0, |held| held.dive_planes),
                 position_loop: self.config.position_loop,
                 logic: self.config.logic,
-                leakage_scale: self.config.leakage_scale,
+                condition: Condition {
+                    leakage_scale: self.config.leakage_scale,
+                    ..Condition::SOUND
+                },
             },
             deadline,
         }

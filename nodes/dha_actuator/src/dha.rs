@@ -7,6 +7,7 @@
 //! angle error. On a slow vehicle the position loop is therefore the default.
 
 use crate::actuator_set::ActuatorSet;
+use crate::condition::{Condition, Encoder};
 use crate::cycle_clock::CycleClock;
 use crate::hydraulics::{Hydraulics, Reading};
 use crate::position_loop::PositionLoop;
@@ -21,19 +22,19 @@ pub struct Demand {
     pub position_loop: bool,
     /// The pulse logic's options.
     pub logic: Options,
-    /// Factor on both leakages.
-    pub leakage_scale: f64,
+    /// Wear and faults.
+    pub condition: Condition,
 }
 
 impl Demand {
-    /// An angle, rad, in the position loop, single-speed, with the actuator's own leakage.
+    /// An angle, rad, in the position loop, single-speed, the actuator sound.
     #[must_use]
     pub fn angle(angle: f64) -> Self {
         Self {
             angle,
             position_loop: true,
             logic: Options::SINGLE_SPEED,
-            leakage_scale: 1.0,
+            condition: Condition::SOUND,
         }
     }
 }
@@ -42,14 +43,14 @@ impl Demand {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dha {
     moment_arm: f64,
-    rate_gain: f64,
-    error_rate: f64,
     clock: CycleClock,
     hydraulics: Hydraulics,
     logic: PulseLogic,
     position_loop: PositionLoop,
     /// In open loop, the angle asked for in the last cycle.
     open_loop_angle: Option<f64>,
+    /// Where a frozen encoder has stopped, m.
+    frozen_at: Option<f64>,
     /// Whether the present cycle has begun; not before the first advance.
     begun: bool,
     pulses: u64,
@@ -65,13 +66,12 @@ impl Dha {
     pub fn new(set: &ActuatorSet) -> Self {
         Self {
             moment_arm: set.moment_arm,
-            rate_gain: set.rate_gain,
-            error_rate: set.error_rate,
             clock: CycleClock::new(set.frequency_millihertz),
             hydraulics: Hydraulics::new(set),
             logic: PulseLogic::new(set),
             position_loop: PositionLoop::new(set),
             open_loop_angle: None,
+            frozen_at: None,
             begun: false,
             pulses: 0,
             sign_changes: 0,
@@ -144,20 +144,27 @@ impl Dha {
         std::mem::take(&mut self.inhibited)
     }
 
+    /// X_1, m, as the encoder tells it. The travel limit has switches of its own.
+    fn measured(&mut self, encoder: Encoder, ram: f64) -> f64 {
+        self.frozen_at = match encoder {
+            Encoder::Frozen => self.frozen_at.or(Some(ram)),
+            Encoder::Sound | Encoder::Lost => None,
+        };
+        self.frozen_at.unwrap_or(ram)
+    }
+
     /// The actuating decision and its stroke.
     fn begin_cycle(&mut self, demand: Demand) {
-        self.hydraulics.set_leakage(
-            self.rate_gain * demand.leakage_scale,
-            self.error_rate * demand.leakage_scale,
-        );
+        self.hydraulics.set_condition(demand.condition);
         // The cycle before has been finished, so this is the ram at the begin of the new one.
         let before = if self.begun { self.clock.period() } else { 0.0 };
         let ram = self.hydraulics.reading(before).ram.position;
+        let measured = self.measured(demand.condition.encoder, ram);
         let predicted = self
             .position_loop
-            .error(demand.angle, ram / self.moment_arm);
+            .error(demand.angle, measured / self.moment_arm);
         self.logic.set_options(demand.logic);
-        let decision = if demand.position_loop {
+        let decision = if demand.position_loop && demand.condition.encoder != Encoder::Lost {
             self.open_loop_angle = None;
             self.logic.decide(predicted, ram)
         } else {

@@ -6,7 +6,7 @@
 //! events are excluded before by the range in which their quantity stays.
 //!
 //! Two margins are opened by a hair, so that an event is never its own cause: a break-away
-//! needs 1e-10 more than Delta F, and a clamp takes hold 1e-12 beyond its pressure.
+//! needs 1e-10 more than Delta F (or the report's "stepping"), and a clamp takes hold 1e-12 beyond its pressure.
 
 use crate::modes::{ClosedForm, Constants, Load, Mode, Quantity, Side, State, Turns};
 
@@ -41,7 +41,7 @@ const CLAMP_EXCESS: f64 = 1e-12;
 /// The force, N, that breaks the load away.
 #[must_use]
 pub fn break_away_force(constants: &Constants) -> f64 {
-    constants.coulomb * (1.0 + BREAK_AWAY_EXCESS)
+    constants.coulomb * (1.0 + constants.stepping.max(BREAK_AWAY_EXCESS))
 }
 
 /// The first event on `motion` within `horizon` seconds of its start, and when; the motion is in
@@ -213,12 +213,22 @@ fn possible(constants: &Constants, mode: Mode) -> [Option<Event>; MOST_EVENTS] {
         events[count] = Some(event);
         count += 1;
     };
+    // Where the supply is weak, no clamped pressure overcomes friction.
+    let can_break_away =
+        |side: Side| constants.clamp(side) * constants.area > break_away_force(constants);
     match mode.load {
         Load::Stuck => {
-            add(Event::BreakAway(Positive));
-            add(Event::BreakAway(Negative));
+            for side in [Positive, Negative]
+                .into_iter()
+                .filter(|s| can_break_away(*s))
+            {
+                add(Event::BreakAway(side));
+            }
         }
-        Load::AtStop(side) => add(Event::BreakAway(side.opposite())),
+        Load::AtStop(side) if can_break_away(side.opposite()) => {
+            add(Event::BreakAway(side.opposite()));
+        }
+        Load::AtStop(_) => {}
         Load::Sliding(_) => {
             if constants.coulomb > 0.0 {
                 add(Event::Halt);

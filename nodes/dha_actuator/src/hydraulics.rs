@@ -4,6 +4,7 @@
 //! angles asked for. Times are in s from the begin of the present cycle.
 
 use crate::actuator_set::ActuatorSet;
+use crate::condition::{Condition, Sound};
 use crate::metering::Metering;
 use crate::modes::{Mode, State};
 use crate::pulse_logic::Command;
@@ -14,7 +15,8 @@ use crate::valves::{Stroke, Valves};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hydraulics {
     cycle: f64,
-    supply: f64,
+    sound: Sound,
+    condition: Condition,
     valves: Valves,
     metering: Metering,
     ram: Ram,
@@ -56,7 +58,8 @@ impl Hydraulics {
     pub fn resting_at(set: &ActuatorSet, polarity: i8, position: f64) -> Self {
         Self {
             cycle: set.cycle(),
-            supply: set.supply,
+            sound: Sound::new(set),
+            condition: Condition::SOUND,
             valves: Valves::settled(polarity),
             metering: Metering::new(set, polarity),
             ram: Ram::resting_at(set, position),
@@ -64,10 +67,17 @@ impl Hydraulics {
         }
     }
 
-    /// Changes q_L and q_LC, m^3/s, from the next cycle on.
-    pub fn set_leakage(&mut self, rate_gain: f64, error_rate: f64) {
-        self.metering.set_leakage(rate_gain, error_rate);
-        self.ram.set_pressure_leakage(2.0 * rate_gain / self.supply);
+    /// Finishes the present cycle; the next one begins in `condition`.
+    pub fn set_condition(&mut self, condition: Condition) {
+        if condition == self.condition {
+            return;
+        }
+        self.finish_cycle();
+        let (constants, leakages) = self.sound.in_condition(&condition);
+        self.ram.set_constants(constants);
+        self.metering.set_condition(&condition, leakages);
+        self.valves.set_stuck(condition.stuck);
+        self.condition = condition;
     }
 
     /// Finishes the present cycle and begins the next one with a command.

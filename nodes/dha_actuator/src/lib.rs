@@ -10,6 +10,7 @@
 //!
 //! Models, from the oil outwards:
 //! - [`actuator_set`], [`actuator_file`], [`units`]: an actuator's constants, and where they are read.
+//! - [`condition`]: wear and faults.
 //! - [`modes`]: the ram's laws and its motion within one, in closed form.
 //! - [`events`]: where one law gives way to another: stick, slip, clamp, limits, stops.
 //! - [`ram`]: the ram with its load, through modes and events.
@@ -31,6 +32,7 @@ pub mod actuator_file;
 pub mod actuator_model;
 pub mod actuator_set;
 pub mod bench;
+pub mod condition;
 pub mod core;
 pub mod cycle_clock;
 pub mod dha;

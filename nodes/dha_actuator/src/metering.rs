@@ -13,6 +13,7 @@
 //! volumes too, which the report leaves open (effect at most 1 %).
 
 use crate::actuator_set::{ActuatorSet, MOST_CYCLES_IN_FLIGHT};
+use crate::condition::{Condition, Leakages};
 use crate::valves::Stroke;
 
 /// A stretch of a cycle with constant flow; times in s from the cycle's begin.
@@ -26,8 +27,9 @@ pub struct Piece {
     pub polarity: i8,
 }
 
-/// The most pieces a cycle can have: begin and ends of every flow that reaches into it.
-const MOST_PIECES: usize = 3 * MOST_CYCLES_IN_FLIGHT + 1;
+/// The most pieces a cycle can have: begin and end of both flows, and the turn of the drift, for
+/// every command that reaches into it.
+const MOST_PIECES: usize = 5 * MOST_CYCLES_IN_FLIGHT + 1;
 
 /// A calibrating cylinder.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,13 +40,28 @@ struct Cylinder {
     flow_time: f64,
 }
 
+/// A volume that flows evenly.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Flow {
+    /// Signed, m^3.
+    volume: f64,
+    /// After T_D + T_v, s.
+    late: f64,
+    /// s
+    lasts: f64,
+}
+
+impl Flow {
+    /// The share of it that has flowed `time` s after T_D + T_v.
+    fn delivered(&self, time: f64) -> f64 {
+        self.volume * ((time - self.late) / self.lasts).clamp(0.0, 1.0)
+    }
+}
+
 /// What the switching of one cycle makes flow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Delivery {
-    /// Signed, m^3.
-    large: f64,
-    /// Signed, m^3.
-    small: f64,
+    flows: [Flow; 2],
     polarity: i8,
 }
 
@@ -55,8 +72,11 @@ pub struct Metering {
     delay: f64,
     large: Cylinder,
     small: Cylinder,
-    rate_gain: f64,
-    error_rate: f64,
+    leakages: Leakages,
+    /// What the slow latch needs beside T_v, s.
+    slow_latch: f64,
+    /// Share of a sound volume.
+    volume_left: f64,
     /// Cycles over which one command reaches.
     reach: usize,
     /// What flows for the present and the past cycles, latest first.
@@ -77,6 +97,11 @@ impl Metering {
             volume: set.volume,
             flow_time: set.flow_time,
         };
+        let nothing = Flow {
+            volume: 0.0,
+            late: 0.0,
+            lasts: set.flow_time,
+        };
         Self {
             cycle: set.cycle(),
             delay: set.delay(),
@@ -91,12 +116,15 @@ impl Metering {
                     flow_time: small.flow_time,
                 },
             ),
-            rate_gain: set.rate_gain,
-            error_rate: set.error_rate,
+            leakages: Leakages {
+                rate_gain: set.rate_gain,
+                error_rate: set.error_rate,
+            },
+            slow_latch: 0.0,
+            volume_left: 1.0,
             reach: set.commands_in_flight() + 1,
             deliveries: [Delivery {
-                large: 0.0,
-                small: 0.0,
+                flows: [nothing; 2],
                 polarity,
             }; MOST_CYCLES_IN_FLIGHT],
             settled_polarity: polarity,
@@ -106,24 +134,67 @@ impl Metering {
         }
     }
 
-    /// Changes the leakages, m^3/s, from the next cycle on.
-    pub fn set_leakage(&mut self, rate_gain: f64, error_rate: f64) {
-        self.rate_gain = rate_gain;
-        self.error_rate = error_rate;
+    /// Changes the condition, and with it the leakages, from the next cycle on.
+    ///
+    /// A latch is never slower than lets its volume arrive within [`MOST_CYCLES_IN_FLIGHT`].
+    pub fn set_condition(&mut self, condition: &Condition, leakages: Leakages) {
+        let longest = self.cycle * MOST_CYCLES_IN_FLIGHT as f64 - self.delay;
+        let slack = longest - 2.0 * self.large.flow_time;
+        self.slow_latch = condition.slow_latch.min(slack.max(0.0));
+        self.volume_left = 1.0 - condition.short_volume;
+        self.leakages = leakages;
+        if self.slow_latch > 0.0 {
+            // Nothing is on its way in the cycles added: what had arrived is no longer listed.
+            let last = self.delay + self.slow_latch + 2.0 * self.large.flow_time;
+            let cycles = (last / self.cycle).ceil() as usize;
+            self.reach = self.reach.max(cycles.min(MOST_CYCLES_IN_FLIGHT));
+        }
     }
 
     /// Starts the next cycle with what the valves did at its begin.
     pub fn begin_cycle(&mut self, stroke: Stroke) {
-        let arrived = self.deliveries[self.reach - 1];
-        self.settled_volume += arrived.large + arrived.small;
+        let arrived = &mut self.deliveries[self.reach - 1];
         self.settled_polarity = arrived.polarity;
+        for flow in &mut arrived.flows {
+            self.settled_volume += flow.volume;
+            flow.volume = 0.0;
+        }
         self.deliveries.rotate_right(1);
         self.deliveries[0] = Delivery {
-            large: f64::from(stroke.large) * self.large.volume,
-            small: f64::from(stroke.small) * self.small.volume,
+            flows: [
+                self.large_flow(stroke),
+                self.flow(self.small, stroke.small, 0.0),
+            ],
             polarity: stroke.polarity,
         };
         self.list_pieces();
+    }
+
+    /// `quanta` of a cylinder's volume, `late` s after their time.
+    fn flow(&self, cylinder: Cylinder, quanta: i8, late: f64) -> Flow {
+        Flow {
+            volume: f64::from(quanta) * (cylinder.volume * self.volume_left),
+            late,
+            lasts: cylinder.flow_time,
+        }
+    }
+
+    /// What the large volume's stroke makes flow. Where the actuating valve should have switched
+    /// along with the direction valve, and is late, the piston first sets out on the volume that
+    /// the direction valve alone moves, and then goes back; both ways displace oil in the new
+    /// direction.
+    fn large_flow(&self, stroke: Stroke) -> Flow {
+        let late = if stroke.down { self.slow_latch } else { 0.0 };
+        if stroke.large != 0 || late == 0.0 {
+            return self.flow(self.large, stroke.large, late);
+        }
+        let whole = self.flow(self.large, stroke.polarity, 0.0);
+        let strokes = 2.0 * (late / whole.lasts).min(1.0);
+        Flow {
+            volume: whole.volume * strokes,
+            late: 0.0,
+            lasts: whole.lasts * strokes,
+        }
     }
 
     /// The pieces of the present cycle, in order; the last ends with the cycle.
@@ -138,10 +209,8 @@ impl Metering {
         let on_their_way: f64 = (0..self.reach)
             .map(|age| {
                 let flowed = time - self.flow_begin(age);
-                let share = |flow_time: f64| (flowed / flow_time).clamp(0.0, 1.0);
-                let delivery = &self.deliveries[age];
-                delivery.large * share(self.large.flow_time)
-                    + delivery.small * share(self.small.flow_time)
+                let [large, small] = &self.deliveries[age].flows;
+                large.delivered(flowed) + small.delivered(flowed)
             })
             .sum();
         self.settled_volume + on_their_way
@@ -166,15 +235,12 @@ impl Metering {
         for age in (0..self.reach).rev() {
             let delivery = self.deliveries[age];
             let begin = self.flow_begin(age);
-            let (large, small) = (delivery.large != 0.0, delivery.small != 0.0);
-            if large || small || delivery.polarity != polarity {
+            if delivery.polarity != polarity {
                 add(begin);
             }
-            if large {
-                add(begin + self.large.flow_time);
-            }
-            if small {
-                add(begin + self.small.flow_time);
+            for flow in delivery.flows.iter().filter(|flow| flow.volume != 0.0) {
+                add(begin + flow.late);
+                add(begin + flow.late + flow.lasts);
             }
             polarity = delivery.polarity;
         }
@@ -201,19 +267,18 @@ impl Metering {
             if begin <= middle {
                 let delivery = &self.deliveries[age];
                 polarity = delivery.polarity;
-                for (volume, flow_time) in [
-                    (delivery.large, self.large.flow_time),
-                    (delivery.small, self.small.flow_time),
-                ] {
-                    if middle < begin + flow_time {
-                        metered += volume / flow_time;
+                for flow in &delivery.flows {
+                    let flowed = middle - (begin + flow.late);
+                    if (0.0..flow.lasts).contains(&flowed) {
+                        metered += flow.volume / flow.lasts;
                     }
                 }
             }
         }
         Piece {
             until,
-            flow: metered + (f64::from(polarity) * self.rate_gain + self.error_rate),
+            flow: metered
+                + (f64::from(polarity) * self.leakages.rate_gain + self.leakages.error_rate),
             polarity,
         }
     }

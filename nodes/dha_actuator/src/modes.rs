@@ -138,6 +138,9 @@ pub struct Constants {
     pub viscous: f64,
     /// Delta F.
     pub coulomb: f64,
+    /// Share by which the friction at rest exceeds Delta F; 0 unless the report's "stepping" is
+    /// wanted ([`crate::condition`]).
+    pub stepping: f64,
     /// beta/V.
     pub stiffness: f64,
     /// k = 2 q_L/P_h.
@@ -161,6 +164,7 @@ impl Constants {
             mass: set.mass,
             viscous: set.viscous,
             coulomb: set.coulomb,
+            stepping: 0.0,
             stiffness: set.stiffness,
             leakage: set.pressure_leakage(),
             clamp_positive: set.clamp_positive,

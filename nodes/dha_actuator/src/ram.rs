@@ -30,6 +30,8 @@ pub struct Ram {
     events_left: u32,
     /// Both ways added, up to `time`.
     slid: f64,
+    /// Whether the constants have changed since the present piece began.
+    changed: bool,
 }
 
 impl Ram {
@@ -69,6 +71,7 @@ impl Ram {
             piece_ends: 0.0,
             events_left: 0,
             slid: 0.0,
+            changed: false,
         }
     }
 
@@ -90,9 +93,11 @@ impl Ram {
         self.slid + (self.at(time).position - self.state.position).abs()
     }
 
-    /// Changes k = 2 q_L/P_h, m^3/(s Pa), from the next piece on.
-    pub fn set_pressure_leakage(&mut self, leakage: f64) {
-        self.constants.leakage = leakage;
+    /// Changes the constants from the next piece on, which has to begin next: position, speed
+    /// and oil stay, the pressure follows.
+    pub fn set_constants(&mut self, constants: Constants) {
+        self.changed |= constants != self.constants;
+        self.constants = constants;
     }
 
     /// Ends the last piece and starts one of constant `flow`, m^3/s. Time goes on as `from`, s,
@@ -104,6 +109,9 @@ impl Ram {
         self.flow = flow;
         self.piece_ends = until;
         self.events_left = MOST_EVENTS_IN_A_PIECE;
+        if std::mem::take(&mut self.changed) {
+            self.reconsider();
+        }
         if let Some(side) = self.mode.limited
             && outward_flow(&self.constants, side, flow, &self.state) < 0.0
         {
@@ -174,6 +182,18 @@ impl Ram {
                 self.mode.load = self.at_rest(Some(side));
             }
         }
+    }
+
+    /// The laws that the state is under with changed constants.
+    fn reconsider(&mut self) {
+        let side = Side::of(self.state.squeezed);
+        let unclamped = self.constants.stiffness * self.state.squeezed.abs();
+        self.mode.clamped = (unclamped > self.constants.clamp(side)).then_some(side);
+        self.mode.load = match self.mode.load {
+            Load::Stuck => self.at_rest(None),
+            Load::AtStop(stop) => self.at_rest(Some(stop)),
+            sliding @ Load::Sliding(_) => sliding,
+        };
     }
 
     /// A load without speed: it slides on where the pressure overcomes friction, or stays.

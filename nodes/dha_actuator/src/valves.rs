@@ -21,16 +21,26 @@
 //! change of direction would stroke both pistons; the actuating valve of each that is to stay is
 //! therefore switched along.
 
+use crate::condition::StuckValve;
 use crate::pulse_logic::{Command, Volume};
 
-/// Where the valves are.
+/// A settled position of every valve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Valves {
+struct Positions {
     /// The large volume's actuating valve.
     large_up: bool,
     /// The small volume's.
     small_up: bool,
     direction_right: bool,
+}
+
+/// The valves, and what their drivers ask of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Valves {
+    /// Where the drivers hold them: where they are, unless one is stuck.
+    driven: Positions,
+    settled: Positions,
+    stuck: Option<StuckValve>,
 }
 
 /// What one switching moves.
@@ -42,6 +52,8 @@ pub struct Stroke {
     pub small: i8,
     /// The direction valve's position: +1 right, -1 left. The drift has its polarity.
     pub polarity: i8,
+    /// Whether the large volume's actuating valve has switched down, by the latch that may be slow.
+    pub down: bool,
 }
 
 impl Stroke {
@@ -52,37 +64,15 @@ impl Stroke {
             large: 0,
             small: 0,
             polarity,
+            down: false,
         }
     }
 }
 
-impl Valves {
-    /// All valves settled, the direction valve to the right for +1 and to the left for -1.
-    #[must_use]
-    pub fn settled(polarity: i8) -> Self {
-        Self {
-            large_up: true,
-            small_up: true,
-            direction_right: polarity >= 0,
-        }
-    }
-
+impl Positions {
     /// Which end the calibrating piston of an actuating valve is pressed to.
     fn piston_end(self, actuating_up: bool) -> bool {
         actuating_up == self.direction_right
-    }
-
-    /// Carries out a pulse command (Figure 2-3). A sign that stays gates the volume to its
-    /// actuating valve. A sign that changes switches the direction valve, and the volume in
-    /// parallel is inhibited, since that switching moves one; the actuating valves of the volumes
-    /// not asked for switch along, and those do not move.
-    pub fn obey(&mut self, command: Command) -> Stroke {
-        let sign_changes = (command.sign > 0) != self.direction_right;
-        let before = *self;
-        self.direction_right ^= sign_changes;
-        self.large_up ^= (command.volume == Volume::Large) != sign_changes;
-        self.small_up ^= (command.volume == Volume::Small) != sign_changes;
-        self.stroke_since(before)
     }
 
     /// What moves when the valves have switched from `before` to here.
@@ -99,7 +89,51 @@ impl Valves {
             large: moved(before.large_up, self.large_up),
             small: moved(before.small_up, self.small_up),
             polarity,
+            down: before.large_up && !self.large_up,
         }
+    }
+}
+
+impl Valves {
+    /// All valves settled, the direction valve to the right for +1 and to the left for -1.
+    #[must_use]
+    pub fn settled(polarity: i8) -> Self {
+        let settled = Positions {
+            large_up: true,
+            small_up: true,
+            direction_right: polarity >= 0,
+        };
+        Self {
+            driven: settled,
+            settled,
+            stuck: None,
+        }
+    }
+
+    /// Which valve switches no more. One let go of switches to where it is held, with the next
+    /// command.
+    pub fn set_stuck(&mut self, stuck: Option<StuckValve>) {
+        self.stuck = stuck;
+    }
+
+    /// Carries out a pulse command (Figure 2-3). A sign that stays gates the volume to its
+    /// actuating valve. A sign that changes switches the direction valve, and the volume in
+    /// parallel is inhibited, since that switching moves one; the actuating valves of the volumes
+    /// not asked for switch along, and those do not move. The drivers know no valve's position,
+    /// only their own last command.
+    pub fn obey(&mut self, command: Command) -> Stroke {
+        let sign_changes = (command.sign > 0) != self.driven.direction_right;
+        self.driven.direction_right ^= sign_changes;
+        self.driven.large_up ^= (command.volume == Volume::Large) != sign_changes;
+        self.driven.small_up ^= (command.volume == Volume::Small) != sign_changes;
+        let before = self.settled;
+        self.settled = self.driven;
+        match self.stuck {
+            Some(StuckValve::Actuating) => self.settled.large_up = before.large_up,
+            Some(StuckValve::Direction) => self.settled.direction_right = before.direction_right,
+            None => {}
+        }
+        self.settled.stroke_since(before)
     }
 }
 
@@ -110,17 +144,25 @@ mod tests {
     /// Every position of actuating and direction valve.
     const STARTS: [(bool, bool); 4] = [(true, true), (true, false), (false, true), (false, false)];
 
-    fn valves((large_up, direction_right): (bool, bool)) -> Valves {
-        Valves {
+    fn positions((large_up, direction_right): (bool, bool)) -> Positions {
+        Positions {
             large_up,
             small_up: true,
             direction_right,
         }
     }
 
+    fn valves(start: (bool, bool)) -> Valves {
+        Valves {
+            driven: positions(start),
+            settled: positions(start),
+            stuck: None,
+        }
+    }
+
     /// What the large volume does when the valves named are switched.
     fn switched(start: (bool, bool), actuating: bool, direction: bool) -> (i8, i8) {
-        let (before, mut after) = (valves(start), valves(start));
+        let (before, mut after) = (positions(start), positions(start));
         after.large_up ^= actuating;
         after.direction_right ^= direction;
         let stroke = after.stroke_since(before);
@@ -157,14 +199,48 @@ mod tests {
             for sign in [1, -1] {
                 for volume in [Volume::None, Volume::Small, Volume::Large] {
                     let stroke = valves(start).obey(Command { volume, sign });
-                    let expected = Stroke {
-                        large: if volume == Volume::Large { sign } else { 0 },
-                        small: if volume == Volume::Small { sign } else { 0 },
-                        polarity: sign,
-                    };
-                    assert_eq!(stroke, expected);
+                    let large = if volume == Volume::Large { sign } else { 0 };
+                    let small = if volume == Volume::Small { sign } else { 0 };
+                    assert_eq!((stroke.large, stroke.small), (large, small));
+                    assert_eq!(stroke.polarity, sign);
                 }
             }
         }
+    }
+
+    fn large(sign: i8) -> Command {
+        Command {
+            volume: Volume::Large,
+            sign,
+        }
+    }
+
+    #[test]
+    fn with_the_direction_valve_stuck_every_volume_goes_one_way_but_for_the_change_itself() {
+        let mut valves = Valves::settled(1);
+        valves.set_stuck(Some(StuckValve::Direction));
+        let moved = [1, 1, -1, -1, -1].map(|sign| valves.obey(large(sign)).large);
+        assert_eq!(moved, [1, 1, 0, 1, 1]);
+        // Let go, it is where its driver holds it: a change of direction at last.
+        valves.set_stuck(None);
+        let freed = valves.obey(Command {
+            volume: Volume::None,
+            sign: -1,
+        });
+        assert_eq!((freed.large, freed.polarity), (-1, -1));
+    }
+
+    #[test]
+    fn with_the_actuating_valve_stuck_only_changes_of_direction_move_a_volume() {
+        let mut valves = Valves::settled(1);
+        valves.set_stuck(Some(StuckValve::Actuating));
+        let moved = [1, 1, -1, -1, 1, 1].map(|sign| valves.obey(large(sign)).large);
+        assert_eq!(moved, [0, 0, -1, 0, 1, 0]);
+        // And in precision mode, where none should move, each does.
+        let turned = valves.obey(Command {
+            volume: Volume::None,
+            sign: -1,
+        });
+        assert_eq!(turned.large, -1);
     }
 }

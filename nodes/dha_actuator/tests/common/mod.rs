@@ -1,8 +1,11 @@
 //! A bench for the hydraulics: pulse commands in, the report's units (in, lb, s) out.
 #![allow(dead_code)] // each test file uses its part
 
+pub(crate) mod depth;
+
 use dha_actuator::actuator_file::load;
 use dha_actuator::actuator_set::ActuatorSet;
+use dha_actuator::condition::Condition;
 use dha_actuator::hydraulics::{Hydraulics, Reading};
 use dha_actuator::pulse_logic::{Command, Volume};
 use dha_actuator::units::{INCH, PSI};
@@ -38,6 +41,7 @@ pub(crate) struct Bench {
     commands: Vec<i8>,
     sign: i8,
     cycle: usize,
+    condition: Condition,
 }
 
 impl Bench {
@@ -47,12 +51,18 @@ impl Bench {
 
     /// As [`Bench::new`], the sign valve at `sign` from before the start.
     pub(crate) fn settled(set: ActuatorSet, sign: i8, commands: &[i8]) -> Self {
+        Self::worn(set, Condition::SOUND, sign, commands)
+    }
+
+    /// As [`Bench::settled`], the actuator in `condition`.
+    pub(crate) fn worn(set: ActuatorSet, condition: Condition, sign: i8, commands: &[i8]) -> Self {
         let mut bench = Self {
             hydraulics: Hydraulics::settled(&set, sign),
             set,
             commands: commands.to_vec(),
             sign,
             cycle: 0,
+            condition,
         };
         bench.begin();
         bench
@@ -63,6 +73,7 @@ impl Bench {
         if quanta != 0 {
             self.sign = quanta;
         }
+        self.hydraulics.set_condition(self.condition);
         self.hydraulics.begin_cycle(Command {
             volume: if quanta == 0 {
                 Volume::None

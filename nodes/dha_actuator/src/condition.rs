@@ -1,0 +1,188 @@
+//! What has become of an actuator since its file was written: wear and faults.
+//!
+//! | fault | model | what it shows |
+//! |---|---|---|
+//! | leakage grown | q_L and q_LC times a factor | open loop, an angle error; in the position loop, more pulses |
+//! | volume short | V_c less a share | smaller steps; open loop, too little angle |
+//! | supply pressure low | P_h less a share | a weaker and slower ram, at last none |
+//! | oil with air | beta/V less a share | a soft column: the load swings longer, rests further off |
+//! | one latch slow | every second volume later by a time | in precision mode, parasitic volumes |
+//! | valve stuck | one valve switches no more | no volumes, or all in one direction |
+//! | encoder lost | no measured position | the position loop opens: drift |
+//! | encoder frozen | the measured position stays | the ram runs to its limit |
+//!
+//! **Supply.** The auxiliary pistons hold the cavity's pressure between two fixed shares of P_h
+//! about P_h A_R/A_L (Appendix A), so that the clamps on P_d are proportional to P_h. Leakage flows
+//! past the calibrating piston from P_h and to P_R: q_L and q_LC are proportional to P_h - P_R, and
+//! k = 2 q_L/P_h follows.
+//!
+//! **Stepping.** "Of interest is the 'stepping' characteristic produced with the mathematical model
+//! during drift ... due to the method of implementing coulomb friction" (Section III): the report's
+//! latch lets go of the load only above Delta F. The exact friction of this suite creeps smoothly;
+//! with the latch's excess, about 5 % of Delta F, it steps as the report's did.
+
+use crate::actuator_set::ActuatorSet;
+use crate::modes::Constants;
+
+/// A valve that switches no more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StuckValve {
+    /// The large volume's actuating valve.
+    Actuating,
+    /// The direction valve.
+    Direction,
+}
+
+/// What measures the ram's position.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Encoder {
+    /// It tells the position.
+    Sound,
+    /// It tells nothing, and the actuator knows: it counts its volumes from where it was.
+    Lost,
+    /// It tells the same for ever, and the actuator believes it.
+    Frozen,
+}
+
+/// An actuator's condition.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Condition {
+    /// Factor on q_L and q_LC.
+    pub leakage_scale: f64,
+    /// Share by which the friction at rest exceeds Delta F: the report's "stepping".
+    pub stepping: f64,
+    /// Share of V_c that is missing, in \[0, 1).
+    pub short_volume: f64,
+    /// Share of P_h that is missing, in \[0, 1).
+    pub lost_supply: f64,
+    /// Share of beta/V that is missing, in \[0, 1).
+    pub air: f64,
+    /// What one latch of the large volume's actuating valve needs beside T_v, s.
+    pub slow_latch: f64,
+    /// The valve that is stuck, if one is.
+    pub stuck: Option<StuckValve>,
+    /// The position's measurement.
+    pub encoder: Encoder,
+}
+
+impl Condition {
+    /// As the actuator file says.
+    pub const SOUND: Self = Self {
+        leakage_scale: 1.0,
+        stepping: 0.0,
+        short_volume: 0.0,
+        lost_supply: 0.0,
+        air: 0.0,
+        slow_latch: 0.0,
+        stuck: None,
+        encoder: Encoder::Sound,
+    };
+
+    /// P_h, Pa, in this condition.
+    #[must_use]
+    pub fn supply(&self, set: &ActuatorSet) -> f64 {
+        set.supply * (1.0 - self.lost_supply)
+    }
+
+    /// V_c, m^3, in this condition, of a sound `volume`.
+    #[must_use]
+    pub fn volume(&self, volume: f64) -> f64 {
+        volume * (1.0 - self.short_volume)
+    }
+}
+
+/// The flow past the calibrating piston, m^3/s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Leakages {
+    /// q_L: drift, with the sign valve's polarity.
+    pub rate_gain: f64,
+    /// q_LC: constant.
+    pub error_rate: f64,
+}
+
+/// A sound actuator's constants that its condition changes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sound {
+    constants: Constants,
+    leakages: Leakages,
+    supply: f64,
+    return_pressure: f64,
+}
+
+impl Sound {
+    /// Those of an actuator.
+    #[must_use]
+    pub fn new(set: &ActuatorSet) -> Self {
+        Self {
+            constants: Constants::new(set),
+            leakages: Leakages {
+                rate_gain: set.rate_gain,
+                error_rate: set.error_rate,
+            },
+            supply: set.supply,
+            return_pressure: set.return_pressure,
+        }
+    }
+
+    /// The ram's constants and the leakages in a condition.
+    #[must_use]
+    pub fn in_condition(&self, condition: &Condition) -> (Constants, Leakages) {
+        let left = 1.0 - condition.lost_supply;
+        let supply = self.supply * left;
+        let drive = (supply - self.return_pressure) / (self.supply - self.return_pressure);
+        let scale = condition.leakage_scale * drive.max(0.0);
+        let leakages = Leakages {
+            rate_gain: self.leakages.rate_gain * scale,
+            error_rate: self.leakages.error_rate * scale,
+        };
+        let sound = self.constants;
+        let constants = Constants {
+            stiffness: sound.stiffness * (1.0 - condition.air),
+            leakage: 2.0 * leakages.rate_gain / supply,
+            clamp_positive: sound.clamp_positive * left,
+            clamp_negative: sound.clamp_negative * left,
+            stepping: condition.stepping,
+            ..sound
+        };
+        (constants, leakages)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::actuator_file::load;
+
+    #[test]
+    fn a_sound_actuator_is_as_its_file_says_to_the_last_bit() {
+        for name in ["auv", "table_3_1", "table_4_1"] {
+            let set = load(name).expect("built in");
+            let (constants, leakages) = Sound::new(&set).in_condition(&Condition::SOUND);
+            assert_eq!(constants, Constants::new(&set));
+            assert_eq!(leakages.rate_gain, set.rate_gain);
+            assert_eq!(leakages.error_rate, set.error_rate);
+        }
+    }
+
+    #[test]
+    fn half_the_supply_halves_the_clamps_and_more_than_halves_the_drift() {
+        let set = load("table_4_1").expect("built in");
+        let condition = Condition {
+            lost_supply: 0.5,
+            ..Condition::SOUND
+        };
+        let (constants, leakages) = Sound::new(&set).in_condition(&condition);
+        assert_eq!(constants.clamp_positive, 0.5 * set.clamp_positive);
+        // (1065 - 130)/(2130 - 130)
+        assert!((leakages.rate_gain / set.rate_gain - 0.4675).abs() < 1e-12);
+        let almost_none = Condition {
+            lost_supply: 0.99,
+            ..Condition::SOUND
+        };
+        let (_, leakages) = Sound::new(&set).in_condition(&almost_none);
+        assert_eq!(
+            leakages.rate_gain, 0.0,
+            "below the return pressure nothing drives it"
+        );
+    }
+}
