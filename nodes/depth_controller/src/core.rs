@@ -1,17 +1,25 @@
 //! The controller: a vehicle state in, the plane command for the same stamp out.
 //!
 //! ```text
-//! depth setpoint -> depth PD -> [pitch limit] -> pitch P + rate -> (+ test signal) -> [plane limit]
+//! depth setpoint -> depth PD -> [pitch limit] -> pitch P + rate -> (+ test signal) -> [plane limit] -> bow, stern
+//! level          -> roll PD -> bow planes, differentially
+//! course setpoint -> course PD -> rudder             speed setpoint -> feed-forward + P -> thrust
 //! ```
 //!
-//! **Time** is the states' own: elapsed time runs from the first state's stamp. A state
+//! **Time** is the states' own: elapsed time and distance run from the first state. A state
 //! with the last stamp again gets the last answer again; one with an earlier stamp begins a new
-//! run, with the elapsed time at zero and the topics' setpoints forgotten.
+//! run, with the elapsed time at zero, nothing in the loops, and the topics' setpoints forgotten.
 //!
-//! **Depth setpoint**: the last word counts. The schedule is followed from its first time
+//! **Depth setpoint**: the last word counts. The schedule is followed from its first entry
 //! on, the parameter `depth_setpoint` before it. A setpoint from the topic, or a live
 //! change of the parameter, overrides the schedule from then on; a live change of the
-//! schedule puts the schedule in charge again.
+//! schedule puts the schedule in charge again. With `setpoint_timeout` a word from a topic holds only so long.
+//!
+//! **Course and speed** are held when their `active` parameter says so, or once a setpoint for them has
+//! come on its topic. Roll is held level. In mode off nothing is held.
+//!
+//! **Seams**: where feedback comes from is [`Feedback`], where gains come from the method `gains`;
+//! nothing else knows of either.
 //!
 //! What is not finite is refused and changes nothing.
 
@@ -21,8 +29,12 @@ use planesman_msgs::planesman_msgs::msg::{ControlState, PlaneCommand, VehicleSta
 use planesman_msgs::std_msgs::msg::Header;
 use planesman_parameters::Values;
 
+use crate::angle_loop::short_way;
+use crate::autopilot::{Asked, Autopilot, Gains};
+use crate::feedback::Feedback;
 use crate::limits::bounded;
 use crate::parameters::{Config, Mode};
+use crate::setpoint::{Bounds, Setpoint};
 
 /// The frame the commands are given in: forward, right, down.
 const FRAME: &str = "base_link_frd";
@@ -30,15 +42,74 @@ const FRAME: &str = "base_link_frd";
 /// What a state is answered with.
 pub type Answer = (PlaneCommand, ControlState);
 
-/// The depth and pitch loops with their setpoints.
+/// A quantity that an operator gives a setpoint for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// m, down.
+    Depth,
+    /// rad, bow up; in mode pitch.
+    Pitch,
+    /// rad, from the first course, to starboard.
+    Course,
+    /// m/s, through the water.
+    Speed,
+}
+
+impl Quantity {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Depth, Self::Pitch, Self::Course, Self::Speed];
+
+    /// Its name, as in the topic `NAME_setpoint`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Depth => "depth",
+            Self::Pitch => "pitch",
+            Self::Course => "course",
+            Self::Speed => "speed",
+        }
+    }
+
+    /// The unit of its setpoint.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Depth => "m",
+            Self::Pitch | Self::Course => "rad",
+            Self::Speed => "m/s",
+        }
+    }
+}
+
+/// The setpoints of the four quantities.
+#[derive(Clone, Debug, Default)]
+struct Setpoints {
+    depth: Setpoint,
+    pitch: Setpoint,
+    course: Setpoint,
+    speed: Setpoint,
+}
+
+impl Setpoints {
+    fn of(&mut self, quantity: Quantity) -> &mut Setpoint {
+        match quantity {
+            Quantity::Depth => &mut self.depth,
+            Quantity::Pitch => &mut self.pitch,
+            Quantity::Course => &mut self.course,
+            Quantity::Speed => &mut self.speed,
+        }
+    }
+}
+
+/// The autopilots with their setpoints.
 #[derive(Clone, Debug)]
 pub struct Controller {
     config: Config,
-    /// Depth setpoint that overrides the schedule, m.
-    depth_override: Option<f64>,
-    /// Pitch setpoint that overrides the parameter, rad.
-    pitch_override: Option<f64>,
+    setpoints: Setpoints,
+    autopilot: Autopilot,
     run: Option<Run>,
+    /// What is to be told the operator.
+    news: Vec<String>,
 }
 
 /// A run: from the first state on, until the stamps go back.
@@ -46,9 +117,22 @@ pub struct Controller {
 struct Run {
     /// The first state's stamp, ns.
     began: i64,
+    /// The first state's distance, m.
+    from: f64,
     /// The last state's stamp, ns, and what it was answered with.
     last: i64,
     answer: Answer,
+}
+
+/// A tick within its run.
+#[derive(Clone, Copy, Debug)]
+struct Tick {
+    /// Since the run began, ns.
+    elapsed: i64,
+    /// Since the run began, m along the first course.
+    distance: f64,
+    /// Since the last tick, s; 0 at the first.
+    dt: f64,
 }
 
 impl Controller {
@@ -59,9 +143,10 @@ impl Controller {
     pub fn new(values: &Values) -> Result<Self, String> {
         Ok(Self {
             config: Config::from_values(values)?,
-            depth_override: None,
-            pitch_override: None,
+            setpoints: Setpoints::default(),
+            autopilot: Autopilot::default(),
             run: None,
+            news: Vec::new(),
         })
     }
 
@@ -71,33 +156,38 @@ impl Controller {
     /// As [`Config::from_values`]; the present parameters then stay.
     pub fn set_values(&mut self, values: &Values) -> Result<(), String> {
         let new = Config::from_values(values)?;
-        if new.schedule != self.config.schedule {
-            self.depth_override = None;
-        } else if new.depth_setpoint != self.config.depth_setpoint {
-            self.depth_override = Some(new.depth_setpoint);
+        let old = std::mem::replace(&mut self.config, new);
+        let new = &self.config;
+        if new.schedule != old.schedule {
+            self.setpoints.depth.forget();
+        } else if new.depth_setpoint != old.depth_setpoint {
+            self.setpoints.depth.change(new.depth_setpoint);
         }
-        if new.pitch_setpoint != self.config.pitch_setpoint {
-            self.pitch_override = None;
+        if new.pitch_setpoint != old.pitch_setpoint {
+            self.setpoints.pitch.forget();
         }
-        self.config = new;
+        if new.course_setpoint != old.course_setpoint || new.course_active != old.course_active {
+            self.setpoints.course.forget();
+        }
+        if new.speed_setpoint != old.speed_setpoint || new.speed_active != old.speed_active {
+            self.setpoints.speed.forget();
+        }
         Ok(())
     }
 
-    /// Holds `depth` (m, down) from the next stamp on, whatever the schedule says.
+    /// Takes the operator's word on a setpoint, from the next stamp on.
     ///
     /// # Errors
     /// A sentence, when it is not finite.
-    pub fn set_depth_setpoint(&mut self, depth: f64) -> Result<(), String> {
-        self.depth_override = Some(finite("depth setpoint", depth)?);
-        Ok(())
-    }
-
-    /// Holds `pitch` (rad, bow up) from the next stamp on, in mode pitch.
-    ///
-    /// # Errors
-    /// A sentence, when it is not finite.
-    pub fn set_pitch_setpoint(&mut self, pitch: f64) -> Result<(), String> {
-        self.pitch_override = Some(finite("pitch setpoint", pitch)?);
+    pub fn set_setpoint(&mut self, quantity: Quantity, value: f64) -> Result<(), String> {
+        if !value.is_finite() {
+            let name = quantity.name();
+            return Err(format!(
+                "{name} setpoint {value} refused: it must be finite"
+            ));
+        }
+        let elapsed = self.run.as_ref().map_or(0, |run| run.last - run.began);
+        self.setpoints.of(quantity).say(value, elapsed);
         Ok(())
     }
 
@@ -105,6 +195,11 @@ impl Controller {
     #[must_use]
     pub fn state_timeout(&self) -> f64 {
         self.config.state_timeout
+    }
+
+    /// What has happened since this was last asked and is worth a line in the log.
+    pub fn news(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.news)
     }
 
     /// The plane command that answers `state`, and everything that led to it.
@@ -116,19 +211,26 @@ impl Controller {
             return Err(format!("state refused: {field} is not finite"));
         }
         let stamp = state.header.stamp.nanos();
-        let began = match &self.run {
+        let (began, from, last) = match &self.run {
             Some(run) if stamp == run.last => return Ok(run.answer.clone()),
-            Some(run) if stamp > run.last => run.began,
-            Some(_) => {
-                self.depth_override = None;
-                self.pitch_override = None;
-                stamp
+            Some(run) if stamp > run.last => (run.began, run.from, run.last),
+            _ => {
+                if self.run.is_some() {
+                    self.setpoints = Setpoints::default();
+                    self.autopilot = Autopilot::default();
+                }
+                (stamp, state.distance, stamp)
             }
-            None => stamp,
         };
-        let answer = self.answer(state, stamp - began);
+        let tick = Tick {
+            elapsed: stamp - began,
+            distance: bounded(state.distance - from),
+            dt: (stamp - last) as f64 * 1e-9,
+        };
+        let answer = self.answer(state, tick);
         self.run = Some(Run {
             began,
+            from,
             last: stamp,
             answer: answer.clone(),
         });
@@ -136,9 +238,10 @@ impl Controller {
     }
 
     /// What to command at `stamp` when no state has come for [`Controller::state_timeout`]:
-    /// planes neutral, flagged. The run goes on with the next state.
+    /// everything neutral, flagged. The run goes on with the next state.
     #[must_use]
-    pub fn on_silence(&self, stamp: Time) -> Answer {
+    pub fn on_silence(&mut self, stamp: Time) -> Answer {
+        self.autopilot.neutralised();
         let header = header(stamp);
         let command = PlaneCommand {
             header: header.clone(),
@@ -146,69 +249,184 @@ impl Controller {
         };
         let control = ControlState {
             header,
-            mode: mode_constant(self.config.mode),
+            mode: self.config.mode.constant(),
             feedback_stale: true,
             ..ControlState::default()
         };
         (command, control)
     }
 
-    /// The control law at `elapsed` nanoseconds of the run.
-    fn answer(&self, state: &VehicleState, elapsed: i64) -> Answer {
-        let config = &self.config;
-        let mut control = ControlState {
-            header: header(state.header.stamp.clone()),
-            mode: mode_constant(config.mode),
-            depth_rate: state.depth_rate,
-            identification: config.identification.value(elapsed),
-            ..ControlState::default()
-        };
-        let pitch_command = match config.mode {
-            Mode::Off => None,
-            Mode::Pitch => {
-                let setpoint = self.pitch_override.unwrap_or(config.pitch_setpoint);
-                Some(config.depth.pitch_limit.apply(setpoint))
-            }
-            Mode::Depth => {
-                control.depth_setpoint = self.depth_setpoint(elapsed);
-                let terms =
-                    config
-                        .depth
-                        .evaluate(control.depth_setpoint, state.depth, state.depth_rate);
-                control.depth_error = terms.error;
-                control.depth_p = terms.p;
-                control.depth_d = terms.d;
-                Some(terms.pitch_command)
-            }
-        };
-        if let Some(command) = pitch_command {
-            let terms = config
-                .pitch
-                .evaluate(command.value, state.pitch, state.pitch_rate);
-            control.pitch_command = command.value;
-            control.pitch_command_limited = command.at_limit;
-            control.pitch_error = terms.error;
-            control.planes_p = terms.p;
-            control.planes_rate = terms.rate;
-        }
-        let planes = config.planes_limit.apply(bounded(
-            control.planes_p + control.planes_rate + control.identification,
-        ));
-        control.dive_planes = planes.value;
-        control.dive_planes_limited = planes.at_limit;
-        let command = PlaneCommand {
-            header: control.header.clone(),
-            dive_planes: planes.value,
-            ..PlaneCommand::default()
-        };
-        (command, control)
+    /// The gains in force for this feedback.
+    fn gains(&self, _feedback: &Feedback) -> Gains {
+        self.config.gains
     }
 
-    /// The depth to hold, m.
-    fn depth_setpoint(&self, elapsed: i64) -> f64 {
-        self.depth_override
-            .or_else(|| self.config.schedule.depth(elapsed))
-            .unwrap_or(self.config.depth_setpoint)
+    /// Everything commanded at a tick.
+    fn answer(&mut self, state: &VehicleState, tick: Tick) -> Answer {
+        let feedback = Feedback::truth(state);
+        let mut inside = ControlState {
+            header: header(state.header.stamp.clone()),
+            mode: self.config.mode.constant(),
+            depth_rate: feedback.depth_rate,
+            ..ControlState::default()
+        };
+        for quantity in Quantity::ALL {
+            let timeout = self.config.setpoint_timeout;
+            if self.setpoints.of(quantity).expire(timeout, tick.elapsed) {
+                let name = quantity.name();
+                self.news.push(format!(
+                    "no {name} setpoint for {timeout} s: back to the parameters'"
+                ));
+            }
+        }
+        let mut command = PlaneCommand {
+            header: inside.header.clone(),
+            ..PlaneCommand::default()
+        };
+        self.dive(&feedback, tick, &mut command, &mut inside);
+        if self.config.mode == Mode::Off {
+            self.setpoints.course.release();
+            self.setpoints.speed.release();
+        } else {
+            self.roll(&feedback, &mut command, &mut inside);
+            self.course(&feedback, tick, &mut command, &mut inside);
+            self.speed(&feedback, tick, &mut command, &mut inside);
+        }
+        (command, inside)
+    }
+
+    /// The dive planes.
+    fn dive(
+        &mut self,
+        feedback: &Feedback,
+        tick: Tick,
+        command: &mut PlaneCommand,
+        inside: &mut ControlState,
+    ) {
+        let config = &self.config;
+        let mode = config.mode;
+        if self.autopilot.changes_to(mode) {
+            self.setpoints.depth.release();
+            self.setpoints.pitch.release();
+        }
+        let mut asked = Asked {
+            mode,
+            depth: 0.0,
+            pitch: 0.0,
+            signal: 0.0,
+        };
+        if mode == Mode::Depth {
+            (inside.depth_target, inside.depth_setpoint_source) = self.depth_target(tick);
+            asked.depth = self.setpoints.depth.follow(
+                inside.depth_target,
+                feedback.depth,
+                config.depth_bounds,
+                tick.dt,
+            );
+            inside.depth_setpoint = asked.depth;
+        }
+        if mode == Mode::Pitch {
+            let target = self.setpoints.pitch.word().unwrap_or(config.pitch_setpoint);
+            asked.pitch =
+                self.setpoints
+                    .pitch
+                    .follow(target, feedback.pitch, config.pitch_bounds, tick.dt);
+        }
+        if mode != Mode::Off {
+            inside.identification = config.identification.value(tick.elapsed);
+            asked.signal = inside.identification;
+        }
+        let gains = self.gains(feedback);
+        let law = (&gains, &self.config.dive);
+        let planes = self.autopilot.planes(law, asked, feedback, tick.dt, inside);
+        let shared = self.config.allocation.share(planes);
+        command.dive_planes = shared.mean;
+        command.bow_stern_differential = shared.differential;
+        inside.dive_planes = shared.mean;
+        inside.bow_stern_differential = shared.differential;
+    }
+
+    /// The depth to go to, m, and who says so.
+    fn depth_target(&self, tick: Tick) -> (f64, u8) {
+        let word = &self.setpoints.depth;
+        let scheduled = self.config.schedule.depth(tick.elapsed, tick.distance);
+        match (word.word(), scheduled) {
+            (Some(depth), _) if word.is_from_the_topic() => (depth, ControlState::SETPOINT_TOPIC),
+            (Some(depth), _) => (depth, ControlState::SETPOINT_PARAMETER),
+            (None, Some(depth)) => (depth, ControlState::SETPOINT_SCHEDULE),
+            (None, None) => (self.config.depth_setpoint, ControlState::SETPOINT_PARAMETER),
+        }
+    }
+
+    /// The bow planes' differential, within what the dive leaves of their travel.
+    fn roll(&self, feedback: &Feedback, command: &mut PlaneCommand, inside: &mut ControlState) {
+        let config = &self.config;
+        if !config.roll_active {
+            return;
+        }
+        inside.roll_held = true;
+        inside.roll_error = bounded(0.0 - feedback.roll);
+        let bow = command.dive_planes + command.bow_stern_differential;
+        let room = (config.dive.planes_limit.bound() - bow.abs()).max(0.0);
+        let asked = config.roll.evaluate(inside.roll_error, feedback.roll_rate);
+        command.roll_differential = asked.clamp(-room, room);
+        inside.roll_differential = command.roll_differential;
+    }
+
+    /// The rudder.
+    fn course(
+        &mut self,
+        feedback: &Feedback,
+        tick: Tick,
+        command: &mut PlaneCommand,
+        inside: &mut ControlState,
+    ) {
+        let config = &self.config;
+        let course = &mut self.setpoints.course;
+        if !config.course_active && course.word().is_none() {
+            course.release();
+            return;
+        }
+        let target = course.word().unwrap_or(config.course_setpoint);
+        let from = course.stands().unwrap_or(feedback.yaw);
+        let bounds = Bounds {
+            rate: config.course_rate,
+            ..Bounds::NONE
+        };
+        let to = bounded(from + short_way(from, target));
+        inside.course_held = true;
+        inside.course_setpoint = course.follow(to, feedback.yaw, bounds, tick.dt);
+        inside.course_error = short_way(feedback.yaw, inside.course_setpoint);
+        command.rudder = config
+            .course
+            .evaluate(inside.course_error, feedback.yaw_rate);
+        inside.rudder = command.rudder;
+    }
+
+    /// The thrust.
+    fn speed(
+        &mut self,
+        feedback: &Feedback,
+        tick: Tick,
+        command: &mut PlaneCommand,
+        inside: &mut ControlState,
+    ) {
+        let config = &self.config;
+        let speed = &mut self.setpoints.speed;
+        if !config.speed_active && speed.word().is_none() {
+            speed.release();
+            return;
+        }
+        let target = speed.word().unwrap_or(config.speed_setpoint);
+        let bounds = Bounds {
+            rate: config.speed_rate,
+            ..Bounds::NONE
+        };
+        inside.speed_held = true;
+        inside.speed_setpoint = speed.follow(target, feedback.speed, bounds, tick.dt);
+        inside.speed_error = bounded(inside.speed_setpoint - feedback.speed);
+        command.thrust = config.speed.evaluate(inside.speed_setpoint, feedback.speed);
+        inside.thrust = command.thrust;
     }
 }
 
@@ -219,28 +437,13 @@ fn header(stamp: Time) -> Header {
     }
 }
 
-fn mode_constant(mode: Mode) -> u8 {
-    match mode {
-        Mode::Off => ControlState::MODE_OFF,
-        Mode::Pitch => ControlState::MODE_PITCH,
-        Mode::Depth => ControlState::MODE_DEPTH,
-    }
-}
-
-fn finite(name: &str, number: f64) -> Result<f64, String> {
-    if number.is_finite() {
-        Ok(number)
-    } else {
-        Err(format!("{name} {number} refused: it must be finite"))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::parameters::declarations;
     use planesman_parameters::Value;
+    use std::f64::consts::FRAC_PI_6;
 
     const TICK: i64 = 50_000_000;
 
@@ -267,7 +470,7 @@ mod tests {
     #[test]
     fn a_deeper_setpoint_dives_the_planes_and_the_answer_bears_the_states_stamp() {
         let mut controller = controller(&[]);
-        controller.set_depth_setpoint(0.1).unwrap();
+        controller.set_setpoint(Quantity::Depth, 0.1).unwrap();
         let (command, control) = controller.on_state(&state(3)).unwrap();
         assert!(command.dive_planes > 0.0);
         assert!(control.pitch_command < 0.0);
@@ -279,9 +482,9 @@ mod tests {
     #[test]
     fn a_stamp_seen_again_gets_the_same_answer_even_after_a_change() {
         let mut controller = controller(&[]);
-        controller.set_depth_setpoint(0.1).unwrap();
+        controller.set_setpoint(Quantity::Depth, 0.1).unwrap();
         let first = controller.on_state(&state(0)).unwrap();
-        controller.set_depth_setpoint(0.2).unwrap();
+        controller.set_setpoint(Quantity::Depth, 0.2).unwrap();
         controller
             .set_values(&values(&[("pitch.p", Value::Double(0.1))]))
             .unwrap();
@@ -309,14 +512,14 @@ mod tests {
         for (tick, depth) in [(0, 0.05), (1, 0.05), (2, 0.3), (3, 0.3), (4, 0.4)] {
             assert_eq!(setpoint(&mut controller, tick), depth);
         }
-        controller.set_depth_setpoint(0.7).unwrap();
+        controller.set_setpoint(Quantity::Depth, 0.7).unwrap();
         assert_eq!(setpoint(&mut controller, 5), 0.7);
     }
 
     #[test]
     fn the_last_word_on_the_depth_counts() {
         let mut controller = controller(&[]);
-        controller.set_depth_setpoint(0.7).unwrap();
+        controller.set_setpoint(Quantity::Depth, 0.7).unwrap();
         let changed = [("depth_setpoint", Value::Double(0.2))];
         controller.set_values(&values(&changed)).unwrap();
         assert_eq!(
@@ -346,13 +549,13 @@ mod tests {
         for tick in 1..5 {
             controller.on_state(&state(tick)).unwrap();
         }
-        controller.set_depth_setpoint(0.9).unwrap();
+        controller.set_setpoint(Quantity::Depth, 0.9).unwrap();
         assert_eq!(controller.on_state(&state(0)).unwrap(), first);
     }
 
     #[test]
-    fn the_test_signal_is_added_in_every_mode() {
-        for mode in Mode::NAMES {
+    fn the_test_signal_is_added_in_every_mode_but_off() {
+        for mode in &Mode::NAMES[1..] {
             let mut controller = controller(&[
                 ("mode", Value::from(*mode)),
                 ("identification.signal", Value::from("square")),
@@ -365,24 +568,163 @@ mod tests {
     }
 
     #[test]
-    fn switched_off_the_planes_are_neutral() {
+    fn switched_off_everything_is_neutral_at_once() {
         let mut controller = controller(&[
-            ("mode", Value::from("off")),
             ("depth_setpoint", Value::Double(5.0)),
+            ("speed.active", Value::Bool(true)),
         ]);
-        let (command, control) = controller.on_state(&state(0)).unwrap();
-        assert_eq!(command.dive_planes, 0.0);
+        let mut adrift = state(0);
+        (adrift.roll, adrift.yaw) = (0.1, 0.2);
+        let (command, _) = controller.on_state(&adrift).unwrap();
+        for angle in [command.dive_planes, command.rudder, command.thrust] {
+            assert_ne!(angle, 0.0);
+        }
+        let off = [
+            ("mode", Value::from("off")),
+            ("identification.signal", Value::from("step")),
+        ];
+        controller.set_values(&values(&off)).unwrap();
+        adrift.header.stamp = Time::from_nanos(TICK);
+        let (command, control) = controller.on_state(&adrift).unwrap();
+        let neutral = PlaneCommand {
+            header: command.header.clone(),
+            ..PlaneCommand::default()
+        };
+        assert_eq!(command, neutral);
         assert_eq!(control.mode, ControlState::MODE_OFF);
+    }
+
+    #[test]
+    fn roll_is_held_level_within_what_the_dive_leaves_of_the_bow_planes() {
+        let mut controller = controller(&[]);
+        let mut heeled = state(0);
+        heeled.roll = 0.01;
+        let (command, _) = controller.on_state(&heeled).unwrap();
+        assert!(
+            (command.roll_differential + 0.1).abs() < 1e-15,
+            "port side down"
+        );
+        controller.set_setpoint(Quantity::Depth, 100.0).unwrap();
+        heeled.header.stamp = Time::from_nanos(TICK);
+        let (command, _) = controller.on_state(&heeled).unwrap();
+        assert_eq!(command.dive_planes, FRAC_PI_6);
+        assert_eq!(command.roll_differential, 0.0);
+    }
+
+    #[test]
+    fn a_course_from_the_topic_is_steered_the_short_way_at_its_rate() {
+        let mut controller = controller(&[("course.setpoint_rate", Value::Double(0.2))]);
+        controller.set_setpoint(Quantity::Course, -3.0).unwrap();
+        let mut off_course = state(0);
+        off_course.yaw = 3.0;
+        let (command, control) = controller.on_state(&off_course).unwrap();
+        assert!(control.course_held);
+        assert_eq!((command.rudder, control.course_setpoint), (0.0, 3.0));
+        off_course.header.stamp = Time::from_nanos(TICK);
+        let (command, control) = controller.on_state(&off_course).unwrap();
+        assert!((control.course_error - 0.2 * 0.05).abs() < 1e-12);
+        assert!((command.rudder - 0.2 * 0.05).abs() < 1e-12, "to starboard");
+    }
+
+    #[test]
+    fn a_speed_is_held_once_it_is_asked_for() {
+        let mut controller = controller(&[]);
+        let (command, control) = controller.on_state(&state(0)).unwrap();
+        assert!(!control.speed_held);
+        assert_eq!(command.thrust, 0.0);
+        controller.set_setpoint(Quantity::Speed, 0.3).unwrap();
+        let (command, control) = controller.on_state(&state(1)).unwrap();
+        assert!(control.speed_held);
+        assert!((command.thrust - (0.3 / 1.524 + 2.0 * 0.3)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn bow_or_stern_planes_dive_alone_when_told_to() {
+        for (allocation, bow, stern) in [("bow", 1.0, 0.0), ("stern", 0.0, 1.0)] {
+            let mut controller = controller(&[
+                ("planes.allocation", Value::from(allocation)),
+                ("depth_setpoint", Value::Double(100.0)),
+            ]);
+            let (command, _) = controller.on_state(&state(0)).unwrap();
+            let differential = command.bow_stern_differential;
+            assert_eq!(command.dive_planes + differential, bow * FRAC_PI_6);
+            assert_eq!(command.dive_planes - differential, stern * FRAC_PI_6);
+        }
+    }
+
+    #[test]
+    fn a_depth_setpoint_is_limited_and_moves_at_its_rate() {
+        let mut controller = controller(&[
+            ("depth.max", Value::Double(2.0)),
+            ("depth.setpoint_rate", Value::Double(1.0)),
+        ]);
+        controller.set_setpoint(Quantity::Depth, 5.0).unwrap();
+        let mut setpoints = (0..100).map(|tick| controller.on_state(&state(tick)).unwrap().1);
+        let first = setpoints.next().unwrap();
+        assert_eq!((first.depth_target, first.depth_setpoint), (5.0, 0.0));
+        assert_eq!(first.depth_setpoint_source, ControlState::SETPOINT_TOPIC);
+        assert!((setpoints.next().unwrap().depth_setpoint - 0.05).abs() < 1e-12);
+        assert_eq!(setpoints.last().unwrap().depth_setpoint, 2.0);
+    }
+
+    #[test]
+    fn a_setpoint_from_the_topic_holds_as_long_as_it_is_allowed_to() {
+        let mut controller = controller(&[("setpoint_timeout", Value::Double(0.1))]);
+        controller.on_state(&state(0)).unwrap();
+        controller.set_setpoint(Quantity::Depth, 5.0).unwrap();
+        let mut setpoint = |tick| controller.on_state(&state(tick)).unwrap().1.depth_setpoint;
+        assert_eq!([1, 2, 3].map(&mut setpoint), [5.0, 5.0, 0.0]);
+        assert_eq!(controller.news().len(), 1);
+    }
+
+    #[test]
+    fn way_depths_follow_the_distance_run() {
+        let mut controller = controller(&[
+            ("schedule.distances", Value::DoubleArray(vec![0.0, 10.0])),
+            ("schedule.depths", Value::DoubleArray(vec![1.0, 3.0])),
+        ]);
+        let mut setpoint = |tick, distance| {
+            let mut state = state(tick);
+            state.distance = distance;
+            let (_, control) = controller.on_state(&state).unwrap();
+            assert_eq!(
+                control.depth_setpoint_source,
+                ControlState::SETPOINT_SCHEDULE
+            );
+            control.depth_setpoint
+        };
+        assert_eq!(setpoint(0, 100.0), 1.0, "the run begins here");
+        assert_eq!(setpoint(1, 109.9), 1.0);
+        assert_eq!(setpoint(2, 110.0), 3.0);
+    }
+
+    #[test]
+    fn an_integral_takes_away_what_a_trim_moment_leaves() {
+        // A plant that answers the planes at once and is pulled bow up by 0.1 rad.
+        let settled = |gain: f64| {
+            let mut controller = controller(&[
+                ("mode", Value::from("pitch")),
+                ("pitch.i", Value::Double(gain)),
+            ]);
+            (0..4000).fold(0.1, |pitch, tick| {
+                let mut state = state(tick);
+                state.pitch = pitch;
+                let (command, _) = controller.on_state(&state).unwrap();
+                0.9 * pitch + 0.1 * (0.1 - command.dive_planes)
+            })
+        };
+        assert!((settled(0.0) - 0.1 / 1.7).abs() < 1e-9);
+        assert!(settled(0.5).abs() < 1e-6);
     }
 
     #[test]
     fn pitch_is_held_within_the_limit() {
         let mut controller = controller(&[("mode", Value::from("pitch"))]);
-        controller.set_pitch_setpoint(-0.2).unwrap();
+        controller.set_setpoint(Quantity::Pitch, -0.2).unwrap();
         let (command, control) = controller.on_state(&state(0)).unwrap();
         assert!((command.dive_planes - 0.7 * 0.2).abs() < 1e-15);
         assert_eq!(control.mode, ControlState::MODE_PITCH);
-        controller.set_pitch_setpoint(-3.0).unwrap();
+        controller.set_setpoint(Quantity::Pitch, -3.0).unwrap();
         let (_, control) = controller.on_state(&state(1)).unwrap();
         assert!(control.pitch_command_limited);
         assert_eq!(control.pitch_command, -std::f64::consts::FRAC_PI_4);
@@ -410,8 +752,12 @@ mod tests {
                 .unwrap_err()
                 .contains("pitch_rate")
         );
-        assert!(controller.set_depth_setpoint(f64::INFINITY).is_err());
-        assert!(controller.set_pitch_setpoint(f64::NAN).is_err());
+        assert!(
+            controller
+                .set_setpoint(Quantity::Depth, f64::INFINITY)
+                .is_err()
+        );
+        assert!(controller.set_setpoint(Quantity::Pitch, f64::NAN).is_err());
         assert_eq!(controller.on_state(&state(1)).unwrap(), before);
     }
 
@@ -454,7 +800,7 @@ mod tests {
                 let mut state = state(tick as i64);
                 (state.depth, state.depth_rate, state.pitch, state.pitch_rate) =
                     (d[0], d[1], d[2], d[3]);
-                controller.set_depth_setpoint(d[4]).unwrap();
+                controller.set_setpoint(Quantity::Depth, d[4]).unwrap();
                 let (command, control) = controller.on_state(&state).unwrap();
                 assert!(command.dive_planes.abs() <= limit);
                 assert_eq!(command.first_non_finite(), None);

@@ -14,6 +14,8 @@
 //! The derivative acts on the measured depth, `de_z/dt = -dz/dt`: the program's
 //! `DERIV(0, EZ)` starts at zero with the step already made, so a step of the setpoint
 //! gives no impulse. (With the impulse the 5 ft step overshoots by 3.9 %; the thesis reports none.)
+//! Whoever wants it on the error, filtered, or with an integral beside it gives those in
+//! ([`crate::autopilot`]).
 
 use crate::limits::{Limit, Limited, bounded};
 
@@ -37,22 +39,27 @@ pub struct DepthTerms {
     pub p: f64,
     /// `Kdz de_z/dt`, rad, bow down positive.
     pub d: f64,
+    /// The dive angle asked for before the limit, rad, bow down positive.
+    pub dive_angle: f64,
     /// `theta_c`, rad, bow up positive, behind the limit.
     pub pitch_command: Limited,
 }
 
 impl DepthLoop {
-    /// The pitch command for a depth setpoint (m), a depth (m, down) and its rate (m/s, down).
+    /// The pitch command for a depth setpoint (m), a depth (m, down) and its rate (m/s, down), with
+    /// an integral share (rad, bow down), which is 0 in the report.
     #[must_use]
-    pub fn evaluate(&self, setpoint: f64, depth: f64, depth_rate: f64) -> DepthTerms {
+    pub fn evaluate(&self, setpoint: f64, depth: f64, depth_rate: f64, i: f64) -> DepthTerms {
         let error = bounded(setpoint - depth);
         let p = bounded(self.p * error);
         let d = bounded(-self.d * depth_rate);
+        let dive_angle = p + d + i;
         DepthTerms {
             error,
             p,
             d,
-            pitch_command: self.pitch_limit.apply(-(p + d)),
+            dive_angle,
+            pitch_command: self.pitch_limit.apply(-dive_angle),
         }
     }
 }
@@ -72,21 +79,27 @@ mod tests {
 
     #[test]
     fn too_shallow_asks_for_bow_down() {
-        let terms = depth_loop().evaluate(1.0, 0.5, 0.0);
+        let terms = depth_loop().evaluate(1.0, 0.5, 0.0, 0.0);
         assert_eq!(terms.error, 0.5);
         assert!(terms.pitch_command.value < 0.0);
     }
 
     #[test]
     fn sinking_towards_the_setpoint_eases_the_dive() {
-        let still = depth_loop().evaluate(1.0, 0.5, 0.0).pitch_command.value;
-        let sinking = depth_loop().evaluate(1.0, 0.5, 0.1).pitch_command.value;
+        let still = depth_loop()
+            .evaluate(1.0, 0.5, 0.0, 0.0)
+            .pitch_command
+            .value;
+        let sinking = depth_loop()
+            .evaluate(1.0, 0.5, 0.1, 0.0)
+            .pitch_command
+            .value;
         assert!(sinking > still);
     }
 
     #[test]
     fn a_large_error_stands_at_the_limit() {
-        let terms = depth_loop().evaluate(100.0, 0.0, 0.0);
+        let terms = depth_loop().evaluate(100.0, 0.0, 0.0, 0.0);
         assert_eq!(terms.pitch_command.value, -0.7);
         assert!(terms.pitch_command.at_limit);
     }

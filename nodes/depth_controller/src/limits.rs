@@ -1,4 +1,4 @@
-//! Saturation: the symmetric limits on the pitch command (±45°) and the dive planes
+//! Saturation and rate limits: the symmetric limits on the pitch command (±45°) and the dive planes
 //! (±30°) of Brunner (NPS thesis, 1988, ch. II.B), and the bound that keeps every
 //! intermediate term a number.
 //!
@@ -61,6 +61,16 @@ impl Limit {
     }
 }
 
+/// From `from` towards `to`, at most `rate` per second for `dt` seconds; a `rate` of 0 is no limit.
+#[must_use]
+pub fn slewed(from: f64, to: f64, rate: f64, dt: f64) -> f64 {
+    if rate == 0.0 {
+        return to;
+    }
+    let reach = bounded(rate * dt);
+    to.clamp(bounded(from - reach), bounded(from + reach))
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
@@ -87,6 +97,15 @@ mod tests {
         for bound in [0.0, -1.0, f64::NAN, f64::INFINITY] {
             assert!(Limit::new(bound).is_err());
         }
+    }
+
+    #[test]
+    fn a_slewed_value_arrives_at_its_rate_and_stays() {
+        assert_eq!(slewed(0.0, 1.0, 2.0, 0.25), 0.5);
+        assert_eq!(slewed(0.0, -1.0, 2.0, 0.25), -0.5);
+        assert_eq!(slewed(0.9, 1.0, 2.0, 0.25), 1.0);
+        assert_eq!(slewed(0.0, 1.0, 0.0, 0.25), 1.0, "no limit");
+        assert_eq!(slewed(0.0, 1.0, 2.0, 0.0), 0.0, "no time");
     }
 
     #[test]

@@ -9,13 +9,12 @@ use planesman_msgs::std_msgs::msg::Float64;
 use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, Runtime, args};
 use planesman_parameters::Values;
 
-use crate::core::{Answer, Controller};
+use crate::core::{Answer, Controller, Quantity};
 use crate::parameters;
 
 enum Event {
     State(VehicleState),
-    DepthSetpoint(Float64),
-    PitchSetpoint(Float64),
+    Setpoint(Quantity, f64),
     /// Time to ask whether the state has gone silent.
     Look,
     Parameters(Values),
@@ -38,22 +37,30 @@ fn run(args: Vec<String>) -> Result<()> {
         },
         args::only(args)?,
     )?;
+    let values = rt.values();
     let mut node = Node {
-        controller: Controller::new(&rt.values()).map_err(|e| anyhow!(e))?,
+        controller: Controller::new(&values).map_err(|e| anyhow!(e))?,
+        values,
         command: rt.publisher("plane_command", Qos::reliable(100))?,
         inside: rt.publisher("control_state", Qos::reliable(100))?,
         heard: None,
         silent: false,
     };
     rt.subscribe("state", Qos::reliable(100), Event::State)?;
-    rt.subscribe("depth_setpoint", Qos::reliable(10), Event::DepthSetpoint)?;
-    rt.subscribe("pitch_setpoint", Qos::reliable(10), Event::PitchSetpoint)?;
+    for quantity in Quantity::ALL {
+        let topic = format!("{}_setpoint", quantity.name());
+        rt.subscribe(&topic, Qos::reliable(10), move |word: Float64| {
+            Event::Setpoint(quantity, word.data)
+        })?;
+    }
     drop(rt.every(Duration::from_millis(100), || Event::Look));
     rt.run(|rt, event| node.on(rt, event))
 }
 
 struct Node {
     controller: Controller,
+    /// The parameters in force.
+    values: Values,
     command: Publisher<PlaneCommand>,
     inside: Publisher<ControlState>,
     /// When the last state came, by the node's clock (ns): a paused simulation is not silence.
@@ -70,16 +77,15 @@ impl Node {
                     Ok(answer) => self.say(&answer),
                     Err(reason) => log::warn!("{reason}"),
                 }
-            }
-            Event::DepthSetpoint(Float64 { data }) => {
-                match self.controller.set_depth_setpoint(data) {
-                    Ok(()) => log::info!("depth setpoint {data} m"),
-                    Err(reason) => log::warn!("{reason}"),
+                for news in self.controller.news() {
+                    log::warn!("{news}");
                 }
             }
-            Event::PitchSetpoint(Float64 { data }) => {
-                match self.controller.set_pitch_setpoint(data) {
-                    Ok(()) => log::info!("pitch setpoint {data} rad"),
+            Event::Setpoint(quantity, value) => {
+                match self.controller.set_setpoint(quantity, value) {
+                    Ok(()) => {
+                        log::info!("{} setpoint {value} {}", quantity.name(), quantity.unit())
+                    }
                     Err(reason) => log::warn!("{reason}"),
                 }
             }
@@ -88,7 +94,10 @@ impl Node {
                 self.controller
                     .set_values(&values)
                     .map_err(|e| anyhow!(e))?;
-                log::info!("parameters changed");
+                for change in changes(&self.values, &values) {
+                    log::info!("{change}");
+                }
+                self.values = values;
             }
         }
         Ok(Flow::Continue)
@@ -108,7 +117,8 @@ impl Node {
             .is_some_and(|at| (now.nanos() - at) as f64 * 1e-9 > timeout);
         if silent && !self.silent {
             log::warn!("no vehicle state for {timeout} s: planes neutral");
-            self.say(&self.controller.on_silence(now));
+            let answer = self.controller.on_silence(now);
+            self.say(&answer);
         }
         self.silent = silent;
         match (self.heard, silent) {
@@ -122,4 +132,14 @@ impl Node {
             _ => rt.set_status("loop", Level::Ok, "controlling", &[]),
         }
     }
+}
+
+/// What has changed, parameter by parameter: `depth.p: 0.82 -> 0.5`.
+fn changes(old: &Values, new: &Values) -> Vec<String> {
+    let names = new.declarations().iter().map(|declared| declared.name);
+    let pairs = names.filter_map(|name| Some((name, old.get(name)?, new.get(name)?)));
+    pairs
+        .filter(|(_, old, new)| old != new)
+        .map(|(name, old, new)| format!("{name}: {old} -> {new}"))
+        .collect()
 }

@@ -1,34 +1,63 @@
 //! The controller's parameters: the only place where its defaults and ranges stand.
 //!
 //! The gains are those of program T6 (Brunner, NPS thesis, 1988, App. C): Kpz = 0.25 rad/ft,
-//! Kdz = 0.6 rad·s/ft, Kpy = 0.70, Kr = 2 s; the limits those of its ch. II.B.
+//! Kdz = 0.6 rad·s/ft, Kpy = 0.70, Kr = 2 s; the limits those of its ch. II.B. With these defaults the
+//! dive loops are the report's: no integral, no filter, no rate limits.
 
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_6, PI};
+
+use planesman_msgs::planesman_msgs::msg::ControlState;
 use planesman_parameters::{Declaration, Value, Values};
 
+use crate::allocation::Allocation;
+use crate::angle_loop::AngleLoop;
+use crate::autopilot::{Derivative, DiveRules, Gains};
 use crate::depth_loop::DepthLoop;
+use crate::integral::AntiWindup;
 use crate::limits::Limit;
 use crate::manoeuvre::{Manoeuvre, Signal, TestSignal};
 use crate::pitch_loop::PitchLoop;
 use crate::schedule::Schedule;
+use crate::setpoint::Bounds;
+use crate::speed_loop::SpeedLoop;
+
+/// The speed that full thrust is to give, m/s: 5 ft/s (Brunner 1988, p. 57).
+const DESIGN_SPEED: f64 = 5.0 * METRES_PER_FOOT;
 
 /// Metres in a foot (exact, by definition).
 pub const METRES_PER_FOOT: f64 = 0.3048;
 
+/// The declarations of one part of the controller.
+type Part = Vec<Declaration>;
+
 /// Everything the node declares, in the order it is listed.
 #[must_use]
 pub fn declarations() -> Vec<Declaration> {
-    use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_6};
+    [
+        setpoints(),
+        depth(),
+        pitch(),
+        planes(),
+        regulators(),
+        schedule(),
+        identification(),
+    ]
+    .concat()
+}
+
+/// What is held, and where.
+fn setpoints() -> Part {
     vec![
         Declaration::new(
             "mode",
             "depth",
-            "What is held: off (planes neutral), pitch, or depth; the test signal is added in each.",
+            "What is held: off (everything neutral), open_loop (test signals alone on the planes), pitch, or depth.",
         )
         .choices(Mode::NAMES),
         Declaration::new(
             "depth_setpoint",
             0.0,
-            "Depth to hold, positive down, until the schedule or the topic says otherwise.",
+            "Depth to hold, positive down, until the schedule or the topic says otherwise; within depth.min and depth.max.",
         )
         .unit("m")
         .range(-1e4, 1e4),
@@ -39,6 +68,40 @@ pub fn declarations() -> Vec<Declaration> {
         )
         .unit("rad")
         .range(-FRAC_PI_2, FRAC_PI_2),
+        Declaration::new(
+            "course_setpoint",
+            0.0,
+            "Course to hold when course.active, from the first course, positive to starboard.",
+        )
+        .unit("rad")
+        .range(-PI, PI),
+        Declaration::new(
+            "speed_setpoint",
+            0.3048,
+            "Speed through the water to hold when speed.active; 1 ft/s, the report's reference.",
+        )
+        .unit("m/s")
+        .range(0.0, 10.0),
+        Declaration::new(
+            "setpoint_timeout",
+            0.0,
+            "A setpoint from a topic holds this long, then the parameter's or the schedule's again; 0: for good.",
+        )
+        .unit("s")
+        .range(0.0, 1e6),
+        Declaration::new(
+            "state_timeout",
+            0.5,
+            "Silence of the state topic after which the planes are put to neutral.",
+        )
+        .unit("s")
+        .range(1e-3, 3600.0),
+    ]
+}
+
+/// The outer loop.
+fn depth() -> Part {
+    vec![
         Declaration::new(
             "depth.p",
             0.25 / METRES_PER_FOOT,
@@ -54,12 +117,58 @@ pub fn declarations() -> Vec<Declaration> {
         .unit("rad s/m")
         .range(0.0, 1e3),
         Declaration::new(
+            "depth.i",
+            0.0,
+            "Dive angle per metre of depth error and second; the report has none.",
+        )
+        .unit("rad/(m s)")
+        .range(0.0, 1e3),
+        Declaration::new(
+            "depth.i_limit",
+            0.2,
+            "Largest integral share of the dive angle to either side.",
+        )
+        .unit("rad")
+        .range(0.0, FRAC_PI_2),
+        Declaration::new(
+            "depth.derivative",
+            "measurement",
+            "What depth.d acts on: the measured depth, as DERIV of program T6 without an impulse, or the error.",
+        )
+        .choices(Derivative::NAMES),
+        Declaration::new(
+            "depth.derivative_filter",
+            0.0,
+            "Time constant of a filter on the derivative; 0: none.",
+        )
+        .unit("s")
+        .range(0.0, 1e3),
+        Declaration::new(
             "depth.pitch_limit",
             FRAC_PI_4,
             "Largest pitch command to either side, 45 degrees (Brunner 1988, ch. II.B).",
         )
         .unit("rad")
         .range(0.0, FRAC_PI_2),
+        Declaration::new("depth.min", -1e4, "Least depth that is held, whatever is asked for.")
+            .unit("m")
+            .range(-1e4, 1e4),
+        Declaration::new("depth.max", 1e4, "Largest depth that is held, whatever is asked for.")
+            .unit("m")
+            .range(-1e4, 1e4),
+        Declaration::new(
+            "depth.setpoint_rate",
+            0.0,
+            "How fast the depth held moves to the one asked for; 0: at once.",
+        )
+        .unit("m/s")
+        .range(0.0, 1e3),
+    ]
+}
+
+/// The inner loop.
+fn pitch() -> Part {
+    vec![
         Declaration::new(
             "pitch.p",
             0.7,
@@ -75,6 +184,46 @@ pub fn declarations() -> Vec<Declaration> {
         .unit("s")
         .range(0.0, 1e3),
         Declaration::new(
+            "pitch.i",
+            0.0,
+            "Plane angle per pitch error and second; the report has none.",
+        )
+        .unit("1/s")
+        .range(0.0, 1e3),
+        Declaration::new(
+            "pitch.i_limit",
+            0.2,
+            "Largest integral share of the plane angle to either side.",
+        )
+        .unit("rad")
+        .range(0.0, FRAC_PI_2),
+        Declaration::new(
+            "pitch.setpoint_rate",
+            0.0,
+            "How fast the pitch held in mode pitch moves to the one asked for; 0: at once.",
+        )
+        .unit("rad/s")
+        .range(0.0, 1e3),
+        Declaration::new(
+            "anti_windup.strategy",
+            "clamping",
+            "What keeps the integral shares from winding up: none, clamping (no integration further into a limit), or back_calculation.",
+        )
+        .choices(AntiWindup::NAMES),
+        Declaration::new(
+            "anti_windup.tracking_time",
+            1.0,
+            "Time constant with which back_calculation leads an integral out of saturation.",
+        )
+        .unit("s")
+        .range(0.0, 1e3),
+    ]
+}
+
+/// Where the loops' command goes.
+fn planes() -> Part {
+    vec![
+        Declaration::new(
             "planes.limit",
             FRAC_PI_6,
             "Largest plane command to either side, 30 degrees (Brunner 1988, ch. II.B).",
@@ -82,12 +231,126 @@ pub fn declarations() -> Vec<Declaration> {
         .unit("rad")
         .range(0.0, FRAC_PI_2),
         Declaration::new(
-            "state_timeout",
-            0.5,
-            "Silence of the state topic after which the planes are put to neutral.",
+            "planes.rate_limit",
+            0.0,
+            "Fastest that the plane command moves; 0: at once.",
+        )
+        .unit("rad/s")
+        .range(0.0, 1e3),
+        Declaration::new(
+            "planes.allocation",
+            "together",
+            "Who dives: bow and stern planes together, the bow or the stern planes alone, or both in the ratio planes.bow_to_stern.",
+        )
+        .choices(Allocation::NAMES),
+        Declaration::new(
+            "planes.bow_to_stern",
+            1.0,
+            "Bow over stern plane angle, for the allocation ratio; the larger of the two gets the command.",
+        )
+        .range(0.0, 1e3),
+        Declaration::new(
+            "transfer.time",
+            1.0,
+            "Time constant with which the step that a change of mode would make on the planes fades; 0: the step.",
         )
         .unit("s")
-        .range(1e-3, 3600.0),
+        .range(0.0, 1e3),
+    ]
+}
+
+/// Roll, course and speed.
+fn regulators() -> Part {
+    vec![
+        Declaration::new("roll.active", true, "Hold the vehicle level by the bow planes, in every mode but off."),
+        Declaration::new(
+            "roll.p",
+            10.0,
+            "Bow plane differential per roll error, Kpx = 10 (Brunner 1988, p. 30).",
+        )
+        .unit("rad/rad")
+        .range(0.0, 1e3),
+        Declaration::new(
+            "roll.rate",
+            10.0,
+            "Bow plane differential per roll rate, Kdx = 10 s (Brunner 1988, p. 30).",
+        )
+        .unit("s")
+        .range(0.0, 1e3),
+        Declaration::new(
+            "roll.limit",
+            FRAC_PI_6,
+            "Largest differential to either side; planes.limit for bow planes and differential together, the dive first.",
+        )
+        .unit("rad")
+        .range(0.0, FRAC_PI_2),
+        Declaration::new(
+            "course.active",
+            true,
+            "Hold course_setpoint by the rudder; a setpoint on the topic is held in any case.",
+        ),
+        Declaration::new(
+            "course.p",
+            1.0,
+            "Rudder per course error, Kpy = 1 (Brunner 1988, p. 32).",
+        )
+        .unit("rad/rad")
+        .range(0.0, 1e3),
+        Declaration::new(
+            "course.rate",
+            3.0,
+            "Rudder per yaw rate, Kdy = 3 s (Brunner 1988, p. 32).",
+        )
+        .unit("s")
+        .range(0.0, 1e3),
+        Declaration::new(
+            "course.limit",
+            FRAC_PI_6,
+            "Largest rudder to either side, as the planes'; the report states none.",
+        )
+        .unit("rad")
+        .range(0.0, FRAC_PI_2),
+        Declaration::new(
+            "course.setpoint_rate",
+            0.0,
+            "How fast the course held moves to the one asked for, the short way round; 0: at once.",
+        )
+        .unit("rad/s")
+        .range(0.0, 1e3),
+        Declaration::new(
+            "speed.active",
+            false,
+            "Hold speed_setpoint by the thrust; a setpoint on the topic is held in any case.",
+        ),
+        Declaration::new(
+            "speed.feed_forward",
+            1.0 / DESIGN_SPEED,
+            "Share of full thrust per m/s asked for: all of it at the design speed, 5 ft/s (Brunner 1988, p. 57).",
+        )
+        .unit("s/m")
+        .range(0.0, 1e3),
+        Declaration::new(
+            "speed.p",
+            2.0,
+            "Share of full thrust per m/s of speed error; the report's gain is lost.",
+        )
+        .unit("s/m")
+        .range(0.0, 1e3),
+        Declaration::new("speed.limit", 1.0, "Largest share of full thrust to either side.")
+            .range(0.0, 1.0),
+        Declaration::new(
+            "speed.setpoint_rate",
+            0.0,
+            "How fast the speed held moves to the one asked for; 0: at once.",
+        )
+        .unit("m/s^2")
+        .range(0.0, 1e3),
+    ]
+}
+
+/// Way-depths.
+fn schedule() -> Part {
+    vec![
         Declaration::new(
             "schedule.times",
             Value::DoubleArray(Vec::new()),
@@ -96,16 +359,29 @@ pub fn declarations() -> Vec<Declaration> {
         .unit("s")
         .range(0.0, 1e9),
         Declaration::new(
+            "schedule.distances",
+            Value::DoubleArray(Vec::new()),
+            "Or where each begins, along the first course since the first state; increasing.",
+        )
+        .unit("m")
+        .range(0.0, 1e9),
+        Declaration::new(
             "schedule.depths",
             Value::DoubleArray(Vec::new()),
-            "The scheduled depths, one for each time; a setpoint from the topic ends the schedule.",
+            "The scheduled depths, one for each time or distance; a setpoint from the topic ends the schedule.",
         )
         .unit("m")
         .range(-1e4, 1e4),
+    ]
+}
+
+/// The test signal.
+fn identification() -> Part {
+    vec![
         Declaration::new(
             "identification.signal",
             "none",
-            "Test signal added to the plane command, so that sysid has something to learn from.",
+            "Test signal added to the plane command in every mode but off, so that sysid has something to learn from.",
         )
         .choices(Signal::NAMES),
         Declaration::new(
@@ -147,8 +423,10 @@ pub fn declarations() -> Vec<Declaration> {
 /// What the controller holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
-    /// Planes neutral but for the test signal.
+    /// Nothing: planes, rudder and thrust neutral.
     Off,
+    /// Nothing by the planes: they follow the test signals.
+    OpenLoop,
     /// Pitch.
     Pitch,
     /// Depth.
@@ -157,17 +435,29 @@ pub enum Mode {
 
 impl Mode {
     /// The names, as the parameter takes them.
-    pub const NAMES: &'static [&'static str] = &["off", "pitch", "depth"];
+    pub const NAMES: &'static [&'static str] = &["off", "open_loop", "pitch", "depth"];
 
     fn named(name: &str) -> Result<Self, String> {
         match name {
             "off" => Ok(Self::Off),
+            "open_loop" => Ok(Self::OpenLoop),
             "pitch" => Ok(Self::Pitch),
             "depth" => Ok(Self::Depth),
             other => Err(format!(
                 "mode '{other}' refused: it must be one of {}",
                 Self::NAMES.join(", ")
             )),
+        }
+    }
+
+    /// Its constant in `ControlState`.
+    #[must_use]
+    pub fn constant(self) -> u8 {
+        match self {
+            Self::Off => ControlState::MODE_OFF,
+            Self::OpenLoop => ControlState::MODE_OPEN_LOOP,
+            Self::Pitch => ControlState::MODE_PITCH,
+            Self::Depth => ControlState::MODE_DEPTH,
         }
     }
 }
@@ -181,15 +471,41 @@ pub struct Config {
     pub depth_setpoint: f64,
     /// The standing pitch setpoint, rad, bow up.
     pub pitch_setpoint: f64,
-    /// The outer loop.
-    pub depth: DepthLoop,
-    /// The inner loop.
-    pub pitch: PitchLoop,
-    /// The largest plane command, rad.
-    pub planes_limit: Limit,
+    /// The standing course setpoint, rad.
+    pub course_setpoint: f64,
+    /// The standing speed setpoint, m/s.
+    pub speed_setpoint: f64,
+    /// How long a setpoint from a topic holds, s; 0 for good.
+    pub setpoint_timeout: f64,
     /// Silence of the state after which the planes are put to neutral, s.
     pub state_timeout: f64,
-    /// Depth setpoints over time.
+    /// What the depth setpoint is kept within.
+    pub depth_bounds: Bounds,
+    /// What the pitch setpoint is kept within.
+    pub pitch_bounds: Bounds,
+    /// The gains of the dive loops.
+    pub gains: Gains,
+    /// Everything else about the dive loops.
+    pub dive: DiveRules,
+    /// Bow and stern planes.
+    pub allocation: Allocation,
+    /// Whether roll is held level.
+    pub roll_active: bool,
+    /// The roll regulator.
+    pub roll: AngleLoop,
+    /// Whether the standing course is held.
+    pub course_active: bool,
+    /// The course regulator.
+    pub course: AngleLoop,
+    /// How fast the course setpoint moves, rad/s; 0 at once.
+    pub course_rate: f64,
+    /// Whether the standing speed is held.
+    pub speed_active: bool,
+    /// The speed regulator.
+    pub speed: SpeedLoop,
+    /// How fast the speed setpoint moves, m/s^2; 0 at once.
+    pub speed_rate: f64,
+    /// Depth setpoints over time or distance.
     pub schedule: Schedule,
     /// The test signal.
     pub identification: TestSignal,
@@ -200,58 +516,158 @@ impl Config {
     ///
     /// # Errors
     /// A sentence naming the parameter, when values that are each in range do not go
-    /// together: a limit of zero, a schedule whose lists do not match or whose times do not
+    /// together: a limit of zero, setpoints beyond their bounds, a schedule whose lists do not match or do not
     /// increase, a test signal beyond the plane limit.
     pub fn from_values(values: &Values) -> Result<Self, String> {
-        let limit = |name| {
-            Limit::new(values.double(name))
-                .map_err(|reason| format!("parameter '{name}': {reason}"))
+        let dive = dive_rules(values)?;
+        let depth_bounds = Bounds {
+            min: values.double("depth.min"),
+            max: values.double("depth.max"),
+            rate: values.double("depth.setpoint_rate"),
         };
-        let planes_limit = limit("planes.limit")?;
-        let signal = Signal::named(values.string("identification.signal"))?;
-        let manoeuvre = Manoeuvre {
-            signal,
-            amplitude: values.double("identification.amplitude"),
-            period: values.double("identification.period"),
-            start: values.double("identification.start"),
-            duration: values.double("identification.duration"),
-            seed: values.integer("identification.seed"),
+        let schedule = schedule_of(values)?;
+        check_depths(values, &schedule, depth_bounds)?;
+        let angle_loop = |axis: &str| {
+            Ok::<_, String>(AngleLoop {
+                p: values.double(&format!("{axis}.p")),
+                rate: values.double(&format!("{axis}.rate")),
+                limit: limit(values, &format!("{axis}.limit"))?,
+            })
         };
-        if signal != Signal::None && manoeuvre.amplitude.abs() > planes_limit.bound() {
-            return Err(format!(
-                "parameter 'identification.amplitude': {} rad refused: planes.limit ({} rad) \
-                 would clip the signal",
-                manoeuvre.amplitude,
-                planes_limit.bound()
-            ));
-        }
+        let pitch_limit = limit(values, "depth.pitch_limit")?;
         Ok(Self {
             mode: Mode::named(values.string("mode"))?,
             depth_setpoint: values.double("depth_setpoint"),
             pitch_setpoint: values.double("pitch_setpoint"),
-            depth: DepthLoop {
-                p: values.double("depth.p"),
-                d: values.double("depth.d"),
-                pitch_limit: limit("depth.pitch_limit")?,
-            },
-            pitch: PitchLoop {
-                p: values.double("pitch.p"),
-                rate: values.double("pitch.rate"),
-            },
-            planes_limit,
+            course_setpoint: values.double("course_setpoint"),
+            speed_setpoint: values.double("speed_setpoint"),
+            setpoint_timeout: values.double("setpoint_timeout"),
             state_timeout: values.double("state_timeout"),
-            schedule: Schedule::new(
-                doubles(values, "schedule.times"),
-                doubles(values, "schedule.depths"),
-            )
-            .map_err(|reason| {
-                format!("parameters 'schedule.times', 'schedule.depths': {reason}")
-            })?,
-            identification: manoeuvre
-                .build()
-                .map_err(|reason| format!("parameters 'identification.*': {reason}"))?,
+            depth_bounds,
+            pitch_bounds: Bounds {
+                min: -pitch_limit.bound(),
+                max: pitch_limit.bound(),
+                rate: values.double("pitch.setpoint_rate"),
+            },
+            gains: Gains {
+                depth: DepthLoop {
+                    p: values.double("depth.p"),
+                    d: values.double("depth.d"),
+                    pitch_limit,
+                },
+                depth_i: values.double("depth.i"),
+                pitch: PitchLoop {
+                    p: values.double("pitch.p"),
+                    rate: values.double("pitch.rate"),
+                },
+                pitch_i: values.double("pitch.i"),
+            },
+            allocation: Allocation::named(
+                values.string("planes.allocation"),
+                values.double("planes.bow_to_stern"),
+            )?,
+            roll_active: values.bool("roll.active"),
+            roll: angle_loop("roll")?,
+            course_active: values.bool("course.active"),
+            course: angle_loop("course")?,
+            course_rate: values.double("course.setpoint_rate"),
+            speed_active: values.bool("speed.active"),
+            speed: SpeedLoop {
+                feed_forward: values.double("speed.feed_forward"),
+                p: values.double("speed.p"),
+                limit: values.double("speed.limit"),
+            },
+            speed_rate: values.double("speed.setpoint_rate"),
+            schedule,
+            identification: test_signal(values, dive.planes_limit)?,
+            dive,
         })
     }
+}
+
+fn limit(values: &Values, name: &str) -> Result<Limit, String> {
+    Limit::new(values.double(name)).map_err(|reason| format!("parameter '{name}': {reason}"))
+}
+
+fn dive_rules(values: &Values) -> Result<DiveRules, String> {
+    Ok(DiveRules {
+        derivative: match values.string("depth.derivative") {
+            "error" => Derivative::Error,
+            _ => Derivative::Measurement,
+        },
+        derivative_filter: values.double("depth.derivative_filter"),
+        depth_i_limit: limit(values, "depth.i_limit")?,
+        pitch_i_limit: limit(values, "pitch.i_limit")?,
+        anti_windup: AntiWindup::named(
+            values.string("anti_windup.strategy"),
+            values.double("anti_windup.tracking_time"),
+        )
+        .map_err(|reason| format!("parameters 'anti_windup.*': {reason}"))?,
+        planes_limit: limit(values, "planes.limit")?,
+        planes_rate_limit: values.double("planes.rate_limit"),
+        transfer_time: values.double("transfer.time"),
+    })
+}
+
+fn schedule_of(values: &Values) -> Result<Schedule, String> {
+    let [times, distances, depths] =
+        ["times", "distances", "depths"].map(|list| doubles(values, &format!("schedule.{list}")));
+    if !times.is_empty() && !distances.is_empty() {
+        return Err(
+            "parameters 'schedule.times', 'schedule.distances': refused: a schedule is over time or \
+             over distance, not both"
+                .to_owned(),
+        );
+    }
+    let (list, schedule) = match distances {
+        [] => ("times", Schedule::over_time(times, depths)),
+        _ => ("distances", Schedule::over_distance(distances, depths)),
+    };
+    schedule.map_err(|reason| format!("parameters 'schedule.{list}', 'schedule.depths': {reason}"))
+}
+
+/// Refuses depths that could not be held.
+fn check_depths(values: &Values, schedule: &Schedule, bounds: Bounds) -> Result<(), String> {
+    let Bounds { min, max, .. } = bounds;
+    if min > max {
+        return Err(format!(
+            "parameters 'depth.min', 'depth.max': {min} m refused: it lies below {max} m"
+        ));
+    }
+    let standing = ("depth_setpoint", values.double("depth_setpoint"));
+    let depths = schedule.depths().into_iter();
+    let scheduled = depths.map(|depth| ("schedule.depths", depth));
+    for (name, depth) in std::iter::once(standing).chain(scheduled) {
+        if !(min..=max).contains(&depth) {
+            return Err(format!(
+                "parameter '{name}': {depth} m refused: only depths from depth.min ({min} m) to \
+                 depth.max ({max} m) are held"
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn test_signal(values: &Values, planes_limit: Limit) -> Result<TestSignal, String> {
+    let manoeuvre = Manoeuvre {
+        signal: Signal::named(values.string("identification.signal"))?,
+        amplitude: values.double("identification.amplitude"),
+        period: values.double("identification.period"),
+        start: values.double("identification.start"),
+        duration: values.double("identification.duration"),
+        seed: values.integer("identification.seed"),
+    };
+    if manoeuvre.signal != Signal::None && manoeuvre.amplitude.abs() > planes_limit.bound() {
+        return Err(format!(
+            "parameter 'identification.amplitude': {} rad refused: planes.limit ({} rad) \
+             would clip the signal",
+            manoeuvre.amplitude,
+            planes_limit.bound()
+        ));
+    }
+    manoeuvre
+        .build()
+        .map_err(|reason| format!("parameters 'identification.*': {reason}"))
 }
 
 fn doubles<'v>(values: &'v Values, name: &str) -> &'v [f64] {
@@ -285,13 +701,37 @@ mod tests {
         }
         let config = with(&[]).unwrap();
         assert_eq!(config.mode, Mode::Depth);
-        assert!((config.depth.p * METRES_PER_FOOT - 0.25).abs() < 1e-15);
+        assert!((config.gains.depth.p * METRES_PER_FOOT - 0.25).abs() < 1e-15);
     }
 
     #[test]
     fn values_that_do_not_go_together_are_refused_by_name() {
         for (changes, word) in [
             (vec![("planes.limit", Value::Double(0.0))], "planes.limit"),
+            (vec![("depth.min", Value::Double(1.0))], "depth_setpoint"),
+            (
+                vec![
+                    ("depth.max", Value::Double(2.0)),
+                    ("schedule.times", Value::DoubleArray(vec![1.0])),
+                    ("schedule.depths", Value::DoubleArray(vec![3.0])),
+                ],
+                "schedule.depths",
+            ),
+            (
+                vec![
+                    ("schedule.times", Value::DoubleArray(vec![1.0])),
+                    ("schedule.distances", Value::DoubleArray(vec![1.0])),
+                    ("schedule.depths", Value::DoubleArray(vec![3.0])),
+                ],
+                "not both",
+            ),
+            (
+                vec![
+                    ("anti_windup.strategy", Value::from("back_calculation")),
+                    ("anti_windup.tracking_time", Value::Double(0.0)),
+                ],
+                "tracking time",
+            ),
             (
                 vec![("depth.pitch_limit", Value::Double(0.0))],
                 "depth.pitch_limit",

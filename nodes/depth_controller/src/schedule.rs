@@ -1,16 +1,25 @@
-//! Depth setpoints over time.
+//! Way-depths: depth setpoints over time, or over the distance run.
 //!
-//! A schedule is a list of times since the run began, increasing, and the depth that
-//! holds from each on. Before its first time it says nothing, and the standing setpoint
-//! holds.
+//! A schedule is a list of times since the run began, or of distances along the first course since
+//! then, increasing, and the depth that holds from each on. Before its first entry it says
+//! nothing, and the standing setpoint holds.
 
 use crate::manoeuvre::nanoseconds;
 
 /// Depths that follow each other.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Schedule {
+#[derive(Clone, Debug, PartialEq)]
+pub enum Schedule {
     /// (nanoseconds since the run began, depth in m)
-    entries: Vec<(i64, f64)>,
+    OverTime(Vec<(i64, f64)>),
+    /// (metres since the run began, depth in m)
+    OverDistance(Vec<(f64, f64)>),
+}
+
+impl Default for Schedule {
+    /// Says nothing.
+    fn default() -> Self {
+        Self::OverTime(Vec::new())
+    }
 }
 
 impl Schedule {
@@ -19,41 +28,78 @@ impl Schedule {
     /// # Errors
     /// A sentence, when the lists differ in length, a number is not finite, a time is
     /// negative, or the times do not increase.
-    pub fn new(times: &[f64], depths: &[f64]) -> Result<Self, String> {
-        if times.len() != depths.len() {
+    pub fn over_time(times: &[f64], depths: &[f64]) -> Result<Self, String> {
+        check("time", "s", times, depths)?;
+        let times: Vec<i64> = times.iter().map(|time| nanoseconds(*time)).collect();
+        if let Some(pair) = times.windows(2).find(|pair| pair[0] >= pair[1]) {
+            let seconds = pair[1] as f64 / 1e9;
             return Err(format!(
-                "schedule refused: {} times but {} depths",
-                times.len(),
-                depths.len()
+                "schedule refused: its times must increase by a nanosecond at least, at {seconds} s"
             ));
         }
-        if let Some(number) = times.iter().chain(depths).find(|n| !n.is_finite()) {
-            return Err(format!("schedule refused: {number} is not finite"));
-        }
-        if let Some(time) = times.iter().find(|t| **t < 0.0) {
-            return Err(format!("schedule refused: the time {time} s is negative"));
-        }
-        let entries: Vec<(i64, f64)> = times
-            .iter()
-            .map(|time| nanoseconds(*time))
-            .zip(depths.iter().copied())
-            .collect();
-        if let Some(pair) = entries.windows(2).find(|pair| pair[0].0 >= pair[1].0) {
-            return Err(format!(
-                "schedule refused: its times must increase, {} s is followed by {} s",
-                pair[0].0 as f64 / 1e9,
-                pair[1].0 as f64 / 1e9
-            ));
-        }
-        Ok(Self { entries })
+        let entries = times.into_iter().zip(depths.iter().copied());
+        Ok(Self::OverTime(entries.collect()))
     }
 
-    /// The depth in force, m, `elapsed` nanoseconds after the run began; `None` before
-    /// the first time.
+    /// The schedule that asks for `depths` (m, down) from `distances` (m along the first course since
+    /// the run began) on.
+    ///
+    /// # Errors
+    /// As [`Schedule::over_time`].
+    pub fn over_distance(distances: &[f64], depths: &[f64]) -> Result<Self, String> {
+        check("distance", "m", distances, depths)?;
+        let entries = distances.iter().copied().zip(depths.iter().copied());
+        Ok(Self::OverDistance(entries.collect()))
+    }
+
+    /// The depth in force, m, `elapsed` nanoseconds and `distance` metres after the run began;
+    /// `None` before the first entry.
     #[must_use]
-    pub fn depth(&self, elapsed: i64) -> Option<f64> {
-        let begun = self.entries.partition_point(|(time, _)| *time <= elapsed);
-        begun.checked_sub(1).map(|last| self.entries[last].1)
+    pub fn depth(&self, elapsed: i64, distance: f64) -> Option<f64> {
+        match self {
+            Self::OverTime(entries) => begun(entries, elapsed),
+            Self::OverDistance(entries) => begun(entries, distance),
+        }
+    }
+
+    /// Every depth of the schedule, m.
+    #[must_use]
+    pub fn depths(&self) -> Vec<f64> {
+        match self {
+            Self::OverTime(entries) => entries.iter().map(|entry| entry.1).collect(),
+            Self::OverDistance(entries) => entries.iter().map(|entry| entry.1).collect(),
+        }
+    }
+}
+
+/// The depth of the last entry that has begun.
+fn begun<T: PartialOrd>(entries: &[(T, f64)], now: T) -> Option<f64> {
+    let begun = entries.partition_point(|(from, _)| *from <= now);
+    begun.checked_sub(1).map(|last| entries[last].1)
+}
+
+fn check(what: &str, unit: &str, beginnings: &[f64], depths: &[f64]) -> Result<(), String> {
+    if beginnings.len() != depths.len() {
+        return Err(format!(
+            "schedule refused: {} {what}s but {} depths",
+            beginnings.len(),
+            depths.len()
+        ));
+    }
+    if let Some(number) = beginnings.iter().chain(depths).find(|n| !n.is_finite()) {
+        return Err(format!("schedule refused: {number} is not finite"));
+    }
+    if let Some(early) = beginnings.iter().find(|begin| **begin < 0.0) {
+        return Err(format!(
+            "schedule refused: the {what} {early} {unit} is negative"
+        ));
+    }
+    match beginnings.windows(2).find(|pair| pair[0] >= pair[1]) {
+        Some(pair) => Err(format!(
+            "schedule refused: its {what}s must increase, {} {unit} is followed by {} {unit}",
+            pair[0], pair[1]
+        )),
+        None => Ok(()),
     }
 }
 
@@ -64,7 +110,7 @@ mod tests {
 
     #[test]
     fn each_depth_holds_from_its_time_to_the_next() {
-        let schedule = Schedule::new(&[1.0, 3.0], &[0.5, 0.9]).unwrap();
+        let schedule = Schedule::over_time(&[1.0, 3.0], &[0.5, 0.9]).unwrap();
         for (elapsed, depth) in [
             (0, None),
             (999_999_999, None),
@@ -73,13 +119,28 @@ mod tests {
             (3_000_000_000, Some(0.9)),
             (i64::MAX, Some(0.9)),
         ] {
-            assert_eq!(schedule.depth(elapsed), depth);
+            assert_eq!(schedule.depth(elapsed, 0.0), depth);
         }
     }
 
     #[test]
+    fn over_distance_each_depth_holds_from_its_way_mark_to_the_next() {
+        let schedule = Schedule::over_distance(&[0.0, 2.5], &[0.5, 0.9]).unwrap();
+        for (distance, depth) in [
+            (-0.1, None),
+            (0.0, Some(0.5)),
+            (2.4, Some(0.5)),
+            (2.5, Some(0.9)),
+        ] {
+            assert_eq!(schedule.depth(i64::MAX, distance), depth);
+        }
+        assert_eq!(schedule.depths(), [0.5, 0.9]);
+        assert!(Schedule::over_distance(&[2.0, 1.0], &[0.5, 0.9]).is_err());
+    }
+
+    #[test]
     fn an_empty_schedule_says_nothing() {
-        assert_eq!(Schedule::default().depth(i64::MAX), None);
+        assert_eq!(Schedule::default().depth(i64::MAX, 1e9), None);
     }
 
     #[test]
@@ -88,11 +149,12 @@ mod tests {
             (vec![0.0, 1.0], vec![0.5], "2 times but 1 depths"),
             (vec![2.0, 1.0], vec![0.5, 0.9], "must increase"),
             (vec![1.0, 1.0], vec![0.5, 0.9], "must increase"),
+            (vec![1.0, 1.0 + 1e-12], vec![0.5, 0.9], "must increase"),
             (vec![-1.0], vec![0.5], "negative"),
             (vec![f64::NAN], vec![0.5], "not finite"),
             (vec![1.0], vec![f64::INFINITY], "not finite"),
         ] {
-            let refusal = Schedule::new(&times, &depths).unwrap_err();
+            let refusal = Schedule::over_time(&times, &depths).unwrap_err();
             assert!(refusal.contains(reason), "{refusal}");
         }
     }

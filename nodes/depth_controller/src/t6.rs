@@ -192,7 +192,9 @@ impl Law {
     }
 
     fn at(&self, motion: Motion, depth_rate: f64) -> Command {
-        let depth = self.depth.evaluate(self.setpoint, motion.depth, depth_rate);
+        let depth = self
+            .depth
+            .evaluate(self.setpoint, motion.depth, depth_rate, 0.0);
         let pitch_command = depth.pitch_command.value;
         let terms = self
             .pitch

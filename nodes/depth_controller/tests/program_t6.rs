@@ -5,7 +5,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-use depth_controller::core::Controller;
+use depth_controller::core::{Controller, Quantity};
 use depth_controller::parameters::{METRES_PER_FOOT as FOOT, declarations};
 use depth_controller::t6::{Motion, Program};
 use planesman_msgs::builtin_interfaces::msg::Time;
@@ -87,7 +87,9 @@ fn reached(depths: &[f64], level: f64) -> f64 {
 #[test]
 fn sampled_at_twenty_hertz_the_controllers_defaults_fly_the_program() {
     let mut controller = Controller::new(&Values::defaults(declarations())).unwrap();
-    controller.set_depth_setpoint(3.0 * FOOT).unwrap();
+    controller
+        .set_setpoint(Quantity::Depth, 3.0 * FOOT)
+        .unwrap();
     let mut plant = Motion::default();
     let mut depths = vec![0.0];
     for tick in 0..1200_i64 {

@@ -87,6 +87,8 @@ pub const ALL: &[LoopTopic] = {
         // the operator
         LoopTopic::of::<Float64>("depth_setpoint", Reliable, 10),
         LoopTopic::of::<Float64>("pitch_setpoint", Reliable, 10),
+        LoopTopic::of::<Float64>("course_setpoint", Reliable, 10),
+        LoopTopic::of::<Float64>("speed_setpoint", Reliable, 10),
         // depth_controller
         LoopTopic::of::<PlaneCommand>("plane_command", Reliable, 100),
         LoopTopic::of::<ControlState>("control_state", Reliable, 100),

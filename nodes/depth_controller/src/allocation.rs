@@ -1,0 +1,86 @@
+//! How one dive-plane angle is shared between the bow and the stern planes.
+//!
+//! The report's planes acted together; "only forward or aft dive planes, or unequal coupling" are left to
+//! future designs (Brunner, NPS thesis, 1988, p. 8). The planes that do most get the angle asked for, the others a
+//! share of it, so a limit on the angle is a limit on both.
+
+/// Which share of the dive-plane angle each pair of planes takes, in \[0, 1\].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Allocation {
+    bow: f64,
+    stern: f64,
+}
+
+/// One angle for both pairs, as a plane command carries it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Shared {
+    /// Mean of bow and stern planes, rad, positive dive.
+    pub mean: f64,
+    /// Added to the bow and taken from the stern planes, rad.
+    pub differential: f64,
+}
+
+impl Shared {
+    /// The bow planes' angle, rad, positive dive.
+    #[must_use]
+    pub fn bow(&self) -> f64 {
+        self.mean + self.differential
+    }
+}
+
+impl Allocation {
+    /// The names, as the parameter takes them.
+    pub const NAMES: &'static [&'static str] = &["together", "bow", "stern", "ratio"];
+
+    /// The allocation of that name; `ratio` is bow over stern, for the one that needs it.
+    ///
+    /// # Errors
+    /// A sentence, when there is no such allocation.
+    pub fn named(name: &str, ratio: f64) -> Result<Self, String> {
+        let (bow, stern) = match name {
+            "together" => (1.0, 1.0),
+            "bow" => (1.0, 0.0),
+            "stern" => (0.0, 1.0),
+            "ratio" if ratio <= 1.0 => (ratio, 1.0),
+            "ratio" => (1.0, 1.0 / ratio),
+            other => {
+                return Err(format!(
+                    "allocation '{other}' refused: it must be one of {}",
+                    Self::NAMES.join(", ")
+                ));
+            }
+        };
+        Ok(Self { bow, stern })
+    }
+
+    /// The angle `planes` (rad, positive dive) shared out.
+    #[must_use]
+    pub fn share(&self, planes: f64) -> Shared {
+        Shared {
+            mean: planes * (0.5 * (self.bow + self.stern)),
+            differential: planes * (0.5 * (self.bow - self.stern)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn the_planes_that_do_most_get_the_angle_asked_for() {
+        for (name, ratio, bow, stern) in [
+            ("together", 7.0, 0.4, 0.4),
+            ("bow", 7.0, 0.4, 0.0),
+            ("stern", 7.0, 0.0, 0.4),
+            ("ratio", 0.5, 0.2, 0.4),
+            ("ratio", 2.0, 0.4, 0.2),
+        ] {
+            let shared = Allocation::named(name, ratio).unwrap().share(0.4);
+            assert!((shared.bow() - bow).abs() < 1e-15, "{name}");
+            assert!((shared.mean - shared.differential - stern).abs() < 1e-15);
+        }
+        assert!(Allocation::named("aft", 1.0).unwrap_err().contains("stern"));
+    }
+}

@@ -1,0 +1,74 @@
+//! The roll and the course regulator: proportional with rate feedback (Brunner, NPS thesis, 1988,
+//! ch. II.C and II.D, Fig. 19).
+//!
+//! ```text
+//! roll:    beta    = Kpx (phi_c - phi) - Kdx p      bow planes, differentially; phi_c = 0
+//! course:  delta_r = Kpy (psi_c - psi) - Kdy r      rudder
+//! ```
+//! The report differentiates the error; with a setpoint that stands still that is the rate fed back, which
+//! it names as the other way (p. 28), and which makes no impulse of a new course.
+//! Kpx = 10 and Kdx = 10 s give the natural frequency 2.24 rad/s, not the 5.0 printed (erratum E5).
+
+use crate::limits::{Limit, bounded};
+
+/// A regulator of one angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AngleLoop {
+    /// Plane angle per angle of error.
+    pub p: f64,
+    /// Plane angle per rate, s.
+    pub rate: f64,
+    /// The largest plane angle, rad.
+    pub limit: Limit,
+}
+
+impl AngleLoop {
+    /// The plane angle (rad) for an error (rad) and the angle's rate (rad/s), behind the limit.
+    #[must_use]
+    pub fn evaluate(&self, error: f64, rate: f64) -> f64 {
+        let asked = bounded(self.p * error) - bounded(self.rate * rate);
+        self.limit.apply(asked).value
+    }
+}
+
+/// The way from `from` to `to` (rad) that is at most half a turn.
+#[must_use]
+pub fn short_way(from: f64, to: f64) -> f64 {
+    use std::f64::consts::{PI, TAU};
+    let turn = bounded(to - from).rem_euclid(TAU);
+    match turn > PI {
+        true => turn - TAU,
+        false => turn,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn an_error_to_starboard_is_answered_to_starboard_until_the_rate_suffices() {
+        let course = AngleLoop {
+            p: 1.0,
+            rate: 3.0,
+            limit: Limit::new(0.5).unwrap(),
+        };
+        assert_eq!(course.evaluate(0.2, 0.0), 0.2);
+        assert!(course.evaluate(0.2, 0.1) < 0.0);
+        assert_eq!(course.evaluate(2.0, 0.0), 0.5);
+    }
+
+    #[test]
+    fn a_course_is_taken_up_the_short_way_round() {
+        for (from, to, way) in [
+            (0.0, 1.0, 1.0),
+            (3.0, -3.0, 0.283_185),
+            (-3.0, 3.0, -0.283_185),
+        ] {
+            assert!((short_way(from, to) - way).abs() < 1e-6);
+        }
+        assert_eq!(short_way(0.3, 0.3), 0.0);
+        assert!(short_way(f64::MAX, -f64::MAX).abs() <= std::f64::consts::PI);
+    }
+}

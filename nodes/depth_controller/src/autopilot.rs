@@ -1,0 +1,237 @@
+//! The dive autopilot as built: the report's loops with what a sampled, limited, switched controller
+//! needs around them.
+//!
+//! ```text
+//! depth:  theta_c = -limit(Kpz e_z + I_z + Kdz d),   d = lag(-dz/dt), or lag(d(z_c - z)/dt)
+//! pitch:  law     = -Kpy (theta_c - theta) + I_y + Kr q
+//! planes: delta   = rate limit(limit(law + transfer + test signals))
+//! ```
+//! - The derivative acts on the measurement, as in program T6, or on the error; filtered or not.
+//! - The integrals `I_z`, `I_y`, which the report has none of, are kept from winding up
+//!   ([`crate::integral`]).
+//! - **Bumpless transfer**: when the mode changes, `transfer` begins at what the loops commanded last minus
+//!   what the new law asks for, and fades with its time constant. So at the tick of a change the loops'
+//!   command is the last one to within rounding, wherever the vehicle is, and until the next tick the
+//!   transfer itself moves by no more than its size times `dt / time`. Switching off is at once.
+//! - The pitch integral winds against the plane limit, the depth integral against the pitch limit.
+//!
+//! With integrals, filter, rate limits and transfer at 0 it is the report's law, to the last bit.
+
+use planesman_msgs::planesman_msgs::msg::ControlState;
+
+use crate::depth_loop::DepthLoop;
+use crate::feedback::Feedback;
+use crate::integral::{AntiWindup, Integral};
+use crate::lag::{Lag, faded};
+use crate::limits::{Limit, bounded, slewed};
+use crate::parameters::Mode;
+use crate::pitch_loop::PitchLoop;
+
+/// The gains in force at a tick: fixed, or from whatever follows the vehicle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gains {
+    /// The outer loop.
+    pub depth: DepthLoop,
+    /// `Kiz`, rad/(m s): dive angle per metre of depth error and second.
+    pub depth_i: f64,
+    /// The inner loop.
+    pub pitch: PitchLoop,
+    /// `Kiy`, 1/s: plane angle per pitch error and second.
+    pub pitch_i: f64,
+}
+
+/// What the depth loop's derivative acts on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Derivative {
+    /// The depth: a step of the setpoint makes no impulse.
+    Measurement,
+    /// The error.
+    Error,
+}
+
+impl Derivative {
+    /// The names, as the parameter takes them.
+    pub const NAMES: &'static [&'static str] = &["measurement", "error"];
+}
+
+/// Everything about the dive autopilot but its gains.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DiveRules {
+    /// What the derivative acts on.
+    pub derivative: Derivative,
+    /// Time constant of the derivative's filter, s; 0 for none.
+    pub derivative_filter: f64,
+    /// The largest integral share of the dive angle, rad.
+    pub depth_i_limit: Limit,
+    /// The largest integral share of the planes, rad.
+    pub pitch_i_limit: Limit,
+    /// What keeps the integrals from winding up.
+    pub anti_windup: AntiWindup,
+    /// The largest plane angle, rad.
+    pub planes_limit: Limit,
+    /// The planes' largest rate, rad/s; 0 for none.
+    pub planes_rate_limit: f64,
+    /// Time constant of the transfer between modes, s; 0 for a step.
+    pub transfer_time: f64,
+}
+
+/// What is asked for at a tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Asked {
+    /// What is held.
+    pub mode: Mode,
+    /// The depth to hold, m, in mode depth.
+    pub depth: f64,
+    /// The pitch to hold, rad, in mode pitch.
+    pub pitch: f64,
+    /// Test signals on the planes, rad.
+    pub signal: f64,
+}
+
+/// What the dive autopilot remembers from tick to tick.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Autopilot {
+    /// The mode of the last tick; `None` before the first.
+    mode: Option<Mode>,
+    /// The depth setpoint of the last tick, m.
+    depth_setpoint: Option<f64>,
+    depth_derivative: Lag,
+    depth_integral: Integral,
+    pitch_integral: Integral,
+    /// What is left of the step that a change of mode would have made, rad.
+    transfer: f64,
+    /// What the loops commanded at the last tick, without test signals, rad.
+    loops: f64,
+    /// The planes' angle commanded at the last tick, rad.
+    planes: f64,
+}
+
+impl Autopilot {
+    /// Takes note that the planes have been put to neutral: the loops come back from there without a
+    /// bump, with nothing left in their integrals.
+    pub fn neutralised(&mut self) {
+        *self = Self {
+            mode: Some(Mode::Off),
+            ..Self::default()
+        };
+    }
+
+    /// Whether this tick's mode is another one than the last tick's.
+    #[must_use]
+    pub fn changes_to(&self, mode: Mode) -> bool {
+        self.mode != Some(mode)
+    }
+
+    /// The planes' angle (rad, positive dive) `dt` seconds after the last tick. Every term is
+    /// written into `inside`.
+    pub fn planes(
+        &mut self,
+        (gains, rules): (&Gains, &DiveRules),
+        asked: Asked,
+        feedback: &Feedback,
+        dt: f64,
+        inside: &mut ControlState,
+    ) -> f64 {
+        let changed = self.changes_to(asked.mode);
+        if changed {
+            self.depth_setpoint = None;
+            self.depth_derivative = Lag::default();
+            self.depth_integral = Integral::default();
+            self.pitch_integral = Integral::default();
+        }
+        let law = match asked.mode {
+            Mode::Off | Mode::OpenLoop => 0.0,
+            Mode::Pitch => {
+                let command = gains.depth.pitch_limit.apply(asked.pitch);
+                inside.pitch_command = command.value;
+                inside.pitch_command_limited = command.at_limit;
+                self.pitch_law(gains, rules, feedback, dt, inside)
+            }
+            Mode::Depth => {
+                self.depth_law(gains, rules, asked.depth, feedback, dt, inside);
+                self.pitch_law(gains, rules, feedback, dt, inside)
+            }
+        };
+        self.transfer = match self.mode {
+            _ if asked.mode == Mode::Off || rules.transfer_time == 0.0 => 0.0,
+            Some(_) if changed => bounded(self.loops - law),
+            _ => faded(self.transfer, rules.transfer_time, dt),
+        };
+        self.mode = Some(asked.mode);
+        let loops = bounded(law + self.transfer);
+        let wanted = match asked.mode {
+            Mode::Off => 0.0,
+            _ => bounded(loops + asked.signal),
+        };
+        let limited = rules.planes_limit.apply(wanted);
+        // From within the limit, which may have been narrowed since the last tick.
+        let from = rules.planes_limit.apply(self.planes).value;
+        let planes = slewed(from, limited.value, rules.planes_rate_limit, dt);
+        self.pitch_integral.lead(
+            bounded(-gains.pitch_i * inside.pitch_error),
+            wanted - planes,
+            rules.anti_windup,
+        );
+        self.loops = rules.planes_limit.apply(loops).value;
+        self.planes = planes;
+        inside.transfer = self.transfer;
+        inside.dive_planes_limited = limited.at_limit || planes != limited.value;
+        planes
+    }
+
+    /// The pitch to command, into `inside`.
+    fn depth_law(
+        &mut self,
+        gains: &Gains,
+        rules: &DiveRules,
+        setpoint: f64,
+        feedback: &Feedback,
+        dt: f64,
+        inside: &mut ControlState,
+    ) {
+        let setpoint_rate = match (rules.derivative, self.depth_setpoint) {
+            (Derivative::Error, Some(last)) if dt > 0.0 => bounded((setpoint - last) / dt),
+            _ => 0.0,
+        };
+        self.depth_setpoint = Some(setpoint);
+        let rate = bounded(feedback.depth_rate - setpoint_rate);
+        let rate = self
+            .depth_derivative
+            .after(rate, rules.derivative_filter, dt);
+        let integral = self.depth_integral.after(dt, rules.depth_i_limit);
+        let terms = gains
+            .depth
+            .evaluate(setpoint, feedback.depth, rate, integral);
+        self.depth_integral.lead(
+            bounded(gains.depth_i * terms.error),
+            terms.dive_angle + terms.pitch_command.value,
+            rules.anti_windup,
+        );
+        inside.depth_error = terms.error;
+        inside.depth_p = terms.p;
+        inside.depth_i = integral;
+        inside.depth_d = terms.d;
+        inside.pitch_command = terms.pitch_command.value;
+        inside.pitch_command_limited = terms.pitch_command.at_limit;
+    }
+
+    /// What the pitch loop asks of the planes, rad, for the pitch command in `inside`.
+    fn pitch_law(
+        &mut self,
+        gains: &Gains,
+        rules: &DiveRules,
+        feedback: &Feedback,
+        dt: f64,
+        inside: &mut ControlState,
+    ) -> f64 {
+        let integral = self.pitch_integral.after(dt, rules.pitch_i_limit);
+        let terms = gains
+            .pitch
+            .evaluate(inside.pitch_command, feedback.pitch, feedback.pitch_rate);
+        inside.pitch_error = terms.error;
+        inside.planes_p = terms.p;
+        inside.planes_i = integral;
+        inside.planes_rate = terms.rate;
+        terms.dive_planes() + integral
+    }
+}

@@ -1,0 +1,143 @@
+//! An integral share of a control law, kept from winding up while the output stands at its limit.
+//!
+//! The report's loops have none. The strategies bear the names of `control_toolbox`:
+//!
+//! | strategy | slope of the share, with `e` the error, `u` asked for, `u_lim` given |
+//! |---|---|
+//! | none | `Ki e` |
+//! | clamping | `Ki e`, but 0 while that would drive `u` further beyond its limit |
+//! | back-calculation | `Ki e + (u_lim - u) / T_t` |
+//!
+//! In each the share itself stays within its own limit (`i_clamp` there). It is held in the unit of
+//! the output, so a changed gain makes no step. (Astrom and Hagglund, *Advanced PID Control*, 2006, ch. 3.)
+
+use crate::limits::{Limit, bounded};
+
+/// What keeps an integral from winding up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum AntiWindup {
+    /// Only the share's own limit.
+    None,
+    /// No integration further into saturation.
+    Clamping,
+    /// The saturation's cut is fed back.
+    BackCalculation {
+        /// `T_t`, s, positive.
+        tracking_time: f64,
+    },
+}
+
+impl AntiWindup {
+    /// The names, as the parameter takes them.
+    pub const NAMES: &'static [&'static str] = &["none", "clamping", "back_calculation"];
+
+    /// The strategy of that name, with its tracking time (s).
+    ///
+    /// # Errors
+    /// A sentence, when there is no such strategy, or a tracking time it needs is not positive.
+    pub fn named(name: &str, tracking_time: f64) -> Result<Self, String> {
+        match name {
+            "none" => Ok(Self::None),
+            "clamping" => Ok(Self::Clamping),
+            "back_calculation" if tracking_time > 0.0 => {
+                Ok(Self::BackCalculation { tracking_time })
+            }
+            "back_calculation" => Err(format!(
+                "a tracking time of {tracking_time} s refused: back-calculation needs a positive one"
+            )),
+            other => Err(format!(
+                "strategy '{other}' refused: it must be one of {}",
+                Self::NAMES.join(", ")
+            )),
+        }
+    }
+}
+
+/// An integral share: where it stands, and where it goes until the next tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Integral {
+    value: f64,
+    slope: f64,
+}
+
+impl Integral {
+    /// The share after `dt` seconds along its slope, no further from zero than `limit`.
+    pub fn after(&mut self, dt: f64, limit: Limit) -> f64 {
+        self.value = limit.apply(self.value + bounded(self.slope * dt)).value;
+        self.value
+    }
+
+    /// Sets the slope from now on: `drive` is `Ki e`, `excess` what the output's limit cuts off,
+    /// `u - u_lim`, both with the share's sign.
+    pub fn lead(&mut self, drive: f64, excess: f64, anti_windup: AntiWindup) {
+        self.slope = match anti_windup {
+            AntiWindup::None => drive,
+            AntiWindup::Clamping if drive * excess > 0.0 => 0.0,
+            AntiWindup::Clamping => drive,
+            AntiWindup::BackCalculation { tracking_time } => {
+                bounded(drive - excess / tracking_time)
+            }
+        };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    /// The share after 10 s at an error that asks for 1/s, and the time until `u = error + i` leaves the limit 1
+    /// after the error has turned to -0.5.
+    fn wound_up(anti_windup: AntiWindup) -> (f64, f64) {
+        const DT: f64 = 0.01;
+        let own = Limit::new(100.0).unwrap();
+        let output = Limit::new(1.0).unwrap();
+        let mut integral = Integral::default();
+        let mut step = |error: f64| {
+            let asked = error + integral.after(DT, own);
+            let given = output.apply(asked).value;
+            integral.lead(error, asked - given, anti_windup);
+            (integral.value, given)
+        };
+        let share = (0..1000).map(|_| step(1.0).0).fold(0.0, |_, i| i);
+        let stuck = (0..10_000).take_while(|_| step(-0.5).1 >= 1.0).count();
+        (share, stuck as f64 * DT)
+    }
+
+    #[test]
+    fn without_a_strategy_the_share_winds_up_and_holds_the_output_at_its_limit() {
+        let (share, stuck) = wound_up(AntiWindup::None);
+        assert!(share > 9.9);
+        assert!(stuck > 15.0);
+    }
+
+    #[test]
+    fn each_strategy_frees_the_output_when_the_error_turns() {
+        for strategy in [
+            AntiWindup::Clamping,
+            AntiWindup::BackCalculation { tracking_time: 0.5 },
+        ] {
+            let (share, stuck) = wound_up(strategy);
+            assert!(share < 1.0, "{strategy:?}: {share}");
+            assert_eq!(stuck, 0.0, "{strategy:?}");
+        }
+    }
+
+    #[test]
+    fn the_share_stays_within_its_own_limit() {
+        let mut integral = Integral::default();
+        integral.lead(f64::MAX, 0.0, AntiWindup::None);
+        assert_eq!(integral.after(1e9, Limit::new(0.2).unwrap()), 0.2);
+    }
+
+    #[test]
+    fn back_calculation_needs_a_tracking_time() {
+        assert!(AntiWindup::named("back_calculation", 0.0).is_err());
+        assert!(AntiWindup::named("clamping", 0.0).is_ok());
+        assert!(
+            AntiWindup::named("hope", 1.0)
+                .unwrap_err()
+                .contains("clamping")
+        );
+    }
+}
