@@ -6,11 +6,12 @@
 //! [`page`] tell what happened.
 //!
 //! Beside flying: [`coefficients_command`] reckons a vehicle's coefficients from its geometry, and
-//! [`reproduce`] computes the 1988 report's numbers again.
+//! [`reproduce`] computes the 1988 report's numbers again; [`design`] has the loops on paper.
 
 pub mod coefficients_command;
 pub mod compose;
 pub mod crew;
+pub mod design;
 pub mod dive;
 pub mod flight;
 pub mod nodes;

@@ -8,6 +8,7 @@ use anyhow::Result;
 use clap::error::ErrorKind;
 use clap::{Args, Parser, Subcommand};
 use planesman::coefficients_command::{self, CoefficientsArgs};
+use planesman::design::{self, DesignCommand};
 use planesman::dive::{self, Pace};
 use planesman::reproduce::{self, ReproduceArgs};
 use planesman::run_folder::RunFolder;
@@ -59,6 +60,9 @@ enum Command {
     },
     /// Reckon a vehicle's coefficients from its geometry, beside those of its file
     Coefficients(CoefficientsArgs),
+    /// Design the depth and pitch loops: stability, margins, pole placement, gains
+    #[command(subcommand)]
+    Design(DesignCommand),
     /// Compute the numbers of the 1988 report again, and say which agree
     Reproduce(ReproduceArgs),
     /// Run one node in this process (what `ros2 run` would start)
@@ -170,6 +174,7 @@ fn main() -> ExitCode {
         } => parameter_file(node.as_deref(), scenario.as_deref()),
         Command::Params { node, .. } => nodes::list_parameters(node.as_deref()),
         Command::Coefficients(args) => coefficients_command::run(&args),
+        Command::Design(command) => design::run(&command),
         Command::Reproduce(args) => reproduce::run(&args),
         Command::Node(args) => return nodes::run(&args.name, args.args),
     };

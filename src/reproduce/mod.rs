@@ -5,6 +5,7 @@
 //! - [`page`]: the numbers, errata and figures as one HTML page.
 //! - [`figures`]: the lost figures B1 to B10, from the report's programs.
 //! - [`root_loci`]: the root loci of Figs. 5 to 21.
+//! - [`time_responses`]: the depth loop's, Figs. 11 to 16 and C2 to C9.
 
 use std::path::PathBuf;
 
@@ -16,6 +17,7 @@ pub mod listing;
 pub mod page;
 pub mod root_loci;
 pub mod shares;
+pub mod time_responses;
 
 /// What the command takes.
 #[derive(Clone, Debug, clap::Args)]

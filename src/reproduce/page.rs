@@ -1,12 +1,12 @@
 //! The book of numbers on one self-contained HTML page, with the figures that are lost from the report's copy.
 
-use anyhow::Result;
+use anyhow::{Result, anyhow};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use planesman_book::{Book, Reckoning, Verdict};
 
 use super::figures::{self, Figure};
 use super::listing::{number, totals, verdict};
-use super::root_loci;
+use super::{root_loci, time_responses};
 use crate::page::{STYLE, legend};
 
 const OWN_STYLE: &str = "
@@ -22,6 +22,7 @@ body { max-width: 72rem; }
 pub fn page(book: &Book, reckoning: &Reckoning<'_>) -> Result<String> {
     let programs = drawn(figures::figures())?;
     let loci = drawn(root_loci::figures()?)?;
+    let responses = drawn(time_responses::figures().map_err(|reason| anyhow!(reason))?)?;
     Ok(html! {
         (DOCTYPE)
         html lang="en" {
@@ -40,6 +41,8 @@ pub fn page(book: &Book, reckoning: &Reckoning<'_>) -> Result<String> {
                 (programs)
                 h2 { "Root loci" }
                 (loci)
+                h2 { "Time responses of the depth loop" }
+                (responses)
                 h2 { "Numbers" }
                 (numbers(book, reckoning))
                 h2 { "Errata" }

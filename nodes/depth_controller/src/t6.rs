@@ -148,7 +148,15 @@ impl Program {
     /// # Errors
     /// Those of [`Limit::new`].
     pub fn first_command(&self) -> Result<Command, String> {
-        Ok(Law::of(self)?.at(Motion::default(), 0.0))
+        self.command(Motion::default())
+    }
+
+    /// What the loops ask for at a motion.
+    ///
+    /// # Errors
+    /// Those of [`Limit::new`].
+    pub fn command(&self, motion: Motion) -> Result<Command, String> {
+        Ok(Law::of(self)?.at(motion, motion.depth_rate()))
     }
 }
 
@@ -291,7 +299,9 @@ impl Track {
         ((time / STEP).round() as usize).min(self.motions.len() - 1)
     }
 
-    fn motion(&self, time: f64) -> Motion {
+    /// The motion at the sample nearest to `time` (s).
+    #[must_use]
+    pub fn motion(&self, time: f64) -> Motion {
         self.motions[self.index(time)]
     }
 }

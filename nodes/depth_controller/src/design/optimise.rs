@@ -1,9 +1,11 @@
 //! Gains proposed for a range of speeds: the worst ITAE of a depth step, made small within margins.
 //!
 //! One set of the four gains serves all speeds. What is minimised is the largest over the speeds of
-//! the ITAE, under
+//! `ITAE U^2`, the ITAE in metres travelled instead of seconds (a slow vehicle cannot but take its time),
+//! under
 //!
-//! - a phase margin and gain margins no smaller than asked for, at every speed;
+//! - a phase margin and gain margins no smaller than asked for, and an overshoot no larger, at every
+//!   speed;
 //! - a step of the depth setpoint of the size asked for that brings neither the pitch command nor the
 //!   planes beyond their limits at its first instant: `Kpz e <= theta_lim`, `Kpy Kpz e <= delta_lim`.
 //!
@@ -25,14 +27,16 @@ const MOST_ROUNDS: usize = 400;
 /// What is asked of the gains.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wishes {
-    /// The vehicle at each speed.
-    pub plants: Vec<DivePlant>,
+    /// The speeds, m/s, and the vehicle there.
+    pub plants: Vec<(f64, DivePlant)>,
     /// The actuator.
     pub path: Path,
     /// rad, at every gain crossover.
     pub phase_margin: f64,
     /// The factor by which the gain may at least grow, above 1, and its inverse by which it may fall.
     pub gain_margin: f64,
+    /// Of the depth step, percent.
+    pub overshoot: f64,
     /// The depth step, m.
     pub step: f64,
     /// rad
@@ -50,8 +54,8 @@ pub struct Proposal {
     pub gains: LoopGains,
     /// With them, at each speed.
     pub judgements: Vec<Judgement>,
-    /// The largest ITAE, s^2.
-    pub worst_itae: f64,
+    /// The largest `ITAE U^2`, m^2.
+    pub worst: f64,
 }
 
 impl Wishes {
@@ -86,7 +90,7 @@ impl Wishes {
         Ok(Some(Proposal {
             judgements: self.judge(&gains)?,
             gains,
-            worst_itae: best.itae,
+            worst: best.itae,
         }))
     }
 
@@ -108,7 +112,7 @@ impl Wishes {
     }
 
     fn loops<'a>(&'a self, gains: &'a LoopGains) -> impl Iterator<Item = DiveLoop> + 'a {
-        self.plants.iter().map(|plant| DiveLoop {
+        self.plants.iter().map(|(_, plant)| DiveLoop {
             plant: plant.clone(),
             gains: *gains,
             path: self.path,
@@ -129,11 +133,13 @@ impl Wishes {
         for dive in self.loops(&gains) {
             missed += self.missed(&dive.margins()?);
         }
-        // Among gains that miss something, how fast they are does not matter.
+        // Among gains that miss their margins, how fast they are does not matter.
         let mut itae = 0.0_f64;
         if missed == 0.0 {
-            for judged in self.judge(&gains)? {
-                itae = itae.max(judged.step.map_or(f64::INFINITY, |step| step.itae));
+            for (judged, (speed, _)) in self.judge(&gains)?.iter().zip(&self.plants) {
+                let Some(step) = judged.step else { continue };
+                missed += beyond(step.overshoot, self.overshoot);
+                itae = itae.max(step.itae * speed * speed);
             }
         }
         Ok(Cost { missed, itae })
@@ -207,7 +213,7 @@ mod tests {
             plane_exponent: 2.0,
             damping_exponent: 1.0,
         };
-        let plant = |u: &f64| DivePlant::of_pitch(&law.at(*u), *u).unwrap();
+        let plant = |u: &f64| (*u, DivePlant::of_pitch(&law.at(*u), *u).unwrap());
         Wishes {
             plants: speeds.iter().map(plant).collect(),
             path: Path {
@@ -216,6 +222,7 @@ mod tests {
             },
             phase_margin: 60_f64.to_radians(),
             gain_margin: 2.0,
+            overshoot: 5.0,
             step: 3.0 * FOOT,
             pitch_limit: std::f64::consts::FRAC_PI_4,
             planes_limit: std::f64::consts::FRAC_PI_6,
@@ -224,7 +231,7 @@ mod tests {
     }
 
     const START: LoopGains = LoopGains {
-        depth_p: 0.82,
+        depth_p: 0.5,
         depth_d: 1.97,
         pitch_p: 0.7,
         pitch_rate: 2.0,
@@ -244,9 +251,15 @@ mod tests {
         assert!(gains.depth_p * wishes.step <= wishes.pitch_limit);
         assert!(gains.pitch_p * gains.depth_p * wishes.step <= wishes.planes_limit);
         let start = wishes.judge(&START).unwrap();
-        let worst = |j: &[Judgement]| j.iter().map(|j| j.step.unwrap().itae).fold(0.0, f64::max);
-        assert!(found.worst_itae < 0.8 * worst(&start), "{found:?}");
-        assert_eq!(found.worst_itae, worst(&found.judgements));
+        let worst = |judged: &[Judgement]| {
+            let speeds = wishes.plants.iter().map(|(speed, _)| speed * speed);
+            let itae = judged.iter().map(|j| j.step.unwrap().itae);
+            itae.zip(speeds).map(|(a, b)| a * b).fold(0.0, f64::max)
+        };
+        assert!(found.worst < 0.9 * worst(&start), "{found:?}");
+        assert!((found.worst / worst(&found.judgements) - 1.0).abs() < 1e-12);
+        let overshoots = found.judgements.iter().map(|j| j.step.unwrap().overshoot);
+        assert!(overshoots.fold(0.0, f64::max) <= wishes.overshoot);
     }
 
     #[test]

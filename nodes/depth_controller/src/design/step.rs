@@ -19,17 +19,29 @@ pub fn response(
     dt: f64,
     duration: f64,
 ) -> Result<StepMetrics, Error> {
+    let (times, values): (Vec<f64>, Vec<f64>) =
+        samples(closed_loop, dt, duration)?.into_iter().unzip();
+    StepMetrics::of(&times, &values, 0.0, 1.0)
+}
+
+/// The response itself: time in s and value, from the step on.
+///
+/// # Errors
+/// Those of [`TransferFunction::companion`] and [`planesman_linear::StateSpace::zero_order_hold`].
+pub fn samples(
+    closed_loop: &TransferFunction,
+    dt: f64,
+    duration: f64,
+) -> Result<Vec<(f64, f64)>, Error> {
     let held = closed_loop.companion()?.zero_order_hold(dt)?;
     let steps = (duration / dt).round() as usize;
     let mut state = held.b.clone() * 0.0;
-    let mut times = Vec::with_capacity(steps + 1);
-    let mut values = Vec::with_capacity(steps + 1);
+    let mut samples = Vec::with_capacity(steps + 1);
     for k in 0..=steps {
-        times.push(k as f64 * dt);
-        values.push((&held.c * &state + &held.d)[(0, 0)]);
+        samples.push((k as f64 * dt, (&held.c * &state + &held.d)[(0, 0)]));
         state = &held.a * state + &held.b;
     }
-    StepMetrics::of(&times, &values, 0.0, 1.0)
+    Ok(samples)
 }
 
 #[cfg(test)]

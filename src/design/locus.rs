@@ -1,0 +1,124 @@
+//! `planesman design locus`: the poles of the dive loop as one gain, or the speed, changes.
+
+use std::fs;
+use std::path::PathBuf;
+
+use anyhow::{Context as _, Result};
+use clap::Args;
+use planesman_linear::Complex;
+
+use super::subject::{GainArgs, Subject, Varied, poles_text, within};
+use crate::plot::{Plot, Series, Style};
+
+/// How finely the drawing is dotted.
+const DOTS: u32 = 600;
+
+/// What varies.
+#[derive(Args)]
+pub struct LocusArgs {
+    #[command(flatten)]
+    subject: Subject,
+    #[command(flatten)]
+    gains: GainArgs,
+    /// Speed through the water (m/s), unless it varies
+    #[arg(long, default_value_t = 0.3048, value_parser = within(1e-3, 100.0))]
+    speed: f64,
+    /// What varies
+    #[arg(long, value_enum)]
+    vary: Varied,
+    /// Its first value
+    #[arg(long, default_value_t = 0.0, value_parser = within(0.0, 1e3))]
+    from: f64,
+    /// Its last value
+    #[arg(long, value_parser = within(0.0, 1e3))]
+    to: f64,
+    /// Rows of the table
+    #[arg(long, default_value_t = 11, value_parser = clap::value_parser!(u32).range(2..=10_000))]
+    rows: u32,
+    /// Draw it into this file
+    #[arg(long, value_name = "FILE.svg")]
+    svg: Option<PathBuf>,
+}
+
+/// Prints the table, and draws where that is asked for.
+///
+/// # Errors
+/// A vehicle or actuator that is refused, numbers that overflow, a file that cannot be written.
+pub fn run(args: &LocusArgs) -> Result<()> {
+    for i in 0..args.rows {
+        let value = args.value(f64::from(i) / f64::from(args.rows - 1));
+        println!("{value:12.5}  {}", poles_text(&args.poles(value)?));
+    }
+    if let Some(file) = &args.svg {
+        fs::write(file, args.drawing()?).with_context(|| format!("{}", file.display()))?;
+        println!("{}", file.display());
+    }
+    Ok(())
+}
+
+impl LocusArgs {
+    /// The value at a share of the way.
+    fn value(&self, share: f64) -> f64 {
+        let value = self.from + share * (self.to - self.from);
+        // A vehicle at rest has no plane moments to speak of.
+        if self.vary == Varied::Speed {
+            value.max(1e-3)
+        } else {
+            value
+        }
+    }
+
+    fn poles(&self, value: f64) -> Result<Vec<Complex<f64>>> {
+        let (mut gains, mut speed) = (self.gains.gains(), self.speed);
+        *match self.vary {
+            Varied::DepthP => &mut gains.depth_p,
+            Varied::DepthD => &mut gains.depth_d,
+            Varied::PitchP => &mut gains.pitch_p,
+            Varied::PitchRate => &mut gains.pitch_rate,
+            Varied::Speed => &mut speed,
+        } = value;
+        Ok(self
+            .subject
+            .dive_loop(gains, speed)?
+            .closed_loop()?
+            .poles()?)
+    }
+
+    fn drawing(&self) -> Result<String> {
+        let mut between = Vec::new();
+        for i in 1..DOTS {
+            // Dense at the beginning: there the poles move most.
+            between.extend(self.poles(self.value((f64::from(i) / f64::from(DOTS)).powi(2)))?);
+        }
+        // Those of the dead time are far to the left and would make the rest small.
+        let far = 4.0
+            * self
+                .poles(self.value(0.0))?
+                .iter()
+                .map(|s| s.norm())
+                .fold(1.0, f64::min)
+                .max(1.0);
+        let series = |name, poles: Vec<Complex<f64>>, style| Series {
+            name,
+            points: poles
+                .iter()
+                .filter(|s| s.norm() < far)
+                .map(|s| (s.re, s.im))
+                .collect(),
+            style,
+        };
+        Plot {
+            title: "root locus",
+            x: "real part [1/s]",
+            y: "imaginary part [rad/s]",
+            y_down: false,
+            x_shows: &[0.0],
+            series: vec![
+                series("between", between, Style::Dots),
+                series("first value", self.poles(self.value(0.0))?, Style::Crosses),
+                series("last value", self.poles(self.value(1.0))?, Style::Circles),
+            ],
+        }
+        .svg()
+    }
+}

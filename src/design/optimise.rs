@@ -1,0 +1,82 @@
+//! `planesman design optimise`: gains proposed for a range of speeds, with the margins they get.
+
+use anyhow::{Result, bail};
+use clap::Args;
+use depth_controller::design::optimise::Wishes;
+
+use super::analyse::described;
+use super::subject::{GainArgs, Subject, gains_text, speed_text, within};
+
+/// What is asked of the gains.
+#[derive(Args)]
+pub struct OptimiseArgs {
+    #[command(flatten)]
+    subject: Subject,
+    /// Where the search begins
+    #[command(flatten)]
+    gains: GainArgs,
+    /// Speeds through the water (m/s) that one set of gains is to serve, separated by commas
+    #[arg(long, value_delimiter = ',', default_value = "0.1524,0.3048,0.6096,0.9144", value_parser = within(1e-3, 100.0))]
+    speed: Vec<f64>,
+    /// The smallest phase margin (deg)
+    #[arg(long, default_value_t = 45.0, value_parser = within(0.0, 179.0))]
+    phase_margin: f64,
+    /// The smallest gain margin, to either side (dB)
+    #[arg(long, default_value_t = 6.0, value_parser = within(0.0, 60.0))]
+    gain_margin: f64,
+    /// The largest overshoot of a depth step (%)
+    #[arg(long, default_value_t = 5.0, value_parser = within(0.0, 100.0))]
+    overshoot: f64,
+    /// The depth step that may not ask for more than the limits at its first instant (m)
+    #[arg(long, default_value_t = 0.9144, value_parser = within(1e-3, 1e4))]
+    step: f64,
+    /// Of the pitch command (deg)
+    #[arg(long, default_value_t = 45.0, value_parser = within(1.0, 90.0))]
+    pitch_limit: f64,
+    /// Of the planes (deg)
+    #[arg(long, default_value_t = 30.0, value_parser = within(1.0, 90.0))]
+    planes_limit: f64,
+    /// How long the step is watched (s)
+    #[arg(long, default_value_t = 120.0, value_parser = within(1.0, 1e4))]
+    duration: f64,
+}
+
+/// Searches, and prints what was found.
+///
+/// # Errors
+/// A vehicle or actuator that is refused, numbers that overflow, wishes that no gains fulfil.
+pub fn run(args: &OptimiseArgs) -> Result<()> {
+    let wishes = Wishes {
+        plants: args
+            .speed
+            .iter()
+            .map(|speed| Ok((*speed, args.subject.plant(*speed)?)))
+            .collect::<Result<_>>()?,
+        path: args.subject.path()?,
+        phase_margin: args.phase_margin.to_radians(),
+        gain_margin: 10_f64.powf(args.gain_margin / 20.0),
+        overshoot: args.overshoot,
+        step: args.step,
+        pitch_limit: args.pitch_limit.to_radians(),
+        planes_limit: args.planes_limit.to_radians(),
+        duration: args.duration,
+    };
+    let Some(found) = wishes.propose(&args.gains.gains())? else {
+        bail!(
+            "no gains found with a phase margin of {} deg, gain margins of {} dB and an overshoot of {} % at \
+             every speed",
+            args.phase_margin,
+            args.gain_margin,
+            args.overshoot
+        );
+    };
+    println!("{}", gains_text(&found.gains));
+    println!(
+        "worst ITAE {:.2} m^2 (times the speed squared)",
+        found.worst
+    );
+    for (speed, judged) in args.speed.iter().zip(&found.judgements) {
+        print!("\nU = {}\n{}", speed_text(*speed), described(judged)?);
+    }
+    Ok(())
+}

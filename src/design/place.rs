@@ -1,0 +1,81 @@
+//! `planesman design place`: gains that put the poles of the depth loop where they are wanted.
+//!
+//! The poles are those of the vehicle in pitch alone with ideal planes; what heave and the actuator make of
+//! them is analysed below the gains.
+
+use anyhow::{Result, anyhow};
+use clap::Args;
+use depth_controller::design::placement::{self, Poles};
+use depth_controller::gains::PitchModel;
+use plant_sim::vehicle_file;
+
+use super::analyse::{described, judged};
+use super::subject::{Subject, TABLE_3, gains_text, speed_text, table_3, within};
+
+/// Which poles, for which vehicle.
+#[derive(Args)]
+pub struct PlaceArgs {
+    #[command(flatten)]
+    subject: Subject,
+    /// Speed through the water (m/s)
+    #[arg(long, default_value_t = 0.3048, value_parser = within(1e-3, 100.0))]
+    speed: f64,
+    /// The real pole's decay (1/s)
+    #[arg(long, value_parser = within(1e-4, 100.0))]
+    real: f64,
+    /// The pair's natural frequency (rad/s)
+    #[arg(long, value_parser = within(1e-4, 100.0))]
+    frequency: f64,
+    /// The pair's damping ratio
+    #[arg(long, default_value_t = 0.7, value_parser = within(0.0, 10.0))]
+    damping_ratio: f64,
+    /// Kpy, which three poles leave free
+    #[arg(long, default_value_t = 0.7, value_parser = within(1e-3, 1e3))]
+    pitch_p: f64,
+}
+
+/// Prints the gains and what they do.
+///
+/// # Errors
+/// A vehicle or actuator that is refused, numbers that overflow.
+pub fn run(args: &PlaceArgs) -> Result<()> {
+    let gains = placement::gains(
+        &pitch_model(&args.subject, args.speed)?,
+        args.speed,
+        &Poles {
+            real: args.real,
+            frequency: args.frequency,
+            damping_ratio: args.damping_ratio,
+        },
+        args.pitch_p,
+    );
+    println!("{}", gains_text(&gains));
+    if gains.depth_d < 0.0 || gains.pitch_rate < 0.0 {
+        println!(
+            "A gain is negative: these poles are slower or less damped than the vehicle with this Kpy."
+        );
+    }
+    println!(
+        "\nU = {}, heave and actuator included",
+        speed_text(args.speed)
+    );
+    print!(
+        "{}",
+        described(&judged(&args.subject, gains, args.speed, 120.0)?)?
+    );
+    Ok(())
+}
+
+/// The vehicle in pitch alone at a speed, m/s.
+fn pitch_model(subject: &Subject, speed: f64) -> Result<PitchModel> {
+    if subject.vehicle == TABLE_3 {
+        return Ok(table_3());
+    }
+    let vehicle = vehicle_file::load(&subject.vehicle).map_err(|e| anyhow!("{e}"))?;
+    let d = vehicle.derivatives(speed);
+    Ok(PitchModel {
+        plane: -d.m_delta / d.pitch_inertia,
+        damping: -d.m_q / d.pitch_inertia,
+        restoring: d.restoring / d.pitch_inertia,
+    })
+}

@@ -1,0 +1,202 @@
+//! What is designed for: a vehicle, its gains, its actuator, as the command line names them.
+
+use anyhow::{Context as _, Result, anyhow};
+use clap::{Args, ValueEnum};
+use depth_controller::design::dive_loop::{DiveLoop, DivePlant, Path};
+use depth_controller::design::pitch;
+use depth_controller::gains::{LoopGains, PitchModel};
+use planesman_linear::{Complex, DMatrix, StateSpace};
+use planesman_parameters::Values;
+use plant_sim::linearised;
+use plant_sim::quantity::FOOT;
+use plant_sim::vehicle_file;
+
+/// The report's vehicle in pitch alone (Table 3): it goes where it points, and its planes' moment does not know
+/// the speed.
+pub const TABLE_3: &str = "table_3";
+
+/// A vehicle behind an actuator.
+#[derive(Args, Clone)]
+pub struct Subject {
+    /// A built-in vehicle, a vehicle file, or table_3: the report's damped inertia, its plane moment the same at
+    /// every speed
+    #[arg(default_value = "brunner")]
+    pub vehicle: String,
+    /// What moves the planes: ideal, or a built-in actuator or actuator file for its dead time in small motion
+    #[arg(long, default_value = "auv")]
+    pub actuator: String,
+    /// Commands per second, each held until the next (Hz); 0: continuous
+    #[arg(long, default_value_t = 20.0, value_parser = within(0.0, 1e4))]
+    pub rate: f64,
+}
+
+/// The gains of the depth and pitch loops, the controller's defaults where not given.
+#[derive(Args, Clone)]
+pub struct GainArgs {
+    /// Kpz, dive angle per depth error (rad/m)
+    #[arg(long, value_parser = within(0.0, 1e3))]
+    pub depth_p: Option<f64>,
+    /// Kdz, dive angle per depth rate (rad s/m)
+    #[arg(long, value_parser = within(0.0, 1e3))]
+    pub depth_d: Option<f64>,
+    /// Kpy, plane angle per pitch error
+    #[arg(long, value_parser = within(0.0, 1e3))]
+    pub pitch_p: Option<f64>,
+    /// Kr, plane angle per pitch rate (s)
+    #[arg(long, value_parser = within(0.0, 1e3))]
+    pub pitch_rate: Option<f64>,
+}
+
+/// One of the gains, or the speed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[value(rename_all = "snake_case")]
+pub enum Varied {
+    /// Kpz (rad/m)
+    DepthP,
+    /// Kdz (rad s/m)
+    DepthD,
+    /// Kpy
+    PitchP,
+    /// Kr (s)
+    PitchRate,
+    /// U (m/s)
+    Speed,
+}
+
+/// A parser of numbers in `[least, most]`.
+pub fn within(least: f64, most: f64) -> impl Fn(&str) -> Result<f64, String> + Clone {
+    move |text| match text.parse::<f64>() {
+        Ok(value) if (least..=most).contains(&value) => Ok(value),
+        _ => Err(format!("a number from {least} to {most} is expected")),
+    }
+}
+
+impl GainArgs {
+    /// The gains, and the controller's declared defaults for the rest.
+    #[must_use]
+    pub fn gains(&self) -> LoopGains {
+        let defaults = Values::defaults(depth_controller::parameters::declarations());
+        let or = |given: Option<f64>, name| given.unwrap_or_else(|| defaults.double(name));
+        LoopGains {
+            depth_p: or(self.depth_p, "depth.p"),
+            depth_d: or(self.depth_d, "depth.d"),
+            pitch_p: or(self.pitch_p, "pitch.p"),
+            pitch_rate: or(self.pitch_rate, "pitch.rate"),
+        }
+    }
+}
+
+impl Subject {
+    /// The vehicle about level flight at a speed, m/s.
+    ///
+    /// # Errors
+    /// A vehicle that is refused, or numbers that overflow.
+    pub fn plant(&self, speed: f64) -> Result<DivePlant> {
+        if self.vehicle == TABLE_3 {
+            return Ok(DivePlant::of_pitch(&table_3(), speed)?);
+        }
+        let vehicle = vehicle_file::load(&self.vehicle).map_err(|e| anyhow!("{e}"))?;
+        let StateSpace { a, b, .. } = linearised::state_space(&vehicle, speed)
+            .with_context(|| format!("vehicle '{}' at {speed} m/s", vehicle.name))?;
+        // x = (w, q, theta, z); out: q, theta, z, z' = w - U theta.
+        #[rustfmt::skip]
+        let c = [
+            0.0, 1.0, 0.0,    0.0,
+            0.0, 0.0, 1.0,    0.0,
+            0.0, 0.0, 0.0,    1.0,
+            1.0, 0.0, -speed, 0.0,
+        ];
+        let seen = StateSpace::new(
+            a,
+            b,
+            DMatrix::from_row_slice(4, 4, &c),
+            DMatrix::zeros(4, 1),
+        )?;
+        Ok(DivePlant::new(seen)?)
+    }
+
+    /// What stands between the control law and the planes: the hold of a sampled command, half a sample late, and
+    /// of a digital hydraulic actuator the dead time from an error to the middle of the flow that answers it.
+    ///
+    /// # Errors
+    /// An actuator that is refused.
+    pub fn path(&self) -> Result<Path> {
+        let hold = if self.rate > 0.0 {
+            0.5 / self.rate
+        } else {
+            0.0
+        };
+        let actuator = match self.actuator.as_str() {
+            "ideal" => 0.0,
+            name => {
+                let set = dha_actuator::actuator_file::load(name).map_err(|e| anyhow!("{e}"))?;
+                0.5 * set.cycle() + set.delay() + 0.5 * set.flow_time
+            }
+        };
+        Ok(Path {
+            lag: 0.0,
+            delay: hold + actuator,
+        })
+    }
+
+    /// The loop with these gains at a speed, m/s.
+    ///
+    /// # Errors
+    /// As [`Subject::plant`] and [`Subject::path`].
+    pub fn dive_loop(&self, gains: LoopGains, speed: f64) -> Result<DiveLoop> {
+        Ok(DiveLoop {
+            plant: self.plant(speed)?,
+            gains,
+            path: self.path()?,
+        })
+    }
+}
+
+/// `K/J`, `B/J` of Table 3, without a restoring moment, as the report designs.
+#[must_use]
+pub fn table_3() -> PitchModel {
+    let axis = pitch::AXIS;
+    PitchModel {
+        plane: axis.plane_moment / axis.inertia,
+        damping: axis.damping / axis.inertia,
+        restoring: axis.restoring / axis.inertia,
+    }
+}
+
+/// A speed in both units.
+#[must_use]
+pub fn speed_text(speed: f64) -> String {
+    format!("{speed:.4} m/s ({:.3} ft/s)", speed / FOOT)
+}
+
+/// Gains in SI, and those of the depth loop in the report's feet.
+#[must_use]
+pub fn gains_text(g: &LoopGains) -> String {
+    format!(
+        "Kpz {:.4} rad/m ({:.4} rad/ft), Kdz {:.4} rad s/m ({:.4} rad s/ft), Kpy {:.4}, Kr {:.4} s",
+        g.depth_p,
+        g.depth_p * FOOT,
+        g.depth_d,
+        g.depth_d * FOOT,
+        g.pitch_p,
+        g.pitch_rate
+    )
+}
+
+/// A pole; of a conjugate pair both at once.
+#[must_use]
+pub fn pole_text(pole: &Complex<f64>) -> String {
+    if pole.im == 0.0 {
+        format!("{:.4}", pole.re)
+    } else {
+        let ratio = -pole.re / pole.norm();
+        format!("{:.4}±{:.4}j (zeta {ratio:.3})", pole.re, pole.im.abs())
+    }
+}
+
+/// Poles in the order given, each pair once.
+#[must_use]
+pub fn poles_text(poles: &[Complex<f64>]) -> String {
+    let once = poles.iter().filter(|pole| pole.im >= 0.0);
+    once.map(pole_text).collect::<Vec<_>>().join("  ")
+}

@@ -1,0 +1,210 @@
+//! The time responses of the depth loop: Figs. 11, 12, 15 and 16 (Brunner 1988, pp. 19 f.) and C2 to C9
+//! (p. 47 f., program T6).
+//!
+//! The first four are of the linear loop after a step of three feet, its derivative that of the error; the others
+//! what program T6 puts out for four derivative gains. That the four are 0.25, 0.5, 0.6 and 1.0 is a reading: the
+//! report names the first, the last and the best.
+
+use depth_controller::design::{axis::Gains, depth::DepthDesign, pitch, step};
+use depth_controller::t6::{self, Program};
+use planesman_linear::Error;
+
+use super::figures::Figure;
+use crate::plot::{Plot, Series, Style};
+
+/// The step of Figs. 11 to 16, ft.
+const STEP: f64 = 3.0;
+/// How long those are watched, s.
+const DURATION: f64 = 50.0;
+/// Between two drawn points, s.
+const INTERVAL: f64 = 0.1;
+/// The setpoint of Figs. C2 to C9, ft: that of the listing, p. 132.
+const SETPOINT: f64 = 5.0;
+
+/// Every time response of the controllers.
+///
+/// # Errors
+/// The text of [`Error`], or of a program that cannot be flown.
+pub fn figures() -> Result<Vec<Figure>, String> {
+    let mut figures = Vec::new();
+    for (title, note, derivative, speed, damping) in [
+        (
+            "Fig. 11: Kdz = 0.5, U = 1 ft/s, B = 0.34",
+            "Overshoot 8.7 %, within 2 % after 21 s. Which gain stands in which of the two figures is a reading.",
+            0.5,
+            1.0,
+            0.34,
+        ),
+        (
+            "Fig. 12: Kdz = 5, U = 1 ft/s, B = 0.34",
+            "Overshoot 22 %, within 2 % after 47 s: a larger derivative gain does not settle sooner (E20).",
+            5.0,
+            1.0,
+            0.34,
+        ),
+        (
+            "Fig. 15: Kdz = 1.5, U = 1 ft/s, B = 0.72",
+            "No overshoot to speak of: 0.5 %.",
+            1.5,
+            1.0,
+            pitch::MORE_DAMPING,
+        ),
+        (
+            "Fig. 16: Kdz = 1.5, U = 3 ft/s, B = 0.72",
+            "Some overshoot: 10 %.",
+            1.5,
+            3.0,
+            pitch::MORE_DAMPING,
+        ),
+    ] {
+        let design = DepthDesign {
+            axis: pitch::AXIS,
+            pitch: Gains {
+                rate: pitch::AXIS.rate_gain_for_damping(damping),
+                ..pitch::GAINS
+            },
+            speed,
+            p: t6::DEPTH_GAIN,
+            d: derivative,
+        };
+        let depth = step_of(&design).map_err(|error| error.to_string())?;
+        figures.push(depth_figure(title, note, STEP, depth));
+    }
+    for (titles, derivative) in [
+        (
+            ["Fig. C2: Kdz = 0.25, depth", "Fig. C3: Kdz = 0.25, angles"],
+            0.25,
+        ),
+        (
+            ["Fig. C4: Kdz = 0.5, depth", "Fig. C5: Kdz = 0.5, angles"],
+            0.5,
+        ),
+        (
+            ["Fig. C6: Kdz = 0.6, depth", "Fig. C7: Kdz = 0.6, angles"],
+            0.6,
+        ),
+        (
+            ["Fig. C8: Kdz = 1.0, depth", "Fig. C9: Kdz = 1.0, angles"],
+            1.0,
+        ),
+    ] {
+        figures.extend(program_t6(titles, derivative)?);
+    }
+    Ok(figures)
+}
+
+/// The depth after a step of [`STEP`] at zero, ft over s.
+fn step_of(design: &DepthDesign) -> Result<Vec<(f64, f64)>, Error> {
+    let response = step::samples(&design.closed_loop_of_error_rate()?, INTERVAL, DURATION)?;
+    Ok(response.into_iter().map(|(t, z)| (t, STEP * z)).collect())
+}
+
+/// Depth and angles of program T6.
+fn program_t6(titles: [&'static str; 2], derivative: f64) -> Result<[Figure; 2], String> {
+    let program = Program::new(SETPOINT, derivative);
+    let track = program.fly()?;
+    let times: Vec<f64> = (0..=500).map(|k| f64::from(k) * INTERVAL).collect();
+    let over_time = |value: &dyn Fn(f64) -> f64| times.iter().map(|t| (*t, value(*t))).collect();
+    let commanded = |time: f64| program.command(track.motion(time));
+    commanded(0.0)?;
+    let angle = |time: f64, of: fn(&t6::Command) -> f64| {
+        commanded(time).map_or(f64::NAN, |command| of(&command).to_degrees())
+    };
+    let depth = depth_figure(
+        titles[0],
+        "Program T6 as listed: no limits, so that the planes are asked for 50 degrees at first (E9).",
+        SETPOINT,
+        over_time(&|t| track.depth(t)),
+    );
+    let series = |name, points, style| Series {
+        name,
+        points,
+        style,
+    };
+    let angles = Figure {
+        note: "Dive positive, as the program has it.",
+        plot: Plot {
+            title: titles[1],
+            x: "time [s]",
+            y: "angle [deg], bow down",
+            y_down: false,
+            x_shows: &[0.0],
+            series: vec![
+                series("pitch", over_time(&|t| track.dive_angle(t)), Style::Line),
+                series(
+                    "commanded pitch",
+                    over_time(&|t| angle(t, |c| c.dive_angle)),
+                    Style::Dashed,
+                ),
+                series(
+                    "planes",
+                    over_time(&|t| angle(t, |c| c.planes)),
+                    Style::Line,
+                ),
+            ],
+        },
+    };
+    Ok([depth, angles])
+}
+
+fn depth_figure(
+    title: &'static str,
+    note: &'static str,
+    setpoint: f64,
+    depth: Vec<(f64, f64)>,
+) -> Figure {
+    let asked = [0.0, DURATION].map(|t| (t, setpoint)).to_vec();
+    Figure {
+        note,
+        plot: Plot {
+            title,
+            x: "time [s]",
+            y: "depth [ft]",
+            y_down: true,
+            x_shows: &[0.0],
+            series: vec![
+                Series {
+                    name: "depth",
+                    points: depth,
+                    style: Style::Line,
+                },
+                Series {
+                    name: "setpoint",
+                    points: asked,
+                    style: Style::Dashed,
+                },
+            ],
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn deepest(figure: &Figure) -> f64 {
+        let points = figure.plot.series[0].points.iter();
+        points.map(|p| p.1).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn the_overshoots_are_those_written_above_the_figures() {
+        let figures = figures().expect("flown");
+        for (i, percent) in [(0, 8.7), (1, 22.4), (2, 0.5), (3, 10.2)] {
+            let overshoot = 100.0 * (deepest(&figures[i]) / STEP - 1.0);
+            assert!((overshoot - percent).abs() < 0.1, "{i}: {overshoot}");
+        }
+        // Program T6: overshoot for 0.25 and 0.5, none to speak of from 0.6 on.
+        for (i, percent) in [(4, 14.9), (6, 3.3), (8, 0.2)] {
+            let overshoot = 100.0 * (deepest(&figures[i]) / SETPOINT - 1.0);
+            assert!((overshoot - percent).abs() < 0.1, "{i}: {overshoot}");
+        }
+    }
+
+    #[test]
+    fn every_figure_can_be_drawn() {
+        for figure in figures().expect("flown") {
+            assert!(figure.plot.svg().is_ok(), "{}", figure.plot.title);
+        }
+    }
+}
