@@ -4,13 +4,15 @@
 //! - [`verdict`]: whether a recomputed number agrees with the printed one.
 //! - [`book`]: all entries of a report and its errata, read from JSON.
 //! - [`reckoning`]: a book gone through with freshly recomputed numbers.
-//! - [`brunner_1988`]: the errata of the one report that all nodes recompute, each its own share.
+//! - [`brunner_1988`]: the errata of the report on the vehicle, of which each node recomputes its own share.
+//! - [`ibm_1966`]: the errata of the report on the actuator.
 //!
 //! Nothing here knows how a number is computed.
 
 pub mod book;
 pub mod brunner_1988;
 pub mod entry;
+pub mod ibm_1966;
 pub mod reckoning;
 pub mod verdict;
 

@@ -23,6 +23,7 @@
 //! - [`dha`]: logic and hydraulics on that clock.
 //! - [`actuator_model`]: the DHA, or an ideal actuator in its place.
 //! - [`mod@bench`]: the study's flight-control simulation around it.
+//! - [`book`]: the study's printed numbers, computed again.
 //!
 //! Node:
 //! - [`parameters`]: every tunable, its default and range.
@@ -32,6 +33,7 @@ pub mod actuator_file;
 pub mod actuator_model;
 pub mod actuator_set;
 pub mod bench;
+pub mod book;
 pub mod condition;
 pub mod core;
 pub mod cycle_clock;

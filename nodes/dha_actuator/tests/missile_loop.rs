@@ -2,22 +2,16 @@
 //! around the missile's surrogate (IBM 66-L03-005, Figures 2-4 and 2-5), against another simulation
 //! of the same loop.
 
-mod common;
-
-use common::actuator;
-use dha_actuator::bench::autopilot::Gains;
+use dha_actuator::bench::case::Case;
 use dha_actuator::bench::digital_loop::{DigitalLoop, Start};
 use dha_actuator::bench::missile::Surrogate;
 use dha_actuator::units::{DEGREE, INCH};
 use serde_json::Value;
 
 fn missile(start: Start) -> DigitalLoop {
-    DigitalLoop::new(
-        Surrogate::Ps2,
-        &actuator("table_4_1", true, true),
-        Gains::of(Surrogate::Ps2),
-        start,
-    )
+    Case::table_4_1(Surrogate::Ps2)
+        .expect("built in")
+        .fly(start)
 }
 
 #[test]

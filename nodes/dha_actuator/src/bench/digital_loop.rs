@@ -5,9 +5,9 @@
 //! the logic commands at most one volume; in between the missile is integrated under the nozzle
 //! angle of the exactly integrated ram.
 
-use super::autopilot::{DigitalAutopilot, Gains};
-use super::missile::{Surrogate, Yaw, YawPlant};
-use crate::actuator_set::ActuatorSet;
+use super::autopilot::DigitalAutopilot;
+use super::case::Case;
+use super::missile::{Yaw, YawPlant};
 use crate::hydraulics::Hydraulics;
 use crate::pulse_logic::PulseLogic;
 
@@ -57,20 +57,20 @@ pub struct DigitalLoop {
 }
 
 impl DigitalLoop {
-    /// A loop of this missile with this actuator, everything at rest but what `start` says.
+    /// The loop of a case, everything at rest but what `start` says.
     #[must_use]
-    pub fn new(surrogate: Surrogate, set: &ActuatorSet, gains: Gains, start: Start) -> Self {
-        let set = surrogate.fitted(set.clone());
+    pub fn new(case: &Case, start: Start) -> Self {
+        let set = case.surrogate.fitted(case.set.clone());
         Self {
             period: set.cycle(),
             moment_arm: set.moment_arm,
-            plant: surrogate.plant(),
+            plant: case.surrogate.plant(),
             yaw: Yaw {
                 angle: start.yaw,
                 ..Yaw::default()
             },
-            autopilot: DigitalAutopilot::new(gains),
-            logic: PulseLogic::new(&set),
+            autopilot: DigitalAutopilot::new(case.gains),
+            logic: PulseLogic::with_options(&set, case.options),
             hydraulics: Hydraulics::resting_at(&set, 1, start.ram),
             ram: start.ram,
             cycles: 0,

@@ -5,9 +5,9 @@ pub(crate) mod depth;
 
 use dha_actuator::actuator_file::load;
 use dha_actuator::actuator_set::ActuatorSet;
+use dha_actuator::bench::pulse_train::PulseTrain;
 use dha_actuator::condition::Condition;
-use dha_actuator::hydraulics::{Hydraulics, Reading};
-use dha_actuator::pulse_logic::{Command, Volume};
+use dha_actuator::hydraulics::Reading;
 use dha_actuator::units::{INCH, PSI};
 
 /// Cubic metres in a cubic inch.
@@ -37,11 +37,7 @@ pub(crate) fn actuator(name: &str, leakage: bool, friction: bool) -> ActuatorSet
 /// Runs one command per cycle from t = 0, then none.
 pub(crate) struct Bench {
     pub(crate) set: ActuatorSet,
-    hydraulics: Hydraulics,
-    commands: Vec<i8>,
-    sign: i8,
-    cycle: usize,
-    condition: Condition,
+    train: PulseTrain,
 }
 
 impl Bench {
@@ -56,57 +52,20 @@ impl Bench {
 
     /// As [`Bench::settled`], the actuator in `condition`.
     pub(crate) fn worn(set: ActuatorSet, condition: Condition, sign: i8, commands: &[i8]) -> Self {
-        let mut bench = Self {
-            hydraulics: Hydraulics::settled(&set, sign),
+        Self {
+            train: PulseTrain::worn(&set, condition, sign, commands),
             set,
-            commands: commands.to_vec(),
-            sign,
-            cycle: 0,
-            condition,
-        };
-        bench.begin();
-        bench
-    }
-
-    fn begin(&mut self) {
-        let quanta = self.commands.get(self.cycle).copied().unwrap_or(0);
-        if quanta != 0 {
-            self.sign = quanta;
         }
-        self.hydraulics.set_condition(self.condition);
-        self.hydraulics.begin_cycle(Command {
-            volume: if quanta == 0 {
-                Volume::None
-            } else {
-                Volume::Large
-            },
-            sign: self.sign,
-        });
     }
 
     /// The reading at `t`, s; times must not go back.
     pub(crate) fn reading(&mut self, t: f64) -> Reading {
-        let time = self.advance(t);
-        self.hydraulics.reading(time)
+        self.train.at(t)
     }
 
     /// How far the load has slid against friction up to `t`, m; times must not go back.
     pub(crate) fn slid(&mut self, t: f64) -> f64 {
-        let time = self.advance(t);
-        self.hydraulics.slid(time)
-    }
-
-    /// Runs to `t`, s, and returns the time within the cycle.
-    fn advance(&mut self, t: f64) -> f64 {
-        let period = self.set.cycle();
-        while t - self.cycle as f64 * period > period {
-            self.hydraulics.finish_cycle();
-            self.cycle += 1;
-            self.begin();
-        }
-        let time = (t - self.cycle as f64 * period).clamp(0.0, period);
-        self.hydraulics.advance(time);
-        time
+        self.train.slid(t)
     }
 
     /// The instant at `t`, s, in the report's units.

@@ -1,0 +1,114 @@
+//! Tables 3-2, 4-2 and 4-3 and the limit cycles of Section IV, by simulated flights.
+
+use super::Recomputed;
+use crate::actuator_file::ActuatorFileError;
+use crate::bench::case::Case;
+use crate::bench::missile::Surrogate;
+use crate::bench::procedure::{GAIN_STEP, LimitCycle, analog_gain_limit, analog_step_limit};
+use crate::bench::tables::{Outcome, Row, TABLE_3_2, TABLE_4_2};
+use crate::units::DEGREE;
+
+/// Steps of K_g in runs C-13, C-19 and C-20 of Table 4-3.
+pub const ANALOG_GAIN_STEPS: [f64; 3] = [0.7, 0.25, 0.25];
+
+/// Every value of the tables, and the limit cycles.
+///
+/// # Errors
+/// [`ActuatorFileError`] for a built-in actuator that cannot be read.
+pub fn recomputed() -> Result<Recomputed, ActuatorFileError> {
+    let mut all = Recomputed::new();
+    for surrogate in [Surrogate::Ps2, Surrogate::Ps1] {
+        let hardware = Case::table_3_1(surrogate)?;
+        let polaris = Case::table_4_1(surrogate)?;
+        all.extend(table(surrogate, "T4-2", &TABLE_4_2, &polaris));
+        all.extend(table(surrogate, "T3-2", &TABLE_3_2, &hardware));
+        all.extend(table(
+            surrogate,
+            "T3-2adj",
+            &TABLE_3_2,
+            &hardware.adjusted(),
+        ));
+        for (name, row) in [
+            ("base", 0),
+            ("noleak", 3),
+            ("worst", 4),
+            ("K16", 5),
+            ("K5", 6),
+            ("K9", 7),
+        ] {
+            let cycle = TABLE_4_2[row].of(&polaris).limit_cycle();
+            all.extend(limit_cycle(&format!("{surrogate}.lc.{name}"), &cycle));
+            if surrogate == Surrogate::Ps2 {
+                all.extend(printed_of_limit_cycle(name, &cycle));
+            }
+        }
+    }
+    all.extend(phase_1());
+    Ok(all)
+}
+
+/// A table's rows. The default surrogate's stand beside the printed ones.
+fn table(surrogate: Surrogate, name: &str, rows: &[Row], base: &Case) -> Recomputed {
+    let family = match (surrogate, name) {
+        (Surrogate::Ps2, "T3-2" | "T4-2") => name.to_owned(),
+        _ => format!("{surrogate}.{name}"),
+    };
+    rows.iter()
+        .flat_map(|row| {
+            let Outcome { plus, minus, gain } = row.of(base).outcome();
+            [
+                ("max_pos_step", f64::from(plus)),
+                ("max_neg_step", f64::from(minus)),
+                ("Kg_stable", gain),
+                ("Kg_unstable", gain + GAIN_STEP),
+            ]
+            .map(|(what, value)| (format!("{family}.{}.{what}", row.id), value))
+        })
+        .collect()
+}
+
+fn limit_cycle(family: &str, cycle: &LimitCycle) -> Recomputed {
+    vec![
+        (format!("{family}.yaw_pp"), cycle.yaw / DEGREE),
+        (format!("{family}.yaw_mean"), cycle.mean_yaw / DEGREE),
+        (format!("{family}.nozzle_pp"), cycle.nozzle / DEGREE),
+        (format!("{family}.pulses"), cycle.pulses),
+    ]
+}
+
+/// What Section IV.B says of the limit cycles.
+fn printed_of_limit_cycle(name: &str, cycle: &LimitCycle) -> Recomputed {
+    let yaw = cycle.yaw / DEGREE;
+    match name {
+        "base" => vec![
+            ("T4.psi_pp_leak".into(), yaw),
+            ("T4.f0_high".into(), cycle.pulses),
+            ("T4.nozzle_osc".into(), cycle.nozzle / DEGREE),
+        ],
+        "noleak" => vec![
+            ("T4.psi_pp_noleak".into(), yaw),
+            ("T4.f0_low".into(), cycle.pulses),
+        ],
+        "K9" => vec![("T4.psi_pp_K9".into(), yaw)],
+        _ => Recomputed::new(),
+    }
+}
+
+/// Table 4-3: the largest stable step and gain, and the first beyond.
+fn phase_1() -> Recomputed {
+    let surrogate = Surrogate::Ps2;
+    let step = f64::from(analog_step_limit(surrogate));
+    let mut all = vec![
+        ("T4-3.C-14".to_owned(), step),
+        ("T4-3.C-15".to_owned(), step + 1.0),
+    ];
+    for ((run, steering), gain_step) in [("C-13", 0.0), ("C-19", 1.0), ("C-20", 2.0)]
+        .into_iter()
+        .zip(ANALOG_GAIN_STEPS)
+    {
+        let stable = analog_gain_limit(surrogate, gain_step, steering);
+        all.push((format!("T4-3.{run}A"), stable));
+        all.push((format!("T4-3.{run}B"), stable + gain_step));
+    }
+    all
+}
