@@ -8,6 +8,7 @@ use std::fmt::{self, Display, Write as _};
 use anyhow::{Context as _, Result, anyhow, bail};
 use clap::{Args, ValueEnum};
 use planesman_linear::{Complex, Domain, TransferFunction};
+use plant_sim::level_flight::LevelFlight;
 use plant_sim::linearised::{self, Output};
 use plant_sim::predicted::{self, D2_ANOMALY, DepthRate, PRINTED, SAMPLING_TIME, table_8};
 use plant_sim::quantity::FOOT;
@@ -16,7 +17,7 @@ use plant_sim::vehicle_file;
 /// What to print, and of which vehicle.
 #[derive(Args)]
 pub struct TfArgs {
-    /// A built-in vehicle (brunner, brunner_as_printed) or a vehicle file
+    /// A built-in vehicle (brunner, brunner_as_printed, remus_100) or a vehicle file
     vehicle: String,
     /// What moves the vehicle
     #[arg(long, value_enum, default_value_t = InputName::DivePlanes)]
@@ -155,8 +156,23 @@ fn corrected(args: &TfArgs) -> Result<Models> {
         frequency: "rad/s",
         sampled,
         sampling: format!("{} Hz, T = {} s", args.rate, dt),
-        remarks: Vec::new(),
+        remarks: vec![operating_point(derivatives.level_flight())],
     })
+}
+
+/// What the model's variables depart from.
+fn operating_point(level: Option<LevelFlight>) -> String {
+    match level {
+        Some(level) if level == LevelFlight::default() => {
+            "about level flight on an even keel with neutral planes".to_owned()
+        }
+        Some(level) => format!(
+            "about level flight: pitch {:.2} degrees, planes {:.2} degrees",
+            level.pitch.to_degrees(),
+            level.planes.to_degrees()
+        ),
+        None => "about an even keel: at this speed it does not fly level".to_owned(),
+    }
 }
 
 fn as_printed(args: &TfArgs) -> Result<Models> {

@@ -19,6 +19,7 @@
 //! - [`tether`]: a line in tow.
 //! - [`variant`]: the vehicle with a part of its equations changed or left out.
 //! - [`coefficients`]: from geometry to coefficients, by the report's methods.
+//! - [`level_flight`]: the pitch and planes at which a vehicle keeps its depth by itself.
 //! - [`linearised`]: the same vehicle about level flight; what identification should find.
 //! - [`programs`]: the thesis' simulation programs T2 to T5, as printed.
 //! - [`predicted`]: the thesis' predicted transfer functions, as printed and put right.
@@ -42,6 +43,7 @@ pub mod core;
 pub mod dynamics;
 pub mod environment;
 pub mod integrator;
+pub mod level_flight;
 pub mod linearised;
 pub mod lockstep;
 pub mod motion;

@@ -10,8 +10,11 @@
 //! ```
 //!
 //! and where the inertias `Z_qdot`, `M_wdot` couple the first two, both solved for `w'` and `q'`.
-//! Cross-flow drag (`w|w|`, `q|q|`) has no slope at level flight and a buoyancy other than the
-//! weight is but an offset: neither is in the linear system.
+//!
+//! That is how a neutral vehicle flies. One that is lighter than the water it displaces flies level
+//! at a small angle to its path ([`level_flight`](crate::level_flight)), and there its cross-flow drag
+//! has a slope: `Z_w + 2 Z_ww |w0|` stands for `Z_w`, and so on ([`Slopes`]). All variables are then
+//! departures from level flight. Where there is no level flight the slopes are those on an even keel.
 //!
 //! Brunner 1988 forms such models in eq. (7) and Table 8, but prints `z' = w + U theta`, and
 //! samples every 0.05 of the unit of time `L / U` where 0.05 s is meant. Here both are put right.
@@ -20,7 +23,7 @@ use planesman_linear::{
     Complex, DMatrix, Domain, Error, StateSpace, TransferFunction, discrete_to_continuous,
 };
 
-use crate::{Vehicle, vehicle::Derivatives};
+use crate::{State, Vehicle, vehicle::Derivatives};
 
 /// What the plane angle is seen to move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,39 +73,78 @@ pub fn state_space(vehicle: &Vehicle, speed: f64) -> Result<StateSpace, Error> {
     state_space_of(&vehicle.derivatives(speed))
 }
 
-/// The same from derivatives, say of a [`Variant`](crate::variant::Variant). What goes
-/// by the square of heave velocity and pitch rate vanishes beside level flight, and so does the
-/// difference between the restoring moment's forms; excess weight only moves the steady state.
+/// How heave force and pitch moment change about a state that does not turn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Slopes {
+    /// Of the heave force \[N\].
+    pub heave: Slope,
+    /// Of the pitch moment \[N m\].
+    pub pitch: Slope,
+}
+
+/// The slopes of one force or moment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Slope {
+    /// By heave velocity, per m/s.
+    pub w: f64,
+    /// By pitch rate, per rad/s.
+    pub q: f64,
+    /// By pitch, per rad.
+    pub theta: f64,
+    /// By plane angle, per rad.
+    pub delta: f64,
+}
+
+impl Slopes {
+    /// At the heave velocity and pitch of `state`; its pitch rate is taken as 0.
+    #[must_use]
+    pub fn about(d: &Derivatives, state: &State) -> Self {
+        let (w, theta) = (state.heave, state.pitch);
+        Self {
+            heave: Slope {
+                w: d.z_w + 2.0 * d.z_ww * w.abs(),
+                q: d.z_q_plus_m_u,
+                theta: -d.excess_weight * theta.sin(),
+                delta: d.z_delta,
+            },
+            pitch: Slope {
+                w: d.m_w + 2.0 * d.m_ww * w.abs(),
+                q: d.m_q - d.first_moment * w,
+                theta: -d.restoring * theta.cos(),
+                delta: d.m_delta,
+            },
+        }
+    }
+}
+
+/// The same from derivatives, say of a [`Variant`](crate::variant::Variant), under the
+/// hydrostatic restoring moment.
 ///
 /// # Errors
 /// As [`state_space`].
 pub fn state_space_of(derivatives: &Derivatives) -> Result<StateSpace, Error> {
-    let Derivatives {
-        speed: u,
-        heave_inertia: i_w,
-        z_w,
-        z_q_plus_m_u: z_q,
-        z_delta,
-        pitch_inertia: i_q,
-        m_w,
-        m_q,
-        m_delta,
-        restoring,
-        z_q_dot,
-        m_w_dot,
-        ..
-    } = *derivatives;
-    let coupling = z_q_dot * m_w_dot;
-    let heave = |z: f64, m: f64| (z + z_q_dot / i_q * m) / (i_w - coupling / i_q);
-    let pitch = |z: f64, m: f64| (m + m_w_dot / i_w * z) / (i_q - coupling / i_w);
+    let d = derivatives;
+    let level = d.level_flight().unwrap_or_default().state();
+    let (w, pitch) = (level.heave, level.pitch);
+    let Slopes { heave: z, pitch: m } = Slopes::about(d, &level);
+    let (i_w, i_q) = (d.heave_inertia, d.pitch_inertia);
+    let coupling = d.z_q_dot * d.m_w_dot;
+    let heave = |z: f64, m: f64| (z + d.z_q_dot / i_q * m) / (i_w - coupling / i_q);
+    let pitching = |z: f64, m: f64| (m + d.m_w_dot / i_w * z) / (i_q - coupling / i_w);
+    let sinking = -w * pitch.sin() - d.speed * pitch.cos();
     #[rustfmt::skip]
     let a = [
-        heave(z_w, m_w), heave(z_q, m_q), heave(0.0, -restoring), 0.0,
-        pitch(z_w, m_w), pitch(z_q, m_q), pitch(0.0, -restoring), 0.0,
-        0.0,             1.0,             0.0,                    0.0,
-        1.0,             0.0,             -u,                     0.0,
+        heave(z.w, m.w),    heave(z.q, m.q),    heave(z.theta, m.theta),    0.0,
+        pitching(z.w, m.w), pitching(z.q, m.q), pitching(z.theta, m.theta), 0.0,
+        0.0,                1.0,                0.0,                        0.0,
+        pitch.cos(),        0.0,                sinking,                    0.0,
     ];
-    let b = [heave(z_delta, m_delta), pitch(z_delta, m_delta), 0.0, 0.0];
+    let b = [
+        heave(z.delta, m.delta),
+        pitching(z.delta, m.delta),
+        0.0,
+        0.0,
+    ];
     #[rustfmt::skip]
     let c = [
         0.0, 1.0, 0.0, 0.0,
