@@ -2,12 +2,101 @@
 //!
 //! `theta = argmin |Phi theta - y|`. The recursive form ([`crate::rls`]) with lambda = 1 and
 //! p0 without bound gives the same; this is its independent check and the tool for
-//! records at hand.
+//! records at hand. Every batch estimator here ends in it: Gauss-Newton steps and instruments too.
 
 use nalgebra::{DMatrix, DVector};
 
 /// Singular values below this share of the largest count as zero.
 const RANK_TOLERANCE: f64 = 1e-13;
+
+/// `Phi = Q R`, with `z = Q'y`: all that least squares needs of a record.
+#[derive(Clone, Debug)]
+pub struct Triangle {
+    r: DMatrix<f64>,
+    z: DVector<f64>,
+    /// `|y|^2 - |z|^2`: what no theta takes away, output unit squared.
+    pub cost: f64,
+    /// Rows in Phi.
+    pub rows: usize,
+}
+
+impl Triangle {
+    /// Factorises the regression of `outputs` on the rows of `phi`.
+    ///
+    /// # Errors
+    /// A sentence, when there are fewer rows than parameters, or a number is not finite.
+    pub fn of(phi: DMatrix<f64>, mut outputs: DVector<f64>) -> Result<Self, String> {
+        let (rows, parameters) = phi.shape();
+        if parameters == 0 || rows < parameters {
+            return Err(format!(
+                "{rows} rows cannot determine {parameters} parameters"
+            ));
+        }
+        if phi.iter().chain(outputs.iter()).any(|v| !v.is_finite()) {
+            return Err("the regression holds numbers that are not finite".to_owned());
+        }
+        let qr = phi.qr();
+        qr.q_tr_mul(&mut outputs);
+        Ok(Self {
+            r: qr.r(),
+            z: outputs.rows(0, parameters).into_owned(),
+            cost: outputs.rows(parameters, rows - parameters).norm_squared(),
+            rows,
+        })
+    }
+
+    /// How many directions among the parameters the rows determine: singular values of R above
+    /// 1e-13 of the largest.
+    #[must_use]
+    pub fn rank(&self) -> usize {
+        rank(&self.r)
+    }
+
+    /// theta.
+    ///
+    /// # Errors
+    /// A sentence, when the rows do not determine every parameter.
+    pub fn solution(&self) -> Result<DVector<f64>, String> {
+        self.determined()?;
+        self.r
+            .solve_upper_triangular(&self.z)
+            .ok_or_else(|| "the record determines no parameters".to_owned())
+    }
+
+    /// `(Phi'Phi)^-1`: the covariance of theta for a residual that is white and of unit variance.
+    ///
+    /// # Errors
+    /// As [`Triangle::solution`].
+    pub fn unit_covariance(&self) -> Result<DMatrix<f64>, String> {
+        self.determined()?;
+        let p = self.z.len();
+        let inverse = self
+            .r
+            .solve_upper_triangular(&DMatrix::identity(p, p))
+            .ok_or_else(|| "the record determines no parameters".to_owned())?;
+        Ok(&inverse * inverse.transpose())
+    }
+
+    fn determined(&self) -> Result<(), String> {
+        let (rank, parameters) = (self.rank(), self.z.len());
+        if rank < parameters {
+            return Err(format!(
+                "the record determines {rank} of {parameters} parameters"
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// Singular values above 1e-13 of the largest.
+#[must_use]
+pub fn rank(matrix: &DMatrix<f64>) -> usize {
+    let singular = matrix.singular_values();
+    singular
+        .iter()
+        .filter(|s| **s > RANK_TOLERANCE * singular.max())
+        .count()
+}
 
 /// The parameters that fit rows and outputs best.
 ///
@@ -16,31 +105,12 @@ const RANK_TOLERANCE: f64 = 1e-13;
 /// determine every parameter.
 pub fn least_squares(rows: &[(Vec<f64>, f64)]) -> Result<DVector<f64>, String> {
     let parameters = rows.first().map_or(0, |(row, _)| row.len());
-    if parameters == 0 || rows.len() < parameters {
-        return Err(format!(
-            "{} rows cannot determine {parameters} parameters",
-            rows.len()
-        ));
-    }
     if rows.iter().any(|(row, _)| row.len() != parameters) {
         return Err("the rows differ in length".to_owned());
     }
     let phi = DMatrix::from_fn(rows.len(), parameters, |i, j| rows[i].0[j]);
     let outputs = DVector::from_fn(rows.len(), |i, _| rows[i].1);
-    let qr = phi.qr();
-    let r = qr.r();
-    let singular = r.singular_values();
-    let rank = singular
-        .iter()
-        .filter(|s| **s > RANK_TOLERANCE * singular.max())
-        .count();
-    if rank < parameters {
-        return Err(format!(
-            "the record determines {rank} of {parameters} parameters"
-        ));
-    }
-    r.solve_upper_triangular(&(qr.q().transpose() * outputs))
-        .ok_or_else(|| "the record determines no parameters".to_owned())
+    Triangle::of(phi, outputs)?.solution()
 }
 
 #[cfg(test)]
@@ -58,6 +128,19 @@ mod tests {
     }
 
     #[test]
+    fn cost_and_covariance_are_those_of_the_normal_equations() {
+        let phi = DMatrix::from_fn(9, 2, |i, j| {
+            ((i + 1) as f64).powi(j as i32) + 0.1 * j as f64
+        });
+        let y = DVector::from_fn(9, |i, _| (i as f64).sin());
+        let found = Triangle::of(phi.clone(), y.clone()).unwrap();
+        let theta = found.solution().unwrap();
+        assert!(((&phi * theta - y).norm_squared() - found.cost).abs() < 1e-14);
+        let inverse = (phi.transpose() * phi).try_inverse().unwrap();
+        assert!((found.unit_covariance().unwrap() - inverse).amax() < 1e-13);
+    }
+
+    #[test]
     fn records_that_determine_nothing_are_refused_with_the_reason() {
         assert!(least_squares(&[]).is_err());
         let refusal = least_squares(&[(vec![1.0, 0.0], 1.0)]).unwrap_err();
@@ -68,5 +151,6 @@ mod tests {
         let refusal = least_squares(&rows).unwrap_err();
         assert!(refusal.contains("1 of 2"), "{refusal}");
         assert!(least_squares(&[(vec![1.0], 1.0), (vec![], 1.0)]).is_err());
+        assert!(least_squares(&[(vec![f64::NAN], 1.0)]).is_err());
     }
 }

@@ -10,6 +10,11 @@
 //! - [`regression`]: the equation-error model, row by row.
 //! - [`rls`]: recursive least squares in square-root information form.
 //! - [`batch`]: least squares over a whole record.
+//! - [`structure`]: what is unknown, what is known beforehand, and the records to find it from.
+//! - [`estimators`]: least squares, ARMAX, output error, instrumental variables, behind one call.
+//! - [`uncertainty`]: standard errors carried to poles, zeros, gains, frequency responses.
+//! - [`validation`]: residual tests, order search, what a record cannot tell.
+//! - [`synthetic`]: five runs in place of the thesis' lost records.
 //! - [`model`]: poles, steady gain, response.
 //! - [`fit`]: how well a model explains a record.
 //! - [`learner`]: rows in, an estimate and its validity out.
@@ -24,6 +29,7 @@ pub mod align;
 pub mod batch;
 pub mod book;
 pub mod core;
+pub mod estimators;
 pub mod fit;
 pub mod learner;
 pub mod model;
@@ -35,3 +41,7 @@ pub mod replay;
 pub mod rls;
 pub mod signal;
 pub mod stamp;
+pub mod structure;
+pub mod synthetic;
+pub mod uncertainty;
+pub mod validation;

@@ -1,0 +1,280 @@
+//! Refined instrumental variables: least squares whose regressors are noisy, made honest by
+//! instruments that are not.
+//!
+//! ```text
+//! A y_f = B u_f + offset + M h + e,   y_f = y/A, u_f = u/A, h = impulse/A, from rest
+//! phi = [-y_f(k-i), u_f(k-j), 1, h(k-i)]      zeta = phi with x_f = x/A in place of y_f
+//! theta = (sum zeta phi')^-1 sum zeta y_f
+//! ```
+//! `x` is the model's own simulated output; filter and instruments are made of the estimate before,
+//! until nothing changes (Young, *Recursive Estimation and Time-Series Analysis*, 2nd ed., 2011,
+//! ch. 6: SRIV). `zeta` is the slope of the simulated output, so what it settles at is
+//! a stationary point of the output error ([`super::output_error`]), reached without a search.
+
+use nalgebra::{DMatrix, DVector};
+use planesman_linear::polynomial;
+
+use super::least_squares::{freedom, regression};
+use super::levenberg_marquardt::{Linearised, unit_covariance};
+use super::output_error::Simulator;
+use super::{Estimate, Method};
+use crate::batch::Triangle;
+use crate::structure::{Problem, filter, product};
+
+/// Rounds at most; fewer than ten are usual.
+const ROUNDS: usize = 100;
+/// A round that changes no parameter by more than this share of the largest of its kind is the last.
+const SETTLED: f64 = 1e-7;
+/// Halvings of a step that leads uphill before the rounds are given up.
+const HALVINGS: usize = 20;
+
+/// The first filters, `(1 - rho q^-1)^-n`: from none to the slowest that 20 Hz records call for. The
+/// less noise passes, the nearer the vehicle's poles the rounds begin.
+const FIRST_FILTERS: [f64; 4] = [0.0, 0.7, 0.9, 0.97];
+
+/// Decay rates per sample that first guesses of real poles are made of: from the record's length to one
+/// sample.
+const RATES: usize = 7;
+
+/// Starts worth going on from.
+const STARTS: usize = 3;
+
+/// The estimate.
+///
+/// # Errors
+/// A sentence, when the rounds settle nowhere or the records do not determine every parameter.
+pub fn fit(problem: &Problem<'_>) -> Result<Estimate, String> {
+    let simulator = Simulator::new(problem);
+    let (theta, at) = starts(problem, &simulator)?
+        .into_iter()
+        .filter_map(|start| settle(problem, &simulator, start))
+        .map(|theta| {
+            let at = simulator.linearised(&theta);
+            (theta, at)
+        })
+        .min_by(|p, q| cost(&p.1).total_cmp(&cost(&q.1)))
+        .ok_or("the instrumental variables settle nowhere")?;
+    let noise_variance = cost(&at) / freedom(at.errors.len(), theta.len())?;
+    Ok(Estimate {
+        method: Method::Instruments,
+        layout: problem.layout(),
+        sample_time: problem.sample_time,
+        covariance: unit_covariance(&at)? * noise_variance,
+        noise_variance,
+        noise_model: Vec::new(),
+        residuals: simulator.by_run(&at.errors),
+        theta,
+    })
+}
+
+/// Parameters to begin a search at, those of the least output error first: least squares through
+/// each of the first filters, real poles on a grid, and everything else that goes best with them.
+///
+/// # Errors
+/// A sentence, when the records do not determine every parameter even then.
+pub(crate) fn starts(
+    problem: &Problem<'_>,
+    simulator: &Simulator<'_>,
+) -> Result<Vec<DVector<f64>>, String> {
+    let n = problem.structure.poles;
+    let filtered = FIRST_FILTERS.iter().filter_map(|rho| {
+        let den = (0..n).fold(vec![1.0], |den, _| product(&den, &[1.0, -rho]));
+        let theta = filtered_least_squares(problem, &den)?;
+        stable(&theta.as_slice()[..n])
+    });
+    let mut found: Vec<(f64, DVector<f64>)> = filtered
+        .chain(real_poles(problem))
+        .filter_map(|a| completed(problem, simulator, &a))
+        .map(|theta| (cost(&simulator.linearised(&theta)), theta))
+        .filter(|(cost, _)| cost.is_finite())
+        .collect();
+    found.sort_by(|p, q| p.0.total_cmp(&q.0));
+    found.truncate(STARTS);
+    match found.is_empty() {
+        true => Err(why_not(problem)),
+        false => Ok(found.into_iter().map(|(_, theta)| theta).collect()),
+    }
+}
+
+/// `a1 ... an` of every choice of n real poles from the grid.
+fn real_poles(problem: &Problem<'_>) -> Vec<Vec<f64>> {
+    let longest = problem
+        .runs
+        .iter()
+        .map(|run| run.outputs.len())
+        .max()
+        .unwrap_or(1);
+    let slowest = 1.0 / longest.max(2) as f64;
+    let poles: Vec<f64> = (0..RATES)
+        .map(|i| (-slowest.powf(i as f64 / (RATES - 1) as f64)).exp())
+        .collect();
+    // Choices with repetition, each with its polynomial; all of them up to third order, fewer beyond.
+    let mut choices = vec![(0, vec![1.0])];
+    for order in 1..=problem.structure.poles {
+        let stride = if order > 3 { 3 } else { 1 };
+        choices = choices
+            .iter()
+            .flat_map(|(first, polynomial)| {
+                (*first..RATES)
+                    .step_by(stride)
+                    .map(|i| (i, product(polynomial, &[1.0, -poles[i]])))
+                    .collect::<Vec<_>>()
+            })
+            .collect();
+    }
+    choices
+        .into_iter()
+        .map(|(_, mut polynomial)| {
+            polynomial.remove(0);
+            polynomial
+        })
+        .collect()
+}
+
+/// Why no start was found: what least squares says of the record.
+fn why_not(problem: &Problem<'_>) -> String {
+    super::least_squares::fit(problem)
+        .err()
+        .unwrap_or_else(|| "the record determines no stable model".to_owned())
+}
+
+fn cost(at: &Linearised) -> f64 {
+    let cost = at.errors.norm_squared();
+    if cost.is_finite() {
+        cost
+    } else {
+        f64::INFINITY
+    }
+}
+
+/// Least squares on rows each of which is a sum over the rows before it: as true as they are.
+fn filtered_least_squares(problem: &Problem<'_>, den: &[f64]) -> Option<DVector<f64>> {
+    let (mut phi, mut outputs) = regression(problem);
+    let first = problem.structure.history();
+    let mut row = 0;
+    for run in &problem.runs {
+        let count = run.outputs.len().saturating_sub(first);
+        for j in 0..phi.ncols() {
+            let column: Vec<f64> = (row..row + count).map(|i| phi[(i, j)]).collect();
+            for (i, value) in filter(&[1.0], den, &column).into_iter().enumerate() {
+                phi[(row + i, j)] = value;
+            }
+        }
+        let filtered = filter(&[1.0], den, &outputs.as_slice()[row..row + count]);
+        for (i, value) in filtered.into_iter().enumerate() {
+            outputs[row + i] = value;
+        }
+        row += count;
+    }
+    Triangle::of(phi, outputs).ok()?.solution().ok()
+}
+
+/// The poles given, everything else that comes nearest the output: it enters linearly.
+fn completed(problem: &Problem<'_>, simulator: &Simulator<'_>, a: &[f64]) -> Option<DVector<f64>> {
+    let count = problem.layout().count();
+    let mut theta = DVector::zeros(count);
+    theta.rows_mut(0, a.len()).copy_from_slice(a);
+    let at = simulator.linearised(&theta);
+    let slopes = at.slopes.columns(a.len(), count - a.len()).into_owned();
+    let rest = Triangle::of(slopes, at.errors).ok()?.solution().ok()?;
+    theta.rows_mut(a.len(), rest.len()).copy_from(&rest);
+    Some(theta)
+}
+
+/// The rounds of instruments from a start; `None` when they settle nowhere.
+fn settle(
+    problem: &Problem<'_>,
+    simulator: &Simulator<'_>,
+    start: DVector<f64>,
+) -> Option<DVector<f64>> {
+    let n = problem.structure.poles;
+    let mut theta = start;
+    let mut least = cost(&simulator.linearised(&theta));
+    for _ in 0..ROUNDS {
+        let mut step = round(problem, simulator, &theta)? - &theta;
+        let change = |range: std::ops::Range<usize>| {
+            let largest = theta.as_slice()[range.clone()]
+                .iter()
+                .fold(1e-300_f64, |m, v| m.max(v.abs()));
+            step.as_slice()[range]
+                .iter()
+                .fold(0.0_f64, |m, v| m.max(v.abs()))
+                / largest
+        };
+        if change(0..n).max(change(n..theta.len())) < SETTLED {
+            return Some(theta);
+        }
+        // The step points downhill, but may lead beyond the valley.
+        let mut halvings = 0;
+        loop {
+            let next = &theta + &step;
+            let there = cost(&simulator.linearised(&next));
+            if there <= least * (1.0 + 1e-9) {
+                (theta, least) = (next, there);
+                break;
+            }
+            if halvings == HALVINGS {
+                return None;
+            }
+            step *= 0.5;
+            halvings += 1;
+        }
+    }
+    None
+}
+
+/// One round: filter and instruments from `theta`, new parameters out.
+fn round(
+    problem: &Problem<'_>,
+    simulator: &Simulator<'_>,
+    theta: &DVector<f64>,
+) -> Option<DVector<f64>> {
+    let n = problem.structure.poles;
+    let instruments = simulator.linearised(theta).slopes;
+    let mut phi = instruments.clone();
+    let mut outputs = DVector::zeros(phi.nrows());
+    let a = simulator.denominator(theta);
+    let mut first = 0;
+    let layout = problem.layout();
+    for (r, run) in problem.runs.iter().enumerate() {
+        // Without the offset found so far, which 1/A would blow up; the next is its correction.
+        let offset = layout.offset(r).map_or(0.0, |at| theta[at]);
+        let y: Vec<f64> = run.outputs.iter().map(|y| y - offset).collect();
+        let y = filter(&[1.0], &a, &y);
+        for (k, value) in y.iter().enumerate() {
+            outputs[first + k] = *value;
+            for i in 1..=n {
+                phi[(first + k, i - 1)] = if k >= i { -y[k - i] } else { 0.0 };
+            }
+        }
+        first += y.len();
+    }
+    if phi.iter().chain(instruments.iter()).any(|v| !v.is_finite()) {
+        return None;
+    }
+    // Q of the instruments in their place: the same equations, not squared.
+    let q: DMatrix<f64> = instruments.qr().q();
+    let mut found = q.tr_mul(&phi).lu().solve(&q.tr_mul(&outputs))?;
+    for at in (0..problem.runs.len()).filter_map(|run| layout.offset(run)) {
+        found[at] += theta[at];
+    }
+    found.iter().all(|v| v.is_finite()).then_some(found)
+}
+
+/// The coefficients with every pole outside the unit circle mirrored into it.
+fn stable(a: &[f64]) -> Option<Vec<f64>> {
+    let mut polynomial = vec![1.0];
+    polynomial.extend(a);
+    let mut roots = polynomial::roots(&polynomial).ok()?;
+    if roots.iter().all(|z| z.norm() <= 1.0) {
+        return Some(a.to_vec());
+    }
+    for z in &mut roots {
+        if z.norm() > 1.0 {
+            *z = z.conj().inv();
+        }
+    }
+    let mut mirrored = polynomial::from_roots(&roots).ok()?;
+    mirrored.remove(0);
+    Some(mirrored)
+}

@@ -1,0 +1,144 @@
+//! Output error: the model that, run on the input alone, comes nearest the output.
+//!
+//! ```text
+//! x = (B/A) u + (M/A) impulse,   yhat = x + offset,   e = y - yhat
+//! dyhat/da_i = -q^-i x / A,   dyhat/db_j = q^-j u / A,   dyhat/dm_i = q^-i impulse / A
+//! ```
+//! `u` has been through what is known and delayed; `M` is there for a record that begins in
+//! motion. The noise never enters the regressors, so it leaves no bias; with white noise
+//! it is the maximum likelihood estimate (Ljung 1999, sec. 7.3). The search begins at the best
+//! of several starts ([`super::instruments`]), for the cost has other valleys.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::least_squares::freedom;
+use super::levenberg_marquardt::{Linearised, minimise, unit_covariance};
+use super::{Estimate, Method, instruments};
+use crate::structure::{Layout, Problem, filter};
+
+/// The estimate.
+///
+/// # Errors
+/// A sentence, when no start leads to a minimum that determines every parameter.
+pub fn fit(problem: &Problem<'_>) -> Result<Estimate, String> {
+    let simulator = Simulator::new(problem);
+    let mut best: Option<(DVector<f64>, Linearised)> = None;
+    for start in instruments::starts(problem, &simulator)? {
+        let Ok(found) = minimise(start, |theta| simulator.linearised(theta)) else {
+            continue;
+        };
+        let cost = |of: &(DVector<f64>, Linearised)| of.1.errors.norm_squared();
+        if best.as_ref().is_none_or(|best| cost(&found) < cost(best)) {
+            best = Some(found);
+        }
+    }
+    let (theta, at) = best.ok_or("the search for the least output error found no minimum")?;
+    let noise_variance = at.errors.norm_squared() / freedom(at.errors.len(), theta.len())?;
+    Ok(Estimate {
+        method: Method::OutputError,
+        layout: problem.layout(),
+        sample_time: problem.sample_time,
+        covariance: unit_covariance(&at)? * noise_variance,
+        noise_variance,
+        noise_model: Vec::new(),
+        residuals: simulator.by_run(&at.errors),
+        theta,
+    })
+}
+
+/// The records, ready to be simulated with any parameters.
+pub(crate) struct Simulator<'a> {
+    problem: &'a Problem<'a>,
+    layout: Layout,
+    driving: Vec<Vec<f64>>,
+    rows: usize,
+}
+
+impl<'a> Simulator<'a> {
+    pub(crate) fn new(problem: &'a Problem<'a>) -> Self {
+        Self {
+            problem,
+            layout: problem.layout(),
+            driving: problem.driving(),
+            rows: problem.runs.iter().map(|run| run.outputs.len()).sum(),
+        }
+    }
+
+    /// `B/A u` of a record, without offset and motion.
+    pub(crate) fn caused(&self, theta: &DVector<f64>, run: usize) -> Vec<f64> {
+        let b: Vec<f64> = theta.as_slice()[self.layout.b(run)].to_vec();
+        filter(&b, &self.denominator(theta), &self.driving[run])
+    }
+
+    /// `1, a1 ... an`.
+    pub(crate) fn denominator(&self, theta: &DVector<f64>) -> Vec<f64> {
+        let mut a = vec![1.0];
+        a.extend(&theta.as_slice()[self.layout.a()]);
+        a
+    }
+
+    /// `y - yhat` and its slopes, all records one below the other.
+    pub(crate) fn linearised(&self, theta: &DVector<f64>) -> Linearised {
+        let mut errors = DVector::zeros(self.rows);
+        let mut slopes = DMatrix::zeros(self.rows, self.layout.count());
+        let a = self.denominator(theta);
+        let mut first = 0;
+        for (r, run) in self.problem.runs.iter().enumerate() {
+            let count = run.outputs.len();
+            let motion: Vec<f64> = theta.as_slice()[self.layout.motion(r)].to_vec();
+            let impulse = impulse(count);
+            let mut x = self.caused(theta, r);
+            for (x, m) in x.iter_mut().zip(filter(&motion, &a, &impulse)) {
+                *x += m;
+            }
+            let offset = self.layout.offset(r);
+            for k in 0..count {
+                errors[first + k] = run.outputs[k] - x[k] - offset.map_or(0.0, |at| theta[at]);
+            }
+            let mut column = |at: usize, delay: usize, sign: f64, values: &[f64]| {
+                for k in delay..count {
+                    slopes[(first + k, at)] += sign * values[k - delay];
+                }
+            };
+            let x = filter(&[1.0], &a, &x);
+            for (i, at) in self.layout.a().enumerate() {
+                column(at, i + 1, -1.0, &x);
+            }
+            let driving = filter(&[1.0], &a, &self.driving[r]);
+            for (j, at) in self.layout.b(r).enumerate() {
+                column(at, j, 1.0, &driving);
+            }
+            if let Some(at) = offset {
+                column(at, 0, 1.0, &vec![1.0; count]);
+            }
+            let impulse = filter(&[1.0], &a, &impulse);
+            for (i, at) in self.layout.motion(r).enumerate() {
+                column(at, i, 1.0, &impulse);
+            }
+            first += count;
+        }
+        Linearised { errors, slopes }
+    }
+
+    pub(crate) fn by_run(&self, errors: &DVector<f64>) -> Vec<Vec<f64>> {
+        let mut rest = errors.as_slice();
+        self.problem
+            .runs
+            .iter()
+            .map(|run| {
+                let (own, others) = rest.split_at(run.outputs.len());
+                rest = others;
+                own.to_vec()
+            })
+            .collect()
+    }
+}
+
+/// 1, 0, 0, ...
+pub(crate) fn impulse(count: usize) -> Vec<f64> {
+    let mut impulse = vec![0.0; count];
+    if let Some(first) = impulse.first_mut() {
+        *first = 1.0;
+    }
+    impulse
+}

@@ -1,0 +1,368 @@
+//! What is to be found out, of which records: the transfer function's structure and the place
+//! of every unknown in the vector of parameters.
+//!
+//! ```text
+//!                    N(q)   b1 + b2 q^-1 + ... + bm q^-(m-1)
+//! y_k = q^-delay  *  ---- * -------------------------------- u_k  +  offset  +  noise_k
+//!                    D(q)     1 + a1 q^-1 + ... + an q^-n
+//! ```
+//! `N/D` is what is known beforehand, in powers of `q^-1`: `1 - q^-1` above for the zero at z = 1
+//! that a vehicle with restoring moment has from planes to pitch rate, below for an integrator.
+//! The input is sent through it before anything is estimated.
+//!
+//! Several records may share one model. Each has an offset of its own, and its own
+//! numerator when only the poles are common.
+
+use std::ops::Range;
+
+use crate::model::Model;
+
+/// One record on a uniform grid: `inputs[k]` acts over the interval that begins with `outputs[k]`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Run<'a> {
+    /// The input's mean over each interval, the input's unit.
+    pub inputs: &'a [f64],
+    /// The output at the beginning of each interval, the output's unit.
+    pub outputs: &'a [f64],
+}
+
+/// How a record begins.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Start {
+    /// At rest: no input before the first sample, no motion but the offset.
+    #[default]
+    Rest,
+    /// In motion: the n numbers that describe it are estimated too, where an estimator needs them.
+    Motion,
+}
+
+/// The unknowns of the transfer function.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Structure {
+    /// `n`, unknown poles.
+    pub poles: usize,
+    /// `m`, unknown coefficients of the numerator.
+    pub numerator: usize,
+    /// Samples from an input to its first effect, at least 1.
+    pub delay: usize,
+    /// The output has an unknown offset.
+    pub offset: bool,
+    /// `N`, powers of `q^-1` from 0; `[1]` when no zero is known.
+    pub known_numerator: Vec<f64>,
+    /// `D`, powers of `q^-1` from 0, the first 1; `[1]` when no pole is known.
+    pub known_denominator: Vec<f64>,
+    /// How the records begin.
+    pub start: Start,
+    /// The records have only their poles in common.
+    pub own_numerators: bool,
+}
+
+impl Structure {
+    /// n poles and n numerator coefficients, a delay of one sample, an unknown offset.
+    #[must_use]
+    pub fn of_order(order: usize) -> Self {
+        Self {
+            poles: order,
+            numerator: order,
+            delay: 1,
+            offset: true,
+            known_numerator: vec![1.0],
+            known_denominator: vec![1.0],
+            start: Start::Rest,
+            own_numerators: false,
+        }
+    }
+
+    /// The same with one of its zeros known to be at z = 1.
+    #[must_use]
+    pub fn with_zero_at_one(mut self) -> Self {
+        self.known_numerator = product(&self.known_numerator, &[1.0, -1.0]);
+        self.numerator = self.numerator.saturating_sub(1).max(1);
+        self
+    }
+
+    /// The same with one of its poles known to be at z = 1.
+    #[must_use]
+    pub fn with_integrator(mut self) -> Self {
+        self.known_denominator = product(&self.known_denominator, &[1.0, -1.0]);
+        self.poles = self.poles.saturating_sub(1);
+        self
+    }
+
+    /// The same without an offset.
+    #[must_use]
+    pub fn without_offset(mut self) -> Self {
+        self.offset = false;
+        self
+    }
+
+    /// Samples of history a row of the difference equation needs.
+    #[must_use]
+    pub fn history(&self) -> usize {
+        let inputs = self.delay + self.numerator - 1;
+        self.poles
+            .max(inputs + self.known_numerator.len() - 1)
+            .max(self.known_denominator.len() - 1)
+    }
+}
+
+/// A structure, the sampling interval and the records to find the unknowns from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Problem<'a> {
+    /// What is unknown.
+    pub structure: Structure,
+    /// The interval between samples, s.
+    pub sample_time: f64,
+    /// The records.
+    pub runs: Vec<Run<'a>>,
+}
+
+impl<'a> Problem<'a> {
+    /// # Errors
+    /// A sentence: a structure without unknowns or delay, a record whose inputs and outputs differ
+    /// in number, numbers that are not finite.
+    pub fn new(structure: Structure, sample_time: f64, runs: Vec<Run<'a>>) -> Result<Self, String> {
+        if structure.numerator == 0 || structure.delay == 0 {
+            return Err("the structure has no numerator, or no delay".to_owned());
+        }
+        let monic = structure.known_denominator.first() == Some(&1.0);
+        if !monic || structure.known_numerator.is_empty() {
+            return Err("the known poles' polynomial must begin with 1".to_owned());
+        }
+        if !(sample_time > 0.0 && sample_time.is_finite()) {
+            return Err(format!("sampling interval {sample_time} s refused"));
+        }
+        if runs.is_empty() {
+            return Err("there is no record".to_owned());
+        }
+        for run in &runs {
+            if run.inputs.len() != run.outputs.len() {
+                return Err(format!(
+                    "a record has {} inputs and {} outputs",
+                    run.inputs.len(),
+                    run.outputs.len()
+                ));
+            }
+            if run.inputs.iter().chain(run.outputs).any(|v| !v.is_finite()) {
+                return Err("a record holds numbers that are not finite".to_owned());
+            }
+        }
+        Ok(Self {
+            structure,
+            sample_time,
+            runs,
+        })
+    }
+
+    /// Where each unknown stands.
+    #[must_use]
+    pub fn layout(&self) -> Layout {
+        Layout {
+            structure: self.structure.clone(),
+            runs: self.runs.len(),
+        }
+    }
+
+    /// Each record's input through what is known, delayed so that element k first acts on output k.
+    #[must_use]
+    pub fn driving(&self) -> Vec<Vec<f64>> {
+        let Structure {
+            delay,
+            known_numerator,
+            known_denominator,
+            ..
+        } = &self.structure;
+        self.runs
+            .iter()
+            .map(|run| {
+                let mut driving = vec![0.0; *delay];
+                driving.extend(filter(known_numerator, known_denominator, run.inputs));
+                driving.truncate(run.inputs.len());
+                driving
+            })
+            .collect()
+    }
+}
+
+/// Where each unknown stands in theta: `[a, b (of each record), offset of each record, motion
+/// at each record's beginning]`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layout {
+    /// What is unknown.
+    pub structure: Structure,
+    /// How many records there are.
+    pub runs: usize,
+}
+
+impl Layout {
+    /// `a1 ... an`.
+    #[must_use]
+    pub fn a(&self) -> Range<usize> {
+        0..self.structure.poles
+    }
+
+    /// `b1 ... bm` of a record.
+    #[must_use]
+    pub fn b(&self, run: usize) -> Range<usize> {
+        let own = if self.structure.own_numerators {
+            run
+        } else {
+            0
+        };
+        let first = self.structure.poles + own * self.structure.numerator;
+        first..first + self.structure.numerator
+    }
+
+    /// The record's offset.
+    #[must_use]
+    pub fn offset(&self, run: usize) -> Option<usize> {
+        self.structure
+            .offset
+            .then(|| self.b(self.runs - 1).end + run)
+    }
+
+    /// The motion at a record's beginning; empty when all begin at rest.
+    #[must_use]
+    pub fn motion(&self, run: usize) -> Range<usize> {
+        let first = self.without_motion();
+        match self.structure.start {
+            Start::Rest => first..first,
+            Start::Motion => {
+                let n = self.structure.poles;
+                first + run * n..first + (run + 1) * n
+            }
+        }
+    }
+
+    /// Parameters of the difference equation, which needs no motion.
+    #[must_use]
+    pub fn without_motion(&self) -> usize {
+        self.b(self.runs - 1).end + if self.structure.offset { self.runs } else { 0 }
+    }
+
+    /// All parameters.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.motion(self.runs - 1).end
+    }
+
+    /// The model of a record in full: what is known multiplied in, the delay as leading zeros, as
+    /// many numerator coefficients as poles, those at z = 0 that a long numerator or delay makes
+    /// included.
+    #[must_use]
+    pub fn model(&self, theta: &[f64], run: usize, sample_time: f64) -> Model {
+        let s = &self.structure;
+        let mut a = vec![1.0];
+        a.extend(&theta[self.a()]);
+        let mut a = product(&a, &s.known_denominator);
+        a.remove(0);
+        let mut b = vec![0.0; s.delay - 1];
+        b.extend(product(&theta[self.b(run)], &s.known_numerator));
+        let order = a.len().max(b.len());
+        a.resize(order, 0.0);
+        b.resize(order, 0.0);
+        Model {
+            sample_time,
+            a,
+            b,
+            c: Vec::new(),
+            bias: 0.0,
+        }
+    }
+}
+
+/// The product of two polynomials, in either order of powers.
+#[must_use]
+pub fn product(p: &[f64], q: &[f64]) -> Vec<f64> {
+    let mut product = vec![0.0; (p.len() + q.len()).saturating_sub(1)];
+    for (i, x) in p.iter().enumerate() {
+        for (j, y) in q.iter().enumerate() {
+            product[i + j] += x * y;
+        }
+    }
+    product
+}
+
+/// `num(q^-1) / den(q^-1)` from rest; `den` begins with 1.
+#[must_use]
+pub fn filter(num: &[f64], den: &[f64], input: &[f64]) -> Vec<f64> {
+    let mut output: Vec<f64> = Vec::with_capacity(input.len());
+    for k in 0..input.len() {
+        let forward: f64 = num
+            .iter()
+            .take(k + 1)
+            .enumerate()
+            .map(|(i, c)| c * input[k - i])
+            .sum();
+        let back: f64 = den
+            .iter()
+            .take(k + 1)
+            .enumerate()
+            .skip(1)
+            .map(|(i, c)| c * output[k - i])
+            .sum();
+        output.push(forward - back);
+    }
+    output
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn a_filter_is_its_difference_equation_from_rest() {
+        assert_eq!(
+            filter(&[1.0, -1.0], &[1.0, -0.5], &[1.0, 1.0, 0.0]),
+            vec![1.0, 0.5, -0.75]
+        );
+    }
+
+    #[test]
+    fn every_unknown_has_a_place_of_its_own() {
+        let mut structure = Structure::of_order(3).with_zero_at_one();
+        structure.start = Start::Motion;
+        for own in [false, true] {
+            structure.own_numerators = own;
+            let layout = Layout {
+                structure: structure.clone(),
+                runs: 2,
+            };
+            let mut places: Vec<usize> = layout.a().collect();
+            for run in 0..2 {
+                places.extend(layout.b(run).filter(|_| own || run == 0));
+                places.extend(layout.offset(run));
+                places.extend(layout.motion(run));
+            }
+            places.sort_unstable();
+            assert_eq!(places, (0..layout.count()).collect::<Vec<_>>());
+        }
+    }
+
+    #[test]
+    fn the_full_model_holds_what_is_known() {
+        let mut structure = Structure::of_order(2).with_zero_at_one().with_integrator();
+        structure.delay = 2;
+        let layout = Layout { structure, runs: 1 };
+        let model = layout.model(&[-0.5, 3.0, 9.9], 0, 0.1);
+        assert_eq!(model.a, vec![-1.5, 0.5, 0.0]);
+        assert_eq!(model.b, vec![0.0, 3.0, -3.0]);
+    }
+
+    #[test]
+    fn records_that_are_none_are_refused() {
+        let run = Run {
+            inputs: &[1.0],
+            outputs: &[1.0, 2.0],
+        };
+        assert!(Problem::new(Structure::of_order(1), 0.1, vec![run]).is_err());
+        assert!(Problem::new(Structure::of_order(1), 0.1, vec![]).is_err());
+        let run = Run {
+            inputs: &[f64::NAN],
+            outputs: &[1.0],
+        };
+        assert!(Problem::new(Structure::of_order(1), 0.1, vec![run]).is_err());
+        assert!(Problem::new(Structure::of_order(1), 0.0, vec![]).is_err());
+    }
+}

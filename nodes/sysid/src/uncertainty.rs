@@ -1,0 +1,241 @@
+//! How far off what is read from an estimate may be: the parameters' covariance carried to poles,
+//! zeros, gains and frequency responses.
+//!
+//! To first order (the delta method) a quantity `f(theta)` has the covariance `J P J'`, with J its
+//! slope. All slopes are exact:
+//! ```text
+//! p a root of A:  dp/da_i = -p^(n-i) / A'(p)          s = ln(p)/T:  ds = dp / (p T)
+//! G = B/A:        dG/da_i = -G z^(-i) / A,  dG/db_j = z^(-j) / A
+//! ```
+//! A complex quantity has a covariance of its real and imaginary parts: an ellipse. What is
+//! known beforehand has none. Where two roots nearly meet, the slope grows without bound and the
+//! first order says little; the ellipse is then large, as it should be.
+
+use std::ops::Range;
+
+use nalgebra::{Complex, Matrix2};
+use planesman_linear::{discrete_to_continuous, polynomial};
+
+use crate::estimators::Estimate;
+
+/// The share of a normal distribution's mass in a 95 % interval, as standard deviations.
+pub const SIGMAS_95: f64 = 1.959_964;
+/// The same for 99 %.
+pub const SIGMAS_99: f64 = 2.575_829;
+
+/// A complex quantity and the covariance of its parts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Uncertain {
+    /// The quantity.
+    pub value: Complex<f64>,
+    /// The covariance of real and imaginary part; zero for what is known.
+    pub covariance: Matrix2<f64>,
+}
+
+impl Uncertain {
+    /// What is known.
+    #[must_use]
+    pub fn known(value: Complex<f64>) -> Self {
+        Self {
+            value,
+            covariance: Matrix2::zeros(),
+        }
+    }
+
+    /// The real part's standard deviation.
+    #[must_use]
+    pub fn real_deviation(&self) -> f64 {
+        self.covariance[(0, 0)].max(0.0).sqrt()
+    }
+
+    /// The imaginary part's standard deviation.
+    #[must_use]
+    pub fn imaginary_deviation(&self) -> f64 {
+        self.covariance[(1, 1)].max(0.0).sqrt()
+    }
+
+    /// The standard deviation of the magnitude.
+    #[must_use]
+    pub fn magnitude_deviation(&self) -> f64 {
+        let size = self.value.norm();
+        if size == 0.0 {
+            return self.real_deviation().hypot(self.imaginary_deviation());
+        }
+        let along = nalgebra::Vector2::new(self.value.re, self.value.im) / size;
+        (along.dot(&(self.covariance * along))).max(0.0).sqrt()
+    }
+
+    /// The standard deviation of the phase, rad.
+    #[must_use]
+    pub fn phase_deviation(&self) -> f64 {
+        let size = self.value.norm();
+        let across = nalgebra::Vector2::new(-self.value.im, self.value.re) / size;
+        (across.dot(&(self.covariance * across))).max(0.0).sqrt() / size
+    }
+
+    /// The ellipse that holds the truth with 95 %, as `points` points; for a normal distribution in
+    /// two dimensions 2.448 standard deviations, along a line 1.960.
+    #[must_use]
+    pub fn ellipse_95(&self, points: usize) -> Vec<Complex<f64>> {
+        let on_a_line = self.covariance[(1, 1)] <= 1e-24 * self.covariance[(0, 0)];
+        let radius = if on_a_line { SIGMAS_95 } else { 2.447_747 };
+        let eigen = self.covariance.symmetric_eigen();
+        let root = eigen.eigenvectors
+            * Matrix2::from_diagonal(&eigen.eigenvalues.map(|v| radius * v.max(0.0).sqrt()));
+        (0..=points)
+            .map(|i| {
+                let angle = std::f64::consts::TAU * i as f64 / points as f64;
+                let at = root * nalgebra::Vector2::new(angle.cos(), angle.sin());
+                self.value + Complex::new(at[0], at[1])
+            })
+            .collect()
+    }
+}
+
+/// What can be read from the model of one record of an estimate.
+#[derive(Clone, Copy, Debug)]
+pub struct Reading<'a> {
+    estimate: &'a Estimate,
+    run: usize,
+}
+
+impl<'a> Reading<'a> {
+    /// Of record `run`.
+    #[must_use]
+    pub fn of(estimate: &'a Estimate, run: usize) -> Self {
+        Self { estimate, run }
+    }
+
+    /// The poles in z, the one with the largest real part first; known ones last.
+    ///
+    /// # Errors
+    /// A sentence, when the roots cannot be found.
+    pub fn poles(&self) -> Result<Vec<Uncertain>, String> {
+        let layout = &self.estimate.layout;
+        let mut monic = vec![1.0];
+        monic.extend(&self.estimate.theta.as_slice()[layout.a()]);
+        let mut poles = self.roots(&monic, layout.a())?;
+        poles.extend(known_roots(&layout.structure.known_denominator)?);
+        Ok(poles)
+    }
+
+    /// The zeros in z, as the poles.
+    ///
+    /// # Errors
+    /// A sentence, when the roots cannot be found.
+    pub fn zeros(&self) -> Result<Vec<Uncertain>, String> {
+        let layout = &self.estimate.layout;
+        let b = &self.estimate.theta.as_slice()[layout.b(self.run)];
+        // Coefficients that are 0 in front are a longer delay.
+        let leading = b.iter().take_while(|b| **b == 0.0).count().min(b.len() - 1);
+        let places = layout.b(self.run).start + leading..layout.b(self.run).end;
+        let mut zeros = self.roots(&b[leading..], places)?;
+        zeros.extend(known_roots(&layout.structure.known_numerator)?);
+        Ok(zeros)
+    }
+
+    /// The poles in s, `ln(z)/T`, 1/s, in the order of [`Reading::poles`]; a pole at z = 0 has none.
+    ///
+    /// # Errors
+    /// As [`Reading::poles`].
+    pub fn continuous_poles(&self) -> Result<Vec<Uncertain>, String> {
+        let dt = self.estimate.sample_time;
+        let poles = self.poles()?;
+        Ok(poles
+            .into_iter()
+            .filter_map(|pole| {
+                let value = discrete_to_continuous(pole.value, dt)?;
+                let turn = rotation((pole.value * dt).inv());
+                Some(Uncertain {
+                    value,
+                    covariance: turn * pole.covariance * turn.transpose(),
+                })
+            })
+            .collect())
+    }
+
+    /// The steady gain, output unit per input unit; `None` with a pole at z = 1.
+    #[must_use]
+    pub fn dc_gain(&self) -> Option<Uncertain> {
+        self.estimate.model(self.run).dc_gain()?;
+        self.response(0.0)
+    }
+
+    /// The frequency response at `omega` rad/s; `None` where it has no bound.
+    #[must_use]
+    pub fn response(&self, omega: f64) -> Option<Uncertain> {
+        let layout = &self.estimate.layout;
+        let structure = &layout.structure;
+        let theta = self.estimate.theta.as_slice();
+        let back = Complex::new(0.0, -omega * self.estimate.sample_time).exp();
+        let sum = |coefficients: &[f64]| -> Complex<f64> {
+            coefficients
+                .iter()
+                .rev()
+                .fold(Complex::new(0.0, 0.0), |sum, c| sum * back + c)
+        };
+        let known = back.powi(structure.delay as i32) * sum(&structure.known_numerator)
+            / sum(&structure.known_denominator);
+        let a = 1.0 + back * sum(&theta[layout.a()]);
+        let value = known * sum(&theta[layout.b(self.run)]) / a;
+        let columns: Vec<usize> = layout.a().chain(layout.b(self.run)).collect();
+        let slopes: Vec<Complex<f64>> = (1..=structure.poles)
+            .map(|i| -value * back.powi(i as i32) / a)
+            .chain((0..structure.numerator).map(|j| known * back.powi(j as i32) / a))
+            .collect();
+        let found = Uncertain {
+            value,
+            covariance: self.carried(&columns, &slopes),
+        };
+        (value.re.is_finite() && value.im.is_finite()).then_some(found)
+    }
+
+    /// Roots of a polynomial, the highest power first, whose last coefficients are the parameters
+    /// at `places`, with the covariance these give.
+    fn roots(&self, polynomial: &[f64], places: Range<usize>) -> Result<Vec<Uncertain>, String> {
+        let roots = polynomial::roots(polynomial).map_err(|reason| reason.to_string())?;
+        let derivative = polynomial::derivative(polynomial);
+        let columns: Vec<usize> = places.collect();
+        Ok(roots
+            .into_iter()
+            .map(|value| {
+                let slope = -polynomial::evaluate(&derivative, value).inv();
+                let slopes: Vec<Complex<f64>> = (0..columns.len())
+                    .rev()
+                    .map(|power| slope * value.powi(power as i32))
+                    .collect();
+                Uncertain {
+                    value,
+                    covariance: self.carried(&columns, &slopes),
+                }
+            })
+            .collect())
+    }
+
+    /// `J P J'` for a complex quantity with these slopes.
+    fn carried(&self, columns: &[usize], slopes: &[Complex<f64>]) -> Matrix2<f64> {
+        let p = &self.estimate.covariance;
+        let mut covariance = Matrix2::zeros();
+        for (i, left) in columns.iter().zip(slopes) {
+            for (j, right) in columns.iter().zip(slopes) {
+                let share = p[(*i, *j)];
+                covariance[(0, 0)] += left.re * share * right.re;
+                covariance[(0, 1)] += left.re * share * right.im;
+                covariance[(1, 0)] += left.im * share * right.re;
+                covariance[(1, 1)] += left.im * share * right.im;
+            }
+        }
+        covariance
+    }
+}
+
+/// The matrix that multiplies (re, im) as `factor` multiplies the complex number.
+fn rotation(factor: Complex<f64>) -> Matrix2<f64> {
+    Matrix2::new(factor.re, -factor.im, factor.im, factor.re)
+}
+
+/// Roots of a polynomial in `q^-1` that is known.
+fn known_roots(coefficients: &[f64]) -> Result<Vec<Uncertain>, String> {
+    let roots = polynomial::roots(coefficients).map_err(|reason| reason.to_string())?;
+    Ok(roots.into_iter().map(Uncertain::known).collect())
+}

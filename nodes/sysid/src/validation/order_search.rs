@@ -1,0 +1,150 @@
+//! Which order and delay does the record ask for?
+//!
+//! Every candidate is fitted to the first part of each record and judged on the rest by simulation,
+//! and fitted to all of it for the criteria (Ljung 1999, sec. 16.4)
+//! ```text
+//! AIC = N ln V + 2 p,   BIC = N ln V + p ln N,   V = mean of the squared residuals
+//! ```
+//! N the rows, p the parameters. A one-step fit can only grow with the order; these can fall.
+
+use crate::estimators::Method;
+use crate::structure::{Problem, Run, Structure};
+
+/// The share of each record that candidates are fitted to before they are judged on the rest.
+pub const FITTED_SHARE: f64 = 0.7;
+
+/// A difference of the BIC below which two candidates are as good (Kass and Raftery, *J. Amer.
+/// Statist. Assoc.* 90, 1995, call it hardly worth a mention).
+const AS_GOOD: f64 = 2.0;
+
+/// One candidate and what it comes to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Candidate {
+    /// Poles, known ones left out.
+    pub order: usize,
+    /// Samples from input to first effect.
+    pub delay: usize,
+    /// Parameters.
+    pub parameters: usize,
+    /// Akaike's criterion.
+    pub aic: f64,
+    /// The Bayesian criterion.
+    pub bic: f64,
+    /// The simulated fit on what was held out, %; `None` when the output did not move there.
+    pub held_out_fit: Option<f64>,
+}
+
+/// The candidates of orders 1 to `orders` and delays 1 to `delays`, the order of each structure
+/// changed with its numerator, best BIC first. Those that the records do not determine are left out.
+#[must_use]
+pub fn search(
+    problem: &Problem<'_>,
+    method: Method,
+    orders: usize,
+    delays: usize,
+) -> Vec<Candidate> {
+    let mut candidates: Vec<Candidate> = (1..=orders)
+        .flat_map(|order| (1..=delays).map(move |delay| (order, delay)))
+        .filter_map(|(order, delay)| candidate(problem, method, order, delay))
+        .collect();
+    candidates.sort_by(|p, q| p.bic.total_cmp(&q.bic));
+    candidates
+}
+
+fn candidate(
+    problem: &Problem<'_>,
+    method: Method,
+    order: usize,
+    delay: usize,
+) -> Option<Candidate> {
+    let short = problem
+        .structure
+        .poles
+        .saturating_sub(problem.structure.numerator);
+    let structure = Structure {
+        poles: order,
+        numerator: order.saturating_sub(short).max(1),
+        delay,
+        ..problem.structure.clone()
+    };
+    let of = |runs: Vec<Run<'_>>| {
+        let problem = Problem::new(structure.clone(), problem.sample_time, runs).ok()?;
+        method.fit(&problem).ok()
+    };
+    let whole = of(problem.runs.clone())?;
+    let rows: usize = whole.residuals.iter().map(Vec::len).sum();
+    let cost: f64 = whole.residuals.iter().flatten().map(|e| e * e).sum();
+    let parameters = whole.theta.len() + whole.noise_model.len();
+    let n = rows as f64;
+    let likelihood = n * (cost / n).max(f64::MIN_POSITIVE).ln();
+    let fitted: Vec<Run<'_>> = problem.runs.iter().map(|run| first_part(run)).collect();
+    let held_out_fit = of(fitted.clone()).and_then(|part| {
+        let fits: Vec<f64> = problem
+            .runs
+            .iter()
+            .zip(&fitted)
+            .enumerate()
+            .filter_map(|(r, (run, fitted))| part.simulated_fit(r, *run, fitted.outputs.len()))
+            .collect();
+        (!fits.is_empty()).then(|| fits.iter().sum::<f64>() / fits.len() as f64)
+    });
+    Some(Candidate {
+        order,
+        delay,
+        parameters,
+        aic: likelihood + 2.0 * parameters as f64,
+        bic: likelihood + parameters as f64 * n.ln(),
+        held_out_fit,
+    })
+}
+
+/// The part of a record that candidates are fitted to.
+#[must_use]
+pub fn first_part<'a>(run: &Run<'a>) -> Run<'a> {
+    let kept = (run.outputs.len() as f64 * FITTED_SHARE) as usize;
+    Run {
+        inputs: &run.inputs[..kept],
+        outputs: &run.outputs[..kept],
+    }
+}
+
+/// The candidate to take: of those as good as the best, the one with the fewest parameters.
+#[must_use]
+pub fn choice(candidates: &[Candidate]) -> Option<&Candidate> {
+    let best = candidates.first()?.bic;
+    candidates
+        .iter()
+        .filter(|candidate| candidate.bic - best < AS_GOOD)
+        .min_by_key(|candidate| candidate.parameters)
+}
+
+/// What the search says of the order, in a sentence.
+#[must_use]
+pub fn verdict(candidates: &[Candidate]) -> Option<String> {
+    let chosen = choice(candidates)?;
+    let next = candidates
+        .iter()
+        .find(|c| c.delay == chosen.delay && c.order == chosen.order + 1);
+    let fit = |c: &Candidate| {
+        c.held_out_fit.map_or_else(
+            || "not judged".to_owned(),
+            |fit| format!("{fit:.1} % on held-out data"),
+        )
+    };
+    Some(match next {
+        Some(next) => format!(
+            "order {} adds nothing over {}: {} against {}, BIC {:+.1}",
+            next.order,
+            chosen.order,
+            fit(next),
+            fit(chosen),
+            next.bic - chosen.bic
+        ),
+        None => format!(
+            "order {}, delay {}: {}",
+            chosen.order,
+            chosen.delay,
+            fit(chosen)
+        ),
+    })
+}
