@@ -21,8 +21,14 @@ pub struct LevelFlight {
     pub planes: f64,
 }
 
-/// Newton steps; a trim within reach takes five.
-const STEPS: usize = 30;
+/// Newton steps; the REMUS at its working speed takes five.
+const STEPS: usize = 50;
+
+/// A step this small \[rad\] is none: rounding moves the pitch by less.
+const CLOSE: f64 = 1e-13;
+
+/// No flight is sought beyond this pitch \[rad\]: hulls stall long before.
+const STEEPEST: f64 = std::f64::consts::FRAC_PI_4;
 
 impl LevelFlight {
     /// The state of this flight at the origin.
@@ -56,14 +62,15 @@ impl Derivatives {
             let heaving = self.speed / state.pitch.cos().powi(2);
             let slope = (heave.w - ratio * pitch.w) * heaving + heave.theta - ratio * pitch.theta;
             let change = -(force - ratio * moment) / slope;
-            if !change.is_finite() || (flight.pitch + change).abs() > std::f64::consts::FRAC_PI_4 {
-                return None;
-            }
-            flight.pitch += change;
-            flight.heave = self.speed * flight.pitch.tan();
-            if change.abs() < 1e-15 {
+            if change.abs() < CLOSE {
                 return Some(flight);
             }
+            let pitch = (flight.pitch + change).clamp(-STEEPEST, STEEPEST);
+            if pitch == flight.pitch || pitch.is_nan() {
+                return None;
+            }
+            flight.pitch = pitch;
+            flight.heave = self.speed * pitch.tan();
         }
         None
     }
@@ -84,20 +91,29 @@ mod tests {
 
     #[test]
     fn in_level_flight_nothing_accelerates_and_the_depth_stays() {
-        for speed in [1.0, 1.54, 2.5] {
+        for speed in [0.3, 1.0, 1.54, 2.5] {
             let d = remus_100().derivatives(speed);
             let flight = d.level_flight().expect("it flies level");
             let state = flight.state();
             let (heaving, pitching) =
                 d.accelerations(&state, flight.planes, Restoring::Sine, Load::NONE);
-            assert!(heaving.abs() < 1e-14, "{speed}: {heaving}");
-            assert!(pitching.abs() < 1e-14, "{speed}: {pitching}");
+            assert!(heaving.abs() < 1e-12, "{speed}: {heaving}");
+            assert!(pitching.abs() < 1e-12, "{speed}: {pitching}");
             assert!(d.depth_rate(&state).abs() < 1e-15);
         }
     }
 
     #[test]
-    fn a_buoyant_vehicle_without_way_on_does_not_fly() {
-        assert_eq!(remus_100().derivatives(0.0).level_flight(), None);
+    fn the_slower_a_buoyant_vehicle_the_steeper_it_flies_until_it_cannot() {
+        let pitch = |speed| {
+            let flight = remus_100().derivatives(speed).level_flight();
+            flight.map(|flight| flight.pitch.to_degrees())
+        };
+        for (speed, degrees) in [(2.5, -1.22), (1.0, -6.92), (0.5, -21.43), (0.3, -38.89)] {
+            let found = pitch(speed).expect("it flies level");
+            assert!((found - degrees).abs() < 0.01, "{speed}: {found}");
+        }
+        assert_eq!(pitch(0.2), None);
+        assert_eq!(pitch(0.0), None);
     }
 }
