@@ -5,13 +5,15 @@
 //! ([`sim`], through [`compose`]). Either way a bag remains, from which [`flight`], [`summary`] and
 //! [`page`] tell what happened.
 //!
-//! Beside flying: [`coefficients_command`] reckons a vehicle's coefficients from its geometry, and
+//! Beside flying: [`coefficients_command`] reckons a vehicle's coefficients from its geometry, [`dha`] puts
+//! the actuator on the bench of its 1966 study, and
 //! [`reproduce`] computes the 1988 report's numbers again; [`design`] has the loops on paper.
 
 pub mod coefficients_command;
 pub mod compose;
 pub mod crew;
 pub mod design;
+pub mod dha;
 pub mod dive;
 pub mod flight;
 pub mod nodes;

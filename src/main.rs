@@ -9,6 +9,7 @@ use clap::error::ErrorKind;
 use clap::{Args, Parser, Subcommand};
 use planesman::coefficients_command::{self, CoefficientsArgs};
 use planesman::design::{self, DesignCommand};
+use planesman::dha::{self, DhaCommand};
 use planesman::dive::{self, Pace};
 use planesman::reproduce::{self, ReproduceArgs};
 use planesman::run_folder::RunFolder;
@@ -63,6 +64,9 @@ enum Command {
     /// Design the depth and pitch loops: stability, margins, pole placement, gains
     #[command(subcommand)]
     Design(DesignCommand),
+    /// The digital hydraulic actuator by itself: the 1966 study's bench
+    #[command(subcommand)]
+    Dha(DhaCommand),
     /// Compute the numbers of the 1988 report again, and say which agree
     Reproduce(ReproduceArgs),
     /// Run one node in this process (what `ros2 run` would start)
@@ -175,6 +179,7 @@ fn main() -> ExitCode {
         Command::Params { node, .. } => nodes::list_parameters(node.as_deref()),
         Command::Coefficients(args) => coefficients_command::run(&args),
         Command::Design(command) => design::run(&command),
+        Command::Dha(command) => dha::run(&command),
         Command::Reproduce(args) => reproduce::run(&args),
         Command::Node(args) => return nodes::run(&args.name, args.args),
     };

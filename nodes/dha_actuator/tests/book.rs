@@ -3,11 +3,14 @@
 use dha_actuator::book::{ibm_1966, recomputed};
 use planesman_book::{Reckoning, Verdict};
 
-/// Printed, and nothing to compute it from: measurements, and parameters that no case uses as they
-/// stand in their table.
-const PRINTED_ONLY: [&str; 6] = [
+/// Printed, and nothing to compute it from: measurements, the runs of Phase I, and parameters that no
+/// case uses as they stand in their table.
+const PRINTED_ONLY: [&str; 9] = [
     "T3-1.q_LC",
     "T4-1.q_LC_star",
+    "T2-1.phase_1.max_pos_step",
+    "T2-1.phase_1.Kg_stable",
+    "T2-1.phase_1.Kg_unstable",
     "T3-2.hardware.max_pos_step",
     "T3-2.hardware.max_neg_step",
     "T3-2.hardware.Kg_stable",

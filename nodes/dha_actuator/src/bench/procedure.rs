@@ -36,6 +36,36 @@ const LARGEST_GAIN: f64 = 10.0;
 /// The largest K_g tried on the analog flight control.
 const LARGEST_ANALOG_GAIN: f64 = 25.0;
 
+/// A search for the gain margin of the analog flight control (Table 4-3).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AnalogGainTest {
+    /// The runs' number, without A (stable) and B (not).
+    pub run: &'static str,
+    /// N_y, pulses.
+    pub steering: f64,
+    /// The step of K_g.
+    pub gain_step: f64,
+}
+
+/// Runs C-13, C-19 and C-20.
+pub const ANALOG_GAIN_TESTS: [AnalogGainTest; 3] = [
+    AnalogGainTest {
+        run: "C-13",
+        steering: 0.0,
+        gain_step: 0.7,
+    },
+    AnalogGainTest {
+        run: "C-19",
+        steering: 1.0,
+        gain_step: 0.25,
+    },
+    AnalogGainTest {
+        run: "C-20",
+        steering: 2.0,
+        gain_step: 0.25,
+    },
+];
+
 /// Where a tight ram rests for the gain margin, m: half of what a leaking one drifts in a cycle.
 const NUDGE: f64 = -0.0003 * INCH;
 

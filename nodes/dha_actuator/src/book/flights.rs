@@ -1,15 +1,14 @@
-//! Tables 3-2, 4-2 and 4-3 and the limit cycles of Section IV, by simulated flights.
+//! Tables 2-1, 3-2, 4-2 and 4-3 and the limit cycles of Section IV, by simulated flights.
 
 use super::Recomputed;
 use crate::actuator_file::ActuatorFileError;
 use crate::bench::case::Case;
 use crate::bench::missile::Surrogate;
-use crate::bench::procedure::{GAIN_STEP, LimitCycle, analog_gain_limit, analog_step_limit};
-use crate::bench::tables::{Outcome, Row, TABLE_3_2, TABLE_4_2};
+use crate::bench::procedure::{
+    ANALOG_GAIN_TESTS, GAIN_STEP, LimitCycle, analog_gain_limit, analog_step_limit,
+};
+use crate::bench::tables::{Outcome, Row, TABLE_2_1, TABLE_3_2, TABLE_4_2};
 use crate::units::DEGREE;
-
-/// Steps of K_g in runs C-13, C-19 and C-20 of Table 4-3.
-pub const ANALOG_GAIN_STEPS: [f64; 3] = [0.7, 0.25, 0.25];
 
 /// Every value of the tables, and the limit cycles.
 ///
@@ -20,6 +19,7 @@ pub fn recomputed() -> Result<Recomputed, ActuatorFileError> {
     for surrogate in [Surrogate::Ps2, Surrogate::Ps1] {
         let hardware = Case::table_3_1(surrogate)?;
         let polaris = Case::table_4_1(surrogate)?;
+        all.extend(table(surrogate, "T2-1", &TABLE_2_1, &polaris));
         all.extend(table(surrogate, "T4-2", &TABLE_4_2, &polaris));
         all.extend(table(surrogate, "T3-2", &TABLE_3_2, &hardware));
         all.extend(table(
@@ -50,7 +50,7 @@ pub fn recomputed() -> Result<Recomputed, ActuatorFileError> {
 /// A table's rows. The default surrogate's stand beside the printed ones.
 fn table(surrogate: Surrogate, name: &str, rows: &[Row], base: &Case) -> Recomputed {
     let family = match (surrogate, name) {
-        (Surrogate::Ps2, "T3-2" | "T4-2") => name.to_owned(),
+        (Surrogate::Ps2, "T2-1" | "T3-2" | "T4-2") => name.to_owned(),
         _ => format!("{surrogate}.{name}"),
     };
     rows.iter()
@@ -102,13 +102,10 @@ fn phase_1() -> Recomputed {
         ("T4-3.C-14".to_owned(), step),
         ("T4-3.C-15".to_owned(), step + 1.0),
     ];
-    for ((run, steering), gain_step) in [("C-13", 0.0), ("C-19", 1.0), ("C-20", 2.0)]
-        .into_iter()
-        .zip(ANALOG_GAIN_STEPS)
-    {
-        let stable = analog_gain_limit(surrogate, gain_step, steering);
-        all.push((format!("T4-3.{run}A"), stable));
-        all.push((format!("T4-3.{run}B"), stable + gain_step));
+    for test in ANALOG_GAIN_TESTS {
+        let stable = analog_gain_limit(surrogate, test.gain_step, test.steering);
+        all.push((format!("T4-3.{}A", test.run), stable));
+        all.push((format!("T4-3.{}B", test.run), stable + test.gain_step));
     }
     all
 }
