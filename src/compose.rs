@@ -6,6 +6,7 @@
 use anyhow::{Result, anyhow};
 use depth_controller::core::Controller;
 use dha_actuator::core::{Actuator, Output};
+use dha_actuator::groups::Group;
 use planesman_msgs::Message;
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::{ControlState, ModelEstimate, PlaneCommand};
@@ -28,6 +29,8 @@ pub struct Tick {
     pub control: ControlState,
     /// What the actuator does until the next stamp.
     pub actuator: Output,
+    /// The planes it moves, a state each.
+    pub groups: &'static [Group],
     /// The identified model, when one is due.
     pub models: Vec<ModelEstimate>,
 }
@@ -61,7 +64,9 @@ impl Tick {
         sink.put("control_state", t, &self.control)?;
         sink.put("plane_motion", t, &self.actuator.motion)?;
         sink.put("planes", t, &self.actuator.planes)?;
-        sink.put("dha_state", t, &self.actuator.state)?;
+        for (group, state) in self.groups.iter().zip(&self.actuator.states) {
+            sink.put(group.topic(), t, state)?;
+        }
         for model in &self.models {
             sink.put("model", t, model)?;
         }
@@ -138,6 +143,7 @@ impl Loop {
             command,
             control,
             actuator,
+            groups: self.actuator.groups(),
             models,
         })
     }

@@ -1,16 +1,38 @@
-//! What can move the planes: the digital hydraulic actuator, or an ideal one to compare with.
+//! What can move the planes: the digital hydraulic actuator, or a simpler one to compare with.
 
 use crate::actuator_set::ActuatorSet;
 use crate::dha::{Demand, Dha};
+use crate::first_order::{FirstOrder, Lag};
 use crate::hydraulics::Reading;
-use crate::parameters::Model;
+
+/// Which actuator stands behind the messages.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Model {
+    /// The digital hydraulic actuator.
+    Dha,
+    /// A lag of first order with a rate limit.
+    FirstOrder,
+    /// Planes that follow their command at once.
+    Ideal,
+}
+
+/// What is asked of an actuator, whichever it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Request {
+    /// The angle for all of them, and the digital one's settings.
+    pub demand: Demand,
+    /// The first-order one's law.
+    pub lag: Lag,
+}
 
 /// An actuator behind the messages. Copying it copies its whole future.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[allow(clippy::large_enum_variant)] // one lives in a node, and it is copied, not boxed
+#[allow(clippy::large_enum_variant)] // a few live in a node, and they are copied, not boxed
 pub enum ActuatorModel {
     /// The digital hydraulic actuator.
     Dha(Dha),
+    /// A lag of first order with a rate limit.
+    FirstOrder(FirstOrder),
     /// Planes at the angle asked for, rad, at once.
     Ideal(f64),
 }
@@ -22,53 +44,59 @@ pub struct Planes {
     pub angle: f64,
     /// Plane rate, rad/s.
     pub rate: f64,
-    /// What the hydraulics show; none behind an ideal actuator.
+    /// What the hydraulics show; none behind an actuator without.
     pub reading: Option<Reading>,
 }
 
 impl ActuatorModel {
     /// Planes neutral and at rest.
     #[must_use]
-    pub fn new(model: Model, set: &ActuatorSet) -> Self {
+    pub fn new(model: Model, set: &ActuatorSet, lag: Lag) -> Self {
         match model {
             Model::Dha => Self::Dha(Dha::new(set)),
+            Model::FirstOrder => Self::FirstOrder(FirstOrder::new(lag)),
             Model::Ideal => Self::Ideal(0.0),
         }
     }
 
     /// What is asked for takes effect: at once on an ideal actuator, at its next valve cycle on
-    /// the digital one.
-    pub fn ask(&mut self, demand: Demand) {
+    /// the digital one, from now on with a lag.
+    pub fn ask(&mut self, request: &Request) {
         if let Self::Ideal(angle) = self {
-            *angle = demand.angle;
+            *angle = request.demand.angle;
         }
     }
 
-    /// Runs to the instant `nanos` after the start under `demand`.
-    pub fn advance_to(&mut self, nanos: i64, demand: Demand) {
+    /// Runs to the instant `nanos` after the start under `request`.
+    pub fn advance_to(&mut self, nanos: i64, request: &Request) {
         match self {
-            Self::Dha(dha) => dha.advance_to(nanos, demand),
-            Self::Ideal(angle) => *angle = demand.angle,
+            Self::Dha(dha) => dha.advance_to(nanos, request.demand),
+            Self::FirstOrder(servo) => servo.advance_to(nanos, request.demand.angle, request.lag),
+            Self::Ideal(angle) => *angle = request.demand.angle,
         }
     }
 
     /// The planes at the instant `nanos`, to which it has been advanced.
     #[must_use]
     pub fn planes(&self, nanos: i64) -> Planes {
+        let bare = |angle, rate| Planes {
+            angle,
+            rate,
+            reading: None,
+        };
         match self {
             Self::Dha(dha) => {
                 let reading = dha.reading(nanos);
                 Planes {
-                    angle: dha.plane_angle(&reading),
-                    rate: dha.plane_rate(&reading),
                     reading: Some(reading),
+                    ..bare(dha.plane_angle(&reading), dha.plane_rate(&reading))
                 }
             }
-            Self::Ideal(angle) => Planes {
-                angle: *angle,
-                rate: 0.0,
-                reading: None,
-            },
+            Self::FirstOrder(servo) => {
+                let (angle, rate) = servo.at(nanos);
+                bare(angle, rate)
+            }
+            Self::Ideal(angle) => bare(*angle, 0.0),
         }
     }
 }

@@ -78,16 +78,37 @@ impl Condition {
         encoder: Encoder::Sound,
     };
 
-    /// P_h, Pa, in this condition.
+    /// What is worse than in a `worn` condition without faults, each fault in words.
     #[must_use]
-    pub fn supply(&self, set: &ActuatorSet) -> f64 {
-        set.supply * (1.0 - self.lost_supply)
-    }
-
-    /// V_c, m^3, in this condition, of a sound `volume`.
-    #[must_use]
-    pub fn volume(&self, volume: f64) -> f64 {
-        volume * (1.0 - self.short_volume)
+    pub fn faults_beside(&self, worn: &Self) -> Vec<String> {
+        let mut faults = Vec::new();
+        let mut percent = |share: f64, what: &str| {
+            if share > 0.0 {
+                faults.push(format!("{what} by {:.1} %", 100.0 * share));
+            }
+        };
+        percent(self.short_volume, "volume short");
+        percent(self.lost_supply, "supply pressure low");
+        percent(self.air, "oil softened with air");
+        if self.leakage_scale > worn.leakage_scale {
+            let grown = self.leakage_scale / worn.leakage_scale;
+            faults.push(format!("leakage grown {grown:.1} times"));
+        }
+        if self.slow_latch > 0.0 {
+            let late = 1e3 * self.slow_latch;
+            faults.push(format!("one latch slow by {late:.1} ms"));
+        }
+        match self.stuck {
+            Some(StuckValve::Actuating) => faults.push("actuating valve stuck".to_owned()),
+            Some(StuckValve::Direction) => faults.push("direction valve stuck".to_owned()),
+            None => {}
+        }
+        match self.encoder {
+            Encoder::Lost => faults.push("encoder lost".to_owned()),
+            Encoder::Frozen => faults.push("encoder frozen".to_owned()),
+            Encoder::Sound => {}
+        }
+        faults
     }
 }
 
@@ -162,6 +183,38 @@ mod tests {
             assert_eq!(leakages.rate_gain, set.rate_gain);
             assert_eq!(leakages.error_rate, set.error_rate);
         }
+    }
+
+    #[test]
+    fn every_fault_has_its_words_and_wear_has_none() {
+        let worn = Condition {
+            leakage_scale: 3.0,
+            stepping: 0.05,
+            ..Condition::SOUND
+        };
+        assert!(worn.faults_beside(&worn).is_empty());
+        let ill = Condition {
+            leakage_scale: 6.0,
+            short_volume: 0.1,
+            lost_supply: 0.25,
+            air: 0.5,
+            slow_latch: 0.004,
+            stuck: Some(StuckValve::Direction),
+            encoder: Encoder::Lost,
+            ..worn
+        };
+        assert_eq!(
+            ill.faults_beside(&worn),
+            [
+                "volume short by 10.0 %",
+                "supply pressure low by 25.0 %",
+                "oil softened with air by 50.0 %",
+                "leakage grown 2.0 times",
+                "one latch slow by 4.0 ms",
+                "direction valve stuck",
+                "encoder lost",
+            ]
+        );
     }
 
     #[test]

@@ -16,9 +16,11 @@
 //! In `dha_state` what is physical is at the stamp; the pulses, `inhibited`, `error` and
 //! `commanded_angle` are of the decisions within the tick.
 //!
-//! **The differentials, rudder and thrust** have no actuator model yet: they are passed through at
-//! once and unquantised, clipped to `command_limit` and to \[-1, 1\], held over the tick, and left
-//! empty (neutral) where they are 0 or the command is stale.
+//! **Groups.** Together, one actuator moves the bow and stern planes; the differentials and the
+//! rudder pass through at once and unquantised, clipped to `command_limit`, held over the tick, and
+//! are left empty (neutral) where they are 0 or the command is stale. Each for itself, bow, stern,
+//! roll and rudder have an actuator each ([`crate::groups`]). The thrust always passes through,
+//! clipped to \[-1, 1\].
 //!
 //! What is not finite is refused and changes nothing. The same inputs give the same outputs,
 //! bit for bit, however a stretch of time is divided into ticks.
@@ -31,10 +33,10 @@ use planesman_msgs::std_msgs::msg::Header;
 use planesman_parameters::Values;
 
 use crate::actuator_file;
-use crate::actuator_model::{ActuatorModel, Planes};
-use crate::actuator_set::ActuatorSet;
-use crate::condition::Condition;
+use crate::actuator_model::{ActuatorModel, Model, Planes, Request};
+use crate::actuator_set::{ActuatorSet, MOST_CYCLES_IN_FLIGHT};
 use crate::dha::Demand;
+use crate::groups::{Group, Grouping};
 use crate::modes::Load;
 use crate::parameters::Config;
 
@@ -52,16 +54,17 @@ const MOST_SAMPLES: i64 = 100_000;
 pub struct Output {
     /// The plane angle over the tick.
     pub motion: PlaneMotion,
-    /// Planes and ram at the stamp.
+    /// Planes and rams at the stamp.
     pub planes: JointState,
-    /// The actuator inside.
-    pub state: DhaState,
+    /// The actuators inside, a state for each group.
+    pub states: Vec<DhaState>,
 }
 
-/// The actuator with its messages.
+/// The actuators with their messages.
 #[derive(Clone, Debug)]
 pub struct Actuator {
-    set: ActuatorSet,
+    /// The constants of each group's actuator.
+    sets: Vec<ActuatorSet>,
     config: Config,
     tick: i64,
     run: Option<Run>,
@@ -72,11 +75,11 @@ pub struct Actuator {
 struct Run {
     /// The first stamp, ns.
     began: i64,
-    /// The last tick's stamp, ns, and the actuator there.
+    /// The last tick's stamp, ns, and each group's actuator there.
     stamp: i64,
-    now: ActuatorModel,
-    /// The actuator at the last tick's end.
-    ahead: ActuatorModel,
+    now: Vec<ActuatorModel>,
+    /// The actuators at the last tick's end.
+    ahead: Vec<ActuatorModel>,
     /// What the last tick was computed with.
     acting: Asked,
     /// The last command, clipped.
@@ -84,20 +87,10 @@ struct Run {
     output: Output,
 }
 
-/// A command as far as it is obeyed, and its stamp.
-#[derive(Clone, Copy, Debug)]
+/// A command as far as it is obeyed, and its stamp, ns.
+#[derive(Clone, Debug)]
 struct Held {
-    /// rad
-    dive_planes: f64,
-    /// rad
-    bow_stern_differential: f64,
-    /// rad
-    roll_differential: f64,
-    /// rad
-    rudder: f64,
-    /// Share of full thrust.
-    thrust: f64,
-    /// ns
+    command: PlaneCommand,
     stamp: i64,
 }
 
@@ -105,12 +98,15 @@ impl Held {
     /// The command with its angles clipped to `limit`, rad.
     fn new(command: &PlaneCommand, limit: f64) -> Self {
         Self {
-            dive_planes: command.dive_planes.clamp(-limit, limit),
-            bow_stern_differential: command.bow_stern_differential.clamp(-limit, limit),
-            roll_differential: command.roll_differential.clamp(-limit, limit),
-            rudder: command.rudder.clamp(-limit, limit),
-            thrust: command.thrust.clamp(-1.0, 1.0),
             stamp: command.header.stamp.nanos(),
+            command: PlaneCommand {
+                dive_planes: command.dive_planes.clamp(-limit, limit),
+                bow_stern_differential: command.bow_stern_differential.clamp(-limit, limit),
+                roll_differential: command.roll_differential.clamp(-limit, limit),
+                rudder: command.rudder.clamp(-limit, limit),
+                thrust: command.thrust.clamp(-1.0, 1.0),
+                ..PlaneCommand::default()
+            },
         }
     }
 }
@@ -124,44 +120,77 @@ fn held_samples(value: f64) -> Vec<f64> {
     }
 }
 
-/// What is asked for: a demand until a deadline, ns, then neutral planes.
-#[derive(Clone, Copy, Debug)]
+/// What is asked for: a request to each group until a deadline, ns, then neutral planes.
+#[derive(Clone, Debug)]
 struct Asked {
-    demand: Demand,
+    requests: Vec<Request>,
     deadline: i64,
 }
 
 impl Asked {
-    /// The demand in force at `stamp`.
-    fn at(&self, stamp: i64) -> Demand {
-        if stamp < self.deadline {
-            self.demand
-        } else {
-            Demand {
-                angle: 0.0,
-                ..self.demand
-            }
+    /// The request to the group `index` that is in force at `stamp`.
+    fn at(&self, index: usize, stamp: i64) -> Request {
+        let mut request = self.requests[index];
+        if stamp >= self.deadline {
+            request.demand.angle = 0.0;
         }
+        request
     }
 
-    /// Runs `model` from one stamp to another, both in ns, in a run that began at `began`.
-    fn drive(&self, model: &mut ActuatorModel, began: i64, from: i64, to: i64) {
+    /// Runs the group `index` from one stamp to another, both in ns, in a run that began at
+    /// `began`.
+    fn drive(&self, index: usize, model: &mut ActuatorModel, began: i64, from: i64, to: i64) {
         if from < self.deadline {
-            model.advance_to(to.min(self.deadline) - began, self.demand);
+            model.advance_to(to.min(self.deadline) - began, &self.requests[index]);
         }
         if to > self.deadline {
-            model.advance_to(to - began, self.at(self.deadline));
+            model.advance_to(to - began, &self.at(index, self.deadline));
         }
     }
 }
 
-/// Whether the parameters fit the actuator.
-fn fit(config: &Config, set: &ActuatorSet) -> Result<(), String> {
-    if config.logic.two_speed && set.small.is_none() {
+/// Whether the parameters fit the actuators.
+fn fit(config: &Config, sets: &[ActuatorSet]) -> Result<(), String> {
+    if let Some(group) = config.faults.group
+        && !config.grouping.groups().contains(&group)
+    {
+        let groups: Vec<_> = config.grouping.groups().iter().map(|g| g.name()).collect();
         return Err(format!(
-            "logic.mode is two-speed, but actuator '{}' has no small_volume; auv_two_speed has one",
-            config.actuator
+            "fault.group '{}' has no actuator; all, {} have",
+            group.name(),
+            groups.join(", ")
         ));
+    }
+    let mut befallen = 0;
+    for (member, set) in config.members.iter().zip(sets) {
+        let (name, actuator) = (member.group.name(), &member.actuator);
+        let condition = config.condition(member.group);
+        let ill = !config.fault_words(member.group).is_empty();
+        if member.model != Model::Dha {
+            if ill && config.faults.group.is_some() {
+                return Err(format!(
+                    "fault.*: the {name} have no digital hydraulic actuator that could fail"
+                ));
+            }
+            continue;
+        }
+        befallen += usize::from(ill);
+        if config.logic.two_speed && set.small.is_none() {
+            return Err(format!(
+                "logic.mode is two-speed, but the actuator '{actuator}' of the {name} has no small_volume; auv_two_speed has one"
+            ));
+        }
+        let last = set.delay() + condition.slow_latch + 2.0 * set.flow_time;
+        if condition.slow_latch > 0.0 && last > set.cycle() * MOST_CYCLES_IN_FLIGHT as f64 {
+            return Err(format!(
+                "fault.slow_latch '{}' refused: a volume of the actuator '{actuator}' would arrive later than {MOST_CYCLES_IN_FLIGHT} valve cycles",
+                condition.slow_latch
+            ));
+        }
+    }
+    let sound = config.faults.condition.faults_beside(&config.worn);
+    if befallen == 0 && !sound.is_empty() {
+        return Err("fault.*: there is no digital hydraulic actuator that could fail".to_owned());
     }
     Ok(())
 }
@@ -178,33 +207,51 @@ impl Actuator {
                 "tick of {tick_nanos} ns refused: it must be positive"
             ));
         }
-        let set = actuator_file::load(&config.actuator).map_err(|error| error.to_string())?;
-        fit(&config, &set)?;
+        let sets = config
+            .members
+            .iter()
+            .map(|member| actuator_file::load(&member.actuator).map_err(|error| error.to_string()))
+            .collect::<Result<Vec<_>, _>>()?;
+        fit(&config, &sets)?;
         Ok(Self {
-            set,
+            sets,
             config,
             tick: tick_nanos,
             run: None,
         })
     }
 
-    /// The constants of the actuator.
+    /// The groups with an actuator, in the order of [`Output::states`].
     #[must_use]
-    pub fn set(&self) -> &ActuatorSet {
-        &self.set
+    pub fn groups(&self) -> &'static [Group] {
+        self.config.grouping.groups()
+    }
+
+    /// What is wrong with the actuators, a line for each group that is ill.
+    #[must_use]
+    pub fn faults(&self) -> Vec<String> {
+        self.groups()
+            .iter()
+            .filter_map(|group| {
+                let faults = self.config.fault_words(*group);
+                (!faults.is_empty()).then(|| format!("{}: {}", group.name(), faults.join("; ")))
+            })
+            .collect()
     }
 
     /// Takes changed parameters; they take effect at the next tick.
     ///
     /// # Errors
-    /// When `actuator` or `model` differ, which are fixed from the start, or when the parameters
-    /// do not fit the actuator. Nothing changes then.
+    /// When `groups` or what moves them differs, which is fixed from the start, or when the
+    /// parameters do not fit the actuators. Nothing changes then.
     pub fn set_values(&mut self, values: &Values) -> Result<(), String> {
         let new = Config::from_values(values);
-        if new.actuator != self.config.actuator || new.model != self.config.model {
-            return Err("actuator and model are fixed once the actuator has started".to_owned());
+        if new.members != self.config.members {
+            return Err(
+                "groups, actuators and models are fixed once the actuator has started".to_owned(),
+            );
         }
-        fit(&new, &self.set)?;
+        fit(&new, &self.sets)?;
         self.config = new;
         Ok(())
     }
@@ -222,7 +269,7 @@ impl Actuator {
         let Some(run) = &mut self.run else {
             return Ok(self.begin(stamp, Some(held)));
         };
-        match run.command {
+        match &run.command {
             Some(last) if stamp == last.stamp => return Ok(run.output.clone()),
             Some(last) if stamp < last.stamp => return Ok(self.begin(stamp, Some(held))),
             None if stamp < run.stamp => return Ok(self.begin(stamp, Some(held))),
@@ -248,7 +295,7 @@ impl Actuator {
             Some(run) if stamp <= run.stamp => run.output.clone(),
             Some(run) if stamp.saturating_sub(run.stamp) > LONGEST_GAP => self.begin(stamp, None),
             Some(run) => {
-                let held = run.command;
+                let held = run.command.clone();
                 self.go_on(stamp, held)
             }
         }
@@ -256,8 +303,14 @@ impl Actuator {
 
     /// Starts a new run and answers its first tick.
     fn begin(&mut self, stamp: i64, command: Option<Held>) -> Output {
-        let model = ActuatorModel::new(self.config.model, &self.set);
-        self.answer(stamp, stamp, model, command)
+        let models = self
+            .config
+            .members
+            .iter()
+            .zip(&self.sets)
+            .map(|(member, set)| ActuatorModel::new(member.model, set, self.config.lag))
+            .collect();
+        self.answer(stamp, stamp, models, command)
     }
 
     /// Brings the run to `stamp` under what was asked for, and answers the tick from there.
@@ -266,69 +319,58 @@ impl Actuator {
             return self.begin(stamp, command);
         };
         let tick_end = run.stamp.saturating_add(self.tick);
-        let (mut model, from) = if stamp >= tick_end {
-            (run.ahead, tick_end)
+        let (mut models, from) = if stamp >= tick_end {
+            (run.ahead.clone(), tick_end)
         } else {
-            (run.now, run.stamp)
+            (run.now.clone(), run.stamp)
         };
-        run.acting.drive(&mut model, run.began, from, stamp);
+        for (index, model) in models.iter_mut().enumerate() {
+            run.acting.drive(index, model, run.began, from, stamp);
+        }
         let began = run.began;
-        self.answer(began, stamp, model, command)
+        self.answer(began, stamp, models, command)
     }
 
-    /// Computes the tick from `stamp`, where the actuator is `now`, and remembers it.
+    /// Computes the tick from `stamp`, where the actuators are `now`, and remembers it.
     fn answer(
         &mut self,
         began: i64,
         stamp: i64,
-        mut now: ActuatorModel,
+        mut now: Vec<ActuatorModel>,
         command: Option<Held>,
     ) -> Output {
-        let acting = self.asked(stamp, command);
-        now.ask(acting.at(stamp));
-        let planes = now.planes(stamp - began);
-
-        let intervals = (self.tick as u64)
-            .div_ceil(self.config.sample_interval.max(1) as u64)
-            .clamp(1, MOST_SAMPLES as u64) as i64;
-        let mut ahead = now;
-        let mut angles = Vec::with_capacity(intervals as usize + 1);
-        angles.push(planes.angle);
-        let mut from = stamp;
-        for i in 1..=intervals {
-            let share = i128::from(self.tick) * i128::from(i) / i128::from(intervals);
-            let to = stamp.saturating_add(share as i64);
-            acting.drive(&mut ahead, began, from, to);
-            angles.push(ahead.planes(to - began).angle);
-            from = to;
+        let acting = self.asked(stamp, command.as_ref());
+        for (index, model) in now.iter_mut().enumerate() {
+            model.ask(&acting.at(index, stamp));
+            if let ActuatorModel::Dha(dha) = model {
+                // Counted is what the tick ahead brings.
+                dha.take_tally();
+            }
         }
+        let planes: Vec<Planes> = now.iter().map(|m| m.planes(stamp - began)).collect();
+        let mut ahead = now.clone();
+        let angles = ahead
+            .iter_mut()
+            .enumerate()
+            .map(|(index, model)| self.angles(&acting, index, model, began, stamp))
+            .collect();
 
         let header = Header {
             stamp: Time::from_nanos(stamp),
             frame_id: FRAME.to_owned(),
         };
-        let passed = command.filter(|_| stamp < acting.deadline);
-        let through = |of: fn(&Held) -> f64| {
-            passed
-                .as_ref()
-                .map_or_else(Vec::new, |held| held_samples(of(held)))
-        };
-        let output = Output {
-            motion: PlaneMotion {
-                header: header.clone(),
-                duration: Duration::from_nanos(self.tick),
-                dive_planes: angles,
-                bow_stern_differential: through(|held| held.bow_stern_differential),
-                roll_differential: through(|held| held.roll_differential),
-                rudder: through(|held| held.rudder),
-                thrust: through(|held| held.thrust),
-            },
-            planes: self.joints(&header, &planes),
-            state: DhaState {
-                commanded_angle: acting.at(stamp).angle,
+        let obeyed = command.as_ref().filter(|_| stamp < acting.deadline);
+        let states = (0..planes.len())
+            .map(|index| DhaState {
+                commanded_angle: acting.at(index, stamp).demand.angle,
                 command_stale: stamp >= acting.deadline,
-                ..self.state(&header, &planes, &mut ahead)
-            },
+                ..self.state(&header, index, &planes[index], &mut ahead[index])
+            })
+            .collect();
+        let output = Output {
+            motion: self.motion(&header, obeyed, angles),
+            planes: self.joints(&header, &planes),
+            states,
         };
         self.run = Some(Run {
             began,
@@ -342,47 +384,126 @@ impl Actuator {
         output
     }
 
+    /// Runs the group `index` over the tick from `stamp`, and returns its angle at the samples.
+    fn angles(
+        &self,
+        acting: &Asked,
+        index: usize,
+        model: &mut ActuatorModel,
+        began: i64,
+        stamp: i64,
+    ) -> Vec<f64> {
+        let intervals = (self.tick as u64)
+            .div_ceil(self.config.sample_interval.max(1) as u64)
+            .clamp(1, MOST_SAMPLES as u64) as i64;
+        let mut angles = Vec::with_capacity(intervals as usize + 1);
+        angles.push(model.planes(stamp - began).angle);
+        let mut from = stamp;
+        for i in 1..=intervals {
+            let share = i128::from(self.tick) * i128::from(i) / i128::from(intervals);
+            let to = stamp.saturating_add(share as i64);
+            acting.drive(index, model, began, from, to);
+            angles.push(model.planes(to - began).angle);
+            from = to;
+        }
+        angles
+    }
+
+    /// The tick's motion: what the actuators do, and what passes through.
+    fn motion(&self, header: &Header, obeyed: Option<&Held>, angles: Vec<Vec<f64>>) -> PlaneMotion {
+        let through = |of: fn(&PlaneCommand) -> f64| {
+            obeyed.map_or_else(Vec::new, |held| held_samples(of(&held.command)))
+        };
+        let mut motion = PlaneMotion {
+            header: header.clone(),
+            duration: Duration::from_nanos(self.tick),
+            dive_planes: Vec::new(),
+            bow_stern_differential: through(|command| command.bow_stern_differential),
+            roll_differential: through(|command| command.roll_differential),
+            rudder: through(|command| command.rudder),
+            thrust: through(|command| command.thrust),
+        };
+        self.config.grouping.fill(&mut motion, angles);
+        motion
+    }
+
     /// What a command, or none, asks for from `stamp` on.
-    fn asked(&self, stamp: i64, command: Option<Held>) -> Asked {
+    fn asked(&self, stamp: i64, command: Option<&Held>) -> Asked {
+        let config = &self.config;
         let deadline = match command {
             // At its own stamp a command is never stale.
             Some(held) if held.stamp == stamp => {
-                stamp.saturating_add(self.config.command_timeout.max(1))
+                stamp.saturating_add(config.command_timeout.max(1))
             }
-            Some(held) => held.stamp.saturating_add(self.config.command_timeout),
+            Some(held) => held.stamp.saturating_add(config.command_timeout),
             None => i64::MIN,
         };
-        Asked {
+        let limit = config.command_limit;
+        let request = |group: Group| Request {
             demand: Demand {
-                angle: command.map_or(0.0, |held| held.dive_planes),
-                position_loop: self.config.position_loop,
-                logic: self.config.logic,
-                condition: Condition {
-                    leakage_scale: self.config.leakage_scale,
-                    ..Condition::SOUND
-                },
+                angle: command.map_or(0.0, |held| group.angle(&held.command).clamp(-limit, limit)),
+                position_loop: config.position_loop,
+                logic: config.logic,
+                condition: config.condition(group),
             },
+            lag: config.lag,
+        };
+        Asked {
+            requests: self.groups().iter().map(|group| request(*group)).collect(),
             deadline,
         }
     }
 
-    fn joints(&self, header: &Header, planes: &Planes) -> JointState {
-        JointState {
+    /// Each group's planes and ram by name; the dive planes, bow and stern together, first.
+    fn joints(&self, header: &Header, planes: &[Planes]) -> JointState {
+        let mut joints = JointState {
             header: header.clone(),
-            name: vec!["dive_planes".to_owned(), "ram".to_owned()],
-            position: vec![planes.angle, planes.angle * self.set.moment_arm],
-            velocity: vec![planes.rate, planes.rate * self.set.moment_arm],
-            effort: Vec::new(),
+            ..JointState::default()
+        };
+        let mut add = |name: String, angle: f64, rate: f64| {
+            joints.name.push(name);
+            joints.position.push(angle);
+            joints.velocity.push(rate);
+        };
+        if self.config.grouping == Grouping::Each {
+            let mean = |of: fn(&Planes) -> f64| 0.5 * (of(&planes[0]) + of(&planes[1]));
+            add(
+                Group::DivePlanes.name().to_owned(),
+                mean(|planes| planes.angle),
+                mean(|planes| planes.rate),
+            );
         }
+        for ((group, planes), set) in self.groups().iter().zip(planes).zip(&self.sets) {
+            let ram = match group {
+                Group::DivePlanes => "ram".to_owned(),
+                other => format!("{}_ram", other.name()),
+            };
+            add(group.name().to_owned(), planes.angle, planes.rate);
+            let arm = set.moment_arm;
+            add(ram, planes.angle * arm, planes.rate * arm);
+        }
+        joints
     }
 
-    fn state(&self, header: &Header, planes: &Planes, ahead: &mut ActuatorModel) -> DhaState {
+    /// The state of the group `index`: what is physical at the stamp, what is decided from the
+    /// tick ahead.
+    fn state(
+        &self,
+        header: &Header,
+        index: usize,
+        planes: &Planes,
+        ahead: &mut ActuatorModel,
+    ) -> DhaState {
+        let group = self.groups()[index];
+        let moment_arm = self.sets[index].moment_arm;
         let mut state = DhaState {
             header: header.clone(),
-            ram: planes.angle * self.set.moment_arm,
-            ram_velocity: planes.rate * self.set.moment_arm,
+            group: group.name().to_owned(),
+            ram: planes.angle * moment_arm,
+            ram_velocity: planes.rate * moment_arm,
             plane_angle: planes.angle,
             sign: 1,
+            faults: self.config.fault_words(group).join("; "),
             ..DhaState::default()
         };
         if let Some(reading) = planes.reading {
@@ -395,9 +516,20 @@ impl Actuator {
             state.pressure_limited = reading.mode.clamped.is_some();
         }
         if let ActuatorModel::Dha(dha) = ahead {
+            let tally = dha.take_tally();
             state.pulses = dha.pulses();
-            state.inhibited = dha.take_inhibited();
+            state.small_pulses = dha.small_pulses();
+            state.sign_changes = dha.sign_changes();
+            state.inhibited = tally.inhibited;
+            state.slewing = tally.slews();
+            state.hydraulic_power = tally.work / (self.tick as f64 * 1e-9);
             state.error = dha.error();
+            if let Some(cycle) = dha.limit_cycle() {
+                state.limit_cycle_frequency = cycle.frequency;
+                state.limit_cycle_amplitude = cycle.amplitude;
+            }
+        } else {
+            state.faults.clear();
         }
         state
     }
@@ -446,7 +578,7 @@ mod tests {
             assert_eq!(output.motion.dive_planes.len(), 51);
             assert_eq!(output.motion.duration, Duration::from_nanos(TICK));
             assert_eq!(output.motion.dive_planes[0], end);
-            assert_eq!(output.state.plane_angle, end);
+            assert_eq!(output.states[0].plane_angle, end);
             assert_eq!(output.planes.position[0], end);
             assert_eq!(output.planes.name, ["dive_planes", "ram"]);
             end = output.motion.dive_planes[50];
@@ -463,8 +595,8 @@ mod tests {
         }
         let last = last.expect("answered");
         let thirty = 30f64.to_radians();
-        assert!((last.state.commanded_angle + thirty).abs() < 1e-12);
-        assert!((last.state.plane_angle + thirty).abs() < 0.5f64.to_radians());
+        assert!((last.states[0].commanded_angle + thirty).abs() < 1e-12);
+        assert!((last.states[0].plane_angle + thirty).abs() < 0.5f64.to_radians());
     }
 
     #[test]
@@ -523,7 +655,7 @@ mod tests {
             let a = answer(&mut whole, k * TICK, angle);
             let b = answer(&mut long, k * TICK, angle);
             assert_eq!(a.planes, b.planes);
-            assert_eq!(a.state.volume, b.state.volume);
+            assert_eq!(a.states[0].volume, b.states[0].volume);
         }
     }
 
@@ -533,21 +665,21 @@ mod tests {
         for k in 0..20 {
             answer(&mut actuator, k * TICK, 0.3);
         }
-        let mut silent = |k: i64| actuator.on_silence(Time::from_nanos(k * TICK)).state;
+        let mut silent = |k: i64| actuator.on_silence(Time::from_nanos(k * TICK)).states[0].clone();
         let held = (20..29).map(&mut silent).next_back().expect("answered");
         assert!(!held.command_stale && held.commanded_angle == 0.3);
         let stale = silent(29);
         assert!(stale.command_stale && stale.commanded_angle == 0.0);
         let neutral = (30..60).map(&mut silent).next_back().expect("answered");
         assert!(neutral.plane_angle.abs() < 0.5f64.to_radians());
-        let back = answer(&mut actuator, 60 * TICK, 0.1).state;
+        let back = answer(&mut actuator, 60 * TICK, 0.1).states[0].clone();
         assert!(!back.command_stale && back.commanded_angle == 0.1);
     }
 
     #[test]
     fn before_the_first_command_neutral_is_asked_for() {
         let mut actuator = actuator(&[]);
-        let first = actuator.on_silence(Time::from_nanos(0)).state;
+        let first = actuator.on_silence(Time::from_nanos(0)).states[0].clone();
         assert!(first.command_stale && first.commanded_angle == 0.0);
     }
 
@@ -558,7 +690,7 @@ mod tests {
         let silent = actuator.on_silence(Time::from_nanos(2 * TICK));
         assert_eq!(answer(&mut actuator, TICK, 0.2), silent);
         let next = actuator.on_silence(Time::from_nanos(3 * TICK));
-        assert_eq!(next.state.commanded_angle, 0.2);
+        assert_eq!(next.states[0].commanded_angle, 0.2);
     }
 
     #[test]
@@ -572,7 +704,7 @@ mod tests {
         assert_eq!(answer(&mut used, 0, 0.2), first);
         let far = answer(&mut used, 3_600_000_000_000, 0.2);
         assert_eq!(far.motion.dive_planes, first.motion.dive_planes);
-        assert_eq!(far.state.pulses, first.state.pulses);
+        assert_eq!(far.states[0].pulses, first.states[0].pulses);
     }
 
     #[test]
@@ -610,7 +742,192 @@ mod tests {
         let mut actuator = actuator(&[("model", Value::from("ideal"))]);
         let output = answer(&mut actuator, 0, 0.25);
         assert!(output.motion.dive_planes.iter().all(|angle| *angle == 0.25));
-        assert_eq!(output.state.plane_angle, 0.25);
+        assert_eq!(output.states[0].plane_angle, 0.25);
+    }
+
+    #[test]
+    fn the_first_order_actuator_slews_and_settles() {
+        let mut actuator = actuator(&[("model", Value::from("first_order"))]);
+        let motion = answer(&mut actuator, 0, 0.5).motion.dive_planes;
+        let rate = (motion[50] - motion[10]) / 0.04;
+        assert!((rate.to_degrees() - 40.0).abs() < 1e-9, "{rate}");
+        let last = (1..30).map(|k| answer(&mut actuator, k * TICK, 0.5)).last();
+        let state = last.expect("answered").states[0].clone();
+        assert!((state.plane_angle - 0.5).abs() < 1e-9);
+        assert_eq!((state.pressure, state.pulses), (0.0, 0));
+    }
+
+    /// Bow, stern, roll and rudder with an actuator each.
+    fn each(changes: &[(&str, Value)]) -> Actuator {
+        let mut all = vec![("groups", Value::from("each"))];
+        all.extend_from_slice(changes);
+        actuator(&all)
+    }
+
+    #[test]
+    fn each_group_follows_its_own_command_with_its_own_actuator() {
+        let mut actuator = each(&[
+            ("bow.actuator", Value::from("auv_two_speed")),
+            ("roll.model", Value::from("first_order")),
+            ("rudder.model", Value::from("ideal")),
+        ]);
+        let mut last = None;
+        for k in 0..40 {
+            let asked = PlaneCommand {
+                bow_stern_differential: 0.125,
+                roll_differential: -0.2,
+                rudder: 0.3,
+                ..command(k * TICK, 0.25)
+            };
+            last = Some(actuator.on_command(&asked).expect("finite"));
+        }
+        let Output {
+            motion,
+            planes,
+            states,
+        } = last.expect("answered");
+        let close = |angle: f64, asked: f64| assert!((angle - asked).abs() < 0.015, "{angle}");
+        for (state, (group, asked)) in states.iter().zip([
+            ("bow", 0.375),
+            ("stern", 0.125),
+            ("roll", -0.2),
+            ("rudder", 0.3),
+        ]) {
+            assert_eq!(
+                (state.group.as_str(), state.commanded_angle),
+                (group, asked)
+            );
+            close(state.plane_angle, asked);
+        }
+        // The bow's volumes are of one degree, the stern's of half a degree.
+        assert!(states[0].pulses < 30 && states[1].pulses > 10);
+        assert_eq!((states[2].pulses, states[3].pulses), (0, 0));
+        close(motion.dive_planes[50], 0.25);
+        close(motion.bow_stern_differential[50], 0.125);
+        close(motion.roll_differential[50], -0.2);
+        assert_eq!(motion.rudder, [0.3; 51]);
+        assert_eq!(planes.name[..3], ["dive_planes", "bow", "bow_ram"]);
+        assert_eq!(planes.position.len(), 9);
+        assert_eq!(planes.position[0], motion.dive_planes[0]);
+        assert!(motion.first_non_finite().is_none());
+    }
+
+    #[test]
+    fn each_with_equal_actuators_moves_the_dive_planes_as_one_ram_does() {
+        let (mut one, mut four) = (actuator(&[]), each(&[]));
+        for k in 0..100 {
+            let angle = 0.4 * (0.1 * k as f64).sin();
+            let (one, four) = (
+                answer(&mut one, k * TICK, angle),
+                answer(&mut four, k * TICK, angle),
+            );
+            assert_eq!(four.motion.dive_planes, one.motion.dive_planes);
+            assert!(four.motion.bow_stern_differential.iter().all(|d| *d == 0.0));
+        }
+    }
+
+    #[test]
+    fn a_fault_befalls_its_group_from_the_next_tick_on_and_is_told() {
+        let mut actuator = each(&[]);
+        answer(&mut actuator, 0, 0.3);
+        assert!(actuator.faults().is_empty());
+        let ill = values(&[
+            ("groups", Value::from("each")),
+            ("fault.group", Value::from("stern")),
+            ("fault.lost_supply", Value::from(0.9)),
+        ]);
+        actuator.set_values(&ill).expect("accepted");
+        assert_eq!(actuator.faults(), ["stern: supply pressure low by 90.0 %"]);
+        let states = (1..40)
+            .map(|k| answer(&mut actuator, k * TICK, 0.3).states)
+            .last()
+            .expect("answered");
+        assert!(states[0].faults.is_empty() && states[0].plane_angle > 0.29);
+        assert_eq!(states[1].faults, "supply pressure low by 90.0 %");
+        assert!(states[1].plane_angle < 0.1, "{}", states[1].plane_angle);
+        let sound = values(&[("groups", Value::from("each"))]);
+        actuator.set_values(&sound).expect("accepted");
+        let mended = (40..80)
+            .map(|k| answer(&mut actuator, k * TICK, 0.3).states)
+            .last()
+            .expect("answered");
+        assert!(mended[1].faults.is_empty() && mended[1].plane_angle > 0.28);
+    }
+
+    #[test]
+    fn faults_that_cannot_be_are_refused_as_a_set() {
+        for (changes, rule) in [
+            (
+                vec![
+                    ("fault.group", Value::from("rudder")),
+                    ("fault.air", 0.5.into()),
+                ],
+                "fault.group 'rudder' has no actuator; all, dive_planes have",
+            ),
+            (
+                vec![("model", Value::from("ideal")), ("fault.air", 0.5.into())],
+                "could fail",
+            ),
+            (
+                vec![
+                    ("groups", Value::from("each")),
+                    ("rudder.model", Value::from("first_order")),
+                    ("fault.group", Value::from("rudder")),
+                    ("fault.encoder", Value::from("lost")),
+                ],
+                "the rudder have no",
+            ),
+            (
+                vec![("fault.stuck_valve", Value::from("both"))],
+                "fault.stuck_valve",
+            ),
+        ] {
+            let set = Values::defaults(crate::parameters::declarations()).with(
+                changes
+                    .iter()
+                    .map(|(name, value)| ((*name).to_owned(), value.clone())),
+            );
+            let error = match set {
+                Ok(values) => Actuator::new(&values, TICK).expect_err(rule),
+                Err(refusal) => refusal.to_string(),
+            };
+            assert!(error.contains(rule), "{error}");
+        }
+    }
+
+    #[test]
+    fn the_state_tells_power_slewing_and_the_limit_cycle() {
+        let mut actuator = actuator(&[]);
+        answer(&mut actuator, 0, 0.0);
+        let slews = answer(&mut actuator, TICK, 0.5).states[0].clone();
+        assert!(slews.slewing && slews.pulses == 4 && !slews.inhibited);
+        // Four volumes of half a degree against 80 psi in a tick.
+        let watts = 4.0 * 80.0 * 6894.757 * 3.5752e-9 / 0.05;
+        assert!(
+            (slews.hydraulic_power / watts - 1.0).abs() < 1e-3,
+            "{} W for {watts} W",
+            slews.hydraulic_power
+        );
+        assert_eq!(slews.limit_cycle_frequency, 0.0);
+        // Held at a constant angle, the drift and its correction make a limit cycle.
+        let mut held = Vec::new();
+        for k in 2..1200 {
+            held.push(answer(&mut actuator, k * TICK, 0.1).states[0].clone());
+        }
+        let last = held.last().expect("answered");
+        assert!(!last.slewing && last.sign_changes > 20);
+        let cycles = (last.sign_changes - held[200].sign_changes) as f64 / 2.0;
+        let frequency = cycles / (0.05 * (held.len() - 201) as f64);
+        assert!(
+            (last.limit_cycle_frequency / frequency - 1.0).abs() < 0.1,
+            "{} Hz for {frequency} Hz",
+            last.limit_cycle_frequency
+        );
+        let covered = held[200..].iter().map(|state| state.plane_angle);
+        let high = covered.clone().fold(f64::NEG_INFINITY, f64::max);
+        let low = covered.fold(f64::INFINITY, f64::min);
+        let amplitude = last.limit_cycle_amplitude;
+        assert!(amplitude > 0.0 && amplitude <= 0.5 * (high - low) * 1.01);
     }
 
     #[test]
@@ -621,7 +938,7 @@ mod tests {
             .set_values(&values(&[("command_limit", Value::Double(0.1))]))
             .expect("accepted");
         let next = answer(&mut actuator, TICK, 0.5);
-        assert_eq!(next.state.commanded_angle, 0.1);
+        assert_eq!(next.states[0].commanded_angle, 0.1);
         let changed = values(&[("model", Value::from("ideal"))]);
         assert!(actuator.set_values(&changed).is_err());
         let two_speed = values(&[("logic.mode", Value::from("two_speed"))]);

@@ -10,8 +10,10 @@ use crate::actuator_set::ActuatorSet;
 use crate::condition::{Condition, Encoder};
 use crate::cycle_clock::CycleClock;
 use crate::hydraulics::{Hydraulics, Reading};
+use crate::limit_cycle::{LimitCycle, Oscillation};
 use crate::position_loop::PositionLoop;
-use crate::pulse_logic::{Options, PulseLogic, Volume};
+use crate::pulse_logic::{Command, Decision, Options, PulseLogic, Volume};
+use crate::valves::Stroke;
 
 /// What is asked of the actuator for the time to come.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,10 +41,35 @@ impl Demand {
     }
 }
 
+/// What the valves were asked for since it was last counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tally {
+    /// Valve cycles begun.
+    pub cycles: u64,
+    /// Of these, with a volume commanded.
+    pub volumes: u64,
+    /// Whether the travel limit refused a volume.
+    pub inhibited: bool,
+    /// Hydraulic work, J: (A_R/A_L) P_h V_c for each volume moved.
+    pub work: f64,
+}
+
+impl Tally {
+    /// Whether a volume was commanded in every cycle: the actuator slews as fast as it can.
+    #[must_use]
+    pub fn slews(&self) -> bool {
+        self.cycles > 0 && self.volumes == self.cycles
+    }
+}
+
 /// The actuator. Copying it copies its whole future.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dha {
     moment_arm: f64,
+    /// V_cb and V_cs, m^3.
+    volumes: (f64, f64),
+    /// (A_R/A_L) P_h, Pa: work for each m^3 metered.
+    work_per_volume: f64,
     clock: CycleClock,
     hydraulics: Hydraulics,
     logic: PulseLogic,
@@ -54,10 +81,12 @@ pub struct Dha {
     /// Whether the present cycle has begun; not before the first advance.
     begun: bool,
     pulses: u64,
+    small_pulses: u64,
     sign_changes: u64,
     /// The last sign pulse.
     sign: i8,
-    inhibited: bool,
+    limit_cycle: LimitCycle,
+    tally: Tally,
 }
 
 impl Dha {
@@ -66,6 +95,8 @@ impl Dha {
     pub fn new(set: &ActuatorSet) -> Self {
         Self {
             moment_arm: set.moment_arm,
+            volumes: (set.volume, set.small.map_or(0.0, |small| small.volume)),
+            work_per_volume: set.resting_pressure(),
             clock: CycleClock::new(set.frequency_millihertz),
             hydraulics: Hydraulics::new(set),
             logic: PulseLogic::new(set),
@@ -74,9 +105,11 @@ impl Dha {
             frozen_at: None,
             begun: false,
             pulses: 0,
+            small_pulses: 0,
             sign_changes: 0,
             sign: 1,
-            inhibited: false,
+            limit_cycle: LimitCycle::new(),
+            tally: Tally::default(),
         }
     }
 
@@ -127,6 +160,12 @@ impl Dha {
         self.pulses
     }
 
+    /// Of these, the small ones.
+    #[must_use]
+    pub fn small_pulses(&self) -> u64 {
+        self.small_pulses
+    }
+
     /// Changes of the sign pulse since the start.
     #[must_use]
     pub fn sign_changes(&self) -> u64 {
@@ -139,9 +178,16 @@ impl Dha {
         self.logic.error()
     }
 
-    /// Whether the travel limit has refused a volume since this was last asked.
-    pub fn take_inhibited(&mut self) -> bool {
-        std::mem::take(&mut self.inhibited)
+    /// The limit cycle it is in, if it is in one.
+    #[must_use]
+    pub fn limit_cycle(&self) -> Option<Oscillation> {
+        self.limit_cycle
+            .oscillation(self.clock.cycle(), self.clock.period())
+    }
+
+    /// What the valves were asked for since this was last taken.
+    pub fn take_tally(&mut self) -> Tally {
+        std::mem::take(&mut self.tally)
     }
 
     /// X_1, m, as the encoder tells it. The travel limit has switches of its own.
@@ -176,12 +222,30 @@ impl Dha {
             self.open_loop_angle = Some(demand.angle);
             self.logic.accumulate(demand.angle - last, ram)
         };
-        self.hydraulics.begin_cycle(decision.command);
+        let stroke = self.hydraulics.begin_cycle(decision.command);
         self.position_loop.remember(decision.command);
-        self.sign_changes += u64::from(decision.command.sign != self.sign);
-        self.sign = decision.command.sign;
-        self.pulses += u64::from(decision.command.volume != Volume::None);
-        self.inhibited |= decision.inhibited;
+        self.count(decision, stroke, &demand.condition);
+        self.limit_cycle.observe(
+            self.clock.cycle(),
+            decision.command.sign,
+            ram / self.moment_arm,
+        );
+    }
+
+    fn count(&mut self, decision: Decision, stroke: Stroke, condition: &Condition) {
+        let Command { volume, sign } = decision.command;
+        let commanded = u64::from(volume != Volume::None);
+        self.pulses += commanded;
+        self.small_pulses += u64::from(volume == Volume::Small);
+        self.sign_changes += u64::from(sign != self.sign);
+        self.sign = sign;
+        self.tally.cycles += 1;
+        self.tally.volumes += commanded;
+        self.tally.inhibited |= decision.inhibited;
+        let (large, small) = self.volumes;
+        let moved = f64::from(stroke.large.abs()) * large + f64::from(stroke.small.abs()) * small;
+        let left = (1.0 - condition.short_volume) * (1.0 - condition.lost_supply);
+        self.tally.work += self.work_per_volume * moved * left;
     }
 }
 
@@ -245,6 +309,20 @@ mod tests {
             dha.advance_to(10_000_000_000, demand);
             assert_eq!(dha.pulses(), pulses, "{tenths}");
         }
+    }
+
+    #[test]
+    fn the_hydraulic_power_of_slewing_polaris_is_the_reports_two_horsepower() {
+        let set = load("table_4_1").expect("built in");
+        let mut dha = Dha::new(&set);
+        dha.advance_to(1_000_000_000, Demand::angle(90.0 * DEGREE));
+        let tally = dha.take_tally();
+        assert!(tally.slews() && !tally.inhibited);
+        // W = X_1 A_L P_h (A_R/A_L) f = 14170 in lb/s at 82.5 Hz.
+        let seconds = tally.cycles as f64 / 82.5;
+        let watts = tally.work / seconds;
+        assert!((watts / 1601.0 - 1.0).abs() < 2e-3, "{watts} W");
+        assert_eq!(dha.take_tally(), Tally::default());
     }
 
     #[test]

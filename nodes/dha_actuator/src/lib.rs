@@ -21,11 +21,14 @@
 //! - [`position_loop`]: the predicting error detector before it.
 //! - [`cycle_clock`]: valve cycles, counted without drift.
 //! - [`dha`]: logic and hydraulics on that clock.
-//! - [`actuator_model`]: the DHA, or an ideal actuator in its place.
+//! - [`limit_cycle`]: the limit cycle it is in.
+//! - [`first_order`]: an analog servo to compare with.
+//! - [`actuator_model`]: the DHA, a first-order or an ideal actuator, behind one interface.
 //! - [`mod@bench`]: the study's flight-control simulation around it.
 //! - [`book`]: the study's printed numbers, computed again.
 //!
 //! Node:
+//! - [`groups`]: which planes have an actuator of their own.
 //! - [`parameters`]: every tunable, its default and range.
 //! - [`core`]: a plane command in, a tick of plane motion out.
 
@@ -39,7 +42,10 @@ pub mod core;
 pub mod cycle_clock;
 pub mod dha;
 pub mod events;
+pub mod first_order;
+pub mod groups;
 pub mod hydraulics;
+pub mod limit_cycle;
 pub mod metering;
 pub mod modes;
 pub mod node;

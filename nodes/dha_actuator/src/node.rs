@@ -44,11 +44,15 @@ fn run(args: Vec<String>) -> Result<()> {
         timeout: rt.values().double("command_timeout"),
         motion: rt.publisher("plane_motion", Qos::reliable(100))?,
         planes: rt.publisher("planes", Qos::reliable(100))?,
-        state: rt.publisher("dha_state", Qos::reliable(100))?,
+        states: Vec::new(),
         begun: None,
         commanded: None,
         heard: None,
     };
+    for group in node.actuator.groups() {
+        let publisher = rt.publisher(group.topic(), Qos::reliable(100))?;
+        node.states.push(publisher);
+    }
     rt.subscribe("plane_command", Qos::reliable(100), Event::Command)?;
     if !node.lockstep {
         rt.subscribe("state", Qos::reliable(100), Event::State)?;
@@ -69,7 +73,8 @@ struct Node {
     timeout: f64,
     motion: Publisher<PlaneMotion>,
     planes: Publisher<JointState>,
-    state: Publisher<DhaState>,
+    /// A topic for each group.
+    states: Vec<Publisher<DhaState>>,
     /// The last tick that the vehicle began, and the last one commanded, ns.
     begun: Option<i64>,
     commanded: Option<i64>,
@@ -96,6 +101,9 @@ impl Node {
                 self.actuator.set_values(&values).map_err(|e| anyhow!(e))?;
                 self.timeout = values.double("command_timeout");
                 log::info!("parameters changed");
+                for fault in self.actuator.faults() {
+                    log::warn!("fault: {fault}");
+                }
             }
         }
         Ok(Flow::Continue)
@@ -118,7 +126,9 @@ impl Node {
     fn say(&self, output: &Output) {
         self.motion.publish(&output.motion);
         self.planes.publish(&output.planes);
-        self.state.publish(&output.state);
+        for (publisher, state) in self.states.iter().zip(&output.states) {
+            publisher.publish(state);
+        }
     }
 
     fn look(&mut self, rt: &Runtime<Event>) {
@@ -134,6 +144,12 @@ impl Node {
                 );
             }
             Some(_) => rt.set_status("actuator", Level::Ok, "following", &[]),
+        }
+        let faults = self.actuator.faults();
+        if faults.is_empty() {
+            rt.set_status("faults", Level::Ok, "none", &[]);
+        } else {
+            rt.set_status("faults", Level::Warn, &faults.join(", "), &[]);
         }
     }
 }

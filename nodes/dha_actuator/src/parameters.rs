@@ -5,6 +5,10 @@
 
 use planesman_parameters::{Declaration, Values};
 
+use crate::actuator_model::Model;
+use crate::condition::{Condition, Encoder, StuckValve};
+use crate::first_order::Lag;
+use crate::groups::{Group, Grouping};
 use crate::pulse_logic::{DriftOption, Options, SignChange};
 
 /// Everything the node declares, in the order it is listed.
@@ -21,10 +25,39 @@ pub fn declarations() -> Vec<Declaration> {
         Declaration::new(
             "model",
             "dha",
-            "dha: the digital hydraulic actuator; ideal: planes that follow their command at once.",
+            "dha: the digital hydraulic actuator; first_order: a lag with a rate limit; ideal: planes that follow their command at once.",
         )
-        .choices(&["dha", "ideal"])
+        .choices(&["dha", "first_order", "ideal"])
         .read_only(),
+        Declaration::new(
+            "groups",
+            "together",
+            "together: one ram moves bow and stern planes, and differentials and rudder pass through; each: bow, stern, roll differential and rudder have an actuator each.",
+        )
+        .choices(&["together", "each"])
+        .read_only(),
+        group_actuator("bow.actuator"),
+        group_model("bow.model"),
+        group_actuator("stern.actuator"),
+        group_model("stern.model"),
+        group_actuator("roll.actuator"),
+        group_model("roll.model"),
+        group_actuator("rudder.actuator"),
+        group_model("rudder.model"),
+        Declaration::new(
+            "first_order.omega",
+            67.8,
+            "Model first_order: its bandwidth; as late as a volume of the actuator auv, T_v + T_f/2 + T/2 = 14.75 ms.",
+        )
+        .unit("rad/s")
+        .range(0.01, 1000.0),
+        Declaration::new(
+            "first_order.rate",
+            0.698_131_700_797_731_8,
+            "Model first_order: its largest plane rate; the slew rate of the actuator auv, 40 degrees a second.",
+        )
+        .unit("rad/s")
+        .range(1e-4, 100.0),
         Declaration::new(
             "position_loop",
             true,
@@ -103,25 +136,112 @@ pub fn declarations() -> Vec<Declaration> {
             "Factor on both leakages of the actuator file, q_L and q_LC: 0 is a tight actuator.",
         )
         .range(0.0, 100.0),
+        Declaration::new(
+            "friction.stepping",
+            0.0,
+            "Share by which the friction at rest exceeds Delta F: 0.05 gives the 'stepping' of the report's own latch (III), 0 exact Coulomb friction.",
+        )
+        .range(0.0, 1.0),
+        Declaration::new(
+            "fault.group",
+            "all",
+            "Which group's actuator the faults below befall.",
+        )
+        .choices(&["all", "dive_planes", "bow", "stern", "roll", "rudder"]),
+        Declaration::new(
+            "fault.leakage",
+            1.0,
+            "Leakage grown: a factor on q_L and q_LC, beside leakage.scale.",
+        )
+        .range(1.0, 100.0),
+        Declaration::new(
+            "fault.short_volume",
+            0.0,
+            "Volume short: the share of each calibrated volume that does not arrive.",
+        )
+        .range(0.0, 0.95),
+        Declaration::new(
+            "fault.lost_supply",
+            0.0,
+            "Supply pressure low: the share of P_h that is missing; the clamps and the leakage follow.",
+        )
+        .range(0.0, 0.95),
+        Declaration::new(
+            "fault.air",
+            0.0,
+            "Oil with air: the share of beta/V that is missing.",
+        )
+        .range(0.0, 0.99),
+        Declaration::new(
+            "fault.slow_latch",
+            0.0,
+            "One latch slow: what every second stroke of the actuating valve needs beside T_v.",
+        )
+        .unit("s")
+        .range(0.0, 0.02),
+        Declaration::new(
+            "fault.stuck_valve",
+            "none",
+            "A valve that switches no more: the large volume's actuating valve, or the direction valve.",
+        )
+        .choices(&["none", "actuating", "direction"]),
+        Declaration::new(
+            "fault.encoder",
+            "sound",
+            "The ram's position feedback: lost, known to be so (the actuator counts its volumes and drifts), or frozen, and believed.",
+        )
+        .choices(&["sound", "lost", "frozen"]),
     ]
 }
 
-/// Which actuator stands behind the messages.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Model {
-    /// The digital hydraulic actuator.
-    Dha,
-    /// Planes that follow their command at once.
-    Ideal,
+fn group_actuator(name: &'static str) -> Declaration {
+    Declaration::new(
+        name,
+        "same",
+        "With groups: each, this group's actuator; same: as `actuator`.",
+    )
+    .read_only()
+}
+
+fn group_model(name: &'static str) -> Declaration {
+    Declaration::new(
+        name,
+        "same",
+        "With groups: each, what moves this group; same: as `model`.",
+    )
+    .choices(&["same", "dha", "first_order", "ideal"])
+    .read_only()
+}
+
+/// A group's actuator.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Member {
+    /// The planes it moves.
+    pub group: Group,
+    /// A built-in actuator's name or a path.
+    pub actuator: String,
+    /// What moves them.
+    pub model: Model,
+}
+
+/// The faults, and whom they befall.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Faults {
+    /// One group, or all.
+    pub group: Option<Group>,
+    /// Wear and faults together.
+    pub condition: Condition,
 }
 
 /// The parameters, read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Config {
-    /// A built-in actuator's name or a path.
-    pub actuator: String,
-    /// What moves the planes.
-    pub model: Model,
+    /// How the planes are divided among actuators.
+    pub grouping: Grouping,
+    /// The actuators, in the order of [`Grouping::groups`].
+    pub members: Vec<Member>,
+    /// The first-order actuator's law.
+    pub lag: Lag,
     /// Whether the position loop is closed.
     pub position_loop: bool,
     /// The pulse logic's options.
@@ -132,8 +252,10 @@ pub struct Config {
     pub command_timeout: i64,
     /// Longest time between two samples of motion, ns.
     pub sample_interval: i64,
-    /// Factor on both leakages.
-    pub leakage_scale: f64,
+    /// Every actuator's condition without the faults.
+    pub worn: Condition,
+    /// The faults.
+    pub faults: Faults,
 }
 
 impl Config {
@@ -141,19 +263,101 @@ impl Config {
     #[must_use]
     pub fn from_values(values: &Values) -> Self {
         let nanos = |name| (values.double(name) * 1e9).round() as i64;
+        let grouping = match values.string("groups") {
+            "each" => Grouping::Each,
+            _ => Grouping::Together,
+        };
+        let worn = Condition {
+            leakage_scale: values.double("leakage.scale"),
+            stepping: values.double("friction.stepping"),
+            ..Condition::SOUND
+        };
         Self {
-            actuator: values.string("actuator").to_owned(),
-            model: match values.string("model") {
-                "ideal" => Model::Ideal,
-                _ => Model::Dha,
+            grouping,
+            members: grouping
+                .groups()
+                .iter()
+                .map(|group| member(values, *group))
+                .collect(),
+            lag: Lag {
+                omega: values.double("first_order.omega"),
+                rate: values.double("first_order.rate"),
             },
             position_loop: values.bool("position_loop"),
             logic: logic(values),
             command_limit: values.double("command_limit"),
             command_timeout: nanos("command_timeout"),
             sample_interval: nanos("sample_interval"),
-            leakage_scale: values.double("leakage.scale"),
+            worn,
+            faults: faults(values, worn),
         }
+    }
+
+    /// The condition of a group's actuator.
+    #[must_use]
+    pub fn condition(&self, group: Group) -> Condition {
+        if self.faults.group.is_none_or(|only| only == group) {
+            self.faults.condition
+        } else {
+            self.worn
+        }
+    }
+
+    /// What the faults of a group's actuator are, in words; none of a sound one.
+    #[must_use]
+    pub fn fault_words(&self, group: Group) -> Vec<String> {
+        self.condition(group).faults_beside(&self.worn)
+    }
+}
+
+/// The actuator of a group: its own, or the node's.
+fn member(values: &Values, group: Group) -> Member {
+    let own = |what: &str| {
+        let node_wide = values.string(what);
+        match group {
+            Group::DivePlanes => node_wide,
+            _ => match values.string(&format!("{}.{what}", group.name())) {
+                "same" => node_wide,
+                own => own,
+            },
+        }
+    };
+    Member {
+        group,
+        actuator: own("actuator").to_owned(),
+        model: match own("model") {
+            "ideal" => Model::Ideal,
+            "first_order" => Model::FirstOrder,
+            _ => Model::Dha,
+        },
+    }
+}
+
+/// The faults on top of wear.
+fn faults(values: &Values, worn: Condition) -> Faults {
+    let befallen = values.string("fault.group");
+    Faults {
+        group: Group::ALL
+            .into_iter()
+            .find(|group| group.name() == befallen),
+        condition: Condition {
+            leakage_scale: worn.leakage_scale * values.double("fault.leakage"),
+            short_volume: values.double("fault.short_volume"),
+            lost_supply: values.double("fault.lost_supply"),
+            air: values.double("fault.air"),
+            slow_latch: values.double("fault.slow_latch"),
+            stuck: match values.string("fault.stuck_valve") {
+                "actuating" => Some(StuckValve::Actuating),
+                "direction" => Some(StuckValve::Direction),
+                _ => None,
+            },
+            encoder: match values.string("fault.encoder") {
+                "lost" => Encoder::Lost,
+                "frozen" => Encoder::Frozen,
+                _ => Encoder::Sound,
+            },
+            ..worn
+        },
     }
 }
 

@@ -96,6 +96,9 @@ pub const ALL: &[LoopTopic] = {
         LoopTopic::of::<PlaneMotion>("plane_motion", Reliable, 100),
         LoopTopic::of::<JointState>("planes", Reliable, 100),
         LoopTopic::of::<DhaState>("dha_state", Reliable, 100),
+        LoopTopic::of::<DhaState>("dha_state_stern", Reliable, 100),
+        LoopTopic::of::<DhaState>("dha_state_roll", Reliable, 100),
+        LoopTopic::of::<DhaState>("dha_state_rudder", Reliable, 100),
         // sysid
         LoopTopic::of::<ModelEstimate>("model", Reliable, 100),
         // all

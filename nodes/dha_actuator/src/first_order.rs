@@ -1,0 +1,124 @@
+//! A first-order actuator with a rate limit: the analog servo to compare the digital one with.
+//!
+//! ```text
+//! delta' = omega (delta_c - delta), held within -rate and +rate
+//! ```
+//!
+//! In closed form between two changes of what is asked, so that the planes are the same however
+//! often they are looked at: while |delta_c - delta| > rate/omega the angle moves evenly, then it
+//! comes nearer exponentially.
+
+/// The law.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lag {
+    /// omega, rad/s.
+    pub omega: f64,
+    /// The largest plane rate, rad/s.
+    pub rate: f64,
+}
+
+/// The actuator; times in ns after the start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FirstOrder {
+    lag: Lag,
+    target: f64,
+    /// The angle, rad, at `since`, where the law or the target last changed.
+    from: f64,
+    since: i64,
+    /// Up to where it has run.
+    until: i64,
+}
+
+impl FirstOrder {
+    /// At rest, neutral.
+    #[must_use]
+    pub fn new(lag: Lag) -> Self {
+        Self {
+            lag,
+            target: 0.0,
+            from: 0.0,
+            since: 0,
+            until: 0,
+        }
+    }
+
+    /// Runs to the instant `nanos` towards `target`, rad. Going back has no effect.
+    pub fn advance_to(&mut self, nanos: i64, target: f64, lag: Lag) {
+        if nanos <= self.until {
+            return;
+        }
+        if (target, lag) != (self.target, self.lag) {
+            (self.from, _) = self.at(self.until);
+            self.since = self.until;
+            (self.target, self.lag) = (target, lag);
+        }
+        self.until = nanos;
+    }
+
+    /// The plane angle and its rate, rad and rad/s, at the instant `nanos`.
+    #[must_use]
+    pub fn at(&self, nanos: i64) -> (f64, f64) {
+        let Lag { omega, rate } = self.lag;
+        let t = (nanos - self.since).max(0) as f64 * 1e-9;
+        let error = self.target - self.from;
+        let even = ((error.abs() - rate / omega) / rate).max(0.0);
+        if t < even {
+            let rate = rate.copysign(error);
+            return (self.from + rate * t, rate);
+        }
+        let left = error.abs().min(rate / omega).copysign(error) * (-omega * (t - even)).exp();
+        (self.target - left, omega * left)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LAG: Lag = Lag {
+        omega: 20.0,
+        rate: 0.7,
+    };
+    const MS: i64 = 1_000_000;
+
+    #[test]
+    fn a_small_step_is_a_first_order_lag_and_a_large_one_slews_first() {
+        let mut small = FirstOrder::new(LAG);
+        small.advance_to(50 * MS, 0.03, LAG);
+        let (angle, rate) = small.at(50 * MS);
+        assert!((angle - 0.03 * (1.0 - (-1.0_f64).exp())).abs() < 1e-15);
+        assert!((rate - 20.0 * (0.03 - angle)).abs() < 1e-12);
+        let mut large = FirstOrder::new(LAG);
+        large.advance_to(500 * MS, -0.5, LAG);
+        assert_eq!(large.at(500 * MS), (-0.35, -0.7));
+        large.advance_to(3_000 * MS, -0.5, LAG);
+        assert!((large.at(3_000 * MS).0 + 0.5).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_angle_is_smooth_where_slewing_ends() {
+        let mut servo = FirstOrder::new(LAG);
+        servo.advance_to(3_000 * MS, 0.5, LAG);
+        let mut before = servo.at(0);
+        for ms in 1..3_000 {
+            let now = servo.at(ms * MS);
+            assert!(now.1 <= LAG.rate && now.1 <= before.1 + 1e-12);
+            let mean = 0.5 * (now.1 + before.1);
+            assert!((now.0 - before.0 - mean * 1e-3).abs() < 2e-6);
+            before = now;
+        }
+    }
+
+    #[test]
+    fn it_is_the_same_however_often_it_is_looked_at() {
+        let (mut often, mut seldom) = (FirstOrder::new(LAG), FirstOrder::new(LAG));
+        for k in 0..40 {
+            let target = 0.4 * (k as f64).sin();
+            for part in 1..=5 {
+                often.advance_to((k * 5 + part) * 10 * MS, target, LAG);
+            }
+            seldom.advance_to((k + 1) * 50 * MS, target, LAG);
+            assert_eq!(often.at((k + 1) * 50 * MS), seldom.at((k + 1) * 50 * MS));
+        }
+    }
+}

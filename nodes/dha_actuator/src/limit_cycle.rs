@@ -1,0 +1,98 @@
+//! The limit cycle that an actuator of quanta settles into, read off its own decisions.
+//!
+//! Every limit cycle of such an actuator turns the sign valve to and fro. A cycle here is the time
+//! from one turn to "+" to the next; its amplitude is half of what the planes covered meanwhile, as
+//! seen at the begin of the valve cycles. The last whole cycle counts, until the present one has
+//! lasted twice as long: then it has ceased.
+
+/// A cycle: how fast and how far.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Oscillation {
+    /// Hz.
+    pub frequency: f64,
+    /// Half of peak to peak, rad.
+    pub amplitude: f64,
+}
+
+/// The watch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LimitCycle {
+    sign: i8,
+    /// The valve cycle of the last turn to "+".
+    turned: Option<u64>,
+    /// What the planes have covered since, rad.
+    low: f64,
+    high: f64,
+    /// The last whole cycle: valve cycles, and the amplitude.
+    last: Option<(u64, f64)>,
+}
+
+impl LimitCycle {
+    /// Nothing seen yet, the sign pulse positive.
+    #[must_use]
+    pub fn new() -> Self {
+        Self {
+            sign: 1,
+            turned: None,
+            low: f64::INFINITY,
+            high: f64::NEG_INFINITY,
+            last: None,
+        }
+    }
+
+    /// Takes the sign pulse of valve cycle `cycle`, and the plane angle, rad, at its begin.
+    pub fn observe(&mut self, cycle: u64, sign: i8, angle: f64) {
+        self.low = self.low.min(angle);
+        self.high = self.high.max(angle);
+        if sign > self.sign {
+            self.last = self
+                .turned
+                .map(|turned| (cycle - turned, 0.5 * (self.high - self.low)));
+            self.turned = Some(cycle);
+            (self.low, self.high) = (angle, angle);
+        }
+        self.sign = sign;
+    }
+
+    /// The limit cycle at valve cycle `cycle`, `period` s each; none where there is none.
+    #[must_use]
+    pub fn oscillation(&self, cycle: u64, period: f64) -> Option<Oscillation> {
+        let (length, amplitude) = self.last?;
+        let age = cycle.saturating_sub(self.turned?);
+        (age <= 2 * length).then(|| Oscillation {
+            frequency: 1.0 / (length as f64 * period),
+            amplitude,
+        })
+    }
+}
+
+impl Default for LimitCycle {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_turns_make_a_cycle_and_silence_ends_it() {
+        let mut watch = LimitCycle::new();
+        let signs = [1, -1, -1, 1, 1, 1, -1, 1];
+        let mut seen = Vec::new();
+        for (cycle, sign) in signs.into_iter().enumerate() {
+            watch.observe(cycle as u64, sign, cycle as f64);
+            seen.push(watch.oscillation(cycle as u64, 0.5));
+        }
+        assert!(seen[..7].iter().all(Option::is_none));
+        // From the turn at 3 to the one at 7.
+        let cycle = Oscillation {
+            frequency: 0.5,
+            amplitude: 2.0,
+        };
+        assert_eq!(seen[7], Some(cycle));
+        assert_eq!(watch.oscillation(7 + 8, 0.5), Some(cycle));
+        assert_eq!(watch.oscillation(7 + 9, 0.5), None);
+    }
+}
