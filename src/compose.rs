@@ -9,7 +9,9 @@ use dha_actuator::core::{Actuator, Output};
 use dha_actuator::groups::Group;
 use planesman_msgs::Message;
 use planesman_msgs::builtin_interfaces::msg::Time;
-use planesman_msgs::planesman_msgs::msg::{ControlState, ModelEstimate, PlaneCommand};
+use planesman_msgs::planesman_msgs::msg::{
+    ControlState, ModelEstimate, MotionEstimate, PlaneCommand,
+};
 use planesman_msgs::rosgraph_msgs::msg::Clock;
 use plant_sim::core::{Observation, Plant};
 use sysid::core::Identifier;
@@ -27,6 +29,8 @@ pub struct Tick {
     pub command: PlaneCommand,
     /// The controller's inside.
     pub control: ControlState,
+    /// What the controller worked on, where that was not the truth.
+    pub estimate: Option<MotionEstimate>,
     /// What the actuator does until the next stamp.
     pub actuator: Output,
     /// The planes it moves, a state each.
@@ -62,6 +66,9 @@ impl Tick {
         sink.put("daq", t, &o.daq)?;
         sink.put("plane_command", t, &self.command)?;
         sink.put("control_state", t, &self.control)?;
+        if let Some(estimate) = &self.estimate {
+            sink.put("estimate", t, estimate)?;
+        }
         sink.put("plane_motion", t, &self.actuator.motion)?;
         sink.put("planes", t, &self.actuator.planes)?;
         for (group, state) in self.groups.iter().zip(&self.actuator.states) {
@@ -116,6 +123,11 @@ impl Loop {
     pub fn tick(&mut self) -> Result<Tick> {
         let stamp = Time::from_nanos(self.k * self.tick_nanos);
         let observation = self.plant.observe(stamp.clone());
+        self.controller.on_imu(&observation.imu);
+        self.controller
+            .on_depth_pressure(&observation.depth_pressure);
+        self.controller
+            .on_speed_pressure(&observation.speed_pressure);
         let (command, control) = self
             .controller
             .on_state(&observation.state)
@@ -133,6 +145,9 @@ impl Loop {
         ] {
             models.extend(learnt.map_err(|e| anyhow!("sysid: {e}"))?);
         }
+        for model in &models {
+            self.controller.on_model(model.clone());
+        }
         self.plant
             .advance(Some(&actuator.motion))
             .map_err(|e| anyhow!("plant_sim: {e}"))?;
@@ -142,6 +157,7 @@ impl Loop {
             observation,
             command,
             control,
+            estimate: self.controller.estimate().cloned(),
             actuator,
             groups: self.actuator.groups(),
             models,

@@ -3,7 +3,8 @@
 //! - [`analyse`]: poles, Routh's scheme, margins and step response at each speed;
 //! - [`locus`]: where the poles go as one gain, or the speed, changes;
 //! - [`place`]: gains for poles that are wanted;
-//! - [`optimise`]: gains for a range of speeds.
+//! - [`optimise`]: gains for a range of speeds;
+//! - [`table`]: depth steps flown with every actuator, feedback and gain source.
 //!
 //! The tools are [`depth_controller::design`]; here they meet vehicles and actuators.
 
@@ -12,6 +13,7 @@ pub mod locus;
 pub mod optimise;
 pub mod place;
 pub mod subject;
+pub mod table;
 
 use anyhow::Result;
 use clap::Subcommand;
@@ -27,6 +29,8 @@ pub enum DesignCommand {
     Place(place::PlaceArgs),
     /// Gains proposed for a range of speeds, with the margins they get
     Optimise(optimise::OptimiseArgs),
+    /// Depth steps flown with every actuator, feedback and gain source: what each choice costs
+    Table(table::TableArgs),
 }
 
 /// Designs what was asked for and prints it.
@@ -39,5 +43,6 @@ pub fn run(command: &DesignCommand) -> Result<()> {
         DesignCommand::Locus(args) => locus::run(args),
         DesignCommand::Place(args) => place::run(args),
         DesignCommand::Optimise(args) => optimise::run(args),
+        DesignCommand::Table(args) => table::run(args),
     }
 }

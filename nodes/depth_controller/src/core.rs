@@ -18,26 +18,35 @@
 //! **Course and speed** are held when their `active` parameter says so, or once a setpoint for them has
 //! come on its topic. Roll is held level. In mode off nothing is held.
 //!
-//! **Seams**: where feedback comes from is [`Feedback`], where gains come from the method `gains`;
-//! nothing else knows of either.
+//! **Feedback** is the true state, or what an [`Estimator`] makes of the instruments, which are to be heard before
+//! the state of their stamp is answered. **Gains** are the parameters', or follow the vehicle ([`Follower`]).
+//! Nothing else here knows of either.
 //!
 //! What is not finite is refused and changes nothing.
 
 use planesman_msgs::Message;
 use planesman_msgs::builtin_interfaces::msg::Time;
-use planesman_msgs::planesman_msgs::msg::{ControlState, PlaneCommand, VehicleState};
+use planesman_msgs::planesman_msgs::msg::{
+    ControlState, ModelEstimate, MotionEstimate, PlaneCommand, VehicleState,
+};
+use planesman_msgs::sensor_msgs::msg::{FluidPressure, Imu};
 use planesman_msgs::std_msgs::msg::Header;
 use planesman_parameters::Values;
 
 use crate::angle_loop::short_way;
 use crate::autopilot::{Asked, Autopilot, Gains};
+use crate::estimator::{Estimated, Estimator, Source};
 use crate::feedback::Feedback;
+use crate::gains::Follower;
 use crate::limits::bounded;
 use crate::parameters::{Config, Mode};
 use crate::setpoint::{Bounds, Setpoint};
 
 /// The frame the commands are given in: forward, right, down.
 const FRAME: &str = "base_link_frd";
+
+/// The frame that depth and pitch are estimated in: forward, starboard, down from the surface.
+const ESTIMATE_FRAME: &str = "map_ned";
 
 /// What a state is answered with.
 pub type Answer = (PlaneCommand, ControlState);
@@ -107,6 +116,10 @@ pub struct Controller {
     config: Config,
     setpoints: Setpoints,
     autopilot: Autopilot,
+    estimator: Estimator,
+    follower: Follower,
+    /// What the last state was answered on, where that was not the truth.
+    estimate: Option<MotionEstimate>,
     run: Option<Run>,
     /// What is to be told the operator.
     news: Vec<String>,
@@ -145,6 +158,9 @@ impl Controller {
             config: Config::from_values(values)?,
             setpoints: Setpoints::default(),
             autopilot: Autopilot::default(),
+            estimator: Estimator::default(),
+            follower: Follower::default(),
+            estimate: None,
             run: None,
             news: Vec::new(),
         })
@@ -218,6 +234,8 @@ impl Controller {
                 if self.run.is_some() {
                     self.setpoints = Setpoints::default();
                     self.autopilot = Autopilot::default();
+                    self.estimator.restart();
+                    self.follower = Follower::default();
                 }
                 (stamp, state.distance, stamp)
             }
@@ -256,20 +274,104 @@ impl Controller {
         (command, control)
     }
 
-    /// The gains in force for this feedback.
-    fn gains(&self, _feedback: &Feedback) -> Gains {
-        self.config.gains
+    /// Takes the gyro's reading, for the state of its stamp.
+    pub fn on_imu(&mut self, imu: &Imu) {
+        self.estimator.instruments.on_imu(imu);
+    }
+
+    /// Takes the depth cell's reading, for the state of its stamp.
+    pub fn on_depth_pressure(&mut self, pressure: &FluidPressure) {
+        self.estimator.instruments.on_depth_pressure(pressure);
+    }
+
+    /// Takes the speed cell's reading, for the state of its stamp.
+    pub fn on_speed_pressure(&mut self, pressure: &FluidPressure) {
+        self.estimator.instruments.on_speed_pressure(pressure);
+    }
+
+    /// Takes a model that `sysid` has identified.
+    pub fn on_model(&mut self, model: ModelEstimate) {
+        self.follower.on_model(model);
+    }
+
+    /// Whether the loops look at the instruments rather than at the truth.
+    #[must_use]
+    pub fn reads_instruments(&self) -> bool {
+        self.config.feedback.source != Source::Truth
+    }
+
+    /// Whether everything that a state of this stamp is answered on has been heard.
+    #[must_use]
+    pub fn ready_for(&self, stamp: &Time) -> bool {
+        self.estimator.ready(stamp.nanos(), &self.config.feedback)
+    }
+
+    /// What the last state was answered on, where that was not the truth.
+    #[must_use]
+    pub fn estimate(&self) -> Option<&MotionEstimate> {
+        self.estimate.as_ref()
+    }
+
+    /// The gains in force for this feedback at a tick.
+    fn gains(
+        &mut self,
+        feedback: &Feedback,
+        stamp: i64,
+        dt: f64,
+        inside: &mut ControlState,
+    ) -> Gains {
+        let rules = &self.config.following;
+        let (followed, adapted) = self.follower.gains(rules, feedback.speed, stamp, dt);
+        self.news.extend(self.follower.news());
+        inside.gains_adapted = adapted;
+        inside.gain_depth_p = followed.depth_p;
+        inside.gain_depth_d = followed.depth_d;
+        inside.gain_pitch_p = followed.pitch_p;
+        inside.gain_pitch_rate = followed.pitch_rate;
+        let mut gains = self.config.gains;
+        (gains.depth.p, gains.depth.d) = (followed.depth_p, followed.depth_d);
+        (gains.pitch.p, gains.pitch.rate) = (followed.pitch_p, followed.pitch_rate);
+        gains
+    }
+
+    /// The estimate as a message.
+    fn estimate_message(&self, stamp: Time, estimated: &Estimated) -> MotionEstimate {
+        let estimate = &estimated.estimate;
+        MotionEstimate {
+            header: Header {
+                stamp,
+                frame_id: ESTIMATE_FRAME.to_owned(),
+            },
+            source: feedback_constant(self.config.feedback.source),
+            pitch: estimate.pitch,
+            pitch_rate: estimate.pitch_rate,
+            depth: estimate.depth,
+            depth_rate: estimate.depth_rate,
+            gyro_bias: estimate.gyro_bias,
+            covariance: estimated.covariance,
+            depth_measured: estimated.measured.depth.is_some(),
+        }
     }
 
     /// Everything commanded at a tick.
     fn answer(&mut self, state: &VehicleState, tick: Tick) -> Answer {
-        let feedback = Feedback::truth(state);
+        let stamp = &state.header.stamp;
+        let rules = &self.config.feedback;
+        let estimated = self.estimator.step(rules, stamp.nanos(), tick.dt);
+        let mut feedback = Feedback::truth(state);
+        if let Some(estimated) = &estimated {
+            feedback = feedback.estimated(estimated);
+        }
+        self.estimate = estimated.map(|estimated| self.estimate_message(stamp.clone(), &estimated));
         let mut inside = ControlState {
             header: header(state.header.stamp.clone()),
             mode: self.config.mode.constant(),
             depth_rate: feedback.depth_rate,
+            feedback_source: feedback_constant(self.config.feedback.source),
+            instruments_missing: estimated.is_some_and(|estimated| estimated.missing),
             ..ControlState::default()
         };
+        let gains = self.gains(&feedback, stamp.nanos(), tick.dt, &mut inside);
         for quantity in Quantity::ALL {
             let timeout = self.config.setpoint_timeout;
             if self.setpoints.of(quantity).expire(timeout, tick.elapsed) {
@@ -283,7 +385,7 @@ impl Controller {
             header: inside.header.clone(),
             ..PlaneCommand::default()
         };
-        self.dive(&feedback, tick, &mut command, &mut inside);
+        self.dive(&gains, &feedback, tick, &mut command, &mut inside);
         if self.config.mode == Mode::Off {
             self.setpoints.course.release();
             self.setpoints.speed.release();
@@ -298,6 +400,7 @@ impl Controller {
     /// The dive planes.
     fn dive(
         &mut self,
+        gains: &Gains,
         feedback: &Feedback,
         tick: Tick,
         command: &mut PlaneCommand,
@@ -336,8 +439,7 @@ impl Controller {
             inside.identification = config.identification.value(tick.elapsed);
             asked.signal = inside.identification;
         }
-        let gains = self.gains(feedback);
-        let law = (&gains, &self.config.dive);
+        let law = (gains, &self.config.dive);
         let planes = self.autopilot.planes(law, asked, feedback, tick.dt, inside);
         let shared = self.config.allocation.share(planes);
         command.dive_planes = shared.mean;
@@ -427,6 +529,15 @@ impl Controller {
         inside.speed_error = bounded(inside.speed_setpoint - feedback.speed);
         command.thrust = config.speed.evaluate(inside.speed_setpoint, feedback.speed);
         inside.thrust = command.thrust;
+    }
+}
+
+/// A source's constant in `ControlState` and `MotionEstimate`.
+fn feedback_constant(source: Source) -> u8 {
+    match source {
+        Source::Truth => ControlState::FEEDBACK_TRUTH,
+        Source::Integrator => ControlState::FEEDBACK_INTEGRATOR,
+        Source::Kalman => ControlState::FEEDBACK_KALMAN,
     }
 }
 

@@ -1,8 +1,9 @@
 //! What the loops are told of the vehicle: the one place where truth becomes feedback.
 //!
-//! Everything behind it takes a [`Feedback`], so an estimator that fills one instead of
-//! [`Feedback::truth`] is all it takes to fly on sensors.
+//! Everything behind it takes a [`Feedback`]: of the true state, or with an estimator's motion in the vertical
+//! plane in its place ([`Feedback::estimated`]).
 
+use crate::estimator::Estimated;
 use planesman_msgs::planesman_msgs::msg::VehicleState;
 
 /// The vehicle as the loops see it. Signs and units as in `VehicleState`.
@@ -42,6 +43,20 @@ impl Feedback {
             yaw: state.yaw,
             yaw_rate: state.yaw_rate,
             speed: state.surge,
+        }
+    }
+
+    /// This with depth, pitch, their rates and the speed as estimated; roll and course stay.
+    #[must_use]
+    pub fn estimated(self, estimated: &Estimated) -> Self {
+        let estimate = &estimated.estimate;
+        Self {
+            depth: estimate.depth,
+            depth_rate: estimate.depth_rate,
+            pitch: estimate.pitch,
+            pitch_rate: estimate.pitch_rate,
+            speed: estimated.measured.speed,
+            ..self
         }
     }
 }

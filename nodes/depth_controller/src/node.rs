@@ -4,7 +4,10 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use anyhow::{Result, anyhow};
-use planesman_msgs::planesman_msgs::msg::{ControlState, PlaneCommand, VehicleState};
+use planesman_msgs::planesman_msgs::msg::{
+    ControlState, ModelEstimate, MotionEstimate, PlaneCommand, VehicleState,
+};
+use planesman_msgs::sensor_msgs::msg::{FluidPressure, Imu};
 use planesman_msgs::std_msgs::msg::Float64;
 use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, Runtime, args};
 use planesman_parameters::Values;
@@ -14,6 +17,10 @@ use crate::parameters;
 
 enum Event {
     State(VehicleState),
+    Imu(Imu),
+    DepthPressure(FluidPressure),
+    SpeedPressure(FluidPressure),
+    Model(ModelEstimate),
     Setpoint(Quantity, f64),
     /// Time to ask whether the state has gone silent.
     Look,
@@ -38,15 +45,28 @@ fn run(args: Vec<String>) -> Result<()> {
         args::only(args)?,
     )?;
     let values = rt.values();
+    let controller = Controller::new(&values).map_err(|e| anyhow!(e))?;
+    let on_instruments = controller.reads_instruments();
     let mut node = Node {
-        controller: Controller::new(&values).map_err(|e| anyhow!(e))?,
+        controller,
         values,
+        waiting: None,
+        estimate: match on_instruments {
+            true => Some(rt.publisher("estimate", Qos::reliable(100))?),
+            false => None,
+        },
         command: rt.publisher("plane_command", Qos::reliable(100))?,
         inside: rt.publisher("control_state", Qos::reliable(100))?,
         heard: None,
         silent: false,
     };
     rt.subscribe("state", Qos::reliable(100), Event::State)?;
+    rt.subscribe("model", Qos::reliable(10), Event::Model)?;
+    if on_instruments {
+        rt.subscribe("imu", Qos::sensor(), Event::Imu)?;
+        rt.subscribe("depth_pressure", Qos::sensor(), Event::DepthPressure)?;
+        rt.subscribe("speed_pressure", Qos::sensor(), Event::SpeedPressure)?;
+    }
     for quantity in Quantity::ALL {
         let topic = format!("{}_setpoint", quantity.name());
         rt.subscribe(&topic, Qos::reliable(10), move |word: Float64| {
@@ -63,6 +83,10 @@ struct Node {
     values: Values,
     command: Publisher<PlaneCommand>,
     inside: Publisher<ControlState>,
+    /// There when the loops work on the instruments.
+    estimate: Option<Publisher<MotionEstimate>>,
+    /// A state whose instruments have not all spoken yet.
+    waiting: Option<VehicleState>,
     /// When the last state came, by the node's clock (ns): a paused simulation is not silence.
     heard: Option<i64>,
     silent: bool,
@@ -73,14 +97,30 @@ impl Node {
         match event {
             Event::State(state) => {
                 self.heard = Some(rt.now().nanos());
-                match self.controller.on_state(&state) {
-                    Ok(answer) => self.say(&answer),
-                    Err(reason) => log::warn!("{reason}"),
-                }
-                for news in self.controller.news() {
-                    log::warn!("{news}");
+                // Said again: its instruments' words are lost, and it is answered without.
+                let again = self
+                    .waiting
+                    .as_ref()
+                    .is_some_and(|waiting| waiting.header.stamp == state.header.stamp);
+                if again || self.controller.ready_for(&state.header.stamp) {
+                    self.answer(&state);
+                } else {
+                    self.waiting = Some(state);
                 }
             }
+            Event::Imu(imu) => {
+                self.controller.on_imu(&imu);
+                self.answer_the_waiting();
+            }
+            Event::DepthPressure(pressure) => {
+                self.controller.on_depth_pressure(&pressure);
+                self.answer_the_waiting();
+            }
+            Event::SpeedPressure(pressure) => {
+                self.controller.on_speed_pressure(&pressure);
+                self.answer_the_waiting();
+            }
+            Event::Model(model) => self.controller.on_model(model),
             Event::Setpoint(quantity, value) => {
                 match self.controller.set_setpoint(quantity, value) {
                     Ok(()) => {
@@ -101,6 +141,32 @@ impl Node {
             }
         }
         Ok(Flow::Continue)
+    }
+
+    /// Answers the state that waits once all its instruments have spoken.
+    fn answer_the_waiting(&mut self) {
+        let ready = |state: &mut VehicleState| self.controller.ready_for(&state.header.stamp);
+        if let Some(state) = self.waiting.take_if(ready) {
+            self.answer(&state);
+        }
+    }
+
+    fn answer(&mut self, state: &VehicleState) {
+        self.waiting = None;
+        match self.controller.on_state(state) {
+            Ok(answer) => {
+                self.say(&answer);
+                if let (Some(publisher), Some(estimate)) =
+                    (&self.estimate, self.controller.estimate())
+                {
+                    publisher.publish(estimate);
+                }
+            }
+            Err(reason) => log::warn!("{reason}"),
+        }
+        for news in self.controller.news() {
+            log::warn!("{news}");
+        }
     }
 
     fn say(&self, (command, inside): &Answer) {

@@ -13,6 +13,8 @@ use crate::allocation::Allocation;
 use crate::angle_loop::AngleLoop;
 use crate::autopilot::{Derivative, DiveRules, Gains};
 use crate::depth_loop::DepthLoop;
+use crate::estimator::{self, Calibration, DeadBand, Tuning};
+use crate::gains::{self, LoopGains, PitchModel, SpeedLaw};
 use crate::integral::AntiWindup;
 use crate::limits::Limit;
 use crate::manoeuvre::{Manoeuvre, Signal, TestSignal};
@@ -41,6 +43,8 @@ pub fn declarations() -> Vec<Declaration> {
         regulators(),
         schedule(),
         identification(),
+        feedback(),
+        gains(),
     ]
     .concat()
 }
@@ -420,6 +424,211 @@ fn identification() -> Part {
     ]
 }
 
+/// Where feedback comes from.
+fn feedback() -> Part {
+    vec![
+        Declaration::new(
+            "feedback.source",
+            "truth",
+            "Where the dive loops take pitch, depth and their rates from: the true state, the gyro behind a dead band and integrated (Brunner 1988, p. 91), or a Kalman filter on gyro, depth and speed.",
+        )
+        .choices(estimator::Source::NAMES)
+        .read_only(),
+        Declaration::new(
+            "feedback.speed_source",
+            "nominal",
+            "Where the estimators and the gain schedule on estimates take the speed from: feedback.speed, as the report's stopwatch, or the speed cell.",
+        )
+        .choices(&["nominal", "cell"])
+        .read_only(),
+        Declaration::new("feedback.speed", METRES_PER_FOOT, "The nominal speed through the water.")
+            .unit("m/s")
+            .range(0.0, 100.0),
+        Declaration::new(
+            "feedback.depth_range",
+            0.827,
+            "Depth readings from here on are not used: the report's cell is at its end at 32.58 in; 0: all are used.",
+        )
+        .unit("m")
+        .range(0.0, 11_000.0),
+        Declaration::new(
+            "feedback.surface_pressure",
+            101_325.0,
+            "Absolute pressure at the surface, taken off the depth cell's.",
+        )
+        .unit("Pa")
+        .range(0.0, 2e5),
+        Declaration::new(
+            "feedback.density",
+            999.835,
+            "Of the water, for depth and speed from pressures; the report's 1.94 slug/ft^3.",
+        )
+        .unit("kg/m^3")
+        .range(900.0, 1200.0),
+        Declaration::new(
+            "feedback.gravity",
+            9.81456,
+            "For depth from pressure; the report's 32.2 ft/s^2.",
+        )
+        .unit("m/s^2")
+        .range(9.0, 10.0),
+        Declaration::new(
+            "integrator.dead_band",
+            "comparator",
+            "Before the integrator: the report's one relay comparator, which passes the bow's fall alone, or a band to both sides.",
+        )
+        .choices(&["comparator", "two_sided"]),
+        Declaration::new(
+            "integrator.width",
+            2.0_f64.to_radians(),
+            "The comparator's offset or the band's half width: the 25 mV that the gyro's zero drifts within (p. 90).",
+        )
+        .unit("rad/s")
+        .range(0.0, 10.0),
+        Declaration::new(
+            "integrator.depth_lag",
+            0.5,
+            "Time constant of the depth's derivative beside the integrator.",
+        )
+        .unit("s")
+        .range(1e-3, 100.0),
+        Declaration::new(
+            "kalman.gyro_noise",
+            0.007,
+            "Standard deviation of a gyro reading; 5 mV at 12.5 mV per deg/s.",
+        )
+        .unit("rad/s")
+        .range(1e-9, 10.0),
+        Declaration::new(
+            "kalman.bias_walk",
+            0.0014,
+            "Standard deviation of the gyro zero's walk after 1 s; 1 mV.",
+        )
+        .unit("rad/s^1.5")
+        .range(0.0, 10.0),
+        Declaration::new(
+            "kalman.depth_noise",
+            0.0005,
+            "Standard deviation of a depth reading; 5 mV at 10.1 V/m.",
+        )
+        .unit("m")
+        .range(1e-9, 100.0),
+        Declaration::new(
+            "kalman.stray_rate",
+            0.01,
+            "Standard deviation of the depth rate that pitch does not explain: heave, currents.",
+        )
+        .unit("m/s")
+        .range(0.0, 100.0),
+        Declaration::new(
+            "kalman.stray_time",
+            2.0,
+            "How long such a depth rate lasts: its correlation time.",
+        )
+        .unit("s")
+        .range(1e-3, 1e6),
+        Declaration::new(
+            "kalman.initial_pitch",
+            0.05,
+            "Standard deviation of the pitch at the start, about level.",
+        )
+        .unit("rad")
+        .range(0.0, 3.0),
+        Declaration::new(
+            "kalman.initial_bias",
+            2.0_f64.to_radians(),
+            "Standard deviation of the gyro's zero at the start; 25 mV.",
+        )
+        .unit("rad/s")
+        .range(0.0, 10.0),
+    ]
+}
+
+/// Where gains come from. The vehicle is that of Table 1: M'delta, M'q and W BG over its inertia at 1 ft/s.
+fn gains() -> Part {
+    vec![
+        Declaration::new(
+            "gains.source",
+            "fixed",
+            "Gains of the dive loops: fixed, scheduled over speed by gains.model, or adaptive: the schedule on what sysid identifies while that can be trusted.",
+        )
+        .choices(gains::Source::NAMES),
+        Declaration::new(
+            "gains.reference_speed",
+            METRES_PER_FOOT,
+            "The speed that the fixed gains are right for.",
+        )
+        .unit("m/s")
+        .range(1e-3, 100.0),
+        Declaration::new(
+            "gains.lowest_speed",
+            0.5 * METRES_PER_FOOT,
+            "Below this speed scheduled gains grow no further.",
+        )
+        .unit("m/s")
+        .range(1e-3, 100.0),
+        Declaration::new(
+            "gains.model.plane",
+            0.283 / 0.6,
+            "K/J at the reference speed: dive moment per plane angle over inertia (Brunner 1988, Table 1).",
+        )
+        .unit("1/s^2")
+        .range(1e-6, 1e6),
+        Declaration::new(
+            "gains.model.damping",
+            0.718 / 0.6,
+            "B/J at the reference speed (Brunner 1988, Table 1).",
+        )
+        .unit("1/s")
+        .range(0.0, 1e6),
+        Declaration::new(
+            "gains.model.plane_exponent",
+            2.0,
+            "K/J goes with this power of the speed: 2 in water, 0 as in the report's Table 3.",
+        )
+        .range(0.0, 4.0),
+        Declaration::new(
+            "gains.model.damping_exponent",
+            1.0,
+            "B/J goes with this power of the speed: 1 in water, 0 as in the report's Table 3.",
+        )
+        .range(0.0, 4.0),
+        Declaration::new(
+            "gains.adaptive.delay",
+            1.0,
+            "From an identified model's stamp to its effect, so that no message's way decides.",
+        )
+        .unit("s")
+        .range(0.0, 60.0),
+        Declaration::new(
+            "gains.adaptive.oldest",
+            5.0,
+            "Identified models older than this are not followed.",
+        )
+        .unit("s")
+        .range(0.0, 3600.0),
+        Declaration::new(
+            "gains.adaptive.uncertainty",
+            0.25,
+            "Largest relative standard deviation of K/J and B/J in a model that is followed.",
+        )
+        .range(0.0, 10.0),
+        Declaration::new(
+            "gains.adaptive.factor",
+            4.0,
+            "Largest factor between identified and scheduled K/J, B/J and gains.",
+        )
+        .range(1.0, 100.0),
+        Declaration::new(
+            "gains.adaptive.rate",
+            0.1,
+            "Largest change of a gain, in scheduled gains per second.",
+        )
+        .unit("1/s")
+        .range(0.0, 100.0),
+    ]
+}
+
 /// What the controller holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
@@ -509,6 +718,10 @@ pub struct Config {
     pub schedule: Schedule,
     /// The test signal.
     pub identification: TestSignal,
+    /// What is fed back.
+    pub feedback: estimator::Rules,
+    /// How the gains follow the vehicle.
+    pub following: gains::Rules,
 }
 
 impl Config {
@@ -580,6 +793,8 @@ impl Config {
             speed_rate: values.double("speed.setpoint_rate"),
             schedule,
             identification: test_signal(values, dive.planes_limit)?,
+            feedback: estimator_rules(values)?,
+            following: gain_rules(values)?,
             dive,
         })
     }
@@ -606,6 +821,72 @@ fn dive_rules(values: &Values) -> Result<DiveRules, String> {
         planes_limit: limit(values, "planes.limit")?,
         planes_rate_limit: values.double("planes.rate_limit"),
         transfer_time: values.double("transfer.time"),
+    })
+}
+
+fn estimator_rules(values: &Values) -> Result<estimator::Rules, String> {
+    let width = values.double("integrator.width");
+    let source = values.string("feedback.source");
+    Ok(estimator::Rules {
+        source: estimator::Source::named(source)
+            .ok_or_else(|| format!("parameter 'feedback.source': '{source}' refused"))?,
+        calibration: Calibration {
+            density: values.double("feedback.density"),
+            gravity: values.double("feedback.gravity"),
+            surface_pressure: values.double("feedback.surface_pressure"),
+            depth_range: values.double("feedback.depth_range"),
+            speed: (values.string("feedback.speed_source") == "nominal")
+                .then(|| values.double("feedback.speed")),
+        },
+        dead_band: match values.string("integrator.dead_band") {
+            "two_sided" => DeadBand::TwoSided(width),
+            _ => DeadBand::Comparator(width),
+        },
+        lag: values.double("integrator.depth_lag"),
+        tuning: Tuning {
+            gyro_noise: values.double("kalman.gyro_noise"),
+            bias_walk: values.double("kalman.bias_walk"),
+            depth_noise: values.double("kalman.depth_noise"),
+            stray_rate: values.double("kalman.stray_rate"),
+            stray_time: values.double("kalman.stray_time"),
+            initial_pitch: values.double("kalman.initial_pitch"),
+            initial_bias: values.double("kalman.initial_bias"),
+        },
+    })
+}
+
+fn gain_rules(values: &Values) -> Result<gains::Rules, String> {
+    let source = values.string("gains.source");
+    Ok(gains::Rules {
+        source: gains::Source::named(source)
+            .ok_or_else(|| format!("parameter 'gains.source': '{source}' refused"))?,
+        schedule: gains::Schedule {
+            reference: LoopGains {
+                depth_p: values.double("depth.p"),
+                depth_d: values.double("depth.d"),
+                pitch_p: values.double("pitch.p"),
+                pitch_rate: values.double("pitch.rate"),
+            },
+            law: SpeedLaw {
+                model: PitchModel {
+                    plane: values.double("gains.model.plane"),
+                    damping: values.double("gains.model.damping"),
+                    // Held by neither gain: it stays in the closed loop as it is.
+                    restoring: 0.0,
+                },
+                reference_speed: values.double("gains.reference_speed"),
+                plane_exponent: values.double("gains.model.plane_exponent"),
+                damping_exponent: values.double("gains.model.damping_exponent"),
+            },
+            lowest_speed: values.double("gains.lowest_speed"),
+        },
+        trust: gains::Trust {
+            oldest: values.double("gains.adaptive.oldest"),
+            uncertainty: values.double("gains.adaptive.uncertainty"),
+            factor: values.double("gains.adaptive.factor"),
+            rate: values.double("gains.adaptive.rate"),
+        },
+        delay: values.double("gains.adaptive.delay"),
     })
 }
 

@@ -10,8 +10,8 @@ use planesman_msgs::{
     diagnostic_msgs::msg::DiagnosticArray,
     nav_msgs::msg::Odometry,
     planesman_msgs::msg::{
-        ControlState, DaqSample, DhaState, ModelEstimate, PlaneCommand, PlaneMotion, TickAnswer,
-        VehicleState,
+        ControlState, DaqSample, DhaState, ModelEstimate, MotionEstimate, PlaneCommand,
+        PlaneMotion, TickAnswer, VehicleState,
     },
     rcl_interfaces::msg::{Log, ParameterEvent},
     rosgraph_msgs::msg::Clock,
@@ -92,6 +92,7 @@ pub const ALL: &[LoopTopic] = {
         // depth_controller
         LoopTopic::of::<PlaneCommand>("plane_command", Reliable, 100),
         LoopTopic::of::<ControlState>("control_state", Reliable, 100),
+        LoopTopic::of::<MotionEstimate>("estimate", Reliable, 100),
         // dha_actuator
         LoopTopic::of::<PlaneMotion>("plane_motion", Reliable, 100),
         LoopTopic::of::<JointState>("planes", Reliable, 100),

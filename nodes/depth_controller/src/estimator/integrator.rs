@@ -64,6 +64,11 @@ impl Integrator {
         }
     }
 
+    /// Takes another dead band and lag (s) from the next measurement on.
+    pub fn set(&mut self, dead_band: DeadBand, lag: f64) {
+        (self.dead_band, self.lag) = (dead_band, lag);
+    }
+
     /// The estimate at a measurement `dt` seconds after the one before.
     pub fn step(&mut self, measured: &Measurement, dt: f64) -> Estimate {
         let rate = self.dead_band.passed(measured.pitch_rate);

@@ -14,12 +14,15 @@
 //! - [`pitch_model`]: `k`, `b`, `m`, and how they go with the speed; from an identified model too.
 //! - [`schedule`]: gains for such a model and speed.
 //! - [`adaptive`]: the schedule on what `sysid` identifies, as far as that can be trusted.
+//! - [`follower`]: the gains in force at a tick.
 
 pub mod adaptive;
+pub mod follower;
 pub mod pitch_model;
 pub mod schedule;
 
 pub use adaptive::{Adaptive, Trust};
+pub use follower::{Follower, Rules};
 pub use pitch_model::{PitchModel, SpeedLaw};
 pub use schedule::{LoopGains, Schedule};
 

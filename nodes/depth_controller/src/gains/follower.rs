@@ -1,0 +1,81 @@
+//! The gains in force: from their source, at a tick.
+//!
+//! A model acts [`Rules::delay`] after its stamp, not when it happens to arrive: so the loop in lockstep does
+//! not depend on how long a message travels.
+
+use std::collections::VecDeque;
+
+use planesman_msgs::planesman_msgs::msg::ModelEstimate;
+
+use super::{Adaptive, LoopGains, Schedule, Source, Trust};
+
+/// Models kept until their time comes; the oldest goes when there are more.
+const MOST_WAITING: usize = 100;
+
+/// How gains follow the vehicle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rules {
+    /// Where gains come from.
+    pub source: Source,
+    /// Gains over speed; its reference are the fixed gains.
+    pub schedule: Schedule,
+    /// What an identified model has to be.
+    pub trust: Trust,
+    /// From a model's stamp to its effect, s.
+    pub delay: f64,
+}
+
+/// What follows.
+#[derive(Clone, Debug, Default)]
+pub struct Follower {
+    adaptive: Adaptive,
+    waiting: VecDeque<ModelEstimate>,
+    /// Whether an identified model acted at the last tick; `None` before the first.
+    adapted: Option<bool>,
+    /// What is to be told.
+    news: Option<String>,
+}
+
+impl Follower {
+    /// Takes a model, for its time.
+    pub fn on_model(&mut self, model: ModelEstimate) {
+        if self.waiting.len() == MOST_WAITING {
+            self.waiting.pop_front();
+        }
+        self.waiting.push_back(model);
+    }
+
+    /// The gains at a speed (m/s), `dt` seconds after the last tick, and whether an identified model acts.
+    pub fn gains(&mut self, rules: &Rules, speed: f64, stamp: i64, dt: f64) -> (LoopGains, bool) {
+        let delay = (rules.delay * 1e9) as i64;
+        while let Some(model) = self.waiting.front() {
+            if model.header.stamp.nanos().saturating_add(delay) > stamp {
+                break;
+            }
+            self.adaptive.on_model(model);
+            self.waiting.pop_front();
+        }
+        match rules.source {
+            Source::Fixed => (rules.schedule.reference, false),
+            Source::Scheduled => (rules.schedule.at(speed), false),
+            Source::Adaptive => {
+                let (gains, reason) =
+                    self.adaptive
+                        .step(&rules.schedule, &rules.trust, speed, stamp, dt);
+                let adapted = reason.is_none();
+                if self.adapted.replace(adapted) != Some(adapted) {
+                    self.news = Some(match reason {
+                        None => "gains follow the identified model".to_owned(),
+                        Some(reason) => format!("gains follow the schedule: {reason}"),
+                    });
+                }
+                (gains, adapted)
+            }
+        }
+    }
+
+    /// What has changed since this was last asked.
+    pub fn news(&mut self) -> Option<String> {
+        self.news.take()
+    }
+}
