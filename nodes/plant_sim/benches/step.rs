@@ -12,16 +12,25 @@
 use std::{hint::black_box, time::Instant};
 
 use plant_sim::{
-    Restoring, State, environment::Environment, linearised, motion::Motion, planes::PlanePath,
-    quantity::FOOT, track::Track, vehicle_file::brunner,
+    Restoring, State, Vehicle,
+    body::{Body, BodyMotion, Drive, Inputs, Turning},
+    dynamics::Load,
+    environment::Environment,
+    linearised,
+    motion::Motion,
+    planes::PlanePath,
+    quantity::FOOT,
+    track::Track,
+    variant::Variant,
+    vehicle_file::{brunner, remus_100},
 };
 
-const ROUNDS: usize = 20;
-const STEPS: u32 = 50_000;
+const ROUNDS: usize = 2000;
+const STEPS: u32 = 1000;
 
 /// The shortest of some rounds \[s\].
-fn best(mut work: impl FnMut()) -> f64 {
-    (0..ROUNDS)
+fn best(rounds: usize, mut work: impl FnMut()) -> f64 {
+    (0..rounds)
         .map(|_| {
             let start = Instant::now();
             work();
@@ -30,9 +39,10 @@ fn best(mut work: impl FnMut()) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
-fn main() {
-    let motion = Motion {
-        derivatives: brunner().derivatives(FOOT),
+/// A vehicle's vertical plane at a held speed \[m/s\].
+fn vertical(vehicle: &Vehicle, speed: f64) -> Motion {
+    Motion {
+        derivatives: vehicle.derivatives(speed),
         restoring: Restoring::Sine,
         environment: Environment {
             density: 999.835,
@@ -40,21 +50,66 @@ fn main() {
             atmospheric_pressure: 101_325.0,
         },
         step: 0.001,
-    };
-    let planes = 30.0_f64.to_radians();
+    }
+}
 
-    // As a tick does: many steps in one call, so that the call itself does not count.
-    let stepping = best(|| {
-        let path = PlanePath::held(black_box(&planes));
-        let end = motion.advance(black_box(&State::default()), &path, STEPS);
+/// One step \[ns\] with every actuator at an angle, as a tick does: many in one call, so that the
+/// call itself does not count.
+fn step_of(motion: &BodyMotion, angle: f64) -> f64 {
+    let path = PlanePath::held(&angle);
+    let inputs = Inputs {
+        dive_planes: path,
+        bow_stern_differential: path,
+        roll_differential: path,
+        rudder: path,
+        thrust: path,
+    };
+    // Below the surface: at it every step asks for the time of contact.
+    let submerged = State {
+        depth: 1.0,
+        ..State::default()
+    };
+    let start = Body::upright(submerged, motion.vertical.derivatives.speed);
+    let seconds = best(ROUNDS, || {
+        let end = motion.advance(black_box(&start), black_box(&inputs), Load::NONE, STEPS);
         assert!(black_box(end).is_ok());
     });
-    println!(
-        "plant_sim, one Runge-Kutta step: {:.1} ns",
-        stepping / f64::from(STEPS) * 1e9
-    );
+    seconds / f64::from(STEPS) * 1e9
+}
 
-    let dive = best(|| {
+fn main() {
+    let vehicle = brunner();
+    let motion = vertical(&vehicle, FOOT);
+    let planes = 30.0_f64.to_radians();
+    let plane_alone = BodyMotion::of_the_plane(motion);
+    let turning = |axis| Turning::new(axis, motion.step).ok();
+    let all_axes = BodyMotion {
+        roll: vehicle.roll.and_then(turning),
+        course: vehicle.course.and_then(turning),
+        ..plane_alone.clone()
+    };
+    let under_thrust = BodyMotion {
+        drive: vehicle.propulsion.map(|propulsion| Drive {
+            propulsion,
+            vehicle: vehicle.clone(),
+            variant: Variant::default(),
+        }),
+        ..all_axes.clone()
+    };
+    let remus = BodyMotion::of_the_plane(vertical(&remus_100(), 1.54));
+    for (what, motion, angle) in [
+        ("brunner", &plane_alone, planes),
+        ("remus_100", &remus, 0.1),
+        ("brunner with roll and course", &all_axes, 0.1),
+        ("brunner with roll, course and thrust", &under_thrust, 0.1),
+    ] {
+        println!(
+            "plant_sim, one Runge-Kutta step, {what}: {:.1} ns",
+            step_of(motion, angle)
+        );
+    }
+
+    let dive = best(ROUNDS / 100, || {
         let track = Track::of_dive(black_box(&motion), planes, 10.0, 60.0);
         assert!(black_box(track).is_ok());
     });
@@ -70,7 +125,9 @@ fn main() {
     let input: Vec<f64> = (0..1200)
         .map(|k| if k < 200 { planes } else { 0.0 })
         .collect();
-    let linear = best(|| assert!(black_box(depth.simulate(black_box(&input))).is_ok()));
+    let linear = best(ROUNDS / 10, || {
+        assert!(black_box(depth.simulate(black_box(&input))).is_ok())
+    });
     println!(
         "planesman_linear, linear dive of 60 s at 20 Hz: {:.3} ms",
         linear * 1e3

@@ -8,24 +8,23 @@
 //! ```
 //!
 //! As in the report (ch. II) the axes do not act on each other but through the speed and the
-//! way their attitude gives: no sideslip, no roll in a turn, no drag of turning. Within a step speed,
-//! roll and course are taken first, to its middle and to its end; the vertical plane then sees them
-//! at the times at which the Runge-Kutta method looks.
+//! way their attitude gives: no sideslip, no roll in a turn, no drag of turning. [`tick`](crate::tick)
+//! integrates.
 //!
 //! With everything left off (speed held, no roll, no rudder, no current, no bottom, no waves, no
-//! tether) what comes out is the vertical plane alone, bit for bit.
+//! tether) what comes out is the vertical plane alone.
 
 use crate::{
-    Restoring, State, Vehicle,
+    State, Vehicle,
     attitude::Attitude,
     axis::{Axis, HeldAxis, Turn},
     dynamics::Load,
-    integrator,
     motion::{Diverged, Motion},
     planes::PlanePath,
     propulsion::Propulsion,
     tank::{Contact, Sounding, Tank},
     tether::Tether,
+    tick::{Acceleration, Tick},
     variant::Variant,
     vehicle::Derivatives,
 };
@@ -93,6 +92,14 @@ impl Body {
             .to_fixed([self.speed, 0.0, self.plane.heave]);
         down + current[2]
     }
+
+    /// Depth and depth rate.
+    pub(crate) fn sounding(&self, current: [f64; 3]) -> Sounding {
+        Sounding {
+            depth: self.plane.depth,
+            rate: self.depth_rate(current),
+        }
+    }
 }
 
 /// What the actuators do over a tick.
@@ -100,6 +107,8 @@ impl Body {
 pub struct Inputs<'a> {
     /// The dive planes \[rad\], positive dive.
     pub dive_planes: PlanePath<'a>,
+    /// What the bow planes have more, and the stern planes less \[rad\].
+    pub bow_stern_differential: PlanePath<'a>,
     /// What the starboard bow plane has more, and the port one less \[rad\].
     pub roll_differential: PlanePath<'a>,
     /// The rudder \[rad\], positive to starboard.
@@ -126,6 +135,11 @@ impl Turning {
             axis,
         })
     }
+
+    /// Half a step on, at a speed \[m/s\] and a plane angle \[rad\].
+    pub(crate) fn half_step(&self, turn: Turn, speed: f64, delta: f64) -> Turn {
+        self.half_step.step(turn, self.axis.moment(speed, delta))
+    }
 }
 
 /// What drives the vehicle by thrust.
@@ -141,7 +155,7 @@ pub struct Drive {
 
 impl Drive {
     /// The derivatives at the speed `u` \[m/s\].
-    fn derivatives(&self, u: f64) -> Derivatives {
+    pub(crate) fn derivatives(&self, u: f64) -> Derivatives {
         self.variant.of(self.vehicle.derivatives(u))
     }
 }
@@ -163,13 +177,6 @@ pub struct BodyMotion {
     pub tank: Tank,
     /// What the vehicle draws behind it.
     pub tether: Tether,
-}
-
-/// What the vertical plane sees of the rest at one time.
-struct Outside<'a> {
-    derivatives: &'a Derivatives,
-    roll: f64,
-    yaw: f64,
 }
 
 impl BodyMotion {
@@ -208,211 +215,28 @@ impl BodyMotion {
         load: Load,
         steps: u32,
     ) -> Result<(Body, Option<Contact>), Diverged> {
-        let h = self.vertical.step;
         let mut body = *from;
-        let mut contact = None;
         if self.drive.is_none() {
             body.speed = self.vertical.derivatives.speed;
         }
-        for k in 0..steps {
-            let t = f64::from(k) * h;
-            let mut next = self.step(&body, t, inputs, load);
-            check(&next)?;
-            if contact.is_none() && self.comes_near_a_limit(&body, &next) {
-                contact = self
-                    .tank
-                    .contact(self.sounding(&body), self.sounding(&next), h)
-                    .map(|found| Contact {
-                        time: t + found.time,
-                        ..found
-                    });
-            }
-            next.plane.depth = self.tank.confined(next.plane.depth);
-            body = next;
-        }
-        Ok((body, contact))
+        Tick::new(self, inputs, load).advance(&body, steps)
     }
 
-    /// One step from `t`.
-    fn step(&self, from: &Body, t: f64, inputs: &Inputs<'_>, load: Load) -> Body {
-        let Motion {
-            derivatives: held,
-            restoring,
-            environment,
-            step: h,
-        } = &self.vertical;
-        let middle = self.half_step(from, t, inputs);
-        let end = self.half_step(&middle, t + 0.5 * h, inputs);
-        let driven = self
-            .drive
-            .as_ref()
-            .map(|drive| [from.speed, middle.speed, end.speed].map(|u| drive.derivatives(u)));
-        let outside = |i: usize, body: &Body| Outside {
-            derivatives: driven.as_ref().map_or(held, |d| &d[i]),
-            roll: body.roll.angle,
-            yaw: body.course.angle,
-        };
-        let stages = [outside(0, from), outside(1, &middle), outside(2, &end)];
-        let rates = |time: f64, y: &[f64; 6]| {
-            // The method looks at the start, the middle and the end of the step.
-            let stage = (2.0 * (time - t) / h).round() as usize;
-            let delta = inputs.dive_planes.at(time);
-            self.rates(
-                y,
-                &stages[stage.min(2)],
-                delta,
-                *restoring,
-                load,
-                environment.density,
-            )
-        };
-        let y = integrator::step(&vector(from), t, *h, rates);
-        let [distance, across, depth, pitch, heave, pitch_rate] = y;
-        Body {
-            plane: State {
-                distance,
-                depth,
-                pitch,
-                heave,
-                pitch_rate,
-            },
-            across,
-            ..end
-        }
+    /// How the body's velocities change at the start of the inputs, under `load`. A boundary that
+    /// the body is in contact with does not act on it ([`tank`](crate::tank)).
+    #[must_use]
+    pub fn acceleration(&self, body: &Body, inputs: &Inputs<'_>, load: Load) -> Acceleration {
+        Tick::new(self, inputs, load).acceleration(body)
     }
-
-    /// Speed, roll and course half a step on from `t`, what moves them held at its mean.
-    fn half_step(&self, from: &Body, t: f64, inputs: &Inputs<'_>) -> Body {
-        let half = 0.5 * self.vertical.step;
-        let mean = t + 0.5 * half;
-        let speed = match &self.drive {
-            Some(Drive {
-                propulsion,
-                vehicle,
-                ..
-            }) => {
-                let density = self.vertical.environment.density;
-                let tether = self.tether.drag_per_square_speed(from.plane.depth, density);
-                let thrust = inputs.thrust.at(mean);
-                propulsion.speed_after(from.speed, half, thrust, vehicle.mass, tether)
-            }
-            None => from.speed,
-        };
-        let turned = |turning: &Option<Turning>, turn: Turn, delta: f64| match turning {
-            Some(Turning { axis, half_step }) => {
-                half_step.step(turn, axis.moment(0.5 * (from.speed + speed), delta))
-            }
-            None => turn,
-        };
-        Body {
-            speed,
-            roll: turned(&self.roll, from.roll, inputs.roll_differential.at(mean)),
-            course: turned(&self.course, from.course, inputs.rudder.at(mean)),
-            ..*from
-        }
-    }
-
-    /// The rate of change of [`vector`].
-    fn rates(
-        &self,
-        y: &[f64; 6],
-        outside: &Outside<'_>,
-        delta: f64,
-        restoring: Restoring,
-        load: Load,
-        density: f64,
-    ) -> [f64; 6] {
-        let [distance, _, depth, pitch, heave, pitch_rate] = *y;
-        let state = State {
-            distance,
-            depth,
-            pitch,
-            heave,
-            pitch_rate,
-        };
-        let Outside {
-            derivatives,
-            roll,
-            yaw,
-        } = *outside;
-        let load = Load {
-            pitch: load.pitch + self.tether.moment(depth, derivatives.speed, density),
-            ..load
-        };
-        let (heaving, pitching) = derivatives.accelerations(&state, delta, restoring, load);
-        let attitude = Attitude { roll, pitch, yaw };
-        let [x, y, z] = attitude.to_fixed([derivatives.speed, 0.0, heave]);
-        let [cx, cy, cz] = self.current;
-        [x + cx, y + cy, z + cz, pitch_rate, heaving, pitching]
-    }
-
-    fn sounding(&self, body: &Body) -> Sounding {
-        Sounding {
-            depth: body.plane.depth,
-            rate: body.depth_rate(self.current),
-        }
-    }
-
-    /// Whether a limit could have been reached within the step: a bound without the angles.
-    fn comes_near_a_limit(&self, from: &Body, to: &Body) -> bool {
-        let fastest = |b: &Body| b.speed.abs() + b.plane.heave.abs() + self.current[2].abs();
-        let reach = 2.0 * self.vertical.step * fastest(from).max(fastest(to));
-        let (a, b) = (from.plane.depth, to.plane.depth);
-        self.tank.touched(a.min(b) - reach).is_some()
-            || self.tank.touched(a.max(b) + reach).is_some()
-    }
-}
-
-/// What the Runge-Kutta method integrates.
-fn vector(body: &Body) -> [f64; 6] {
-    let State {
-        distance,
-        depth,
-        pitch,
-        heave,
-        pitch_rate,
-    } = body.plane;
-    [distance, body.across, depth, pitch, heave, pitch_rate]
-}
-
-/// Beyond these the motion is no vehicle's, and the numbers are soon none.
-fn check(body: &Body) -> Result<(), Diverged> {
-    let Body {
-        plane,
-        across,
-        speed,
-        roll,
-        course,
-    } = *body;
-    for (quantity, value, limit) in [
-        ("distance [m]", plane.distance, 1e9),
-        ("distance across [m]", across, 1e9),
-        ("depth [m]", plane.depth, 1e6),
-        ("pitch [rad]", plane.pitch, 1e6),
-        ("heave velocity [m/s]", plane.heave, 1e3),
-        ("pitch rate [rad/s]", plane.pitch_rate, 1e3),
-        ("speed [m/s]", speed, 1e3),
-        ("roll [rad]", roll.angle, 1e6),
-        ("roll rate [rad/s]", roll.rate, 1e3),
-        ("yaw [rad]", course.angle, 1e9),
-        ("yaw rate [rad/s]", course.rate, 1e3),
-    ] {
-        // Written so that NaN is refused too.
-        if !(-limit..=limit).contains(&value) {
-            return Err(Diverged {
-                quantity,
-                value,
-                limit,
-            });
-        }
-    }
-    Ok(())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{environment::Environment, quantity::FOOT, tank::Boundary, vehicle_file::brunner};
+    use crate::{
+        Restoring, environment::Environment, integrator, quantity::FOOT, tank::Boundary,
+        vehicle_file::brunner,
+    };
 
     fn vertical(speed: f64, step: f64) -> Motion {
         Motion {
@@ -452,6 +276,7 @@ mod tests {
     ) -> (Body, Option<Contact>) {
         let inputs = Inputs {
             dive_planes: PlanePath::held(&dive),
+            bow_stern_differential: PlanePath::held(&0.0),
             roll_differential: PlanePath::held(&roll),
             rudder: PlanePath::held(&rudder),
             thrust: PlanePath::held(&thrust),
@@ -471,23 +296,28 @@ mod tests {
     }
 
     #[test]
-    fn with_all_off_it_is_the_vertical_plane_alone_bit_for_bit() {
+    fn with_all_off_it_is_the_vertical_plane_alone() {
         // Brunner's equations as they stand, without a word of drag, coupling or attitude.
         let motion = vertical(FOOT, 0.001);
         let d = motion.derivatives;
         let mut y = [0.0, 1.0, 0.0, 0.0, 0.0];
         for k in 0..20_000 {
             let delta = if k % 8000 < 4000 { 0.4 } else { -0.3 };
-            y = integrator::step(&y, 0.0, 0.001, |_, &[_, _, theta, w, q]: &[f64; 5]| {
-                [
-                    d.speed * theta.cos() + w * theta.sin(),
-                    w * theta.cos() - d.speed * theta.sin(),
-                    q,
-                    (d.z_w * w + d.z_q_plus_m_u * q + d.z_delta * delta) / d.heave_inertia,
-                    (d.m_w * w + d.m_q * q + d.m_delta * delta - d.restoring * theta.sin())
-                        / d.pitch_inertia,
-                ]
-            });
+            y = integrator::step(
+                &y,
+                0.001,
+                [&(); 3],
+                |(), &[_, _, theta, w, q]: &[f64; 5]| {
+                    [
+                        d.speed * theta.cos() + w * theta.sin(),
+                        w * theta.cos() - d.speed * theta.sin(),
+                        q,
+                        (d.z_w * w + d.z_q_plus_m_u * q + d.z_delta * delta) / d.heave_inertia,
+                        (d.m_w * w + d.m_q * q + d.m_delta * delta - d.restoring * theta.sin())
+                            / d.pitch_inertia,
+                    ]
+                },
+            );
         }
         let start = State {
             depth: 1.0,
@@ -502,7 +332,12 @@ mod tests {
             let delta = if k % 2 == 0 { 0.4 } else { -0.3 };
             (body, _) = go(&held, &body, [delta, 0.0, 0.0, 0.0], 4.0);
         }
-        assert_eq!(<[f64; 5]>::from(body.plane), y);
+        for (found, expected) in <[f64; 5]>::from(body.plane).into_iter().zip(y) {
+            assert!(
+                (found - expected).abs() < 1e-12,
+                "{found} is not {expected}"
+            );
+        }
         assert_eq!((body.across, body.roll, body.course), Default::default());
         assert_eq!(body.speed, FOOT);
     }
@@ -633,6 +468,7 @@ mod tests {
     fn a_step_that_would_blow_up_is_refused() {
         let inputs = Inputs {
             dive_planes: PlanePath::held(&0.5),
+            bow_stern_differential: PlanePath::held(&0.5),
             roll_differential: PlanePath::held(&0.5),
             rudder: PlanePath::held(&0.5),
             thrust: PlanePath::held(&0.5),

@@ -9,36 +9,25 @@
 
 use planesman_msgs::{
     builtin_interfaces::msg::Time,
-    geometry_msgs::msg::{
-        Point, Pose, PoseWithCovariance, Quaternion, Transform, TransformStamped, Twist,
-        TwistWithCovariance, Vector3,
-    },
     nav_msgs::msg::Odometry,
     planesman_msgs::msg::{DaqSample, PlaneMotion, VehicleState},
     sensor_msgs::msg::{FluidPressure, Imu},
-    std_msgs::msg::Header,
     tf2_msgs::msg::TFMessage,
 };
 use planesman_parameters::Values;
 
+pub use crate::settings::derivatives;
 use crate::{
-    Restoring, State, Vehicle,
-    axis::Axis,
-    body::{Body, BodyMotion, Drive, Inputs, Turning},
+    Vehicle,
+    body::{Body, BodyMotion, Inputs},
     dynamics::Load,
-    environment::Environment,
-    integrator::LARGEST_POLE_STEP,
-    linearised::{self, Output},
-    motion::Motion,
+    messages::Frames,
     odometry::{self, wrapped},
-    parameters,
     planes::{self, PlanePath},
-    seaway::{Seaway, ShapingFilter, Waves},
-    sensors::{self, Memory, Readings, Sensors, Truth},
-    tank::{Boundary, Tank},
-    tether::Tether,
-    variant::{PitchDamping, Variant},
-    vehicle::Derivatives,
+    seaway::Waves,
+    sensors::{self, Memory, Readings, Truth},
+    settings::Settings,
+    tank::{Boundary, Contact},
     vehicle_file,
 };
 
@@ -75,8 +64,8 @@ pub struct Plant {
     body: Body,
     acting: Acting,
     planes_source: u8,
-    /// What was touched in the tick that ended now.
-    contact: Option<Boundary>,
+    /// The first contact of the tick that ended now, timed from its start.
+    contact: Option<Contact>,
     waves: Waves,
     /// What the sensors remember for the next tick.
     memory: Memory,
@@ -84,31 +73,37 @@ pub struct Plant {
     readings: Readings,
 }
 
-/// What the actuators stand at.
+/// What acts on the vehicle at the stamp: where the tick before it left the actuators, and the waves'
+/// load over that tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Acting {
     dive_planes: f64,
+    bow_stern_differential: f64,
     roll_differential: f64,
     rudder: f64,
     thrust: f64,
+    waves: Load,
 }
 
 impl Acting {
     fn held(&self) -> Inputs<'_> {
         Inputs {
             dive_planes: PlanePath::held(&self.dive_planes),
+            bow_stern_differential: PlanePath::held(&self.bow_stern_differential),
             roll_differential: PlanePath::held(&self.roll_differential),
             rudder: PlanePath::held(&self.rudder),
             thrust: PlanePath::held(&self.thrust),
         }
     }
 
-    fn at_the_end_of(inputs: &Inputs<'_>) -> Self {
+    fn at_the_end_of(inputs: &Inputs<'_>, waves: Load) -> Self {
         Self {
             dive_planes: inputs.dive_planes.end(),
+            bow_stern_differential: inputs.bow_stern_differential.end(),
             roll_differential: inputs.roll_differential.end(),
             rudder: inputs.rudder.end(),
             thrust: inputs.thrust.end(),
+            waves,
         }
     }
 }
@@ -123,10 +118,12 @@ impl Plant {
         let vehicle = vehicle_file::load(values.string("vehicle")).map_err(|e| e.to_string())?;
         let settings = Settings::new(values, &vehicle)?;
         let mut memory = Memory::new(settings.seed);
-        let readings = settings.readings(&settings.initial, planes::NEUTRAL, &vehicle, &mut memory);
+        let acting = Acting::default();
+        let truth = truth(&settings, &settings.initial, &acting);
+        let readings = read(&settings, &truth, &vehicle, &mut memory);
         Ok(Self {
             body: settings.initial,
-            acting: Acting::default(),
+            acting,
             planes_source: VehicleState::PLANES_ANSWERED,
             contact: None,
             waves: Waves::new(settings.seed),
@@ -164,6 +161,12 @@ impl Plant {
     #[must_use]
     pub fn vehicle(&self) -> &Vehicle {
         &self.vehicle
+    }
+
+    /// The first contact of the tick that ended now, its time \[s\] from that tick's start.
+    #[must_use]
+    pub fn contact(&self) -> Option<Contact> {
+        self.contact
     }
 
     /// The forward speed \[m/s\] through the water.
@@ -206,23 +209,19 @@ impl Plant {
             Some(motion) => inputs_of(motion, settings.tick_nanos)?,
             None => self.acting.held(),
         };
+        let waves = self.waves_load(settings);
         let (body, contact) = settings
             .motion
-            .advance(
-                &self.body,
-                &inputs,
-                self.waves_load(settings),
-                settings.steps,
-            )
+            .advance(&self.body, &inputs, waves, settings.steps)
             .map_err(|e| e.to_string())?;
-        let acting = Acting::at_the_end_of(&inputs);
+        let acting = Acting::at_the_end_of(&inputs, waves);
 
         if let Some((_, filter)) = &settings.seaway {
             self.waves.advance(filter);
         }
         self.body = body;
         self.acting = acting;
-        self.contact = contact.map(|c| c.boundary);
+        self.contact = contact;
         self.planes_source = match motion {
             Some(_) => VehicleState::PLANES_ANSWERED,
             None => VehicleState::PLANES_HELD,
@@ -246,12 +245,8 @@ impl Plant {
 
     /// Reads the sensors, once per tick.
     fn sense(&mut self) {
-        self.readings = self.settings.readings(
-            &self.body,
-            self.acting.dive_planes,
-            &self.vehicle,
-            &mut self.memory,
-        );
+        let truth = truth(&self.settings, &self.body, &self.acting);
+        self.readings = read(&self.settings, &truth, &self.vehicle, &mut self.memory);
     }
 
     fn take_next_settings(&mut self) {
@@ -288,7 +283,10 @@ impl Plant {
             heave: plane.heave,
             dive_planes: self.acting.dive_planes,
             planes_source: self.planes_source,
-            contact: match tank.touched(plane.depth).or(self.contact) {
+            contact: match tank
+                .touched(plane.depth)
+                .or(self.contact.map(|c| c.boundary))
+            {
                 None => VehicleState::CONTACT_NONE,
                 Some(Boundary::Surface) => VehicleState::CONTACT_SURFACE,
                 Some(Boundary::Bottom) => VehicleState::CONTACT_BOTTOM,
@@ -308,7 +306,33 @@ impl Plant {
     }
 }
 
-/// The four paths of a motion over a tick of `tick` ns; what is left out is neutral.
+/// What the instruments have to measure.
+fn truth(settings: &Settings, body: &Body, acting: &Acting) -> Truth {
+    let motion = &settings.motion;
+    let acceleration = motion.acceleration(body, &acting.held(), acting.waves);
+    let gravity = motion.vertical.environment.gravity;
+    Truth {
+        rates: body.rates(),
+        specific_force: sensors::specific_force(body, &acceleration, gravity),
+        pitch: body.plane.pitch,
+        depth: body.plane.depth,
+        heave: body.plane.heave,
+        speed: body.speed,
+        planes: acting.dive_planes,
+    }
+}
+
+fn read(settings: &Settings, truth: &Truth, vehicle: &Vehicle, memory: &mut Memory) -> Readings {
+    settings.sensors.read(
+        truth,
+        &settings.motion.vertical.environment,
+        &vehicle.depth_port,
+        settings.tick_nanos as f64 * 1e-9,
+        memory,
+    )
+}
+
+/// The five paths of a motion over a tick of `tick` ns; what is left out is neutral.
 fn inputs_of(motion: &PlaneMotion, tick: i64) -> Result<Inputs<'_>, String> {
     let duration = motion.duration.nanos();
     // Written so that NaN is refused too.
@@ -320,6 +344,12 @@ fn inputs_of(motion: &PlaneMotion, tick: i64) -> Result<Inputs<'_>, String> {
     Ok(Inputs {
         dive_planes: PlanePath::new(&motion.dive_planes, duration, tick)
             .map_err(|e| e.to_string())?,
+        bow_stern_differential: or_neutral(
+            "bow-stern differential",
+            &motion.bow_stern_differential,
+            duration,
+            tick,
+        )?,
         roll_differential: or_neutral(
             "roll differential",
             &motion.roll_differential,
@@ -344,349 +374,11 @@ fn or_neutral<'a>(
     PlanePath::new(samples, duration, tick).map_err(|e| format!("{name}: {e}"))
 }
 
-/// The parameters, checked and in the models' own types.
-#[derive(Clone, Debug)]
-struct Settings {
-    motion: BodyMotion,
-    /// The waves and their filter over a tick; `None`: it is calm.
-    seaway: Option<(Seaway, ShapingFilter)>,
-    sensors: Sensors,
-    initial: Body,
-    seed: u64,
-    tick_nanos: i64,
-    steps: u32,
-    vehicle: String,
-    frame_prefix: String,
-}
-
-impl Settings {
-    fn new(values: &Values, vehicle: &Vehicle) -> Result<Self, String> {
-        let (tick_nanos, steps) = tick_and_steps(values.double("tick"), values.double("step"))?;
-        let environment = Environment {
-            density: values.double("environment.density"),
-            gravity: values.double("environment.gravity"),
-            atmospheric_pressure: values.double("environment.atmospheric_pressure"),
-        };
-        let (speed, variant) = (values.double("speed"), variant(values));
-        let vertical = Motion {
-            derivatives: variant.of(vehicle.derivatives(speed)),
-            restoring: match values.string("restoring") {
-                "small_angle" => Restoring::SmallAngle,
-                _ => Restoring::Sine,
-            },
-            environment,
-            step: tick_nanos as f64 * 1e-9 / f64::from(steps),
-        };
-        let drive = drive(values.string("propulsion"), vehicle, variant)?;
-        let design_speed = drive.as_ref().map_or(0.0, |d| d.propulsion.design_speed);
-        let fastest = variant.of(vehicle.derivatives(speed.max(design_speed)));
-        refuse_fast_modes(vehicle, &fastest, vertical.step)?;
-        let turning = |axis: Option<Axis>| {
-            axis.map(|axis| Turning::new(axis, vertical.step))
-                .transpose()
-                .map_err(|e| format!("vehicle '{}' refused: {e}", vehicle.name))
-        };
-        let bottom = values.double("environment.bottom");
-        let plane = State {
-            depth: values.double("initial_depth"),
-            pitch: values.double("initial_pitch"),
-            ..State::default()
-        };
-        Ok(Self {
-            motion: BodyMotion {
-                vertical,
-                roll: turning(vehicle.roll)?,
-                course: turning(vehicle.course)?,
-                drive,
-                current: ["x", "y", "z"]
-                    .map(|axis| values.double(&format!("environment.current.{axis}"))),
-                tank: Tank {
-                    bottom: (bottom > 0.0).then_some(bottom),
-                },
-                tether: Tether {
-                    diameter: values.double("environment.tether.diameter"),
-                    drag_coefficient: values.double("environment.tether.drag_coefficient"),
-                    above: values.double("environment.tether.above"),
-                },
-            },
-            seaway: seaway(values, tick_nanos as f64 * 1e-9)?,
-            sensors: parameters::sensors_of(values),
-            initial: Body::upright(plane, speed),
-            // Declared to be at least 0.
-            seed: values.integer("seed").unsigned_abs(),
-            tick_nanos,
-            steps,
-            vehicle: values.string("vehicle").to_owned(),
-            frame_prefix: frame_prefix(values.string("frame_prefix"))?,
-        })
-    }
-
-    /// What the sensors read with the vehicle so and the dive planes at an angle \[rad\].
-    fn readings(
-        &self,
-        body: &Body,
-        planes: f64,
-        vehicle: &Vehicle,
-        memory: &mut Memory,
-    ) -> Readings {
-        let environment = &self.motion.vertical.environment;
-        let derivatives = self.motion.derivatives(body);
-        let State {
-            depth,
-            pitch,
-            heave,
-            ..
-        } = body.plane;
-        let truth = Truth {
-            rates: body.rates(),
-            specific_force: sensors::specific_force(
-                body,
-                planes,
-                &derivatives,
-                environment.gravity,
-            ),
-            pitch,
-            depth,
-            heave,
-            speed: derivatives.speed,
-            planes,
-        };
-        let tick = self.tick_nanos as f64 * 1e-9;
-        self.sensors
-            .read(&truth, environment, &vehicle.depth_port, tick, memory)
-    }
-
-    /// What cannot change once the plant is made.
-    fn fixed(&self) -> (&str, i64, u32) {
-        (&self.vehicle, self.tick_nanos, self.steps)
-    }
-}
-
-/// The vehicle's derivatives at the speed and in the variant that the parameters ask for.
-#[must_use]
-pub fn derivatives(values: &Values, vehicle: &Vehicle) -> Derivatives {
-    variant(values).of(vehicle.derivatives(values.double("speed")))
-}
-
-fn variant(values: &Values) -> Variant {
-    let viscous = values.double("pitch_damping_viscous");
-    let rate = values.double("pitch_damping_rate");
-    Variant {
-        damping: match values.string("pitch_damping") {
-            "secant" => PitchDamping::Secant { viscous, rate },
-            "tangent" => PitchDamping::Tangent { viscous, rate },
-            "quadratic" => PitchDamping::Quadratic { viscous },
-            _ => PitchDamping::Coefficient,
-        },
-        heave_moment: values.bool("heave_moment"),
-        restoring_moment: values.string("restoring") != "none",
-        heave: true,
-    }
-}
-
-/// The tick in whole nanoseconds, and how many steps it is.
-fn tick_and_steps(tick: f64, step: f64) -> Result<(i64, u32), String> {
-    let [tick_nanos, step_nanos] = [tick, step].map(|seconds| (seconds * 1e9).round() as i64);
-    if step_nanos <= 0 || tick_nanos <= 0 || tick_nanos % step_nanos != 0 {
-        return Err(format!(
-            "parameter 'step': {step} refused: the tick, {tick} s, must be a whole number of steps"
-        ));
-    }
-    let steps = u32::try_from(tick_nanos / step_nanos).map_err(|_| {
-        format!("parameter 'step': {step} refused: too small for the tick, {tick} s")
-    })?;
-    Ok((tick_nanos, steps))
-}
-
-/// What drives the vehicle, when its speed is not held.
-fn drive(propulsion: &str, vehicle: &Vehicle, variant: Variant) -> Result<Option<Drive>, String> {
-    if propulsion != "thrust" {
-        return Ok(None);
-    }
-    let Some(propulsion) = vehicle.propulsion else {
-        return Err(format!(
-            "parameter 'propulsion': thrust refused: vehicle '{}' has no propulsion, its speed \
-             can only be held",
-            vehicle.name
-        ));
-    };
-    Ok(Some(Drive {
-        propulsion,
-        vehicle: vehicle.clone(),
-        variant,
-    }))
-}
-
-/// The waves asked for; `None` when it is calm.
-fn seaway(values: &Values, tick: f64) -> Result<Option<(Seaway, ShapingFilter)>, String> {
-    let seaway = Seaway {
-        force: values.double("environment.seaway.force"),
-        moment: values.double("environment.seaway.moment"),
-        period: values.double("environment.seaway.period"),
-        damping: values.double("environment.seaway.damping"),
-    };
-    if seaway.is_calm() {
-        return Ok(None);
-    }
-    let filter = seaway
-        .filter(tick)
-        .map_err(|e| format!("environment.seaway refused: {e}"))?;
-    Ok(Some((seaway, filter)))
-}
-
-/// Refuses a step that the vehicle's fastest mode would outrun.
-fn refuse_fast_modes(vehicle: &Vehicle, fastest: &Derivatives, step: f64) -> Result<(), String> {
-    let speed = fastest.speed;
-    let poles = linearised::response(fastest, Output::PitchRate)
-        .and_then(|system| system.poles())
-        .map_err(|e| format!("vehicle '{}' at {speed} m/s refused: {e}", vehicle.name))?;
-    let fastest = poles.iter().map(|p| p.norm()).fold(0.0, f64::max);
-    if fastest * step > LARGEST_POLE_STEP {
-        return Err(format!(
-            "parameter 'step': {step} refused: vehicle '{}' has a mode of {fastest:.3} rad/s at \
-             {speed} m/s, the step must be at most {:.3e} s",
-            vehicle.name,
-            LARGEST_POLE_STEP / fastest
-        ));
-    }
-    Ok(())
-}
-
-fn frame_prefix(prefix: &str) -> Result<String, String> {
-    let allowed = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '/';
-    if prefix.len() > 100 || !prefix.chars().all(allowed) {
-        return Err(format!(
-            "parameter 'frame_prefix': '{}' refused: at most 100 letters, digits, '_' and '/'",
-            prefix.escape_debug()
-        ));
-    }
-    Ok(prefix.to_owned())
-}
-
-/// What the messages of one stamp have in common.
-struct Frames<'a> {
-    stamp: Time,
-    prefix: &'a str,
-}
-
-impl Frames<'_> {
-    fn header(&self, frame_id: String) -> Header {
-        Header {
-            stamp: self.stamp.clone(),
-            frame_id,
-        }
-    }
-
-    fn odom(&self) -> String {
-        format!("{}odom", self.prefix)
-    }
-
-    fn base_link(&self) -> String {
-        format!("{}base_link", self.prefix)
-    }
-
-    fn odometry(&self, odometry: &odometry::Odometry) -> Odometry {
-        let [x, y, z] = odometry.position;
-        Odometry {
-            header: self.header(self.odom()),
-            child_frame_id: self.base_link(),
-            pose: PoseWithCovariance {
-                pose: Pose {
-                    position: Point { x, y, z },
-                    orientation: quaternion(odometry.orientation),
-                },
-                covariance: [0.0; 36],
-            },
-            twist: TwistWithCovariance {
-                twist: Twist {
-                    linear: vector(odometry.velocity),
-                    angular: vector(odometry.angular_velocity),
-                },
-                covariance: [0.0; 36],
-            },
-        }
-    }
-
-    fn transforms(&self, odometry: &odometry::Odometry) -> TFMessage {
-        TFMessage {
-            transforms: vec![TransformStamped {
-                header: self.header(self.odom()),
-                child_frame_id: self.base_link(),
-                transform: Transform {
-                    translation: vector(odometry.position),
-                    rotation: quaternion(odometry.orientation),
-                },
-            }],
-        }
-    }
-
-    /// Gyros and accelerometers give no orientation: covariance -1, as `sensor_msgs/Imu` says.
-    fn imu(&self, readings: &Readings, sensors: &Sensors) -> Imu {
-        let mut no_orientation = [0.0; 9];
-        no_orientation[0] = -1.0;
-        Imu {
-            header: self.header(self.base_link()),
-            orientation: quaternion([0.0, 0.0, 0.0, 1.0]),
-            orientation_covariance: no_orientation,
-            angular_velocity: vector(readings.angular_velocity),
-            angular_velocity_covariance: diagonal(sensors.rate_noise()),
-            linear_acceleration: vector(readings.specific_force),
-            linear_acceleration_covariance: diagonal([sensors.accelerometer.noise; 3]),
-        }
-    }
-
-    fn pressure(&self, pressure: f64, noise: f64) -> FluidPressure {
-        FluidPressure {
-            header: self.header(self.base_link()),
-            fluid_pressure: pressure,
-            variance: noise * noise,
-        }
-    }
-
-    fn daq(&self, readings: &Readings) -> DaqSample {
-        let (volts, at_end) = (&readings.volts, &readings.saturated);
-        let saturated = [
-            (at_end.pitch_rate, DaqSample::PITCH_RATE),
-            (at_end.depth, DaqSample::DEPTH),
-            (at_end.dive_planes, DaqSample::DIVE_PLANES),
-            (at_end.speed, DaqSample::SPEED),
-        ];
-        DaqSample {
-            header: self.header(self.base_link()),
-            pitch_rate: volts.pitch_rate,
-            depth: volts.depth,
-            dive_planes: volts.dive_planes,
-            speed: volts.speed,
-            saturated: saturated
-                .iter()
-                .filter(|(at_end, _)| *at_end)
-                .fold(0, |flags, (_, channel)| flags | channel),
-        }
-    }
-}
-
-fn vector([x, y, z]: [f64; 3]) -> Vector3 {
-    Vector3 { x, y, z }
-}
-
-fn quaternion([x, y, z, w]: [f64; 4]) -> Quaternion {
-    Quaternion { x, y, z, w }
-}
-
-/// The 3 x 3 covariance of three channels with these deviations and nothing in common.
-fn diagonal(deviations: [f64; 3]) -> [f64; 9] {
-    let mut covariance = [0.0; 9];
-    for (i, deviation) in deviations.iter().enumerate() {
-        covariance[4 * i] = deviation * deviation;
-    }
-    covariance
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::quantity::FOOT;
-    use planesman_msgs::{Message, builtin_interfaces::msg::Duration, cdr};
+    use crate::{State, parameters, quantity::FOOT};
+    use planesman_msgs::{Message, builtin_interfaces::msg::Duration, cdr, std_msgs::msg::Header};
     use planesman_parameters::Value;
     use std::f64::consts::FRAC_PI_6;
 
@@ -1103,12 +795,87 @@ mod tests {
         let (felt, truth) = (&imu.angular_velocity, &odometry.twist.twist.angular);
         assert!((felt.x - truth.x).abs() < 1e-12);
         assert!((felt.y - truth.y).abs() < 1e-12);
-        // The yaw gyro's only calibration is unequal to its two sides, and its reader knows the mean.
-        let yaw = &plant.settings.sensors.gyros.yaw;
-        let turn = -yaw.volts(-truth.z, 1.0) / yaw.sensitivity();
-        assert!((felt.z - turn).abs() < 1e-12);
+        assert!((felt.z - truth.z).abs() < 1e-12);
         // To starboard is down through up's axis.
         assert!(felt.z < 0.0);
+    }
+
+    #[test]
+    fn without_errors_the_gyros_read_the_truth_by_any_calibration() {
+        for calibration in ["swing", "preliminary", "preliminary_low"] {
+            let mut plant = plant(&[
+                ("sensors.errors", Value::Bool(false)),
+                ("sensors.gyro.calibration", Value::from(calibration)),
+            ]);
+            let turning = PlaneMotion {
+                roll_differential: vec![0.1; 2],
+                rudder: vec![-0.2; 2],
+                ..motion(0.1, 0.1)
+            };
+            for _ in 0..40 {
+                plant.advance(Some(&turning)).expect("a tick");
+            }
+            let Observation { imu, odometry, .. } = plant.observe(stamp(40));
+            let (felt, truth) = (imu.angular_velocity, odometry.twist.twist.angular);
+            for (felt, truth) in [(felt.x, truth.x), (felt.y, truth.y), (felt.z, truth.z)] {
+                assert!(
+                    (felt - truth).abs() < 1e-14 && truth.abs() > 1e-3,
+                    "{calibration}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn bow_planes_against_stern_planes_sink_the_vehicle_with_little_pitch() {
+        let after = |together: f64, differential: f64| {
+            let mut plant = plant(&[("initial_depth", Value::Double(1.0))]);
+            let motion = PlaneMotion {
+                bow_stern_differential: vec![differential; 2],
+                ..motion(together, together)
+            };
+            for _ in 0..20 {
+                plant.advance(Some(&motion)).expect("a tick");
+            }
+            plant.observe(stamp(20)).state
+        };
+        let (level, together, apart) = (after(0.0, 0.0), after(0.2, 0.0), after(0.0, 0.2));
+        assert!(apart.heave > 3.0 * together.heave.abs() && apart.heave > 0.0);
+        assert!(apart.pitch.abs() < 0.35 * together.pitch.abs());
+        assert!(apart.depth > level.depth);
+        assert_eq!(apart.dive_planes, 0.0);
+    }
+
+    #[test]
+    fn a_contact_within_a_tick_is_told_with_its_time() {
+        let mut plant = plant(&[("environment.bottom", Value::Double(0.3))]);
+        let touched = (0..400).find_map(|_| {
+            plant.advance(Some(&motion(0.3, 0.3))).expect("a tick");
+            plant.contact()
+        });
+        let contact = touched.expect("it gets there");
+        assert_eq!(contact.boundary, Boundary::Bottom);
+        assert!((0.0..=0.05).contains(&contact.time));
+        assert_eq!(plant.observe(stamp(0)).state.depth, 0.3);
+    }
+
+    #[test]
+    fn without_restoring_the_heeled_vehicle_stays_heeled() {
+        let heel = |restoring: &str| {
+            let mut plant = plant(&[("restoring", Value::from(restoring))]);
+            for k in 0..2000 {
+                let differential = if k < 20 { 0.2 } else { 0.0 };
+                let motion = PlaneMotion {
+                    roll_differential: vec![differential; 2],
+                    ..motion(0.0, 0.0)
+                };
+                plant.advance(Some(&motion)).expect("a tick");
+            }
+            (plant.body.roll.angle, plant.body.roll.rate)
+        };
+        let (free, held) = (heel("none"), heel("sine"));
+        assert!(free.1 > 0.0, "nothing turns it back: {free:?}");
+        assert!(free.0 > 10.0 * held.0.abs());
     }
 
     /// The state after so many ticks with the planes at an angle for 10 s and then neutral.

@@ -22,7 +22,7 @@
 //! The forward speed `U` through the water is given, not solved for
 //! ([`propulsion`](crate::propulsion) can drive it).
 
-use crate::vehicle::Derivatives;
+use crate::{attitude::Angle, vehicle::Derivatives};
 
 /// Where the vehicle is and how it moves.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -51,20 +51,20 @@ pub enum Restoring {
 
 impl Restoring {
     /// The moment per `W BG`.
-    fn lever(self, pitch: f64) -> f64 {
+    fn lever(self, pitch: Angle) -> f64 {
         match self {
-            Self::Sine => pitch.sin(),
-            Self::SmallAngle => pitch,
+            Self::Sine => pitch.sin,
+            Self::SmallAngle => pitch.radians,
         }
     }
 }
 
-/// A force and a moment from outside, held while a step lasts.
+/// A heave force and a pitch moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Load {
-    /// `Z_load` \[N\], body z, positive towards the keel.
+    /// \[N\], body z, positive towards the keel.
     pub heave: f64,
-    /// `M_load` \[N m\], positive bow up.
+    /// \[N m\], positive bow up.
     pub pitch: f64,
 }
 
@@ -76,42 +76,81 @@ impl Load {
     };
 }
 
+impl std::ops::Add for Load {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            heave: self.heave + other.heave,
+            pitch: self.pitch + other.pitch,
+        }
+    }
+}
+
+/// The inverse of the inertia matrix of heave and pitch, which `Z_qdot` and `M_wdot` couple:
+///
+/// ```text
+/// ( w' )   ( m - Z_wdot    -Z_qdot       )^-1 ( Z )
+/// ( q' ) = ( -M_wdot       I_y - M_qdot  )    ( M )
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InverseInertia {
+    /// `w'` \[m/s^2\] per N and per N m.
+    heave: [f64; 2],
+    /// `q'` \[rad/s^2\] per N and per N m.
+    pitch: [f64; 2],
+}
+
+impl InverseInertia {
+    /// `w'` \[m/s^2\] and `q'` \[rad/s^2\] under a load.
+    #[must_use]
+    pub fn accelerations(&self, load: Load) -> (f64, f64) {
+        let under = |[force, moment]: [f64; 2]| force * load.heave + moment * load.pitch;
+        (under(self.heave), under(self.pitch))
+    }
+}
+
 impl Derivatives {
-    /// The heave force \[N\] with the planes at `delta` \[rad\], but for added inertia.
+    /// The inertia matrix's inverse.
     #[must_use]
-    pub fn heave_force(&self, state: &State, delta: f64) -> f64 {
-        let State {
-            heave: w,
-            pitch_rate: q,
-            pitch: theta,
-            ..
-        } = *state;
-        self.z_w * w
-            + self.z_q_plus_m_u * q
-            + self.z_delta * delta
-            + (self.z_ww * w * w.abs() + self.z_qq * q * q.abs())
-            + (self.first_moment * q * q + self.excess_weight * theta.cos())
+    pub fn inverse_inertia(&self) -> InverseInertia {
+        let (i_w, i_q) = (self.heave_inertia, self.pitch_inertia);
+        let (z_q_dot, m_w_dot) = (self.z_q_dot, self.m_w_dot);
+        let determinant = i_w * i_q - z_q_dot * m_w_dot;
+        InverseInertia {
+            heave: [i_q / determinant, z_q_dot / determinant],
+            pitch: [m_w_dot / determinant, i_w / determinant],
+        }
     }
 
-    /// The pitch moment \[N m\] with the planes at `delta` \[rad\], but for added inertia.
+    /// What water and weight do to the moving body, planes neutral and but for added inertia: at
+    /// `w` \[m/s\], `q` \[rad/s\] and a pitch.
     #[must_use]
-    pub fn pitch_moment(&self, state: &State, delta: f64, restoring: Restoring) -> f64 {
-        let State {
-            heave: w,
-            pitch_rate: q,
-            pitch: theta,
-            ..
-        } = *state;
-        self.m_w * w
-            + self.m_q * q
-            + self.m_delta * delta
-            + (self.m_ww * w * w.abs() + self.m_qq * q * q.abs())
-            - self.first_moment * w * q
-            - self.restoring * restoring.lever(theta)
+    pub fn hull_load(&self, w: f64, q: f64, pitch: Angle, restoring: Restoring) -> Load {
+        Load {
+            heave: self.z_w * w
+                + self.z_q_plus_m_u * q
+                + (self.z_ww * w * w.abs() + self.z_qq * q * q.abs())
+                + (self.first_moment * q * q + self.excess_weight * pitch.cos),
+            pitch: self.m_w * w
+                + self.m_q * q
+                + (self.m_ww * w * w.abs() + self.m_qq * q * q.abs())
+                - self.first_moment * w * q
+                - self.restoring * restoring.lever(pitch),
+        }
     }
 
-    /// `w'` \[m/s^2\] and `q'` \[rad/s^2\] with the planes at `delta` \[rad\]: the two coupled
-    /// equations solved, each with what the other adds to its force and takes from its inertia.
+    /// What the planes do: bow and stern planes together at `delta` \[rad\], the bow planes at
+    /// `differential` \[rad\] more and the stern planes at so much less.
+    #[must_use]
+    pub fn plane_load(&self, delta: f64, differential: f64) -> Load {
+        Load {
+            heave: self.z_delta * delta + self.z_differential * differential,
+            pitch: self.m_delta * delta + self.m_differential * differential,
+        }
+    }
+
+    /// `w'` \[m/s^2\] and `q'` \[rad/s^2\] with the planes together at `delta` \[rad\].
     #[must_use]
     pub fn accelerations(
         &self,
@@ -120,14 +159,10 @@ impl Derivatives {
         restoring: Restoring,
         load: Load,
     ) -> (f64, f64) {
-        let force = self.heave_force(state, delta) + load.heave;
-        let moment = self.pitch_moment(state, delta, restoring) + load.pitch;
-        let (i_w, i_q) = (self.heave_inertia, self.pitch_inertia);
-        let (z_q_dot, m_w_dot) = (self.z_q_dot, self.m_w_dot);
-        (
-            (force + z_q_dot / i_q * moment) / (i_w - z_q_dot * m_w_dot / i_q),
-            (moment + m_w_dot / i_w * force) / (i_q - z_q_dot * m_w_dot / i_w),
-        )
+        let pitch = Angle::new(state.pitch);
+        let hull = self.hull_load(state.heave, state.pitch_rate, pitch, restoring);
+        self.inverse_inertia()
+            .accelerations(hull + self.plane_load(delta, 0.0) + load)
     }
 
     /// `w'` \[m/s^2\] with the planes at `delta` \[rad\], unloaded, under the hydrostatic
@@ -159,19 +194,7 @@ impl Derivatives {
     /// The rate of change of every part of the state, with the planes at `delta` \[rad\].
     #[must_use]
     pub fn rates(&self, state: &State, delta: f64, restoring: Restoring) -> State {
-        self.rates_under(state, delta, restoring, Load::NONE)
-    }
-
-    /// The same under a load from outside.
-    #[must_use]
-    pub fn rates_under(
-        &self,
-        state: &State,
-        delta: f64,
-        restoring: Restoring,
-        load: Load,
-    ) -> State {
-        let (heave, pitch_rate) = self.accelerations(state, delta, restoring, load);
+        let (heave, pitch_rate) = self.accelerations(state, delta, restoring, Load::NONE);
         State {
             distance: self.track_speed(state),
             depth: self.depth_rate(state),

@@ -8,7 +8,9 @@
 //! is lighter, as Prestero 2001 ballasts the REMUS, is pressed down by its hull flying bow down and
 //! by its planes, which hold the bow against the Munk moment.
 
-use crate::{Restoring, State, linearised::Slopes, vehicle::Derivatives};
+use crate::{
+    Restoring, State, attitude::Angle, dynamics::Load, linearised::Slopes, vehicle::Derivatives,
+};
 
 /// A steady flight at one depth.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -50,8 +52,15 @@ impl Derivatives {
         let mut flight = LevelFlight::default();
         for _ in 0..STEPS {
             let state = flight.state();
-            let force = self.heave_force(&state, 0.0);
-            let moment = self.pitch_moment(&state, 0.0, Restoring::Sine);
+            let Load {
+                heave: force,
+                pitch: moment,
+            } = self.hull_load(
+                state.heave,
+                state.pitch_rate,
+                Angle::new(state.pitch),
+                Restoring::Sine,
+            );
             if force == 0.0 && moment == 0.0 {
                 return Some(flight);
             }

@@ -11,7 +11,8 @@
 //! - [`attitude`]: how the body lies in the fixed frame.
 //! - [`integrator`]: the fixed-step fourth-order Runge-Kutta method.
 //! - [`planes`]: the plane angle over a tick.
-//! - [`body`]: a tick of the whole body's motion.
+//! - [`body`]: the whole body and what its motion depends on.
+//! - [`tick`]: a tick of that motion, step by step.
 //! - [`motion`]: a tick of the vertical plane's alone.
 //! - [`environment`]: water and gravity.
 //! - [`tank`]: surface and bottom, and contact with them.
@@ -29,6 +30,8 @@
 //! - [`book`]: the report's numbers, recomputed.
 //! - [`odometry`]: the state in ROS frames (REP 103, REP 105).
 //! - [`parameters`]: the node's declared parameters.
+//! - `settings`: the parameters in the models' own types.
+//! - `messages`: what the models give, in messages.
 //! - [`core`]: messages in, messages out, one tick at a time.
 //!
 //! Depth is positive down, pitch bow up, plane angles to dive; SI throughout. No clock and no
@@ -46,6 +49,7 @@ pub mod integrator;
 pub mod level_flight;
 pub mod linearised;
 pub mod lockstep;
+mod messages;
 pub mod motion;
 pub mod node;
 pub mod odometry;
@@ -58,8 +62,10 @@ pub mod propulsion;
 pub mod quantity;
 pub mod seaway;
 pub mod sensors;
+mod settings;
 pub mod tank;
 pub mod tether;
+pub mod tick;
 pub mod track;
 pub mod variant;
 pub mod vehicle;

@@ -23,7 +23,7 @@ use planesman_linear::{
     Complex, DMatrix, Domain, Error, StateSpace, TransferFunction, discrete_to_continuous,
 };
 
-use crate::{State, Vehicle, vehicle::Derivatives};
+use crate::{State, Vehicle, dynamics::Load, vehicle::Derivatives};
 
 /// What the plane angle is seen to move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -127,10 +127,10 @@ pub fn state_space_of(derivatives: &Derivatives) -> Result<StateSpace, Error> {
     let level = d.level_flight().unwrap_or_default().state();
     let (w, pitch) = (level.heave, level.pitch);
     let Slopes { heave: z, pitch: m } = Slopes::about(d, &level);
-    let (i_w, i_q) = (d.heave_inertia, d.pitch_inertia);
-    let coupling = d.z_q_dot * d.m_w_dot;
-    let heave = |z: f64, m: f64| (z + d.z_q_dot / i_q * m) / (i_w - coupling / i_q);
-    let pitching = |z: f64, m: f64| (m + d.m_w_dot / i_w * z) / (i_q - coupling / i_w);
+    let inverse = d.inverse_inertia();
+    let accelerations = |heave: f64, pitch: f64| inverse.accelerations(Load { heave, pitch });
+    let heave = |z: f64, m: f64| accelerations(z, m).0;
+    let pitching = |z: f64, m: f64| accelerations(z, m).1;
     let sinking = -w * pitch.sin() - d.speed * pitch.cos();
     #[rustfmt::skip]
     let a = [

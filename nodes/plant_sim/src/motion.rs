@@ -49,6 +49,7 @@ impl Motion {
         let neutral = PlanePath::held(&0.0);
         let inputs = Inputs {
             dive_planes: *planes,
+            bow_stern_differential: neutral,
             roll_differential: neutral,
             rudder: neutral,
             thrust: neutral,

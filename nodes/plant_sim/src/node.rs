@@ -23,6 +23,7 @@ use planesman_parameters::Values;
 use crate::core::{Observation, Plant};
 use crate::lockstep::Lockstep;
 use crate::parameters;
+use crate::tank::Boundary;
 
 /// In lockstep, `state` is published again after this long without all answers: a member that
 /// came back has not heard it.
@@ -116,6 +117,8 @@ struct Node {
     /// Ticks without the actuator's answer, and ticks begun late.
     held: u64,
     late: u64,
+    /// The latest contact, its time \[ns\] by the stamps.
+    contact: Option<(Boundary, i64)>,
 }
 
 impl Node {
@@ -156,6 +159,7 @@ impl Node {
             stepping: None,
             held: 0,
             late: 0,
+            contact: None,
             plant,
         })
     }
@@ -297,10 +301,18 @@ impl Node {
             _ => self.motion.take(),
         };
         self.held += u64::from(motion.is_none());
-        if let Err(reason) = self.plant.advance(motion.as_ref()) {
-            log::error!("the vehicle stands still: {reason}");
-            rt.set_status("vehicle", Level::Error, &reason, &[]);
-            self.paused = true;
+        match self.plant.advance(motion.as_ref()) {
+            Ok(()) => {
+                if let Some(contact) = self.plant.contact() {
+                    let time = self.stamp().nanos() + (contact.time * 1e9).round() as i64;
+                    self.contact = Some((contact.boundary, time));
+                }
+            }
+            Err(reason) => {
+                log::error!("the vehicle stands still: {reason}");
+                rt.set_status("vehicle", Level::Error, &reason, &[]);
+                self.paused = true;
+            }
         }
         self.observation = None;
         self.k += 1;
@@ -354,6 +366,7 @@ impl Node {
                 ("ticks", self.k.to_string()),
                 ("ticks without the actuator's answer", self.held.to_string()),
                 ("ticks begun late", self.late.to_string()),
+                ("latest contact", contact_of(self.contact)),
             ],
         );
         Ok(())
@@ -401,6 +414,20 @@ impl Publishers {
         self.odometry.publish(&observation.odometry);
         self.transforms.publish(&observation.transforms);
         self.state.publish(&observation.state);
+    }
+}
+
+/// A contact in words, its time in seconds of the stamps' clock.
+fn contact_of(contact: Option<(Boundary, i64)>) -> String {
+    match contact {
+        None => "none".to_owned(),
+        Some((boundary, time)) => {
+            let boundary = match boundary {
+                Boundary::Surface => "surface",
+                Boundary::Bottom => "bottom",
+            };
+            format!("{boundary} at {:.6} s", time as f64 * 1e-9)
+        }
     }
 }
 

@@ -223,7 +223,7 @@ fn sensors() -> Vec<Declaration> {
         Declaration::new(
             "sensors.gyro.calibration",
             "swing",
-            "The rate gyros' sensitivities: final (swing test, p. 75), or preliminary with unequal directions at 4.8 or 4.35 V (Figs. 29-34)",
+            "The rate gyros' sensitivities: final (swing test, p. 75; yaw, not swung, the preliminary mean), or preliminary with unequal directions at 4.8 or 4.35 V (Figs. 29-34)",
         )
         .choices(&["swing", "preliminary", "preliminary_low"]),
         Declaration::new(
@@ -400,7 +400,7 @@ pub fn sensors_of(values: &Values) -> Sensors {
         _ => Conditioning::None,
     };
     let perfect = Sensors {
-        gyros,
+        gyros: gyros.equal_sides(),
         depth: PressureCell {
             zero,
             ..pressure_cell::DEPTH
@@ -426,6 +426,7 @@ pub fn sensors_of(values: &Values) -> Sensors {
         }
     };
     Sensors {
+        gyros,
         gyro_errors: gyro::Errors {
             reference: values.double("sensors.gyro.reference_error"),
             bias: values.double("sensors.gyro.bias"),

@@ -42,7 +42,8 @@ pub enum MotionError {
 #[derive(Clone, Copy, Debug)]
 pub struct PlanePath<'a> {
     samples: &'a [f64],
-    spacing: f64,
+    /// Samples per second.
+    rate: f64,
 }
 
 impl<'a> PlanePath<'a> {
@@ -70,7 +71,7 @@ impl<'a> PlanePath<'a> {
         }
         Ok(Self {
             samples,
-            spacing: tick as f64 * 1e-9 / (found - 1) as f64,
+            rate: (found - 1) as f64 / (tick as f64 * 1e-9),
         })
     }
 
@@ -79,16 +80,17 @@ impl<'a> PlanePath<'a> {
     pub fn held(angle: &'a f64) -> Self {
         Self {
             samples: std::slice::from_ref(angle),
-            spacing: 1.0,
+            rate: 0.0,
         }
     }
 
     /// The angle \[rad\] at `t` \[s\] from the start of the tick; before it the first, after its
     /// end the last.
+    #[inline]
     #[must_use]
     pub fn at(&self, t: f64) -> f64 {
         let last = self.samples.len() - 1;
-        let position = (t / self.spacing).clamp(0.0, last as f64);
+        let position = (t * self.rate).clamp(0.0, last as f64);
         let before = position as usize;
         if before == last {
             return self.samples[last];

@@ -135,7 +135,7 @@ impl Program {
         let mut samples = vec![Sample::default()];
         for k in 0..steps {
             let delta = if k < held_steps { PLANE_ANGLE } else { 0.0 };
-            y = integrator::step(&y, 0.0, STEP, |_, y| self.rates(y, delta));
+            y = integrator::step(&y, STEP, [&delta; 3], |delta, y| self.rates(y, *delta));
             let [_, pitch_rate, pitch, depth] = y;
             samples.push(Sample {
                 depth,

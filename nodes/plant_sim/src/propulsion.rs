@@ -98,14 +98,22 @@ impl Propulsion {
         0.5 * (low + high)
     }
 
-    /// The speed \[m/s\] after `dt` \[s\] under a share of full thrust, for a vehicle of `mass`
-    /// \[kg\] with `k` U^2 \[N\] of further drag; never below 0.
+    /// `U'` \[m/s^2\] at a speed \[m/s\] under a thrust \[N\], for a vehicle of `mass` \[kg\] with
+    /// `k` U^2 \[N\] of further drag. At rest a thrust backwards moves nothing.
+    #[must_use]
+    pub fn acceleration(&self, speed: f64, thrust: f64, mass: f64, k: f64) -> f64 {
+        let force = thrust - self.drag(speed) - k * speed * speed.abs();
+        if speed <= 0.0 && force < 0.0 {
+            return 0.0;
+        }
+        force / (mass + self.added_mass)
+    }
+
+    /// The speed \[m/s\] after `dt` \[s\] of [`Self::acceleration`]; never below 0.
     #[must_use]
     pub fn speed_after(&self, speed: f64, dt: f64, thrust: f64, mass: f64, k: f64) -> f64 {
-        let force = thrust * self.full_thrust();
-        let [after] = integrator::step(&[speed], 0.0, dt, |_, &[u]| {
-            let further = k * u * u.abs();
-            [(force - self.drag(u) - further) / (mass + self.added_mass)]
+        let [after] = integrator::step(&[speed], dt, [&(); 3], |(), &[u]| {
+            [self.acceleration(u, thrust, mass, k)]
         });
         after.max(0.0)
     }
@@ -145,7 +153,7 @@ mod tests {
         let p = propulsion();
         let mut speed = 0.0;
         for _ in 0..60_000 {
-            speed = p.speed_after(speed, 0.01, 1.0, brunner().mass, 0.0);
+            speed = p.speed_after(speed, 0.01, p.full_thrust(), brunner().mass, 0.0);
         }
         assert!((speed - p.design_speed).abs() < 1e-6, "{speed}");
         assert!((p.balanced_speed(1.0) - p.design_speed).abs() < 1e-12);
@@ -155,7 +163,9 @@ mod tests {
     #[test]
     fn a_thrust_backwards_stops_the_vehicle_and_no_more() {
         let p = propulsion();
-        let speed = (0..10_000).fold(0.5, |u, _| p.speed_after(u, 0.01, -1.0, 9.0, 0.0));
+        let speed = (0..10_000).fold(0.5, |u, _| {
+            p.speed_after(u, 0.01, -p.full_thrust(), 9.0, 0.0)
+        });
         assert_eq!(speed, 0.0);
     }
 }

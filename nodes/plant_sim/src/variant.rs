@@ -11,7 +11,7 @@
 //! whatever the speed; for linear analysis it is replaced at some rate `q0` by the secant `N q0`
 //! (By = 0.06 ft lbf s at 0.15 rad/s) or the tangent `2 N q0`.
 
-use crate::{quantity::FOOT, quantity::POUND_FORCE, vehicle::Derivatives};
+use crate::{axis::Axis, quantity::FOOT, quantity::POUND_FORCE, vehicle::Derivatives};
 
 /// `N` \[N m s^2/rad^2\] of the thesis' vehicle in pitch: 0.4193 ft lbf s^2 from a plate of 28 in
 /// by 7 in with `C_D = 1.2` (Ch. II; it prints 0.418).
@@ -56,7 +56,7 @@ pub struct Variant {
     pub heave: bool,
     /// Whether heave turns the vehicle: `M_w`, and `M_ww` and `M_wdot` where it has them.
     pub heave_moment: bool,
-    /// Whether there is a restoring moment `W BG`.
+    /// Whether there is a restoring moment `W BG`, in pitch and in roll.
     pub restoring_moment: bool,
 }
 
@@ -85,7 +85,7 @@ impl Variant {
         }
         if !self.heave {
             (d.z_w, d.z_q_plus_m_u, d.z_delta) = (0.0, 0.0, 0.0);
-            (d.z_ww, d.z_qq, d.z_q_dot) = (0.0, 0.0, 0.0);
+            (d.z_differential, d.z_ww, d.z_qq, d.z_q_dot) = (0.0, 0.0, 0.0, 0.0);
             (d.first_moment, d.excess_weight) = (0.0, 0.0);
         }
         if !self.heave_moment {
@@ -95,6 +95,19 @@ impl Variant {
             d.restoring = 0.0;
         }
         d
+    }
+
+    /// The roll plant of the changed vehicle.
+    #[must_use]
+    pub fn of_roll(&self, roll: Axis) -> Axis {
+        Axis {
+            restoring: if self.restoring_moment {
+                roll.restoring
+            } else {
+                0.0
+            },
+            ..roll
+        }
     }
 }
 

@@ -44,6 +44,8 @@ pub struct Vehicle {
     pub gravity_below_origin: f64,
     /// The nondimensional coefficients.
     pub coefficients: Coefficients,
+    /// Where the planes act, to tell bow from stern planes; `None`: they move together alone.
+    pub planes: Option<PlaneArms>,
     /// Where depth is sensed.
     pub depth_port: Port,
     /// How it rolls under the roll differential; `None`: it stays upright.
@@ -87,6 +89,39 @@ pub struct Coefficients {
     pub m_qq: f64,
 }
 
+/// Where the bow and the stern planes' forces act, along body x \[m\] from the body's origin and
+/// positive forward; the bow planes are the farther ahead.
+///
+/// The coefficients `Z_delta` and `M_delta` are those of both pairs at one angle. With the arms they
+/// leave one force for each pair that gives just these:
+///
+/// ```text
+/// Z_b + Z_s = Z_delta        -x_b Z_b - x_s Z_s = M_delta
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlaneArms {
+    /// `x_b`
+    pub bow: f64,
+    /// `x_s`
+    pub stern: f64,
+}
+
+impl PlaneArms {
+    /// `Z_b` and `Z_s` \[N/rad\] of `Z_delta` \[N/rad\] and `M_delta` \[N m/rad\].
+    #[must_use]
+    pub fn forces(&self, z_delta: f64, m_delta: f64) -> (f64, f64) {
+        let z_bow = -(m_delta + self.stern * z_delta) / (self.bow - self.stern);
+        (z_bow, z_delta - z_bow)
+    }
+
+    /// The force \[N/rad\] and moment \[N m/rad\] of bow planes at an angle and stern planes at the
+    /// opposite one.
+    fn differential(&self, z_delta: f64, m_delta: f64) -> (f64, f64) {
+        let (z_bow, z_stern) = self.forces(z_delta, m_delta);
+        (z_bow - z_stern, self.stern * z_stern - self.bow * z_bow)
+    }
+}
+
 /// A place on the hull, from the body's origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Port {
@@ -117,6 +152,10 @@ pub struct Derivatives {
     pub m_q: f64,
     /// `M_delta` \[N m/rad\].
     pub m_delta: f64,
+    /// `Z_b - Z_s` \[N/rad\], of bow planes against stern planes; 0 where they move together alone.
+    pub z_differential: f64,
+    /// `x_s Z_s - x_b Z_b` \[N m/rad\].
+    pub m_differential: f64,
     /// `W BG` \[N m\].
     pub restoring: f64,
     /// `Z_qdot` \[kg m\].
@@ -159,16 +198,22 @@ impl Vehicle {
             m_qq,
         } = self.coefficients;
         let (m0, l) = (self.reference_mass, self.reference_length);
+        let (z_delta, m_delta) = (z_delta * m0 * u * u / l, m_delta * m0 * u * u);
+        let (z_differential, m_differential) = self
+            .planes
+            .map_or((0.0, 0.0), |arms| arms.differential(z_delta, m_delta));
         Derivatives {
             speed: u,
             heave_inertia: self.mass - z_w_dot * m0,
             z_w: z_w * m0 * u / l,
             z_q_plus_m_u: z_q * m0 * u + self.mass * u,
-            z_delta: z_delta * m0 * u * u / l,
+            z_delta,
             pitch_inertia: i_y_minus_m_q_dot * m0 * l * l,
             m_w: m_w * m0 * u,
             m_q: m_q * m0 * l * u,
-            m_delta: m_delta * m0 * u * u,
+            m_delta,
+            z_differential,
+            m_differential,
             restoring: self.weight * self.restoring_arm,
             z_q_dot: z_q_dot * m0 * l,
             m_w_dot: m_w_dot * m0 * l,
@@ -222,6 +267,23 @@ mod tests {
         assert!((d.pitch_inertia - 0.8135).abs() < 5e-3);
         assert!((d.m_delta + 0.3837).abs() < 5e-4);
         assert!((d.restoring - 0.2214).abs() < 5e-4);
+    }
+
+    #[test]
+    fn bow_and_stern_planes_together_give_the_coefficients_and_apart_what_the_fins_lift() {
+        let vehicle = brunner();
+        let d = vehicle.derivatives(FOOT);
+        let arms = vehicle.planes.expect("the report's");
+        let (bow, stern) = arms.forces(d.z_delta, d.m_delta);
+        assert!((bow + stern - d.z_delta).abs() < 1e-15);
+        assert!((-arms.bow * bow - arms.stern * stern - d.m_delta).abs() < 1e-15);
+        // Brunner's fins by their lift slopes (p. 43): Z'w = -0.2828 forward and -0.1847 aft.
+        let unit = vehicle.reference_mass * FOOT * FOOT / vehicle.reference_length;
+        assert!((bow / unit / 0.2828 - 1.0).abs() < 0.011);
+        assert!((-stern / unit / 0.1847 - 1.0).abs() < 0.011);
+        // Apart they lift the vehicle and hardly turn it.
+        assert!(d.z_differential / d.z_delta > 4.0);
+        assert!(d.m_differential.abs() < 0.2 * d.m_delta.abs());
     }
 
     #[test]

@@ -3,10 +3,11 @@
 //! `vehicles/brunner.yaml` and `vehicles/remus_100.yaml` are the patterns, and are built in under the
 //! names `brunner` and `remus_100`; so is `brunner_as_printed`, the vehicle that the thesis' programs
 //! describe with their errors. What a vehicle does not have is left out: `buoyancy` is then the
-//! weight, `gravity_below_origin` and the coefficients from `z_q_dot` on are 0, and without `roll`,
-//! `course` or `propulsion` it does not heel, turn or go by thrust.
+//! weight, `gravity_below_origin` and the coefficients from `z_q_dot` on are 0, and without `planes`,
+//! `roll`, `course` or `propulsion` its bow and stern planes move together alone, and it does not heel,
+//! turn or go by thrust.
 
-use std::{fs, io::Read, path::Path};
+use std::path::Path;
 
 use serde::Deserialize;
 
@@ -16,7 +17,7 @@ use crate::{
     coefficients::Geometry,
     propulsion::Propulsion,
     quantity::{Dimension, Quantity},
-    vehicle::{Coefficients, Port},
+    vehicle::{Coefficients, PlaneArms, Port},
 };
 
 /// The vehicle that needs no file: the NPS model of Brunner 1988.
@@ -40,9 +41,6 @@ const BUILT_IN: [(&str, &str); 3] = [
     (REMUS_100, include_str!("../vehicles/remus_100.yaml")),
 ];
 
-/// The largest file read \[bytes\]; a vehicle takes two thousand.
-const LARGEST_FILE: u64 = 64 * 1024;
-
 /// Why a vehicle was not taken.
 #[derive(Debug, thiserror::Error)]
 pub enum VehicleError {
@@ -56,12 +54,6 @@ pub enum VehicleError {
         file: String,
         /// What the system says.
         source: std::io::Error,
-    },
-    /// The file is no vehicle's.
-    #[error("vehicle file '{file}': it is larger than {LARGEST_FILE} bytes")]
-    TooLarge {
-        /// Its path.
-        file: String,
     },
     /// The text is not YAML of the right form.
     #[error("vehicle file '{file}': {reason}")]
@@ -108,26 +100,7 @@ fn text_of(name_or_path: &str) -> Result<String, VehicleError> {
         file: name_or_path.to_owned(),
         source,
     };
-    // Nothing but a regular file: opening a pipe would wait for its writer.
-    if !fs::metadata(name_or_path).map_err(unreadable)?.is_file() {
-        return Err(unreadable(std::io::Error::other(
-            "it is not a regular file",
-        )));
-    }
-    let file = fs::File::open(Path::new(name_or_path)).map_err(unreadable)?;
-    let mut text = Vec::new();
-    file.take(LARGEST_FILE + 1)
-        .read_to_end(&mut text)
-        .map_err(unreadable)?;
-    if text.len() as u64 > LARGEST_FILE {
-        return Err(VehicleError::TooLarge {
-            file: name_or_path.to_owned(),
-        });
-    }
-    String::from_utf8(text).map_err(|_| VehicleError::Malformed {
-        file: name_or_path.to_owned(),
-        reason: "it is not UTF-8 text".to_owned(),
-    })
+    planesman_parameters::file::read(Path::new(name_or_path)).map_err(unreadable)
 }
 
 /// The vehicle in `text`; `file` is named in errors.
@@ -179,6 +152,7 @@ struct VehicleFile {
     reference: ReferenceSection,
     particulars: ParticularsSection,
     coefficients: CoefficientsSection,
+    planes: Option<PlanesSection>,
     depth_port: PortSection,
     roll: Option<AxisSection>,
     course: Option<AxisSection>,
@@ -232,6 +206,13 @@ struct CoefficientsSection {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
+struct PlanesSection {
+    bow: Quantity,
+    stern: Quantity,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
 struct PortSection {
     forward: Quantity,
     below: Quantity,
@@ -263,6 +244,7 @@ impl VehicleFile {
             reference,
             particulars,
             coefficients: c,
+            planes,
             depth_port,
             roll,
             course,
@@ -307,6 +289,7 @@ impl VehicleFile {
                 None => 0.0,
             },
             coefficients,
+            planes: planes.map(|p| p.arms(length)).transpose()?,
             roll: roll
                 .map(|r| r.axis(ROLL_FIELDS, weight * restoring_arm))
                 .transpose()?,
@@ -347,6 +330,16 @@ impl AxisSection {
             damping: above_zero(damping, &self.damping, Dimension::RotaryDamping)?,
             restoring,
         })
+    }
+}
+
+impl PlanesSection {
+    fn arms(&self, length: f64) -> Result<PlaneArms, Refusal> {
+        let bow = on_the_hull("planes.bow", &self.bow, length)?;
+        let stern = on_the_hull("planes.stern", &self.stern, length)?;
+        let rule = "must be ahead of the stern planes";
+        require(bow > stern, "planes.bow", &self.bow, rule)?;
+        Ok(PlaneArms { bow, stern })
     }
 }
 
@@ -509,6 +502,11 @@ mod tests {
                 "0.5, unit: in",
                 "40, unit: in",
                 ["depth_port.forward", "reference length"],
+            ),
+            (
+                "bow: {value: 7.6,",
+                "bow: {value: -20,",
+                ["planes.bow", "ahead of the stern"],
             ),
             (
                 "q_dot: 0.072",

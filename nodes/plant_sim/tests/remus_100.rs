@@ -260,6 +260,8 @@ fn linear_model_of_the_thesis(heave_inertia: f64) -> Derivatives {
         m_w: 30.7,
         m_q: -6.87,
         m_delta: -34.6,
+        z_differential: 0.0,
+        m_differential: 0.0,
         restoring: 5.77,
         z_q_dot: -1.93,
         m_w_dot: -1.93,

@@ -12,7 +12,7 @@
 //! preliminary one, on a milling machine's handwheel and with an amplifier (the mixer) that was
 //! taken out later, is printed for both directions and two reference voltages (Figs. 29-34). The
 //! final one, from the strip chart of the swing test, gives pitch and roll alone (p. 75); yaw was
-//! not calibrated again.
+//! not calibrated again. So the final calibration takes for yaw the mean of the preliminary one's sides.
 //!
 //! The zero wanders "in a range of about 25 millivolts" (p. 90) and is "relatively constant" over
 //! one run (ch. V). Here it is a random walk reflected at the range's ends,
@@ -74,6 +74,16 @@ impl Calibration {
         }
     }
 
+    /// The mean sensitivity of the two directions, to either side and through zero: what a reader of the
+    /// volts knows, and a gyro without its unequal sides.
+    #[must_use]
+    pub const fn equal_sides(&self) -> Self {
+        Self::both(Line {
+            offset: 0.0,
+            slope: 0.5 * (self.clockwise.slope + self.counterclockwise.slope),
+        })
+    }
+
     const fn measured(cw: (f64, f64), ccw: (f64, f64)) -> Self {
         Self {
             clockwise: Line {
@@ -90,8 +100,7 @@ impl Calibration {
     /// The mean sensitivity of the two directions \[V s/rad\]: what a reader of the volts knows.
     #[must_use]
     pub fn sensitivity(&self) -> f64 {
-        0.5 * (self.clockwise.sensitivity() + self.counterclockwise.sensitivity())
-            * SI_PER_MILLIVOLT_PER_DEGREE
+        self.equal_sides().clockwise.sensitivity() * SI_PER_MILLIVOLT_PER_DEGREE
     }
 
     /// The output \[V\] at a rate \[rad/s\], the sensitivity multiplied by `scale`.
@@ -122,6 +131,18 @@ pub struct Calibrations {
     pub yaw: Calibration,
 }
 
+impl Calibrations {
+    /// All three with equal sides.
+    #[must_use]
+    pub const fn equal_sides(&self) -> Self {
+        Self {
+            roll: self.roll.equal_sides(),
+            pitch: self.pitch.equal_sides(),
+            yaw: self.yaw.equal_sides(),
+        }
+    }
+}
+
 /// The reference voltage of Figs. 29-31 \[V\].
 pub const REFERENCE: f64 = 4.8;
 /// The reference voltage of Figs. 32-34 \[V\].
@@ -142,11 +163,12 @@ pub const PRELIMINARY_LOW: Calibrations = Calibrations {
 };
 
 /// From the swing test, as finally used: 12.5 mV per deg/s in pitch and 18.6 in roll (p. 75).
-/// Yaw was not calibrated again; its only calibration is the preliminary one.
+/// Yaw was not calibrated again: its sensitivity here is the mean of the preliminary one's two sides,
+/// which a swing to both sides would have given had the mixer stayed in.
 pub const SWING: Calibrations = Calibrations {
     pitch: Calibration::both(Line::through_zero(12.5)),
     roll: Calibration::both(Line::through_zero(18.6)),
-    yaw: PRELIMINARY.yaw,
+    yaw: PRELIMINARY.yaw.equal_sides(),
 };
 
 /// Relative change of the pitch gyro's sensitivity per relative change of the reference voltage,
@@ -227,6 +249,25 @@ mod tests {
         let rate = 3.0 * PI / 30.0;
         assert!((PRELIMINARY.roll.volts(rate, 1.0) - 0.155_033).abs() < 1e-12);
         assert!((PRELIMINARY.roll.volts(-rate, 1.0) + 0.136_001).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_final_gyros_read_the_same_each_way_through_the_sensitivity_that_the_reader_knows() {
+        for calibration in [SWING.roll, SWING.pitch, SWING.yaw] {
+            for rate in [-2.0, -RATE, 0.0, 1e-4, RATE] {
+                let read = calibration.volts(rate, 1.0) / calibration.sensitivity();
+                assert!((read - rate).abs() < 1e-15, "{read} is not {rate}");
+            }
+        }
+        // Figs. 30: 39.665 and 44.404 mV/RPM.
+        let yaw = SWING.yaw.clockwise.sensitivity();
+        assert!((yaw - 0.5 * (39.665 + 44.404) / 6.0).abs() < 1e-12);
+        let preliminary = &PRELIMINARY.yaw;
+        let slow = preliminary.volts(0.05, 1.0) / preliminary.sensitivity() / 0.05;
+        assert!(
+            slow > 1.5,
+            "its offset of 13 mV alone is half of it: {slow}"
+        );
     }
 
     #[test]

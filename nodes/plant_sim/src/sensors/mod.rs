@@ -31,7 +31,7 @@ pub mod noise;
 pub mod plane_signal;
 pub mod pressure_cell;
 
-use crate::{State, body::Body, environment::Environment, vehicle::Derivatives, vehicle::Port};
+use crate::{body::Body, environment::Environment, tick::Acceleration, vehicle::Port};
 use adc::Adc;
 use conditioning::Conditioning;
 use gyro::Calibrations;
@@ -77,8 +77,7 @@ pub struct Sensors {
 }
 
 impl Default for Sensors {
-    /// The report's calibrations without any error: drivers read the truth, but for the
-    /// yaw gyro, whose only calibration has unequal sides ([`gyro::SWING`]).
+    /// The report's calibrations without any error: drivers read the truth.
     fn default() -> Self {
         Self {
             gyros: gyro::SWING,
@@ -281,26 +280,22 @@ impl<T: Copy> Channels<T> {
     }
 }
 
-/// The specific force at the body's origin, forward, left, up \[m/s^2\]. In body axes forward,
-/// right, down, with `U` constant, no sideslip and no load on heave:
+/// The specific force at the body's origin, forward, left, up \[m/s^2\]: the acceleration under
+/// everything that acts, less gravity. In body axes forward, right, down, without sideslip:
 ///
 /// ```text
-/// f_x = q w + g sin(theta)
-/// f_y = r U - p w - g cos(theta) sin(phi)
-/// f_z = w' - q U - g cos(theta) cos(phi)
+/// f_x = U' + q w       + g sin(theta)
+/// f_y = r U - p w      - g cos(theta) sin(phi)
+/// f_z = w' - q U       - g cos(theta) cos(phi)
 /// ```
 #[must_use]
-pub fn specific_force(body: &Body, delta: f64, d: &Derivatives, g: f64) -> [f64; 3] {
-    let State {
-        pitch: theta,
-        heave: w,
-        ..
-    } = body.plane;
+pub fn specific_force(body: &Body, acceleration: &Acceleration, g: f64) -> [f64; 3] {
+    let (u, w) = (body.speed, body.plane.heave);
     let [p, q, r] = body.rates();
-    let (sin_roll, cos_roll) = body.roll.angle.sin_cos();
-    let forward = q * w + g * theta.sin();
-    let right = r * d.speed - p * w - g * theta.cos() * sin_roll;
-    let down = d.heave_acceleration(&body.plane, delta) - q * d.speed - g * theta.cos() * cos_roll;
+    let [forward, right, down] = body.attitude().to_body([0.0, 0.0, g]);
+    let forward = acceleration.surge + q * w - forward;
+    let right = r * u - p * w - right;
+    let down = acceleration.heave - q * u - down;
     // `0 - right`, not `-right`: no negative zero.
     [forward, 0.0 - right, -down]
 }
@@ -388,7 +383,7 @@ mod tests {
     #[test]
     fn without_errors_the_drivers_read_the_truth_and_the_wires_the_calibrations() {
         let readings = once(&Sensors::default(), &DIVING);
-        for (found, expected) in readings.angular_velocity.iter().zip([0.02, 0.1]) {
+        for (found, expected) in readings.angular_velocity.iter().zip([0.02, 0.1, -0.03]) {
             assert!((found - expected).abs() < 1e-15);
         }
         assert_eq!(readings.specific_force, DIVING.specific_force);
@@ -543,40 +538,15 @@ mod tests {
         assert!((with - without - 0.5 * 999.835 * FOOT * 0.02).abs() < 1e-9);
     }
 
-    #[test]
-    fn specific_force_is_the_acceleration_of_the_path_less_gravity() {
-        // Differentiate the track velocity numerically and turn it into the body frame.
-        let d = brunner().derivatives(FOOT);
-        let state = State {
-            depth: 5.0,
-            pitch: -0.4,
-            heave: 0.05,
-            pitch_rate: 0.2,
-            ..State::default()
-        };
-        let (delta, h) = (0.3, 1e-5);
-        let velocity = |t: f64| {
-            let rates: [f64; 5] = d.rates(&state, delta, crate::Restoring::Sine).into();
-            let now: [f64; 5] = state.into();
-            let then = State::from(std::array::from_fn::<f64, 5, _>(|i| now[i] + t * rates[i]));
-            (d.track_speed(&then), d.depth_rate(&then))
-        };
-        let (after, before) = (velocity(h), velocity(-h));
-        let (x, z) = (
-            (after.0 - before.0) / (2.0 * h),
-            (after.1 - before.1) / (2.0 * h) - FRESH.gravity,
-        );
-        let (sin, cos) = state.pitch.sin_cos();
-        let [forward, _, up] =
-            specific_force(&Body::upright(state, d.speed), delta, &d, FRESH.gravity);
-        assert!((forward - (x * cos - z * sin)).abs() < 1e-8);
-        assert!((up + (x * sin + z * cos)).abs() < 1e-8);
-    }
+    const STEADY: Acceleration = Acceleration {
+        surge: 0.0,
+        heave: 0.0,
+        pitch: 0.0,
+    };
 
     #[test]
     fn level_and_steady_the_accelerometers_feel_gravity_upwards() {
-        let d = brunner().derivatives(FOOT);
-        let felt = specific_force(&Body::default(), 0.0, &d, FRESH.gravity);
+        let felt = specific_force(&Body::default(), &STEADY, FRESH.gravity);
         assert_eq!(felt, [0.0, 0.0, 9.81456]);
     }
 
@@ -584,8 +554,7 @@ mod tests {
     fn heeled_to_starboard_the_accelerometers_feel_the_support_from_port_too() {
         let mut body = Body::default();
         body.roll.angle = 0.5;
-        let d = brunner().derivatives(0.0);
-        let [forward, left, up] = specific_force(&body, 0.0, &d, FRESH.gravity);
+        let [forward, left, up] = specific_force(&body, &STEADY, FRESH.gravity);
         assert_eq!(forward, 0.0);
         assert!((left - FRESH.gravity * 0.5f64.sin()).abs() < 1e-12);
         assert!((up - FRESH.gravity * 0.5f64.cos()).abs() < 1e-12);

@@ -40,7 +40,8 @@ pub const DIVE: PlaneSignal = PlaneSignal {
     noise: 0.0,
 };
 
-/// The roll planes (Figs. 40, 41), on the strip chart only.
+/// The roll planes (Figs. 40, 41). No `daq` channel: this signal went to the strip chart alone, and the
+/// converter's four channels (p. 90) are pitch rate, depth, dive planes and speed.
 pub const ROLL: PlaneSignal = PlaneSignal {
     zero: 2.483,
     slope: 0.004,

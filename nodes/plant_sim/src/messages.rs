@@ -1,0 +1,138 @@
+//! The plant's messages: what the models give, in the frames and fields of its topics.
+
+use planesman_msgs::{
+    builtin_interfaces::msg::Time,
+    geometry_msgs::msg::{
+        Point, Pose, PoseWithCovariance, Quaternion, Transform, TransformStamped, Twist,
+        TwistWithCovariance, Vector3,
+    },
+    nav_msgs::msg::Odometry,
+    planesman_msgs::msg::DaqSample,
+    sensor_msgs::msg::{FluidPressure, Imu},
+    std_msgs::msg::Header,
+    tf2_msgs::msg::TFMessage,
+};
+
+use crate::{
+    odometry,
+    sensors::{Readings, Sensors},
+};
+
+/// What the messages of one stamp have in common.
+pub(crate) struct Frames<'a> {
+    pub(crate) stamp: Time,
+    pub(crate) prefix: &'a str,
+}
+
+impl Frames<'_> {
+    pub(crate) fn header(&self, frame_id: String) -> Header {
+        Header {
+            stamp: self.stamp.clone(),
+            frame_id,
+        }
+    }
+
+    fn odom(&self) -> String {
+        format!("{}odom", self.prefix)
+    }
+
+    fn base_link(&self) -> String {
+        format!("{}base_link", self.prefix)
+    }
+
+    pub(crate) fn odometry(&self, odometry: &odometry::Odometry) -> Odometry {
+        let [x, y, z] = odometry.position;
+        Odometry {
+            header: self.header(self.odom()),
+            child_frame_id: self.base_link(),
+            pose: PoseWithCovariance {
+                pose: Pose {
+                    position: Point { x, y, z },
+                    orientation: quaternion(odometry.orientation),
+                },
+                covariance: [0.0; 36],
+            },
+            twist: TwistWithCovariance {
+                twist: Twist {
+                    linear: vector(odometry.velocity),
+                    angular: vector(odometry.angular_velocity),
+                },
+                covariance: [0.0; 36],
+            },
+        }
+    }
+
+    pub(crate) fn transforms(&self, odometry: &odometry::Odometry) -> TFMessage {
+        TFMessage {
+            transforms: vec![TransformStamped {
+                header: self.header(self.odom()),
+                child_frame_id: self.base_link(),
+                transform: Transform {
+                    translation: vector(odometry.position),
+                    rotation: quaternion(odometry.orientation),
+                },
+            }],
+        }
+    }
+
+    /// Gyros and accelerometers give no orientation: covariance -1, as `sensor_msgs/Imu` says.
+    pub(crate) fn imu(&self, readings: &Readings, sensors: &Sensors) -> Imu {
+        let mut no_orientation = [0.0; 9];
+        no_orientation[0] = -1.0;
+        Imu {
+            header: self.header(self.base_link()),
+            orientation: quaternion([0.0, 0.0, 0.0, 1.0]),
+            orientation_covariance: no_orientation,
+            angular_velocity: vector(readings.angular_velocity),
+            angular_velocity_covariance: diagonal(sensors.rate_noise()),
+            linear_acceleration: vector(readings.specific_force),
+            linear_acceleration_covariance: diagonal([sensors.accelerometer.noise; 3]),
+        }
+    }
+
+    pub(crate) fn pressure(&self, pressure: f64, noise: f64) -> FluidPressure {
+        FluidPressure {
+            header: self.header(self.base_link()),
+            fluid_pressure: pressure,
+            variance: noise * noise,
+        }
+    }
+
+    pub(crate) fn daq(&self, readings: &Readings) -> DaqSample {
+        let (volts, at_end) = (&readings.volts, &readings.saturated);
+        let saturated = [
+            (at_end.pitch_rate, DaqSample::PITCH_RATE),
+            (at_end.depth, DaqSample::DEPTH),
+            (at_end.dive_planes, DaqSample::DIVE_PLANES),
+            (at_end.speed, DaqSample::SPEED),
+        ];
+        DaqSample {
+            header: self.header(self.base_link()),
+            pitch_rate: volts.pitch_rate,
+            depth: volts.depth,
+            dive_planes: volts.dive_planes,
+            speed: volts.speed,
+            saturated: saturated
+                .iter()
+                .filter(|(at_end, _)| *at_end)
+                .fold(0, |flags, (_, channel)| flags | channel),
+        }
+    }
+}
+
+fn vector([x, y, z]: [f64; 3]) -> Vector3 {
+    Vector3 { x, y, z }
+}
+
+fn quaternion([x, y, z, w]: [f64; 4]) -> Quaternion {
+    Quaternion { x, y, z, w }
+}
+
+/// The 3 x 3 covariance of three channels with these deviations and nothing in common.
+fn diagonal(deviations: [f64; 3]) -> [f64; 9] {
+    let mut covariance = [0.0; 9];
+    for (i, deviation) in deviations.iter().enumerate() {
+        covariance[4 * i] = deviation * deviation;
+    }
+    covariance
+}

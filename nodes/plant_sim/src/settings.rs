@@ -1,0 +1,204 @@
+//! The parameters, checked and in the models' own types: what a [`Plant`](crate::core::Plant) flies by.
+
+use planesman_parameters::Values;
+
+use crate::{
+    Restoring, State, Vehicle,
+    axis::Axis,
+    body::{Body, BodyMotion, Drive, Turning},
+    environment::Environment,
+    integrator::LARGEST_POLE_STEP,
+    linearised::{self, Output},
+    motion::Motion,
+    parameters,
+    seaway::{Seaway, ShapingFilter},
+    sensors::Sensors,
+    tank::Tank,
+    tether::Tether,
+    variant::{PitchDamping, Variant},
+    vehicle::Derivatives,
+};
+
+/// The parameters, checked and in the models' own types.
+#[derive(Clone, Debug)]
+pub(crate) struct Settings {
+    pub(crate) motion: BodyMotion,
+    /// The waves and their filter over a tick; `None`: it is calm.
+    pub(crate) seaway: Option<(Seaway, ShapingFilter)>,
+    pub(crate) sensors: Sensors,
+    pub(crate) initial: Body,
+    pub(crate) seed: u64,
+    pub(crate) tick_nanos: i64,
+    pub(crate) steps: u32,
+    vehicle: String,
+    pub(crate) frame_prefix: String,
+}
+
+impl Settings {
+    pub(crate) fn new(values: &Values, vehicle: &Vehicle) -> Result<Self, String> {
+        let (tick_nanos, steps) = tick_and_steps(values.double("tick"), values.double("step"))?;
+        let environment = Environment {
+            density: values.double("environment.density"),
+            gravity: values.double("environment.gravity"),
+            atmospheric_pressure: values.double("environment.atmospheric_pressure"),
+        };
+        let (speed, variant) = (values.double("speed"), variant(values));
+        let vertical = Motion {
+            derivatives: variant.of(vehicle.derivatives(speed)),
+            restoring: match values.string("restoring") {
+                "small_angle" => Restoring::SmallAngle,
+                _ => Restoring::Sine,
+            },
+            environment,
+            step: tick_nanos as f64 * 1e-9 / f64::from(steps),
+        };
+        let drive = drive(values.string("propulsion"), vehicle, variant)?;
+        let design_speed = drive.as_ref().map_or(0.0, |d| d.propulsion.design_speed);
+        let fastest = variant.of(vehicle.derivatives(speed.max(design_speed)));
+        refuse_fast_modes(vehicle, &fastest, vertical.step)?;
+        let turning = |axis: Option<Axis>| {
+            axis.map(|axis| Turning::new(axis, vertical.step))
+                .transpose()
+                .map_err(|e| format!("vehicle '{}' refused: {e}", vehicle.name))
+        };
+        let bottom = values.double("environment.bottom");
+        let plane = State {
+            depth: values.double("initial_depth"),
+            pitch: values.double("initial_pitch"),
+            ..State::default()
+        };
+        Ok(Self {
+            motion: BodyMotion {
+                vertical,
+                roll: turning(vehicle.roll.map(|axis| variant.of_roll(axis)))?,
+                course: turning(vehicle.course)?,
+                drive,
+                current: ["x", "y", "z"]
+                    .map(|axis| values.double(&format!("environment.current.{axis}"))),
+                tank: Tank {
+                    bottom: (bottom > 0.0).then_some(bottom),
+                },
+                tether: Tether {
+                    diameter: values.double("environment.tether.diameter"),
+                    drag_coefficient: values.double("environment.tether.drag_coefficient"),
+                    above: values.double("environment.tether.above"),
+                },
+            },
+            seaway: seaway(values, tick_nanos as f64 * 1e-9)?,
+            sensors: parameters::sensors_of(values),
+            initial: Body::upright(plane, speed),
+            // Declared to be at least 0.
+            seed: values.integer("seed").unsigned_abs(),
+            tick_nanos,
+            steps,
+            vehicle: values.string("vehicle").to_owned(),
+            frame_prefix: frame_prefix(values.string("frame_prefix"))?,
+        })
+    }
+
+    /// What cannot change once the plant is made.
+    pub(crate) fn fixed(&self) -> (&str, i64, u32) {
+        (&self.vehicle, self.tick_nanos, self.steps)
+    }
+}
+
+/// The vehicle's derivatives at the speed and in the variant that the parameters ask for.
+#[must_use]
+pub fn derivatives(values: &Values, vehicle: &Vehicle) -> Derivatives {
+    variant(values).of(vehicle.derivatives(values.double("speed")))
+}
+
+fn variant(values: &Values) -> Variant {
+    let viscous = values.double("pitch_damping_viscous");
+    let rate = values.double("pitch_damping_rate");
+    Variant {
+        damping: match values.string("pitch_damping") {
+            "secant" => PitchDamping::Secant { viscous, rate },
+            "tangent" => PitchDamping::Tangent { viscous, rate },
+            "quadratic" => PitchDamping::Quadratic { viscous },
+            _ => PitchDamping::Coefficient,
+        },
+        heave_moment: values.bool("heave_moment"),
+        restoring_moment: values.string("restoring") != "none",
+        heave: true,
+    }
+}
+
+/// The tick in whole nanoseconds, and how many steps it is.
+fn tick_and_steps(tick: f64, step: f64) -> Result<(i64, u32), String> {
+    let [tick_nanos, step_nanos] = [tick, step].map(|seconds| (seconds * 1e9).round() as i64);
+    if step_nanos <= 0 || tick_nanos <= 0 || tick_nanos % step_nanos != 0 {
+        return Err(format!(
+            "parameter 'step': {step} refused: the tick, {tick} s, must be a whole number of steps"
+        ));
+    }
+    let steps = u32::try_from(tick_nanos / step_nanos).map_err(|_| {
+        format!("parameter 'step': {step} refused: too small for the tick, {tick} s")
+    })?;
+    Ok((tick_nanos, steps))
+}
+
+/// What drives the vehicle, when its speed is not held.
+fn drive(propulsion: &str, vehicle: &Vehicle, variant: Variant) -> Result<Option<Drive>, String> {
+    if propulsion != "thrust" {
+        return Ok(None);
+    }
+    let Some(propulsion) = vehicle.propulsion else {
+        return Err(format!(
+            "parameter 'propulsion': thrust refused: vehicle '{}' has no propulsion, its speed \
+             can only be held",
+            vehicle.name
+        ));
+    };
+    Ok(Some(Drive {
+        propulsion,
+        vehicle: vehicle.clone(),
+        variant,
+    }))
+}
+
+/// The waves asked for; `None` when it is calm.
+fn seaway(values: &Values, tick: f64) -> Result<Option<(Seaway, ShapingFilter)>, String> {
+    let seaway = Seaway {
+        force: values.double("environment.seaway.force"),
+        moment: values.double("environment.seaway.moment"),
+        period: values.double("environment.seaway.period"),
+        damping: values.double("environment.seaway.damping"),
+    };
+    if seaway.is_calm() {
+        return Ok(None);
+    }
+    let filter = seaway
+        .filter(tick)
+        .map_err(|e| format!("environment.seaway refused: {e}"))?;
+    Ok(Some((seaway, filter)))
+}
+
+/// Refuses a step that the vehicle's fastest mode would outrun.
+fn refuse_fast_modes(vehicle: &Vehicle, fastest: &Derivatives, step: f64) -> Result<(), String> {
+    let speed = fastest.speed;
+    let poles = linearised::response(fastest, Output::PitchRate)
+        .and_then(|system| system.poles())
+        .map_err(|e| format!("vehicle '{}' at {speed} m/s refused: {e}", vehicle.name))?;
+    let fastest = poles.iter().map(|p| p.norm()).fold(0.0, f64::max);
+    if fastest * step > LARGEST_POLE_STEP {
+        return Err(format!(
+            "parameter 'step': {step} refused: vehicle '{}' has a mode of {fastest:.3} rad/s at \
+             {speed} m/s, the step must be at most {:.3e} s",
+            vehicle.name,
+            LARGEST_POLE_STEP / fastest
+        ));
+    }
+    Ok(())
+}
+
+fn frame_prefix(prefix: &str) -> Result<String, String> {
+    let allowed = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '/';
+    if prefix.len() > 100 || !prefix.chars().all(allowed) {
+        return Err(format!(
+            "parameter 'frame_prefix': '{}' refused: at most 100 letters, digits, '_' and '/'",
+            prefix.escape_debug()
+        ));
+    }
+    Ok(prefix.to_owned())
+}
