@@ -64,7 +64,7 @@ enum Command {
     /// Design the depth and pitch loops: stability, margins, pole placement, gains
     #[command(subcommand)]
     Design(DesignCommand),
-    /// The digital hydraulic actuator by itself: the 1966 study's bench
+    /// The digital hydraulic actuator by itself: the 1966 study's bench, limit cycles
     #[command(subcommand)]
     Dha(DhaCommand),
     /// Compute the numbers of the 1988 report again, and say which agree

@@ -130,7 +130,7 @@ impl Subject {
             "ideal" => 0.0,
             name => {
                 let set = dha_actuator::actuator_file::load(name).map_err(|e| anyhow!("{e}"))?;
-                0.5 * set.cycle() + set.delay() + 0.5 * set.flow_time
+                dha_actuator::linearised::dead_time(&set)
             }
         };
         Ok(Path {

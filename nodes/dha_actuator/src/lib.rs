@@ -27,6 +27,13 @@
 //! - [`mod@bench`]: the study's flight-control simulation around it.
 //! - [`book`]: the study's printed numbers, computed again.
 //!
+//! Design and analysis:
+//! - [`sizing`]: quantum, rates, frequencies, power of an actuator; an actuator for a load.
+//! - [`linearised`]: the actuator for small signals, and the flight control around it (Section V).
+//! - [`frequency_response`]: the full model under sinusoids.
+//! - [`describing_function`]: limit cycles predicted.
+//! - [`depth_loop`]: the AUV's depth loop: limit cycles predicted and simulated.
+//!
 //! Node:
 //! - [`groups`]: which planes have an actuator of their own.
 //! - [`parameters`]: every tunable, its default and range.
@@ -40,12 +47,16 @@ pub mod book;
 pub mod condition;
 pub mod core;
 pub mod cycle_clock;
+pub mod depth_loop;
+pub mod describing_function;
 pub mod dha;
 pub mod events;
 pub mod first_order;
+pub mod frequency_response;
 pub mod groups;
 pub mod hydraulics;
 pub mod limit_cycle;
+pub mod linearised;
 pub mod metering;
 pub mod modes;
 pub mod node;
@@ -53,5 +64,6 @@ pub mod parameters;
 pub mod position_loop;
 pub mod pulse_logic;
 pub mod ram;
+pub mod sizing;
 pub mod units;
 pub mod valves;

@@ -1,0 +1,223 @@
+//! Describing functions and harmonic balance: limit cycles on paper.
+//!
+//! A nonlinearity under A sin wt is described by the first harmonic of what it gives, N(A). In a loop
+//! with the linear rest H(jw) a cycle keeps itself alive where
+//!
+//! ```text
+//! 1 + N(A) H(jw) = 0
+//! ```
+//! (Gelb and Vander Velde, *Multiple-Input Describing Functions*, 1968, ch. 2 and 3). Two closed forms
+//! matter for the digital hydraulic actuator:
+//!
+//! - **the quantizer** of the pulse logic: steps of delta_q that switch on at k delta_q + e_b and off at
+//!   (k + 1) delta_q - e_b. Without leakage the loop sits in its dead zone, and cycles through +-1 quantum
+//!   once it is left;
+//! - **the relay** that leakage makes of it: the drift has the sign valve's polarity, so its mean can only
+//!   vanish when the valve spends half its time on each side. The loop parks half-way between two
+//!   levels and toggles: +-delta_q/2 with a hysteresis of +-(e_b - delta_q/2).
+
+use planesman_linear::Complex;
+use std::f64::consts::PI;
+
+/// N of a quantizer with hysteresis for the amplitude `amplitude`, in the unit of `quantum` and
+/// `threshold`: zero below the threshold.
+#[must_use]
+pub fn quantizer(amplitude: f64, quantum: f64, threshold: f64) -> Complex<f64> {
+    let mut sum = Complex::new(0.0, 0.0);
+    let mut level = 0.0;
+    while level + threshold < amplitude {
+        let (on, off) = (
+            (level + threshold) / amplitude,
+            (level + quantum - threshold) / amplitude,
+        );
+        sum += Complex::new((1.0 - on * on).sqrt() + (1.0 - off * off).sqrt(), off - on);
+        level += quantum;
+    }
+    sum * (2.0 * quantum / (PI * amplitude))
+}
+
+/// N of a relay that gives +-`output` and switches at +-`hysteresis`: zero for an amplitude that does
+/// not reach it.
+#[must_use]
+pub fn relay(amplitude: f64, output: f64, hysteresis: f64) -> Complex<f64> {
+    let switches = hysteresis / amplitude;
+    if switches > 1.0 {
+        return Complex::new(0.0, 0.0);
+    }
+    Complex::new((1.0 - switches * switches).sqrt(), -switches) * (4.0 * output / (PI * amplitude))
+}
+
+/// Where a cycle is looked for: both from and to, not 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Search {
+    /// In the unit of the describing function's argument.
+    pub amplitudes: (f64, f64),
+    /// rad/s.
+    pub frequencies: (f64, f64),
+}
+
+/// Where the balance holds best.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Balance {
+    /// A.
+    pub amplitude: f64,
+    /// rad/s.
+    pub frequency: f64,
+    /// |1 + N H|: 0 for a cycle, and how far from one where there is none.
+    pub residual: f64,
+}
+
+/// The amplitude and frequency for which |1 + N(A, w) H(jw)| is least, on a logarithmic grid that is
+/// drawn closer about the least value four times.
+#[must_use]
+pub fn balance(
+    search: &Search,
+    describing_function: impl Fn(f64, f64) -> Complex<f64>,
+    rest: impl Fn(f64) -> Complex<f64>,
+) -> Balance {
+    const GRID: i32 = 12;
+    const DRAWN_CLOSER: usize = 4;
+    let span = |(from, to): (f64, f64)| (to / from).powf(1.0 / f64::from(GRID));
+    let mut ratios = [span(search.amplitudes), span(search.frequencies)];
+    let mut best = Balance {
+        amplitude: search.amplitudes.0,
+        frequency: search.frequencies.0,
+        residual: f64::INFINITY,
+    };
+    let look = |best: &mut Balance, amplitude: f64, frequency: f64| {
+        let residual = (describing_function(amplitude, frequency) * rest(frequency) + 1.0).norm();
+        if residual < best.residual {
+            *best = Balance {
+                amplitude,
+                frequency,
+                residual,
+            };
+        }
+    };
+    for i in 0..=GRID {
+        for j in 0..=GRID {
+            look(
+                &mut best,
+                search.amplitudes.0 * ratios[0].powi(i),
+                search.frequencies.0 * ratios[1].powi(j),
+            );
+        }
+    }
+    for _ in 0..DRAWN_CLOSER {
+        ratios = ratios.map(|ratio| ratio.powf(1.0 / 3.0));
+        let about = best;
+        for (i, j) in (-2..=2).flat_map(|i| (-2..=2).map(move |j| (i, j))) {
+            look(
+                &mut best,
+                about.amplitude * ratios[0].powi(i),
+                about.frequency * ratios[1].powi(j),
+            );
+        }
+    }
+    best
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::actuator_file::load;
+    use crate::bench::autopilot::Gains;
+    use crate::bench::missile::Surrogate;
+    use crate::linearised::{FlightControl, Ram};
+    use crate::pulse_logic::{PulseLogic, Volume};
+    use crate::units::DEGREE;
+
+    #[test]
+    fn the_quantizers_describing_function_is_the_pulse_logics_first_harmonic() {
+        let mut set = load("auv").unwrap();
+        set.inhibit_beyond = f64::INFINITY;
+        for amplitude in [0.35, 0.7, 1.0, 2.6, 8.0] {
+            let (mut logic, mut level, mut before) = (PulseLogic::new(&set), 0.0, 0.0);
+            let mut harmonic = Complex::new(0.0, 0.0);
+            let samples = 40_000;
+            for i in 0..2 * samples {
+                let angle = f64::from(i) / f64::from(samples) * 2.0 * PI;
+                let asked = amplitude * DEGREE * angle.sin();
+                let command = logic.accumulate(asked - before, 0.0).command;
+                before = asked;
+                if command.volume != Volume::None {
+                    level += f64::from(command.sign) * set.quantum;
+                }
+                if i >= samples {
+                    harmonic += Complex::from_polar(level, -angle);
+                }
+            }
+            let found =
+                harmonic * Complex::new(0.0, 2.0 / f64::from(samples)) / (amplitude * DEGREE);
+            let formula = quantizer(amplitude * DEGREE, set.quantum, set.threshold);
+            assert!((found - formula).norm() < 2e-3, "{found} for {formula}");
+        }
+    }
+
+    #[test]
+    fn a_coarse_signal_passes_the_quantizer_as_it_is_and_a_small_one_not_at_all() {
+        let large = quantizer(200.0, 0.5, 0.3125);
+        assert!((large - 1.0).norm() < 2e-3, "{large}");
+        assert_eq!(quantizer(0.3, 0.5, 0.3125).norm(), 0.0);
+        assert_eq!(relay(0.1, 1.0, 0.2).norm(), 0.0);
+    }
+
+    #[test]
+    fn a_relay_with_hysteresis_around_a_double_lag_cycles_where_tsypkin_says_roughly() {
+        // L = 1/(s (s + 1)); -1/N has the imaginary part -pi h/(4 M) whatever the amplitude.
+        let (output, hysteresis) = (1.0, 0.1);
+        let found = balance(
+            &Search {
+                amplitudes: (0.1001, 10.0),
+                frequencies: (0.1, 10.0),
+            },
+            |a, _| relay(a, output, hysteresis),
+            |w| {
+                let s = Complex::new(0.0, w);
+                Complex::from(1.0) / (s * (s + 1.0))
+            },
+        );
+        assert!(found.residual < 0.01, "{found:?}");
+        let w = found.frequency;
+        assert!((1.0 / (w * (1.0 + w * w)) / (PI * hysteresis / 4.0) - 1.0).abs() < 0.03);
+    }
+
+    #[test]
+    fn with_leakage_the_missiles_loop_toggles_ten_times_a_second_for_its_dead_time_alone() {
+        let set = load("table_4_1").unwrap();
+        let surrogate = Surrogate::Ps2;
+        let gains = Gains::of(surrogate);
+        let control = FlightControl::new(&surrogate.plant(), &gains, &set, Ram::Rigid).unwrap();
+        let quantum = set.quantum;
+        let cycle = |delay: f64| {
+            let mut rest = control.open_loop.clone();
+            rest.delay += delay;
+            balance(
+                &Search {
+                    amplitudes: (0.126 * quantum, 4.0 * quantum),
+                    frequencies: (6.0, 90.0),
+                },
+                |a, _| relay(a, 0.5 * quantum, 0.125 * quantum),
+                |w| rest.at(w),
+            )
+        };
+        for (lag, toggles) in [(0.0, 10.4), (0.022, 6.46)] {
+            let found = cycle(lag);
+            assert!(found.residual < 0.01, "{found:?}");
+            assert!(
+                (found.frequency / PI / toggles - 1.0).abs() < 0.01,
+                "{found:?}"
+            );
+        }
+        // With the lag of the ram against friction, 0.0101 degrees of yaw from peak to peak.
+        let s = Complex::new(0.0, cycle(0.022).frequency);
+        let plant = crate::linearised::yaw_plant(&surrogate.plant()).unwrap();
+        let yaw = 2.0 * (2.0 / PI * quantum) * plant.value_at(s).norm();
+        assert!(
+            (yaw / DEGREE / 0.0101 - 1.0).abs() < 0.05,
+            "{}",
+            yaw / DEGREE
+        );
+    }
+}
