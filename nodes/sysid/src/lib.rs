@@ -15,6 +15,7 @@
 //! - [`uncertainty`]: standard errors carried to poles, zeros, gains, frequency responses.
 //! - [`validation`]: residual tests, order search, what a record cannot tell.
 //! - [`synthetic`]: five runs in place of the thesis' lost records.
+//! - [`montecarlo`]: what every estimator makes of those runs, over many noises.
 //! - [`model`]: poles, steady gain, response.
 //! - [`fit`]: how well a model explains a record.
 //! - [`learner`]: rows in, an estimate and its validity out.
@@ -33,6 +34,7 @@ pub mod estimators;
 pub mod fit;
 pub mod learner;
 pub mod model;
+pub mod montecarlo;
 pub mod node;
 pub mod parameters;
 pub mod record;

@@ -110,6 +110,62 @@ impl RecursiveLeastSquares {
         Ok(())
     }
 
+    /// Forgets how well theta is known, and keeps theta: P = p0 I.
+    pub fn reset_covariance(&mut self) {
+        let theta = self.parameters();
+        self.reset();
+        self.set_parameters(&theta);
+    }
+
+    /// Moves the estimate to `theta`; how well it is known stays.
+    pub fn set_parameters(&mut self, theta: &DVector<f64>) {
+        self.z = &self.r * theta;
+    }
+
+    /// `phi' P phi`: the prediction's variance for a residual of unit variance.
+    #[must_use]
+    pub fn leverage(&self, row: &[f64]) -> f64 {
+        self.r
+            .tr_solve_upper_triangular(&DVector::from_row_slice(row))
+            .map_or(f64::INFINITY, |w| w.norm_squared())
+    }
+
+    /// Forgets only what the rows so far say about `row . theta`: with `w = R phi`,
+    /// ```text
+    /// R'R <- R' (1 - (1 - lambda) w w' / w'w) R
+    /// ```
+    /// (Cao and Schwartz, *Automatica* 36, 2000). Directions no row comes from are kept as they are, so
+    /// P stays bounded without a limit.
+    pub fn forget_along(&mut self, row: &[f64], lambda: f64) {
+        let w = &self.r * DVector::from_row_slice(row);
+        let size = w.norm_squared();
+        if size == 0.0 {
+            return;
+        }
+        let theta = self.parameters();
+        let shrink = &w * w.transpose() * ((1.0 - lambda.sqrt()) / size);
+        self.r = (&self.r - shrink * &self.r).qr().r();
+        for i in 0..theta.len() {
+            // A triangle with a non-negative diagonal.
+            if self.r[(i, i)] < 0.0 {
+                self.r.row_mut(i).neg_mut();
+            }
+        }
+        self.set_parameters(&theta);
+        self.cost *= lambda;
+        self.weight *= lambda;
+    }
+
+    /// Brings P below `limit` where its trace is above: a prior of `limit` about the present estimate
+    /// is added, which changes neither theta nor V.
+    pub fn limit_covariance(&mut self, limit: f64) {
+        if self.unit_covariance().trace() <= limit {
+            return;
+        }
+        let theta = self.parameters();
+        self.add_prior(1.0 / limit, &theta);
+    }
+
     /// Folds in one row, `output = row . theta + noise`. `row` has one number per parameter.
     pub fn update(&mut self, row: &[f64], output: f64) {
         debug_assert_eq!(row.len(), self.z.len());
@@ -133,13 +189,18 @@ impl RecursiveLeastSquares {
         self.weight *= self.forgetting;
         if self.prior < FADED * self.initial {
             let theta = self.parameters();
-            let restored = (self.initial - self.prior).sqrt();
-            for i in 0..theta.len() {
-                self.work.fill(0.0);
-                self.work[i] = restored;
-                self.fold_in(restored * theta[i]);
-            }
+            self.add_prior(self.initial - self.prior, &theta);
             self.prior = self.initial;
+        }
+    }
+
+    /// Adds `information |theta - about|^2` to J.
+    fn add_prior(&mut self, information: f64, about: &DVector<f64>) {
+        let root = information.sqrt();
+        for i in 0..about.len() {
+            self.work.fill(0.0);
+            self.work[i] = root;
+            self.fold_in(root * about[i]);
         }
     }
 

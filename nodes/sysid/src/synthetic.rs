@@ -7,6 +7,8 @@
 //! numbers. Noise is twelve uniforms minus six from `x <- 1664525 x + 1013904223 mod 2^32`, scaled.
 //! Durations and the level of the noise are assumed: the thesis gives none.
 
+use crate::estimators::vehicle::{Heave, UNKNOWNS, Vehicle};
+
 /// The runs' sampling interval, s.
 pub const SAMPLE_TIME: f64 = 0.05;
 /// The noise on the gyro, V (assumed; the thesis gives none).
@@ -124,6 +126,31 @@ impl Run {
             a: a.to_vec(),
             b: b.to_vec(),
         }
+    }
+
+    /// The same plant as the vehicle's equations, in volts: what is known of heave, and `kappa`, `beta`,
+    /// `mu`. From the nondimensional coefficients of Table 1 (Brunner 1988, p. 41), 28 in long, by
+    /// gyro and plane calibrations of 1.25 V/V; the polarity is the records'.
+    #[must_use]
+    pub fn vehicle(self) -> (Vehicle, [f64; UNKNOWNS]) {
+        const GAIN: f64 = 1.25;
+        const LENGTH: f64 = 28.0 / 12.0;
+        // I'y - M'q_dot, M'w, M'q, M'delta and M'theta U^2; m' - Z'w_dot, Z'w, Z'q + m', Z'delta.
+        let (i_y, m_w, m_q, m_delta, m_theta) = (0.072, 0.088, -0.20, -0.184, -0.106);
+        let (m_z, z_w, z_q, z_delta) = (1.046, -1.295, 0.196, 0.095);
+        let rate = self.speed() / LENGTH;
+        let heave = Heave {
+            to_pitch: m_w / i_y * rate,
+            damping: -z_w / m_z * rate,
+            from_rate: z_q / m_z * rate,
+            from_input: -z_delta / m_z * rate * rate * GAIN,
+        };
+        let unknowns = [
+            -m_delta / i_y * rate * rate * GAIN,
+            -m_q / i_y * rate,
+            -m_theta / i_y / (LENGTH * LENGTH),
+        ];
+        (Vehicle { heave: Some(heave) }, unknowns)
     }
 
     /// The plane command, V; 0.2 V is 20 degrees.

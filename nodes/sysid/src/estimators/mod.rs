@@ -7,14 +7,20 @@
 //! | [`output_error`] | the simulated error `y - (B/A) u` | anything the input does not cause |
 //! | [`instruments`] | `A y = B u` with simulated outputs as instruments | anything the input does not cause |
 //!
+//! Beside them: [`recursive`], the first three a sample at a time; [`vehicle`] and [`kalman`], which
+//! seek the vehicle's own coefficients, as a whole and a sample at a time.
+//!
 //! Source: Ljung, *System Identification*, 2nd ed., 1999, ch. 7, 10, 11;
 //! what the thesis used is the first (Brunner, NPS thesis, 1988, ch. V).
 
 pub mod armax;
 pub mod instruments;
+pub mod kalman;
 pub mod least_squares;
 pub mod levenberg_marquardt;
 pub mod output_error;
+pub mod recursive;
+pub mod vehicle;
 
 use std::fmt;
 use std::str::FromStr;

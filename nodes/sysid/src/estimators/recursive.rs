@@ -1,0 +1,401 @@
+//! The estimators that learn while samples arrive.
+//!
+//! All are one recursion (Ljung and Soederstrom, *Theory and Practice of Recursive Identification*,
+//! 1983, ch. 3): a prediction `phi . theta`, its error, and the prediction's slope `psi`
+//! ```text
+//! theta += P psi e,   P^-1 = lambda P^-1 + psi psi'
+//! ```
+//! kept in square-root form ([`crate::rls`]): the row folded in is `psi`, its output `psi . theta + e`.
+//!
+//! | kind | phi | psi |
+//! |---|---|---|
+//! | least squares | `-y, u, 1` | phi |
+//! | extended least squares | `-y, u, 1, e` | phi |
+//! | prediction error (RML2) | `-y, u, 1, e` | phi / C |
+//! | output error | `-x, u, 1` | phi / A, but for the offset |
+//!
+//! `e` are residuals with the parameters just found, `x` the model's own output. A step that would make
+//! the filter (C, or A) unstable is halved until it does not.
+
+use std::collections::VecDeque;
+
+use nalgebra::{DMatrix, DVector};
+use planesman_linear::polynomial;
+
+use super::{Estimate, Method};
+use crate::rls::RecursiveLeastSquares;
+use crate::structure::{Layout, Run, Structure};
+
+/// What estimates while samples arrive.
+pub trait Recursive {
+    /// Begins the history anew with `output`, which no known input has led to: at the start of
+    /// a record and after a gap. What has been learnt stays.
+    fn begin(&mut self, output: f64);
+
+    /// Takes the next output, and the input over the interval that ended with it.
+    fn push(&mut self, input: f64, output: f64);
+
+    /// What has been learnt.
+    fn parameters(&self) -> DVector<f64>;
+
+    /// Its covariance, by the estimator's own reckoning; `None` before there are more samples than
+    /// unknowns.
+    fn covariance(&self) -> Option<DMatrix<f64>>;
+
+    /// Forgets everything.
+    fn reset(&mut self);
+}
+
+/// Takes a record from its first sample to its last.
+pub fn learn(estimator: &mut impl Recursive, run: Run<'_>) {
+    for (k, output) in run.outputs.iter().enumerate() {
+        match k.checked_sub(1).and_then(|before| run.inputs.get(before)) {
+            None => estimator.begin(*output),
+            Some(input) => estimator.push(*input, *output),
+        }
+    }
+}
+
+/// Which recursion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Recursive least squares.
+    LeastSquares,
+    /// Extended least squares: a noise model by pseudo-linear regression.
+    ExtendedLeastSquares,
+    /// Recursive prediction error method on the ARMAX model.
+    PredictionError,
+    /// Recursive output error.
+    OutputError,
+}
+
+/// How the past is forgotten.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Forgetting {
+    /// What a row counts for after each later one, everywhere.
+    Constant(f64),
+    /// The same, only in the direction of the new row: what it says nothing about is kept (Cao and
+    /// Schwartz, *Automatica* 36, 2000).
+    Directional(f64),
+    /// As much as surprise calls for: `lambda = 1 - e^2 / ((1 + phi'P phi) information)`, not below
+    /// `least` (Fortescue, Kershenbaum and Ydstie, *Automatica* 17, 1981).
+    Variable {
+        /// The smallest lambda.
+        least: f64,
+        /// The noise's variance times the rows to remember, output unit squared.
+        information: f64,
+    },
+}
+
+/// How a recursion learns.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// How the past is forgotten.
+    pub forgetting: Forgetting,
+    /// p0, parameter unit squared per output unit squared.
+    pub initial_covariance: f64,
+    /// What the trace of P is kept below; `None` for no limit.
+    pub covariance_limit: Option<f64>,
+    /// Errors up to this size teach nothing, output unit.
+    pub dead_zone: f64,
+}
+
+impl Default for Options {
+    /// Nothing forgotten, no prior to speak of.
+    fn default() -> Self {
+        Self {
+            forgetting: Forgetting::Constant(1.0),
+            initial_covariance: 1e8,
+            covariance_limit: None,
+            dead_zone: 0.0,
+        }
+    }
+}
+
+/// Where forgetting begins in the kinds whose first slopes are wrong, and how fast it ends.
+const FIRST_FORGETTING: f64 = 0.05;
+const FORGETTING_FADES: f64 = 0.98;
+/// Halvings of a step that would be unstable before it is not taken at all.
+const HALVINGS: usize = 8;
+
+/// One of the recursions.
+#[derive(Clone, Debug)]
+pub struct Recursion {
+    kind: Kind,
+    options: Options,
+    layout: Layout,
+    sample_time: f64,
+    rls: RecursiveLeastSquares,
+    /// Newest first: outputs (or the model's), what is known times inputs, residuals, slopes.
+    outputs: VecDeque<f64>,
+    inputs: VecDeque<f64>,
+    raw_inputs: VecDeque<f64>,
+    residuals: VecDeque<f64>,
+    slopes: VecDeque<DVector<f64>>,
+    /// Samples since the history began.
+    since: usize,
+}
+
+impl Recursion {
+    /// Before the first sample.
+    ///
+    /// # Errors
+    /// A sentence, when an option has no meaning, or the structure no parameters.
+    pub fn new(
+        kind: Kind,
+        structure: Structure,
+        sample_time: f64,
+        options: Options,
+    ) -> Result<Self, String> {
+        let lambda = match options.forgetting {
+            Forgetting::Constant(lambda) | Forgetting::Directional(lambda) => lambda,
+            Forgetting::Variable { least, information } if information > 0.0 => least,
+            Forgetting::Variable { .. } => {
+                return Err("variable forgetting needs an information above 0".to_owned());
+            }
+        };
+        if options
+            .covariance_limit
+            .is_some_and(|limit| !(limit > 0.0 && limit.is_finite()))
+        {
+            return Err("the covariance's limit must be above 0".to_owned());
+        }
+        let layout = Layout { structure, runs: 1 };
+        let count = layout.without_motion()
+            + match kind {
+                Kind::ExtendedLeastSquares | Kind::PredictionError => layout.structure.poles,
+                Kind::LeastSquares | Kind::OutputError => 0,
+            };
+        let mut rls = RecursiveLeastSquares::new(count, lambda, options.initial_covariance)?;
+        if !matches!(options.forgetting, Forgetting::Constant(_)) {
+            rls.set_forgetting(1.0)?;
+        }
+        Ok(Self {
+            kind,
+            options,
+            layout,
+            sample_time,
+            rls,
+            outputs: VecDeque::new(),
+            inputs: VecDeque::new(),
+            raw_inputs: VecDeque::new(),
+            residuals: VecDeque::new(),
+            slopes: VecDeque::new(),
+            since: 0,
+        })
+    }
+
+    /// The estimate so far; `None` before there are more samples than unknowns.
+    #[must_use]
+    pub fn estimate(&self) -> Option<Estimate> {
+        let plain = self.layout.without_motion();
+        let theta = self.rls.parameters();
+        let noise_variance = self.rls.noise_variance()?;
+        let covariance = self.rls.unit_covariance() * noise_variance;
+        Some(Estimate {
+            method: match self.kind {
+                Kind::LeastSquares => Method::LeastSquares,
+                Kind::ExtendedLeastSquares | Kind::PredictionError => Method::Armax,
+                Kind::OutputError => Method::OutputError,
+            },
+            layout: self.layout.clone(),
+            sample_time: self.sample_time,
+            covariance: covariance.view((0, 0), (plain, plain)).into_owned(),
+            noise_variance,
+            noise_model: theta
+                .rows(plain, theta.len() - plain)
+                .iter()
+                .copied()
+                .collect(),
+            residuals: Vec::new(),
+            theta: theta.rows(0, plain).into_owned(),
+        })
+    }
+
+    /// Restores the first covariance about the present estimate: what follows is believed again.
+    pub fn reset_covariance(&mut self) {
+        self.rls.reset_covariance();
+    }
+
+    /// `phi`.
+    fn regressor(&self) -> DVector<f64> {
+        let n = self.layout.structure.poles;
+        let plain = self.layout.without_motion();
+        let delay = self.layout.structure.delay;
+        let at = |values: &VecDeque<f64>, i: usize| values.get(i).copied().unwrap_or(0.0);
+        let mut phi = DVector::zeros(self.rls.parameters().len());
+        for i in 0..n {
+            phi[i] = -at(&self.outputs, i);
+        }
+        for (j, column) in self.layout.b(0).enumerate() {
+            phi[column] = at(&self.inputs, delay - 1 + j);
+        }
+        if let Some(column) = self.layout.offset(0) {
+            phi[column] = 1.0;
+        }
+        for i in plain..phi.len() {
+            phi[i] = at(&self.residuals, i - plain);
+        }
+        phi
+    }
+
+    /// `1, ...` of the polynomial that the slopes are filtered by.
+    fn filter(&self, theta: &DVector<f64>) -> Vec<f64> {
+        let n = self.layout.structure.poles;
+        let plain = self.layout.without_motion();
+        let mut filter = vec![1.0];
+        match self.kind {
+            Kind::LeastSquares | Kind::ExtendedLeastSquares => {}
+            Kind::PredictionError => filter.extend(theta.rows(plain, n).iter()),
+            Kind::OutputError => filter.extend(theta.rows(0, n).iter()),
+        }
+        filter
+    }
+
+    /// `psi`: phi through the filter.
+    fn slope(&self, phi: &DVector<f64>, theta: &DVector<f64>) -> DVector<f64> {
+        let mut psi = phi.clone();
+        for (coefficient, before) in self.filter(theta).iter().skip(1).zip(&self.slopes) {
+            psi -= before * *coefficient;
+        }
+        if let (Kind::OutputError, Some(column)) = (self.kind, self.layout.offset(0)) {
+            psi[column] = 1.0;
+        }
+        psi
+    }
+
+    fn forget(&mut self, phi: &DVector<f64>, error: f64) {
+        let lambda = match self.options.forgetting {
+            Forgetting::Directional(lambda) => {
+                self.rls.forget_along(phi.as_slice(), lambda);
+                return;
+            }
+            Forgetting::Variable { least, information } => {
+                let surprise = error * error / (1.0 + self.rls.leverage(phi.as_slice()));
+                (1.0 - surprise / information).max(least)
+            }
+            Forgetting::Constant(lambda) => match self.kind {
+                Kind::LeastSquares | Kind::ExtendedLeastSquares => lambda,
+                Kind::PredictionError | Kind::OutputError => {
+                    let fading = FORGETTING_FADES.powf(self.rls.rows() as f64);
+                    lambda * (1.0 - FIRST_FORGETTING * fading)
+                }
+            },
+        };
+        // Every lambda here lies in (0, 1].
+        let _ = self.rls.set_forgetting(lambda);
+    }
+
+    /// Halves the step from `before` until the filter is stable.
+    fn keep_stable(&mut self, before: &DVector<f64>) {
+        let mut theta = self.rls.parameters();
+        let sound = |theta: &DVector<f64>| {
+            theta.iter().all(|v| v.is_finite()) && is_stable(&self.filter(theta))
+        };
+        if sound(&theta) {
+            return;
+        }
+        for _ in 0..HALVINGS {
+            theta = (&theta + before) * 0.5;
+            if sound(&theta) {
+                self.rls.set_parameters(&theta);
+                return;
+            }
+        }
+        self.rls.set_parameters(before);
+    }
+}
+
+fn is_stable(polynomial: &[f64]) -> bool {
+    polynomial::roots(polynomial).is_ok_and(|roots| roots.iter().all(|z| z.norm() <= 1.0))
+}
+
+/// Puts a value in front and keeps no more than `most`.
+fn remember<T>(values: &mut VecDeque<T>, value: T, most: usize) {
+    values.push_front(value);
+    values.truncate(most);
+}
+
+impl Recursive for Recursion {
+    fn begin(&mut self, output: f64) {
+        self.outputs.clear();
+        self.inputs.clear();
+        self.raw_inputs.clear();
+        self.residuals.clear();
+        self.slopes.clear();
+        self.since = 0;
+        let first = match self.kind {
+            Kind::OutputError => 0.0,
+            _ => output,
+        };
+        self.outputs.push_front(first);
+    }
+
+    fn push(&mut self, input: f64, output: f64) {
+        let history = self.layout.structure.history();
+        let Structure {
+            known_numerator,
+            known_denominator,
+            ..
+        } = &self.layout.structure;
+        // The input through what is known beforehand.
+        let mut driving = known_numerator[0] * input;
+        driving += known_numerator
+            .iter()
+            .skip(1)
+            .zip(&self.raw_inputs)
+            .map(|(c, u)| c * u)
+            .sum::<f64>();
+        driving -= known_denominator
+            .iter()
+            .skip(1)
+            .zip(&self.inputs)
+            .map(|(c, u)| c * u)
+            .sum::<f64>();
+        let depth = history + known_denominator.len();
+        remember(&mut self.raw_inputs, input, depth);
+        remember(&mut self.inputs, driving, depth);
+        self.since += 1;
+        let n = self.layout.structure.poles;
+        // The simulated output begins at rest; measured ones need a whole history.
+        if self.kind != Kind::OutputError && self.since < history {
+            remember(&mut self.outputs, output, n.max(1));
+            return;
+        }
+        let before = self.rls.parameters();
+        let phi = self.regressor();
+        let psi = self.slope(&phi, &before);
+        let error = output - phi.dot(&before);
+        if error.abs() > self.options.dead_zone {
+            self.forget(&psi, error);
+            self.rls.update(psi.as_slice(), psi.dot(&before) + error);
+            self.keep_stable(&before);
+            if let Some(limit) = self.options.covariance_limit {
+                self.rls.limit_covariance(limit);
+            }
+        }
+        let theta = self.rls.parameters();
+        let explained = phi.dot(&theta);
+        let offset = self.layout.offset(0).map_or(0.0, |at| theta[at]);
+        let own = match self.kind {
+            Kind::OutputError => explained - offset,
+            _ => output,
+        };
+        remember(&mut self.outputs, own, n.max(1));
+        remember(&mut self.residuals, output - explained, n.max(1));
+        remember(&mut self.slopes, psi, n.max(1));
+    }
+
+    fn parameters(&self) -> DVector<f64> {
+        self.rls.parameters()
+    }
+
+    fn covariance(&self) -> Option<DMatrix<f64>> {
+        Some(self.rls.unit_covariance() * self.rls.noise_variance()?)
+    }
+
+    fn reset(&mut self) {
+        self.rls.reset();
+        self.begin(0.0);
+    }
+}
