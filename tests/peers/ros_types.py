@@ -1,4 +1,4 @@
-"""Cyclone DDS types of ROS messages and services, made at run time from their .msg and .srv files.
+"""Cyclone DDS types of ROS messages, services and actions, made at run time from their definitions.
 
 The files under `msgs/` are the only definition of a message; nothing here repeats one. A class made
 here has the ROS field names, the DDS type name (`std_msgs::msg::dds_::Float64_`) and plain CDR, so
@@ -94,10 +94,34 @@ def _number(text: str, base: str) -> object:
     return float(text) if base.startswith("float") else int(text, 0)
 
 
+def action_part(package: str, name: str) -> tuple[list[Field], dict[str, object]]:
+    """What ROS derives from an action's file: `Manoeuvre_Goal`, `Manoeuvre_SendGoal_Request`, ..."""
+    name, part = name.split("_", 1)
+    goal, result, feedback = re.split(
+        r"^---\s*$", find(f"{package}/action/{name}").read_text(), flags=re.MULTILINE
+    )
+    written = {"Goal": goal, "Result": result, "Feedback": feedback}
+    if part in written:
+        return parse(written[part], package)
+    one = functools.partial(Field, shape="one", length=None, default=None)
+    goal_id = one("goal_id", "unique_identifier_msgs/msg/UUID")
+    stem = f"{package}/action/{name}"
+    derived = {
+        "SendGoal_Request": [goal_id, one("goal", f"{stem}_Goal")],
+        "SendGoal_Response": [one("accepted", "bool"), one("stamp", "builtin_interfaces/msg/Time")],
+        "GetResult_Request": [goal_id],
+        "GetResult_Response": [one("status", "int8"), one("result", f"{stem}_Result")],
+        "FeedbackMessage": [goal_id, one("feedback", f"{stem}_Feedback")],
+    }
+    return derived[part], {}
+
+
 @functools.cache
 def definition(type_name: str) -> tuple[list[Field], dict[str, object]]:
-    """The fields and constants of `package/msg/Type`, `package/srv/Type_Request` or `.._Response`."""
+    """The fields and constants of `package/msg/Type`, `package/srv/Type_Request` or an action's part."""
     package, kind, name = type_name.split("/")
+    if kind == "action":
+        return action_part(package, name)
     if kind == "msg":
         return parse(find(type_name).read_text(), package)
     name, part = name.rsplit("_", 1)

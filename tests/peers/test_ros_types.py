@@ -26,6 +26,14 @@ class Definitions(unittest.TestCase):
                 with self.subTest(name, part=part):
                     self.assertIn("rmw_sequence", ros_types.service_part(name, part).__annotations__)
 
+    def test_every_action_has_its_derived_parts(self):
+        for name in every_definition("action"):
+            for part in ("SendGoal", "GetResult"):
+                with self.subTest(name, part=part):
+                    self.assertIn("goal_id", ros_types.service_part(f"{name}_{part}", "Request").__annotations__)
+            feedback = ros_types.to_json(f"{name}_FeedbackMessage", ros_types.from_json(f"{name}_FeedbackMessage", {}))
+            self.assertEqual(list(feedback), ["goal_id", "feedback"])
+
     def test_types_have_the_names_that_ros_gives_them_in_dds(self):
         self.assertEqual(ros_types.dds_type_name("std_msgs/msg/Float64"), "std_msgs::msg::dds_::Float64_")
         self.assertEqual(ros_types.ros_type_name("std_msgs::msg::dds_::Float64_"), "std_msgs/msg/Float64")

@@ -17,9 +17,10 @@ use std::time::{Duration, Instant};
 
 use planesman_msgs::Service;
 use planesman_msgs::diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus};
+use planesman_msgs::planesman_msgs::action::ManoeuvreFeedback;
 use planesman_msgs::planesman_msgs::msg::{ControlState, DhaState, VehicleState};
 use planesman_node::testing::OwnDomain;
-use planesman_node::{Client, Next, NodeSpec, Qos, RosArguments, Runtime};
+use planesman_node::{Client, GoalId, Next, NodeSpec, Qos, RosArguments, Runtime};
 pub(crate) use rustix::process::Signal;
 use rustix::process::{Pid, kill_process, kill_process_group};
 use tempfile::TempDir;
@@ -283,6 +284,7 @@ pub(crate) enum Heard {
     Control(ControlState),
     Actuator(DhaState),
     Diagnostics(DiagnosticArray),
+    Progress(GoalId, ManoeuvreFeedback),
     Parameters,
 }
 

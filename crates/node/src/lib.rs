@@ -52,6 +52,7 @@
 //! | [`qos`] | quality of service as ROS conventions have it |
 //! | [`publisher`], `subscription`, [`raw`] | topics out, in, and undecoded |
 //! | [`service`] | services served and called |
+//! | [`action_server`], [`action_client`], `goals` | actions served and asked; the server's book |
 //! | `endpoint` | one end of a topic: peers and counts |
 //! | `clock` | wall time or `/clock` |
 //! | [`logging`] | stderr and `/rosout` |
@@ -61,11 +62,14 @@
 //! | `shared` | what these parts share |
 //! | [`testing`] | a DDS domain of one's own |
 
+pub mod action_client;
+pub mod action_server;
 pub mod args;
 mod clock;
 pub mod diagnostics;
 pub mod domain;
 mod endpoint;
+mod goals;
 pub mod logging;
 pub mod memory;
 pub mod names;
@@ -83,6 +87,8 @@ pub mod testing;
 
 use std::process::ExitCode;
 
+pub use action_client::ActionClient;
+pub use action_server::{Goal, GoalId, GoalStatus};
 pub use args::RosArguments;
 pub use diagnostics::{Connection, Connections, Level};
 pub use domain::Domain;

@@ -17,7 +17,7 @@ use futures::{
     future::{Either, select},
 };
 use planesman_msgs::{
-    Message, Service,
+    Action, Message, Service,
     builtin_interfaces::msg::Time,
     diagnostic_msgs::msg::DiagnosticArray,
     rcl_interfaces::{
@@ -43,6 +43,8 @@ use smol::{
 };
 
 use crate::{
+    action_client::ActionClient,
+    action_server::{ActionServer, Goal, GoalId},
     args::RosArguments,
     clock,
     diagnostics::{self, Connections, Level},
@@ -389,6 +391,52 @@ impl<E: 'static> Runtime<E> {
             inner: Rc::downgrade(&self.shared.keep(Mutex::new(inner))),
             settled: Rc::default(),
         })
+    }
+
+    /// Serves the action `name`: each goal becomes an event, and so does each one that is to be
+    /// cancelled. Which goals there may be, and how they end, is for the node to say through the
+    /// [`Goal`].
+    ///
+    /// # Errors
+    /// When the name breaks ROS's rules, or the middleware refuses.
+    pub fn serve_action<A: Action>(
+        &self,
+        name: &str,
+        on_goal: impl Fn(Goal<A>) -> E + 'static,
+        on_cancel: impl Fn(GoalId) -> E + 'static,
+    ) -> anyhow::Result<()> {
+        let (goals, cancels) = (self.sender.clone(), self.sender.clone());
+        ActionServer::serve(
+            &self.shared,
+            name,
+            self.mapping,
+            async move |goal| {
+                let _ = goals.send(on_goal(goal)).await; // Fails only at shutdown.
+            },
+            async move |id| {
+                let _ = cancels.send(on_cancel(id)).await;
+            },
+        )
+    }
+
+    /// Opens the action `name` of another node. All its feedback becomes events.
+    ///
+    /// # Errors
+    /// When the name breaks ROS's rules, or the middleware refuses.
+    pub fn action_client<A: Action>(
+        &self,
+        name: &str,
+        on_feedback: impl Fn(GoalId, A::Feedback) -> E + 'static,
+    ) -> anyhow::Result<ActionClient<A>> {
+        let sender = self.sender.clone();
+        ActionClient::open(
+            &self.shared,
+            name,
+            self.mapping,
+            async move |id, feedback| {
+                let _ = sender.send(on_feedback(id, feedback)).await;
+            },
+        )
     }
 
     /// Makes an event every `period` of wall time, the first after one period. A period

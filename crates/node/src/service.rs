@@ -57,40 +57,13 @@ impl<S: Service> Responder<S> {
     /// A client may ask before we have discovered where it listens; then the answer
     /// waits for that, up to a second, while the node goes on.
     pub fn answer(self, response: S::Response) {
-        /// Time between two looks for the client, and how many there are.
-        const LOOK: Duration = Duration::from_millis(10);
-        const LOOKS: usize = 100;
-
         if let Some(field) = response.first_non_finite() {
             let text = format!("no answer sent: {field} is not finite");
             self.shared.warn(&self.name, &text);
-        } else if self.client_listens() {
-            self.send(response);
-        } else {
-            let shared = Rc::clone(&self.shared);
-            shared.spawn(async move {
-                for _ in 0..LOOKS {
-                    Timer::after(LOOK).await;
-                    if self.client_listens() {
-                        break;
-                    }
-                }
-                self.send(response);
-            });
+            return;
         }
-    }
-
-    /// Whether a reader for the answer is known in the participant that asked.
-    fn client_listens(&self) -> bool {
-        let replies = replies_topic(&self.name);
-        let client = GUID::from(self.request.writer_gid).prefix;
-        self.shared.participant().is_some_and(|participant| {
-            participant
-                .discovered_readers()
-                .iter()
-                .map(|reader| &reader.subscription_topic_data)
-                .any(|reader| *reader.topic_name() == replies && reader.key().prefix == client)
-        })
+        let (shared, name) = (Rc::clone(&self.shared), Rc::clone(&self.name));
+        answer_when_heard(&shared, &name, self.request, move || self.send(response));
     }
 
     fn send(self, response: S::Response) {
@@ -101,6 +74,91 @@ impl<S: Service> Responder<S> {
             let text = format!("no answer sent: {error}");
             self.shared.warn(&self.name, &text);
         }
+    }
+}
+
+/// Sends an answer of the service `name` as soon as who asked is known to listen, or after a second.
+pub(crate) fn answer_when_heard(
+    shared: &Rc<Shared>,
+    name: &str,
+    request: RmwRequestId,
+    send: impl FnOnce() + 'static,
+) {
+    /// Time between two looks for the client, and how many there are.
+    const LOOK: Duration = Duration::from_millis(10);
+    const LOOKS: usize = 100;
+
+    let replies = replies_topic(name);
+    if client_listens(shared, &replies, request) {
+        return send();
+    }
+    let ours = Rc::clone(shared);
+    shared.spawn(async move {
+        for _ in 0..LOOKS {
+            Timer::after(LOOK).await;
+            if client_listens(&ours, &replies, request) {
+                break;
+            }
+        }
+        send();
+    });
+}
+
+/// Whether a reader of the topic `replies` is known in the participant that asked.
+fn client_listens(shared: &Shared, replies: &str, request: RmwRequestId) -> bool {
+    let client = GUID::from(request.writer_gid).prefix;
+    shared.participant().is_some_and(|participant| {
+        participant
+            .discovered_readers()
+            .iter()
+            .map(|reader| &reader.subscription_topic_data)
+            .any(|reader| *reader.topic_name() == replies && reader.key().prefix == client)
+    })
+}
+
+/// Whether a server of the service `name` has been discovered.
+pub(crate) fn is_served(shared: &Shared, name: &str) -> bool {
+    let (requests, replies) = (requests_topic(name), replies_topic(name));
+    let Some(participant) = shared.participant() else {
+        return false;
+    };
+    let listens = participant
+        .discovered_readers()
+        .iter()
+        .any(|reader| *reader.subscription_topic_data.topic_name() == requests);
+    let speaks = participant
+        .discovered_writers()
+        .iter()
+        .any(|writer| writer.publication_topic_data.topic_name == replies);
+    listens && speaks
+}
+
+/// Waits until a server of the service `name` is known to us, and we to it.
+pub(crate) async fn settle(shared: &Shared, name: &str) {
+    /// Time between two looks for the server, and for our writer to take note of it
+    /// once it is discovered: what is written before that is lost.
+    const SETTLING: Duration = Duration::from_millis(50);
+
+    let mut settled = false;
+    while !settled {
+        settled = is_served(shared, name);
+        Timer::after(SETTLING).await;
+    }
+}
+
+/// What `call` to the service `name` comes to.
+///
+/// # Errors
+/// When that takes longer than `timeout`, or the call fails.
+pub(crate) async fn within<T>(
+    name: &str,
+    timeout: Duration,
+    call: impl Future<Output = anyhow::Result<T>>,
+) -> anyhow::Result<T> {
+    futures::pin_mut!(call);
+    match select(call, Timer::after(timeout)).await {
+        Either::Left((answer, _)) => answer.with_context(|| name.to_owned()),
+        Either::Right(_) => bail!("{name}: no answer within {timeout:?}"),
     }
 }
 
@@ -139,19 +197,7 @@ impl<S: Service> Client<S> {
     /// Whether a server for it has been discovered.
     #[must_use]
     pub fn is_served(&self) -> bool {
-        let (requests, replies) = (requests_topic(&self.name), replies_topic(&self.name));
-        let Some(participant) = self.shared.participant() else {
-            return false;
-        };
-        let listens = participant
-            .discovered_readers()
-            .iter()
-            .any(|reader| *reader.subscription_topic_data.topic_name() == requests);
-        let speaks = participant
-            .discovered_writers()
-            .iter()
-            .any(|writer| writer.publication_topic_data.topic_name == replies);
-        listens && speaks
+        is_served(&self.shared, &self.name)
     }
 
     /// Waits for the service, sends the request and waits for the answer.
@@ -164,37 +210,24 @@ impl<S: Service> Client<S> {
         request: S::Request,
         timeout: Duration,
     ) -> anyhow::Result<S::Response> {
-        /// Time between two looks for the server, and for our writer to take note of it
-        /// once it is discovered: what is written before that is lost.
-        const SETTLING: Duration = Duration::from_millis(50);
-
         if let Some(field) = request.first_non_finite() {
             bail!("{}: not called: {field} is not finite", self.name);
         }
-        let name = self.name.clone();
         let call = async {
-            let mut settled = self.settled.get();
-            while !settled {
-                settled = self.is_served();
-                Timer::after(SETTLING).await;
+            if !self.settled.get() {
+                settle(&self.shared, &self.name).await;
+                self.settled.set(true);
             }
-            self.settled.set(true);
             let inner: Rc<_> = self
                 .inner
                 .upgrade()
                 .ok_or_else(|| anyhow!("the node has shut down"))?;
             let client = inner.lock().await;
-            client
-                .async_call_service(Wire(request))
-                .await
+            let answer = client.async_call_service(Wire(request)).await;
+            answer
+                .map(|Wire(response)| response)
                 .map_err(|e| anyhow!("{e}"))
         };
-        futures::pin_mut!(call);
-        match select(call, Timer::after(timeout)).await {
-            Either::Left((answer, _)) => {
-                answer.map(|Wire(response)| response).with_context(|| name)
-            }
-            Either::Right(_) => bail!("{name}: no answer within {timeout:?}"),
-        }
+        within(&self.name, timeout, call).await
     }
 }

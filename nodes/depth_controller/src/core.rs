@@ -26,6 +26,7 @@
 
 use planesman_msgs::Message;
 use planesman_msgs::builtin_interfaces::msg::Time;
+use planesman_msgs::planesman_msgs::action::ManoeuvreGoal;
 use planesman_msgs::planesman_msgs::msg::{
     ControlState, ModelEstimate, MotionEstimate, PlaneCommand, VehicleState,
 };
@@ -38,6 +39,7 @@ use crate::autopilot::{Asked, Autopilot, Gains};
 use crate::estimator::{Estimated, Estimator, Source};
 use crate::feedback::Feedback;
 use crate::gains::Follower;
+use crate::goal::{Progress, Underway};
 use crate::limits::bounded;
 use crate::parameters::{Config, Mode};
 use crate::setpoint::{Bounds, Setpoint};
@@ -120,6 +122,9 @@ pub struct Controller {
     follower: Follower,
     /// What the last state was answered on, where that was not the truth.
     estimate: Option<MotionEstimate>,
+    manoeuvre: Option<Underway>,
+    /// How the last manoeuvre ended, until it is asked for: completed, or why not.
+    manoeuvre_end: Option<Result<(), String>>,
     run: Option<Run>,
     /// What is to be told the operator.
     news: Vec<String>,
@@ -161,6 +166,8 @@ impl Controller {
             estimator: Estimator::default(),
             follower: Follower::default(),
             estimate: None,
+            manoeuvre: None,
+            manoeuvre_end: None,
             run: None,
             news: Vec::new(),
         })
@@ -179,6 +186,7 @@ impl Controller {
         } else if new.depth_setpoint != old.depth_setpoint {
             self.setpoints.depth.change(new.depth_setpoint);
         }
+        let switched_off = new.mode == Mode::Off && old.mode != Mode::Off;
         if new.pitch_setpoint != old.pitch_setpoint {
             self.setpoints.pitch.forget();
         }
@@ -188,7 +196,46 @@ impl Controller {
         if new.speed_setpoint != old.speed_setpoint || new.speed_active != old.speed_active {
             self.setpoints.speed.forget();
         }
+        if switched_off {
+            self.break_off("the controller was switched off");
+        }
         Ok(())
+    }
+
+    /// Begins a manoeuvre at the next stamp, in place of one under way.
+    ///
+    /// # Errors
+    /// A sentence that says why it cannot be flown; one under way then goes on.
+    pub fn begin_manoeuvre(&mut self, goal: &ManoeuvreGoal) -> Result<(), String> {
+        if self.config.mode == Mode::Off {
+            return Err("refused: the controller is switched off (mode off)".to_owned());
+        }
+        self.manoeuvre = Some(Underway::of(goal, self.config.dive.planes_limit)?);
+        self.manoeuvre_end = None;
+        Ok(())
+    }
+
+    /// Ends the manoeuvre under way, if there is one.
+    pub fn stop_manoeuvre(&mut self) {
+        self.manoeuvre = None;
+    }
+
+    /// How far the manoeuvre under way has come.
+    #[must_use]
+    pub fn manoeuvre(&self) -> Option<Progress> {
+        self.manoeuvre.as_ref().map(|underway| underway.progress)
+    }
+
+    /// How the manoeuvre ended, once it has of itself: completed, or broken off and why.
+    pub fn manoeuvre_end(&mut self) -> Option<Result<(), String>> {
+        self.manoeuvre_end.take()
+    }
+
+    /// Ends the manoeuvre under way for a reason that lies outside it.
+    fn break_off(&mut self, reason: &str) {
+        if self.manoeuvre.take().is_some() {
+            self.manoeuvre_end = Some(Err(format!("broken off: {reason}")));
+        }
     }
 
     /// Takes the operator's word on a setpoint, from the next stamp on.
@@ -236,6 +283,7 @@ impl Controller {
                     self.autopilot = Autopilot::default();
                     self.estimator.restart();
                     self.follower = Follower::default();
+                    self.break_off("the vehicle began a new run");
                 }
                 (stamp, state.distance, stamp)
             }
@@ -259,6 +307,12 @@ impl Controller {
     /// everything neutral, flagged. The run goes on with the next state.
     #[must_use]
     pub fn on_silence(&mut self, stamp: Time) -> Answer {
+        self.break_off("the vehicle's state is silent");
+        self.neutral(stamp)
+    }
+
+    /// Everything neutral for want of feedback.
+    fn neutral(&mut self, stamp: Time) -> Answer {
         self.autopilot.neutralised();
         let header = header(stamp);
         let command = PlaneCommand {
@@ -362,6 +416,13 @@ impl Controller {
         if let Some(estimated) = &estimated {
             feedback = feedback.estimated(estimated);
         }
+        if !feedback.is_finite() {
+            self.estimator.restart();
+            self.estimate = None;
+            self.news
+                .push("the estimate is not finite: begun again, planes neutral".to_owned());
+            return self.neutral(stamp.clone());
+        }
         self.estimate = estimated.map(|estimated| self.estimate_message(stamp.clone(), &estimated));
         let mut inside = ControlState {
             header: header(state.header.stamp.clone()),
@@ -437,7 +498,8 @@ impl Controller {
         }
         if mode != Mode::Off {
             inside.identification = config.identification.value(tick.elapsed);
-            asked.signal = inside.identification;
+            inside.manoeuvre = self.manoeuvre_offset(tick.elapsed);
+            asked.signal = inside.identification + inside.manoeuvre;
         }
         let law = (gains, &self.config.dive);
         let planes = self.autopilot.planes(law, asked, feedback, tick.dt, inside);
@@ -446,6 +508,18 @@ impl Controller {
         command.bow_stern_differential = shared.differential;
         inside.dive_planes = shared.mean;
         inside.bow_stern_differential = shared.differential;
+    }
+
+    /// What the manoeuvre under way adds to the planes, rad; ends it when it is over.
+    fn manoeuvre_offset(&mut self, elapsed: i64) -> f64 {
+        let Some(underway) = &mut self.manoeuvre else {
+            return 0.0;
+        };
+        underway.at(elapsed).unwrap_or_else(|| {
+            self.manoeuvre = None;
+            self.manoeuvre_end = Some(Ok(()));
+            0.0
+        })
     }
 
     /// The depth to go to, m, and who says so.

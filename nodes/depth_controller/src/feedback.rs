@@ -59,4 +59,22 @@ impl Feedback {
             ..self
         }
     }
+
+    /// Whether every number is finite: an estimator that has been told the absurd may not keep it so.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        [
+            self.depth,
+            self.depth_rate,
+            self.pitch,
+            self.pitch_rate,
+            self.roll,
+            self.roll_rate,
+            self.yaw,
+            self.yaw_rate,
+            self.speed,
+        ]
+        .iter()
+        .all(|number| number.is_finite())
+    }
 }

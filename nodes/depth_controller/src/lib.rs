@@ -14,7 +14,8 @@
 //! - [`setpoint`]: whose word counts, limited and rate-limited.
 //! - [`estimator`]: pitch, depth rate and the gyro's zero from what can be measured.
 //! - [`gains`]: gains that follow the vehicle: by its speed, by its identified model.
-//! - [`manoeuvre`]: test signals added to the plane command.
+//! - [`manoeuvre`], [`runs`]: test signals added to the plane command; the report's runs.
+//! - [`goal`]: a manoeuvre that an action client has asked for.
 //! - [`schedule`]: way-depths over time or distance.
 //! - [`parameters`]: every tunable, its default, unit and source.
 //! - [`core`]: a vehicle state in, a plane command out.
@@ -32,6 +33,7 @@ pub mod design;
 pub mod estimator;
 pub mod feedback;
 pub mod gains;
+pub mod goal;
 pub mod integral;
 pub mod lag;
 pub mod limits;
@@ -39,6 +41,7 @@ pub mod manoeuvre;
 pub mod node;
 pub mod parameters;
 pub mod pitch_loop;
+pub mod runs;
 pub mod schedule;
 pub mod setpoint;
 pub mod speed_loop;

@@ -1,5 +1,5 @@
-//! Test signals on the dive planes: step, pulse, doublet, square wave, sinusoid and
-//! pseudo-random binary sequence.
+//! Test signals on the dive planes: step, pulse, doublet, square wave, sinusoid, pseudo-random
+//! binary sequence and chirp.
 //!
 //! A signal is a pure function of the time since the run began, counted in whole
 //! nanoseconds so that no edge moves by rounding. It is zero before `start`, and from
@@ -14,6 +14,7 @@
 //! | square   | A in the first half of each period, -A in the second |
 //! | sinusoid | A sin(2 pi t / P) |
 //! | prbs     | ±A, drawn anew every P: P is the shortest interval |
+//! | chirp    | A sin(2 pi (f t + (f' - f) t^2 / 2D)): from f = 1/P to f' = 1/P' within the duration D |
 //!
 //! The sequence is the output of a Fibonacci shift register of 10 bits with the feedback
 //! polynomial x^10 + x^7 + 1, which is primitive: it visits all 1023 states but zero and
@@ -46,12 +47,14 @@ pub enum Signal {
     Sinusoid,
     /// A pseudo-random binary sequence.
     Prbs,
+    /// A sine wave whose frequency moves evenly.
+    Chirp,
 }
 
 impl Signal {
     /// The names, as the parameter takes them.
     pub const NAMES: &'static [&'static str] = &[
-        "none", "step", "pulse", "doublet", "square", "sinusoid", "prbs",
+        "none", "step", "pulse", "doublet", "square", "sinusoid", "prbs", "chirp",
     ];
 
     /// The signal of that name.
@@ -67,6 +70,7 @@ impl Signal {
             "square" => Self::Square,
             "sinusoid" => Self::Sinusoid,
             "prbs" => Self::Prbs,
+            "chirp" => Self::Chirp,
             other => {
                 return Err(format!(
                     "test signal '{other}' refused: it must be one of {}",
@@ -90,6 +94,8 @@ pub struct Manoeuvre {
     pub amplitude: f64,
     /// `P`, s.
     pub period: f64,
+    /// `P'`, s, a chirp's last period.
+    pub period_end: f64,
     /// When it begins, s since the run began.
     pub start: f64,
     /// How long it lasts, s; 0 for without end.
@@ -104,6 +110,7 @@ pub struct TestSignal {
     signal: Signal,
     amplitude: f64,
     period: i64,
+    period_end: i64,
     start: i64,
     end: i64,
     sequence: Vec<bool>,
@@ -114,11 +121,12 @@ impl Manoeuvre {
     ///
     /// # Errors
     /// A sentence naming the number at fault: one that is not finite, a negative start or
-    /// duration, or a period below 2 ns for a signal that has one.
+    /// duration, a period below 2 ns for a signal that has one, or a chirp without end.
     pub fn build(&self) -> Result<TestSignal, String> {
         for (name, number) in [
             ("amplitude", self.amplitude),
             ("period", self.period),
+            ("period_end", self.period_end),
             ("start", self.start),
             ("duration", self.duration),
         ] {
@@ -138,6 +146,13 @@ impl Manoeuvre {
                 self.period
             ));
         }
+        let period_end = nanoseconds(self.period_end);
+        if self.signal == Signal::Chirp && (period_end < 2 || self.duration == 0.0) {
+            return Err(format!(
+                "period_end {} s, duration {} s refused: a chirp needs both positive",
+                self.period_end, self.duration
+            ));
+        }
         let start = nanoseconds(self.start);
         let end = if self.duration == 0.0 {
             i64::MAX
@@ -152,6 +167,7 @@ impl Manoeuvre {
             signal: self.signal,
             amplitude: self.amplitude,
             period,
+            period_end,
             start,
             end,
             sequence,
@@ -180,6 +196,13 @@ impl TestSignal {
                 Signal::Prbs => {
                     let interval = (time / self.period) as usize % SEQUENCE_LENGTH;
                     sign(self.sequence[interval])
+                }
+                Signal::Chirp => {
+                    let [time, duration, first, last] =
+                        [time, self.end - self.start, self.period, self.period_end]
+                            .map(|nanos| nanos as f64 * 1e-9);
+                    let sweep = (1.0 / last - 1.0 / first) / duration;
+                    (TAU * (time / first + 0.5 * sweep * time * time)).sin()
                 }
             }
     }
@@ -216,6 +239,7 @@ mod tests {
             signal,
             amplitude: 0.1,
             period: 2.0,
+            period_end: 0.2,
             start: 1.0,
             duration: 10.0,
             seed: 0,
@@ -254,6 +278,7 @@ mod tests {
             signal: Signal::Step,
             amplitude: 0.1,
             period: 0.0,
+            period_end: 0.0,
             start: 0.0,
             duration: 0.0,
             seed: 0,
@@ -267,6 +292,7 @@ mod tests {
             signal: Signal::Square,
             amplitude: 1.0,
             period: 0.1,
+            period_end: 0.0,
             start: 0.0,
             duration: 0.0,
             seed: 0,
@@ -309,6 +335,7 @@ mod tests {
             signal: Signal::Prbs,
             amplitude: 0.05,
             period: 0.5,
+            period_end: 0.0,
             start: 0.0,
             duration: 0.0,
             seed: 1,
@@ -324,11 +351,26 @@ mod tests {
     }
 
     #[test]
+    fn a_chirp_goes_through_as_many_periods_as_its_mean_frequency_has() {
+        // From 0.5 to 5 Hz within 10 s: 27.5 periods, a zero crossing upwards at the start of each.
+        let chirp = signal(Signal::Chirp);
+        let values: Vec<f64> = (0..10_000)
+            .map(|k| chirp.value(1000 * MILLISECOND + k * MILLISECOND))
+            .collect();
+        let upwards = values.windows(2).filter(|w| w[0] <= 0.0 && w[1] > 0.0);
+        assert_eq!(upwards.count(), 28);
+        let first_second = values[..1000].windows(2).filter(|w| w[0] * w[1] < 0.0);
+        let last_second = values[9000..].windows(2).filter(|w| w[0] * w[1] < 0.0);
+        assert!(first_second.count() <= 1 && last_second.count() >= 9);
+    }
+
+    #[test]
     fn a_signal_that_cannot_be_timed_is_refused() {
         let good = Manoeuvre {
             signal: Signal::Square,
             amplitude: 0.1,
             period: 1.0,
+            period_end: 0.0,
             start: 0.0,
             duration: 0.0,
             seed: 0,

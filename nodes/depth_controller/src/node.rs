@@ -1,15 +1,16 @@
-//! The node: a plane command for every vehicle state, setpoints from topics.
+//! The node: a plane command for every vehicle state, setpoints from topics, manoeuvres from an action.
 
 use std::process::ExitCode;
 use std::time::Duration;
 
 use anyhow::{Result, anyhow};
+use planesman_msgs::planesman_msgs::action::{Manoeuvre, ManoeuvreFeedback, ManoeuvreResult};
 use planesman_msgs::planesman_msgs::msg::{
     ControlState, ModelEstimate, MotionEstimate, PlaneCommand, VehicleState,
 };
 use planesman_msgs::sensor_msgs::msg::{FluidPressure, Imu};
 use planesman_msgs::std_msgs::msg::Float64;
-use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, Runtime, args};
+use planesman_node::{Flow, Goal, GoalId, Level, NodeSpec, Publisher, Qos, Runtime, args};
 use planesman_parameters::Values;
 
 use crate::core::{Answer, Controller, Quantity};
@@ -22,6 +23,8 @@ enum Event {
     SpeedPressure(FluidPressure),
     Model(ModelEstimate),
     Setpoint(Quantity, f64),
+    Manoeuvre(Goal<Manoeuvre>),
+    CancelManoeuvre(GoalId),
     /// Time to ask whether the state has gone silent.
     Look,
     Parameters(Values),
@@ -57,6 +60,7 @@ fn run(args: Vec<String>) -> Result<()> {
         },
         command: rt.publisher("plane_command", Qos::reliable(100))?,
         inside: rt.publisher("control_state", Qos::reliable(100))?,
+        flown: None,
         heard: None,
         silent: false,
     };
@@ -73,8 +77,26 @@ fn run(args: Vec<String>) -> Result<()> {
             Event::Setpoint(quantity, word.data)
         })?;
     }
+    rt.serve_action("~/manoeuvre", Event::Manoeuvre, Event::CancelManoeuvre)?;
     drop(rt.every(Duration::from_millis(100), || Event::Look));
     rt.run(|rt, event| node.on(rt, event))
+}
+
+/// Vehicle time between two feedbacks of a manoeuvre, s.
+const FEEDBACK_PERIOD: f64 = 0.2;
+
+/// A manoeuvre under way.
+struct Flown {
+    goal: Goal<Manoeuvre>,
+    /// When feedback is due, s of the manoeuvre.
+    next_feedback: f64,
+}
+
+fn ended(completed: bool, message: &str) -> ManoeuvreResult {
+    ManoeuvreResult {
+        completed,
+        message: message.to_owned(),
+    }
 }
 
 struct Node {
@@ -87,6 +109,8 @@ struct Node {
     estimate: Option<Publisher<MotionEstimate>>,
     /// A state whose instruments have not all spoken yet.
     waiting: Option<VehicleState>,
+    /// The manoeuvre under way.
+    flown: Option<Flown>,
     /// When the last state came, by the node's clock (ns): a paused simulation is not silence.
     heard: Option<i64>,
     silent: bool,
@@ -106,6 +130,14 @@ impl Node {
                     self.answer(&state);
                 } else {
                     self.waiting = Some(state);
+                }
+            }
+            Event::Manoeuvre(goal) => self.begin(goal),
+            Event::CancelManoeuvre(id) => {
+                if let Some(flown) = self.flown.take_if(|flown| flown.goal.id() == id) {
+                    self.controller.stop_manoeuvre();
+                    log::info!("manoeuvre {} cancelled", flown.goal.asked().name);
+                    flown.goal.cancel(ended(false, "cancelled"));
                 }
             }
             Event::Imu(imu) => {
@@ -138,6 +170,7 @@ impl Node {
                     log::info!("{change}");
                 }
                 self.values = values;
+                self.tell_progress();
             }
         }
         Ok(Flow::Continue)
@@ -164,14 +197,62 @@ impl Node {
             }
             Err(reason) => log::warn!("{reason}"),
         }
-        for news in self.controller.news() {
-            log::warn!("{news}");
-        }
+        self.tell_progress();
     }
 
     fn say(&self, (command, inside): &Answer) {
         self.command.publish(command);
         self.inside.publish(inside);
+    }
+
+    /// Begins a manoeuvre in place of one under way, or says why not.
+    fn begin(&mut self, goal: Goal<Manoeuvre>) {
+        let name = goal.asked().name.clone();
+        if let Err(reason) = self.controller.begin_manoeuvre(goal.asked()) {
+            log::warn!("{reason}");
+            return goal.abort(ended(false, &reason));
+        }
+        log::info!("manoeuvre {name} begins");
+        let begun = Flown {
+            goal,
+            next_feedback: 0.0,
+        };
+        if let Some(last) = self.flown.replace(begun) {
+            let reason = format!("a newer goal, {name}, took its place");
+            log::info!("manoeuvre {}: {reason}", last.goal.asked().name);
+            last.goal.abort(ended(false, &reason));
+        }
+    }
+
+    /// Tells the operator what has happened, and the manoeuvre's client how it goes.
+    fn tell_progress(&mut self) {
+        for news in self.controller.news() {
+            log::warn!("{news}");
+        }
+        if let Some(end) = self.controller.manoeuvre_end()
+            && let Some(flown) = self.flown.take()
+        {
+            let name = &flown.goal.asked().name;
+            match end {
+                Ok(()) => {
+                    log::info!("manoeuvre {name} completed");
+                    flown.goal.succeed(ended(true, ""));
+                }
+                Err(reason) => {
+                    log::warn!("manoeuvre {name} {reason}");
+                    flown.goal.abort(ended(false, &reason));
+                }
+            }
+        }
+        if let (Some(flown), Some(progress)) = (&mut self.flown, self.controller.manoeuvre())
+            && progress.elapsed >= flown.next_feedback
+        {
+            flown.next_feedback = progress.elapsed + FEEDBACK_PERIOD;
+            flown.goal.feedback(ManoeuvreFeedback {
+                elapsed: progress.elapsed,
+                dive_planes: progress.dive_planes,
+            });
+        }
     }
 
     /// Silence of the state puts the planes to neutral, once, and says so.
@@ -185,6 +266,7 @@ impl Node {
             log::warn!("no vehicle state for {timeout} s: planes neutral");
             let answer = self.controller.on_silence(now);
             self.say(&answer);
+            self.tell_progress();
         }
         self.silent = silent;
         match (self.heard, silent) {

@@ -398,7 +398,14 @@ fn identification() -> Part {
         Declaration::new(
             "identification.period",
             1.0,
-            "A pulse's length; a doublet's, square wave's or sinusoid's period; the prbs' shortest interval.",
+            "A pulse's length; a doublet's, square wave's or sinusoid's period; the prbs' shortest interval; the chirp's first period.",
+        )
+        .unit("s")
+        .range(1e-3, 1e6),
+        Declaration::new(
+            "identification.period_end",
+            0.2,
+            "The chirp's last period; its first is identification.period.",
         )
         .unit("s")
         .range(1e-3, 1e6),
@@ -412,7 +419,7 @@ fn identification() -> Part {
         Declaration::new(
             "identification.duration",
             0.0,
-            "How long the test signal lasts; 0 for without end.",
+            "How long the test signal lasts; 0 for without end, but a chirp needs one.",
         )
         .unit("s")
         .range(0.0, 1e9),
@@ -934,6 +941,7 @@ fn test_signal(values: &Values, planes_limit: Limit) -> Result<TestSignal, Strin
         signal: Signal::named(values.string("identification.signal"))?,
         amplitude: values.double("identification.amplitude"),
         period: values.double("identification.period"),
+        period_end: values.double("identification.period_end"),
         start: values.double("identification.start"),
         duration: values.double("identification.duration"),
         seed: values.integer("identification.seed"),

@@ -3,10 +3,12 @@
 #![allow(clippy::unwrap_used)]
 
 use depth_controller::core::{Answer, Controller, Quantity};
+use depth_controller::estimator::Source;
 use depth_controller::parameters::{Mode, declarations};
 use planesman_msgs::Message;
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::VehicleState;
+use planesman_msgs::sensor_msgs::msg::{FluidPressure, Imu};
 use planesman_parameters::{Value, Values};
 
 const TICK: i64 = 50_000_000;
@@ -80,9 +82,10 @@ impl Draws {
                 Value::Double((low + (high - low) * share).clamp(low, high))
             }
         };
-        let changed = values
-            .with_live([(declaration.name.to_owned(), value)])
-            .unwrap();
+        // What is fixed at the start stays.
+        let Ok(changed) = values.with_live([(declaration.name.to_owned(), value)]) else {
+            return values.clone();
+        };
         match Controller::new(&changed) {
             Ok(_) => changed,
             Err(_) => values.clone(),
@@ -123,7 +126,10 @@ fn assert_within_limits((command, control): &Answer, values: &Values) {
 fn outputs_stay_within_their_limits_for_any_finite_input_and_any_allowed_parameters() {
     for seed in 0..20 {
         let mut draws = Draws(seed);
-        let mut values = defaults();
+        let source = draws.one_of(Source::NAMES);
+        let mut values = defaults()
+            .with([("feedback.source".to_owned(), Value::from(source))])
+            .unwrap();
         let mut controller = Controller::new(&values).unwrap();
         let mut tick = 0;
         for _ in 0..1500 {
@@ -145,6 +151,23 @@ fn outputs_stay_within_their_limits_for_any_finite_input_and_any_allowed_paramet
                 _ => {}
             }
             let any = draws.below(2) == 0;
+            let stamp = Time::from_nanos(tick * TICK);
+            if draws.below(3) > 0 {
+                let mut imu = Imu::default();
+                imu.header.stamp = stamp.clone();
+                imu.angular_velocity.y = if any { draws.finite() } else { draws.unit() };
+                controller.on_imu(&imu);
+            }
+            if draws.below(3) > 0 {
+                let mut pressure = FluidPressure::default();
+                pressure.header.stamp = stamp;
+                pressure.fluid_pressure = if any {
+                    draws.finite()
+                } else {
+                    1e5 * (1.1 + 0.1 * draws.unit())
+                };
+                controller.on_depth_pressure(&pressure);
+            }
             let answer = controller.on_state(&draws.state(tick, any)).unwrap();
             assert_within_limits(&answer, &values);
         }

@@ -1,0 +1,197 @@
+//! Actions asked of another node.
+
+use std::{
+    rc::{Rc, Weak},
+    time::Duration,
+};
+
+use anyhow::{anyhow, bail};
+use futures::StreamExt as _;
+use planesman_msgs::{Action, Message, builtin_interfaces::msg::Time};
+use ros2_client::{
+    Name,
+    action::{ActionClientQosPolicies, FeedbackMessage},
+    action_msgs::CancelGoalResponseEnum,
+    builtin_interfaces,
+    service::ServiceMapping,
+};
+use smol::lock::Mutex;
+
+use crate::{
+    action_server::{GoalId, GoalStatus, announce_action},
+    qos::Qos,
+    service::{Wire, is_served, settle, within},
+    shared::Shared,
+    subscription::non_finite,
+};
+
+type Middleware<A> = ros2_client::action::ActionClient<
+    Wire<<A as Action>::Goal>,
+    Wire<<A as Action>::Result>,
+    Wire<<A as Action>::Feedback>,
+>;
+
+/// Asks one action of another node. Clones share one connection.
+pub struct ActionClient<A: Action> {
+    shared: Rc<Shared>,
+    /// The action's absolute name.
+    name: Rc<str>,
+    middleware: Weak<Middleware<A>>,
+    /// One call of each service at a time: the middleware gives every response to whoever waits first.
+    turns: Rc<[Mutex<()>; 3]>,
+}
+
+impl<A: Action> Clone for ActionClient<A> {
+    fn clone(&self) -> Self {
+        Self {
+            shared: Rc::clone(&self.shared),
+            name: Rc::clone(&self.name),
+            middleware: Weak::clone(&self.middleware),
+            turns: Rc::clone(&self.turns),
+        }
+    }
+}
+
+/// An action's services, each with its own turn.
+#[derive(Clone, Copy)]
+enum Part {
+    Send,
+    Cancel,
+    Result,
+}
+
+impl<A: Action> ActionClient<A> {
+    /// Opens the action, and hands feedback on as it comes, of whosever goal.
+    pub(crate) fn open(
+        shared: &Rc<Shared>,
+        name: &str,
+        mapping: ServiceMapping,
+        mut on_feedback: impl AsyncFnMut(GoalId, A::Feedback) + 'static,
+    ) -> anyhow::Result<Self> {
+        let name = shared.service_name(name)?;
+        let type_name = announce_action::<A>()?;
+        let parsed = Name::parse(&name).map_err(|e| anyhow!("{name}: {e}"))?;
+        let [service, feedback, status] =
+            [Qos::reliable(10), Qos::reliable(100), Qos::latched(1)].map(Qos::profile);
+        let qos = ActionClientQosPolicies {
+            goal_service: service.clone(),
+            result_service: service.clone(),
+            cancel_service: service,
+            feedback_subscription: feedback,
+            status_subscription: status,
+        };
+        let middleware: Middleware<A> = shared
+            .with_node(|node| node.create_action_client(mapping, &parsed, &type_name, qos))?;
+        let middleware = shared.keep(middleware);
+        let client = Self {
+            shared: Rc::clone(shared),
+            name: name.into(),
+            middleware: Rc::downgrade(&middleware),
+            turns: Rc::default(),
+        };
+        let (ours, subject) = (Rc::clone(shared), Rc::clone(&client.name));
+        shared.spawn(async move {
+            let mut told = Box::pin(middleware.feedback_subscription().async_stream());
+            while let Some(sample) = told.next().await {
+                let refused = match sample {
+                    Err(error) => error.to_string(),
+                    Ok((FeedbackMessage { goal_id, feedback }, _)) => match non_finite(&feedback.0)
+                    {
+                        Some(reason) => reason,
+                        None => {
+                            on_feedback(goal_id, feedback.0).await;
+                            continue;
+                        }
+                    },
+                };
+                ours.warn(&subject, &format!("feedback is refused: {refused}"));
+            }
+        });
+        Ok(client)
+    }
+
+    /// Whether a server of it has been discovered.
+    #[must_use]
+    pub fn is_served(&self) -> bool {
+        [Part::Send, Part::Cancel, Part::Result]
+            .into_iter()
+            .all(|part| is_served(&self.shared, &self.service(part)))
+    }
+
+    /// Waits for a server, sends it a goal, and tells under which identifier it was accepted;
+    /// `None`: it was rejected.
+    ///
+    /// # Errors
+    /// When no answer has come after `timeout`, the goal holds a number that is not finite, or the
+    /// middleware fails.
+    pub async fn send(&self, goal: A::Goal, timeout: Duration) -> anyhow::Result<Option<GoalId>> {
+        if let Some(field) = goal.first_non_finite() {
+            bail!("{}: not asked: {field} is not finite", self.name);
+        }
+        let (id, response) = self
+            .call(Part::Send, timeout, async |middleware| {
+                middleware.async_send_goal(Wire(goal)).await
+            })
+            .await?;
+        Ok(response.accepted.then_some(id))
+    }
+
+    /// Waits for what comes of a goal.
+    ///
+    /// # Errors
+    /// When no answer has come after `timeout`, or the middleware fails.
+    pub async fn result(
+        &self,
+        id: GoalId,
+        timeout: Duration,
+    ) -> anyhow::Result<(GoalStatus, A::Result)> {
+        let (status, Wire(result)) = self
+            .call(Part::Result, timeout, async |middleware| {
+                middleware.async_request_result(id).await
+            })
+            .await?;
+        Ok((status, result))
+    }
+
+    /// Asks for a goal to be cancelled, and tells whether that is granted.
+    ///
+    /// # Errors
+    /// As [`ActionClient::result`].
+    pub async fn cancel(&self, id: GoalId, timeout: Duration) -> anyhow::Result<bool> {
+        let at_any_time = builtin_interfaces::Time::from_nanos(Time::default().nanos());
+        let response = self
+            .call(Part::Cancel, timeout, async |middleware| {
+                middleware.async_cancel_goal(id, at_any_time).await
+            })
+            .await?;
+        Ok(response.return_code == CancelGoalResponseEnum::None)
+    }
+
+    async fn call<T, E: std::fmt::Debug>(
+        &self,
+        part: Part,
+        timeout: Duration,
+        ask: impl AsyncFnOnce(&Middleware<A>) -> Result<T, E>,
+    ) -> anyhow::Result<T> {
+        let service = self.service(part);
+        let call = async {
+            settle(&self.shared, &service).await;
+            let middleware = self
+                .middleware
+                .upgrade()
+                .ok_or_else(|| anyhow!("the node has shut down"))?;
+            let _turn = self.turns[part as usize].lock().await;
+            ask(&middleware).await.map_err(|e| anyhow!("{e:?}"))
+        };
+        within(&service, timeout, call).await
+    }
+
+    fn service(&self, part: Part) -> String {
+        let service = match part {
+            Part::Send => "send_goal",
+            Part::Cancel => "cancel_goal",
+            Part::Result => "get_result",
+        };
+        format!("{}/_action/{service}", self.name)
+    }
+}

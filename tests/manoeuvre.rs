@@ -1,0 +1,237 @@
+//! Manoeuvres asked of the controller's action over DDS: flown on the planes, told of, cancelled, replaced,
+//! refused.
+#![allow(clippy::unwrap_used)]
+
+mod foreign;
+mod stage;
+
+use std::time::Duration;
+
+use foreign::Python;
+use planesman_msgs::planesman_msgs::action::{
+    Manoeuvre, ManoeuvreFeedback, ManoeuvreGoal, ManoeuvreResult,
+};
+use planesman_msgs::planesman_msgs::srv::{Step, StepRequest};
+use planesman_msgs::rcl_interfaces::msg::{Parameter, ParameterType, ParameterValue};
+use planesman_msgs::rcl_interfaces::srv::{
+    SetParametersAtomically, SetParametersAtomicallyRequest,
+};
+use planesman_node::{ActionClient, Client, GoalId, GoalStatus};
+use serde_json::json;
+use stage::{Heard, Operator, PATIENCE, Process, Stage};
+
+/// The loop in lockstep, paused between steps, and its controller's action.
+struct Flight {
+    operator: Operator,
+    step: Client<Step>,
+    action: ActionClient<Manoeuvre>,
+    _nodes: [Process; 3],
+}
+
+impl Flight {
+    fn begin(stage: &Stage, controller: &[&str]) -> Self {
+        let operator = stage.operator();
+        let plant = ["time:=lockstep", "start_paused:=true", "initial_depth:=1.0"];
+        let controller = [&["use_sim_time:=true"], controller].concat();
+        let nodes = [
+            stage.node("plant_sim", &plant),
+            stage.node("dha_actuator", &["lockstep:=true", "use_sim_time:=true"]),
+            stage.node("depth_controller", &controller),
+        ];
+        let flight = Self {
+            step: operator.rt.client("plant_sim/step").unwrap(),
+            action: operator
+                .rt
+                .action_client("depth_controller/manoeuvre", Heard::Progress)
+                .unwrap(),
+            operator,
+            _nodes: nodes,
+        };
+        flight.fly(1);
+        flight
+    }
+
+    fn fly(&self, ticks: u32) {
+        let answer = self.operator.call(&self.step, StepRequest { ticks });
+        assert!(answer.success, "{}", answer.message);
+    }
+
+    fn send(&self, goal: ManoeuvreGoal) -> GoalId {
+        let sent = self.action.send(goal, PATIENCE);
+        self.operator.rt.block_on(sent).unwrap().unwrap()
+    }
+
+    fn result(&self, id: GoalId) -> (GoalStatus, ManoeuvreResult) {
+        let result = self.action.result(id, PATIENCE);
+        self.operator.rt.block_on(result).unwrap()
+    }
+
+    /// What the manoeuvre adds to the planes at the next ticks.
+    fn offsets(&self, ticks: u32) -> Vec<f64> {
+        self.fly(ticks);
+        let mut offsets = Vec::new();
+        self.operator.until("as many answers", |heard| {
+            if let Heard::Control(control) = heard {
+                offsets.push(control.manoeuvre);
+            }
+            (offsets.len() == ticks as usize).then_some(())
+        });
+        offsets
+    }
+
+    /// Hears everything that has been said so far.
+    fn listen(&self) {
+        while let planesman_node::Next::Event(_) = self.operator.rt.next(Duration::from_millis(200))
+        {
+        }
+    }
+}
+
+/// A pulse of 0.1 rad, four ticks long.
+fn pulse() -> ManoeuvreGoal {
+    ManoeuvreGoal {
+        name: "pulse".to_owned(),
+        amplitude: 0.1,
+        period: 0.2,
+        ..ManoeuvreGoal::default()
+    }
+}
+
+#[test]
+fn a_pulse_is_flown_told_of_and_completed() {
+    let stage = Stage::new();
+    let flight = Flight::begin(&stage, &["mode:=open_loop"]);
+    flight.listen();
+    let id = flight.send(pulse());
+    assert_eq!(flight.offsets(6), [0.1, 0.1, 0.1, 0.1, 0.0, 0.0]);
+    let (status, result) = flight.result(id);
+    assert_eq!(status, GoalStatus::Succeeded);
+    assert!(result.completed);
+    assert_eq!(
+        flight.result(id).0,
+        GoalStatus::Succeeded,
+        "who asks late is told"
+    );
+}
+
+#[test]
+fn a_manoeuvre_tells_how_far_it_has_come_and_stops_when_it_is_cancelled() {
+    let stage = Stage::new();
+    let flight = Flight::begin(&stage, &["mode:=open_loop"]);
+    let run = ManoeuvreGoal {
+        name: "run_8_1".to_owned(),
+        ..ManoeuvreGoal::default()
+    };
+    let id = flight.send(run);
+    flight.fly(30);
+    let told = flight
+        .operator
+        .until("feedback from within the pulse", |heard| match heard {
+            Heard::Progress(of, told) if of == id && told.elapsed >= 1.2 => Some(told),
+            _ => None,
+        });
+    let ManoeuvreFeedback { dive_planes, .. } = told;
+    assert_eq!(dive_planes, 20_f64.to_radians());
+
+    let cancel = flight.action.cancel(id, PATIENCE);
+    assert!(flight.operator.rt.block_on(cancel).unwrap());
+    let (status, result) = flight.result(id);
+    assert_eq!(status, GoalStatus::Canceled);
+    assert!(!result.completed);
+    flight.listen();
+    assert_eq!(flight.offsets(2), [0.0, 0.0]);
+    let again = flight.action.cancel(id, PATIENCE);
+    assert!(!flight.operator.rt.block_on(again).unwrap(), "it has ended");
+}
+
+#[test]
+fn a_newer_goal_takes_the_place_of_an_older_one() {
+    let stage = Stage::new();
+    let flight = Flight::begin(&stage, &[]);
+    let older = flight.send(pulse());
+    let newer = flight.send(ManoeuvreGoal {
+        amplitude: -0.1,
+        ..pulse()
+    });
+    let (status, result) = flight.result(older);
+    assert_eq!(status, GoalStatus::Aborted);
+    assert!(result.message.contains("newer"), "{}", result.message);
+    flight.listen();
+    assert_eq!(flight.offsets(5), [-0.1, -0.1, -0.1, -0.1, 0.0]);
+    assert_eq!(flight.result(newer).0, GoalStatus::Succeeded);
+}
+
+#[test]
+fn what_cannot_be_flown_is_refused_with_the_reason() {
+    let stage = Stage::new();
+    let flight = Flight::begin(&stage, &["planes.limit:=0.2"]);
+    let refused = |change: fn(&mut ManoeuvreGoal), word: &str| {
+        let mut goal = pulse();
+        change(&mut goal);
+        let (status, result) = flight.result(flight.send(goal));
+        assert_eq!(status, GoalStatus::Aborted);
+        assert!(result.message.contains(word), "{}", result.message);
+    };
+    refused(|goal| goal.amplitude = 0.3, "planes.limit");
+    refused(|goal| goal.name = "roll".to_owned(), "run_9_2");
+    refused(|goal| goal.period = 0.0, "period");
+    let off = Parameter {
+        name: "mode".to_owned(),
+        value: ParameterValue {
+            r#type: ParameterType::PARAMETER_STRING,
+            string_value: "off".to_owned(),
+            ..ParameterValue::default()
+        },
+    };
+    let name = "depth_controller/set_parameters_atomically";
+    let set: Client<SetParametersAtomically> = flight.operator.rt.client(name).unwrap();
+    let request = SetParametersAtomicallyRequest {
+        parameters: vec![off],
+    };
+    assert!(flight.operator.call(&set, request).result.successful);
+    refused(|_| (), "mode off");
+}
+
+#[test]
+fn a_foreign_client_sends_a_goal_as_ros2_action_does() {
+    let Some(python) = Python::find() else { return };
+    let stage = Stage::with_cyclone();
+    let _nodes = [
+        stage.node("plant_sim", &["factor:=4.0"]),
+        stage.node("dha_actuator", &[]),
+        stage.node("depth_controller", &["mode:=open_loop"]),
+    ];
+    let action = "/auv/depth_controller/manoeuvre";
+    let ask = |goal: serde_json::Value, more: &[&str]| {
+        let goal = goal.to_string();
+        let arguments = [action, "planesman_msgs/action/Manoeuvre", "--json", &goal];
+        let arguments = [&arguments, more].concat();
+        python.run("peer_action.py", stage.domain(), &arguments)
+    };
+
+    let sinusoid = json!({"name": "sinusoid", "amplitude": 0.1, "period": 1.0, "duration": 2.0});
+    let told = ask(sinusoid, &[]).well();
+    assert_eq!(told[0]["accepted"], true);
+    let feedback = told.iter().filter(|line| line["feedback"].is_object());
+    assert!(feedback.count() >= 5, "{told:?}");
+    let end = told.last().unwrap();
+    assert_eq!(end["status"], "SUCCEEDED");
+    assert_eq!(end["result"]["completed"], true);
+    let statuses = end["statuses"].as_array().unwrap();
+    assert_eq!(statuses.last().unwrap(), "SUCCEEDED", "{statuses:?}");
+
+    let endless = json!({"name": "square", "amplitude": 0.1, "period": 1.0, "duration": 1000.0});
+    let told = ask(endless, &["--cancel-after", "0.5"]).well();
+    let end = told.last().unwrap();
+    assert_eq!(end["status"], "CANCELED", "{told:?}");
+    assert_eq!(end["result"]["completed"], false);
+
+    let told = ask(json!({"name": "loop"}), &[]).well();
+    let end = told.last().unwrap();
+    assert_eq!(end["status"], "ABORTED");
+    let reason = end["result"]["message"].as_str().unwrap();
+    assert!(
+        reason.contains("'loop'") && reason.contains("run_7_3"),
+        "{reason}"
+    );
+}
