@@ -9,7 +9,7 @@ mod stage;
 use planesman_msgs::Message;
 use planesman_msgs::Service;
 use planesman_msgs::diagnostic_msgs::msg::DiagnosticStatus;
-use planesman_msgs::planesman_msgs::msg::ControlState;
+use planesman_msgs::planesman_msgs::msg::{ControlState, DhaState};
 use planesman_msgs::planesman_msgs::srv::{Step, StepRequest};
 use planesman_msgs::rcl_interfaces::msg::{Parameter, ParameterType, ParameterValue};
 use planesman_msgs::rcl_interfaces::srv::{
@@ -54,10 +54,7 @@ impl Dive {
 
     /// Flies some ticks, and returns what the controller did in the last of them.
     fn fly(&mut self, ticks: u32) -> ControlState {
-        let answer = self.operator.call(&self.step, StepRequest { ticks });
-        assert!(answer.success, "{}", answer.message);
-        self.flown += i64::from(ticks);
-        let last = (self.flown - 1) * TICK;
+        let last = self.fly_to(ticks);
         let what = format!("the controller's answer at {last} ns");
         self.operator.until(&what, |heard| match heard {
             Heard::Control(control) if control.header.stamp.nanos() == last => Some(control),
@@ -65,13 +62,41 @@ impl Dive {
         })
     }
 
+    /// Has some ticks flown, and returns the last one's stamp, ns.
+    fn fly_to(&mut self, ticks: u32) -> i64 {
+        let answer = self.operator.call(&self.step, StepRequest { ticks });
+        assert!(answer.success, "{}", answer.message);
+        self.flown += i64::from(ticks);
+        (self.flown - 1) * TICK
+    }
+
+    /// Flies some ticks, and returns the actuator's state in the last of them.
+    fn fly_actuator(&mut self, ticks: u32) -> DhaState {
+        let last = self.fly_to(ticks);
+        let what = format!("the actuator's answer at {last} ns");
+        self.operator.until(&what, |heard| match heard {
+            Heard::Actuator(state) if state.header.stamp.nanos() == last => Some(state),
+            _ => None,
+        })
+    }
+
+    /// Sets the controller's parameters.
     fn set<S>(&self, parameters: &[Parameter]) -> SetParametersAtomicallyResponse
     where
         S: Service<Response = SetParametersAtomicallyResponse>,
         S::Request: From<Vec<Parameter>>,
     {
-        let name = "depth_controller/set_parameters_atomically";
-        let set: Client<S> = self.operator.rt.client(name).unwrap();
+        self.set_of::<S>("depth_controller", parameters)
+    }
+
+    /// Sets a node's parameters.
+    fn set_of<S>(&self, node: &str, parameters: &[Parameter]) -> SetParametersAtomicallyResponse
+    where
+        S: Service<Response = SetParametersAtomicallyResponse>,
+        S::Request: From<Vec<Parameter>>,
+    {
+        let name = format!("{node}/set_parameters_atomically");
+        let set: Client<S> = self.operator.rt.client(&name).unwrap();
         self.operator.call(&set, parameters.to_vec().into())
     }
 }
@@ -82,6 +107,17 @@ fn double(name: &str, value: f64) -> Parameter {
         value: ParameterValue {
             r#type: ParameterType::PARAMETER_DOUBLE,
             double_value: value,
+            ..ParameterValue::default()
+        },
+    }
+}
+
+fn string(name: &str, value: &str) -> Parameter {
+    Parameter {
+        name: name.to_owned(),
+        value: ParameterValue {
+            r#type: ParameterType::PARAMETER_STRING,
+            string_value: value.to_owned(),
             ..ParameterValue::default()
         },
     }
@@ -221,4 +257,47 @@ fn a_setpoint_that_is_no_number_is_refused_and_told_and_the_dive_goes_on() {
     while control.depth_setpoint != 2.5 {
         control = dive.fly(1);
     }
+}
+
+#[test]
+fn a_fault_in_mid_dive_acts_from_the_next_tick_on_is_told_and_can_be_mended() {
+    let stage = Stage::new();
+    let mut dive = Dive::begin(&stage);
+    let node = "dha_actuator";
+    assert_eq!(dive.fly_actuator(1).faults, "");
+    let status = format!("/auv/{node}: faults");
+    let sound = dive.operator.status(&status, "none");
+    assert_eq!(sound, DiagnosticStatus::OK);
+
+    // What cannot be is refused as a whole.
+    for (bad, reason) in [
+        (string("fault.encoder", "blind"), "fault.encoder"),
+        (string("fault.group", "rudder"), "has no actuator"),
+    ] {
+        let set = [double("fault.air", 0.5), bad];
+        let answer = dive.set_of::<SetUnchecked>(node, &set);
+        assert!(!answer.result.successful);
+        let told = answer.result.reason;
+        assert!(told.contains(reason), "{told}");
+    }
+    assert_eq!(dive.fly_actuator(1).faults, "");
+
+    let stuck = [string("fault.stuck_valve", "direction")];
+    let answer = dive.set_of::<SetUnchecked>(node, &stuck);
+    assert!(answer.result.successful, "{}", answer.result.reason);
+    let state = dive.fly_actuator(1);
+    assert_eq!(state.faults, "direction valve stuck");
+    let level = dive.operator.status(&status, "direction valve stuck");
+    assert_eq!(level, DiagnosticStatus::WARN);
+    // Every volume goes one way: the planes end at their stop, and no command brings them back.
+    let state = dive.fly_actuator(400);
+    assert!(state.plane_angle.to_degrees() > 29.0, "{state:?}");
+    assert!(state.error < 0.0 && state.slewing, "{state:?}");
+
+    let mended = dive.set_of::<SetUnchecked>(node, &[string("fault.stuck_valve", "none")]);
+    assert!(mended.result.successful);
+    let state = dive.fly_actuator(100);
+    assert_eq!(state.faults, "");
+    assert!((state.plane_angle - state.commanded_angle).abs() < 2.0_f64.to_radians());
+    assert_eq!(dive.operator.status(&status, "none"), DiagnosticStatus::OK);
 }

@@ -93,13 +93,19 @@ impl Dha {
     /// At rest with planes neutral, at the start of its clock.
     #[must_use]
     pub fn new(set: &ActuatorSet) -> Self {
+        Self::settled(set, 1)
+    }
+
+    /// As [`Dha::new`], the sign valve and the last sign pulse at `sign`, +1 or -1.
+    #[must_use]
+    pub fn settled(set: &ActuatorSet, sign: i8) -> Self {
         Self {
             moment_arm: set.moment_arm,
             volumes: (set.volume, set.small.map_or(0.0, |small| small.volume)),
             work_per_volume: set.resting_pressure(),
             clock: CycleClock::new(set.frequency_millihertz),
-            hydraulics: Hydraulics::new(set),
-            logic: PulseLogic::new(set),
+            hydraulics: Hydraulics::settled(set, sign),
+            logic: PulseLogic::new(set).settled(sign),
             position_loop: PositionLoop::new(set),
             open_loop_angle: None,
             frozen_at: None,
@@ -107,7 +113,7 @@ impl Dha {
             pulses: 0,
             small_pulses: 0,
             sign_changes: 0,
-            sign: 1,
+            sign,
             limit_cycle: LimitCycle::new(),
             tally: Tally::default(),
         }

@@ -190,6 +190,12 @@ impl PulseLogic {
         }
     }
 
+    /// The same, the last sign pulse `sign`, +1 or -1.
+    #[must_use]
+    pub fn settled(self, sign: i8) -> Self {
+        Self { sign, ..self }
+    }
+
     /// Changes the options from the next decision on.
     pub fn set_options(&mut self, options: Options) {
         self.options = options;
@@ -482,8 +488,7 @@ mod tests {
         ] {
             let set = two_speed();
             let mut logic = PulseLogic::with_options(&set, options);
-            let mut mirror = logic;
-            mirror.sign = -1;
+            let mut mirror = logic.settled(-1);
             for i in 0..2000 {
                 let (input, ram) = (0.4 * DEGREE * f64::from(i).sin(), 0.3 * INCH);
                 let one = logic.accumulate(input, ram);

@@ -6,12 +6,33 @@ pub(crate) mod depth;
 use dha_actuator::actuator_file::load;
 use dha_actuator::actuator_set::ActuatorSet;
 use dha_actuator::bench::pulse_train::PulseTrain;
-use dha_actuator::condition::Condition;
+use dha_actuator::condition::{Condition, Leakages, Sound};
 use dha_actuator::hydraulics::Reading;
+use dha_actuator::modes::Constants;
 use dha_actuator::units::{INCH, PSI};
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::{Rng, SeedableRng};
 
 /// Cubic metres in a cubic inch.
 pub(crate) const CUBIC_INCH: f64 = INCH * INCH * INCH;
+
+/// Seeded choices.
+pub(crate) struct Dice(Pcg64);
+
+impl Dice {
+    pub(crate) fn new(seed: u64) -> Self {
+        Self(Pcg64::seed_from_u64(seed))
+    }
+
+    /// Uniform in [0, 1).
+    pub(crate) fn unit(&mut self) -> f64 {
+        (self.0.next_u64() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    pub(crate) fn one_of<T: Copy>(&mut self, choices: &[T]) -> T {
+        choices[(self.unit() * choices.len() as f64) as usize]
+    }
+}
 
 /// One instant, in inches, pounds and seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,6 +58,7 @@ pub(crate) fn actuator(name: &str, leakage: bool, friction: bool) -> ActuatorSet
 /// Runs one command per cycle from t = 0, then none.
 pub(crate) struct Bench {
     pub(crate) set: ActuatorSet,
+    pub(crate) condition: Condition,
     train: PulseTrain,
 }
 
@@ -55,7 +77,18 @@ impl Bench {
         Self {
             train: PulseTrain::worn(&set, condition, sign, commands),
             set,
+            condition,
         }
+    }
+
+    /// The ram's constants in the bench's condition.
+    pub(crate) fn constants(&self) -> Constants {
+        Sound::new(&self.set).in_condition(&self.condition).0
+    }
+
+    /// The leakages in the bench's condition.
+    pub(crate) fn leakages(&self) -> Leakages {
+        Sound::new(&self.set).in_condition(&self.condition).1
     }
 
     /// The reading at `t`, s; times must not go back.
