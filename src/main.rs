@@ -67,7 +67,7 @@ enum Command {
     /// The digital hydraulic actuator by itself: the 1966 study's bench, limit cycles
     #[command(subcommand)]
     Dha(DhaCommand),
-    /// Compute the numbers of the 1988 report again, and say which agree
+    /// Compute the numbers of the two historical reports again, and say which agree
     Reproduce(ReproduceArgs),
     /// Run one node in this process (what `ros2 run` would start)
     #[command(disable_help_flag = true)]

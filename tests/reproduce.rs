@@ -78,10 +78,22 @@ fn every_number_of_the_report_has_the_verdict_that_stands_in_the_book() {
     let html = std::fs::read_to_string(page.path()).expect("written");
     assert_eq!(
         html.matches("<svg").count(),
-        13 + 11,
-        "figures B1 to B10 and the loci"
+        13 + 11 + 12 + 42,
+        "figures B1 to B10, the loci, the time responses, and the actuator's"
     );
-    for part in ["Fig. B1", "Fig. B10", "Fig. 21", "id=\"E25\"", "pow.cd02"] {
+    for part in [
+        "Fig. B1",
+        "Fig. B10",
+        "Fig. 21",
+        "id=\"E25\"",
+        "pow.cd02",
+        "Fig. 3-1",
+        "Fig. 4-11",
+        "Fig. 5-7",
+        "surrogate missile",
+        "id=\"D1\"",
+        "T4-2.base.Kg_stable",
+    ] {
         assert!(html.contains(part), "{part}");
     }
 }

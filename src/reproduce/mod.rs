@@ -1,20 +1,25 @@
-//! `planesman reproduce`: every number of the 1988 report beside what it comes to.
+//! `planesman reproduce`: every number of the two historical reports beside what it comes to.
 //!
-//! - [`shares`]: which node recomputes which numbers.
+//! - [`reports`]: the two reports.
+//! - [`shares`]: which node recomputes which numbers of the 1988 report.
 //! - [`listing`]: the numbers as text.
 //! - [`page`]: the numbers, errata and figures as one HTML page.
 //! - [`figures`]: the lost figures B1 to B10, from the report's programs.
 //! - [`root_loci`]: the root loci of Figs. 5 to 21.
+//! - [`actuator_figures`]: those of the 1966 actuator study.
 //! - [`time_responses`]: the depth loop's, Figs. 11 to 16 and C2 to C9.
 
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
 use planesman_book::Reckoning;
+use reports::REPORTS;
 
+pub mod actuator_figures;
 pub mod figures;
 pub mod listing;
 pub mod page;
+pub mod reports;
 pub mod root_loci;
 pub mod shares;
 pub mod time_responses;
@@ -27,21 +32,30 @@ pub struct ReproduceArgs {
     html: Option<PathBuf>,
 }
 
-/// Prints the book of numbers, and writes the page when one is asked for.
+/// Prints the books of numbers, and writes the page when one is asked for.
 ///
 /// # Errors
 /// When a verdict is not the one that stands in the book, when a number moved away from its reference,
 /// or when the page cannot be written.
 pub fn run(args: &ReproduceArgs) -> Result<()> {
-    let book = shares::book()?;
-    let reckoning = Reckoning::of(&book, shares::recomputed());
-    print!("{}", listing::text(&book, &reckoning));
+    let mut page = page::Page::default();
+    let mut news = 0;
+    for report in REPORTS {
+        let book = (report.book)()?;
+        let values = (report.recomputed)();
+        let reckoning = Reckoning::of(&book, values.iter().map(|(id, v)| (id.as_str(), *v)));
+        println!("{}\n", report.citation);
+        println!("{}", listing::text(&book, &reckoning));
+        news += reckoning.totals().news;
+        if args.html.is_some() {
+            page.add(&report, &book, &reckoning)?;
+        }
+    }
     if let Some(path) = &args.html {
-        std::fs::write(path, page::page(&book, &reckoning)?)
-            .with_context(|| format!("{}", path.display()))?;
+        std::fs::write(path, page.text()).with_context(|| format!("{}", path.display()))?;
         println!("{}: the numbers and the redrawn figures", path.display());
     }
-    match reckoning.totals().news {
+    match news {
         0 => Ok(()),
         1 => bail!("1 number is not as it stands in the book"),
         n => bail!("{n} numbers are not as they stand in the book"),

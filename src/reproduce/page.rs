@@ -1,12 +1,12 @@
-//! The book of numbers on one self-contained HTML page, with the figures that are lost from the report's copy.
+//! The books of numbers on one self-contained HTML page, with the figures that are lost from the reports' copies.
 
-use anyhow::{Result, anyhow};
+use anyhow::Result;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use planesman_book::{Book, Reckoning, Verdict};
 
-use super::figures::{self, Figure};
+use super::figures::Figure;
 use super::listing::{number, totals, verdict};
-use super::{root_loci, time_responses};
+use super::reports::{Chapter, Report};
 use crate::page::{STYLE, legend};
 
 const OWN_STYLE: &str = "
@@ -15,46 +15,63 @@ td.note { text-align: left; font-size: 13px; max-width: 22rem; }
 body { max-width: 72rem; }
 ";
 
-/// The page's text.
-///
-/// # Errors
-/// When a figure cannot be drawn.
-pub fn page(book: &Book, reckoning: &Reckoning<'_>) -> Result<String> {
-    let programs = drawn(figures::figures())?;
-    let loci = drawn(root_loci::figures()?)?;
-    let responses = drawn(time_responses::figures().map_err(|reason| anyhow!(reason))?)?;
-    Ok(html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                title { "Brunner 1988, computed again" }
-                style { (PreEscaped(STYLE)) (PreEscaped(OWN_STYLE)) }
-            }
-            body {
-                h1 { "Brunner 1988, computed again" }
-                p.lead { "G. M. Brunner, Experimental Verification of AUV Performance, Naval Postgraduate School, March 1988." }
-                pre { (totals(reckoning).trim()) }
-                h2 { "Figures B1 to B10" }
-                p { "The copy of the report has lost them. These are what programs T2 to T5 put out, with the errors they had." }
-                (programs)
-                h2 { "Root loci" }
-                (loci)
-                h2 { "Time responses of the depth loop" }
-                (responses)
-                h2 { "Numbers" }
-                (numbers(book, reckoning))
-                h2 { "Errata" }
-                table {
-                    @for (number, text) in book.errata() {
-                        tr id=(number) { td { (number) } td.note { (text) } }
-                    }
+/// A page that is written report by report.
+#[derive(Default)]
+pub struct Page {
+    titles: Vec<&'static str>,
+    reports: Vec<Markup>,
+}
+
+impl Page {
+    /// Adds a report with its figures, numbers and errata.
+    ///
+    /// # Errors
+    /// When a figure cannot be drawn.
+    pub fn add(&mut self, report: &Report, book: &Book, reckoning: &Reckoning<'_>) -> Result<()> {
+        let mut chapters = Vec::new();
+        for Chapter {
+            title,
+            note,
+            figures,
+        } in (report.figures)()?
+        {
+            chapters.push(html! { h2 { (title) } p { (note) } (drawn(figures)?) });
+        }
+        self.titles.push(report.name);
+        self.reports.push(html! {
+            h1 { (report.name) ", computed again" }
+            p.lead { (report.citation) }
+            pre { (totals(reckoning).trim()) }
+            @for chapter in chapters { (chapter) }
+            h2 { "Numbers" }
+            (numbers(book, reckoning))
+            h2 { "Errata" }
+            table {
+                @for (number, text) in book.errata() {
+                    tr id=(number) { td { (number) } td.note { (text) } }
                 }
             }
-        }
+        });
+        Ok(())
     }
-    .into_string())
+
+    /// The page's text.
+    #[must_use]
+    pub fn text(&self) -> String {
+        html! {
+            (DOCTYPE)
+            html lang="en" {
+                head {
+                    meta charset="utf-8";
+                    meta name="viewport" content="width=device-width, initial-scale=1";
+                    title { (self.titles.join(", ")) ", computed again" }
+                    style { (PreEscaped(STYLE)) (PreEscaped(OWN_STYLE)) }
+                }
+                body { @for report in &self.reports { (report) } }
+            }
+        }
+        .into_string()
+    }
 }
 
 fn drawn(figures: Vec<Figure>) -> Result<Markup> {

@@ -4,6 +4,7 @@ use super::autopilot::Gains;
 use super::digital_loop::{DigitalLoop, Start};
 use super::missile::Surrogate;
 use crate::actuator_set::ActuatorSet;
+use crate::condition::Condition;
 use crate::pulse_logic::Options;
 
 /// A digital flight control to be tested.
@@ -17,6 +18,8 @@ pub struct Case {
     pub gains: Gains,
     /// The pulse logic's options.
     pub options: Options,
+    /// What is the matter with the actuator.
+    pub condition: Condition,
 }
 
 impl Case {
@@ -28,6 +31,7 @@ impl Case {
             set,
             gains: Gains::of(surrogate),
             options: Options::SINGLE_SPEED,
+            condition: Condition::SOUND,
         }
     }
 

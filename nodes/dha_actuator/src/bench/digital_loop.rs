@@ -61,6 +61,8 @@ impl DigitalLoop {
     #[must_use]
     pub fn new(case: &Case, start: Start) -> Self {
         let set = case.surrogate.fitted(case.set.clone());
+        let mut hydraulics = Hydraulics::resting_at(&set, 1, start.ram);
+        hydraulics.set_condition(case.condition);
         Self {
             period: set.cycle(),
             moment_arm: set.moment_arm,
@@ -71,7 +73,7 @@ impl DigitalLoop {
             },
             autopilot: DigitalAutopilot::new(case.gains),
             logic: PulseLogic::with_options(&set, case.options),
-            hydraulics: Hydraulics::resting_at(&set, 1, start.ram),
+            hydraulics,
             ram: start.ram,
             cycles: 0,
         }

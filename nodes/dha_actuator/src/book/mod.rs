@@ -6,10 +6,13 @@
 //! printed numbers, or with the surrogate (`PS-1`, `PS-2`) for what only the simulation says. Where
 //! nothing else is said, a flight is that of PS-2.
 
+use crate::bench::case::Case;
+use crate::bench::missile::Surrogate;
 use planesman_book::{Book, BookError, ibm_1966 as report};
 
 pub mod actuators;
 pub mod flights;
+pub mod linear;
 pub mod strokes;
 
 const ENTRIES: &str = include_str!("../../data/ibm_1966.json");
@@ -33,5 +36,8 @@ pub fn recomputed() -> Recomputed {
     };
     all.extend(strokes::recomputed().unwrap_or_default());
     all.extend(flights::recomputed().unwrap_or_default());
+    if let Ok(case) = Case::table_4_1(Surrogate::Ps2) {
+        all.extend(linear::recomputed(&case).unwrap_or_default());
+    }
     all
 }
