@@ -83,7 +83,7 @@ def best(work, rounds):
 def main():
     subprocess.run(["cargo", "bench", "--quiet", "-p", "plant_sim", "--bench", "step"], check=True)
 
-    seconds, (held, level) = best(solve_dive, 10)
+    seconds, (held, level) = best(solve_dive, 200)
     evaluations = held.nfev + level.nfev
     print(f"scipy solve_ivp (DOP853), dive of 60 s: {seconds * 1e3:.3f} ms, {evaluations} evaluations")
     print(f"after 10 s: pitch {np.degrees(held.y[2, -1]):.6f} deg, depth {held.y[3, -1] / FOOT:.6f} ft")
@@ -91,7 +91,7 @@ def main():
     system = linear_system()
     times = np.arange(1200) * 0.05
     planes = np.where(times < 10, PLANES, 0.0)
-    seconds, _ = best(lambda: linear_dive(system, times, planes), 10)
+    seconds, _ = best(lambda: linear_dive(system, times, planes), 200)
     print(f"python-control, linear dive of 60 s at 20 Hz: {seconds * 1e3:.3f} ms")
 
 

@@ -109,7 +109,7 @@ fn main() {
         );
     }
 
-    let dive = best(ROUNDS / 100, || {
+    let dive = best(ROUNDS / 10, || {
         let track = Track::of_dive(black_box(&motion), planes, 10.0, 60.0);
         assert!(black_box(track).is_ok());
     });

@@ -34,12 +34,15 @@ impl Angle {
         Self { radians, sin, cos }
     }
 
-    /// The angle turned on to `radians`. A small turn goes by the addition theorems, with sine and
+    /// The angle turned on to `radians`; itself when it has not turned. A small turn goes by the addition theorems, with sine and
     /// cosine of the turn by their series; it costs a fraction of new ones and rounds as they do.
     #[inline]
     #[must_use]
     pub fn turned_to(self, radians: f64) -> Self {
         let turn = radians - self.radians;
+        if turn == 0.0 {
+            return self;
+        }
         if turn.abs() > SMALL_TURN {
             return Self::new(radians);
         }

@@ -342,8 +342,9 @@ fn check(body: &Body) -> Result<(), Diverged> {
         course.rate,
     ];
     for (value, (quantity, limit)) in values.into_iter().zip(&LIMITS) {
-        // Written so that NaN is refused too.
-        if !(-limit..=*limit).contains(&value) {
+        // NaN is not within.
+        let within = value.abs() <= *limit;
+        if !within {
             return Err(Diverged {
                 quantity,
                 value,

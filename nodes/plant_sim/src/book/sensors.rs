@@ -20,6 +20,8 @@ const SAMPLING_TIME: f64 = 0.05;
 const DRIFT: f64 = 25.0;
 /// Depth at which the bench calibration gives full scale \[in\] (p. 76).
 const BENCH_FULL_SCALE: f64 = 39.0;
+/// What the speed cell is made for \[in of water\] (p. 75).
+const SPEED_FULL_SCALE: f64 = 0.8;
 
 /// Every number of the families gyro, press, plane, daq and tank that can be recomputed; rollplane and tx have
 /// none. [`carried`] gives the printed ones that the models are made of.
@@ -115,6 +117,7 @@ fn pressure_cells() -> Vec<(&'static str, f64)> {
     let shift = (depth_at(BOTTOM_PORT) - depth_at(SIDE_PORTS)) / INCH;
     vec![
         ("press.depth_bench", FULL_SCALE / BENCH_FULL_SCALE),
+        ("press.speed_fs_slope", FULL_SCALE / SPEED_FULL_SCALE),
         ("press.depth_slope_ft", per_metre * FOOT),
         ("press.depth_slope_SI", per_metre),
         (
