@@ -7,8 +7,7 @@ use anyhow::Result;
 use dha_actuator::depth_loop::{Case, Figure, LimitCycle, Prediction, cases};
 use dha_actuator::units::INCH;
 
-/// Above this much of 1 + N H the balance is no cycle.
-const MOST_RESIDUAL: f64 = 0.1;
+use super::MOST_RESIDUAL;
 
 /// What the command takes.
 #[derive(Clone, Debug, clap::Args)]

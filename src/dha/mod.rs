@@ -1,18 +1,29 @@
 //! `planesman dha`: the digital hydraulic actuator by itself.
 //!
 //! - [`mod@bench`]: the 1966 study's tables by simulation, beside the printed values.
+//! - [`size`]: what its constants come to, or an actuator for a load.
+//! - [`frequency`]: the linear model beside the full one.
 //! - [`limit_cycles`]: what the actuator leaves of a dive.
 
 use anyhow::Result;
 
 pub mod bench;
+pub mod frequency;
 pub mod limit_cycles;
+pub mod size;
+
+/// Above this much of 1 + N H a harmonic balance is no cycle.
+const MOST_RESIDUAL: f64 = 0.1;
 
 /// What `planesman dha` can do.
 #[derive(Clone, Debug, clap::Subcommand)]
 pub enum DhaCommand {
     /// Run the 1966 study's flight-control tests and print its tables beside the results
     Bench(bench::BenchArgs),
+    /// Print an actuator's sizes, or size one for a load
+    Size(Box<size::SizeArgs>),
+    /// Print the linear model's frequency response beside the full model's
+    Frequency(frequency::FrequencyArgs),
     /// Show what the actuator leaves of a dive: limit cycles of the AUV's depth loop, predicted and simulated
     LimitCycles(limit_cycles::LimitCyclesArgs),
 }
@@ -24,6 +35,8 @@ pub enum DhaCommand {
 pub fn run(command: &DhaCommand) -> Result<()> {
     match command {
         DhaCommand::Bench(args) => bench::run(args),
+        DhaCommand::Size(args) => size::run(args),
+        DhaCommand::Frequency(args) => frequency::run(args),
         DhaCommand::LimitCycles(args) => limit_cycles::run(args),
     }
 }

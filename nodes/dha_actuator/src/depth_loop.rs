@@ -22,7 +22,7 @@ use serde::Deserialize;
 
 use crate::actuator_file::{ActuatorFileError, load};
 use crate::actuator_set::ActuatorSet;
-use crate::describing_function::{Balance, Search, balance};
+use crate::describing_function::{Search, balance};
 use crate::dha::{Demand, Dha};
 use crate::frequency_response::{self, Periods};
 use crate::pulse_logic::Options;
@@ -253,60 +253,27 @@ impl Case {
         Ok(loop_around.dive(&self.set()?, |_| self.demand(0.0)))
     }
 
-    /// The cycle for which harmonic balance holds best, the actuator's describing function being taken
-    /// from the full model under a sinusoid, friction, leakage and delays included: 1 + N(A, w) H(jw).
+    /// The cycle that [`Loop::foresee`] finds for the case.
     ///
     /// # Errors
     /// Those of the actuator's file.
     pub fn predict(&self) -> Result<Prediction, ActuatorFileError> {
         let set = self.set()?;
-        let periods = Periods {
-            settling: 1,
-            heard: 3,
-        };
-        let describing_function = |amplitude: f64, frequency: f64| {
-            frequency_response::actuator(&set, self.demand(amplitude), frequency, periods)
-        };
         let finest = set.small.map_or(set.threshold, |small| small.threshold);
         let smallest = match self.logic {
             Logic::SingleSpeed => set.threshold,
             Logic::TwoSpeed => finest,
             Logic::Precision | Logic::TwoSpeedPrecision => 0.1 * finest,
         };
-        let search = Search {
-            amplitudes: (smallest, 4.0 * set.threshold),
-            frequencies: (0.01 * TAU, 0.5 * TAU),
+        let loop_around = Loop {
+            integral: self.integral,
+            restoring: self.restoring,
         };
-        let Balance {
-            amplitude,
-            frequency,
-            residual,
-        } = balance(&search, describing_function, |w| {
-            self.loop_around_the_planes(w)
-        });
-        let planes = amplitude * describing_function(amplitude, frequency).norm();
-        let depth_feet = planes * (self.pitch(frequency) * SPEED).norm() / frequency;
-        Ok(Prediction {
-            frequency: frequency / TAU,
-            depth: 2.0 * depth_feet * 12.0 * INCH,
-            residual,
-        })
-    }
-
-    /// theta/delta of the vehicle in small motion, at a frequency, rad/s.
-    fn pitch(&self, frequency: f64) -> Complex<f64> {
-        let s = Complex::new(0.0, frequency);
-        Complex::from(PLANES) / (s * s * INERTIA + s * DAMPING + self.restoring)
-    }
-
-    /// H = -delta_c/delta of vehicle and control computer, at a frequency, rad/s: the loop without the
-    /// actuator. The computer's sampling is a dead time of half a tick.
-    fn loop_around_the_planes(&self, frequency: f64) -> Complex<f64> {
-        let s = Complex::new(0.0, frequency);
-        let integral = self.integral / s + 1.0;
-        let pitch_error = DEPTH_GAIN * SPEED / s + DEPTH_RATE_GAIN * SPEED + 1.0;
-        let feedback = PITCH_GAIN * integral * pitch_error + PITCH_RATE_GAIN * s;
-        feedback * self.pitch(frequency) * (-s * (0.5 * TICK)).exp()
+        Ok(
+            loop_around.foresee(&set, (smallest, 4.0 * set.threshold), |amplitude| {
+                self.demand(amplitude)
+            }),
+        )
     }
 }
 
@@ -365,6 +332,54 @@ impl Loop {
             reached,
             ..watched.cycle(TICK / STEPS as f64)
         }
+    }
+
+    /// The cycle for which harmonic balance holds best, 1 + N(A, w) H(jw) = 0, with amplitudes (rad, of
+    /// what is asked of the actuator) from and to. The actuator's describing function is taken from the
+    /// full model under a sinusoid, friction, leakage and delays included; `asked` is how it is asked for
+    /// an amplitude.
+    #[must_use]
+    pub fn foresee(
+        &self,
+        set: &ActuatorSet,
+        amplitudes: (f64, f64),
+        asked: impl Fn(f64) -> Demand,
+    ) -> Prediction {
+        let periods = Periods {
+            settling: 1,
+            heard: 3,
+        };
+        let describing_function = |amplitude: f64, frequency: f64| {
+            frequency_response::actuator(set, asked(amplitude), frequency, periods)
+        };
+        let search = Search {
+            amplitudes,
+            frequencies: (0.01 * TAU, 0.5 * TAU),
+        };
+        let found = balance(&search, describing_function, |w| self.around_the_planes(w));
+        let planes = found.amplitude * describing_function(found.amplitude, found.frequency).norm();
+        let depth_feet = planes * (self.pitch(found.frequency) * SPEED).norm() / found.frequency;
+        Prediction {
+            frequency: found.frequency / TAU,
+            depth: 2.0 * depth_feet * 12.0 * INCH,
+            residual: found.residual,
+        }
+    }
+
+    /// theta/delta of the vehicle in small motion, at a frequency, rad/s.
+    fn pitch(&self, frequency: f64) -> Complex<f64> {
+        let s = Complex::new(0.0, frequency);
+        Complex::from(PLANES) / (s * s * INERTIA + s * DAMPING + self.restoring)
+    }
+
+    /// H = -delta_c/delta of vehicle and control computer, at a frequency, rad/s: the loop without the
+    /// actuator. The computer's sampling is a dead time of half a tick.
+    fn around_the_planes(&self, frequency: f64) -> Complex<f64> {
+        let s = Complex::new(0.0, frequency);
+        let integral = self.integral / s + 1.0;
+        let pitch_error = DEPTH_GAIN * SPEED / s + DEPTH_RATE_GAIN * SPEED + 1.0;
+        let feedback = PITCH_GAIN * integral * pitch_error + PITCH_RATE_GAIN * s;
+        feedback * self.pitch(frequency) * (-s * (0.5 * TICK)).exp()
     }
 }
 

@@ -16,7 +16,7 @@
 //!   vanish when the valve spends half its time on each side. The loop parks half-way between two
 //!   levels and toggles: +-delta_q/2 with a hysteresis of +-(e_b - delta_q/2).
 
-use planesman_linear::Complex;
+use planesman_linear::{Complex, DelayedLoop};
 use std::f64::consts::PI;
 
 /// N of a quantizer with hysteresis for the amplitude `amplitude`, in the unit of `quantum` and
@@ -117,6 +117,21 @@ pub fn balance(
     best
 }
 
+/// The cycle, if any, of an actuator with leakage open loop in `rest`: it toggles between two levels
+/// `quantum` apart, both in rad. Volumes a second are twice its frequency.
+#[must_use]
+pub fn toggling(rest: &DelayedLoop, quantum: f64, threshold: f64) -> Balance {
+    let hysteresis = threshold - 0.5 * quantum;
+    balance(
+        &Search {
+            amplitudes: (1.01 * hysteresis, 4.0 * quantum),
+            frequencies: (6.0, 90.0),
+        },
+        |amplitude, _| relay(amplitude, 0.5 * quantum, hysteresis),
+        |frequency| rest.at(frequency),
+    )
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
@@ -193,14 +208,7 @@ mod tests {
         let cycle = |delay: f64| {
             let mut rest = control.open_loop.clone();
             rest.delay += delay;
-            balance(
-                &Search {
-                    amplitudes: (0.126 * quantum, 4.0 * quantum),
-                    frequencies: (6.0, 90.0),
-                },
-                |a, _| relay(a, 0.5 * quantum, 0.125 * quantum),
-                |w| rest.at(w),
-            )
+            toggling(&rest, quantum, 0.625 * quantum)
         };
         for (lag, toggles) in [(0.0, 10.4), (0.022, 6.46)] {
             let found = cycle(lag);
