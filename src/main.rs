@@ -43,6 +43,9 @@ enum Command {
     },
     /// Identify from a bag what sysid identifies live
     Replay(sysid::replay::ReplayArgs),
+    /// Look for signals in any bag or table, and find models in them
+    #[command(subcommand)]
+    Sysid(sysid::command::Command),
     /// Look into a bag
     #[command(subcommand)]
     Bag(BagCommand),
@@ -169,6 +172,7 @@ fn main() -> ExitCode {
             .and_then(|run| run.report())
             .map(|text| println!("{text}")),
         Command::Replay(args) => sysid::replay::run(&args),
+        Command::Sysid(command) => command.run(),
         Command::Tf(args) => tf_command::run(&args),
         Command::Bag(BagCommand::Info { path }) => bag_info(&path),
         Command::Params {

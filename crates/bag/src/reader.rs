@@ -254,6 +254,15 @@ impl BagReader {
         }
     }
 
+    /// Opens several `.mcap` files, in this order, as one bag: what remains of a split bag.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn open_all(files: &[PathBuf]) -> Result<Self, ReadError> {
+        let path = files.first().map_or(Path::new(""), PathBuf::as_path);
+        Self::open_files(path, files.to_vec(), None, None, Limits::default())
+    }
+
     fn open_folder(folder: &Path, limits: Limits) -> Result<Self, ReadError> {
         let told = folder.join(metadata::FILE_NAME);
         let not_told = match BagMetadata::read(&told) {
@@ -384,6 +393,7 @@ impl BagReader {
     pub fn messages(&self, order: Order) -> Messages<'_> {
         Messages {
             remaining: self.recordings.iter(),
+            passed: 0,
             current: None,
             order,
             limits: &self.limits,
@@ -404,6 +414,8 @@ impl BagReader {
 /// A stream of messages. After an error (a file damaged since it was closed) it ends.
 pub struct Messages<'a> {
     remaining: std::slice::Iter<'a, Recording>,
+    /// Bytes of the files before the current one.
+    passed: u64,
     /// The file being read, and the messages met in it.
     current: Option<(&'a Recording, Walk, u64)>,
     order: Order,
@@ -454,7 +466,10 @@ impl Iterator for Messages<'_> {
                         reason,
                     });
                 }
-                Ok(None) => self.current = None,
+                Ok(None) => {
+                    self.passed += recording.size;
+                    self.current = None;
+                }
                 Err(Damage { offset, reason }) => {
                     let path = recording.path.clone();
                     return self.end_with(ReadError::Damaged {
@@ -469,6 +484,13 @@ impl Iterator for Messages<'_> {
 }
 
 impl Messages<'_> {
+    /// How many bytes of the bag's files have been read, to show how far one is.
+    #[must_use]
+    pub fn bytes_read(&self) -> u64 {
+        let current = self.current.as_ref();
+        self.passed + current.map_or(0, |(_, walk, _)| walk.offset())
+    }
+
     fn end_with(&mut self, error: ReadError) -> Option<Result<Message, ReadError>> {
         self.remaining = [].iter();
         self.current = None;

@@ -483,6 +483,11 @@ impl Walk {
         }))
     }
 
+    /// The bytes of the file that have been taken.
+    pub(crate) fn offset(&self) -> u64 {
+        self.records.offset()
+    }
+
     /// Takes one record of the file.
     fn next_record(&mut self) -> Result<(), Damage> {
         let Some(record) = self.records.next(is_told)? else {

@@ -6,13 +6,16 @@ use std::str::FromStr;
 /// Where a field is in a message: `twist.twist.angular.y`, `position[0]`, `transforms[1].header`.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct FieldPath {
-    pub(crate) steps: Vec<Step>,
+    /// Its steps, from the message inwards.
+    pub steps: Vec<Step>,
 }
 
 /// One step into a message.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub(crate) enum Step {
+pub enum Step {
+    /// To the field of that name.
     Field(String),
+    /// To an element of a list.
     Index(usize),
 }
 

@@ -5,6 +5,10 @@
 //! messages -> signal -> align -> regression -> rls -> model, fit -> ModelEstimate
 //! ```
 //! - [`signal`]: `TOPIC:FIELD`, one number of one message.
+//! - [`source`], [`bag_source`], [`csv_source`]: samples of any signals out of a bag or a table.
+//! - [`timing`]: rate, jitter, gaps and duplicates of stamps.
+//! - [`resample`]: samples put on a uniform grid.
+//! - [`command`]: `sysid topics` ([`topics_command`]), `sysid fit` ([`fit_command`]), `sysid replay` ([`replay`]).
 //! - [`align`]: inputs and outputs in the order of their stamps.
 //! - [`record`]: inputs and outputs on one uniform grid, from wherever they come.
 //! - [`regression`]: the equation-error model, row by row.
@@ -27,11 +31,15 @@
 //! thesis, March 1988), ch. V, on whole histories instead of assumed zero ones.
 
 pub mod align;
+pub mod bag_source;
 pub mod batch;
 pub mod book;
+pub mod command;
 pub mod core;
+pub mod csv_source;
 pub mod estimators;
 pub mod fit;
+pub mod fit_command;
 pub mod learner;
 pub mod model;
 pub mod montecarlo;
@@ -40,10 +48,14 @@ pub mod parameters;
 pub mod record;
 pub mod regression;
 pub mod replay;
+pub mod resample;
 pub mod rls;
 pub mod signal;
+pub mod source;
 pub mod stamp;
 pub mod structure;
 pub mod synthetic;
+pub mod timing;
+pub mod topics_command;
 pub mod uncertainty;
 pub mod validation;

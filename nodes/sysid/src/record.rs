@@ -60,6 +60,8 @@ pub enum Method {
     Linear,
     /// The latest sample at or before the instant.
     Hold,
+    /// The mean of the samples nearer to this instant than to any other: for measurements much faster than the grid.
+    Centred,
 }
 
 impl fmt::Display for Method {
@@ -68,6 +70,7 @@ impl fmt::Display for Method {
             Self::Mean => "mean over the interval",
             Self::Linear => "linear interpolation",
             Self::Hold => "latest held",
+            Self::Centred => "mean about the instant",
         })
     }
 }

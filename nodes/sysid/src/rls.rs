@@ -280,6 +280,15 @@ impl RecursiveLeastSquares {
         self.rows
     }
 
+    /// How many directions in the space of all parameters the rows tell apart: singular values of
+    /// R above the share `tolerance` of the largest.
+    #[must_use]
+    pub fn rank(&self, tolerance: f64) -> usize {
+        let singular = self.r.singular_values();
+        let least = tolerance * singular.max();
+        singular.iter().filter(|s| **s > least).count()
+    }
+
     /// How many directions in the space of the parameters in `columns` the rows say too little
     /// about: their estimate is still the prior's. 0 when all can be told apart.
     #[must_use]

@@ -13,6 +13,8 @@
 use std::fmt;
 use std::str::FromStr;
 
+use planesman_decode::FieldPath;
+use planesman_decode::path::Step;
 use serde_json::Value;
 
 use crate::regression::Input;
@@ -25,15 +27,7 @@ pub const LARGEST: f64 = 1e30;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Signal {
     topic: String,
-    field: String,
-    path: Vec<Step>,
-}
-
-/// One step into a message.
-#[derive(Clone, Debug, PartialEq, Eq)]
-enum Step {
-    Field(String),
-    Index(usize),
+    path: FieldPath,
 }
 
 impl FromStr for Signal {
@@ -58,29 +52,12 @@ impl FromStr for Signal {
         if !topic_is_named {
             return refuse("the topic is no ROS topic name");
         }
-        let mut path = Vec::new();
-        for part in field.split('.') {
-            let (name, indices) = part.split_at(part.find('[').unwrap_or(part.len()));
-            if !is_name(name) {
-                return refuse("a field's name is letters, digits and underscores");
-            }
-            path.push(Step::Field(name.to_owned()));
-            let mut rest = indices;
-            while let Some((index, after)) = rest.strip_prefix('[').and_then(|r| r.split_once(']'))
-            {
-                let Ok(index) = index.parse() else {
-                    return refuse("an index is a whole number");
-                };
-                path.push(Step::Index(index));
-                rest = after;
-            }
-            if !rest.is_empty() {
-                return refuse("an index stands in brackets");
-            }
-        }
+        let path = match field.parse() {
+            Ok(path) => path,
+            Err(reason) => return refuse(&format!("{reason}")),
+        };
         Ok(Self {
             topic: topic.to_owned(),
-            field: field.to_owned(),
             path,
         })
     }
@@ -88,7 +65,7 @@ impl FromStr for Signal {
 
 impl fmt::Display for Signal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}:{}", self.topic, self.field)
+        write!(f, "{}:{}", self.topic, self.path)
     }
 }
 
@@ -97,6 +74,12 @@ impl Signal {
     #[must_use]
     pub fn topic(&self) -> &str {
         &self.topic
+    }
+
+    /// The field, as written.
+    #[must_use]
+    pub fn path(&self) -> &FieldPath {
+        &self.path
     }
 
     /// Whether messages on `topic` bear this signal.
@@ -145,7 +128,7 @@ impl Signal {
     }
 
     fn find<'m>(&self, message: &'m Value) -> Result<&'m Value, String> {
-        self.path.iter().try_fold(message, |value, step| {
+        self.path.steps.iter().try_fold(message, |value, step| {
             match step {
                 Step::Field(name) => value.get(name),
                 Step::Index(index) => value.get(index),

@@ -1,0 +1,36 @@
+//! The identifier's commands on recorded data, for the `sysid` program and for `planesman sysid`.
+
+use anyhow::Result;
+use clap::Subcommand;
+
+use crate::fit_command::{self, FitArgs};
+use crate::replay::{self, ReplayArgs};
+use crate::topics_command::{self, TopicsArgs};
+
+/// A command.
+#[derive(Clone, Debug, Subcommand)]
+pub enum Command {
+    /// List every numeric field of a bag or table, with rate, gaps, range and course
+    Topics(TopicsArgs),
+    /// Find a model between two signals of any bag or table
+    Fit(FitArgs),
+    /// Identify from a bag what the node identifies live
+    Replay(ReplayArgs),
+}
+
+impl Command {
+    /// The words by which the commands are called.
+    pub const NAMES: [&str; 3] = ["topics", "fit", "replay"];
+
+    /// Runs the command and prints what it found.
+    ///
+    /// # Errors
+    /// One line for the terminal.
+    pub fn run(&self) -> Result<()> {
+        match self {
+            Self::Topics(args) => topics_command::run(args),
+            Self::Fit(args) => fit_command::run(args),
+            Self::Replay(args) => replay::run(args),
+        }
+    }
+}

@@ -1,0 +1,576 @@
+//! `sysid topics`: every numeric field of a bag or table, with what one wants to know before fitting.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use anyhow::Result;
+use clap::Parser;
+use planesman_bag::{Order, Topic};
+use planesman_decode::{Catalogue, Decoder, FieldPath, Values};
+use serde::Serialize;
+
+use crate::bag_source::{self, BagSource};
+use crate::csv_source::CsvSource;
+use crate::record::Timing;
+use crate::source::{Clock, DataArgs, Source, progress_bar};
+use crate::timing::Meter;
+
+/// Fields of a topic that are looked at, and of all topics together.
+const FIELDS_OF_TOPIC: usize = 1000;
+const FIELDS: usize = 20_000;
+
+/// Topics that are looked at.
+const TOPICS: usize = 2000;
+
+/// Columns of a sparkline.
+const SPARKS: usize = 24;
+
+/// How often progress is told, in messages.
+const TELL: u64 = 4096;
+
+/// List every numeric field of a bag or table.
+#[derive(Clone, Debug, Parser)]
+#[command(name = "sysid topics")]
+pub struct TopicsArgs {
+    #[command(flatten)]
+    data: DataArgs,
+    /// Only topics whose name contains this
+    #[arg(long, value_name = "TEXT")]
+    topic: Option<String>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// What a bag or table holds.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Survey {
+    /// Every topic by name; a table is one.
+    pub topics: Vec<TopicSurvey>,
+    /// What could not be read or is not listed, and why.
+    pub notes: Vec<String>,
+}
+
+/// What a topic holds.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct TopicSurvey {
+    /// Its name.
+    pub name: String,
+    /// The type of its messages; empty for a table.
+    pub type_name: String,
+    /// Whose stamps the timing is of.
+    pub stamps: String,
+    /// How its messages lie in time.
+    pub timing: Timing,
+    /// Its numeric fields, in the order in which they lie in a message.
+    pub fields: Vec<FieldSurvey>,
+    /// What could not be read, and why.
+    pub note: Option<String>,
+}
+
+/// What a field holds.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct FieldSurvey {
+    /// Its path in a message, or its column.
+    pub path: String,
+    /// Finite numbers.
+    pub count: u64,
+    /// Numbers that are NaN or infinite.
+    pub not_finite: u64,
+    /// The least; 0 without any.
+    pub min: f64,
+    /// The greatest; 0 without any.
+    pub max: f64,
+    /// Its course: means over stretches of equally many numbers.
+    pub course: Vec<f64>,
+}
+
+/// Runs `sysid topics` and prints what it found.
+///
+/// # Errors
+/// One line: data that cannot be read.
+pub fn run(args: &TopicsArgs) -> Result<()> {
+    let survey = survey(args)?;
+    if args.json {
+        println!("{}", serde_json::to_string_pretty(&survey)?);
+    } else {
+        print!("{}", table(&survey));
+    }
+    Ok(())
+}
+
+/// Looks through the data.
+///
+/// # Errors
+/// As [`run`].
+pub fn survey(args: &TopicsArgs) -> Result<Survey> {
+    let source = Source::open(&args.data)?;
+    let bar = progress_bar(source.bytes(), &args.data);
+    let progress = |bytes| bar.set_position(bytes);
+    let survey = match &source {
+        Source::Bag(bag) => of_bag(bag, args.topic.as_deref(), &progress),
+        Source::Csv(table) => of_table(table, &progress)?,
+    };
+    bar.finish_and_clear();
+    Ok(survey)
+}
+
+/// A field while it is looked at.
+#[derive(Clone, Debug, Default)]
+struct Field {
+    count: u64,
+    not_finite: u64,
+    range: Option<(f64, f64)>,
+    course: Course,
+}
+
+impl Field {
+    fn take(&mut self, value: f64) {
+        if !value.is_finite() {
+            self.not_finite += 1;
+            return;
+        }
+        self.count += 1;
+        let (min, max) = self.range.unwrap_or((value, value));
+        self.range = Some((min.min(value), max.max(value)));
+        self.course.take(value);
+    }
+
+    fn survey(&self, path: String) -> FieldSurvey {
+        let (min, max) = self.range.unwrap_or_default();
+        FieldSurvey {
+            path,
+            count: self.count,
+            not_finite: self.not_finite,
+            min,
+            max,
+            course: self.course.means(),
+        }
+    }
+}
+
+/// A long course in few numbers: when there is no room, two neighbours become one.
+#[derive(Clone, Debug, Default)]
+struct Course {
+    /// Means of equally many values, but for the last: it may be of fewer.
+    means: Vec<f64>,
+    /// Values in each mean, and in the last.
+    each: u64,
+    in_last: u64,
+}
+
+impl Course {
+    fn take(&mut self, value: f64) {
+        if self.means.is_empty() || self.in_last == self.each {
+            if self.means.len() == 2 * SPARKS {
+                self.means = self
+                    .means
+                    .chunks(2)
+                    .map(|it| 0.5 * it[0] + 0.5 * it[1])
+                    .collect();
+                self.each *= 2;
+            }
+            self.each = self.each.max(1);
+            self.means.push(0.0);
+            self.in_last = 0;
+        }
+        self.in_last += 1;
+        if let Some(last) = self.means.last_mut() {
+            *last += value / self.in_last as f64 - *last / self.in_last as f64;
+        }
+    }
+
+    fn means(&self) -> Vec<f64> {
+        let per_spark = self.means.len().div_ceil(SPARKS).max(1);
+        let mean = |it: &[f64]| it.iter().map(|value| value / it.len() as f64).sum();
+        self.means.chunks(per_spark).map(mean).collect()
+    }
+}
+
+/// A topic while it is looked at.
+struct Look {
+    topic: Arc<Topic>,
+    /// None when its messages cannot be read.
+    reader: Option<FieldReader>,
+    messages: u64,
+    refused: u64,
+    note: Option<String>,
+    meter: Meter,
+}
+
+struct FieldReader {
+    decoder: Decoder,
+    values: Values,
+    paths: Vec<FieldPath>,
+    fields: Vec<Field>,
+    /// Whether seconds and nanoseconds of a stamp stand behind the fields.
+    has_stamp: bool,
+}
+
+impl FieldReader {
+    fn of(topic: &Topic, clock: Option<Clock>, room: usize) -> Result<(Self, bool), String> {
+        let types = bag_source::types(topic).map_err(|error| error.to_string())?;
+        let catalogue = Catalogue::of(&types, room.min(FIELDS_OF_TOPIC));
+        let stamp = types.stamp().filter(|_| clock != Some(Clock::Log));
+        let mut paths = catalogue.fields.clone();
+        if let Some(stamp) = &stamp {
+            paths.extend(["sec", "nanosec"].map(|name| stamp.field(name)));
+        }
+        let reader = Self {
+            decoder: Decoder::compile(&types, &paths).map_err(|error| error.to_string())?,
+            values: Values::default(),
+            fields: vec![Field::default(); catalogue.fields.len()],
+            paths: catalogue.fields,
+            has_stamp: stamp.is_some(),
+        };
+        Ok((reader, catalogue.is_cut))
+    }
+
+    /// Takes a message; returns the stamp it is to be counted by.
+    fn read(&mut self, payload: &[u8], log_time: i64) -> Result<i64, String> {
+        self.decoder
+            .read(payload, &mut self.values)
+            .map_err(|error| error.to_string())?;
+        for (index, field) in self.fields.iter_mut().enumerate() {
+            if let Some(value) = self.values.number(index) {
+                field.take(value);
+            }
+        }
+        if !self.has_stamp {
+            return Ok(log_time);
+        }
+        bag_source::nanoseconds(&self.values, self.fields.len())
+            .ok_or_else(|| "its stamp is beyond all time".to_owned())
+    }
+}
+
+impl Look {
+    fn take(&mut self, payload: &[u8], log_time: i64) {
+        self.messages += 1;
+        let stamp = match &mut self.reader {
+            Some(reader) => reader.read(payload, log_time),
+            None => Ok(log_time),
+        };
+        match stamp {
+            Ok(stamp) => self.meter.take(stamp),
+            Err(reason) => {
+                self.refused += 1;
+                self.note.get_or_insert(reason);
+            }
+        }
+    }
+
+    fn survey(self) -> TopicSurvey {
+        let note = match (self.note, self.refused) {
+            (Some(reason), 0) => Some(reason),
+            (Some(reason), refused) => Some(format!(
+                "{refused} of {} messages cannot be read; the first: {reason}",
+                self.messages
+            )),
+            (None, _) => None,
+        };
+        let is_header = self.reader.as_ref().is_some_and(|reader| reader.has_stamp);
+        let fields = self.reader.map(|reader| {
+            let each = reader.paths.iter().zip(&reader.fields);
+            each.map(|(path, field)| field.survey(path.to_string()))
+                .collect()
+        });
+        TopicSurvey {
+            name: self.topic.name.clone(),
+            type_name: self.topic.type_name.clone(),
+            stamps: if is_header { "header" } else { "log" }.to_owned(),
+            timing: self.meter.timing(),
+            fields: fields.unwrap_or_default(),
+            note,
+        }
+    }
+}
+
+fn of_bag(source: &BagSource, wanted: Option<&str>, progress: &dyn Fn(u64)) -> Survey {
+    let bag = source.bag();
+    let mut survey = Survey::default();
+    let mut looks: Vec<Look> = Vec::new();
+    // By name and type: the same topic in the next file of a split bag.
+    let mut places: BTreeMap<(String, String), usize> = BTreeMap::new();
+    let mut room = FIELDS;
+    let mut omitted = 0;
+    for count in bag.topics() {
+        let topic = &count.topic;
+        if wanted.is_some_and(|text| !topic.name.contains(text)) {
+            continue;
+        }
+        if looks.len() == TOPICS || room == 0 {
+            omitted += 1;
+            continue;
+        }
+        let (reader, note) = match FieldReader::of(topic, source.clock(), room) {
+            Ok((reader, is_cut)) => {
+                room -= reader.fields.len();
+                let cut = || format!("only its first {} fields are listed", reader.fields.len());
+                let note = is_cut.then(cut);
+                (Some(reader), note)
+            }
+            Err(reason) => (None, Some(reason)),
+        };
+        places.insert((topic.name.clone(), topic.type_name.clone()), looks.len());
+        looks.push(Look {
+            topic: Arc::clone(topic),
+            reader,
+            messages: 0,
+            refused: 0,
+            note,
+            meter: Meter::default(),
+        });
+    }
+    if omitted > 0 {
+        survey.notes.push(format!(
+            "{omitted} further topics are not listed; --topic TEXT lists those whose name contains it"
+        ));
+    }
+    let mut messages = bag.messages(Order::File);
+    // The topic of the message before: most come in runs, and each file has its own.
+    let mut known: BTreeMap<usize, (Arc<Topic>, Option<usize>)> = BTreeMap::new();
+    let mut count = 0_u64;
+    while let Some(message) = messages.next() {
+        let message = match message {
+            Ok(message) => message,
+            Err(error) => {
+                survey.notes.push(error.to_string());
+                break;
+            }
+        };
+        count += 1;
+        if count.is_multiple_of(TELL) {
+            progress(messages.bytes_read());
+        }
+        let address = Arc::as_ptr(&message.topic) as usize;
+        let (_, place) = known.entry(address).or_insert_with(|| {
+            let key = (message.topic.name.clone(), message.topic.type_name.clone());
+            (Arc::clone(&message.topic), places.get(&key).copied())
+        });
+        if let Some(look) = place.and_then(|place| looks.get_mut(place)) {
+            look.take(&message.payload, message.log_time);
+        }
+    }
+    if !bag.completeness().is_whole() {
+        survey
+            .notes
+            .push(format!("the bag is {}", bag.completeness()));
+    }
+    survey.topics = looks.into_iter().map(Look::survey).collect();
+    survey.topics.sort_by(|a, b| a.name.cmp(&b.name));
+    survey
+}
+
+fn of_table(table: &CsvSource, progress: &dyn Fn(u64)) -> Result<Survey> {
+    let requests = table.requests();
+    let mut fields = vec![Field::default(); requests.len()];
+    let mut meter = Meter::default();
+    let mut take = |signal: usize, stamp, value| {
+        if signal == 0 {
+            meter.take(stamp);
+        }
+        if let (Some(field), Some(value)) = (fields.get_mut(signal), value) {
+            field.take(value);
+        }
+        true
+    };
+    let reading = table.read(&requests, &mut take, progress)?;
+    let fields = fields.iter().zip(requests);
+    Ok(Survey {
+        topics: vec![TopicSurvey {
+            name: table.path().display().to_string(),
+            type_name: String::new(),
+            stamps: reading.stamps,
+            timing: meter.timing(),
+            fields: fields
+                .map(|(field, request)| field.survey(request.name))
+                .collect(),
+            note: None,
+        }],
+        notes: reading.notes,
+    })
+}
+
+/// The survey, for people.
+#[must_use]
+pub fn table(survey: &Survey) -> String {
+    let mut text = String::new();
+    for topic in &survey.topics {
+        text += &head(topic);
+        let lines = lines(&topic.fields);
+        let width = lines
+            .iter()
+            .map(|line| line[0].chars().count())
+            .max()
+            .unwrap_or(0);
+        for [path, count, min, max, course] in &lines {
+            text += &format!("  {path:width$}  {count:>9}  {min:>12}  {max:>12}  {course}\n");
+        }
+    }
+    if survey.topics.is_empty() {
+        text += "no topics\n";
+    }
+    for note in &survey.notes {
+        text += &format!("note: {note}\n");
+    }
+    text
+}
+
+fn head(topic: &TopicSurvey) -> String {
+    let timing = &topic.timing;
+    let mut text = topic.name.clone();
+    if !topic.type_name.is_empty() {
+        text += &format!("  {}", topic.type_name);
+    }
+    text += &format!(
+        "  {} at {:.3} Hz (stamps: {}), jitter {:.3} ms",
+        timing.samples,
+        timing.rate(),
+        topic.stamps,
+        timing.jitter * 1e3
+    );
+    if timing.gaps > 0 {
+        text += &format!(
+            ", {} gaps, the longest {:.3} s",
+            timing.gaps, timing.longest
+        );
+    }
+    for (count, what) in [
+        (timing.duplicates, "duplicates"),
+        (timing.late, "going back in time"),
+    ] {
+        if count > 0 {
+            text += &format!(", {count} {what}");
+        }
+    }
+    text.push('\n');
+    if let Some(note) = &topic.note {
+        text += &format!("  note: {note}\n");
+    }
+    text
+}
+
+/// Path, count, least, greatest, course. Elements of a list that hold one and the same number
+/// throughout share a line.
+fn lines(fields: &[FieldSurvey]) -> Vec<[String; 5]> {
+    let list_of = |field: &FieldSurvey| {
+        let path: FieldPath = field.path.parse().ok()?;
+        path.in_list()
+    };
+    let mut lines = Vec::new();
+    let mut rest = fields;
+    while let Some((first, others)) = rest.split_first() {
+        let same = |other: &&FieldSurvey| {
+            let lists = (list_of(first).map(|it| it.0), list_of(other).map(|it| it.0));
+            let numbers = |it: &FieldSurvey| (it.count, it.not_finite, it.min, it.max);
+            lists.0.is_some()
+                && lists.0 == lists.1
+                && first.min == first.max
+                && numbers(first) == numbers(other)
+        };
+        let followers = others.iter().take_while(same).count();
+        rest = &others[followers..];
+        // Elements that no message had.
+        if first.count + first.not_finite == 0 && list_of(first).is_some_and(|(_, at)| at > 0) {
+            continue;
+        }
+        let path = match list_of(first) {
+            Some((list, at)) if followers > 0 => format!("{list}[{at}..{}]", at + followers),
+            _ => first.path.clone(),
+        };
+        let count = match first.not_finite {
+            0 => first.count.to_string(),
+            bad => format!("{} (+{bad} not finite)", first.count),
+        };
+        lines.push(if first.count == 0 {
+            [path, count, String::new(), String::new(), String::new()]
+        } else {
+            [
+                path,
+                count,
+                short(first.min),
+                short(first.max),
+                sparkline(first),
+            ]
+        });
+    }
+    lines
+}
+
+/// A number in at most twelve characters.
+fn short(value: f64) -> String {
+    let magnitude = value.abs();
+    if value == value.trunc() && magnitude < 1e11 {
+        format!("{value}")
+    } else if (1e-3..1e7).contains(&magnitude) {
+        format!("{value:.5}")
+    } else {
+        format!("{value:.4e}")
+    }
+}
+
+fn sparkline(field: &FieldSurvey) -> String {
+    const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
+    if field.min == field.max {
+        return "constant".to_owned();
+    }
+    let least = field.course.iter().copied().fold(f64::INFINITY, f64::min);
+    let greatest = field
+        .course
+        .iter()
+        .copied()
+        .fold(f64::NEG_INFINITY, f64::max);
+    let height = |value: &f64| {
+        // Halves, so that the range of the largest numbers there are is a number.
+        let share = (0.5 * value - 0.5 * least) / (0.5 * greatest - 0.5 * least);
+        BARS[((share * 8.0) as usize).min(7)]
+    };
+    field.course.iter().map(height).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn field(path: &str, values: &[f64]) -> FieldSurvey {
+        let mut field = Field::default();
+        values.iter().for_each(|value| field.take(*value));
+        field.survey(path.to_owned())
+    }
+
+    #[test]
+    fn a_course_of_any_length_is_drawn_in_a_few_columns() {
+        for count in [1, 2, 24, 25, 48, 49, 1000, 100_000] {
+            let values: Vec<f64> = (0..count).map(f64::from).collect();
+            let field = field("x", &values);
+            let drawn = field.course.len();
+            assert!(
+                drawn <= SPARKS && drawn >= (count as usize).min(SPARKS / 2),
+                "{count}: {drawn}"
+            );
+            assert!(field.course.is_sorted(), "{count}");
+            assert_eq!((field.min, field.max), (0.0, f64::from(count - 1)));
+        }
+        let rising = sparkline(&field("x", &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]));
+        assert_eq!(rising, "▁▂▃▄▅▆▇█");
+        let extreme = field("x", &[f64::MIN, f64::MAX]);
+        assert_eq!(sparkline(&extreme), "▁█");
+    }
+
+    #[test]
+    fn elements_that_never_move_share_a_line() {
+        let fields = [
+            field("c[0]", &[0.0, 0.0]),
+            field("c[1]", &[0.0, 0.0]),
+            field("c[2]", &[1.0, 2.0]),
+            field("c[3]", &[]),
+            field("d", &[f64::NAN, 1.0]),
+        ];
+        let lines = lines(&fields);
+        let paths: Vec<&str> = lines.iter().map(|line| line[0].as_str()).collect();
+        assert_eq!(paths, ["c[0..1]", "c[2]", "d"]);
+        assert!(lines[2][1].contains("1 not finite"));
+    }
+}
