@@ -5,7 +5,7 @@
 //! | name | of | what |
 //! |---|---|---|
 //! | `roll`, `pitch`, `yaw` | a message with numbers x, y, z, w | the angles of the quaternion, rad (REP 103: about fixed x, y, z in this order) |
-//! | `norm` | a message with numbers x, y, z | `sqrt(x^2 + y^2 + z^2)` |
+//! | `norm` | a message with numbers x, y, z and no w | `sqrt(x^2 + y^2 + z^2)` |
 //!
 //! A field of that name comes first.
 
@@ -316,7 +316,7 @@ fn derived(types: &Types, message: &TypeName, name: &str) -> Option<Target> {
     let is_vector = has("x") && has("y") && has("z");
     match axis {
         Some(axis) => (is_vector && has("w")).then_some(Target::Angle(axis)),
-        None => is_vector.then_some(Target::Norm),
+        None => (is_vector && !has("w")).then_some(Target::Norm),
     }
 }
 

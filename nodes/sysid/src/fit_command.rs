@@ -7,7 +7,7 @@ use anyhow::{Result, anyhow};
 use clap::Parser;
 use serde::Serialize;
 
-use crate::fit;
+use crate::fit as explained;
 use crate::model::Model;
 use crate::record::{Channel, Method, Record};
 use crate::regression::{History, Input, Shape};
@@ -195,7 +195,7 @@ pub struct Fitted {
 pub fn least_squares(record: &Record, shape: Shape) -> Result<Fitted, String> {
     let mut problem = RecursiveLeastSquares::new(shape.parameters(), 1.0, NO_PRIOR)?;
     let mut history = History::new(shape);
-    let mut spread = fit::Spread::default();
+    let mut spread = explained::Spread::default();
     for stretch in &record.stretches {
         let (Some(inputs), Some(outputs)) = (stretch.inputs.first(), stretch.outputs.first())
         else {
@@ -230,14 +230,14 @@ pub fn least_squares(record: &Record, shape: Shape) -> Result<Fitted, String> {
             .iter()
             .map(|u| Input::held(*u))
             .collect();
-        fit::simulated(&model, &inputs, stretch.outputs.first()?)
+        explained::simulated(&model, &inputs, stretch.outputs.first()?)
     });
     Ok(Fitted {
         sample_time: record.sample_time,
         poles: model.poles()?.iter().map(|z| [z.re, z.im]).collect(),
         dc_gain: model.dc_gain(),
         rows: problem.rows(),
-        fit_one_step: fit::fit(problem.cost(), spread.sum_of_squares()),
+        fit_one_step: explained::fit(problem.cost(), spread.sum_of_squares()),
         fit_simulated: longest,
         a: model.a,
         b: model.b,
@@ -245,11 +245,22 @@ pub fn least_squares(record: &Record, shape: Shape) -> Result<Fitted, String> {
     })
 }
 
-/// Runs `sysid fit` and prints the model.
+/// What `sysid fit` found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Found {
+    /// The record the model is of.
+    pub record: Record,
+    /// How the data was read.
+    pub reading: Reading,
+    /// The model.
+    pub fitted: Fitted,
+}
+
+/// Reads the data and fits the model.
 ///
 /// # Errors
 /// As [`record`] and [`least_squares`].
-pub fn run(args: &FitArgs) -> Result<()> {
+pub fn fit(args: &FitArgs) -> Result<Found> {
     let Taken { record, reading } = record(
         &args.data,
         std::slice::from_ref(&args.input),
@@ -262,19 +273,35 @@ pub fn run(args: &FitArgs) -> Result<()> {
         bias: args.bias,
     };
     let fitted = least_squares(&record, shape).map_err(|reason| anyhow!(reason))?;
+    Ok(Found {
+        record,
+        reading,
+        fitted,
+    })
+}
+
+/// Runs `sysid fit` and prints the model.
+///
+/// # Errors
+/// As [`fit`].
+pub fn run(args: &FitArgs) -> Result<()> {
+    let found = fit(args)?;
     if args.json {
-        println!(
-            "{}",
-            serde_json::to_string_pretty(&told(&record, &reading, &fitted))?
-        );
+        println!("{}", serde_json::to_string_pretty(&told(&found))?);
     } else {
-        print!("{}{}", account(&record, &reading), table(&fitted));
+        let account = account(&found.record, &found.reading);
+        print!("{account}{}", table(&found.fitted));
     }
     Ok(())
 }
 
 /// Everything but the record's numbers.
-fn told(record: &Record, reading: &Reading, fitted: &Fitted) -> serde_json::Value {
+fn told(found: &Found) -> serde_json::Value {
+    let Found {
+        record,
+        reading,
+        fitted,
+    } = found;
     serde_json::json!({
         "model": fitted,
         "record": {

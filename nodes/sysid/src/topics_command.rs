@@ -210,8 +210,14 @@ struct FieldReader {
 impl FieldReader {
     fn of(topic: &Topic, clock: Option<Clock>, room: usize) -> Result<(Self, bool), String> {
         let types = bag_source::types(topic).map_err(|error| error.to_string())?;
-        let catalogue = Catalogue::of(&types, room.min(FIELDS_OF_TOPIC));
+        let mut catalogue = Catalogue::of(&types, room.min(FIELDS_OF_TOPIC));
         let stamp = types.stamp().filter(|_| clock != Some(Clock::Log));
+        // The stamp itself is told as the topic's timing.
+        if let Some(stamp) = &stamp {
+            catalogue
+                .fields
+                .retain(|path| !path.steps.starts_with(&stamp.steps));
+        }
         let mut paths = catalogue.fields.clone();
         if let Some(stamp) = &stamp {
             paths.extend(["sec", "nanosec"].map(|name| stamp.field(name)));
