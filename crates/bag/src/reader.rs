@@ -9,6 +9,7 @@
 //! and [`BagReader::completeness`] says so.
 
 use std::{
+    collections::BTreeMap,
     fmt, fs, io,
     path::{Path, PathBuf},
     sync::Arc,
@@ -321,14 +322,14 @@ impl BagReader {
                 path: path.to_owned(),
             });
         }
-        let recordings = files
+        let mut recordings = files
             .iter()
             .map(|file| Recording::open(file, &limits))
             .collect::<Result<Vec<_>, _>>()?;
         let completeness = completeness(path, &recordings, metadata.as_ref(), not_told);
         Ok(Self {
             path: path.to_owned(),
-            topics: merged(&recordings),
+            topics: merged(&mut recordings),
             metadata,
             recordings,
             completeness,
@@ -522,18 +523,25 @@ fn mcap_files(folder: &Path) -> Result<Vec<PathBuf>, ReadError> {
     Ok(files)
 }
 
-/// Every topic of every file; one that is in several files is counted together.
-fn merged(recordings: &[Recording]) -> Vec<TopicCount> {
+/// Every topic of every file; one that is in several files is counted together, and kept once.
+fn merged(recordings: &mut [Recording]) -> Vec<TopicCount> {
     let mut topics: Vec<TopicCount> = Vec::new();
-    for (topic, messages) in recordings.iter().flat_map(|recording| &recording.topics) {
-        let known = topics.iter_mut().find(|known| {
-            known.topic.name == topic.name && known.topic.type_name == topic.type_name
-        });
-        match known {
-            Some(known) => known.messages = known.messages.saturating_add(*messages),
+    let mut places: BTreeMap<(String, String), usize> = BTreeMap::new();
+    let of_all = recordings.iter_mut().flat_map(|it| &mut it.topics);
+    for (topic, messages) in of_all {
+        let messages = *messages;
+        let key = (topic.name.clone(), topic.type_name.clone());
+        let place = *places.entry(key).or_insert(topics.len());
+        match topics.get_mut(place) {
+            Some(known) => {
+                known.messages = known.messages.saturating_add(messages);
+                if known.topic == *topic {
+                    *topic = Arc::clone(&known.topic);
+                }
+            }
             None => topics.push(TopicCount {
                 topic: Arc::clone(topic),
-                messages: *messages,
+                messages,
             }),
         }
     }

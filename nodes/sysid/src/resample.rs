@@ -141,11 +141,12 @@ impl Resampler {
             (None, interval) => rounded(interval),
         };
         let step = if step >= 1.0 { step } else { 1e9 };
-        let anchor = stamps[self.inputs..]
-            .iter()
-            .chain(&stamps)
-            .find_map(|it| it.first());
-        let grid = Grid::new(anchor.copied().unwrap_or(0), step, &self.options.window);
+        let first = |wanted: &dyn Fn(usize) -> bool| {
+            let stamps = prelude.iter().filter(|it| wanted(it.0)).map(|it| it.1);
+            stamps.take(ORDER).min()
+        };
+        let anchor = first(&|signal| signal == self.inputs).or_else(|| first(&|_| true));
+        let grid = Grid::new(anchor.unwrap_or(0), step, &self.options.window);
         let tracks = intervals
             .iter()
             .enumerate()
@@ -370,7 +371,7 @@ impl Running {
     }
 }
 
-/// One signal on its way onto the grid.
+/// One signal on its way onto the grid. Of no interval it fills more instants than a record has room for.
 #[derive(Clone, Debug)]
 struct Track {
     method: Method,
@@ -479,7 +480,7 @@ impl Track {
                 let instants = (grid.at_or_before(t0) + 1).max(grid.first)
                     ..=grid.at_or_before(t1).min(grid.last);
                 let slope = (v1 - v0) / (t1 - t0) as f64;
-                for k in instants {
+                for k in instants.take(MOST + 1) {
                     let from_end = (grid.time(k) - t1) as f64;
                     self.put(k, v1 + slope * from_end, grid);
                 }
@@ -487,7 +488,7 @@ impl Track {
             Method::Hold => {
                 let instants = grid.at_or_after(t0).max(grid.first)
                     ..=(grid.at_or_after(t1) - 1).min(grid.last);
-                for k in instants {
+                for k in instants.take(MOST + 1) {
                     self.put(k, v0, grid);
                 }
             }
@@ -527,7 +528,7 @@ impl Track {
     fn hold_over(&mut self, value: f64, from: i64, until: i64, grid: &Grid) {
         let first = grid.at_or_before(from).max(grid.first);
         let last = grid.at_or_before(until).min(grid.last);
-        for k in first..=last {
+        for k in (first..=last).take(MOST + 1) {
             let (begins, ends) = (grid.time(k), grid.time(k + 1));
             let (from, to) = (from.max(begins), until.min(ends));
             if to <= from {
