@@ -293,6 +293,9 @@ fn a_fault_in_mid_dive_acts_from_the_next_tick_on_is_told_and_can_be_mended() {
     let state = dive.fly_actuator(400);
     assert!(state.plane_angle.to_degrees() > 29.0, "{state:?}");
     assert!(state.error < 0.0 && state.slewing, "{state:?}");
+    let actuator = format!("/auv/{node}: actuator");
+    let level = dive.operator.status(&actuator, "dive_planes: at its stop");
+    assert_eq!(level, DiagnosticStatus::WARN);
 
     let mended = dive.set_of::<SetUnchecked>(node, &[string("fault.stuck_valve", "none")]);
     assert!(mended.result.successful);

@@ -38,7 +38,7 @@ use crate::actuator_set::{ActuatorSet, MOST_CYCLES_IN_FLIGHT};
 use crate::dha::Demand;
 use crate::groups::{Group, Grouping};
 use crate::modes::Load;
-use crate::parameters::Config;
+use crate::parameters::{Config, Member};
 
 /// The frame the plane angles are given in: forward, right, down.
 const FRAME: &str = "base_link_frd";
@@ -58,6 +58,24 @@ pub struct Output {
     pub planes: JointState,
     /// The actuators inside, a state for each group.
     pub states: Vec<DhaState>,
+}
+
+impl Output {
+    /// What keeps planes from where they are asked to be: a line for each group at its limit.
+    #[must_use]
+    pub fn limits(&self) -> Vec<String> {
+        let told = |state: &DhaState| {
+            let limit = if state.at_stop {
+                "at its stop"
+            } else if state.inhibited {
+                "at its travel limit"
+            } else {
+                return None;
+            };
+            Some(format!("{}: {limit}", state.group))
+        };
+        self.states.iter().filter_map(told).collect()
+    }
 }
 
 /// The actuators with their messages.
@@ -161,36 +179,34 @@ fn fit(config: &Config, sets: &[ActuatorSet]) -> Result<(), String> {
             groups.join(", ")
         ));
     }
-    let mut befallen = 0;
-    for (member, set) in config.members.iter().zip(sets) {
+    let mut ill = config.members.iter().map(|m| config.fault_words(m));
+    let faults = config.faults.condition.faults_beside(&config.worn);
+    if !faults.is_empty() && ill.all(|words| words.is_empty()) {
+        let whom = config.faults.group.map_or("all", Group::name);
+        return Err(format!(
+            "fault.*: in fault.group '{whom}' there is no digital hydraulic actuator that could fail"
+        ));
+    }
+    let hydraulic = |member: &&Member| member.model == Model::Dha;
+    for (member, set) in config
+        .members
+        .iter()
+        .zip(sets)
+        .filter(|(m, _)| hydraulic(m))
+    {
         let (name, actuator) = (member.group.name(), &member.actuator);
-        let condition = config.condition(member.group);
-        let ill = !config.fault_words(member.group).is_empty();
-        if member.model != Model::Dha {
-            if ill && config.faults.group.is_some() {
-                return Err(format!(
-                    "fault.*: the {name} have no digital hydraulic actuator that could fail"
-                ));
-            }
-            continue;
-        }
-        befallen += usize::from(ill);
         if config.logic.two_speed && set.small.is_none() {
             return Err(format!(
                 "logic.mode is two-speed, but the actuator '{actuator}' of the {name} has no small_volume; auv_two_speed has one"
             ));
         }
-        let last = set.delay() + condition.slow_latch + 2.0 * set.flow_time;
-        if condition.slow_latch > 0.0 && last > set.cycle() * MOST_CYCLES_IN_FLIGHT as f64 {
+        let slow_latch = config.condition(member.group).slow_latch;
+        let last = set.delay() + slow_latch + 2.0 * set.flow_time;
+        if slow_latch > 0.0 && last > set.cycle() * MOST_CYCLES_IN_FLIGHT as f64 {
             return Err(format!(
-                "fault.slow_latch '{}' refused: a volume of the actuator '{actuator}' would arrive later than {MOST_CYCLES_IN_FLIGHT} valve cycles",
-                condition.slow_latch
+                "fault.slow_latch '{slow_latch}' refused: a volume of the actuator '{actuator}' would arrive later than {MOST_CYCLES_IN_FLIGHT} valve cycles"
             ));
         }
-    }
-    let sound = config.faults.condition.faults_beside(&config.worn);
-    if befallen == 0 && !sound.is_empty() {
-        return Err("fault.*: there is no digital hydraulic actuator that could fail".to_owned());
     }
     Ok(())
 }
@@ -230,13 +246,12 @@ impl Actuator {
     /// What is wrong with the actuators, a line for each group that is ill.
     #[must_use]
     pub fn faults(&self) -> Vec<String> {
-        self.groups()
-            .iter()
-            .filter_map(|group| {
-                let faults = self.config.fault_words(*group);
-                (!faults.is_empty()).then(|| format!("{}: {}", group.name(), faults.join("; ")))
-            })
-            .collect()
+        let told = |member: &Member| {
+            let faults = self.config.fault_words(member);
+            let name = member.group.name();
+            (!faults.is_empty()).then(|| format!("{name}: {}", faults.join("; ")))
+        };
+        self.config.members.iter().filter_map(told).collect()
     }
 
     /// Takes changed parameters; they take effect at the next tick.
@@ -494,16 +509,16 @@ impl Actuator {
         planes: &Planes,
         ahead: &mut ActuatorModel,
     ) -> DhaState {
-        let group = self.groups()[index];
+        let member = &self.config.members[index];
         let moment_arm = self.sets[index].moment_arm;
         let mut state = DhaState {
             header: header.clone(),
-            group: group.name().to_owned(),
+            group: member.group.name().to_owned(),
             ram: planes.angle * moment_arm,
             ram_velocity: planes.rate * moment_arm,
             plane_angle: planes.angle,
             sign: 1,
-            faults: self.config.fault_words(group).join("; "),
+            faults: self.config.fault_words(member).join("; "),
             ..DhaState::default()
         };
         if let Some(reading) = planes.reading {
@@ -512,7 +527,8 @@ impl Actuator {
             state.leakage = reading.leaked;
             state.sign = reading.polarity;
             state.sliding = matches!(reading.mode.load, Load::Sliding(_));
-            state.at_stop = matches!(reading.mode.load, Load::AtStop(_));
+            state.at_stop =
+                matches!(reading.mode.load, Load::AtStop(_)) || reading.mode.limited.is_some();
             state.pressure_limited = reading.mode.clamped.is_some();
         }
         if let ActuatorModel::Dha(dha) = ahead {
@@ -528,8 +544,6 @@ impl Actuator {
                 state.limit_cycle_frequency = cycle.frequency;
                 state.limit_cycle_amplitude = cycle.amplitude;
             }
-        } else {
-            state.faults.clear();
         }
         state
     }
@@ -875,7 +889,7 @@ mod tests {
                     ("fault.group", Value::from("rudder")),
                     ("fault.encoder", Value::from("lost")),
                 ],
-                "the rudder have no",
+                "in fault.group 'rudder' there is no",
             ),
             (
                 vec![("fault.stuck_valve", Value::from("both"))],

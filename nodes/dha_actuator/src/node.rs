@@ -44,6 +44,7 @@ fn run(args: Vec<String>) -> Result<()> {
         timeout: rt.values().double("command_timeout"),
         motion: rt.publisher("plane_motion", Qos::reliable(100))?,
         planes: rt.publisher("planes", Qos::reliable(100))?,
+        limits: Vec::new(),
         states: Vec::new(),
         begun: None,
         commanded: None,
@@ -73,6 +74,8 @@ struct Node {
     timeout: f64,
     motion: Publisher<PlaneMotion>,
     planes: Publisher<JointState>,
+    /// What limited the planes in the last tick.
+    limits: Vec<String>,
     /// A topic for each group.
     states: Vec<Publisher<DhaState>>,
     /// The last tick that the vehicle began, and the last one commanded, ns.
@@ -123,7 +126,8 @@ impl Node {
         self.begun = Some(stamp);
     }
 
-    fn say(&self, output: &Output) {
+    fn say(&mut self, output: &Output) {
+        self.limits = output.limits();
         self.motion.publish(&output.motion);
         self.planes.publish(&output.planes);
         for (publisher, state) in self.states.iter().zip(&output.states) {
@@ -142,6 +146,9 @@ impl Node {
                     "plane command stale: planes neutral",
                     &[],
                 );
+            }
+            Some(_) if !self.limits.is_empty() => {
+                rt.set_status("actuator", Level::Warn, &self.limits.join(", "), &[]);
             }
             Some(_) => rt.set_status("actuator", Level::Ok, "following", &[]),
         }

@@ -303,10 +303,13 @@ impl Config {
         }
     }
 
-    /// What the faults of a group's actuator are, in words; none of a sound one.
+    /// What the faults of an actuator are, in words; none of one that is sound or has no oil.
     #[must_use]
-    pub fn fault_words(&self, group: Group) -> Vec<String> {
-        self.condition(group).faults_beside(&self.worn)
+    pub fn fault_words(&self, member: &Member) -> Vec<String> {
+        match member.model {
+            Model::Dha => self.condition(member.group).faults_beside(&self.worn),
+            Model::FirstOrder | Model::Ideal => Vec::new(),
+        }
     }
 }
 

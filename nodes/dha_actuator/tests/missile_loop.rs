@@ -5,6 +5,7 @@
 use dha_actuator::bench::case::Case;
 use dha_actuator::bench::digital_loop::{DigitalLoop, Start};
 use dha_actuator::bench::missile::Surrogate;
+use dha_actuator::pulse_logic::{Options, SignChange};
 use dha_actuator::units::{DEGREE, INCH};
 use serde_json::Value;
 
@@ -61,4 +62,28 @@ fn half_a_degree_off_course_is_taken_back_with_the_expected_volume_pulses() {
         };
         assert_eq!(flight.cycle(0.0, |_| ()), quanta, "cycle {n}");
     }
+}
+
+/// psi from peak to peak, deg, that is left of half a degree under these options.
+fn limit_cycle(options: Options) -> f64 {
+    let case = Case::table_4_1(Surrogate::Ps2).expect("built in");
+    Case { options, ..case }.limit_cycle().yaw / DEGREE
+}
+
+#[test]
+fn dropping_the_volume_of_a_sign_change_makes_the_limit_cycle_ten_times_what_it_is() {
+    let moved = limit_cycle(Options::SINGLE_SPEED);
+    assert!((moved - 0.0133).abs() < 0.003, "{moved}");
+    let dropped = limit_cycle(Options {
+        sign_change: SignChange::DropsVolume,
+        ..Options::SINGLE_SPEED
+    });
+    assert!((dropped - 0.14).abs() < 0.02, "{dropped}");
+}
+
+#[test]
+fn precision_mode_does_not_help_the_missile_which_has_no_position_loop() {
+    let single_speed = limit_cycle(Options::SINGLE_SPEED);
+    let precise = limit_cycle(Options::PRECISION);
+    assert!(precise > 3.0 * single_speed, "{precise}");
 }
