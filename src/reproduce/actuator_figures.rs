@@ -408,34 +408,29 @@ fn transients(
     ]
 }
 
-fn yaw(
-    title: &'static str,
-    note: &'static str,
-    flights: Vec<(&'static str, Vec<Point>)>,
-) -> Figure {
-    let lines = flights.into_iter().map(|(name, points)| {
-        series(
-            name,
-            points.iter().map(|p| (p.time, p.yaw)).collect(),
-            Style::Line,
-        )
-    });
-    figure(title, note, ["time [s]", "psi [deg]"], lines.collect())
+/// Flights under the names they have in the legend.
+type Flights = Vec<(&'static str, Vec<Point>)>;
+
+fn yaw(title: &'static str, note: &'static str, flights: Flights) -> Figure {
+    over_time(title, note, "psi [deg]", |p| p.yaw, flights)
 }
 
-fn ram(
+fn ram(title: &'static str, note: &'static str, flights: Flights) -> Figure {
+    over_time(title, note, "X_1 [in]", |p| p.ram, flights)
+}
+
+fn over_time(
     title: &'static str,
     note: &'static str,
-    flights: Vec<(&'static str, Vec<Point>)>,
+    axis: &'static str,
+    value: fn(&Point) -> f64,
+    flights: Flights,
 ) -> Figure {
     let lines = flights.into_iter().map(|(name, points)| {
-        series(
-            name,
-            points.iter().map(|p| (p.time, p.ram)).collect(),
-            Style::Line,
-        )
+        let points = points.iter().map(|p| (p.time, value(p))).collect();
+        series(name, points, Style::Line)
     });
-    figure(title, note, ["time [s]", "X_1 [in]"], lines.collect())
+    figure(title, note, ["time [s]", axis], lines.collect())
 }
 
 /// The analog flight control: a step, and half a degree to either side.

@@ -138,42 +138,6 @@ fn the_ram_rests_within_the_stiction_band() {
     );
 }
 
-/// `(t_50 s, peak over quantum, rest in)` of one isolated quantum without leakage; t_50 on a
-/// grid of 0.1 ms from the command.
-fn isolated_quantum(name: &str, friction: bool, sign: i8) -> (f64, f64, f64) {
-    let set = actuator(name, false, friction);
-    let quantum = set.ram_quantum() / INCH;
-    let mut bench = Bench::settled(set, sign, &[sign]);
-    let (mut half_way, mut peak, mut rest) = (0.0, 0.0f64, 0.0);
-    for i in 0..10_000 {
-        let t = f64::from(i) * 1e-4;
-        rest = bench.at(t).position;
-        let moved = rest.abs() / quantum;
-        if half_way == 0.0 && moved >= 0.5 {
-            half_way = t;
-        }
-        peak = peak.max(moved);
-    }
-    (half_way, peak, rest)
-}
-
-#[test]
-fn one_quantum_alone_arrives_and_rests_as_friction_lets_it() {
-    for (name, friction, sign, half_way, peak, rest) in [
-        ("table_3_1", true, 1, 0.0245, 1.067_284_844, 0.163_206_535),
-        ("table_3_1", true, -1, 0.0159, 1.295_354_874, -0.153_843_375),
-        ("table_4_1", true, 1, 0.0268, 1.011_816_306, 0.153_796_079),
-        ("table_4_1", true, -1, 0.0268, 1.011_816_306, -0.153_796_079),
-        ("table_4_1", false, 1, 0.0147, 1.591_049_067, 0.152),
-        ("auv", true, 1, 0.0139, 0.770_816_882, 0.003_363_323),
-    ] {
-        let found = isolated_quantum(name, friction, sign);
-        near(found.0, half_way, 2e-4);
-        near(found.1, peak, 1e-4);
-        near(found.2, rest, 1e-6);
-    }
-}
-
 #[test]
 fn drift_against_friction_creeps_steadily_after_it_breaks_away() {
     for (name, sign, creep, breaks_away) in [

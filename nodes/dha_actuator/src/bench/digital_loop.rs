@@ -113,7 +113,7 @@ impl DigitalLoop {
         let quanta = self.hydraulics.begin_cycle(decision.command).large;
         let begin = self.time();
         let h = self.period / f64::from(STEPS);
-        let mut nozzle = self.ram / self.moment_arm;
+        let (mut nozzle, mut pressure) = self.seen_at(0.0);
         for i in 0..STEPS {
             let at = f64::from(i) * h;
             watch(&Instant {
@@ -121,12 +121,13 @@ impl DigitalLoop {
                 yaw: self.yaw,
                 nozzle,
                 ram: nozzle * self.moment_arm,
-                pressure: self.hydraulics.reading(at).pressure,
+                pressure,
                 quanta,
             });
-            let [middle, end] = [at + 0.5 * h, at + h].map(|time| self.nozzle_at(time));
+            let (middle, _) = self.seen_at(at + 0.5 * h);
+            let (end, pressure_after) = self.seen_at(at + h);
             self.yaw = self.plant.step(self.yaw, [nozzle, middle, end], h);
-            nozzle = end;
+            (nozzle, pressure) = (end, pressure_after);
         }
         self.hydraulics.finish_cycle();
         self.ram = self.hydraulics.reading(self.period).ram.position;
@@ -134,10 +135,11 @@ impl DigitalLoop {
         quanta
     }
 
-    /// delta_a, rad, at `time` s into the cycle; times must not go back.
-    fn nozzle_at(&mut self, time: f64) -> f64 {
+    /// delta_a, rad, and P_d, Pa, at `time` s into the cycle; times must not go back.
+    fn seen_at(&mut self, time: f64) -> (f64, f64) {
         let time = time.min(self.period);
         self.hydraulics.advance(time);
-        self.hydraulics.reading(time).ram.position / self.moment_arm
+        let reading = self.hydraulics.reading(time);
+        (reading.ram.position / self.moment_arm, reading.pressure)
     }
 }
