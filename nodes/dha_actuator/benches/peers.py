@@ -138,7 +138,7 @@ def main():
     subprocess.run(["cargo", "bench", "--quiet", "-p", "dha_actuator", "--bench", "second"], check=True)
     for name, actuator in ACTUATORS.items():
         shortest, ram = np.inf, None
-        for _ in range(3):
+        for _ in range(10):
             start = time.perf_counter()
             ram = slew(actuator)
             shortest = min(shortest, time.perf_counter() - start)
