@@ -7,7 +7,8 @@
 //!
 //! Beside flying: [`coefficients_command`] reckons a vehicle's coefficients from its geometry, [`dha`] puts
 //! the actuator on the bench of its 1966 study, and
-//! [`reproduce`] computes the 1988 report's numbers again; [`design`] has the loops on paper.
+//! [`reproduce`] computes the 1988 report's numbers again; [`design`] has the loops on paper,
+//! [`sysid`] the identifier's pages.
 
 pub mod coefficients_command;
 pub mod compose;
@@ -25,4 +26,5 @@ pub mod scenario;
 pub mod sim;
 pub mod sink;
 pub mod summary;
+pub mod sysid;
 pub mod tf_command;

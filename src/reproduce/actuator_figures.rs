@@ -548,7 +548,7 @@ fn figure(
     series: Vec<Series<'static>>,
 ) -> Figure {
     Figure {
-        note,
+        note: note.into(),
         plot: Plot {
             title,
             x,

@@ -4,6 +4,8 @@
 //! with its acceleration. Axes are those of the report: feet for depth, and units of `L / U` for time,
 //! which the report calls seconds (erratum E2).
 
+use std::borrow::Cow;
+
 use plant_sim::programs::{FEET_PER_LENGTH, Program, STEP, T2, T3, T4, T5};
 
 use crate::plot::{Plot, Series, Style};
@@ -11,7 +13,7 @@ use crate::plot::{Plot, Series, Style};
 /// A figure with what is written above it.
 pub struct Figure {
     /// What it shows.
-    pub note: &'static str,
+    pub note: Cow<'static, str>,
     /// The drawing.
     pub plot: Plot<'static>,
 }
@@ -122,7 +124,7 @@ fn figure(
     series: Vec<Series<'static>>,
 ) -> Figure {
     Figure {
-        note,
+        note: note.into(),
         plot: Plot {
             title,
             x: "time [L/U]",

@@ -5,6 +5,7 @@
 //! - [`listing`]: the numbers as text.
 //! - [`page`]: the numbers, errata and figures as one HTML page.
 //! - [`figures`]: the lost figures B1 to B10, from the report's programs.
+//! - [`identification`]: Figs. 45 to 56, the fits to recorded runs, on synthetic ones.
 //! - [`root_loci`]: the root loci of Figs. 5 to 21.
 //! - [`actuator_figures`]: those of the 1966 actuator study.
 //! - [`time_responses`]: the depth loop's, Figs. 11 to 16 and C2 to C9.
@@ -17,6 +18,7 @@ use reports::REPORTS;
 
 pub mod actuator_figures;
 pub mod figures;
+pub mod identification;
 pub mod listing;
 pub mod page;
 pub mod reports;

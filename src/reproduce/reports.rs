@@ -4,7 +4,7 @@ use anyhow::{Result, anyhow};
 use planesman_book::Book;
 
 use super::figures::{self, Figure};
-use super::{actuator_figures, root_loci, shares, time_responses};
+use super::{actuator_figures, identification, root_loci, shares, time_responses};
 
 /// A report.
 #[derive(Clone, Copy)]
@@ -68,6 +68,11 @@ fn brunner_1988() -> Result<Vec<Chapter>> {
             title: "Time responses of the depth loop",
             note: "",
             figures: time_responses::figures().map_err(|reason| anyhow!(reason))?,
+        },
+        Chapter {
+            title: "Identification: Figures 45 to 56",
+            note: "The thesis' records are lost. These are SYNTHETIC: third-order plants of Table 8's structure in consistent units, inputs shaped as pp. 99-101 describe them, 5 mV of noise (assumed) and the thesis' 25 mV of gyro bias. The procedure is that of p. 94 f., as printed.",
+            figures: identification::figures()?,
         },
     ])
 }

@@ -187,7 +187,7 @@ fn figure(title: &'static str, note: &'static str, locus: Locus) -> Figure {
         style,
     };
     Figure {
-        note,
+        note: note.into(),
         plot: Plot {
             title,
             x: "real part [rad/s]",

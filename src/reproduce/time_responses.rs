@@ -122,7 +122,7 @@ fn program_t6(titles: [&'static str; 2], derivative: f64) -> Result<[Figure; 2],
         style,
     };
     let angles = Figure {
-        note: "Dive positive, as the program has it.",
+        note: "Dive positive, as the program has it.".into(),
         plot: Plot {
             title: titles[1],
             x: "time [s]",
@@ -155,7 +155,7 @@ fn depth_figure(
 ) -> Figure {
     let asked = [0.0, DURATION].map(|t| (t, setpoint)).to_vec();
     Figure {
-        note,
+        note: note.into(),
         plot: Plot {
             title,
             x: "time [s]",

@@ -4,6 +4,8 @@ use anyhow::Result;
 use clap::Subcommand;
 
 use crate::fit_command::{self, FitArgs};
+use crate::identify_command::{self, IdentifyArgs};
+use crate::montecarlo_command::{self, MonteCarloArgs};
 use crate::replay::{self, ReplayArgs};
 use crate::topics_command::{self, TopicsArgs};
 
@@ -14,13 +16,18 @@ pub enum Command {
     Topics(TopicsArgs),
     /// Find a model between two signals of any bag or table
     Fit(FitArgs),
+    /// Find a model with its uncertainty, tests and a verdict
+    Identify(IdentifyArgs),
+    /// Hold every estimator's claims against the truth, on five synthetic runs with many noises
+    #[command(name = "montecarlo")]
+    MonteCarlo(MonteCarloArgs),
     /// Identify from a bag what the node identifies live
     Replay(ReplayArgs),
 }
 
 impl Command {
     /// The words by which the commands are called.
-    pub const NAMES: [&str; 3] = ["topics", "fit", "replay"];
+    pub const NAMES: [&str; 5] = ["topics", "fit", "identify", "montecarlo", "replay"];
 
     /// Runs the command and prints what it found.
     ///
@@ -30,6 +37,8 @@ impl Command {
         match self {
             Self::Topics(args) => topics_command::run(args),
             Self::Fit(args) => fit_command::run(args),
+            Self::Identify(args) => identify_command::run(args),
+            Self::MonteCarlo(args) => montecarlo_command::run(args),
             Self::Replay(args) => replay::run(args),
         }
     }

@@ -18,8 +18,14 @@
 //! - [`estimators`]: least squares, ARMAX, output error, instrumental variables, behind one call.
 //! - [`uncertainty`]: standard errors carried to poles, zeros, gains, frequency responses.
 //! - [`validation`]: residual tests, order search, what a record cannot tell.
+//! - [`analysis`]: all of these on one record, with a verdict in plain words;
+//!   [`identify_command`] prints it.
+//! - [`conversion`]: from the sampled model to the continuous one, and to the pitch equation.
+//! - [`two_stage`]: identification inside a closed loop, from its reference.
+//! - [`procedure`]: the thesis' own steps.
 //! - [`synthetic`]: five runs in place of the thesis' lost records.
-//! - [`montecarlo`]: what every estimator makes of those runs, over many noises.
+//! - [`montecarlo`]: what every estimator makes of those runs, over many noises;
+//!   [`montecarlo_command`] prints it.
 //! - [`model`]: poles, steady gain, response.
 //! - [`fit`]: how well a model explains a record.
 //! - [`learner`]: rows in, an estimate and its validity out.
@@ -31,20 +37,25 @@
 //! thesis, March 1988), ch. V, on whole histories instead of assumed zero ones.
 
 pub mod align;
+pub mod analysis;
 pub mod bag_source;
 pub mod batch;
 pub mod book;
 pub mod command;
+pub mod conversion;
 pub mod core;
 pub mod csv_source;
 pub mod estimators;
 pub mod fit;
 pub mod fit_command;
+pub mod identify_command;
 pub mod learner;
 pub mod model;
 pub mod montecarlo;
+pub mod montecarlo_command;
 pub mod node;
 pub mod parameters;
+pub mod procedure;
 pub mod record;
 pub mod regression;
 pub mod replay;
@@ -57,5 +68,6 @@ pub mod structure;
 pub mod synthetic;
 pub mod timing;
 pub mod topics_command;
+pub mod two_stage;
 pub mod uncertainty;
 pub mod validation;

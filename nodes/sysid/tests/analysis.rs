@@ -1,0 +1,172 @@
+//! What is said of records whose truth is known.
+
+#![allow(clippy::unwrap_used)]
+
+use sysid::analysis::{Analysis, Options, analyse};
+use sysid::estimators::Method;
+use sysid::record::{Channel, Method as Resampled, Record, Stretch, Timing};
+use sysid::structure::filter;
+use sysid::synthetic::{self, NOISE, SAMPLE_TIME, noise, with_noise};
+
+fn record(stretches: Vec<(Vec<f64>, Vec<f64>)>) -> Record {
+    let channel = |name: &str| Channel {
+        name: name.to_owned(),
+        method: Resampled::Mean,
+        timing: Timing::default(),
+    };
+    Record {
+        sample_time: SAMPLE_TIME,
+        inputs: vec![channel("planes")],
+        outputs: vec![channel("gyro")],
+        stretches: stretches
+            .into_iter()
+            .map(|(inputs, outputs)| Stretch {
+                start: 0,
+                inputs: vec![inputs],
+                outputs: vec![outputs],
+            })
+            .collect(),
+    }
+}
+
+fn found(inputs: Vec<f64>, outputs: Vec<f64>, options: &Options) -> Analysis {
+    analyse(&record(vec![(inputs, outputs)]), options).unwrap()
+}
+
+fn says(analysis: &Analysis, words: &str) -> bool {
+    analysis
+        .verdict
+        .iter()
+        .any(|sentence| sentence.contains(words))
+}
+
+/// Second order, poles 0.9 and 0.7, first effect after two samples.
+fn second_order(inputs: &[f64]) -> Vec<f64> {
+    filter(&[0.0, 0.0, 0.2, 0.1], &[1.0, -1.6, 0.63], inputs)
+}
+
+#[test]
+fn order_and_delay_are_found_and_the_next_order_is_said_to_add_nothing() {
+    let inputs = noise(1, 800);
+    let outputs = with_noise(&second_order(&inputs), 2, 0.1);
+    let analysis = found(inputs, outputs, &Options::default());
+    let structure = &analysis.estimate.layout.structure;
+    assert_eq!(
+        (structure.poles, structure.delay),
+        (2, 2),
+        "{}",
+        analysis.text()
+    );
+    assert!(
+        says(&analysis, "order 3 adds nothing over 2"),
+        "{}",
+        analysis.text()
+    );
+    assert!(
+        says(&analysis, "white and unrelated"),
+        "{}",
+        analysis.text()
+    );
+    assert!(analysis.held_out_fit.unwrap() > 85.0);
+}
+
+#[test]
+fn least_squares_on_a_noisy_gyro_is_told_that_its_second_pole_is_noise() {
+    let run = synthetic::Run::EightOne;
+    let options = Options {
+        method: Method::LeastSquares,
+        order: Some(2),
+        delay: Some(1),
+        offset: false,
+        ..Options::default()
+    };
+    let analysis = found(run.planes(), run.measured(12345, NOISE, 0.0), &options);
+    assert!(
+        says(&analysis, "what noise makes of a fit"),
+        "{}",
+        analysis.text()
+    );
+}
+
+#[test]
+fn an_order_too_low_is_told_that_dynamics_are_missing() {
+    let inputs = noise(3, 800);
+    let outputs = with_noise(&second_order(&inputs), 4, 0.02);
+    let options = Options {
+        order: Some(1),
+        delay: Some(1),
+        ..Options::default()
+    };
+    let analysis = found(inputs, outputs, &options);
+    assert!(
+        says(&analysis, "dynamics are missing"),
+        "{}",
+        analysis.text()
+    );
+}
+
+#[test]
+fn stretches_with_gaps_between_are_one_model() {
+    let inputs = noise(5, 600);
+    let outputs = second_order(&inputs);
+    let cut = |from: usize, to: usize| (inputs[from..to].to_vec(), outputs[from..to].to_vec());
+    let options = Options {
+        order: Some(2),
+        delay: Some(2),
+        ..Options::default()
+    };
+    let analysis = analyse(&record(vec![cut(0, 250), cut(300, 600)]), &options).unwrap();
+    let model = analysis.model();
+    // The second begins in motion, with an input that is not in the record still to take effect.
+    assert!((model.a[0] + 1.6).abs() < 0.02, "{:?}", model.a);
+    assert_eq!(analysis.longest, 1);
+}
+
+#[test]
+fn the_model_file_holds_what_python_control_and_matlab_take() {
+    let inputs = noise(1, 400);
+    let outputs = with_noise(
+        &filter(&[0.0, 0.2, 0.1], &[1.0, -1.6, 0.63], &inputs),
+        2,
+        0.05,
+    );
+    let options = Options {
+        order: Some(2),
+        delay: Some(1),
+        ..Options::default()
+    };
+    let analysis = found(inputs, outputs, &options);
+    let file = serde_json::to_value(analysis.file().unwrap()).unwrap();
+    assert_eq!(file["den"].as_array().unwrap().len(), 3);
+    assert_eq!(file["num"].as_array().unwrap().len(), 2);
+    assert_eq!(file["sample_time"], SAMPLE_TIME);
+    // G(1) = 0.3 / 0.03 in both domains.
+    let steady = |of: &serde_json::Value, at: usize| -> f64 {
+        let list = |name: &str| -> Vec<f64> {
+            of[name]
+                .as_array()
+                .unwrap()
+                .iter()
+                .map(|c| c.as_f64().unwrap())
+                .collect()
+        };
+        let value = |c: Vec<f64>| {
+            if at == 0 {
+                c[c.len() - 1]
+            } else {
+                c.iter().sum()
+            }
+        };
+        value(list("num")) / value(list("den"))
+    };
+    assert!((steady(&file, 1) - 10.0).abs() < 0.5);
+    assert!((steady(&file["continuous"], 0) - steady(&file, 1)).abs() < 1e-6);
+    assert_eq!(file["poles"].as_array().unwrap().len(), 2);
+}
+
+#[test]
+fn a_record_without_an_input_is_refused() {
+    assert!(analyse(&record(vec![]), &Options::default()).is_err());
+    let still = record(vec![(vec![0.0; 100], vec![0.0; 100])]);
+    assert!(analyse(&still, &Options::default()).is_err());
+}

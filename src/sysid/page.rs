@@ -1,0 +1,361 @@
+//! A model on one self-contained HTML page: data, comparison, residual tests, poles and zeros with their
+//! uncertainty, frequency response with bands, and how the parameters were learnt.
+
+use std::f64::consts::{PI, TAU};
+
+use anyhow::{Result, anyhow};
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use sysid::analysis::Analysis;
+use sysid::record::Record;
+use sysid::uncertainty::{SIGMAS_95, Uncertain};
+use sysid::validation::residuals::Correlation;
+
+use crate::page::{STYLE, legend};
+use crate::plot::{Plot, Series, Style};
+
+/// Points drawn of a line at most.
+const POINTS: usize = 2000;
+/// Frequencies drawn.
+const FREQUENCIES: usize = 200;
+
+/// The page of a model and the record it is of.
+///
+/// # Errors
+/// When a plot cannot be drawn.
+pub fn page(analysis: &Analysis, record: &Record) -> Result<String> {
+    let title = format!("{} to {}", analysis.input, analysis.output);
+    let plots = plots(analysis, record)?;
+    Ok(html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { (title) }
+                style { (PreEscaped(STYLE)) }
+            }
+            body {
+                h1 { (title) }
+                ul { @for sentence in &analysis.verdict { li { (sentence) } } }
+                pre { (analysis.text()) }
+                @for plot in plots { (plot) }
+            }
+        }
+    }
+    .into_string())
+}
+
+fn line(name: &str, points: Vec<(f64, f64)>) -> Series<'_> {
+    Series {
+        name,
+        points: thinned(points),
+        style: Style::Line,
+    }
+}
+
+fn dashed(name: &str, points: Vec<(f64, f64)>) -> Series<'_> {
+    Series {
+        name,
+        points: thinned(points),
+        style: Style::Dashed,
+    }
+}
+
+/// Every so many points, the last included.
+fn thinned(points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
+    let stride = points.len().div_ceil(POINTS).max(1);
+    let last = points.len().saturating_sub(1);
+    points
+        .into_iter()
+        .enumerate()
+        .filter(|(i, _)| i % stride == 0 || *i == last)
+        .map(|(_, point)| point)
+        .collect()
+}
+
+fn drawn(note: &str, plot: &Plot<'_>) -> Result<Markup> {
+    if plot.series.iter().all(|series| series.points.is_empty()) {
+        return Ok(html! {});
+    }
+    let svg = plot.svg()?;
+    Ok(html! {
+        h2 { (plot.title) }
+        p.lead { (note) }
+        (legend(plot))
+        (PreEscaped(svg))
+    })
+}
+
+fn plot<'a>(title: &'a str, x: &'a str, y: &'a str, series: Vec<Series<'a>>) -> Plot<'a> {
+    Plot {
+        title,
+        x,
+        y,
+        y_down: false,
+        x_shows: &[],
+        series,
+    }
+}
+
+fn plots(analysis: &Analysis, record: &Record) -> Result<Vec<Markup>> {
+    let stretch = record
+        .stretches
+        .get(analysis.longest)
+        .ok_or_else(|| anyhow!("the record does not hold the stretch the model is of"))?;
+    let (Some(inputs), Some(outputs)) = (stretch.inputs.first(), stretch.outputs.first()) else {
+        return Err(anyhow!("the record has no input or no output"));
+    };
+    let timed = |values: &[f64]| -> Vec<(f64, f64)> {
+        values
+            .iter()
+            .enumerate()
+            .map(|(k, v)| (k as f64 * record.sample_time, *v))
+            .collect()
+    };
+    let simulated = analysis.estimate.simulate(analysis.longest, inputs);
+    let mut drawings = vec![
+        drawn(
+            "What drives, over each sampling interval.",
+            &plot(
+                "Input",
+                "time [s]",
+                &analysis.input,
+                vec![line("input", timed(inputs))],
+            ),
+        )?,
+        drawn(
+            "The model runs on the input alone.",
+            &plot(
+                "Measured and simulated output",
+                "time [s]",
+                &analysis.output,
+                vec![
+                    line("measured", timed(outputs)),
+                    line("simulated", timed(&simulated)),
+                ],
+            ),
+        )?,
+    ];
+    if let Some(tests) = &analysis.residuals {
+        drawings.push(correlation(
+            "Residual with itself",
+            "White when within the bound (99 %).",
+            &tests.whiteness,
+        )?);
+        drawings.push(correlation(
+            "Residual with the input",
+            "Positive lags: what the model leaves unexplained; negative lags: feedback.",
+            &tests.input,
+        )?);
+    }
+    drawings.push(map(analysis)?);
+    drawings.extend(bode(analysis)?);
+    let trajectory = &analysis.trajectory;
+    let series = trajectory
+        .names
+        .iter()
+        .enumerate()
+        .map(|(i, name)| {
+            line(
+                name,
+                trajectory
+                    .points
+                    .iter()
+                    .map(|(t, theta)| (*t, theta[i]))
+                    .collect(),
+            )
+        })
+        .collect();
+    drawings.push(drawn(
+        "The recursive form of the estimator, sample by sample.",
+        &plot(
+            "Parameters as they are learnt",
+            "time [s]",
+            "parameter",
+            series,
+        ),
+    )?);
+    Ok(drawings)
+}
+
+fn correlation(title: &str, note: &str, found: &Correlation) -> Result<Markup> {
+    let points: Vec<(f64, f64)> = found
+        .values
+        .iter()
+        .map(|(lag, r)| (*lag as f64, *r))
+        .collect();
+    let level = |r: f64| points.iter().map(|(lag, _)| (*lag, r)).collect::<Vec<_>>();
+    let series = vec![
+        Series {
+            name: "correlation",
+            points: points.clone(),
+            style: Style::Crosses,
+        },
+        dashed("99 %", level(found.bound)),
+        dashed("-99 %", level(-found.bound)),
+    ];
+    drawn(note, &plot(title, "lag [samples]", "correlation", series))
+}
+
+fn map(analysis: &Analysis) -> Result<Markup> {
+    let reading = analysis.reading();
+    let poles = reading.poles().map_err(|reason| anyhow!(reason))?;
+    let zeros = reading.zeros().map_err(|reason| anyhow!(reason))?;
+    let at = |found: &[Uncertain]| {
+        found
+            .iter()
+            .map(|it| (it.value.re, it.value.im))
+            .collect::<Vec<_>>()
+    };
+    // Ellipses as wide as the map would hide everything else.
+    let outlines = poles
+        .iter()
+        .chain(&zeros)
+        .filter(|it| it.magnitude_deviation() > 0.0 && it.magnitude_deviation() < 1.0)
+        .flat_map(|it| it.ellipse_95(60))
+        .map(|z| (z.re, z.im))
+        .collect();
+    let near = |points: Vec<(f64, f64)>| {
+        points
+            .into_iter()
+            .filter(|p| p.0.hypot(p.1) < 4.0)
+            .collect::<Vec<_>>()
+    };
+    let circle = (0..=120)
+        .map(|i| f64::from(i) * TAU / 120.0)
+        .map(|a| (a.cos(), a.sin()))
+        .collect();
+    let series = vec![
+        Series {
+            name: "poles",
+            points: near(at(&poles)),
+            style: Style::Crosses,
+        },
+        Series {
+            name: "zeros",
+            points: near(at(&zeros)),
+            style: Style::Circles,
+        },
+        Series {
+            name: "95 % regions",
+            points: outlines,
+            style: Style::Dots,
+        },
+        dashed("unit circle", circle),
+    ];
+    drawn(
+        "In the z plane; what lies beyond |z| = 4 is left out.",
+        &plot("Poles and zeros", "real part", "imaginary part", series),
+    )
+}
+
+fn bode(analysis: &Analysis) -> Result<Vec<Markup>> {
+    let reading = analysis.reading();
+    let nyquist = PI / analysis.estimate.sample_time;
+    let responses: Vec<(f64, Uncertain)> = (0..FREQUENCIES)
+        .map(|i| nyquist * 10f64.powf(-3.5 * (1.0 - i as f64 / (FREQUENCIES - 1) as f64)))
+        .filter_map(|omega| Some((omega.log10(), reading.response(omega)?)))
+        .filter(|(_, it)| it.value.norm() > 0.0)
+        .collect();
+    let decibel = |size: f64| 20.0 * size.max(1e-12).log10();
+    let size = |sigmas: f64| {
+        responses
+            .iter()
+            .map(|(x, it)| {
+                let size = it.value.norm();
+                (
+                    *x,
+                    decibel((size + sigmas * it.magnitude_deviation()).max(1e-3 * size)),
+                )
+            })
+            .collect::<Vec<_>>()
+    };
+    let mut turned: f64 = 0.0;
+    let mut before: Option<f64> = None;
+    let phases: Vec<f64> = responses
+        .iter()
+        .map(|(_, it)| {
+            let phase = it.value.arg();
+            if let Some(before) = before {
+                turned -= ((phase - before) / TAU).round() * TAU;
+            }
+            before = Some(phase);
+            (phase + turned).to_degrees()
+        })
+        .collect();
+    let phase = |sigmas: f64| {
+        responses
+            .iter()
+            .zip(&phases)
+            .map(|((x, it), phase)| {
+                (
+                    *x,
+                    phase + sigmas * it.phase_deviation().min(PI).to_degrees(),
+                )
+            })
+            .collect::<Vec<_>>()
+    };
+    let x = "log10 of the frequency [rad/s]";
+    let banded = |of: &dyn Fn(f64) -> Vec<(f64, f64)>| {
+        vec![
+            line("response", of(0.0)),
+            dashed("95 %", of(SIGMAS_95)),
+            dashed("-95 %", of(-SIGMAS_95)),
+        ]
+    };
+    Ok(vec![
+        drawn(
+            "With the band that holds the truth with 95 % at each frequency.",
+            &plot("Magnitude", x, "magnitude [dB]", banded(&size)),
+        )?,
+        drawn(
+            "The same for the phase.",
+            &plot("Phase", x, "phase [deg]", banded(&phase)),
+        )?,
+    ])
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use sysid::analysis::{Options, analyse};
+    use sysid::record::{Channel, Method, Stretch, Timing};
+    use sysid::synthetic::{BIAS, NOISE, Run, SAMPLE_TIME};
+
+    #[test]
+    fn a_page_stands_alone_and_says_everything() {
+        let run = Run::EightOne;
+        let channel = |name: &str| Channel {
+            name: name.to_owned(),
+            method: Method::Mean,
+            timing: Timing::default(),
+        };
+        let record = Record {
+            sample_time: SAMPLE_TIME,
+            inputs: vec![channel("planes <V>")],
+            outputs: vec![channel("gyro")],
+            stretches: vec![Stretch {
+                start: 0,
+                inputs: vec![run.planes()],
+                outputs: vec![run.measured(1, NOISE, BIAS)],
+            }],
+        };
+        let analysis = analyse(&record, &Options::default()).unwrap();
+        let page = page(&analysis, &record).unwrap();
+        for heading in [
+            "Measured and simulated",
+            "Residual with itself",
+            "Residual with the input",
+            "Poles and zeros",
+            "Magnitude",
+            "Phase",
+            "as they are learnt",
+        ] {
+            assert!(page.contains(heading), "{heading}");
+        }
+        assert!(page.contains("planes &lt;V&gt;") && !page.contains("planes <V>"));
+        assert!(!page.contains("<script") && !page.contains("<link") && !page.contains("src="));
+        assert!(!page.contains("NaN"));
+    }
+}
