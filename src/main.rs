@@ -58,7 +58,7 @@ enum Command {
         /// As a ROS 2 parameter file
         #[arg(long)]
         yaml: bool,
-        /// With this scenario's values: a built-in one (dive, open_loop, remus_100) or a file
+        /// With this scenario's values: a built-in one (dive, open_loop, way_depths, remus_100) or a file
         #[arg(long, requires = "yaml")]
         scenario: Option<String>,
     },
@@ -79,7 +79,7 @@ enum Command {
 
 #[derive(Args)]
 struct DiveArgs {
-    /// A built-in scenario (dive, open_loop, remus_100) or a scenario file
+    /// A built-in scenario (dive, open_loop, way_depths, remus_100) or a scenario file
     #[arg(default_value = "dive")]
     scenario: String,
     /// Where the bag and the page go; must not exist yet [default: runs/SCENARIO-TIME]
@@ -104,7 +104,7 @@ struct DiveArgs {
 
 #[derive(Args)]
 struct SimArgs {
-    /// A built-in scenario (dive, open_loop, remus_100) or a scenario file
+    /// A built-in scenario (dive, open_loop, way_depths, remus_100) or a scenario file
     scenario: String,
     /// The file to write: *.mcap or *.csv; must not exist yet
     #[arg(long)]

@@ -21,7 +21,7 @@ pub const NODES: [&str; 5] = [
 ];
 
 /// The scenarios that come with the program: name and text.
-pub const BUILTIN: [(&str, &str); 3] = [
+pub const BUILTIN: [(&str, &str); 4] = [
     (
         "dive",
         include_str!("../launch-scripts/scenarios/dive.yaml"),
@@ -33,6 +33,10 @@ pub const BUILTIN: [(&str, &str); 3] = [
     (
         "remus_100",
         include_str!("../launch-scripts/scenarios/remus_100.yaml"),
+    ),
+    (
+        "way_depths",
+        include_str!("../launch-scripts/scenarios/way_depths.yaml"),
     ),
 ];
 

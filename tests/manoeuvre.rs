@@ -12,13 +12,9 @@ use planesman_msgs::planesman_msgs::action::{
     Manoeuvre, ManoeuvreFeedback, ManoeuvreGoal, ManoeuvreResult,
 };
 use planesman_msgs::planesman_msgs::srv::{Step, StepRequest};
-use planesman_msgs::rcl_interfaces::msg::{Parameter, ParameterType, ParameterValue};
-use planesman_msgs::rcl_interfaces::srv::{
-    SetParametersAtomically, SetParametersAtomicallyRequest,
-};
 use planesman_node::{ActionClient, Client, GoalId, GoalStatus};
 use serde_json::json;
-use stage::{Heard, Operator, PATIENCE, Process, Stage};
+use stage::{Heard, Operator, PATIENCE, Process, Stage, text};
 
 /// The loop in lockstep, paused between steps, and its controller's action.
 struct Flight {
@@ -175,20 +171,10 @@ fn what_cannot_be_flown_is_refused_with_the_reason() {
     refused(|goal| goal.amplitude = 0.3, "planes.limit");
     refused(|goal| goal.name = "roll".to_owned(), "run_9_2");
     refused(|goal| goal.period = 0.0, "period");
-    let off = Parameter {
-        name: "mode".to_owned(),
-        value: ParameterValue {
-            r#type: ParameterType::PARAMETER_STRING,
-            string_value: "off".to_owned(),
-            ..ParameterValue::default()
-        },
-    };
-    let name = "depth_controller/set_parameters_atomically";
-    let set: Client<SetParametersAtomically> = flight.operator.rt.client(name).unwrap();
-    let request = SetParametersAtomicallyRequest {
-        parameters: vec![off],
-    };
-    assert!(flight.operator.call(&set, request).result.successful);
+    let off = flight
+        .operator
+        .set("depth_controller", &[text("mode", "off")]);
+    assert!(off.successful, "{}", off.reason);
     refused(|_| (), "mode off");
 }
 

@@ -11,14 +11,14 @@ use planesman_msgs::Service;
 use planesman_msgs::diagnostic_msgs::msg::DiagnosticStatus;
 use planesman_msgs::planesman_msgs::msg::{ControlState, DhaState};
 use planesman_msgs::planesman_msgs::srv::{Step, StepRequest};
-use planesman_msgs::rcl_interfaces::msg::{Parameter, ParameterType, ParameterValue};
+use planesman_msgs::rcl_interfaces::msg::Parameter;
 use planesman_msgs::rcl_interfaces::srv::{
     SetParametersAtomically, SetParametersAtomicallyRequest, SetParametersAtomicallyResponse,
 };
 use planesman_msgs::std_msgs::msg::Float64;
 use planesman_node::{Client, Connections, Direction, Publisher, Qos};
 use serde::{Deserialize, Serialize};
-use stage::{Heard, Operator, Process, Stage};
+use stage::{Heard, Operator, Process, Stage, double, text};
 
 /// The sampling time, ns.
 const TICK: i64 = 50_000_000;
@@ -101,28 +101,6 @@ impl Dive {
     }
 }
 
-fn double(name: &str, value: f64) -> Parameter {
-    Parameter {
-        name: name.to_owned(),
-        value: ParameterValue {
-            r#type: ParameterType::PARAMETER_DOUBLE,
-            double_value: value,
-            ..ParameterValue::default()
-        },
-    }
-}
-
-fn string(name: &str, value: &str) -> Parameter {
-    Parameter {
-        name: name.to_owned(),
-        value: ParameterValue {
-            r#type: ParameterType::PARAMETER_STRING,
-            string_value: value.to_owned(),
-            ..ParameterValue::default()
-        },
-    }
-}
-
 /// A number that is not finite, let through by whoever sends it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
@@ -188,21 +166,13 @@ fn a_set_with_one_bad_value_changes_nothing_and_the_reason_is_told() {
     let before = dive.fly(1);
     let printed = before.depth_p / before.depth_error;
 
-    let text = Parameter {
-        name: "depth.d".to_owned(),
-        value: ParameterValue {
-            r#type: ParameterType::PARAMETER_STRING,
-            string_value: "much".to_owned(),
-            ..ParameterValue::default()
-        },
-    };
     for (bad, reason) in [
         (double("depth.d", f64::NAN), "finite"),
         (double("depth.d", f64::INFINITY), "finite"),
         (double("depth.d", -1.0), "depth.d"),
         (double("planes.limit", 0.0), "planes.limit"),
         (double("deph.d", 1.0), "deph.d"),
-        (text, "depth.d"),
+        (text("depth.d", "much"), "depth.d"),
     ] {
         let answer = dive.set::<SetUnchecked>(&[double("depth.p", 0.5), bad.clone()]);
         assert!(!answer.result.successful, "{bad:?}");
@@ -271,8 +241,8 @@ fn a_fault_in_mid_dive_acts_from_the_next_tick_on_is_told_and_can_be_mended() {
 
     // What cannot be is refused as a whole.
     for (bad, reason) in [
-        (string("fault.encoder", "blind"), "fault.encoder"),
-        (string("fault.group", "rudder"), "has no actuator"),
+        (text("fault.encoder", "blind"), "fault.encoder"),
+        (text("fault.group", "rudder"), "has no actuator"),
     ] {
         let set = [double("fault.air", 0.5), bad];
         let answer = dive.set_of::<SetUnchecked>(node, &set);
@@ -282,7 +252,7 @@ fn a_fault_in_mid_dive_acts_from_the_next_tick_on_is_told_and_can_be_mended() {
     }
     assert_eq!(dive.fly_actuator(1).faults, "");
 
-    let stuck = [string("fault.stuck_valve", "direction")];
+    let stuck = [text("fault.stuck_valve", "direction")];
     let answer = dive.set_of::<SetUnchecked>(node, &stuck);
     assert!(answer.result.successful, "{}", answer.result.reason);
     let state = dive.fly_actuator(1);
@@ -297,7 +267,7 @@ fn a_fault_in_mid_dive_acts_from_the_next_tick_on_is_told_and_can_be_mended() {
     let level = dive.operator.status(&actuator, "dive_planes: at its stop");
     assert_eq!(level, DiagnosticStatus::WARN);
 
-    let mended = dive.set_of::<SetUnchecked>(node, &[string("fault.stuck_valve", "none")]);
+    let mended = dive.set_of::<SetUnchecked>(node, &[text("fault.stuck_valve", "none")]);
     assert!(mended.result.successful);
     let state = dive.fly_actuator(100);
     assert_eq!(state.faults, "");

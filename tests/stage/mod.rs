@@ -19,6 +19,12 @@ use planesman_msgs::Service;
 use planesman_msgs::diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus};
 use planesman_msgs::planesman_msgs::action::ManoeuvreFeedback;
 use planesman_msgs::planesman_msgs::msg::{ControlState, DhaState, VehicleState};
+use planesman_msgs::rcl_interfaces::msg::{
+    Parameter, ParameterType, ParameterValue, SetParametersResult,
+};
+use planesman_msgs::rcl_interfaces::srv::{
+    SetParametersAtomically, SetParametersAtomicallyRequest,
+};
 use planesman_node::testing::OwnDomain;
 use planesman_node::{Client, GoalId, Next, NodeSpec, Qos, RosArguments, Runtime};
 pub(crate) use rustix::process::Signal;
@@ -355,9 +361,42 @@ impl Operator {
         })
     }
 
+    /// Changes a node's parameters, all or none.
+    pub(crate) fn set(&self, node: &str, parameters: &[Parameter]) -> SetParametersResult {
+        let name = format!("{node}/set_parameters_atomically");
+        let set: Client<SetParametersAtomically> = self.rt.client(&name).unwrap();
+        let parameters = parameters.to_vec();
+        self.call(&set, SetParametersAtomicallyRequest { parameters })
+            .result
+    }
+
     /// Calls a service and waits for its answer.
     pub(crate) fn call<S: Service>(&self, client: &Client<S>, request: S::Request) -> S::Response {
         self.rt.block_on(client.call(request, PATIENCE)).unwrap()
+    }
+}
+
+/// A parameter that is a number.
+pub(crate) fn double(name: &str, value: f64) -> Parameter {
+    Parameter {
+        name: name.to_owned(),
+        value: ParameterValue {
+            r#type: ParameterType::PARAMETER_DOUBLE,
+            double_value: value,
+            ..ParameterValue::default()
+        },
+    }
+}
+
+/// A parameter that is a text.
+pub(crate) fn text(name: &str, value: &str) -> Parameter {
+    Parameter {
+        name: name.to_owned(),
+        value: ParameterValue {
+            r#type: ParameterType::PARAMETER_STRING,
+            string_value: value.to_owned(),
+            ..ParameterValue::default()
+        },
     }
 }
 

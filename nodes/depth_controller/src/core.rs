@@ -42,6 +42,7 @@ use crate::gains::Follower;
 use crate::goal::{Progress, Underway};
 use crate::limits::bounded;
 use crate::parameters::{Config, Mode};
+use crate::safety::{Fault, Reaction, Safety};
 use crate::setpoint::{Bounds, Setpoint};
 
 /// The frame the commands are given in: forward, right, down.
@@ -122,6 +123,9 @@ pub struct Controller {
     follower: Follower,
     /// What the last state was answered on, where that was not the truth.
     estimate: Option<MotionEstimate>,
+    safety: Safety,
+    /// What the loops were told last; `None` before that, and in silence.
+    feedback: Option<Feedback>,
     manoeuvre: Option<Underway>,
     /// How the last manoeuvre ended, until it is asked for: completed, or why not.
     manoeuvre_end: Option<Result<(), String>>,
@@ -166,6 +170,8 @@ impl Controller {
             estimator: Estimator::default(),
             follower: Follower::default(),
             estimate: None,
+            safety: Safety::default(),
+            feedback: None,
             manoeuvre: None,
             manoeuvre_end: None,
             run: None,
@@ -210,9 +216,39 @@ impl Controller {
         if self.config.mode == Mode::Off {
             return Err("refused: the controller is switched off (mode off)".to_owned());
         }
+        if let Some(fault) = self.fault() {
+            return Err(format!("refused: a fault stands: {}", fault.text()));
+        }
         self.manoeuvre = Some(Underway::of(goal, self.config.dive.planes_limit)?);
         self.manoeuvre_end = None;
         Ok(())
+    }
+
+    /// The fault that stands.
+    #[must_use]
+    pub fn fault(&self) -> Option<Fault> {
+        self.safety.fault()
+    }
+
+    /// Takes the fault back; the loops take up the next state without a bump.
+    ///
+    /// # Errors
+    /// A sentence with what is still wrong, or that nothing is.
+    pub fn reset_fault(&mut self) -> Result<Fault, String> {
+        if self.feedback.is_none() && self.safety.fault() == Some(Fault::Silence) {
+            return Err("there is still no vehicle state".to_owned());
+        }
+        self.safety
+            .reset(&self.config.envelope, self.feedback.as_ref())
+    }
+
+    /// Takes note of a fault.
+    fn fail(&mut self, fault: Fault) {
+        if self.safety.latch(fault) {
+            let text = format!("fault: {}", fault.text());
+            self.break_off(&text);
+            self.news.push(text);
+        }
     }
 
     /// Ends the manoeuvre under way, if there is one.
@@ -308,6 +344,10 @@ impl Controller {
     #[must_use]
     pub fn on_silence(&mut self, stamp: Time) -> Answer {
         self.break_off("the vehicle's state is silent");
+        self.feedback = None;
+        if self.config.envelope.latch_silence {
+            self.fail(Fault::Silence);
+        }
         self.neutral(stamp)
     }
 
@@ -323,6 +363,7 @@ impl Controller {
             header,
             mode: self.config.mode.constant(),
             feedback_stale: true,
+            fault: self.fault_constant(),
             ..ControlState::default()
         };
         (command, control)
@@ -424,6 +465,10 @@ impl Controller {
             return self.neutral(stamp.clone());
         }
         self.estimate = estimated.map(|estimated| self.estimate_message(stamp.clone(), &estimated));
+        self.feedback = Some(feedback);
+        if let Some(fault) = self.config.envelope.violated(&feedback) {
+            self.fail(fault);
+        }
         let mut inside = ControlState {
             header: header(state.header.stamp.clone()),
             mode: self.config.mode.constant(),
@@ -446,6 +491,11 @@ impl Controller {
             header: inside.header.clone(),
             ..PlaneCommand::default()
         };
+        let envelope = self.config.envelope;
+        if let Some(reaction) = self.safety.react(&envelope, &feedback, tick.dt) {
+            self.emergency(reaction, &mut command, &mut inside);
+            return (command, inside);
+        }
         self.dive(&gains, &feedback, tick, &mut command, &mut inside);
         if self.config.mode == Mode::Off {
             self.setpoints.course.release();
@@ -456,6 +506,42 @@ impl Controller {
             self.speed(&feedback, tick, &mut command, &mut inside);
         }
         (command, inside)
+    }
+
+    fn fault_constant(&self) -> u8 {
+        self.fault()
+            .map_or(ControlState::FAULT_NONE, Fault::constant)
+    }
+
+    /// The dive planes in a fault, with the loops set aside.
+    fn emergency(
+        &mut self,
+        reaction: Reaction,
+        command: &mut PlaneCommand,
+        inside: &mut ControlState,
+    ) {
+        self.autopilot.neutralised();
+        self.setpoints.course.release();
+        self.setpoints.speed.release();
+        inside.fault = self.fault_constant();
+        if reaction == Reaction::Climb {
+            inside.climbing = true;
+            let climb = -self.config.envelope.climb_planes;
+            self.share_out(
+                self.config.dive.planes_limit.apply(climb).value,
+                command,
+                inside,
+            );
+        }
+    }
+
+    /// Gives bow and stern planes their part of a plane angle (rad, positive dive).
+    fn share_out(&self, planes: f64, command: &mut PlaneCommand, inside: &mut ControlState) {
+        let shared = self.config.allocation.share(planes);
+        command.dive_planes = shared.mean;
+        command.bow_stern_differential = shared.differential;
+        inside.dive_planes = shared.mean;
+        inside.bow_stern_differential = shared.differential;
     }
 
     /// The dive planes.
@@ -503,11 +589,7 @@ impl Controller {
         }
         let law = (gains, &self.config.dive);
         let planes = self.autopilot.planes(law, asked, feedback, tick.dt, inside);
-        let shared = self.config.allocation.share(planes);
-        command.dive_planes = shared.mean;
-        command.bow_stern_differential = shared.differential;
-        inside.dive_planes = shared.mean;
-        inside.bow_stern_differential = shared.differential;
+        self.share_out(planes, command, inside);
     }
 
     /// What the manoeuvre under way adds to the planes, rad; ends it when it is over.
@@ -944,6 +1026,92 @@ mod tests {
         );
         assert!(controller.set_setpoint(Quantity::Pitch, f64::NAN).is_err());
         assert_eq!(controller.on_state(&state(1)).unwrap(), before);
+    }
+
+    fn deep(tick: i64, depth: f64) -> VehicleState {
+        let mut state = state(tick);
+        state.depth = depth;
+        state
+    }
+
+    #[test]
+    fn below_the_floor_it_climbs_then_goes_neutral_and_stays_so_until_it_is_reset() {
+        let mut controller = controller(&[
+            ("safety.floor", Value::Double(3.0)),
+            ("depth.max", Value::Double(2.5)),
+            ("depth_setpoint", Value::Double(2.0)),
+        ]);
+        let climb = -10_f64.to_radians();
+        for (tick, depth, planes) in [
+            (0, 3.1, climb),
+            (1, 2.8, climb),
+            (2, 2.7, 0.0),
+            (3, 1.0, 0.0),
+        ] {
+            let (command, control) = controller.on_state(&deep(tick, depth)).unwrap();
+            assert_eq!(command.dive_planes, planes, "tick {tick}");
+            assert_eq!(control.fault, ControlState::FAULT_FLOOR);
+            assert_eq!(control.climbing, planes != 0.0);
+            assert_eq!(command.rudder, 0.0);
+        }
+        // Neither a new run nor another mode takes it back.
+        assert_eq!(
+            controller.on_state(&deep(0, 1.0)).unwrap().1.fault,
+            ControlState::FAULT_FLOOR
+        );
+        let goal = ManoeuvreGoal {
+            name: "pulse".to_owned(),
+            amplitude: 0.1,
+            period: 1.0,
+            ..ManoeuvreGoal::default()
+        };
+        let refusal = controller.begin_manoeuvre(&goal).unwrap_err();
+        assert!(refusal.contains("safety.floor"), "{refusal}");
+
+        assert_eq!(controller.reset_fault(), Ok(Fault::Floor));
+        let (command, control) = controller.on_state(&deep(1, 1.0)).unwrap();
+        assert_eq!(control.fault, ControlState::FAULT_NONE);
+        assert!(command.dive_planes.abs() < 1e-13, "without a bump");
+        let (command, _) = controller.on_state(&deep(2, 1.0)).unwrap();
+        assert!(command.dive_planes > 0.0);
+        assert!(controller.begin_manoeuvre(&goal).is_ok());
+    }
+
+    #[test]
+    fn a_manoeuvre_is_broken_off_by_a_fault() {
+        let mut controller = controller(&[("safety.pitch", Value::Double(1.0))]);
+        let goal = ManoeuvreGoal {
+            name: "step".to_owned(),
+            amplitude: 0.1,
+            duration: 10.0,
+            ..ManoeuvreGoal::default()
+        };
+        controller.begin_manoeuvre(&goal).unwrap();
+        assert_eq!(controller.on_state(&state(0)).unwrap().1.manoeuvre, 0.1);
+        assert_eq!(controller.manoeuvre_end(), None);
+        let mut pitched = state(1);
+        pitched.pitch = 1.1;
+        let (command, control) = controller.on_state(&pitched).unwrap();
+        assert_eq!((command.dive_planes, control.manoeuvre), (0.0, 0.0));
+        assert_eq!(control.fault, ControlState::FAULT_BOW_UP);
+        let end = controller.manoeuvre_end().unwrap().unwrap_err();
+        assert!(end.contains("broken off"), "{end}");
+    }
+
+    #[test]
+    fn silence_stays_a_fault_where_it_is_to() {
+        let mut controller = controller(&[("safety.latch_silence", Value::Bool(true))]);
+        controller.on_state(&state(0)).unwrap();
+        let (_, control) = controller.on_silence(Time::from_nanos(20 * TICK));
+        assert_eq!(control.fault, ControlState::FAULT_SILENCE);
+        assert!(controller.reset_fault().unwrap_err().contains("still"));
+        let (_, control) = controller.on_state(&state(21)).unwrap();
+        assert_eq!(control.fault, ControlState::FAULT_SILENCE);
+        assert_eq!(controller.reset_fault(), Ok(Fault::Silence));
+        assert_eq!(
+            controller.on_state(&state(22)).unwrap().1.fault,
+            ControlState::FAULT_NONE
+        );
     }
 
     /// A fixed linear congruential sequence (Numerical Recipes), enough to spread inputs.

@@ -16,6 +16,7 @@
 //! - [`gains`]: gains that follow the vehicle: by its speed, by its identified model.
 //! - [`manoeuvre`], [`runs`]: test signals added to the plane command; the report's runs.
 //! - [`goal`]: a manoeuvre that an action client has asked for.
+//! - [`safety`]: the envelope, the fault that stays, the reaction.
 //! - [`schedule`]: way-depths over time or distance.
 //! - [`parameters`]: every tunable, its default, unit and source.
 //! - [`core`]: a vehicle state in, a plane command out.
@@ -42,6 +43,7 @@ pub mod node;
 pub mod parameters;
 pub mod pitch_loop;
 pub mod runs;
+pub mod safety;
 pub mod schedule;
 pub mod setpoint;
 pub mod speed_loop;

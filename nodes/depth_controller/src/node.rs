@@ -10,7 +10,10 @@ use planesman_msgs::planesman_msgs::msg::{
 };
 use planesman_msgs::sensor_msgs::msg::{FluidPressure, Imu};
 use planesman_msgs::std_msgs::msg::Float64;
-use planesman_node::{Flow, Goal, GoalId, Level, NodeSpec, Publisher, Qos, Runtime, args};
+use planesman_msgs::std_srvs::srv::{Trigger, TriggerResponse};
+use planesman_node::{
+    Flow, Goal, GoalId, Level, NodeSpec, Publisher, Qos, Responder, Runtime, args,
+};
 use planesman_parameters::Values;
 
 use crate::core::{Answer, Controller, Quantity};
@@ -25,6 +28,7 @@ enum Event {
     Setpoint(Quantity, f64),
     Manoeuvre(Goal<Manoeuvre>),
     CancelManoeuvre(GoalId),
+    ResetFault(Responder<Trigger>),
     /// Time to ask whether the state has gone silent.
     Look,
     Parameters(Values),
@@ -78,6 +82,7 @@ fn run(args: Vec<String>) -> Result<()> {
         })?;
     }
     rt.serve_action("~/manoeuvre", Event::Manoeuvre, Event::CancelManoeuvre)?;
+    rt.serve::<Trigger>("~/reset_fault", |_, responder| Event::ResetFault(responder))?;
     drop(rt.every(Duration::from_millis(100), || Event::Look));
     rt.run(|rt, event| node.on(rt, event))
 }
@@ -161,6 +166,7 @@ impl Node {
                     Err(reason) => log::warn!("{reason}"),
                 }
             }
+            Event::ResetFault(responder) => self.reset_fault(rt, responder),
             Event::Look => self.look(rt),
             Event::Parameters(values) => {
                 self.controller
@@ -203,6 +209,16 @@ impl Node {
     fn say(&self, (command, inside): &Answer) {
         self.command.publish(command);
         self.inside.publish(inside);
+    }
+
+    fn reset_fault(&mut self, rt: &Runtime<Event>, responder: Responder<Trigger>) {
+        let (success, message) = match self.controller.reset_fault() {
+            Ok(fault) => (true, format!("fault reset: {}", fault.text())),
+            Err(reason) => (false, format!("not reset: {reason}")),
+        };
+        log::info!("{message}");
+        responder.answer(TriggerResponse { success, message });
+        self.tell_status(rt);
     }
 
     /// Begins a manoeuvre in place of one under way, or says why not.
@@ -269,16 +285,24 @@ impl Node {
             self.tell_progress();
         }
         self.silent = silent;
-        match (self.heard, silent) {
-            (None, _) => rt.set_status("loop", Level::Warn, "no vehicle state yet", &[]),
-            (_, true) => rt.set_status(
-                "loop",
+        self.tell_status(rt);
+    }
+
+    fn tell_status(&self, rt: &Runtime<Event>) {
+        let fault = self.controller.fault();
+        let (level, message) = match (fault, self.heard, self.silent) {
+            (Some(fault), ..) => {
+                let reset = "until ~/reset_fault is called";
+                (Level::Error, format!("fault: {}; {reset}", fault.text()))
+            }
+            (None, None, _) => (Level::Warn, "no vehicle state yet".to_owned()),
+            (None, _, true) => (
                 Level::Error,
-                "vehicle state stale: planes neutral",
-                &[],
+                "vehicle state stale: planes neutral".to_owned(),
             ),
-            _ => rt.set_status("loop", Level::Ok, "controlling", &[]),
-        }
+            _ => (Level::Ok, "controlling".to_owned()),
+        };
+        rt.set_status("loop", level, &message, &[]);
     }
 }
 

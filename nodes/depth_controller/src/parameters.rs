@@ -19,6 +19,7 @@ use crate::integral::AntiWindup;
 use crate::limits::Limit;
 use crate::manoeuvre::{Manoeuvre, Signal, TestSignal};
 use crate::pitch_loop::PitchLoop;
+use crate::safety::Envelope;
 use crate::schedule::Schedule;
 use crate::setpoint::Bounds;
 use crate::speed_loop::SpeedLoop;
@@ -41,6 +42,7 @@ pub fn declarations() -> Vec<Declaration> {
         pitch(),
         planes(),
         regulators(),
+        safety(),
         schedule(),
         identification(),
         feedback(),
@@ -349,6 +351,55 @@ fn regulators() -> Part {
         )
         .unit("m/s^2")
         .range(0.0, 1e3),
+    ]
+}
+
+/// The envelope.
+fn safety() -> Part {
+    vec![
+        Declaration::new(
+            "safety.ceiling",
+            -1e4,
+            "Shallower than this is a fault: everything neutral, until it is reset; depth.min lies no higher.",
+        )
+        .unit("m")
+        .range(-1e4, 1e4),
+        Declaration::new(
+            "safety.floor",
+            1e4,
+            "Deeper than this is a fault: planes to climb, then neutral, until it is reset; depth.max lies no deeper.",
+        )
+        .unit("m")
+        .range(-1e4, 1e4),
+        Declaration::new(
+            "safety.margin",
+            0.3,
+            "How far above the floor the climb ends.",
+        )
+        .unit("m")
+        .range(0.0, 1e4),
+        Declaration::new(
+            "safety.pitch",
+            PI,
+            "Pitched further to either side is a fault: bow down, planes to climb until level, then neutral; bow up, neutral; depth.pitch_limit is no larger.",
+        )
+        .unit("rad")
+        .range(0.0, PI),
+        Declaration::new(
+            "safety.climb_planes",
+            10.0_f64.to_radians(),
+            "Plane angle of the climb, without any loop; within planes.limit.",
+        )
+        .unit("rad")
+        .range(0.0, FRAC_PI_2),
+        Declaration::new("safety.climb_time", 20.0, "Longest climb; then neutral in any case.")
+            .unit("s")
+            .range(0.0, 3600.0),
+        Declaration::new(
+            "safety.latch_silence",
+            false,
+            "Whether a silence of the state longer than state_timeout is a fault too; otherwise the loops take up the next state.",
+        ),
     ]
 }
 
@@ -695,6 +746,8 @@ pub struct Config {
     pub setpoint_timeout: f64,
     /// Silence of the state after which the planes are put to neutral, s.
     pub state_timeout: f64,
+    /// What the vehicle is kept within.
+    pub envelope: Envelope,
     /// What the depth setpoint is kept within.
     pub depth_bounds: Bounds,
     /// What the pitch setpoint is kept within.
@@ -747,6 +800,7 @@ impl Config {
         };
         let schedule = schedule_of(values)?;
         check_depths(values, &schedule, depth_bounds)?;
+        let envelope = envelope(values, depth_bounds)?;
         let angle_loop = |axis: &str| {
             Ok::<_, String>(AngleLoop {
                 p: values.double(&format!("{axis}.p")),
@@ -763,6 +817,7 @@ impl Config {
             speed_setpoint: values.double("speed_setpoint"),
             setpoint_timeout: values.double("setpoint_timeout"),
             state_timeout: values.double("state_timeout"),
+            envelope,
             depth_bounds,
             pitch_bounds: Bounds {
                 min: -pitch_limit.bound(),
@@ -936,6 +991,36 @@ fn check_depths(values: &Values, schedule: &Schedule, bounds: Bounds) -> Result<
     Ok(())
 }
 
+fn envelope(values: &Values, bounds: Bounds) -> Result<Envelope, String> {
+    let envelope = Envelope {
+        ceiling: values.double("safety.ceiling"),
+        floor: values.double("safety.floor"),
+        margin: values.double("safety.margin"),
+        pitch: values.double("safety.pitch"),
+        climb_planes: values.double("safety.climb_planes"),
+        climb_time: values.double("safety.climb_time"),
+        latch_silence: values.bool("safety.latch_silence"),
+    };
+    let pitch_limit = values.double("depth.pitch_limit");
+    for (name, inner, outer_name, outer) in [
+        ("safety.ceiling", envelope.ceiling, "depth.min", bounds.min),
+        ("depth.max", bounds.max, "safety.floor", envelope.floor),
+        (
+            "depth.pitch_limit",
+            pitch_limit,
+            "safety.pitch",
+            envelope.pitch,
+        ),
+    ] {
+        if inner > outer {
+            return Err(format!(
+                "parameter '{name}': {inner} refused: at most {outer_name}, {outer}"
+            ));
+        }
+    }
+    Ok(envelope)
+}
+
 fn test_signal(values: &Values, planes_limit: Limit) -> Result<TestSignal, String> {
     let manoeuvre = Manoeuvre {
         signal: Signal::named(values.string("identification.signal"))?,
@@ -998,6 +1083,12 @@ mod tests {
         for (changes, word) in [
             (vec![("planes.limit", Value::Double(0.0))], "planes.limit"),
             (vec![("depth.min", Value::Double(1.0))], "depth_setpoint"),
+            (vec![("safety.floor", Value::Double(3.0))], "depth.max"),
+            (vec![("safety.ceiling", Value::Double(3.0))], "depth.min"),
+            (
+                vec![("safety.pitch", Value::Double(0.5))],
+                "depth.pitch_limit",
+            ),
             (
                 vec![
                     ("depth.max", Value::Double(2.0)),

@@ -7,7 +7,7 @@ use depth_controller::estimator::Source;
 use depth_controller::parameters::{Mode, declarations};
 use planesman_msgs::Message;
 use planesman_msgs::builtin_interfaces::msg::Time;
-use planesman_msgs::planesman_msgs::msg::VehicleState;
+use planesman_msgs::planesman_msgs::msg::{ControlState, VehicleState};
 use planesman_msgs::sensor_msgs::msg::{FluidPressure, Imu};
 use planesman_parameters::{Value, Values};
 
@@ -144,6 +144,7 @@ fn outputs_stay_within_their_limits_for_any_finite_input_and_any_allowed_paramet
                     controller.set_setpoint(quantity, draws.finite()).unwrap();
                 }
                 7 if draws.below(20) == 0 => tick = -1,
+                9 if draws.below(20) == 0 => drop(controller.reset_fault()),
                 8 if draws.below(20) == 0 => {
                     let silent = controller.on_silence(Time::from_nanos(tick * TICK));
                     assert_within_limits(&silent, &values);
@@ -280,6 +281,49 @@ fn after_a_change_of_mode_the_transfer_moves_the_planes_no_faster_than_its_time_
         if tick == 199 {
             assert!(control.transfer.abs() < 1e-4);
         }
+    }
+}
+
+#[test]
+fn a_fault_stays_whatever_happens_until_it_is_reset() {
+    for seed in 0..20 {
+        let mut draws = Draws(seed);
+        let mut values = with(
+            &defaults(),
+            &[
+                ("depth.max", Value::Double(4.0)),
+                ("safety.floor", Value::Double(4.0)),
+                ("safety.pitch", Value::Double(0.9)),
+            ],
+        );
+        let mut controller = Controller::new(&values).unwrap();
+        let (mut fault, mut faults) = (0, 0);
+        for tick in 0..1500 {
+            if draws.below(10) == 0 {
+                values = draws.change(&values);
+                controller.set_values(&values).unwrap();
+            }
+            if draws.below(50) == 0 && controller.reset_fault().is_ok() {
+                fault = 0;
+            }
+            let state = draws.state(tick, false);
+            let (command, control) = controller.on_state(&state).unwrap();
+            let stays = control.fault == fault || control.fault == ControlState::FAULT_FLOOR;
+            assert!(fault == 0 || stays, "{fault} became {}", control.fault);
+            if control.fault != 0 {
+                let climb = values.double("safety.climb_planes");
+                let climb = climb.min(values.double("planes.limit"));
+                let bow = command.dive_planes + command.bow_stern_differential;
+                assert!(
+                    bow == 0.0 || control.climbing && (-climb * (1.0 + 1e-15)..0.0).contains(&bow)
+                );
+                assert_eq!((command.rudder, command.thrust), (0.0, 0.0));
+                assert_eq!(command.roll_differential, 0.0);
+            }
+            faults += usize::from(fault == 0 && control.fault != 0);
+            fault = control.fault;
+        }
+        assert!(faults > 1, "seed {seed}");
     }
 }
 

@@ -1,0 +1,267 @@
+//! What the controller does when the vehicle leaves its envelope: a fault that stays until it is
+//! reset, and a reaction that needs none of the loops' gains, since those may be what went wrong.
+//!
+//! | fault | when | reaction |
+//! |---|---|---|
+//! | floor | deeper than the hard floor | planes to climb, until `margin` above the floor or `climb_time` is over; then neutral |
+//! | bow down | pitched further down than the limit | planes to climb, until the bow is level or `climb_time` is over; then neutral |
+//! | bow up | pitched further up than the limit | neutral |
+//! | ceiling | shallower than the hard ceiling | neutral |
+//! | silence | no state within `state_timeout`, where that is to latch | neutral |
+//!
+//! Rudder, roll planes and thrust are neutral in every reaction. The first fault stays the one that is
+//! told, with one exception: the floor takes the place of any other, because it alone wants the climb
+//! still. A reset is granted when what led to the fault is over.
+
+use planesman_msgs::planesman_msgs::msg::ControlState;
+
+use crate::feedback::Feedback;
+
+/// What went wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// Too deep.
+    Floor,
+    /// Too shallow.
+    Ceiling,
+    /// Pitched too far down.
+    BowDown,
+    /// Pitched too far up.
+    BowUp,
+    /// Nothing was heard of the vehicle.
+    Silence,
+}
+
+impl Fault {
+    /// Its constant in `ControlState`.
+    #[must_use]
+    pub fn constant(self) -> u8 {
+        match self {
+            Self::Floor => ControlState::FAULT_FLOOR,
+            Self::Ceiling => ControlState::FAULT_CEILING,
+            Self::BowDown => ControlState::FAULT_BOW_DOWN,
+            Self::BowUp => ControlState::FAULT_BOW_UP,
+            Self::Silence => ControlState::FAULT_SILENCE,
+        }
+    }
+
+    /// What it is, for the operator.
+    #[must_use]
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Floor => "deeper than safety.floor",
+            Self::Ceiling => "shallower than safety.ceiling",
+            Self::BowDown => "bow further down than safety.pitch",
+            Self::BowUp => "bow further up than safety.pitch",
+            Self::Silence => "no vehicle state within state_timeout",
+        }
+    }
+}
+
+/// The envelope and the way back into it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Envelope {
+    /// The least depth, m.
+    pub ceiling: f64,
+    /// The largest depth, m.
+    pub floor: f64,
+    /// How far above the floor a climb ends, m.
+    pub margin: f64,
+    /// The largest pitch to either side, rad.
+    pub pitch: f64,
+    /// The plane angle of the climb, rad, towards climbing.
+    pub climb_planes: f64,
+    /// The longest climb, s.
+    pub climb_time: f64,
+    /// Whether silence of the state is a fault that stays.
+    pub latch_silence: bool,
+}
+
+impl Envelope {
+    /// What is wrong with where the vehicle is.
+    #[must_use]
+    pub fn violated(&self, feedback: &Feedback) -> Option<Fault> {
+        if feedback.depth > self.floor {
+            Some(Fault::Floor)
+        } else if feedback.pitch < -self.pitch {
+            Some(Fault::BowDown)
+        } else if feedback.pitch > self.pitch {
+            Some(Fault::BowUp)
+        } else if feedback.depth < self.ceiling {
+            Some(Fault::Ceiling)
+        } else {
+            None
+        }
+    }
+}
+
+/// The fault, if there is one, and how long the climb has lasted.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Safety {
+    fault: Option<Fault>,
+    /// s
+    climbed: f64,
+    /// The climb is over.
+    climb_over: bool,
+}
+
+/// What a fault makes the planes do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Reaction {
+    /// Rise.
+    Climb,
+    /// Nothing.
+    Neutral,
+}
+
+impl Safety {
+    /// The fault that stands.
+    #[must_use]
+    pub fn fault(&self) -> Option<Fault> {
+        self.fault
+    }
+
+    /// Takes note of a fault, and says whether it is the one that stands from now on.
+    pub fn latch(&mut self, fault: Fault) -> bool {
+        let stands = match self.fault {
+            None => true,
+            Some(standing) => fault == Fault::Floor && standing != Fault::Floor,
+        };
+        if stands {
+            *self = Self {
+                fault: Some(fault),
+                ..Self::default()
+            };
+        }
+        stands
+    }
+
+    /// Looks where the vehicle is, `dt` seconds after the last look, and says what is to be done about the fault
+    /// that stands; `None`: there is none.
+    pub fn react(&mut self, envelope: &Envelope, feedback: &Feedback, dt: f64) -> Option<Reaction> {
+        let fault = self.fault?;
+        let done = match fault {
+            Fault::Floor => feedback.depth <= envelope.floor - envelope.margin,
+            Fault::BowDown => feedback.pitch >= 0.0,
+            Fault::BowUp | Fault::Ceiling | Fault::Silence => true,
+        };
+        self.climb_over |= done || self.climbed >= envelope.climb_time;
+        self.climbed += dt;
+        Some(match self.climb_over {
+            true => Reaction::Neutral,
+            false => Reaction::Climb,
+        })
+    }
+
+    /// Takes the fault back, unless the vehicle is still where it must not be.
+    ///
+    /// # Errors
+    /// A sentence with what is still wrong, or that nothing is.
+    pub fn reset(&mut self, envelope: &Envelope, now: Option<&Feedback>) -> Result<Fault, String> {
+        let fault = self.fault.ok_or("there is no fault")?;
+        if let Some(still) = now.and_then(|feedback| envelope.violated(feedback)) {
+            return Err(format!("the vehicle is still {}", still.text()));
+        }
+        *self = Self::default();
+        Ok(fault)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    const ENVELOPE: Envelope = Envelope {
+        ceiling: 0.2,
+        floor: 3.0,
+        margin: 0.5,
+        pitch: 1.0,
+        climb_planes: 0.2,
+        climb_time: 10.0,
+        latch_silence: false,
+    };
+
+    fn at(depth: f64, pitch: f64) -> Feedback {
+        Feedback {
+            depth,
+            pitch,
+            ..Feedback::default()
+        }
+    }
+
+    #[test]
+    fn each_side_of_the_envelope_has_its_fault() {
+        for (feedback, fault) in [
+            (at(1.0, 0.0), None),
+            (at(3.0, 1.0), None),
+            (at(3.01, 0.0), Some(Fault::Floor)),
+            (at(0.19, 0.0), Some(Fault::Ceiling)),
+            (at(1.0, -1.01), Some(Fault::BowDown)),
+            (at(1.0, 1.01), Some(Fault::BowUp)),
+            (at(3.01, 1.01), Some(Fault::Floor)),
+        ] {
+            assert_eq!(ENVELOPE.violated(&feedback), fault);
+        }
+    }
+
+    #[test]
+    fn a_vehicle_too_deep_climbs_until_it_is_clear_of_the_floor_and_not_again() {
+        let mut safety = Safety::default();
+        assert_eq!(safety.react(&ENVELOPE, &at(3.1, 0.0), 0.1), None);
+        assert!(safety.latch(Fault::Floor));
+        for (depth, reaction) in [
+            (3.1, Reaction::Climb),
+            (2.6, Reaction::Climb),
+            (2.5, Reaction::Neutral),
+            (2.9, Reaction::Neutral),
+        ] {
+            assert_eq!(
+                safety.react(&ENVELOPE, &at(depth, 0.0), 0.1),
+                Some(reaction)
+            );
+        }
+    }
+
+    #[test]
+    fn a_climb_that_leads_nowhere_ends() {
+        let mut safety = Safety::default();
+        safety.latch(Fault::BowDown);
+        let climbing = (0..)
+            .take_while(|_| safety.react(&ENVELOPE, &at(2.0, -1.2), 0.5) == Some(Reaction::Climb));
+        assert_eq!(climbing.count(), 20);
+    }
+
+    #[test]
+    fn the_first_fault_stands_unless_the_vehicle_sinks_below_the_floor() {
+        let mut safety = Safety::default();
+        assert!(safety.latch(Fault::BowUp));
+        assert!(!safety.latch(Fault::Ceiling));
+        assert_eq!(safety.fault(), Some(Fault::BowUp));
+        assert!(safety.latch(Fault::Floor));
+        assert!(!safety.latch(Fault::Floor));
+        assert!(!safety.latch(Fault::BowUp));
+        assert_eq!(safety.fault(), Some(Fault::Floor));
+    }
+
+    #[test]
+    fn only_a_reset_from_within_the_envelope_takes_the_fault_back() {
+        let mut safety = Safety::default();
+        assert!(
+            safety
+                .reset(&ENVELOPE, None)
+                .unwrap_err()
+                .contains("no fault")
+        );
+        safety.latch(Fault::Floor);
+        safety.react(&ENVELOPE, &at(1.0, 0.0), 0.1);
+        assert_eq!(safety.fault(), Some(Fault::Floor));
+        let refusal = safety.reset(&ENVELOPE, Some(&at(3.2, 0.0))).unwrap_err();
+        assert!(refusal.contains("safety.floor"), "{refusal}");
+        assert_eq!(
+            safety.reset(&ENVELOPE, Some(&at(1.0, 0.0))),
+            Ok(Fault::Floor)
+        );
+        assert_eq!(safety.fault(), None);
+    }
+}
