@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Fits a model to a bag of a gigabyte: `sysid fit` beside `rosbags` + numpy and `mcap` + numpy, in one run.
 
-    gigabyte.py [--megabytes 1000] [--compression zstd]
+    gigabyte.py [--megabytes 1000] [--compression none]
 
 The bag holds sensor_msgs/Imu at 100 Hz and std_msgs/Float64 at 25 Hz. Each contender is a process of its own that
 reads the two signals, puts them on a grid of 20 Hz (interpolation; mean over each interval) and fits a second-order
@@ -61,7 +61,7 @@ def generate(path: Path, size: int, compression: str) -> int:
         writer.start(profile="ros2")
         channels = {}
         for topic, kind in [("/imu", imu), ("/cmd", number)]:
-            text, _ = store.generate_msgdef(kind.__msgtype__)
+            text, _ = store.generate_msgdef(kind.__msgtype__, ros_version=2)
             schema = writer.register_schema(kind.__msgtype__, "ros2msg", text.encode())
             channels[topic] = writer.register_channel(topic, "cdr", schema)
         for k in range(count):
@@ -85,7 +85,7 @@ def least_squares(ut: list[int], u: list[float], yt: list[int], y: list[float]) 
     times = (numpy.array(ut) - begin) * 1e-9
     seconds = (numpy.array(yt) - begin) * 1e-9
     integral = numpy.concatenate([[0.0], numpy.cumsum(numpy.array(u)[:-1] * numpy.diff(times))])
-    grid = numpy.arange(0, numpy.floor(min(seconds[-1], times[-1]) * RATE)) / RATE
+    grid = numpy.arange(0, numpy.floor(min(seconds[-1], times[-1]) * RATE) + 1) / RATE
     outputs = numpy.interp(grid, seconds, y)
     inputs = numpy.diff(numpy.interp(numpy.append(grid, grid[-1] + 1 / RATE), times, integral)) * RATE
     rows = numpy.column_stack([-outputs[1:-1], -outputs[:-2], inputs[1:-1], inputs[:-2]])
@@ -141,7 +141,7 @@ def measure(command: list[str]) -> tuple[float, float, str]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--megabytes", type=int, default=1000)
-    parser.add_argument("--compression", choices=["none", "lz4", "zstd"], default="zstd")
+    parser.add_argument("--compression", choices=["none", "lz4", "zstd"], default="none")
     parser.add_argument("--peer", choices=["rosbags", "mcap"], help=argparse.SUPPRESS)
     parser.add_argument("--bag", type=Path, help=argparse.SUPPRESS)
     arguments = parser.parse_args()
