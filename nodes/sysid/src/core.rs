@@ -10,19 +10,20 @@
 //! A gap in the stamps begins the history anew and keeps the estimate; time going back begins
 //! everything anew.
 
-use std::collections::BTreeSet;
+use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, BTreeSet};
 
-use planesman_msgs::Message;
+use planesman_decode::schema;
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
+use planesman_msgs::{Message, cdr};
 use planesman_parameters::Values;
-use serde::Serialize;
-use serde_json::Value;
 
 use crate::align::{Aligner, Offer, WINDOW};
 use crate::learner::Learner;
 use crate::model::Model;
 use crate::parameters::Config;
+use crate::reader::{Reader, Sample};
 
 /// Identifies a model between two signals.
 #[derive(Clone, Debug)]
@@ -34,6 +35,8 @@ pub struct Identifier {
     began: Option<i64>,
     /// Stamps of outputs not yet learnt whose input is not to be trusted, ns.
     broken: BTreeSet<i64>,
+    /// How messages at hand are read, by topic and type.
+    readers: BTreeMap<(String, &'static str), Option<Reader>>,
 }
 
 impl Identifier {
@@ -48,6 +51,7 @@ impl Identifier {
             learner: Learner::new(&config)?,
             began: None,
             broken: BTreeSet::new(),
+            readers: BTreeMap::new(),
             config,
         })
     }
@@ -86,58 +90,35 @@ impl Identifier {
         self.config.input.is_on(topic) || self.config.output.is_on(topic)
     }
 
-    /// Takes a message as JSON; returns the estimates due for publication. Messages on other
-    /// topics are passed over, repeats change nothing.
-    ///
-    /// # Errors
-    /// A sentence naming the signal, when the message does not hold it as a finite number or
-    /// list of such; nothing changes then.
-    pub fn on_message(
-        &mut self,
-        topic: &str,
-        stamp: Time,
-        message: &Value,
-    ) -> Result<Vec<ModelEstimate>, String> {
-        let Config { input, output, .. } = &self.config;
-        let input = input
-            .is_on(topic)
-            .then(|| input.input(message))
-            .transpose()?;
-        let output = output
-            .is_on(topic)
-            .then(|| output.output(message))
-            .transpose()?;
-        let breaks = match &self.config.break_on {
-            Some(signal) if output.is_some() && signal.is_on(topic) => {
-                signal.output(message)? != 0.0
-            }
-            _ => false,
-        };
+    /// Takes what a message on one of the signals' topics says, with its stamp; returns the estimates due for
+    /// publication. Repeats change nothing.
+    pub fn on_sample(&mut self, stamp: Time, sample: &Sample) -> Vec<ModelEstimate> {
         let stamp = stamp.nanos();
-        if let Some(output) = output
+        if let Some(output) = sample.output
             && self.aligner.offer_output(stamp, output) == Offer::WentBack
         {
             self.learner.reset();
             self.began = None;
             self.broken.clear();
         }
-        if breaks {
+        if sample.breaks {
             self.broken.insert(stamp);
             if self.broken.len() > 2 * WINDOW as usize {
                 self.broken.pop_first();
             }
         }
-        if let Some(input) = input {
+        if let Some(input) = sample.input {
             self.aligner.offer_input(stamp, input);
         }
-        Ok(self.learn())
+        self.learn()
     }
 
-    /// Takes a message as a type, as [`Identifier::on_message`] does.
+    /// Takes a message that is at hand, as [`Identifier::on_sample`] does; one on another topic is passed over.
     ///
     /// # Errors
-    /// As [`Identifier::on_message`].
-    pub fn on<M: Serialize>(
+    /// A sentence naming the signal, when the message does not hold it as a finite number or
+    /// list of such; nothing changes then.
+    pub fn on<M: Message>(
         &mut self,
         topic: &str,
         stamp: Time,
@@ -146,8 +127,20 @@ impl Identifier {
         if !self.concerns(topic) {
             return Ok(Vec::new());
         }
-        let message = serde_json::to_value(message).map_err(|reason| reason.to_string())?;
-        self.on_message(topic, stamp, &message)
+        let key = (topic.to_owned(), M::TYPE_NAME);
+        let reader = match self.readers.entry(key) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(new) => {
+                let types = schema::read(M::TYPE_NAME, "ros2msg", M::DEFINITION)
+                    .map_err(|error| error.to_string())?;
+                new.insert(Reader::new(&self.config, topic, &types)?)
+            }
+        };
+        let Some(reader) = reader else {
+            return Ok(Vec::new());
+        };
+        let sample = reader.read(&cdr::to_bytes(message))?;
+        Ok(self.on_sample(stamp, &sample))
     }
 
     /// Says that nothing more will come, at the end of a record: what was held back for an

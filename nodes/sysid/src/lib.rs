@@ -9,6 +9,7 @@
 //! - [`timing`]: rate, jitter, gaps and duplicates of stamps.
 //! - [`resample`]: samples put on a uniform grid.
 //! - [`command`]: `sysid topics` ([`topics_command`]), `sysid fit` ([`fit_command`]), `sysid replay` ([`replay`]).
+//! - [`message_types`], [`reader`]: the same signals out of messages that arrive.
 //! - [`align`]: inputs and outputs in the order of their stamps.
 //! - [`record`]: inputs and outputs on one uniform grid, from wherever they come.
 //! - [`regression`]: the equation-error model, row by row.
@@ -50,12 +51,14 @@ pub mod fit;
 pub mod fit_command;
 pub mod identify_command;
 pub mod learner;
+pub mod message_types;
 pub mod model;
 pub mod montecarlo;
 pub mod montecarlo_command;
 pub mod node;
 pub mod parameters;
 pub mod procedure;
+pub mod reader;
 pub mod record;
 pub mod regression;
 pub mod replay;
@@ -63,7 +66,6 @@ pub mod resample;
 pub mod rls;
 pub mod signal;
 pub mod source;
-pub mod stamp;
 pub mod structure;
 pub mod synthetic;
 pub mod timing;

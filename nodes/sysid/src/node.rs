@@ -8,15 +8,16 @@ use planesman_msgs::planesman_msgs::msg::{ModelEstimate, TickAnswer};
 use planesman_msgs::planesman_msgs::srv::{Fit, FitResponse};
 use planesman_msgs::std_msgs::msg::Header;
 use planesman_msgs::std_srvs::srv::{Trigger, TriggerResponse};
-use planesman_msgs::{TypeInfo, type_info};
 use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, RawSample, Responder, Runtime, args};
 use planesman_parameters::Values;
 
 use crate::core::Identifier;
-use crate::{parameters, stamp};
+use crate::reader::Reader;
+use crate::{message_types, parameters};
 
 enum Event {
-    Sample(&'static TypeInfo, RawSample),
+    /// From the topic of that reader.
+    Sample(usize, RawSample),
     Reset(Responder<Trigger>),
     Fit(Responder<Fit>),
     Parameters(Values),
@@ -48,6 +49,7 @@ fn run(args: Vec<String>) -> Result<()> {
             .then(|| rt.publisher("tick_answer", Qos::reliable(100)))
             .transpose()?,
         answered: None,
+        readers: Vec::new(),
     };
     let config = node.identifier.config();
     let mut signals = vec![
@@ -58,17 +60,20 @@ fn run(args: Vec<String>) -> Result<()> {
         ),
     ];
     signals.dedup_by(|a, b| a.0 == b.0);
-    for (topic, type_name) in signals {
-        let info = type_info(type_name)
-            .ok_or_else(|| anyhow!("no message type '{type_name}' is known here"))?;
+    let mut readers = Vec::new();
+    for (place, (topic, type_name)) in signals.into_iter().enumerate() {
+        let found = message_types::find(type_name).map_err(|e| anyhow!(e))?;
+        let reader = Reader::new(config, &topic, &found.types).map_err(|e| anyhow!(e))?;
+        readers.extend(reader);
         rt.subscribe_raw(
             &topic,
-            info.type_name,
-            Some(info.type_hash),
+            type_name,
+            Some(&found.hash),
             Qos::record(),
-            move |sample| Event::Sample(info, sample),
+            move |sample| Event::Sample(place, sample),
         )?;
     }
+    node.readers = readers;
     rt.serve::<Trigger>("~/reset", |_, responder| Event::Reset(responder))?;
     rt.serve::<Fit>("~/fit", |_, responder| Event::Fit(responder))?;
     rt.run(|rt, event| node.on(rt, event))
@@ -80,13 +85,15 @@ struct Node {
     answer: Option<Publisher<TickAnswer>>,
     /// The latest stamp answered.
     answered: Option<Time>,
+    /// One for each topic that is listened to.
+    readers: Vec<Reader>,
 }
 
 impl Node {
     fn on(&mut self, rt: &Runtime<Event>, event: Event) -> Result<Flow> {
         match event {
-            Event::Sample(info, sample) => {
-                if let Err(reason) = self.learn(rt, info, &sample) {
+            Event::Sample(reader, sample) => {
+                if let Err(reason) = self.learn(rt, reader, &sample) {
                     log::warn!("{}: {reason}", sample.topic);
                 }
             }
@@ -119,15 +126,16 @@ impl Node {
     fn learn(
         &mut self,
         rt: &Runtime<Event>,
-        info: &TypeInfo,
+        reader: usize,
         sample: &RawSample,
     ) -> Result<(), String> {
-        let message = (info.to_json)(&sample.bytes)?;
-        let stamp = stamp::of(&message).unwrap_or_else(|| sample.received.clone());
-        for estimate in self
-            .identifier
-            .on_message(&sample.topic, stamp.clone(), &message)?
-        {
+        let reader = self.readers.get_mut(reader);
+        let said = reader.ok_or("nobody listens to it")?.read(&sample.bytes)?;
+        let stamp = said
+            .stamp
+            .clone()
+            .unwrap_or_else(|| sample.received.clone());
+        for estimate in self.identifier.on_sample(stamp.clone(), &said) {
             rt.set_status(
                 "model",
                 if estimate.valid {

@@ -2,6 +2,7 @@
 
 use planesman_parameters::{Declaration, Values};
 
+use crate::message_types;
 use crate::regression::Shape;
 use crate::signal::Signal;
 
@@ -148,12 +149,8 @@ impl Config {
         };
         let (input, output) = (signal("input")?, signal("output")?);
         for name in ["input_type", "output_type"] {
-            let type_name = values.string(name);
-            if planesman_msgs::type_info(type_name).is_none() {
-                return Err(format!(
-                    "parameter '{name}': no message type '{type_name}' is known here"
-                ));
-            }
+            message_types::find(values.string(name))
+                .map_err(|reason| format!("parameter '{name}': {reason}"))?;
         }
         if input == output {
             return Err(format!(

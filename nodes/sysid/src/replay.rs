@@ -5,18 +5,21 @@
 //! holds the node's own `model` topic, every published estimate is compared.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use anyhow::{Context, Result, anyhow, bail};
 use clap::Parser;
-use planesman_bag::reader::{BagReader, Order};
+use planesman_bag::{BagReader, Order, Topic};
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
-use planesman_msgs::{Message, cdr, type_info};
+use planesman_msgs::{Message, cdr};
 use planesman_parameters::{Values, file};
 
 use crate::core::Identifier;
-use crate::{parameters, stamp};
+use crate::reader::Reader;
+use crate::{bag_source, parameters};
 
 /// Identify from a bag what the node identifies live.
 #[derive(Clone, Debug, Parser)]
@@ -93,6 +96,8 @@ pub fn replay(args: &ReplayArgs) -> Result<Replay> {
     let mut replayed = BTreeMap::new();
     let mut published: Vec<ModelEstimate> = Vec::new();
     let mut seen = [false; 2];
+    // By the topic's address, which is kept beside it.
+    let mut readers: BTreeMap<usize, (Arc<Topic>, Option<Reader>)> = BTreeMap::new();
     let mut last = Time::default();
     for message in bag.messages(Order::File) {
         let message = message?;
@@ -106,17 +111,22 @@ pub fn replay(args: &ReplayArgs) -> Result<Replay> {
         let config = identifier.config();
         seen[0] |= config.input.is_on(topic);
         seen[1] |= config.output.is_on(topic);
-        let info = type_info(&message.topic.type_name).ok_or_else(|| {
-            anyhow!(
-                "{topic}: messages of type {} are not known here",
-                message.topic.type_name
-            )
-        })?;
-        let decoded = (info.to_json)(&message.payload).map_err(|e| anyhow!("{topic}: {e}"))?;
-        last = stamp::of(&decoded).unwrap_or_else(|| Time::from_nanos(message.log_time));
-        let learnt = identifier
-            .on_message(topic, last.clone(), &decoded)
+        let key = Arc::as_ptr(&message.topic) as usize;
+        let (_, reader) = match readers.entry(key) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(new) => {
+                let types = bag_source::types(&message.topic)?;
+                let reader = Reader::new(config, topic, &types).map_err(|e| anyhow!(e))?;
+                new.insert((Arc::clone(&message.topic), reader))
+            }
+        };
+        let Some(reader) = reader else { continue };
+        let sample = reader
+            .read(&message.payload)
             .map_err(|e| anyhow!("{topic}: {e}"))?;
+        let log_time = || Time::from_nanos(message.log_time);
+        last = sample.stamp.clone().unwrap_or_else(log_time);
+        let learnt = identifier.on_sample(last.clone(), &sample);
         replayed.extend(learnt.into_iter().map(|e| (e.header.stamp.nanos(), e)));
     }
     replayed.extend(

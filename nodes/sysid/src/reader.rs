@@ -1,0 +1,104 @@
+//! The identifier's signals out of the payloads of one topic, by the schema of its messages.
+
+use planesman_decode::{Decoder, Types, Values};
+use planesman_msgs::builtin_interfaces::msg::Time;
+
+use crate::parameters::Config;
+use crate::regression::Input;
+use crate::signal::Signal;
+
+/// What a message says to the identifier.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Sample {
+    /// The stamp it carries; `None` for a type without.
+    pub stamp: Option<Time>,
+    /// The input over the interval that begins at the stamp.
+    pub input: Option<Input>,
+    /// The output at the stamp.
+    pub output: Option<f64>,
+    /// The input before the output is not to be trusted.
+    pub breaks: bool,
+}
+
+/// Reads the messages of one topic.
+#[derive(Clone, Debug)]
+pub struct Reader {
+    decoder: Decoder,
+    values: Values,
+    /// The signals on the topic, each with its place among the decoder's paths.
+    input: Option<(Signal, usize)>,
+    output: Option<(Signal, usize)>,
+    break_on: Option<(Signal, usize)>,
+    /// The place of the stamp's seconds; nanoseconds follow.
+    stamp: Option<usize>,
+}
+
+impl Reader {
+    /// The reader of messages of a type on `topic`; `None` for a topic that bears neither input nor output.
+    ///
+    /// # Errors
+    /// A sentence naming the signal, when messages of the type have no such number.
+    pub fn new(config: &Config, topic: &str, types: &Types) -> Result<Option<Self>, String> {
+        let mut paths = Vec::new();
+        let mut place = |signal: &Signal| {
+            signal.is_on(topic).then(|| {
+                paths.push(signal.path().clone());
+                (signal.clone(), paths.len() - 1)
+            })
+        };
+        let input = place(&config.input);
+        let output = place(&config.output);
+        if input.is_none() && output.is_none() {
+            return Ok(None);
+        }
+        let break_on = match (&config.break_on, &output) {
+            (Some(signal), Some(_)) => place(signal),
+            _ => None,
+        };
+        let stamp = types.stamp().map(|stamp| {
+            paths.extend(["sec", "nanosec"].map(|name| stamp.field(name)));
+            paths.len() - 2
+        });
+        Ok(Some(Self {
+            decoder: Decoder::compile(types, &paths)
+                .map_err(|error| format!("{topic}: {error}"))?,
+            values: Values::default(),
+            input,
+            output,
+            break_on,
+            stamp,
+        }))
+    }
+
+    /// Reads a payload.
+    ///
+    /// # Errors
+    /// A sentence naming the signal, when the payload does not hold it as a finite number or list of such.
+    pub fn read(&mut self, payload: &[u8]) -> Result<Sample, String> {
+        self.decoder
+            .read(payload, &mut self.values)
+            .map_err(|error| error.to_string())?;
+        let values = &self.values;
+        let breaks = match &self.break_on {
+            Some((signal, place)) => signal.output(values.list(*place))? != 0.0,
+            None => false,
+        };
+        let input = self.input.as_ref();
+        let output = self.output.as_ref();
+        Ok(Sample {
+            stamp: self.stamp.and_then(|place| {
+                Some(Time {
+                    sec: values.number(place)? as i32,
+                    nanosec: values.number(place + 1)? as u32,
+                })
+            }),
+            input: input
+                .map(|(signal, place)| signal.input(values.list(*place)))
+                .transpose()?,
+            output: output
+                .map(|(signal, place)| signal.output(values.list(*place)))
+                .transpose()?,
+            breaks,
+        })
+    }
+}
