@@ -73,7 +73,8 @@ fn every_topic_is_discovered_with_its_type_qos_and_type_hash() {
         let (publications, subscriptions) = (of("publication"), of("subscription"));
         assert_eq!(
             publications.is_empty(),
-            from_the_operator.iter().any(|name| name == topic.name),
+            // The estimate is said only where the loops fly on it.
+            from_the_operator.iter().any(|name| name == topic.name) || topic.name == "estimate",
             "{name}: {publications:?}"
         );
         assert!(!subscriptions.is_empty(), "{name} is not recorded");
