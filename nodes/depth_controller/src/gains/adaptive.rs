@@ -175,16 +175,19 @@ mod tests {
     }
 
     #[test]
-    fn planes_twice_as_strong_halve_the_pitch_gain_in_their_own_time() {
-        let mut adaptive = heard(2.0, 1e-9, 0);
+    fn planes_half_as_strong_double_the_pitch_gain_in_their_own_time() {
+        let mut adaptive = heard(0.5, 1e-9, 0);
         let mut pitch_p = T6.reference.pitch_p;
-        for k in 0..200 {
+        for k in 0..240 {
             let (gains, reason) = adaptive.step(&T6, &TRUST, 1.0, k * SECOND / 50, 0.05);
             assert_eq!(reason, None);
             assert!((gains.pitch_p - pitch_p).abs() <= 0.1 * 0.05 * 0.7 + 1e-12);
             pitch_p = gains.pitch_p;
         }
-        assert!((pitch_p / T6.reference.pitch_p - 0.5).abs() < 1e-3);
+        assert!(
+            (pitch_p / T6.reference.pitch_p - 2.0).abs() < 1e-2,
+            "{pitch_p}"
+        );
     }
 
     #[test]
@@ -215,14 +218,14 @@ mod tests {
 
     #[test]
     fn a_model_lost_is_left_as_slowly_as_it_was_taken_up() {
-        let mut adaptive = heard(2.0, 1e-9, 0);
+        let mut adaptive = heard(0.5, 1e-9, 0);
         for k in 0..200 {
             let _ = adaptive.step(&T6, &TRUST, 1.0, k * SECOND / 50, 0.05);
         }
         let (before, _) = adaptive.step(&T6, &TRUST, 1.0, 4 * SECOND, 0.0);
         let (after, reason) = adaptive.step(&T6, &TRUST, 1.0, 60 * SECOND, 0.05);
         assert!(reason.is_some());
-        assert!(after.pitch_p > before.pitch_p);
-        assert!(after.pitch_p - before.pitch_p <= 0.1 * 0.05 * 0.7 + 1e-12);
+        assert!(after.pitch_p < before.pitch_p);
+        assert!(before.pitch_p - after.pitch_p <= 0.1 * 0.05 * 0.7 + 1e-12);
     }
 }

@@ -7,9 +7,9 @@
 //! ```text
 //! s^3 + B' s^2 + (k' + m + Kdz k' U) s + Kpz k' U       k' = Kpy k,   B' = b + Kr k
 //! ```
-//! with the vehicle's `k = K/J`, `b = B/J`, `m = Me/J`. What is held here as the vehicle changes is this
-//! polynomial's dependence on the gains, `k'`, `B'`, `Kpz U` and `Kdz U`, at the values that
-//! the fixed gains have at the reference speed:
+//! with the vehicle's `k = K/J`, `b = B/J`, `m = Me/J`. What is held here as the vehicle changes are this
+//! polynomial's roots as the fixed gains place them at the reference speed, but for a factor by which
+//! stronger planes make the loop faster (and for `m`, which no gain is changed for):
 //!
 //! - [`pitch_model`]: `k`, `b`, `m`, and how they go with the speed; from an identified model too.
 //! - [`schedule`]: gains for such a model and speed.

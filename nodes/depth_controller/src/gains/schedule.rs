@@ -1,13 +1,18 @@
 //! Gains for a speed and a model of the vehicle in pitch.
 //!
 //! ```text
-//! Kpy = k'_0 / k            k'_0 = Kpy_0 k_0: the pitch loop keeps its stiffness
-//! Kr  = (B'_0 - b) / k      B'_0 = b_0 + Kr_0 k_0: and its damping; not below 0
-//! Kpz = Kpz_0 U_0 / U       the depth loop's share of pitch keeps its rate of depth
+//! sigma = sqrt(k / k_0), not below 1    how much faster the loops may be than at the reference speed
+//!
+//! Kpy = sigma^2 k'_0 / k                k'_0 = Kpy_0 k_0
+//! Kr  = (sigma B'_0 - b) / k            B'_0 = b_0 + Kr_0 k_0; not below 0
+//! Kpz = sigma Kpz_0 U_0 / U
 //! Kdz = Kdz_0 U_0 / U
 //! ```
-//! Index 0: the fixed gains, at the reference speed, on the model there. Below the lowest speed of the
-//! schedule planes and pitch do too little to be asked for more.
+//! Index 0: the fixed gains, at the reference speed, on the model there. Put into the loop's polynomial these give
+//! the reference's poles times `sigma`. Where the planes are stronger, as at more speed in water, the loop is
+//! faster with the same plane angles (`Kpy` as it was, `Kpz` too, `Kr` and `Kdz` with `1 / U`); where they are weaker,
+//! larger angles keep it as fast. Below the lowest speed of the schedule planes and pitch do too little to be asked for
+//! more.
 
 use super::{PitchModel, SpeedLaw};
 
@@ -62,11 +67,13 @@ impl Schedule {
         let there = self.law.model;
         let slower = self.law.reference_speed / speed.max(self.lowest_speed);
         let damping = there.damping + self.reference.pitch_rate * there.plane;
+        let stronger = model.plane / there.plane;
+        let sigma = stronger.sqrt().max(1.0);
         LoopGains {
-            depth_p: self.reference.depth_p * slower,
+            depth_p: self.reference.depth_p * sigma * slower,
             depth_d: self.reference.depth_d * slower,
-            pitch_p: self.reference.pitch_p * there.plane / model.plane,
-            pitch_rate: ((damping - model.damping) / model.plane).max(0.0),
+            pitch_p: self.reference.pitch_p * sigma * sigma / stronger,
+            pitch_rate: ((sigma * damping - model.damping) / model.plane).max(0.0),
         }
     }
 }
@@ -123,13 +130,23 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn the_closed_loop_has_the_same_poles_at_every_speed() {
+    fn below_the_reference_speed_the_poles_stay_and_above_it_they_grow_with_the_speed() {
         let at = |speed: f64| design(&T6.law.at(speed), &T6.at(speed), speed).characteristic();
-        for speed in [0.5, 2.0, 3.0] {
-            for (there, here) in at(1.0).iter().zip(at(speed)) {
-                assert!((there - here).abs() < 1e-12, "{speed}");
+        for (speed, faster) in [(0.5, 1.0), (2.0, 2.0), (3.0, 3.0)] {
+            for (power, (there, here)) in at(1.0).iter().zip(at(speed)).enumerate() {
+                let expected = there * f64::powi(faster, power as i32);
+                assert!((expected - here).abs() < 1e-12 * expected.abs(), "{speed}");
             }
         }
+    }
+
+    #[test]
+    fn in_water_a_faster_vehicle_needs_no_larger_plane_angles() {
+        let gains = T6.at(3.0);
+        assert!((gains.pitch_p / T6.reference.pitch_p - 1.0).abs() < 1e-12);
+        assert!((gains.depth_p / T6.reference.depth_p - 1.0).abs() < 1e-12);
+        assert!((gains.pitch_rate / T6.reference.pitch_rate - 1.0 / 3.0).abs() < 1e-12);
+        assert!((gains.depth_d / T6.reference.depth_d - 1.0 / 3.0).abs() < 1e-12);
     }
 
     /// The report's thesis (p. 20): its own plant, whose plane moment does not know the speed.
