@@ -1,6 +1,7 @@
 //! Line plots as SVG text.
 
 use anyhow::{Result, anyhow};
+use plotters::data::float::FloatPrettyPrinter;
 use plotters::prelude::*;
 
 /// One line or point set of a plot.
@@ -81,6 +82,8 @@ impl Plot<'_> {
             .configure_mesh()
             .x_desc(self.x)
             .y_desc(self.y)
+            .x_label_formatter(&label)
+            .y_label_formatter(&label)
             .light_line_style(TRANSPARENT)
             .bold_line_style(RGBColor(228, 228, 228))
             .axis_style(RGBColor(120, 120, 120))
@@ -148,6 +151,20 @@ impl Plot<'_> {
     }
 }
 
+/// A number at an axis, as the drawing library writes it but for zero, which has no sign.
+fn label(value: &f64) -> String {
+    let printer = FloatPrettyPrinter {
+        allow_scientific: false,
+        min_decimal: 1,
+        max_decimal: 5,
+    };
+    let text = printer.print(*value);
+    match text.strip_prefix('-') {
+        Some(digits) if digits.chars().all(|c| matches!(c, '0' | '.')) => digits.to_owned(),
+        _ => text,
+    }
+}
+
 fn finite(p: &(f64, f64)) -> bool {
     p.0.is_finite() && p.1.is_finite()
 }
@@ -182,6 +199,12 @@ mod tests {
     #[test]
     fn a_plot_of_nothing_says_so() {
         assert!(plot(vec![(f64::NAN, 0.0)]).svg().is_err());
+    }
+
+    #[test]
+    fn zero_has_no_sign_at_an_axis() {
+        assert_eq!(label(&-1e-18), "0.0");
+        assert_eq!(label(&-0.25), "-0.25");
     }
 
     #[test]

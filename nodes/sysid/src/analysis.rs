@@ -52,6 +52,9 @@ impl Default for Options {
     }
 }
 
+/// How many standard deviations of the noise the held-out output must vary by to say something.
+const MOVES_BEYOND_NOISE: f64 = 2.0;
+
 /// Orders and delays searched.
 const ORDERS: usize = 4;
 const DELAYS: usize = 3;
@@ -147,9 +150,17 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Analysis, String> {
         runs: problem.runs.iter().map(first_part).collect(),
         ..problem.clone()
     };
-    let held_out_fit = options.method.fit(&part).ok().and_then(|part_estimate| {
-        part_estimate.simulated_fit(longest, run, part.runs[longest].outputs.len())
+    let held_out = part.runs[longest].outputs.len();
+    // What hardly moves beyond the noise can be simulated neither well nor badly.
+    let moves = run.outputs.get(held_out..).is_some_and(|outputs| {
+        deviation(outputs) > MOVES_BEYOND_NOISE * estimate.noise_variance.sqrt()
     });
+    let held_out_fit = options
+        .method
+        .fit(&part)
+        .ok()
+        .filter(|_| moves)
+        .and_then(|part_estimate| part_estimate.simulated_fit(longest, run, held_out));
     let residuals = estimate
         .residuals
         .get(longest)
@@ -168,6 +179,14 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Analysis, String> {
     };
     found.verdict = found.judged(identifiability::doubts(&problem));
     Ok(found)
+}
+
+/// The standard deviation about the mean; 0 of nothing.
+fn deviation(values: &[f64]) -> f64 {
+    let count = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let squares = values.iter().map(|value| (value - mean).powi(2));
+    (squares.sum::<f64>() / count).sqrt()
 }
 
 fn structure(options: &Options, order: usize) -> Structure {
@@ -251,7 +270,7 @@ impl Analysis {
                 "it simulates {held:.1} % of what it was not fitted to, and {fit:.1} % of everything: it has learnt this record rather than the system, or the system changed"
             )),
             (Some(held), _) => said.push(format!("it simulates {held:.1} % of what it was not fitted to")),
-            (None, _) => said.push("the output does not move in what was held out: nothing was checked".to_owned()),
+            (None, _) => said.push("the output does not move beyond the noise in what was held out: nothing was checked".to_owned()),
         }
         if let Some(tests) = &self.residuals {
             said.push(match (tests.of_earlier_inputs().passes(), tests.whiteness.passes()) {

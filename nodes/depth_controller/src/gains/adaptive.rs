@@ -83,7 +83,7 @@ impl Adaptive {
             return Err(format!("the last model is {age:.1} s old"));
         }
         let found = heard.vehicle.clone()?;
-        let expected = schedule.law.at(speed.max(schedule.lowest_speed));
+        let expected = schedule.law.at(schedule.scheduled(speed));
         for (name, value, deviation, expected) in [
             (
                 "K/J",

@@ -16,6 +16,9 @@
 
 use super::{PitchModel, SpeedLaw};
 
+/// The speed above which nothing changes any more, m/s: beyond any vehicle's, and all powers of it finite.
+const HIGHEST_SPEED: f64 = 1e3;
+
 /// The gains of the depth and pitch loops.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoopGains {
@@ -57,15 +60,21 @@ impl Schedule {
     /// The gains at a speed (m/s) on the schedule's own model.
     #[must_use]
     pub fn at(&self, speed: f64) -> LoopGains {
-        let speed = speed.max(self.lowest_speed);
+        let speed = self.scheduled(speed);
         self.on(&self.law.at(speed), speed)
+    }
+
+    /// The speed that the gains are for, m/s; a speed that no vehicle has is as good as the fastest.
+    #[must_use]
+    pub fn scheduled(&self, speed: f64) -> f64 {
+        speed.max(self.lowest_speed).min(HIGHEST_SPEED)
     }
 
     /// The gains at a speed (m/s) for a vehicle of this model.
     #[must_use]
     pub fn on(&self, model: &PitchModel, speed: f64) -> LoopGains {
         let there = self.law.model;
-        let slower = self.law.reference_speed / speed.max(self.lowest_speed);
+        let slower = self.law.reference_speed / self.scheduled(speed);
         let damping = there.damping + self.reference.pitch_rate * there.plane;
         let stronger = model.plane / there.plane;
         let sigma = stronger.sqrt().max(1.0);
@@ -171,8 +180,9 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn at_rest_the_gains_stay_finite() {
+    fn at_rest_and_at_any_speed_the_gains_stay_finite() {
         assert_eq!(T6.at(0.0), T6.at(0.1));
         assert!(T6.at(0.0).pitch_p.is_finite());
+        assert!(T6.at(f64::MAX).pitch_p.is_finite());
     }
 }
