@@ -78,13 +78,14 @@ fn every_number_of_the_report_has_the_verdict_that_stands_in_the_book() {
     let html = std::fs::read_to_string(page.path()).expect("written");
     assert_eq!(
         html.matches("<svg").count(),
-        13 + 11 + 12 + 42,
-        "figures B1 to B10, the loci, the time responses, and the actuator's"
+        13 + 11 + 12 + 12 + 42,
+        "figures B1 to B10, the loci, the time responses, the runs, and the actuator's"
     );
     for part in [
         "Fig. B1",
         "Fig. B10",
         "Fig. 21",
+        "Fig. 56",
         "id=\"E25\"",
         "pow.cd02",
         "Fig. 3-1",
