@@ -26,15 +26,7 @@ const RANK_TOLERANCE: f64 = 1e-13;
 #[command(name = "sysid fit")]
 pub struct FitArgs {
     #[command(flatten)]
-    data: DataArgs,
-    /// The signal that drives: TOPIC:FIELD, or a CSV column
-    #[arg(long, short, value_name = "SIGNAL")]
-    input: String,
-    /// The signal that responds
-    #[arg(long, short, value_name = "SIGNAL")]
-    output: String,
-    #[command(flatten)]
-    grid: GridArgs,
+    signals: SignalArgs,
     /// The model's order
     #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=20))]
     order: u8,
@@ -44,6 +36,36 @@ pub struct FitArgs {
     /// Print JSON
     #[arg(long)]
     json: bool,
+}
+
+/// Two signals of some data, on one grid.
+#[derive(Clone, Debug, clap::Args)]
+pub struct SignalArgs {
+    #[command(flatten)]
+    data: DataArgs,
+    /// The signal that drives: TOPIC:FIELD, or a CSV column
+    #[arg(long, short, value_name = "SIGNAL")]
+    input: String,
+    /// The signal that responds
+    #[arg(long, short, value_name = "SIGNAL")]
+    output: String,
+    #[command(flatten)]
+    grid: GridArgs,
+}
+
+impl SignalArgs {
+    /// Reads them as a record.
+    ///
+    /// # Errors
+    /// As [`record`].
+    pub fn record(&self) -> Result<Taken> {
+        record(
+            &self.data,
+            std::slice::from_ref(&self.input),
+            std::slice::from_ref(&self.output),
+            self.grid.options(),
+        )
+    }
 }
 
 /// How samples are put on a grid.
@@ -261,12 +283,7 @@ pub struct Found {
 /// # Errors
 /// As [`record`] and [`least_squares`].
 pub fn fit(args: &FitArgs) -> Result<Found> {
-    let Taken { record, reading } = record(
-        &args.data,
-        std::slice::from_ref(&args.input),
-        std::slice::from_ref(&args.output),
-        args.grid.options(),
-    )?;
+    let Taken { record, reading } = args.signals.record()?;
     let shape = Shape {
         order: usize::from(args.order),
         moment: false,

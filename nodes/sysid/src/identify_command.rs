@@ -7,9 +7,8 @@ use clap::Parser;
 
 use crate::analysis::{Analysis, Options, analyse};
 use crate::estimators::Method;
-use crate::fit_command::{GridArgs, Taken, account, record};
+use crate::fit_command::{SignalArgs, Taken, account};
 use crate::record::Record;
-use crate::source::DataArgs;
 use crate::structure::Start;
 
 /// Find a model between two signals of any bag or table, with its uncertainty, tests and a verdict.
@@ -17,15 +16,7 @@ use crate::structure::Start;
 #[command(name = "sysid identify")]
 pub struct IdentifyArgs {
     #[command(flatten)]
-    data: DataArgs,
-    /// The signal that drives: TOPIC:FIELD, or a CSV column
-    #[arg(long, short, value_name = "SIGNAL")]
-    input: String,
-    /// The signal that responds
-    #[arg(long, short, value_name = "SIGNAL")]
-    output: String,
-    #[command(flatten)]
-    grid: GridArgs,
+    signals: SignalArgs,
     /// least_squares, armax, output_error or instruments
     #[arg(long, default_value = "output_error")]
     method: Method,
@@ -60,12 +51,7 @@ pub struct IdentifyArgs {
 /// # Errors
 /// One line: data that cannot be read, a record that determines no model, a file that cannot be written.
 pub fn identify(args: &IdentifyArgs) -> Result<(Analysis, Record)> {
-    let Taken { record, reading } = record(
-        &args.data,
-        std::slice::from_ref(&args.input),
-        std::slice::from_ref(&args.output),
-        args.grid.options(),
-    )?;
+    let Taken { record, reading } = args.signals.record()?;
     let options = Options {
         method: args.method,
         order: args.order.map(usize::from),

@@ -121,29 +121,19 @@ impl ResidualTests {
     /// The lags at which an earlier input is still seen in the residual.
     #[must_use]
     pub fn of_earlier_inputs(&self) -> Correlation {
-        Correlation {
-            values: self
-                .input
-                .values
-                .iter()
-                .copied()
-                .filter(|(lag, _)| *lag >= 0)
-                .collect(),
-            bound: self.input.bound,
-        }
+        self.of_inputs_at(|lag| lag >= 0)
     }
 
     /// The lags at which the residual is seen in a later input: feedback.
     #[must_use]
     pub fn of_later_inputs(&self) -> Correlation {
+        self.of_inputs_at(|lag| lag < 0)
+    }
+
+    fn of_inputs_at(&self, wanted: impl Fn(i64) -> bool) -> Correlation {
+        let values = self.input.values.iter().copied();
         Correlation {
-            values: self
-                .input
-                .values
-                .iter()
-                .copied()
-                .filter(|(lag, _)| *lag < 0)
-                .collect(),
+            values: values.filter(|(lag, _)| wanted(*lag)).collect(),
             bound: self.input.bound,
         }
     }
