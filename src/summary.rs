@@ -4,7 +4,7 @@ use std::fmt;
 
 use anyhow::{Result, anyhow};
 use planesman_linear::{Complex, StepMetrics, TransferFunction, step_metrics};
-use planesman_msgs::planesman_msgs::msg::ModelEstimate;
+use planesman_msgs::planesman_msgs::msg::{ControlState, ModelEstimate, VehicleState};
 
 use crate::flight::Flight;
 use crate::scenario::Scenario;
@@ -38,7 +38,7 @@ impl Fingerprint {
 pub struct Summary {
     /// The depth asked for at the end, m.
     pub depth_setpoint: f64,
-    /// The depth response, `None` when the flight has no depth step.
+    /// The depth response to the last change of what was asked for, `None` when the flight has no depth step.
     pub depth: Option<StepMetrics>,
     /// The identified model, `None` while none is valid.
     pub identified: Option<Fingerprint>,
@@ -62,23 +62,18 @@ impl Summary {
     /// # Errors
     /// When the flight holds no states or the scenario's vehicle cannot be linearised.
     pub fn of(flight: &Flight, scenario: &Scenario) -> Result<Self> {
-        let depth = flight.depth();
-        let (Some(first), Some(last)) = (flight.states.first(), flight.states.last()) else {
+        let Some(last) = flight.states.last() else {
             return Err(anyhow!("the bag holds no vehicle states"));
         };
-        let depth_setpoint = flight
-            .controls
-            .iter()
-            .rfind(|c| !c.feedback_stale)
-            .filter(|c| c.mode == planesman_msgs::planesman_msgs::msg::ControlState::MODE_DEPTH)
-            .map_or(last.depth, |c| c.depth_setpoint);
-        let times: Vec<f64> = depth.iter().map(|p| p.0).collect();
-        let values: Vec<f64> = depth.iter().map(|p| p.1).collect();
+        let (depth_setpoint, since) = last_step(flight).unwrap_or((last.depth, 0.0));
+        let (times, values): (Vec<f64>, Vec<f64>) =
+            flight.depth().into_iter().filter(|p| p.0 >= since).unzip();
+        let from = values.first().copied().unwrap_or(depth_setpoint);
         let model = flight.final_model();
         Ok(Self {
             depth_setpoint,
-            depth: ((depth_setpoint - first.depth).abs() > 1e-6)
-                .then(|| step_metrics::of(&times, &values, first.depth, depth_setpoint))
+            depth: ((depth_setpoint - from).abs() > 1e-6)
+                .then(|| step_metrics::of(&times, &values, from, depth_setpoint))
                 .transpose()?,
             identified: model.map(identified),
             samples: model.map_or(0, |m| m.samples),
@@ -91,10 +86,7 @@ impl Summary {
             held_ticks: flight
                 .states
                 .iter()
-                .filter(|s| {
-                    s.planes_source
-                        == planesman_msgs::planesman_msgs::msg::VehicleState::PLANES_HELD
-                })
+                .filter(|s| s.planes_source == VehicleState::PLANES_HELD)
                 .count(),
             pulses: flight.actuator.last().map_or(0, |a| a.pulses),
         })
@@ -107,6 +99,16 @@ impl Summary {
         let truth = self.truth.dominant()?;
         Some((found - truth).norm() / truth.norm())
     }
+}
+
+/// The depth asked for at the end (m), and since when (s); `None` where no depth was held then.
+fn last_step(flight: &Flight) -> Option<(f64, f64)> {
+    let holds = |c: &&ControlState| c.mode == ControlState::MODE_DEPTH;
+    let mut heard = flight.controls.iter().rev().filter(|c| !c.feedback_stale);
+    let last = heard.next().filter(holds)?;
+    let same = |c: &&ControlState| holds(c) && c.depth_target == last.depth_target;
+    let first = heard.take_while(same).last().unwrap_or(last);
+    Some((last.depth_target, flight.seconds(&first.header.stamp)))
 }
 
 /// The vehicle's own sampled model between plane angle and pitch rate.
@@ -251,5 +253,39 @@ impl fmt::Display for Summary {
             "\nActuator: {} pulses; ticks without its answer: {}",
             self.pulses, self.held_ticks
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::compose::Loop;
+
+    /// Setpoints one after the other: what is shown is the response to the last.
+    #[test]
+    fn of_several_depths_the_last_is_the_step() {
+        let scenario = Scenario::parse(
+            "
+description: two depths
+duration: 80.0
+parameters:
+  depth_controller:
+    schedule.times: [0.0, 40.0]
+    schedule.depths: [1.0, 0.5]
+",
+        )
+        .expect("a scenario");
+        let mut flight = Flight::default();
+        for tick in Loop::new(&scenario).expect("a loop") {
+            let tick = tick.expect("a tick");
+            flight.states.push(tick.observation.state);
+            flight.controls.push(tick.control);
+        }
+        assert_eq!(last_step(&flight), Some((0.5, 40.0)));
+        let summary = Summary::of(&flight, &scenario).expect("a summary");
+        let depth = summary.depth.expect("a step");
+        assert_eq!(summary.depth_setpoint, 0.5);
+        assert!(depth.overshoot < 10.0, "{depth:?}");
+        assert!(depth.rise_time.is_some());
     }
 }
