@@ -809,6 +809,19 @@ impl Config {
             })
         };
         let pitch_limit = limit(values, "depth.pitch_limit")?;
+        let gains = Gains {
+            depth: DepthLoop {
+                p: values.double("depth.p"),
+                d: values.double("depth.d"),
+                pitch_limit,
+            },
+            depth_i: values.double("depth.i"),
+            pitch: PitchLoop {
+                p: values.double("pitch.p"),
+                rate: values.double("pitch.rate"),
+            },
+            pitch_i: values.double("pitch.i"),
+        };
         Ok(Self {
             mode: Mode::named(values.string("mode"))?,
             depth_setpoint: values.double("depth_setpoint"),
@@ -824,19 +837,7 @@ impl Config {
                 max: pitch_limit.bound(),
                 rate: values.double("pitch.setpoint_rate"),
             },
-            gains: Gains {
-                depth: DepthLoop {
-                    p: values.double("depth.p"),
-                    d: values.double("depth.d"),
-                    pitch_limit,
-                },
-                depth_i: values.double("depth.i"),
-                pitch: PitchLoop {
-                    p: values.double("pitch.p"),
-                    rate: values.double("pitch.rate"),
-                },
-                pitch_i: values.double("pitch.i"),
-            },
+            gains,
             allocation: Allocation::named(
                 values.string("planes.allocation"),
                 values.double("planes.bow_to_stern"),
@@ -856,7 +857,7 @@ impl Config {
             schedule,
             identification: test_signal(values, dive.planes_limit)?,
             feedback: estimator_rules(values)?,
-            following: gain_rules(values)?,
+            following: gain_rules(values, &gains)?,
             dive,
         })
     }
@@ -917,17 +918,18 @@ fn estimator_rules(values: &Values) -> Result<estimator::Rules, String> {
     })
 }
 
-fn gain_rules(values: &Values) -> Result<gains::Rules, String> {
+/// How gains follow the vehicle, from the `fixed` ones at the reference speed.
+fn gain_rules(values: &Values, fixed: &Gains) -> Result<gains::Rules, String> {
     let source = values.string("gains.source");
     Ok(gains::Rules {
         source: gains::Source::named(source)
             .ok_or_else(|| format!("parameter 'gains.source': '{source}' refused"))?,
         schedule: gains::Schedule {
             reference: LoopGains {
-                depth_p: values.double("depth.p"),
-                depth_d: values.double("depth.d"),
-                pitch_p: values.double("pitch.p"),
-                pitch_rate: values.double("pitch.rate"),
+                depth_p: fixed.depth.p,
+                depth_d: fixed.depth.d,
+                pitch_p: fixed.pitch.p,
+                pitch_rate: fixed.pitch.rate,
             },
             law: SpeedLaw {
                 model: PitchModel {

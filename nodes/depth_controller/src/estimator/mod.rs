@@ -113,8 +113,6 @@ impl Estimator {
 
     /// The estimate at a stamp (ns), `dt` seconds after the last; `None` where the truth is fed back.
     pub fn step(&mut self, rules: &Rules, stamp: i64, dt: f64) -> Option<Estimated> {
-        let measured = self.instruments.measurement(stamp, &rules.calibration);
-        let missing = !self.instruments.complete(stamp, &rules.calibration);
         if self.state == State::Fresh {
             self.state = match rules.source {
                 Source::Truth => return None,
@@ -124,6 +122,8 @@ impl Estimator {
                 Source::Kalman => State::Kalman(Kalman::new(rules.tuning)),
             };
         }
+        let measured = self.instruments.measurement(stamp, &rules.calibration);
+        let missing = !self.instruments.complete(stamp, &rules.calibration);
         let (estimate, covariance) = match &mut self.state {
             State::Fresh => return None,
             State::Integrator(integrator) => {
