@@ -15,6 +15,8 @@
 
 use std::ops::Range;
 
+use planesman_linear::polynomial::product;
+
 use crate::model::Model;
 
 /// One record on a uniform grid: `inputs[k]` acts over the interval that begins with `outputs[k]`.
@@ -269,18 +271,6 @@ impl Layout {
             bias: 0.0,
         }
     }
-}
-
-/// The product of two polynomials, in either order of powers.
-#[must_use]
-pub fn product(p: &[f64], q: &[f64]) -> Vec<f64> {
-    let mut product = vec![0.0; (p.len() + q.len()).saturating_sub(1)];
-    for (i, x) in p.iter().enumerate() {
-        for (j, y) in q.iter().enumerate() {
-            product[i + j] += x * y;
-        }
-    }
-    product
 }
 
 /// `num(q^-1) / den(q^-1)` from rest; `den` begins with 1.

@@ -12,14 +12,14 @@
 //! a stationary point of the output error ([`super::output_error`]), reached without a search.
 
 use nalgebra::{DMatrix, DVector};
-use planesman_linear::polynomial;
+use planesman_linear::polynomial::{self, product};
 
 use super::least_squares::{freedom, regression};
 use super::levenberg_marquardt::{Linearised, unit_covariance};
 use super::output_error::Simulator;
 use super::{Estimate, Method};
 use crate::batch::Triangle;
-use crate::structure::{Problem, filter, product};
+use crate::structure::{Problem, filter};
 
 /// Rounds at most; fewer than ten are usual.
 const ROUNDS: usize = 100;
