@@ -20,7 +20,7 @@ pub struct Count {
     pub recorded: u64,
 }
 
-pub(crate) const STYLE: &str = "
+const STYLE: &str = "
 :root { color-scheme: light; }
 body { font: 15px/1.5 system-ui, sans-serif; max-width: 54rem; margin: 2rem auto; padding: 0 1rem; color: #1b1f24; background: #fff; }
 h1 { font-size: 1.5rem; margin-bottom: 0; } h2 { font-size: 1.1rem; margin: 2rem 0 .3rem; }
@@ -30,6 +30,24 @@ th:first-child, td:first-child { text-align: left; } th { font-weight: 600; }
 svg { max-width: 100%; height: auto; } p.legend { margin: 0; font-size: 13px; } p.legend span:not(:first-child) { margin-left: 1.2rem; } .warn { background: #fff4e5; border-left: 4px solid #d55e00; padding: .4rem .8rem; }
 pre { background: #f6f8fa; padding: .8rem; overflow-x: auto; font-size: 13px; }
 ";
+
+/// A self-contained page, `own_style` behind the common one.
+#[must_use]
+pub fn document(title: &str, own_style: &str, body: &Markup) -> String {
+    html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { (title) }
+                style { (PreEscaped(STYLE)) (PreEscaped(own_style)) }
+            }
+            body { (body) }
+        }
+    }
+    .into_string()
+}
 
 /// The page's text.
 ///
@@ -43,36 +61,26 @@ pub fn page(
     counts: &BTreeMap<String, Count>,
 ) -> Result<String> {
     let plots = plots(flight, summary)?;
-    Ok(html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                title { "Planesman: " (scenario.description) }
-                style { (PreEscaped(STYLE)) }
-            }
-            body {
-                h1 { "Planesman flight" }
-                p.lead { (scenario.description) }
-                @if let Some(reason) = &flight.truncated {
-                    p.warn { "The bag is not whole: " (reason) ". What follows is what it holds." }
-                }
-                (response_table(summary))
-                (model_table(summary))
-                @for drawn in &plots {
-                    h2 { (drawn.title) }
-                    p.lead { (drawn.note) }
-                    (drawn.legend)
-                    (PreEscaped(&drawn.svg))
-                }
-                (count_table(counts))
-                h2 { "Scenario" }
-                pre { (scenario_text) }
-            }
+    let body = html! {
+        h1 { "Planesman flight" }
+        p.lead { (scenario.description) }
+        @if let Some(reason) = &flight.truncated {
+            p.warn { "The bag is not whole: " (reason) ". What follows is what it holds." }
         }
-    }
-    .into_string())
+        (response_table(summary))
+        (model_table(summary))
+        @for drawn in &plots {
+            h2 { (drawn.title) }
+            p.lead { (drawn.note) }
+            (drawn.legend)
+            (PreEscaped(&drawn.svg))
+        }
+        (count_table(counts))
+        h2 { "Scenario" }
+        pre { (scenario_text) }
+    };
+    let title = format!("Planesman: {}", scenario.description);
+    Ok(document(&title, "", &body))
 }
 
 fn response_table(summary: &Summary) -> Markup {

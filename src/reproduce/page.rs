@@ -1,13 +1,13 @@
 //! The books of numbers on one self-contained HTML page, with the figures that are lost from the reports' copies.
 
 use anyhow::Result;
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, PreEscaped, html};
 use planesman_book::{Book, Reckoning, Verdict};
 
 use super::figures::Figure;
 use super::listing::{number, totals, verdict};
 use super::reports::{Chapter, Report};
-use crate::page::{STYLE, legend};
+use crate::page::{document, legend};
 
 const OWN_STYLE: &str = "
 td.contradicts { background: #fde2d4; } td.approximate { background: #fff4d6; }
@@ -58,19 +58,9 @@ impl Page {
     /// The page's text.
     #[must_use]
     pub fn text(&self) -> String {
-        html! {
-            (DOCTYPE)
-            html lang="en" {
-                head {
-                    meta charset="utf-8";
-                    meta name="viewport" content="width=device-width, initial-scale=1";
-                    title { (self.titles.join(", ")) ", computed again" }
-                    style { (PreEscaped(STYLE)) (PreEscaped(OWN_STYLE)) }
-                }
-                body { @for report in &self.reports { (report) } }
-            }
-        }
-        .into_string()
+        let title = format!("{}, computed again", self.titles.join(", "));
+        let body = html! { @for report in &self.reports { (report) } };
+        document(&title, OWN_STYLE, &body)
     }
 }
 

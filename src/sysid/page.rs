@@ -4,13 +4,13 @@
 use std::f64::consts::{PI, TAU};
 
 use anyhow::{Result, anyhow};
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, PreEscaped, html};
 use sysid::analysis::Analysis;
 use sysid::record::Record;
 use sysid::uncertainty::{SIGMAS_95, Uncertain};
 use sysid::validation::residuals::Correlation;
 
-use crate::page::{STYLE, legend};
+use crate::page::{document, legend};
 use crate::plot::{Plot, Series, Style};
 
 /// Points drawn of a line at most.
@@ -25,24 +25,13 @@ const FREQUENCIES: usize = 200;
 pub fn page(analysis: &Analysis, record: &Record) -> Result<String> {
     let title = format!("{} to {}", analysis.input, analysis.output);
     let plots = plots(analysis, record)?;
-    Ok(html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                title { (title) }
-                style { (PreEscaped(STYLE)) }
-            }
-            body {
-                h1 { (title) }
-                ul { @for sentence in &analysis.verdict { li { (sentence) } } }
-                pre { (analysis.text()) }
-                @for plot in plots { (plot) }
-            }
-        }
-    }
-    .into_string())
+    let body = html! {
+        h1 { (title) }
+        ul { @for sentence in &analysis.verdict { li { (sentence) } } }
+        pre { (analysis.text()) }
+        @for plot in plots { (plot) }
+    };
+    Ok(document(&title, "", &body))
 }
 
 fn line(name: &str, points: Vec<(f64, f64)>) -> Series<'_> {
