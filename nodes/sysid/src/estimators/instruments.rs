@@ -14,8 +14,8 @@
 use nalgebra::{DMatrix, DVector};
 use planesman_linear::polynomial::{self, product};
 
-use super::least_squares::{freedom, regression};
-use super::levenberg_marquardt::{Linearised, unit_covariance};
+use super::least_squares::regression;
+use super::levenberg_marquardt::Linearised;
 use super::output_error::Simulator;
 use super::{Estimate, Method};
 use crate::batch::Triangle;
@@ -54,17 +54,7 @@ pub fn fit(problem: &Problem<'_>) -> Result<Estimate, String> {
         })
         .min_by(|p, q| cost(&p.1).total_cmp(&cost(&q.1)))
         .ok_or("the instrumental variables settle nowhere")?;
-    let noise_variance = cost(&at) / freedom(at.errors.len(), theta.len())?;
-    Ok(Estimate {
-        method: Method::Instruments,
-        layout: problem.layout(),
-        sample_time: problem.sample_time,
-        covariance: unit_covariance(&at)? * noise_variance,
-        noise_variance,
-        noise_model: Vec::new(),
-        residuals: simulator.by_run(&at.errors),
-        theta,
-    })
+    simulator.estimate(Method::Instruments, theta, &at, cost(&at))
 }
 
 /// Parameters to begin a search at, those of the least output error first: least squares through

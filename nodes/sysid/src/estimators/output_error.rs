@@ -33,17 +33,8 @@ pub fn fit(problem: &Problem<'_>) -> Result<Estimate, String> {
         }
     }
     let (theta, at) = best.ok_or("the search for the least output error found no minimum")?;
-    let noise_variance = at.errors.norm_squared() / freedom(at.errors.len(), theta.len())?;
-    Ok(Estimate {
-        method: Method::OutputError,
-        layout: problem.layout(),
-        sample_time: problem.sample_time,
-        covariance: unit_covariance(&at)? * noise_variance,
-        noise_variance,
-        noise_model: Vec::new(),
-        residuals: simulator.by_run(&at.errors),
-        theta,
-    })
+    let cost = at.errors.norm_squared();
+    simulator.estimate(Method::OutputError, theta, &at, cost)
 }
 
 /// The records, ready to be simulated with any parameters.
@@ -118,6 +109,27 @@ impl<'a> Simulator<'a> {
             first += count;
         }
         Linearised { errors, slopes }
+    }
+
+    /// The estimate at `theta`, whose errors, of this `cost`, are output errors.
+    pub(crate) fn estimate(
+        &self,
+        method: Method,
+        theta: DVector<f64>,
+        at: &Linearised,
+        cost: f64,
+    ) -> Result<Estimate, String> {
+        let noise_variance = cost / freedom(at.errors.len(), theta.len())?;
+        Ok(Estimate {
+            method,
+            layout: self.layout.clone(),
+            sample_time: self.problem.sample_time,
+            covariance: unit_covariance(at)? * noise_variance,
+            noise_variance,
+            noise_model: Vec::new(),
+            residuals: self.by_run(&at.errors),
+            theta,
+        })
     }
 
     pub(crate) fn by_run(&self, errors: &DVector<f64>) -> Vec<Vec<f64>> {
