@@ -6,7 +6,7 @@
 
 use std::fmt::Write as _;
 
-use serde::Serialize;
+use planesman_model_file::{Continuous, Format, ModelFile, Place};
 
 use crate::conversion;
 use crate::estimators::recursive::{Kind, Options as Recursive, Recursion, Recursive as _};
@@ -326,24 +326,30 @@ impl Analysis {
     pub fn file(&self) -> Result<ModelFile, String> {
         let model = self.model();
         let reading = self.reading();
-        let places =
-            |found: Vec<Uncertain>| -> Vec<Place> { found.iter().map(Place::of).collect() };
+        let places = |found: Vec<Uncertain>| -> Vec<Place> { found.iter().map(place).collect() };
         let continuous = conversion::continuous(&model).ok();
+        let covariance = self.estimate.coefficient_covariance(self.longest);
         Ok(ModelFile {
-            format: "planesman model 1",
+            format: Format::One,
             input: self.input.clone(),
             output: self.output.clone(),
-            method: self.estimate.method.name(),
+            method: self.estimate.method.name().to_owned(),
+            speed: None,
             sample_time: model.sample_time,
             num: model.b.clone(),
             den: std::iter::once(1.0)
                 .chain(model.a.iter().copied())
                 .collect(),
-            continuous: continuous.map(|it| ContinuousFile {
+            covariance: covariance
+                .row_iter()
+                .map(|row| row.iter().copied().collect())
+                .collect(),
+            continuous: continuous.map(|it| Continuous {
                 num: it.transfer.num.clone(),
                 den: it.transfer.den.clone(),
                 delay: it.delay,
             }),
+            physical: None,
             offset: self.estimate.offset(self.longest),
             noise_variance: self.estimate.noise_variance,
             noise_model: self.estimate.noise_model.clone(),
@@ -353,13 +359,6 @@ impl Analysis {
             dc_gain: reading
                 .dc_gain()
                 .map(|gain| [gain.value.re, gain.real_deviation()]),
-            parameters: self.estimate.theta.iter().copied().collect(),
-            covariance: self
-                .estimate
-                .covariance
-                .row_iter()
-                .map(|row| row.iter().copied().collect())
-                .collect(),
             fit: self.fit,
             held_out_fit: self.held_out_fit,
             verdict: self.verdict.clone(),
@@ -471,83 +470,11 @@ fn complex(it: &Uncertain) -> String {
     }
 }
 
-/// A root with its standard deviations.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Place {
-    /// Real part.
-    pub re: f64,
-    /// Imaginary part.
-    pub im: f64,
-    /// The real part's standard deviation.
-    pub re_deviation: f64,
-    /// The imaginary part's standard deviation.
-    pub im_deviation: f64,
-}
-
-impl Place {
-    fn of(it: &Uncertain) -> Self {
-        Self {
-            re: it.value.re,
-            im: it.value.im,
-            re_deviation: it.real_deviation(),
-            im_deviation: it.imaginary_deviation(),
-        }
+fn place(it: &Uncertain) -> Place {
+    Place {
+        re: it.value.re,
+        im: it.value.im,
+        re_deviation: it.real_deviation(),
+        im_deviation: it.imaginary_deviation(),
     }
-}
-
-/// The continuous counterpart in a model file.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct ContinuousFile {
-    /// Powers of s, the highest first.
-    pub num: Vec<f64>,
-    /// Powers of s, the highest first.
-    pub den: Vec<f64>,
-    /// The delay, s.
-    pub delay: f64,
-}
-
-/// A model as other programs load it: `control.tf(num, den, sample_time)` in Python,
-/// `tf(num, den, sample_time)` in MATLAB.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct ModelFile {
-    /// What this file is.
-    pub format: &'static str,
-    /// The input's name.
-    pub input: String,
-    /// The output's name.
-    pub output: String,
-    /// The estimator's name.
-    pub method: &'static str,
-    /// The interval between samples, s.
-    pub sample_time: f64,
-    /// Powers of z, the highest first.
-    pub num: Vec<f64>,
-    /// Powers of z, the highest first.
-    pub den: Vec<f64>,
-    /// The continuous model; none when a pole has no continuous counterpart.
-    pub continuous: Option<ContinuousFile>,
-    /// The output's offset.
-    pub offset: f64,
-    /// The noise's variance, output unit squared.
-    pub noise_variance: f64,
-    /// `c1 ... cn`; empty without a noise model.
-    pub noise_model: Vec<f64>,
-    /// Poles in z.
-    pub poles: Vec<Place>,
-    /// Poles in s, 1/s.
-    pub continuous_poles: Vec<Place>,
-    /// Zeros in z.
-    pub zeros: Vec<Place>,
-    /// Steady gain and its standard deviation; none with a pole at z = 1.
-    pub dc_gain: Option<[f64; 2]>,
-    /// The parameters as estimated.
-    pub parameters: Vec<f64>,
-    /// Their covariance, row by row.
-    pub covariance: Vec<Vec<f64>>,
-    /// Simulated fit, %.
-    pub fit: Option<f64>,
-    /// Simulated fit on held-out data, %.
-    pub held_out_fit: Option<f64>,
-    /// The verdict.
-    pub verdict: Vec<String>,
 }

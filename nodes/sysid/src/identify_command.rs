@@ -1,8 +1,8 @@
 //! `sysid identify`: from a bag or a table to a model one can judge.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Result, anyhow, bail};
 use clap::Parser;
 
 use crate::analysis::{Analysis, Options, analyse};
@@ -68,7 +68,8 @@ pub fn identify(args: &IdentifyArgs) -> Result<(Analysis, Record)> {
     let analysis = analyse(&record, &options).map_err(|reason| anyhow!(reason))?;
     print!("{}\n{}", account(&record, &reading), analysis.text());
     if let Some(path) = &args.model {
-        write_model(&analysis, path).with_context(|| format!("{}", path.display()))?;
+        let file = analysis.file().map_err(|reason| anyhow!(reason))?;
+        file.write(path)?;
         println!("{}: the model", path.display());
     }
     Ok((analysis, record))
@@ -83,15 +84,4 @@ pub fn run(args: &IdentifyArgs) -> Result<()> {
         bail!("--html: pages are drawn by `planesman sysid identify`");
     }
     identify(args).map(drop)
-}
-
-fn write_model(analysis: &Analysis, path: &Path) -> Result<()> {
-    let file = analysis.file().map_err(|reason| anyhow!(reason))?;
-    let text = match path.extension().and_then(|extension| extension.to_str()) {
-        Some("json") => serde_json::to_string_pretty(&file)?,
-        Some("yaml" | "yml") => serde_yaml_ng::to_string(&file)?,
-        _ => bail!("a model file is *.json or *.yaml"),
-    };
-    std::fs::write(path, text)?;
-    Ok(())
 }

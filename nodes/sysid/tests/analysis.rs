@@ -170,3 +170,32 @@ fn a_record_without_an_input_is_refused() {
     let still = record(vec![(vec![0.0; 100], vec![0.0; 100])]);
     assert!(analyse(&still, &Options::default()).is_err());
 }
+
+#[test]
+fn the_file_s_covariance_is_that_of_its_coefficients_and_knows_what_was_known() {
+    let inputs = noise(1, 400);
+    let outputs = with_noise(
+        &filter(&[0.0, 0.2, -0.2], &[1.0, -1.6, 0.63], &inputs),
+        2,
+        0.05,
+    );
+    let options = Options {
+        order: Some(2),
+        delay: Some(1),
+        zeros_at_one: 1,
+        ..Options::default()
+    };
+    let analysis = found(inputs, outputs, &options);
+    let file = analysis.file().unwrap();
+    let p = &file.covariance;
+    let estimated = &analysis.estimate.covariance;
+    for i in 0..2 {
+        for j in 0..2 {
+            assert!((p[i][j] - estimated[(i, j)]).abs() <= 1e-12 * estimated[(i, j)].abs());
+        }
+    }
+    // b2 = -b1: as uncertain, and their sum not at all.
+    assert!(p[2][2] > 0.0);
+    assert!((p[2][2] + p[2][3]).abs() < 1e-12 * p[2][2]);
+    assert!((p[3][3] - p[2][2]).abs() < 1e-12 * p[2][2]);
+}

@@ -59,6 +59,25 @@ impl Estimate {
             .model(self.theta.as_slice(), run, self.sample_time)
     }
 
+    /// The covariance of `a1 ... an, b1 ... bn` of a record's model; what is known beforehand has none.
+    #[must_use]
+    pub fn coefficient_covariance(&self, run: usize) -> DMatrix<f64> {
+        let coefficients = |theta: &DVector<f64>| {
+            let model = self.layout.model(theta.as_slice(), run, self.sample_time);
+            DVector::from_vec([model.a, model.b].concat())
+        };
+        // The coefficients are linear in theta, and a constant: their slopes are whole differences.
+        let none = DVector::zeros(self.theta.len());
+        let constant = coefficients(&none);
+        let mut slopes = DMatrix::zeros(constant.len(), self.theta.len());
+        for i in 0..self.theta.len() {
+            let mut one = none.clone();
+            one[i] = 1.0;
+            slopes.set_column(i, &(coefficients(&one) - &constant));
+        }
+        &slopes * &self.covariance * slopes.transpose()
+    }
+
     /// The offset of a record's output, output unit; 0 when none was sought.
     #[must_use]
     pub fn offset(&self, run: usize) -> f64 {

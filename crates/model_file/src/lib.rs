@@ -1,0 +1,315 @@
+//! An identified model in a file: what `sysid` writes, and `plant_sim`, `depth_controller`, python-control
+//! and MATLAB load.
+//!
+//! ```text
+//! num   b1 z^(n-1) + ... + bn
+//! --- = -------------------------      one number per power of z, the highest first
+//! den   z^n + a1 z^(n-1) + ... + an
+//! ```
+//! `*.json` and `*.yaml` hold the same. What is read back has passed [`ModelFile::check`]: every number
+//! finite, `den` beginning with 1, lists of the sizes that belong together.
+
+use std::fs;
+use std::path::Path;
+
+use planesman_parameters::file;
+use serde::{Deserialize, Serialize};
+use serde_yaml_ng::Value as Yaml;
+
+/// The largest order taken: beyond any model that a record determines.
+pub const LARGEST_ORDER: usize = 64;
+
+/// Why a model file was not read or not written.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("model file '{path}': {reason}")]
+pub struct Error {
+    /// The file.
+    pub path: String,
+    /// What was refused, and what would be accepted.
+    pub reason: String,
+}
+
+impl Error {
+    fn of(path: &Path, reason: impl ToString) -> Self {
+        Self {
+            path: path.display().to_string(),
+            reason: reason.to_string(),
+        }
+    }
+}
+
+/// What the file is, and which edition of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Format {
+    /// The only one so far.
+    #[default]
+    #[serde(rename = "planesman model 1")]
+    One,
+}
+
+/// A root with its standard deviations.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Place {
+    /// Real part.
+    pub re: f64,
+    /// Imaginary part.
+    pub im: f64,
+    /// The real part's standard deviation.
+    pub re_deviation: f64,
+    /// The imaginary part's standard deviation.
+    pub im_deviation: f64,
+}
+
+/// The continuous counterpart: the same response to an input that is held over each interval.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Continuous {
+    /// Powers of s, the highest first.
+    pub num: Vec<f64>,
+    /// Powers of s, the highest first.
+    pub den: Vec<f64>,
+    /// The delay, s.
+    pub delay: f64,
+}
+
+/// The vehicle's own equations, about level flight at [`ModelFile::speed`]:
+///
+/// ```text
+/// q_dot     = kappa u - beta q - mu theta + nu w        kappa = K/J, beta = B/J, mu = M_theta/J
+/// theta_dot = q
+/// w_dot     = epsilon u + eta q - zeta w
+/// ```
+/// Bow up is positive in `theta` and `q`; `kappa` is then negative for planes that are positive to dive.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Physical {
+    /// `K/J`: pitch acceleration per input, 1/s^2 for planes in rad.
+    pub kappa: f64,
+    /// `B/J`, 1/s.
+    pub beta: f64,
+    /// `M_theta/J`, 1/s^2.
+    pub mu: f64,
+    /// The covariance of `kappa`, `beta` and `mu`, row by row.
+    pub covariance: [[f64; 3]; 3],
+    /// The heave equation that was taken as known; none when heave was left out of the pitch equation.
+    pub heave: Option<Heave>,
+}
+
+impl Physical {
+    /// The standard deviations of `kappa`, `beta` and `mu`.
+    #[must_use]
+    pub fn deviations(&self) -> [f64; 3] {
+        [0, 1, 2].map(|i| self.covariance[i][i].max(0.0).sqrt())
+    }
+}
+
+/// A known heave equation, in SI units where the planes are in rad and the pitch rate in rad/s.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Heave {
+    /// `nu`: pitch acceleration per heave velocity, 1/(m s).
+    pub to_pitch: f64,
+    /// `zeta`, 1/s.
+    pub damping: f64,
+    /// `eta`: heave acceleration per pitch rate, m/s.
+    pub from_rate: f64,
+    /// `epsilon`: heave acceleration per input, m/s^2 per rad.
+    pub from_input: f64,
+}
+
+/// A model as other programs load it: `control.tf(num, den, sample_time)` in Python,
+/// `tf(num, den, sample_time)` in MATLAB.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ModelFile {
+    /// What this file is.
+    pub format: Format,
+    /// The input's name, `TOPIC:FIELD` or a column.
+    pub input: String,
+    /// The output's name.
+    pub output: String,
+    /// The estimator's name.
+    pub method: String,
+    /// The vehicle's speed in the record, m/s; none when it was not told.
+    pub speed: Option<f64>,
+    /// The interval between samples, s.
+    pub sample_time: f64,
+    /// `b1 ... bn`: powers of z, the highest first. A delay of d samples is d - 1 zeros in front.
+    pub num: Vec<f64>,
+    /// `1, a1 ... an`: powers of z, the highest first.
+    pub den: Vec<f64>,
+    /// The covariance of `a1 ... an, b1 ... bn`, row by row; what is known beforehand has none.
+    pub covariance: Vec<Vec<f64>>,
+    /// The continuous model; none when a pole has no continuous counterpart.
+    pub continuous: Option<Continuous>,
+    /// The vehicle's own equations, from a method that seeks them.
+    pub physical: Option<Physical>,
+    /// The output's offset.
+    pub offset: f64,
+    /// The noise's variance, output unit squared.
+    pub noise_variance: f64,
+    /// `c1 ... cn`; empty without a noise model.
+    pub noise_model: Vec<f64>,
+    /// Poles in z.
+    pub poles: Vec<Place>,
+    /// Poles in s, 1/s.
+    pub continuous_poles: Vec<Place>,
+    /// Zeros in z.
+    pub zeros: Vec<Place>,
+    /// Steady gain and its standard deviation; none with a pole at z = 1.
+    pub dc_gain: Option<[f64; 2]>,
+    /// Simulated fit, %.
+    pub fit: Option<f64>,
+    /// Simulated fit on held-out data, %.
+    pub held_out_fit: Option<f64>,
+    /// The verdict.
+    pub verdict: Vec<String>,
+}
+
+impl ModelFile {
+    /// The model in a `*.json`, `*.yaml` or `*.yml` file.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is larger than [`file::LARGEST`], is no model file, or does not pass
+    /// [`check`](Self::check).
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let text = file::read(path).map_err(|reason| Error::of(path, reason))?;
+        Self::parse(path, &text)
+    }
+
+    /// The same from the file's text.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read), but for reading.
+    pub fn parse(path: &Path, text: &str) -> Result<Self, Error> {
+        let model: Self = Syntax::of(path)
+            .and_then(|syntax| syntax.parse(text))
+            .map_err(|reason| Error::of(path, reason))?;
+        model.check().map_err(|reason| Error::of(path, reason))?;
+        Ok(model)
+    }
+
+    /// Whether a file says that it is a model file, of whatever edition: its `format` begins so.
+    #[must_use]
+    pub fn recognises(path: &Path, text: &str) -> bool {
+        #[derive(Deserialize)]
+        struct Head {
+            format: String,
+        }
+        let head = Syntax::of(path).and_then(|syntax| syntax.parse::<Head>(text));
+        head.is_ok_and(|head| head.format.starts_with("planesman model"))
+    }
+
+    /// Writes the model to a `*.json`, `*.yaml` or `*.yml` file, whole or not at all.
+    ///
+    /// # Errors
+    /// When it does not pass [`check`](Self::check), or the file cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), Error> {
+        let unfinished = path.with_extension("unfinished");
+        self.check()
+            .and_then(|()| Syntax::of(path)?.text(self))
+            .and_then(|text| {
+                fs::write(&unfinished, text)
+                    .and_then(|()| fs::rename(&unfinished, path))
+                    .map_err(|reason| reason.to_string())
+            })
+            .map_err(|reason| Error::of(path, reason))
+    }
+
+    /// `n`.
+    #[must_use]
+    pub fn order(&self) -> usize {
+        self.num.len()
+    }
+
+    /// What has to hold of every model file.
+    ///
+    /// # Errors
+    /// A sentence: the field, its value, what would be accepted.
+    pub fn check(&self) -> Result<(), String> {
+        let written = serde_yaml_ng::to_value(self).map_err(|reason| reason.to_string())?;
+        if let Some(place) = not_finite(&written) {
+            return Err(format!("the number at{place} is not finite"));
+        }
+        if self.sample_time <= 0.0 {
+            let dt = self.sample_time;
+            return Err(format!("sample_time: {dt} s refused: it must be above 0"));
+        }
+        if self.speed.is_some_and(|speed| speed <= 0.0) {
+            return Err("speed refused: it must be above 0".to_owned());
+        }
+        if self.den.first() != Some(&1.0) {
+            return Err("den must begin with 1".to_owned());
+        }
+        let n = self.order();
+        if !(1..=LARGEST_ORDER).contains(&n) || self.den.len() != n + 1 {
+            return Err(format!(
+                "num has {n} coefficients and den {}: den must have one more, {} at most",
+                self.den.len(),
+                LARGEST_ORDER + 1
+            ));
+        }
+        let square = self.covariance.iter().all(|row| row.len() == 2 * n);
+        if self.covariance.len() != 2 * n || !square {
+            return Err(format!(
+                "covariance must have {0} rows of {0}: one for each of den after the 1, and of num",
+                2 * n
+            ));
+        }
+        let continuous = self.continuous.as_ref();
+        if continuous.is_some_and(|it| it.num.is_empty() || it.num.len() > it.den.len()) {
+            return Err("continuous.num must not be longer than continuous.den".to_owned());
+        }
+        Ok(())
+    }
+}
+
+/// Where the first number stands that is not finite.
+fn not_finite(value: &Yaml) -> Option<String> {
+    match value {
+        Yaml::Number(number) => {
+            let finite = number.as_f64().is_some_and(f64::is_finite);
+            (!finite).then(String::new)
+        }
+        Yaml::Sequence(list) => (1..)
+            .zip(list)
+            .find_map(|(i, value)| Some(format!(" {i}{}", not_finite(value)?))),
+        Yaml::Mapping(map) => map.iter().find_map(|(key, value)| {
+            let within = not_finite(value)?;
+            Some(format!(" {}{within}", key.as_str().unwrap_or_default()))
+        }),
+        _ => None,
+    }
+}
+
+/// How the file is written.
+#[derive(Clone, Copy)]
+enum Syntax {
+    Json,
+    Yaml,
+}
+
+impl Syntax {
+    fn of(path: &Path) -> Result<Self, String> {
+        match path.extension().and_then(|extension| extension.to_str()) {
+            Some("json") => Ok(Self::Json),
+            Some("yaml" | "yml") => Ok(Self::Yaml),
+            _ => Err("a model file is *.json or *.yaml".to_owned()),
+        }
+    }
+
+    fn parse<'de, T: Deserialize<'de>>(self, text: &'de str) -> Result<T, String> {
+        match self {
+            Self::Json => serde_json::from_str(text).map_err(|reason| reason.to_string()),
+            Self::Yaml => serde_yaml_ng::from_str(text).map_err(|reason| reason.to_string()),
+        }
+    }
+
+    fn text(self, model: &ModelFile) -> Result<String, String> {
+        match self {
+            Self::Json => serde_json::to_string_pretty(model).map_err(|reason| reason.to_string()),
+            Self::Yaml => serde_yaml_ng::to_string(model).map_err(|reason| reason.to_string()),
+        }
+    }
+}

@@ -1,0 +1,165 @@
+//! Model files are read back as they were written, and only such files are.
+#![allow(clippy::unwrap_used)]
+
+use std::path::Path;
+
+use planesman_model_file::{Continuous, Format, Heave, ModelFile, Physical, Place};
+
+fn model() -> ModelFile {
+    let place = Place {
+        re: 0.9,
+        im: 0.1 / 3.0,
+        re_deviation: 1e-3,
+        im_deviation: 2e-17,
+    };
+    ModelFile {
+        format: Format::One,
+        input: "plane_motion:dive_planes".to_owned(),
+        output: "state:pitch_rate".to_owned(),
+        method: "output_error".to_owned(),
+        speed: Some(0.36576),
+        sample_time: 0.05,
+        num: vec![0.0, -1.0 / 7.0],
+        den: vec![1.0, -1.8, 0.81 + 1e-15],
+        covariance: vec![vec![1e-7, 0.0, 0.0, 0.0]; 4],
+        continuous: Some(Continuous {
+            num: vec![-2.0],
+            den: vec![1.0, 3.0, 2.0],
+            delay: 0.05,
+        }),
+        physical: Some(Physical {
+            kappa: -0.67,
+            beta: 1.4,
+            mu: 0.27,
+            covariance: [[1e-4, 0.0, 0.0], [0.0, 4e-4, 0.0], [0.0, 0.0, 9e-4]],
+            heave: Some(Heave {
+                to_pitch: 0.27,
+                damping: 0.64,
+                from_rate: 0.07,
+                from_input: 0.02,
+            }),
+        }),
+        offset: -3.5e-12,
+        noise_variance: 2.5e-5,
+        noise_model: vec![],
+        poles: vec![place; 2],
+        continuous_poles: vec![place; 2],
+        zeros: vec![],
+        dc_gain: None,
+        fit: Some(97.25),
+        held_out_fit: None,
+        verdict: vec!["it \"simulates\": 97 %".to_owned()],
+    }
+}
+
+#[test]
+fn a_model_comes_back_as_it_was_written() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["model.yaml", "model.yml", "model.json"] {
+        let path = folder.path().join(name);
+        model().write(&path).unwrap();
+        assert_eq!(ModelFile::read(&path).unwrap(), model(), "{name}");
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert!(ModelFile::recognises(&path, &text));
+    }
+    let left = std::fs::read_dir(folder.path()).unwrap().count();
+    assert_eq!(left, 3, "nothing else stays behind");
+}
+
+#[test]
+fn the_deviations_are_the_roots_of_the_variances() {
+    let found = model().physical.unwrap().deviations();
+    for (found, expected) in found.into_iter().zip([1e-2, 2e-2, 3e-2]) {
+        assert!((found - expected).abs() < 1e-15);
+    }
+}
+
+#[test]
+fn what_does_not_belong_together_is_neither_written_nor_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("model.yaml");
+    type Change = fn(&mut ModelFile);
+    let refused: [(Change, &str); 12] = [
+        (|m| m.sample_time = 0.0, "sample_time"),
+        (|m| m.sample_time = f64::NAN, "sample_time"),
+        (|m| m.speed = Some(-1.0), "speed"),
+        (|m| m.den[0] = 2.0, "begin with 1"),
+        (|m| m.den.clear(), "begin with 1"),
+        (|m| m.num.push(1.0), "one more"),
+        (|m| m.covariance.truncate(3), "4 rows"),
+        (|m| m.covariance[2].truncate(1), "4 rows"),
+        (
+            |m| m.covariance[1][2] = f64::INFINITY,
+            "covariance 2 3 is not",
+        ),
+        (
+            |m| m.physical.as_mut().unwrap().mu = f64::NAN,
+            "physical mu is not",
+        ),
+        (|m| m.poles[1].re = f64::NAN, "poles 2 re is not"),
+        (
+            |m| m.continuous.as_mut().unwrap().den.clear(),
+            "continuous.den",
+        ),
+    ];
+    for (change, word) in refused {
+        let mut changed = model();
+        change(&mut changed);
+        let written = changed.write(&path).unwrap_err().to_string();
+        assert!(
+            written.contains(word) && written.contains("model.yaml"),
+            "{written}"
+        );
+        assert!(!path.exists());
+        std::fs::write(&path, serde_yaml_ng::to_string(&changed).unwrap()).unwrap();
+        let read = ModelFile::read(&path).unwrap_err().to_string();
+        assert_eq!(read, written);
+        std::fs::remove_file(&path).unwrap();
+    }
+    let order = planesman_model_file::LARGEST_ORDER + 1;
+    let mut long = model();
+    long.num = vec![0.0; order];
+    long.den = [vec![1.0], vec![0.0; order]].concat();
+    long.covariance = vec![vec![0.0; 2 * order]; 2 * order];
+    assert!(long.check().unwrap_err().contains("65 at most"));
+}
+
+#[test]
+fn what_is_no_model_file_is_refused_with_the_reason() {
+    let good = serde_yaml_ng::to_string(&model()).unwrap();
+    for (text, word) in [
+        (String::new(), "missing field"),
+        ("[1, 2".to_owned(), "sequence"),
+        (
+            good.replace("planesman model 1", "planesman model 2"),
+            "planesman model 1",
+        ),
+        (good.replace("offset:", "ofset:"), "ofset"),
+        (
+            good.replace("sample_time: 0.05", "sample_time: soon"),
+            "f64",
+        ),
+        (good.replace("num:", "numerator:"), "numerator"),
+    ] {
+        let refusal = ModelFile::parse(Path::new("mine.yaml"), &text).unwrap_err();
+        assert!(refusal.reason.contains(word), "{refusal}");
+        assert!(refusal.to_string().contains("mine.yaml"));
+    }
+    let elsewhere = ModelFile::parse(Path::new("model.txt"), &good).unwrap_err();
+    assert!(elsewhere.reason.contains("*.json or *.yaml"));
+    assert!(!ModelFile::recognises(Path::new("v.yaml"), "name: brunner"));
+    let later = good.replace("planesman model 1", "planesman model 2");
+    assert!(ModelFile::recognises(Path::new("later.yaml"), &later));
+}
+
+#[test]
+fn a_file_without_end_is_refused_before_it_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("model.json");
+    let padding = " ".repeat(1 + (1 << 20));
+    std::fs::write(&path, padding).unwrap();
+    let refusal = ModelFile::read(&path).unwrap_err();
+    assert!(refusal.reason.contains("larger than"), "{refusal}");
+    let device = ModelFile::read(Path::new("/dev/zero")).unwrap_err();
+    assert!(device.reason.contains("regular file"), "{device}");
+}
