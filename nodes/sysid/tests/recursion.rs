@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use sysid::batch::Triangle;
 use sysid::estimators::Method;
 use sysid::estimators::recursive::{Forgetting, Kind, Options, Recursion, Recursive, learn};
+use sysid::regression::Input;
 use sysid::rls::RecursiveLeastSquares;
 use sysid::structure::{Problem, Run, Structure, filter};
 use sysid::synthetic::{self, SAMPLE_TIME, noise};
@@ -318,4 +319,66 @@ fn options_without_meaning_are_refused() {
         covariance_limit: Some(f64::NAN),
         ..Options::default()
     }));
+}
+
+#[test]
+fn a_frozen_recursion_goes_on_predicting_and_learns_nothing() {
+    let inputs = noise(1, 400);
+    let outputs = filter(&B, &A, &inputs);
+    for kind in [
+        Kind::LeastSquares,
+        Kind::ExtendedLeastSquares,
+        Kind::PredictionError,
+        Kind::OutputError,
+    ] {
+        let structure = Structure::of_order(2).without_offset();
+        let mut recursion = recursion(kind, structure, Options::default());
+        recursion.begin(outputs[0]);
+        for k in 1..200 {
+            recursion.push(inputs[k - 1], outputs[k]);
+        }
+        let learnt = (recursion.parameters(), recursion.covariance());
+        recursion.set_frozen(true);
+        for k in 200..400 {
+            // Another plant: there is an error to learn from.
+            recursion.push(inputs[k - 1], 2.0 * outputs[k]);
+            assert!(recursion.error().unwrap() != 0.0);
+        }
+        assert_eq!((recursion.parameters(), recursion.covariance()), learnt);
+        recursion.set_frozen(false);
+        recursion.push(inputs[0], outputs[1]);
+        assert_ne!(recursion.parameters(), learnt.0);
+    }
+}
+
+#[test]
+fn first_moments_are_known_for_what_they_are_whatever_the_recursion() {
+    let (inputs, moments) = (noise(1, 3000), noise(2, 3000));
+    let held = filter(&B, &A, &inputs);
+    let moved = filter(&[0.0, 0.3, -0.1], &A, &moments);
+    for (kind, within) in [
+        (Kind::LeastSquares, 1e-6),
+        (Kind::PredictionError, 1e-3),
+        // It is slow to converge.
+        (Kind::OutputError, 0.1),
+    ] {
+        let structure = Structure::of_order(2);
+        let mut recursion = recursion(kind, structure, Options::default())
+            .with_moments()
+            .unwrap();
+        recursion.begin(held[0] + moved[0]);
+        for k in 1..3000 {
+            let input = Input {
+                mean: inputs[k - 1],
+                moment: moments[k - 1],
+            };
+            recursion.push_input(input, held[k] + moved[k]);
+        }
+        // a1, a2, b1, b2, offset, moments
+        let truth = [A[1], A[2], B[1], B[2], 0.0, 0.3, -0.1];
+        let found = recursion.parameters();
+        for (value, truth) in found.iter().zip(truth) {
+            assert!((value - truth).abs() < within, "{kind:?}: {found}");
+        }
+    }
 }

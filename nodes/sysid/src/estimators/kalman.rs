@@ -48,6 +48,31 @@ pub struct Filter {
     sample_time: f64,
     x: DVector<f64>,
     p: DMatrix<f64>,
+    /// Follows the motion and learns nothing.
+    frozen: bool,
+    error: Option<f64>,
+}
+
+impl Settings {
+    /// # Errors
+    /// A sentence, when a deviation is negative or not finite, or the noise is 0.
+    fn check(&self) -> Result<(), String> {
+        let sizes = [
+            self.bias_deviation,
+            self.bias_drift,
+            self.disturbance,
+            self.motion,
+        ];
+        let sound = |v: &f64| *v >= 0.0 && v.is_finite();
+        let mut all = sizes.iter().chain(&self.deviations).chain(&self.drift);
+        if !all.all(sound) || self.parameters.iter().any(|v| !v.is_finite()) {
+            return Err("the Kalman filter's deviations must not be negative".to_owned());
+        }
+        if !(self.noise > 0.0 && self.noise.is_finite()) {
+            return Err("the Kalman filter needs noise above 0".to_owned());
+        }
+        Ok(())
+    }
 }
 
 impl Filter {
@@ -56,26 +81,9 @@ impl Filter {
     /// # Errors
     /// A sentence, when a deviation is negative or not finite, or the noise is 0.
     pub fn new(vehicle: Vehicle, sample_time: f64, settings: Settings) -> Result<Self, String> {
-        let Settings {
-            deviations,
-            drift,
-            parameters,
-            ..
-        } = settings;
-        let sizes = [
-            settings.bias_deviation,
-            settings.bias_drift,
-            settings.disturbance,
-            settings.motion,
-        ];
-        let sound = |v: &f64| *v >= 0.0 && v.is_finite();
-        if !sizes.iter().chain(&deviations).chain(&drift).all(sound)
-            || parameters.iter().any(|v| !v.is_finite())
-        {
-            return Err("the Kalman filter's deviations must not be negative".to_owned());
-        }
-        if !(settings.noise > 0.0 && settings.noise.is_finite() && sample_time > 0.0) {
-            return Err("the Kalman filter needs noise and an interval above 0".to_owned());
+        settings.check()?;
+        if sample_time.is_nan() || sample_time <= 0.0 {
+            return Err("the Kalman filter needs an interval above 0".to_owned());
         }
         let n = vehicle.states();
         let size = n + UNKNOWNS + 1;
@@ -85,6 +93,8 @@ impl Filter {
             sample_time,
             x: DVector::zeros(size),
             p: DMatrix::zeros(size, size),
+            frozen: false,
+            error: None,
         };
         filter.reset();
         Ok(filter)
@@ -101,6 +111,39 @@ impl Filter {
             biases: vec![self.x[n + UNKNOWNS]],
             noise_variance: self.settings.noise.powi(2),
         }
+    }
+
+    /// Takes other noises and drifts from the next sample on; what it began with stays.
+    ///
+    /// # Errors
+    /// As [`Filter::new`]; nothing changes then.
+    pub fn set_settings(&mut self, settings: Settings) -> Result<(), String> {
+        settings.check()?;
+        self.settings = settings;
+        Ok(())
+    }
+
+    /// From now on follows the motion and learns nothing, or learns again. Frozen, the unknowns' gains are 0:
+    /// their covariance still counts in the motion's (Schmidt 1966), and does not change.
+    pub fn set_frozen(&mut self, frozen: bool) {
+        self.frozen = frozen;
+    }
+
+    /// By how much the last output missed its prediction, output unit; `None` when there was none.
+    #[must_use]
+    pub fn error(&self) -> Option<f64> {
+        self.error
+    }
+
+    /// `kappa, beta, mu, bias` and their covariance.
+    #[must_use]
+    pub fn learnt(&self) -> (DVector<f64>, DMatrix<f64>) {
+        let n = self.vehicle.states();
+        let count = UNKNOWNS + 1;
+        (
+            self.x.rows(n, count).into_owned(),
+            self.p.view((n, n), (count, count)).into_owned(),
+        )
     }
 
     fn unknowns(&self) -> [f64; UNKNOWNS] {
@@ -141,6 +184,9 @@ impl Filter {
         self.p = &phi * &self.p * phi.transpose();
         let n = self.vehicle.states();
         self.p[(0, 0)] += self.settings.disturbance.powi(2) * dt;
+        if self.frozen {
+            return;
+        }
         for (i, drift) in self.settings.drift.iter().enumerate() {
             self.p[(n + i, n + i)] += drift.powi(2) * dt;
         }
@@ -154,8 +200,13 @@ impl Filter {
         (h[0], h[size - 1]) = (1.0, 1.0);
         let r = self.settings.noise.powi(2);
         let ph = &self.p * &h;
-        let gain = &ph / (h.dot(&ph) + r);
-        let x = &self.x + &gain * (y - h.dot(&self.x));
+        let mut gain = &ph / (h.dot(&ph) + r);
+        if self.frozen {
+            gain.rows_mut(size - UNKNOWNS - 1, UNKNOWNS + 1).fill(0.0);
+        }
+        let error = y - h.dot(&self.x);
+        self.error = Some(error);
+        let x = &self.x + &gain * error;
         if x.iter().any(|v| !v.is_finite()) {
             return;
         }
@@ -182,6 +233,8 @@ impl Recursive for Filter {
             self.p[(i, i)] = self.settings.motion.powi(2);
         }
         self.correct(output);
+        // Nothing had predicted it.
+        self.error = None;
     }
 
     fn push(&mut self, input: f64, output: f64) {

@@ -15,7 +15,8 @@
 //! | output error | `-x, u, 1` | phi / A, but for the offset |
 //!
 //! `e` are residuals with the parameters just found, `x` the model's own output. A step that would make
-//! the filter (C, or A) unstable is halved until it does not.
+//! the filter (C, or A) unstable is halved until it does not. For an input that moves within an interval
+//! phi holds its first moments too ([`Recursion::with_moments`]).
 
 use std::collections::VecDeque;
 
@@ -23,6 +24,7 @@ use nalgebra::{DMatrix, DVector};
 use planesman_linear::polynomial;
 
 use super::{Estimate, Method};
+use crate::regression::Input;
 use crate::rls::RecursiveLeastSquares;
 use crate::structure::{Layout, Run, Structure};
 
@@ -96,8 +98,36 @@ pub struct Options {
     pub initial_covariance: f64,
     /// What the trace of P is kept below; `None` for no limit.
     pub covariance_limit: Option<f64>,
-    /// Errors up to this size teach nothing, output unit.
+    /// Errors up to this size teach nothing, output unit; 0 for none.
     pub dead_zone: f64,
+}
+
+impl Options {
+    /// What every row forgets by itself, before [`Recursion`] has looked at it.
+    ///
+    /// # Errors
+    /// A sentence, when an option has no meaning.
+    fn row_forgetting(&self) -> Result<f64, String> {
+        if self
+            .covariance_limit
+            .is_some_and(|limit| !(limit > 0.0 && limit.is_finite()))
+        {
+            return Err("the covariance's limit must be above 0".to_owned());
+        }
+        let sound = |lambda: f64| lambda > 0.0 && lambda <= 1.0;
+        match self.forgetting {
+            Forgetting::Constant(lambda) => Ok(lambda),
+            Forgetting::Directional(lambda) if sound(lambda) => Ok(1.0),
+            Forgetting::Variable { least, information } if sound(least) && information > 0.0 => {
+                Ok(1.0)
+            }
+            Forgetting::Directional(_) => Err("forgetting must lie in (0, 1]".to_owned()),
+            Forgetting::Variable { .. } => Err(
+                "variable forgetting needs a smallest in (0, 1] and an information above 0"
+                    .to_owned(),
+            ),
+        }
+    }
 }
 
 impl Default for Options {
@@ -126,14 +156,52 @@ pub struct Recursion {
     layout: Layout,
     sample_time: f64,
     rls: RecursiveLeastSquares,
-    /// Newest first: outputs (or the model's), what is known times inputs, residuals, slopes.
+    /// First moments are regressed on.
+    with_moments: bool,
+    /// Predicts and learns nothing.
+    frozen: bool,
+    /// Newest first: outputs (or the model's), residuals, slopes.
     outputs: VecDeque<f64>,
-    inputs: VecDeque<f64>,
-    raw_inputs: VecDeque<f64>,
     residuals: VecDeque<f64>,
     slopes: VecDeque<DVector<f64>>,
+    inputs: Driving,
+    moments: Driving,
     /// Samples since the history began.
     since: usize,
+    /// The history began amid motion that has been learnt from.
+    resumed: bool,
+    error: Option<f64>,
+}
+
+/// An input, and what is known of the structure times it; newest first.
+#[derive(Clone, Debug, Default)]
+struct Driving {
+    raw: VecDeque<f64>,
+    driving: VecDeque<f64>,
+}
+
+impl Driving {
+    fn push(&mut self, input: f64, structure: &Structure) {
+        let Structure {
+            known_numerator,
+            known_denominator,
+            ..
+        } = structure;
+        let sum = |coefficients: &[f64], values: &VecDeque<f64>| -> f64 {
+            let past = coefficients.iter().skip(1).zip(values);
+            past.map(|(c, v)| c * v).sum()
+        };
+        let driving = known_numerator[0] * input + sum(known_numerator, &self.raw)
+            - sum(known_denominator, &self.driving);
+        let depth = structure.history() + known_denominator.len();
+        remember(&mut self.raw, input, depth);
+        remember(&mut self.driving, driving, depth);
+    }
+
+    fn clear(&mut self) {
+        self.raw.clear();
+        self.driving.clear();
+    }
 }
 
 impl Recursion {
@@ -147,42 +215,120 @@ impl Recursion {
         sample_time: f64,
         options: Options,
     ) -> Result<Self, String> {
-        let lambda = match options.forgetting {
-            Forgetting::Constant(lambda) | Forgetting::Directional(lambda) => lambda,
-            Forgetting::Variable { least, information } if information > 0.0 => least,
-            Forgetting::Variable { .. } => {
-                return Err("variable forgetting needs an information above 0".to_owned());
-            }
-        };
-        if options
-            .covariance_limit
-            .is_some_and(|limit| !(limit > 0.0 && limit.is_finite()))
-        {
-            return Err("the covariance's limit must be above 0".to_owned());
-        }
         let layout = Layout { structure, runs: 1 };
-        let count = layout.without_motion()
-            + match kind {
-                Kind::ExtendedLeastSquares | Kind::PredictionError => layout.structure.poles,
-                Kind::LeastSquares | Kind::OutputError => 0,
-            };
-        let mut rls = RecursiveLeastSquares::new(count, lambda, options.initial_covariance)?;
-        if !matches!(options.forgetting, Forgetting::Constant(_)) {
-            rls.set_forgetting(1.0)?;
-        }
+        let count = Self::count(kind, &layout, false);
+        let lambda = options.row_forgetting()?;
         Ok(Self {
             kind,
             options,
             layout,
             sample_time,
-            rls,
+            rls: RecursiveLeastSquares::new(count, lambda, options.initial_covariance)?,
+            with_moments: false,
+            frozen: false,
             outputs: VecDeque::new(),
-            inputs: VecDeque::new(),
-            raw_inputs: VecDeque::new(),
             residuals: VecDeque::new(),
             slopes: VecDeque::new(),
+            inputs: Driving::default(),
+            moments: Driving::default(),
             since: 0,
+            resumed: false,
+            error: None,
         })
+    }
+
+    /// The same, before its first sample, that regresses on the input's first moments too: as many
+    /// coefficients as the numerator has, after the offset.
+    ///
+    /// # Errors
+    /// As [`Recursion::new`].
+    pub fn with_moments(mut self) -> Result<Self, String> {
+        self.with_moments = true;
+        self.rls = RecursiveLeastSquares::new(
+            Self::count(self.kind, &self.layout, true),
+            self.options.row_forgetting()?,
+            self.options.initial_covariance,
+        )?;
+        Ok(self)
+    }
+
+    fn count(kind: Kind, layout: &Layout, with_moments: bool) -> usize {
+        let Structure {
+            poles, numerator, ..
+        } = layout.structure;
+        let moments = if with_moments { numerator } else { 0 };
+        let noise = match kind {
+            Kind::ExtendedLeastSquares | Kind::PredictionError => poles,
+            Kind::LeastSquares | Kind::OutputError => 0,
+        };
+        layout.without_motion() + moments + noise
+    }
+
+    /// Learns by other options from the next sample on; what it began with stays.
+    ///
+    /// # Errors
+    /// A sentence, when an option has no meaning; nothing changes then.
+    pub fn set_options(&mut self, options: Options) -> Result<(), String> {
+        self.rls.set_forgetting(options.row_forgetting()?)?;
+        self.options = options;
+        Ok(())
+    }
+
+    /// From now on predicts and learns nothing, or learns again.
+    pub fn set_frozen(&mut self, frozen: bool) {
+        self.frozen = frozen;
+    }
+
+    /// Takes the next output, and the input over the interval that ended with it, which may have
+    /// moved within.
+    pub fn push_input(&mut self, input: Input, output: f64) {
+        self.error = None;
+        self.inputs.push(input.mean, &self.layout.structure);
+        self.moments.push(input.moment, &self.layout.structure);
+        self.since += 1;
+        let n = self.layout.structure.poles;
+        let theta = self.rls.parameters();
+        // The simulated output begins at rest, unless motion was learnt from before; measured ones
+        // need a whole history.
+        let simulated = self.kind == Kind::OutputError;
+        if (!simulated || self.resumed) && self.since < self.layout.structure.history() {
+            let offset = if simulated { self.offset(&theta) } else { 0.0 };
+            remember(&mut self.outputs, output - offset, n.max(1));
+            return;
+        }
+        let phi = self.regressor();
+        let psi = self.slope(&phi, &theta);
+        let error = output - phi.dot(&theta);
+        self.error = Some(error);
+        self.learn(&phi, &psi, output, error, &theta);
+        let theta = self.rls.parameters();
+        let explained = phi.dot(&theta);
+        let own = if simulated {
+            explained - self.offset(&theta)
+        } else {
+            output
+        };
+        remember(&mut self.outputs, own, n.max(1));
+        remember(&mut self.residuals, output - explained, n.max(1));
+        remember(&mut self.slopes, psi, n.max(1));
+    }
+
+    /// By how much the last output missed its prediction, output unit; `None` when there was none.
+    #[must_use]
+    pub fn error(&self) -> Option<f64> {
+        self.error
+    }
+
+    /// The least-squares problem behind it, its columns `a, b, offset, moments, noise`.
+    #[must_use]
+    pub fn rows(&self) -> &RecursiveLeastSquares {
+        &self.rls
+    }
+
+    /// Where each unknown stands; moments and noise follow.
+    #[must_use]
+    pub fn layout(&self) -> &Layout {
+        &self.layout
     }
 
     /// The estimate so far; `None` before there are more samples than unknowns.
@@ -202,11 +348,7 @@ impl Recursion {
             sample_time: self.sample_time,
             covariance: covariance.view((0, 0), (plain, plain)).into_owned(),
             noise_variance,
-            noise_model: theta
-                .rows(plain, theta.len() - plain)
-                .iter()
-                .copied()
-                .collect(),
+            noise_model: theta.iter().skip(self.noise()).copied().collect(),
             residuals: Vec::new(),
             theta: theta.rows(0, plain).into_owned(),
         })
@@ -217,10 +359,28 @@ impl Recursion {
         self.rls.reset_covariance();
     }
 
+    fn offset(&self, theta: &DVector<f64>) -> f64 {
+        self.layout.offset(0).map_or(0.0, |at| theta[at])
+    }
+
+    /// The column of the first moment.
+    fn moment(&self) -> usize {
+        self.layout.without_motion()
+    }
+
+    /// The column of the noise model's first coefficient.
+    fn noise(&self) -> usize {
+        let moments = if self.with_moments {
+            self.layout.structure.numerator
+        } else {
+            0
+        };
+        self.moment() + moments
+    }
+
     /// `phi`.
     fn regressor(&self) -> DVector<f64> {
         let n = self.layout.structure.poles;
-        let plain = self.layout.without_motion();
         let delay = self.layout.structure.delay;
         let at = |values: &VecDeque<f64>, i: usize| values.get(i).copied().unwrap_or(0.0);
         let mut phi = DVector::zeros(self.rls.parameters().len());
@@ -228,13 +388,16 @@ impl Recursion {
             phi[i] = -at(&self.outputs, i);
         }
         for (j, column) in self.layout.b(0).enumerate() {
-            phi[column] = at(&self.inputs, delay - 1 + j);
+            phi[column] = at(&self.inputs.driving, delay - 1 + j);
         }
         if let Some(column) = self.layout.offset(0) {
             phi[column] = 1.0;
         }
-        for i in plain..phi.len() {
-            phi[i] = at(&self.residuals, i - plain);
+        for (j, column) in (self.moment()..self.noise()).enumerate() {
+            phi[column] = at(&self.moments.driving, delay - 1 + j);
+        }
+        for (i, column) in (self.noise()..phi.len()).enumerate() {
+            phi[column] = at(&self.residuals, i);
         }
         phi
     }
@@ -242,11 +405,10 @@ impl Recursion {
     /// `1, ...` of the polynomial that the slopes are filtered by.
     fn filter(&self, theta: &DVector<f64>) -> Vec<f64> {
         let n = self.layout.structure.poles;
-        let plain = self.layout.without_motion();
         let mut filter = vec![1.0];
         match self.kind {
             Kind::LeastSquares | Kind::ExtendedLeastSquares => {}
-            Kind::PredictionError => filter.extend(theta.rows(plain, n).iter()),
+            Kind::PredictionError => filter.extend(theta.rows(self.noise(), n).iter()),
             Kind::OutputError => filter.extend(theta.rows(0, n).iter()),
         }
         filter
@@ -262,6 +424,29 @@ impl Recursion {
             psi[column] = 1.0;
         }
         psi
+    }
+
+    /// Folds in a row, unless it is not to teach.
+    fn learn(
+        &mut self,
+        phi: &DVector<f64>,
+        psi: &DVector<f64>,
+        output: f64,
+        error: f64,
+        theta: &DVector<f64>,
+    ) {
+        let dead = self.options.dead_zone > 0.0 && error.abs() <= self.options.dead_zone;
+        if self.frozen || dead {
+            return;
+        }
+        self.forget(psi, error);
+        // psi . theta + e, which is the output itself where psi is phi.
+        self.rls
+            .update(psi.as_slice(), output + (psi - phi).dot(theta));
+        self.keep_stable(theta);
+        if let Some(limit) = self.options.covariance_limit {
+            self.rls.limit_covariance(limit);
+        }
     }
 
     fn forget(&mut self, phi: &DVector<f64>, error: f64) {
@@ -320,70 +505,22 @@ impl Recursive for Recursion {
     fn begin(&mut self, output: f64) {
         self.outputs.clear();
         self.inputs.clear();
-        self.raw_inputs.clear();
+        self.moments.clear();
         self.residuals.clear();
         self.slopes.clear();
         self.since = 0;
-        let first = match self.kind {
-            Kind::OutputError => 0.0,
+        self.error = None;
+        self.resumed = self.rls.rows() > 0;
+        let first = match (self.kind, self.resumed) {
+            (Kind::OutputError, false) => 0.0,
+            (Kind::OutputError, true) => output - self.offset(&self.rls.parameters()),
             _ => output,
         };
         self.outputs.push_front(first);
     }
 
     fn push(&mut self, input: f64, output: f64) {
-        let history = self.layout.structure.history();
-        let Structure {
-            known_numerator,
-            known_denominator,
-            ..
-        } = &self.layout.structure;
-        // The input through what is known beforehand.
-        let mut driving = known_numerator[0] * input;
-        driving += known_numerator
-            .iter()
-            .skip(1)
-            .zip(&self.raw_inputs)
-            .map(|(c, u)| c * u)
-            .sum::<f64>();
-        driving -= known_denominator
-            .iter()
-            .skip(1)
-            .zip(&self.inputs)
-            .map(|(c, u)| c * u)
-            .sum::<f64>();
-        let depth = history + known_denominator.len();
-        remember(&mut self.raw_inputs, input, depth);
-        remember(&mut self.inputs, driving, depth);
-        self.since += 1;
-        let n = self.layout.structure.poles;
-        // The simulated output begins at rest; measured ones need a whole history.
-        if self.kind != Kind::OutputError && self.since < history {
-            remember(&mut self.outputs, output, n.max(1));
-            return;
-        }
-        let before = self.rls.parameters();
-        let phi = self.regressor();
-        let psi = self.slope(&phi, &before);
-        let error = output - phi.dot(&before);
-        if error.abs() > self.options.dead_zone {
-            self.forget(&psi, error);
-            self.rls.update(psi.as_slice(), psi.dot(&before) + error);
-            self.keep_stable(&before);
-            if let Some(limit) = self.options.covariance_limit {
-                self.rls.limit_covariance(limit);
-            }
-        }
-        let theta = self.rls.parameters();
-        let explained = phi.dot(&theta);
-        let offset = self.layout.offset(0).map_or(0.0, |at| theta[at]);
-        let own = match self.kind {
-            Kind::OutputError => explained - offset,
-            _ => output,
-        };
-        remember(&mut self.outputs, own, n.max(1));
-        remember(&mut self.residuals, output - explained, n.max(1));
-        remember(&mut self.slopes, psi, n.max(1));
+        self.push_input(Input::held(input), output);
     }
 
     fn parameters(&self) -> DVector<f64> {
