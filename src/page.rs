@@ -1,13 +1,15 @@
 //! The flight on one self-contained HTML page: figures, tables, plots as SVG.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use anyhow::Result;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use planesman_linear::Complex;
+use planesman_msgs::planesman_msgs::msg::{ControlState, VehicleState};
 
 use crate::flight::Flight;
-use crate::plot::{Plot, Series, Style};
+use crate::plot::{Plot, Style};
 use crate::scenario::Scenario;
 use crate::summary::{Summary, identified, pole_text};
 
@@ -69,11 +71,9 @@ pub fn page(
         }
         (response_table(summary))
         (model_table(summary))
-        @for drawn in &plots {
-            h2 { (drawn.title) }
-            p.lead { (drawn.note) }
-            (drawn.legend)
-            (PreEscaped(&drawn.svg))
+        @for (title, plot) in &plots {
+            h2 { (title) }
+            (plot)
         }
         (count_table(counts))
         h2 { "Scenario" }
@@ -149,16 +149,21 @@ fn count_table(counts: &BTreeMap<String, Count>) -> Markup {
     }
 }
 
-/// A plot with what is written around it.
-struct Drawn {
-    title: &'static str,
-    note: &'static str,
-    legend: Markup,
-    svg: String,
+/// A plot with its note and legend, under a heading that is not part of it.
+///
+/// # Errors
+/// When it cannot be drawn.
+pub(crate) fn drawn(plot: &Plot<'_>) -> Result<Markup> {
+    let svg = plot.svg()?;
+    Ok(html! {
+        p.lead { (plot.note) }
+        (legend(plot))
+        (PreEscaped(svg))
+    })
 }
 
 /// The series' names with how they are drawn; nothing for a single one.
-pub(crate) fn legend(plot: &Plot<'_>) -> Markup {
+fn legend(plot: &Plot<'_>) -> Markup {
     html! {
         @if plot.series.len() > 1 {
             p.legend {
@@ -179,199 +184,118 @@ pub(crate) fn legend(plot: &Plot<'_>) -> Markup {
     }
 }
 
-fn plots(flight: &Flight, summary: &Summary) -> Result<Vec<Drawn>> {
-    let degrees = |points: Vec<(f64, f64)>| -> Vec<(f64, f64)> {
-        points
-            .into_iter()
-            .map(|(t, v)| (t, v.to_degrees()))
-            .collect()
+/// Headings and plots; what there is nothing of is left out.
+fn plots(flight: &Flight, summary: &Summary) -> Result<Vec<(Cow<'static, str>, Markup)>> {
+    let plots = [
+        depth(flight),
+        pitch(flight),
+        planes(flight),
+        planes_close_up(flight),
+        pressure(flight),
+        dominant_pole(flight, summary),
+        pole_map(summary),
+    ];
+    plots
+        .into_iter()
+        .filter(|plot| !plot.is_empty())
+        .map(|plot| Ok((plot.title.clone(), drawn(&plot)?)))
+        .collect()
+}
+
+const TIME: &str = "time [s]";
+
+type Points = Vec<(f64, f64)>;
+
+fn degrees(points: Points) -> Points {
+    let turned = |(t, v): (f64, f64)| (t, v.to_degrees());
+    points.into_iter().map(turned).collect()
+}
+
+fn control(flight: &Flight, value: fn(&ControlState) -> f64) -> Points {
+    let point = |c: &ControlState| (flight.seconds(&c.header.stamp), value(c));
+    flight.controls.iter().map(point).collect()
+}
+
+fn depth(flight: &Flight) -> Plot<'static> {
+    Plot::new("Depth", [TIME, "depth [m]"])
+        .note("The vehicle's true depth, positive down.")
+        .y_down()
+        .line("depth", flight.depth())
+        .dashed("setpoint", control(flight, |c| c.depth_setpoint))
+}
+
+fn pitch(flight: &Flight) -> Plot<'static> {
+    let point = |s: &VehicleState| (flight.seconds(&s.header.stamp), s.pitch);
+    Plot::new("Pitch", [TIME, "pitch [deg]"])
+        .note("Positive bow up; the command is what the depth loop asks of the pitch loop.")
+        .line("pitch", degrees(flight.states.iter().map(point).collect()))
+        .dashed("command", degrees(control(flight, |c| c.pitch_command)))
+}
+
+fn planes(flight: &Flight) -> Plot<'static> {
+    Plot::new("Dive planes", [TIME, "plane angle [deg]"])
+        .note("Positive dive. The command includes the identification signal; the actuator follows in quanta.")
+        .line("planes", degrees(flight.plane_angle()))
+        .dashed("command", degrees(control(flight, |c| c.dive_planes)))
+}
+
+fn planes_close_up(flight: &Flight) -> Plot<'static> {
+    let mut plot = planes(flight)
+        .note("The first five seconds: the ram moves one calibrated volume at a time.");
+    plot.title = "Dive planes, close up".into();
+    for series in &mut plot.series {
+        series.points.retain(|(t, _)| *t <= 5.0);
+    }
+    plot
+}
+
+fn pressure(flight: &Flight) -> Plot<'static> {
+    let points = flight
+        .actuator
+        .iter()
+        .map(|a| (flight.seconds(&a.header.stamp), a.pressure * 1e-3));
+    Plot::new("Actuator pressure", [TIME, "pressure [kPa]"])
+        .note("Differential pressure across the ram at each tick.")
+        .line("pressure", points)
+}
+
+fn dominant_pole(flight: &Flight, summary: &Summary) -> Plot<'static> {
+    let history: Vec<(f64, Complex<f64>)> = flight
+        .models
+        .iter()
+        .filter(|m| m.valid)
+        .filter_map(|m| Some((flight.seconds(&m.header.stamp), identified(m).dominant()?)))
+        .collect();
+    let part = |part: fn(Complex<f64>) -> f64| -> Points {
+        history.iter().map(|(t, pole)| (*t, part(*pole))).collect()
     };
-    let control = |f: fn(&planesman_msgs::planesman_msgs::msg::ControlState) -> f64| {
-        flight
-            .controls
-            .iter()
-            .map(|c| (flight.seconds(&c.header.stamp), f(c)))
-            .collect::<Vec<_>>()
+    let truth = |part: fn(Complex<f64>) -> f64| -> Points {
+        let (Some(first), Some(last)) = (history.first(), history.last()) else {
+            return Vec::new();
+        };
+        let pole = summary.truth.dominant();
+        pole.map_or_else(Vec::new, |pole| {
+            [first.0, last.0].map(|t| (t, part(pole))).to_vec()
+        })
     };
-    let line = |name, points| Series {
-        name,
-        points,
-        style: Style::Line,
-    };
-    let dashed = |name, points| Series {
-        name,
-        points,
-        style: Style::Dashed,
-    };
-    let mut drawn = Vec::new();
-    let mut add = |note: &'static str, plot: Plot<'static>| -> Result<()> {
-        if plot.series.iter().any(|s| !s.points.is_empty()) {
-            drawn.push(Drawn {
-                title: plot.title,
-                note,
-                legend: legend(&plot),
-                svg: plot.svg()?,
-            });
-        }
-        Ok(())
-    };
-    add(
-        "The vehicle's true depth, positive down.",
-        Plot {
-            title: "Depth",
-            x: "time [s]",
-            y: "depth [m]",
-            y_down: true,
-            x_shows: &[],
-            series: vec![
-                line("depth", flight.depth()),
-                dashed("setpoint", control(|c| c.depth_setpoint)),
-            ],
-        },
-    )?;
-    add(
-        "Positive bow up; the command is what the depth loop asks of the pitch loop.",
-        Plot {
-            title: "Pitch",
-            x: "time [s]",
-            y: "pitch [deg]",
-            y_down: false,
-            x_shows: &[],
-            series: vec![
-                line(
-                    "pitch",
-                    degrees(
-                        flight
-                            .states
-                            .iter()
-                            .map(|s| (flight.seconds(&s.header.stamp), s.pitch))
-                            .collect(),
-                    ),
-                ),
-                dashed("command", degrees(control(|c| c.pitch_command))),
-            ],
-        },
-    )?;
-    let commanded = degrees(control(|c| c.dive_planes));
-    let moved = degrees(flight.plane_angle());
-    add(
-        "Positive dive. The command includes the identification signal; the actuator follows in quanta.",
-        Plot {
-            title: "Dive planes",
-            x: "time [s]",
-            y: "plane angle [deg]",
-            y_down: false,
-            x_shows: &[],
-            series: vec![
-                line("planes", moved.clone()),
-                dashed("command", commanded.clone()),
-            ],
-        },
-    )?;
-    let window = |points: &[(f64, f64)]| {
-        points
-            .iter()
-            .copied()
-            .filter(|p| p.0 <= 5.0)
-            .collect::<Vec<_>>()
-    };
-    add(
-        "The first five seconds: the ram moves one calibrated volume at a time.",
-        Plot {
-            title: "Dive planes, close up",
-            x: "time [s]",
-            y: "plane angle [deg]",
-            y_down: false,
-            x_shows: &[],
-            series: vec![
-                line("planes", window(&moved)),
-                dashed("command", window(&commanded)),
-            ],
-        },
-    )?;
-    add(
-        "Differential pressure across the ram at each tick.",
-        Plot {
-            title: "Actuator pressure",
-            x: "time [s]",
-            y: "pressure [kPa]",
-            y_down: false,
-            x_shows: &[],
-            series: vec![line(
-                "pressure",
-                flight
-                    .actuator
-                    .iter()
-                    .map(|a| (flight.seconds(&a.header.stamp), a.pressure * 1e-3))
-                    .collect(),
-            )],
-        },
-    )?;
-    let history = |part: fn(Complex<f64>) -> f64| -> Vec<(f64, f64)> {
-        flight
-            .models
-            .iter()
-            .filter(|m| m.valid)
-            .filter_map(|m| {
-                identified(m)
-                    .dominant()
-                    .map(|p| (flight.seconds(&m.header.stamp), part(p)))
-            })
-            .collect()
-    };
-    let level = |points: &[(f64, f64)], value: Option<f64>| -> Vec<(f64, f64)> {
-        match (points.first(), points.last(), value) {
-            (Some(a), Some(b), Some(v)) => vec![(a.0, v), (b.0, v)],
-            _ => Vec::new(),
-        }
-    };
-    let (re, im) = (history(|p| p.re), history(|p| p.im));
-    let truth = summary.truth.dominant();
-    let (true_re, true_im) = (
-        level(&re, truth.map(|p| p.re)),
-        level(&im, truth.map(|p| p.im)),
-    );
-    add(
-        "The identifier's slowest pole as the samples come in, beside the vehicle's own.",
-        Plot {
-            title: "Dominant pole, online",
-            x: "time [s]",
-            y: "[1/s]",
-            y_down: false,
-            x_shows: &[],
-            series: vec![
-                line("real part", re),
-                line("imaginary part", im),
-                dashed("true real part", true_re),
-                dashed("true imaginary part", true_im),
-            ],
-        },
-    )?;
-    let map = |poles: &[Complex<f64>]| poles.iter().map(|p| (p.re, p.im)).collect::<Vec<_>>();
-    add(
-        "Continuous poles of plane angle to pitch rate.",
-        Plot {
-            title: "Pole map",
-            x: "real part [1/s]",
-            y: "imaginary part [1/s]",
-            y_down: false,
-            x_shows: &[0.0],
-            series: vec![
-                Series {
-                    name: "identified",
-                    points: summary
-                        .identified
-                        .as_ref()
-                        .map_or_else(Vec::new, |f| map(&f.poles)),
-                    style: Style::Crosses,
-                },
-                Series {
-                    name: "true",
-                    points: map(&summary.truth.poles),
-                    style: Style::Circles,
-                },
-            ],
-        },
-    )?;
-    Ok(drawn)
+    Plot::new("Dominant pole, online", [TIME, "[1/s]"])
+        .note("The identifier's slowest pole as the samples come in, beside the vehicle's own.")
+        .line("real part", part(|p| p.re))
+        .line("imaginary part", part(|p| p.im))
+        .dashed("true real part", truth(|p| p.re))
+        .dashed("true imaginary part", truth(|p| p.im))
+}
+
+fn pole_map(summary: &Summary) -> Plot<'static> {
+    let map = |poles: &[Complex<f64>]| -> Points { poles.iter().map(|p| (p.re, p.im)).collect() };
+    let found = summary.identified.as_ref();
+    Plot::new("Pole map", ["real part [1/s]", "imaginary part [1/s]"])
+        .note("Continuous poles of plane angle to pitch rate.")
+        .from_zero()
+        .with(
+            Style::Crosses,
+            "identified",
+            found.map_or_else(Vec::new, |f| map(&f.poles)),
+        )
+        .with(Style::Circles, "true", map(&summary.truth.poles))
 }

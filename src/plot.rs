@@ -1,5 +1,7 @@
 //! Line plots as SVG text.
 
+use std::borrow::Cow;
+
 use anyhow::{Result, anyhow};
 use plotters::data::float::FloatPrettyPrinter;
 use plotters::prelude::*;
@@ -7,7 +9,7 @@ use plotters::prelude::*;
 /// One line or point set of a plot.
 pub struct Series<'a> {
     /// Its name in the legend.
-    pub name: &'a str,
+    pub name: Cow<'a, str>,
     /// Its points.
     pub points: Vec<(f64, f64)>,
     /// How it is drawn.
@@ -29,31 +31,120 @@ pub enum Style {
     Dots,
 }
 
-/// One plot.
+/// One plot, with what is written above it.
 pub struct Plot<'a> {
     /// The heading.
-    pub title: &'a str,
+    pub title: Cow<'a, str>,
+    /// What it shows, in a sentence or two; may be empty.
+    pub note: Cow<'a, str>,
     /// The x axis, with its unit.
-    pub x: &'a str,
+    x: &'a str,
     /// The y axis, with its unit.
-    pub y: &'a str,
-    /// Draws larger y values lower, as divers think of depth.
-    pub y_down: bool,
-    /// Values the x axis must show, besides the data's.
-    pub x_shows: &'a [f64],
+    y: &'a str,
+    /// Draws larger y values lower.
+    y_down: bool,
+    /// The x axis reaches zero, wherever the data begin.
+    from_zero: bool,
     /// What is drawn.
     pub series: Vec<Series<'a>>,
+}
+
+/// A plot is put together call by call: `Plot::new("Depth", ["time [s]", "depth [m]"]).line("depth", points)`.
+impl<'a> Plot<'a> {
+    /// A plot of nothing yet, its axes named with their units, x first.
+    #[must_use]
+    pub fn new(title: impl Into<Cow<'a, str>>, [x, y]: [&'a str; 2]) -> Self {
+        Self {
+            title: title.into(),
+            note: Cow::Borrowed(""),
+            x,
+            y,
+            y_down: false,
+            from_zero: false,
+            series: Vec::new(),
+        }
+    }
+
+    /// With a sentence or two about what it shows.
+    #[must_use]
+    pub fn note(self, note: impl Into<Cow<'a, str>>) -> Self {
+        Self {
+            note: note.into(),
+            ..self
+        }
+    }
+
+    /// Larger y values lower, as divers think of depth.
+    #[must_use]
+    pub fn y_down(self) -> Self {
+        Self {
+            y_down: true,
+            ..self
+        }
+    }
+
+    /// The x axis reaches zero, wherever the data begin.
+    #[must_use]
+    pub fn from_zero(self) -> Self {
+        Self {
+            from_zero: true,
+            ..self
+        }
+    }
+
+    /// With one more series.
+    #[must_use]
+    pub fn with(
+        mut self,
+        style: Style,
+        name: impl Into<Cow<'a, str>>,
+        points: impl IntoIterator<Item = (f64, f64)>,
+    ) -> Self {
+        self.series.push(Series {
+            name: name.into(),
+            points: points.into_iter().collect(),
+            style,
+        });
+        self
+    }
+
+    /// With a solid line.
+    #[must_use]
+    pub fn line(
+        self,
+        name: impl Into<Cow<'a, str>>,
+        points: impl IntoIterator<Item = (f64, f64)>,
+    ) -> Self {
+        self.with(Style::Line, name, points)
+    }
+
+    /// With a thin dashed line.
+    #[must_use]
+    pub fn dashed(
+        self,
+        name: impl Into<Cow<'a, str>>,
+        points: impl IntoIterator<Item = (f64, f64)>,
+    ) -> Self {
+        self.with(Style::Dashed, name, points)
+    }
+
+    /// Whether there is no point to draw.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.series.iter().all(|series| series.points.is_empty())
+    }
 }
 
 const SIZE: (u32, u32) = (820, 300);
 
 /// Colours that people with any colour vision tell apart (Okabe and Ito).
-const COLOURS: [RGBColor; 5] = [
+const COLOURS: [RGBColor; 6] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
     RGBColor(204, 121, 167),
     RGBColor(90, 90, 90),
+    RGBColor(230, 159, 0),
 ];
 
 impl Plot<'_> {
@@ -119,7 +210,8 @@ impl Plot<'_> {
             .iter()
             .zip(COLOURS.iter().cycle())
             .map(|(series, RGBColor(r, g, b))| {
-                (series.name, format!("#{r:02x}{g:02x}{b:02x}"), series.style)
+                let colour = format!("#{r:02x}{g:02x}{b:02x}");
+                (&*series.name, colour, series.style)
             })
     }
 
@@ -136,9 +228,9 @@ impl Plot<'_> {
             low = (low.0.min(p.0), low.1.min(p.1));
             high = (high.0.max(p.0), high.1.max(p.1));
         }
-        for x in self.x_shows {
-            low.0 = low.0.min(*x);
-            high.0 = high.0.max(*x);
+        if self.from_zero {
+            low.0 = low.0.min(0.0);
+            high.0 = high.0.max(0.0);
         }
         if low.1 > high.1 {
             return Err(anyhow!("there is nothing to draw"));
@@ -174,18 +266,7 @@ mod tests {
     use super::*;
 
     fn plot(points: Vec<(f64, f64)>) -> Plot<'static> {
-        Plot {
-            title: "t",
-            x: "s",
-            y: "m",
-            y_down: false,
-            x_shows: &[],
-            series: vec![Series {
-                name: "a",
-                points,
-                style: Style::Line,
-            }],
-        }
+        Plot::new("t", ["s", "m"]).line("a", points)
     }
 
     #[test]

@@ -75,6 +75,8 @@ fn every_number_of_the_report_has_the_verdict_that_stands_in_the_book() {
         );
     }
 
+    assert!(text.contains("Run 9/2, gyro to plane command") && text.contains("6) compare"));
+
     let html = std::fs::read_to_string(page.path()).expect("written");
     assert_eq!(
         html.matches("<svg").count(),

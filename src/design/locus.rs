@@ -8,7 +8,7 @@ use clap::Args;
 use planesman_linear::Complex;
 
 use super::subject::{GainArgs, Subject, Varied, poles_text, within};
-use crate::plot::{Plot, Series, Style};
+use crate::plot::{Plot, Style};
 
 /// How finely the drawing is dotted.
 const DOTS: u32 = 600;
@@ -98,27 +98,23 @@ impl LocusArgs {
                 .map(|s| s.norm())
                 .fold(1.0, f64::min)
                 .max(1.0);
-        let series = |name, poles: Vec<Complex<f64>>, style| Series {
-            name,
-            points: poles
-                .iter()
-                .filter(|s| s.norm() < far)
-                .map(|s| (s.re, s.im))
-                .collect(),
-            style,
+        let near = |poles: Vec<Complex<f64>>| -> Vec<(f64, f64)> {
+            let near = poles.iter().filter(|s| s.norm() < far);
+            near.map(|s| (s.re, s.im)).collect()
         };
-        Plot {
-            title: "root locus",
-            x: "real part [1/s]",
-            y: "imaginary part [rad/s]",
-            y_down: false,
-            x_shows: &[0.0],
-            series: vec![
-                series("between", between, Style::Dots),
-                series("first value", self.poles(self.value(0.0))?, Style::Crosses),
-                series("last value", self.poles(self.value(1.0))?, Style::Circles),
-            ],
-        }
-        .svg()
+        Plot::new("root locus", ["real part [1/s]", "imaginary part [rad/s]"])
+            .from_zero()
+            .with(Style::Dots, "between", near(between))
+            .with(
+                Style::Crosses,
+                "first value",
+                near(self.poles(self.value(0.0))?),
+            )
+            .with(
+                Style::Circles,
+                "last value",
+                near(self.poles(self.value(1.0))?),
+            )
+            .svg()
     }
 }

@@ -19,8 +19,7 @@ use dha_actuator::frequency_response::{self, Periods};
 use dha_actuator::linearised::{FlightControl, Ram};
 use dha_actuator::units::{DEGREE, INCH};
 
-use super::figures::Figure;
-use crate::plot::{Plot, Series, Style};
+use crate::plot::{Plot, Style};
 
 /// The missile of all figures.
 const SURROGATE: Surrogate = Surrogate::Ps2;
@@ -50,140 +49,92 @@ enum Input {
     Yaw(f64),
 }
 
+/// The inputs that most figures have.
+const STEP: Input = Input::Step(10.0);
+const HALF_A_DEGREE: Input = Input::Yaw(-0.5);
+
+/// The axes of most figures.
+const YAW: [&str; 2] = ["time [s]", "psi [deg]"];
+const RAM: [&str; 2] = ["time [s]", "X_1 [in]"];
+
 /// The figures of Section III: the hardware's parameters.
 ///
 /// # Errors
 /// When a built-in actuator cannot be read.
-pub fn section_3() -> Result<Vec<Figure>> {
+pub fn section_3() -> Result<Vec<Plot<'static>>> {
     let base = Case::table_3_1(SURROGATE)?;
     let row = |id: &str| changed(&TABLE_3_2, id, &base);
-    let mut figures = vec![
-        ram(
-            "Fig. 3-1: motion of the ram for steps of either sign",
-            "A positive step is stopped by negative ram motion, for which the pressure has more force. For the negative step the ram is held to a lower speed.",
-            vec![
-                ("N_y = +8", flown(&base, Input::Step(8.0), 0.0, 3.0)),
-                ("N_y = -8", flown(&base, Input::Step(-8.0), 0.0, 3.0)),
-            ],
-        ),
-        ram(
-            "Fig. 3-2: motion of the ram for a step of 10 pulses",
-            "The report laid the hardware's record beside this one of the model: they ran parallel, so that q_LC was about right.",
-            vec![("model", flown(&base, Input::Step(10.0), 0.0, 3.0))],
-        ),
-        ram(
-            "Fig. 3-5: limit cycle of the ram",
-            "Table 3-1. The report laid the hardware's record beside the model's.",
-            vec![("model", flown(&base, Input::Yaw(-0.5), SETTLED, 1.5))],
-        ),
-        ram(
-            "Fig. 3-5, detail: the ram on its drift",
-            "The report's model crept in steps, by the way its latch made friction. The hardware, and exact friction, creep smoothly.",
-            vec![
-                ("as with the report's latch", drifting(&base, LATCH)),
-                ("exact friction", drifting(&base, Condition::SOUND)),
-            ],
-        ),
-    ];
-    figures.extend(transients(
-        "Fig. 3-6: step of 10 pulses, mathematical model (yaw)",
-        "Fig. 3-6: the same (ram)",
-        "Table 3-1.",
-        &base,
-        Input::Step(10.0),
-    ));
-    figures.push(ram(
-        "Fig. 3-7: limit cycle, mathematical model",
-        "Twenty seconds after half a degree of yaw.",
-        vec![("model", flown(&base, Input::Yaw(-0.5), SETTLED, CYCLES))],
-    ));
-    figures.push(yaw(
-        "Fig. 3-8: step of 10 pulses, the loop closed on the hardware",
-        "The hardware is not to be had. Drawn is the model with the delay and friction that would explain Table 3-2 (D1), beside the model as it is.",
-        vec![
-            ("with T_D = 10 ms and 8 % more friction", flown(&base.clone().adjusted(), Input::Step(10.0), 0.0, TRANSIENT)),
-            ("as it is", flown(&base, Input::Step(10.0), 0.0, TRANSIENT)),
-        ],
-    ));
-    for (title, id) in [
-        ("Fig. 3-9: step of 10 pulses, C = 6 lb s/in", "C=6"),
-        ("Fig. 3-10: step of 10 pulses, C = 18 lb s/in", "C=18"),
-    ] {
-        figures.push(yaw(
-            title,
-            "No significant change of the response.",
-            vec![
-                (
-                    "C changed",
-                    flown(&row(id), Input::Step(10.0), 0.0, TRANSIENT),
-                ),
-                (
-                    "C = 12 lb s/in",
-                    flown(&base, Input::Step(10.0), 0.0, TRANSIENT),
-                ),
-            ],
-        ));
-    }
-    figures.push(ram(
-        "Fig. 3-11: limit cycle, C = 6 and 18 lb s/in",
-        "Less damping lets the ram overshoot further.",
-        vec![
-            (
-                "(a) C = 6",
-                flown(&row("C=6"), Input::Yaw(-0.5), SETTLED, CYCLES),
-            ),
-            (
-                "(b) C = 18",
-                flown(&row("C=18"), Input::Yaw(-0.5), SETTLED, CYCLES),
-            ),
-        ],
-    ));
+    let (supple, damped) = (row("C=6"), row("C=18"));
     let (soft, stiff) = (row("beta_V=13300"), row("beta_V=100000"));
-    figures.push(yaw(
-        "Fig. 3-12: step of 10 pulses, beta/V = 13 300 and 100 000 lb/in^5",
-        "The first swing is the same. How it settles differs, as in the report, which lays that to changed conditions in the loop.",
-        vec![
-            (
-                "(a) 13 300",
-                flown(&soft, Input::Step(10.0), 0.0, TRANSIENT),
-            ),
-            (
-                "(b) 100 000",
-                flown(&stiff, Input::Step(10.0), 0.0, TRANSIENT),
-            ),
-        ],
-    ));
-    figures.push(ram(
-        "Fig. 3-13: limit cycle, beta/V = 13 300 and 100 000 lb/in^5",
-        "The cycle's frequency hardly changes.",
-        vec![
-            ("(a) 13 300", flown(&soft, Input::Yaw(-0.5), SETTLED, 1.5)),
-            ("(b) 100 000", flown(&stiff, Input::Yaw(-0.5), SETTLED, 1.5)),
-        ],
-    ));
-    figures.push(ram(
-        "Fig. 3-13, detail: the ram on its drift",
-        "With the report's latch: the stiffer the oil column, the faster the steps.",
-        vec![
-            ("(a) 13 300", drifting(&soft, LATCH)),
-            ("(b) 100 000", drifting(&stiff, LATCH)),
-        ],
-    ));
+    let of_hardware = base.clone().adjusted();
+    let cycle = |case: &Case, length: f64| ram(flown(case, HALF_A_DEGREE, SETTLED, length));
+    let [step_yaw, step_ram] =
+        transients("3-6", "step of 10 pulses, mathematical model", &base, STEP);
+    let mut figures = vec![
+        Plot::new("Fig. 3-1: motion of the ram for steps of either sign", RAM)
+            .note("A positive step is stopped by negative ram motion, for which the pressure has more force. For the negative step the ram is held to a lower speed.")
+            .line("N_y = +8", ram(flown(&base, Input::Step(8.0), 0.0, 3.0)))
+            .line("N_y = -8", ram(flown(&base, Input::Step(-8.0), 0.0, 3.0))),
+        Plot::new("Fig. 3-2: motion of the ram for a step of 10 pulses", RAM)
+            .note("The report laid the hardware's record beside this one of the model: they ran parallel, so that q_LC was about right.")
+            .line("model", ram(flown(&base, STEP, 0.0, 3.0))),
+        Plot::new("Fig. 3-5: limit cycle of the ram", RAM)
+            .note("Table 3-1. The report laid the hardware's record beside the model's.")
+            .line("model", cycle(&base, 1.5)),
+        Plot::new("Fig. 3-5, detail: the ram on its drift", RAM)
+            .note("The report's model crept in steps, by the way its latch made friction. The hardware, and exact friction, creep smoothly.")
+            .line("as with the report's latch", drifting(&base, LATCH))
+            .line("exact friction", drifting(&base, Condition::SOUND)),
+        step_yaw.note("Table 3-1."),
+        step_ram,
+        Plot::new("Fig. 3-7: limit cycle, mathematical model", RAM)
+            .note("Twenty seconds after half a degree of yaw.")
+            .line("model", cycle(&base, CYCLES)),
+        Plot::new("Fig. 3-8: step of 10 pulses, the loop closed on the hardware", YAW)
+            .note("The hardware is not to be had. Drawn is the model with the delay and friction that would explain Table 3-2 (D1), beside the model as it is.")
+            .line("with T_D = 10 ms and 8 % more friction", yaw(after_step(&of_hardware)))
+            .line("as it is", yaw(after_step(&base))),
+    ];
+    for (title, case) in [
+        ("Fig. 3-9: step of 10 pulses, C = 6 lb s/in", &supple),
+        ("Fig. 3-10: step of 10 pulses, C = 18 lb s/in", &damped),
+    ] {
+        figures.push(
+            Plot::new(title, YAW)
+                .note("No significant change of the response.")
+                .line("C changed", yaw(after_step(case)))
+                .line("C = 12 lb s/in", yaw(after_step(&base))),
+        );
+    }
+    figures.extend([
+        Plot::new("Fig. 3-11: limit cycle, C = 6 and 18 lb s/in", RAM)
+            .note("Less damping lets the ram overshoot further.")
+            .line("(a) C = 6", cycle(&supple, CYCLES))
+            .line("(b) C = 18", cycle(&damped, CYCLES)),
+        Plot::new("Fig. 3-12: step of 10 pulses, beta/V = 13 300 and 100 000 lb/in^5", YAW)
+            .note("The first swing is the same. How it settles differs, as in the report, which lays that to changed conditions in the loop.")
+            .line("(a) 13 300", yaw(after_step(&soft)))
+            .line("(b) 100 000", yaw(after_step(&stiff))),
+        Plot::new("Fig. 3-13: limit cycle, beta/V = 13 300 and 100 000 lb/in^5", RAM)
+            .note("The cycle's frequency hardly changes.")
+            .line("(a) 13 300", cycle(&soft, 1.5))
+            .line("(b) 100 000", cycle(&stiff, 1.5)),
+        Plot::new("Fig. 3-13, detail: the ram on its drift", RAM)
+            .note("With the report's latch: the stiffer the oil column, the faster the steps.")
+            .line("(a) 13 300", drifting(&soft, LATCH))
+            .line("(b) 100 000", drifting(&stiff, LATCH)),
+    ]);
     figures.extend(bode(
-        [
-            "Fig. 3-14: closed-loop amplitude, the loop closed on the hardware",
-            "Fig. 3-14: closed-loop phase",
-        ],
+        "3-14",
+        "the loop closed on the hardware",
         "The hardware is not to be had: the model with the delay and friction of D1. Above 1.2 Hz four pulses lose this missile.",
-        frequency_curves(&base.clone().adjusted()),
+        &frequency_curves(&of_hardware),
     ));
     figures.extend(bode(
-        [
-            "Fig. 3-15: closed-loop amplitude, mathematical model",
-            "Fig. 3-15: closed-loop phase",
-        ],
+        "3-15",
+        "mathematical model",
         "Small amplitudes, so that the ram's rate limit does not show. Table 3-1.",
-        frequency_curves(&base),
+        &frequency_curves(&base),
     ));
     Ok(figures)
 }
@@ -192,102 +143,89 @@ pub fn section_3() -> Result<Vec<Figure>> {
 ///
 /// # Errors
 /// When a built-in actuator cannot be read.
-pub fn section_4() -> Result<Vec<Figure>> {
+pub fn section_4() -> Result<Vec<Plot<'static>>> {
     let base = Case::table_4_1(SURROGATE)?;
     let row = |id: &str| changed(&TABLE_4_2, id, &base);
-    let mut figures = Vec::new();
-    for (titles, note, case, input) in [
-        (
-            [
-                "Fig. 4-1: step of 10 pulses (yaw)",
-                "Fig. 4-1: the same (ram)",
-            ],
+    let of = |number, what, note: &'static str, case: &Case, input| {
+        let [yaw, ram] = transients(number, what, case, input);
+        [yaw.note(note), ram]
+    };
+    let (step, yaw) = (STEP, HALF_A_DEGREE);
+    let (tight, worst) = (row("qL=qLC=0"), row("worst"));
+    let (slow, quick, middle) = (row("K=2^-16"), row("K=2^-5"), row("K=2^-9"));
+    let mut figures: Vec<_> = [
+        of(
+            "4-1",
+            "step of 10 pulses",
             "Table 4-1. The largest stable step.",
-            base.clone(),
-            Input::Step(10.0),
+            &base,
+            step,
         ),
-        (
-            [
-                "Fig. 4-2: half a degree of yaw (yaw)",
-                "Fig. 4-2: the same (ram)",
-            ],
+        of(
+            "4-2",
+            "half a degree of yaw",
             "Table 4-1. It settles in a cycle of 0.013 degrees (the report: about 0.03).",
-            base.clone(),
-            Input::Yaw(-0.5),
+            &base,
+            yaw,
         ),
-        (
-            [
-                "Fig. 4-3: half a degree of yaw, no leakage (yaw)",
-                "Fig. 4-3: the same (ram)",
-            ],
+        of(
+            "4-3",
+            "half a degree of yaw, no leakage",
             "The cycle is five times larger and slower: 0.067 degrees (I5).",
-            row("qL=qLC=0"),
-            Input::Yaw(-0.5),
+            &tight,
+            yaw,
         ),
-        (
-            [
-                "Fig. 4-4: half a degree of yaw, worst leakage (yaw)",
-                "Fig. 4-4: the same (ram)",
-            ],
+        of(
+            "4-4",
+            "half a degree of yaw, worst leakage",
             "Not noticeably different from Fig. 4-2.",
-            row("worst"),
-            Input::Yaw(-0.5),
+            &worst,
+            yaw,
         ),
-        (
-            [
-                "Fig. 4-5: step of 10 pulses, K = 2^-16 (yaw)",
-                "Fig. 4-5: the same (ram)",
-            ],
+        of(
+            "4-5",
+            "step of 10 pulses, K = 2^-16",
             "Without integral compensation the leakage leaves a steady error of psi.",
-            row("K=2^-16"),
-            Input::Step(10.0),
+            &slow,
+            step,
         ),
-        (
-            [
-                "Fig. 4-6: half a degree of yaw, K = 2^-5 (yaw)",
-                "Fig. 4-6: the same (ram)",
-            ],
+        of(
+            "4-6",
+            "half a degree of yaw, K = 2^-5",
             "Highly oscillatory.",
-            row("K=2^-5"),
-            Input::Yaw(-0.5),
+            &quick,
+            yaw,
         ),
-    ] {
-        figures.extend(transients(titles[0], titles[1], note, &case, input));
-    }
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
     figures.extend(analog());
-    for (titles, note, input) in [
-        (
-            [
-                "Fig. 4-9: step of 10 pulses, K = 2^-9 (yaw)",
-                "Fig. 4-9: the same (ram)",
-            ],
-            "Much like the analog flight control's, Fig. 4-7.",
-            Input::Step(10.0),
-        ),
-        (
-            [
-                "Fig. 4-10: half a degree of yaw, K = 2^-9 (yaw)",
-                "Fig. 4-10: the same (ram)",
-            ],
-            "Much like the analog flight control's, Fig. 4-8, but for the remaining cycle.",
-            Input::Yaw(-0.5),
-        ),
-    ] {
-        figures.extend(transients(
-            titles[0],
-            titles[1],
-            note,
-            &row("K=2^-9"),
-            input,
-        ));
-    }
-    figures.extend(bode(
+    figures.extend(
         [
-            "Fig. 4-11: closed-loop amplitude, Polaris flight control",
-            "Fig. 4-11: closed-loop phase",
-        ],
+            of(
+                "4-9",
+                "step of 10 pulses, K = 2^-9",
+                "Much like the analog flight control's, Fig. 4-7.",
+                &middle,
+                step,
+            ),
+            of(
+                "4-10",
+                "half a degree of yaw, K = 2^-9",
+                "Much like the analog flight control's, Fig. 4-8, but for the remaining cycle.",
+                &middle,
+                yaw,
+            ),
+        ]
+        .into_iter()
+        .flatten(),
+    );
+    figures.extend(bode(
+        "4-11",
+        "Polaris flight control",
         "Table 4-1, small amplitudes. At 2 Hz four pulses are beyond the ram's rate limit.",
-        frequency_curves(&base),
+        &frequency_curves(&base),
     ));
     Ok(figures)
 }
@@ -296,7 +234,7 @@ pub fn section_4() -> Result<Vec<Figure>> {
 ///
 /// # Errors
 /// When a built-in actuator cannot be read or the model cannot be made.
-pub fn section_5() -> Result<Vec<Figure>> {
+pub fn section_5() -> Result<Vec<Plot<'static>>> {
     let base = Case::table_4_1(SURROGATE)?;
     let linear = FlightControl::new(&SURROGATE.plant(), &base.gains, &base.set, Ram::Rigid)?;
     let response = (1..=200)
@@ -311,31 +249,22 @@ pub fn section_5() -> Result<Vec<Figure>> {
         points: response,
     }];
     curves.extend(frequency_curves(&base));
-    let mut figures = bode(
-        [
-            "Fig. 5-6: closed-loop amplitude, linear model",
-            "Fig. 5-6: closed-loop phase",
-        ],
-        "Beside it what the full model does (Fig. 4-11).",
-        curves,
-    );
+    let note = "Beside it what the full model does (Fig. 4-11).";
+    let mut figures = bode("5-6", "linear model", note, &curves)
+        .into_iter()
+        .collect::<Vec<_>>();
     let dt = 0.01;
     let steps = linear.step(dt, TRANSIENT)?;
     let line = steps
         .iter()
         .enumerate()
-        .map(|(i, y)| (i as f64 * dt, y * 10.0 * PULSE / DEGREE))
-        .collect();
-    let full = flown(&base, Input::Step(10.0), 0.0, TRANSIENT);
-    figures.push(figure(
-        "Fig. 5-7: step of 10 pulses, linear model",
-        "Beside it the full model (Fig. 4-1), which is at its rate limit here: the larger overshoot is the ram's.",
-        ["time [s]", "psi [deg]"],
-        vec![
-            series("linear model", line, Style::Line),
-            series("full model", full.iter().map(|p| (p.time, p.yaw)).collect(), Style::Dashed),
-        ],
-    ));
+        .map(|(i, y)| (i as f64 * dt, y * 10.0 * PULSE / DEGREE));
+    figures.push(
+        Plot::new("Fig. 5-7: step of 10 pulses, linear model", YAW)
+            .note("Beside it the full model (Fig. 4-1), which is at its rate limit here: the larger overshoot is the ram's.")
+            .line("linear model", line)
+            .dashed("full model", yaw(after_step(&base))),
+    );
     Ok(figures)
 }
 
@@ -371,18 +300,17 @@ fn flown(case: &Case, input: Input, from: f64, length: f64) -> Vec<Point> {
     points
 }
 
-/// The ram alone, on its negative drift from rest.
-fn drifting(case: &Case, condition: Condition) -> Vec<Point> {
+/// A flight after [`STEP`], for as long as a transient is drawn.
+fn after_step(case: &Case) -> Vec<Point> {
+    flown(case, STEP, 0.0, TRANSIENT)
+}
+
+/// The ram alone, on its negative drift from rest: inches over s.
+fn drifting(case: &Case, condition: Condition) -> Vec<(f64, f64)> {
     let mut train = PulseTrain::worn(&case.set, condition, -1, &[]);
-    (0..=1000)
-        .map(|i| {
-            let time = 5e-4 * f64::from(i);
-            Point {
-                time,
-                yaw: 0.0,
-                ram: train.at(time).ram.position / INCH,
-            }
-        })
+    let times = (0..=1000).map(|i| 5e-4 * f64::from(i));
+    times
+        .map(|time| (time, train.at(time).ram.position / INCH))
         .collect()
 }
 
@@ -393,48 +321,27 @@ fn changed(rows: &[Row], id: &str, base: &Case) -> Case {
         .map_or_else(|| base.clone(), |row| row.of(base))
 }
 
-/// Yaw and ram of one flight.
-fn transients(
-    yaw_title: &'static str,
-    ram_title: &'static str,
-    note: &'static str,
-    case: &Case,
-    input: Input,
-) -> [Figure; 2] {
-    let of = || flown(case, input, 0.0, TRANSIENT);
+/// Yaw and ram of one flight: Fig. `number`, twice.
+fn transients(number: &str, what: &str, case: &Case, input: Input) -> [Plot<'static>; 2] {
+    let points = flown(case, input, 0.0, TRANSIENT);
     [
-        yaw(yaw_title, note, vec![("psi", of())]),
-        ram(ram_title, "", vec![("X_1", of())]),
+        Plot::new(format!("Fig. {number}: {what} (yaw)"), YAW).line("psi", yaw(&points)),
+        Plot::new(format!("Fig. {number}: the same (ram)"), RAM).line("X_1", ram(&points)),
     ]
 }
 
-/// Flights under the names they have in the legend.
-type Flights = Vec<(&'static str, Vec<Point>)>;
-
-fn yaw(title: &'static str, note: &'static str, flights: Flights) -> Figure {
-    over_time(title, note, "psi [deg]", |p| p.yaw, flights)
+fn yaw(points: impl AsRef<[Point]>) -> Vec<(f64, f64)> {
+    let points = points.as_ref().iter();
+    points.map(|p| (p.time, p.yaw)).collect()
 }
 
-fn ram(title: &'static str, note: &'static str, flights: Flights) -> Figure {
-    over_time(title, note, "X_1 [in]", |p| p.ram, flights)
-}
-
-fn over_time(
-    title: &'static str,
-    note: &'static str,
-    axis: &'static str,
-    value: fn(&Point) -> f64,
-    flights: Flights,
-) -> Figure {
-    let lines = flights.into_iter().map(|(name, points)| {
-        let points = points.iter().map(|p| (p.time, value(p))).collect();
-        series(name, points, Style::Line)
-    });
-    figure(title, note, ["time [s]", axis], lines.collect())
+fn ram(points: impl AsRef<[Point]>) -> Vec<(f64, f64)> {
+    let points = points.as_ref().iter();
+    points.map(|p| (p.time, p.ram)).collect()
 }
 
 /// The analog flight control: a step, and half a degree to either side.
-fn analog() -> Vec<Figure> {
+fn analog() -> [Plot<'static>; 3] {
     let fly = |steering: f64, degrees: f64| {
         let mut flight = AnalogLoop::new(SURROGATE, Gains::of(SURROGATE), degrees * DEGREE);
         let (mut yaw, mut nozzle) = (Vec::new(), Vec::new());
@@ -448,29 +355,19 @@ fn analog() -> Vec<Figure> {
     let (step, step_nozzle) = fly(10.0, 0.0);
     let (left, _) = fly(0.0, -0.5);
     let (right, _) = fly(0.0, 0.5);
-    let axes = |y| ["time [s]", y];
-    vec![
-        figure(
+    [
+        Plot::new(
             "Fig. 4-7: analog flight control, step of 10 pulses (yaw)",
-            "Actuator of second order, calibrated on Table 4-3.",
-            axes("psi [deg]"),
-            vec![series("psi", step, Style::Line)],
-        ),
-        figure(
-            "Fig. 4-7: the same (nozzle)",
-            "",
-            axes("nozzle [deg]"),
-            vec![series("nozzle", step_nozzle, Style::Line)],
-        ),
-        figure(
-            "Fig. 4-8: analog flight control, half a degree of yaw",
-            "No limit cycle remains.",
-            axes("psi [deg]"),
-            vec![
-                series("psi_0 = +1/2 deg", right, Style::Line),
-                series("psi_0 = -1/2 deg", left, Style::Line),
-            ],
-        ),
+            YAW,
+        )
+        .note("Actuator of second order, calibrated on Table 4-3.")
+        .line("psi", step),
+        Plot::new("Fig. 4-7: the same (nozzle)", ["time [s]", "nozzle [deg]"])
+            .line("nozzle", step_nozzle),
+        Plot::new("Fig. 4-8: analog flight control, half a degree of yaw", YAW)
+            .note("No limit cycle remains.")
+            .line("psi_0 = +1/2 deg", right)
+            .line("psi_0 = -1/2 deg", left),
     ]
 }
 
@@ -506,58 +403,25 @@ fn frequency_curves(case: &Case) -> Vec<Curve> {
         .collect()
 }
 
-fn bode(titles: [&'static str; 2], note: &'static str, curves: Vec<Curve>) -> Vec<Figure> {
-    let lines = |value: fn(planesman_linear::Complex<f64>) -> f64| {
-        curves
-            .iter()
-            .map(|curve| {
-                let points = curve.points.iter().map(|(f, r)| (*f, value(*r))).collect();
-                series(curve.name, points, curve.style)
-            })
-            .collect()
+/// Amplitude and phase: Fig. `number`, twice.
+fn bode(number: &str, what: &str, note: &'static str, curves: &[Curve]) -> [Plot<'static>; 2] {
+    let drawn = |title: String, axis, value: fn(planesman_linear::Complex<f64>) -> f64| {
+        let plot = Plot::new(title, ["frequency [Hz]", axis]);
+        curves.iter().fold(plot, |plot, curve| {
+            let points = curve.points.iter().map(|(f, r)| (*f, value(*r)));
+            plot.with(curve.style, curve.name, points)
+        })
     };
-    let decibels = lines(|r| 20.0 * r.norm().log10());
-    let degrees = lines(|r| {
-        // The phase only ever lags.
-        let phase = r.arg() / DEGREE;
-        if phase > 20.0 { phase - 360.0 } else { phase }
-    });
-    vec![
-        figure(
-            titles[0],
-            note,
-            ["frequency [Hz]", "psi/(K_2 N_y) [dB]"],
-            decibels,
-        ),
-        figure(titles[1], "", ["frequency [Hz]", "phase [deg]"], degrees),
+    let amplitude = format!("Fig. {number}: closed-loop amplitude, {what}");
+    let phase = format!("Fig. {number}: closed-loop phase");
+    [
+        drawn(amplitude, "psi/(K_2 N_y) [dB]", |r| 20.0 * r.norm().log10()).note(note),
+        drawn(phase, "phase [deg]", |r| {
+            // The phase only ever lags.
+            let phase = r.arg() / DEGREE;
+            if phase > 20.0 { phase - 360.0 } else { phase }
+        }),
     ]
-}
-
-fn series(name: &'static str, points: Vec<(f64, f64)>, style: Style) -> Series<'static> {
-    Series {
-        name,
-        points,
-        style,
-    }
-}
-
-fn figure(
-    title: &'static str,
-    note: &'static str,
-    [x, y]: [&'static str; 2],
-    series: Vec<Series<'static>>,
-) -> Figure {
-    Figure {
-        note: note.into(),
-        plot: Plot {
-            title,
-            x,
-            y,
-            y_down: false,
-            x_shows: &[],
-            series,
-        },
-    }
 }
 
 #[cfg(test)]
@@ -568,7 +432,7 @@ mod tests {
     fn every_figure_of_the_study_can_be_drawn() {
         let all = [section_3(), section_4(), section_5()];
         for figure in all.into_iter().flat_map(|figures| figures.expect("flown")) {
-            assert!(figure.plot.svg().is_ok(), "{}", figure.plot.title);
+            assert!(figure.svg().is_ok(), "{}", figure.title);
         }
     }
 }

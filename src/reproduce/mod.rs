@@ -4,8 +4,9 @@
 //! - [`shares`]: which node recomputes which numbers of the 1988 report.
 //! - [`listing`]: the numbers as text.
 //! - [`page`]: the numbers, errata and figures as one HTML page.
-//! - [`figures`]: the lost figures B1 to B10, from the report's programs.
-//! - [`identification`]: Figs. 45 to 56, the fits to recorded runs, on synthetic ones.
+//! - [`program_figures`]: the lost figures B1 to B10, from the report's programs.
+//! - [`identification`]: the procedure of ch. V, step by step on synthetic runs.
+//! - [`run_figures`]: Figs. 45 to 56, what comes of it.
 //! - [`root_loci`]: the root loci of Figs. 5 to 21.
 //! - [`actuator_figures`]: those of the 1966 actuator study.
 //! - [`time_responses`]: the depth loop's, Figs. 11 to 16 and C2 to C9.
@@ -17,12 +18,13 @@ use planesman_book::Reckoning;
 use reports::REPORTS;
 
 pub mod actuator_figures;
-pub mod figures;
 pub mod identification;
 pub mod listing;
 pub mod page;
+pub mod program_figures;
 pub mod reports;
 pub mod root_loci;
+pub mod run_figures;
 pub mod shares;
 pub mod time_responses;
 
@@ -48,9 +50,13 @@ pub fn run(args: &ReproduceArgs) -> Result<()> {
         let reckoning = Reckoning::of(&book, values.iter().map(|(id, v)| (id.as_str(), *v)));
         println!("{}\n", report.citation);
         println!("{}", listing::text(&book, &reckoning));
+        let account = report.account.map(|account| account()).transpose()?;
+        if let Some(account) = &account {
+            println!("{account}");
+        }
         news += reckoning.totals().news;
         if args.html.is_some() {
-            page.add(&report, &book, &reckoning)?;
+            page.add(&report, &book, &reckoning, account.as_deref())?;
         }
     }
     if let Some(path) = &args.html {

@@ -1,13 +1,13 @@
 //! The books of numbers on one self-contained HTML page, with the figures that are lost from the reports' copies.
 
 use anyhow::Result;
-use maud::{Markup, PreEscaped, html};
+use maud::{Markup, html};
 use planesman_book::{Book, Reckoning, Verdict};
 
-use super::figures::Figure;
 use super::listing::{number, totals, verdict};
 use super::reports::{Chapter, Report};
-use crate::page::{document, legend};
+use crate::page::{self, document};
+use crate::plot::Plot;
 
 const OWN_STYLE: &str = "
 td.contradicts { background: #fde2d4; } td.approximate { background: #fff4d6; }
@@ -23,11 +23,17 @@ pub struct Page {
 }
 
 impl Page {
-    /// Adds a report with its figures, numbers and errata.
+    /// Adds a report with its figures, what is told of it, numbers and errata.
     ///
     /// # Errors
     /// When a figure cannot be drawn.
-    pub fn add(&mut self, report: &Report, book: &Book, reckoning: &Reckoning<'_>) -> Result<()> {
+    pub fn add(
+        &mut self,
+        report: &Report,
+        book: &Book,
+        reckoning: &Reckoning<'_>,
+        account: Option<&str>,
+    ) -> Result<()> {
         let mut chapters = Vec::new();
         for Chapter {
             title,
@@ -35,7 +41,7 @@ impl Page {
             figures,
         } in (report.figures)()?
         {
-            chapters.push(html! { h2 { (title) } p { (note) } (drawn(figures)?) });
+            chapters.push(html! { h2 { (title) } p { (note) } (drawn(&figures)?) });
         }
         self.titles.push(report.name);
         self.reports.push(html! {
@@ -43,6 +49,7 @@ impl Page {
             p.lead { (report.citation) }
             pre { (totals(reckoning).trim()) }
             @for chapter in chapters { (chapter) }
+            @if let Some(account) = account { pre { (account) } }
             h2 { "Numbers" }
             (numbers(book, reckoning))
             h2 { "Errata" }
@@ -64,16 +71,11 @@ impl Page {
     }
 }
 
-fn drawn(figures: Vec<Figure>) -> Result<Markup> {
-    let mut drawn = Vec::new();
-    for Figure { note, plot } in figures {
-        drawn.push(html! {
-            h3 { (plot.title) }
-            p.lead { (note) }
-            (legend(&plot))
-            (PreEscaped(plot.svg()?))
-        });
-    }
+fn drawn(figures: &[Plot<'_>]) -> Result<Markup> {
+    let drawn = figures
+        .iter()
+        .map(|figure| Ok(html! { h3 { (figure.title) } (page::drawn(figure)?) }))
+        .collect::<Result<Vec<_>>>()?;
     Ok(html! { @for figure in drawn { (figure) } })
 }
 

@@ -3,8 +3,11 @@
 use anyhow::{Result, anyhow};
 use planesman_book::Book;
 
-use super::figures::{self, Figure};
-use super::{actuator_figures, identification, root_loci, shares, time_responses};
+use super::{
+    actuator_figures, identification, program_figures, root_loci, run_figures, shares,
+    time_responses,
+};
+use crate::plot::Plot;
 
 /// A report.
 #[derive(Clone, Copy)]
@@ -17,6 +20,8 @@ pub struct Report {
     pub book: fn() -> Result<Book>,
     /// What its numbers come to: name and value, in the entry's unit.
     pub recomputed: fn() -> Vec<(String, f64)>,
+    /// What it did beyond numbers, done again and told in words; `None` for nothing.
+    pub account: Option<fn() -> Result<String>>,
     /// Its lost figures.
     pub figures: fn() -> Result<Vec<Chapter>>,
 }
@@ -28,7 +33,7 @@ pub struct Chapter {
     /// What holds for all of them.
     pub note: &'static str,
     /// The figures.
-    pub figures: Vec<Figure>,
+    pub figures: Vec<Plot<'static>>,
 }
 
 /// Both of them.
@@ -41,6 +46,7 @@ pub const REPORTS: [Report; 2] = [
             let owned = |(id, value): (&str, f64)| (id.to_owned(), value);
             shares::recomputed().into_iter().map(owned).collect()
         },
+        account: Some(identification::account),
         figures: brunner_1988,
     },
     Report {
@@ -48,6 +54,7 @@ pub const REPORTS: [Report; 2] = [
         citation: "G. W. Scott, Digital Hydraulic Actuator Study, Phase III Final Report, IBM 66-L03-005, November 1966.",
         book: || Ok(dha_actuator::book::ibm_1966()?),
         recomputed: dha_actuator::book::recomputed,
+        account: None,
         figures: ibm_1966,
     },
 ];
@@ -57,7 +64,7 @@ fn brunner_1988() -> Result<Vec<Chapter>> {
         Chapter {
             title: "Figures B1 to B10",
             note: "The copy of the report has lost them. These are what programs T2 to T5 put out, with the errors they had.",
-            figures: figures::figures(),
+            figures: program_figures::figures(),
         },
         Chapter {
             title: "Root loci",
@@ -71,8 +78,8 @@ fn brunner_1988() -> Result<Vec<Chapter>> {
         },
         Chapter {
             title: "Identification: Figures 45 to 56",
-            note: "The thesis' records are lost. These are SYNTHETIC: third-order plants of Table 8's structure in consistent units, inputs shaped as pp. 99-101 describe them, 5 mV of noise (assumed) and the thesis' 25 mV of gyro bias. The procedure is that of p. 94 f., as printed.",
-            figures: identification::figures()?,
+            note: "The thesis' records are lost. These are SYNTHETIC: third-order plants of Table 8's structure in consistent units, inputs shaped as pp. 99-101 describe them, 5 mV of noise (assumed) and the thesis' 25 mV of gyro bias. The procedure is that of p. 94 f., as printed; beside its fits, dashed, what Table 8 predicts, as printed too (E2). The text says so of Fig. 45 alone, and on p. 114 that the predictions of higher order were poorer than hoped.",
+            figures: run_figures::figures()?,
         },
     ])
 }

@@ -2,6 +2,8 @@
 //!
 //! The loops and their characteristic equations are the controller's [`design`].
 
+use std::borrow::Cow;
+
 use depth_controller::design::{
     self,
     axis::{DampedInertia, Gains},
@@ -9,19 +11,57 @@ use depth_controller::design::{
 };
 use planesman_linear::{Complex, Error, polynomial};
 
-use crate::plot::{Plot, Series, Style};
-
-use super::figures::Figure;
+use crate::plot::{Plot, Style};
 
 /// `B` \[ft lbf s\] with rate feedback of 2, and of 4.71 (p. 19).
 const DAMPING: [f64; 2] = [0.34, pitch::MORE_DAMPING];
 
-/// What a locus varies.
+/// What a locus varies, and up to what: \[s\] or \[ft/s\].
 #[derive(Clone, Copy)]
 enum Varied {
-    DerivativeGain,
-    Speed,
+    DerivativeGain(f64),
+    Speed(f64),
 }
+
+/// A locus of the depth loop: the figure's number, `Kpz`, what is fixed of `Kdz` and `U` \[ft/s\], what varies,
+/// which of [`DAMPING`], and what is to be said.
+type DepthLocus = (u8, f64, f64, Varied, usize, &'static str);
+
+const DEPTH_LOCI: [DepthLocus; 9] = {
+    use Varied::{DerivativeGain, Speed};
+    [
+        (5, 1.0, 0.5, DerivativeGain(100.0), 0, ""),
+        (
+            6,
+            1.0,
+            1.0,
+            DerivativeGain(100.0),
+            0,
+            "Needs Kdz above 0.765 to be stable.",
+        ),
+        (7, 0.5, 0.5, DerivativeGain(100.0), 0, ""),
+        (8, 0.5, 1.0, DerivativeGain(100.0), 0, ""),
+        (
+            9,
+            0.25,
+            1.0,
+            DerivativeGain(100.0),
+            0,
+            "Kdz = 0.5 has a damping ratio of 0.39.",
+        ),
+        (10, 0.25, 0.5, Speed(20.0), 0, ""),
+        (
+            13,
+            0.25,
+            0.0,
+            Speed(10.0),
+            0,
+            "Unstable above 2.27 ft/s (E4).",
+        ),
+        (14, 0.25, 1.0, DerivativeGain(100.0), 1, ""),
+        (17, 0.25, 0.0, Speed(10.0), 1, "Unstable above 4.8 ft/s."),
+    ]
+};
 
 /// Characteristic polynomial of the depth loop, highest power first.
 fn depth_loop(kpz: f64, kdz: f64, u: f64, b: f64) -> Vec<f64> {
@@ -42,119 +82,49 @@ fn depth_loop(kpz: f64, kdz: f64, u: f64, b: f64) -> Vec<f64> {
 ///
 /// # Errors
 /// [`Error`] when a polynomial's roots are not found.
-pub fn figures() -> Result<Vec<Figure>, Error> {
-    use Varied::{DerivativeGain, Speed};
-    let mut figures = Vec::new();
-    for (title, note, varied, kpz, fixed, b, last) in [
-        (
-            "Fig. 5: Kpz = 1, U = 0.5, Kdz from 0 to 100",
-            "",
-            DerivativeGain,
-            1.0,
-            0.5,
-            DAMPING[0],
-            100.0,
-        ),
-        (
-            "Fig. 6: Kpz = 1, U = 1, Kdz from 0 to 100",
-            "Needs Kdz above 0.765 to be stable.",
-            DerivativeGain,
-            1.0,
-            1.0,
-            DAMPING[0],
-            100.0,
-        ),
-        (
-            "Fig. 7: Kpz = 0.5, U = 0.5, Kdz from 0 to 100",
-            "",
-            DerivativeGain,
-            0.5,
-            0.5,
-            DAMPING[0],
-            100.0,
-        ),
-        (
-            "Fig. 8: Kpz = 0.5, U = 1, Kdz from 0 to 100",
-            "",
-            DerivativeGain,
-            0.5,
-            1.0,
-            DAMPING[0],
-            100.0,
-        ),
-        (
-            "Fig. 9: Kpz = 0.25, U = 1, Kdz from 0 to 100",
-            "Kdz = 0.5 has a damping ratio of 0.39.",
-            DerivativeGain,
-            0.25,
-            1.0,
-            DAMPING[0],
-            100.0,
-        ),
-        (
-            "Fig. 10: Kpz = 0.25, Kdz = 0.5, U from 0 to 20",
-            "",
-            Speed,
-            0.25,
-            0.5,
-            DAMPING[0],
-            20.0,
-        ),
-        (
-            "Fig. 13: Kpz = 0.25, Kdz = 0, U from 0 to 10",
-            "Unstable above 2.27 ft/s (E4).",
-            Speed,
-            0.25,
-            0.0,
-            DAMPING[0],
-            10.0,
-        ),
-        (
-            "Fig. 14: Kpz = 0.25, U = 1, Kdz from 0 to 100, B = 0.72",
-            "",
-            DerivativeGain,
-            0.25,
-            1.0,
-            DAMPING[1],
-            100.0,
-        ),
-        (
-            "Fig. 17: Kpz = 0.25, Kdz = 0, U from 0 to 10, B = 0.72",
-            "Unstable above 4.8 ft/s.",
-            Speed,
-            0.25,
-            0.0,
-            DAMPING[1],
-            10.0,
-        ),
-    ] {
-        let locus = locus(last, |v| match varied {
-            DerivativeGain => depth_loop(kpz, v, fixed, b),
-            Speed => depth_loop(kpz, fixed, v, b),
-        })?;
-        figures.push(figure(title, note, locus));
-    }
-    for (title, note, axis, p) in [
-        (
+pub fn figures() -> Result<Vec<Plot<'static>>, Error> {
+    let mut figures = DEPTH_LOCI
+        .into_iter()
+        .map(depth_locus)
+        .collect::<Result<Vec<_>, _>>()?;
+    let of_rate_gain = |axis: DampedInertia, p: f64| {
+        locus(20.0, |rate| axis.characteristic(Gains { p, rate }).to_vec())
+    };
+    let roll = DampedInertia {
+        restoring: roll::RESTORING,
+        ..roll::AXIS
+    };
+    figures.push(
+        figure(
             "Fig. 20: roll, Kpx = 10, M_e = 0.1, Kdx from 0 to 20",
-            "The vehicle's own restoring moment is 0.163 ft lbf (E17).",
-            DampedInertia {
-                restoring: roll::RESTORING,
-                ..roll::AXIS
-            },
-            roll::GAINS.p,
-        ),
-        (
-            "Fig. 21: course, Kpy = 1, Kdy from 0 to 20",
-            "",
-            course::AXIS,
-            course::GAINS.p,
-        ),
-    ] {
-        let locus = locus(20.0, |rate| axis.characteristic(Gains { p, rate }).to_vec())?;
-        figures.push(figure(title, note, locus));
-    }
+            of_rate_gain(roll, roll::GAINS.p)?,
+        )
+        .note("The vehicle's own restoring moment is 0.163 ft lbf (E17)."),
+    );
+    figures.push(figure(
+        "Fig. 21: course, Kpy = 1, Kdy from 0 to 20",
+        of_rate_gain(course::AXIS, course::GAINS.p)?,
+    ));
     Ok(figures)
+}
+
+fn depth_locus((number, kpz, fixed, varied, b, note): DepthLocus) -> Result<Plot<'static>, Error> {
+    let (what, locus) = match varied {
+        Varied::DerivativeGain(last) => (
+            format!("U = {fixed}, Kdz from 0 to {last}"),
+            locus(last, |kdz| depth_loop(kpz, kdz, fixed, DAMPING[b]))?,
+        ),
+        Varied::Speed(last) => (
+            format!("Kdz = {fixed}, U from 0 to {last}"),
+            locus(last, |u| depth_loop(kpz, fixed, u, DAMPING[b]))?,
+        ),
+    };
+    let damping = ["", ", B = 0.72"][b];
+    Ok(figure(
+        format!("Fig. {number}: Kpz = {kpz}, {what}{damping}"),
+        locus,
+    )
+    .note(note))
 }
 
 /// Where the poles begin, go and end while a value runs from 0 to `last`.
@@ -179,28 +149,13 @@ fn locus(last: f64, polynomial: impl Fn(f64) -> Vec<f64>) -> Result<Locus, Error
     })
 }
 
-fn figure(title: &'static str, note: &'static str, locus: Locus) -> Figure {
-    let points = |poles: Vec<Complex<f64>>| poles.iter().map(|p| (p.re, p.im)).collect();
-    let series = |name, poles, style| Series {
-        name,
-        points: points(poles),
-        style,
-    };
-    Figure {
-        note: note.into(),
-        plot: Plot {
-            title,
-            x: "real part [rad/s]",
-            y: "imaginary part [rad/s]",
-            y_down: false,
-            x_shows: &[0.0],
-            series: vec![
-                series("locus", locus.between, Style::Dots),
-                series("at zero", locus.first, Style::Crosses),
-                series("at the end", locus.last, Style::Circles),
-            ],
-        },
-    }
+fn figure(title: impl Into<Cow<'static, str>>, locus: Locus) -> Plot<'static> {
+    let points = |poles: Vec<Complex<f64>>| poles.into_iter().map(|p| (p.re, p.im));
+    Plot::new(title, ["real part [rad/s]", "imaginary part [rad/s]"])
+        .from_zero()
+        .with(Style::Dots, "locus", points(locus.between))
+        .with(Style::Crosses, "at zero", points(locus.first))
+        .with(Style::Circles, "at the end", points(locus.last))
 }
 
 #[cfg(test)]
@@ -228,7 +183,7 @@ mod tests {
     #[test]
     fn every_locus_can_be_drawn() {
         for figure in figures().expect("roots") {
-            assert!(figure.plot.svg().is_ok(), "{}", figure.plot.title);
+            assert!(figure.svg().is_ok(), "{}", figure.title);
         }
     }
 }

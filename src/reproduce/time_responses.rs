@@ -9,8 +9,7 @@ use depth_controller::design::{axis::Gains, depth::DepthDesign, pitch, step};
 use depth_controller::t6::{self, Program};
 use planesman_linear::Error;
 
-use super::figures::Figure;
-use crate::plot::{Plot, Series, Style};
+use crate::plot::Plot;
 
 /// The step of Figs. 11 to 16, ft.
 const STEP: f64 = 3.0;
@@ -21,42 +20,42 @@ const INTERVAL: f64 = 0.1;
 /// The setpoint of Figs. C2 to C9, ft: that of the listing, p. 132.
 const SETPOINT: f64 = 5.0;
 
+/// The figures of the linear loop: number, `Kdz`, `U` \[ft/s\], `B` \[ft lbf s\], and what is to be said.
+const STEPS: [(u8, f64, f64, f64, &str); 4] = [
+    (
+        11,
+        0.5,
+        1.0,
+        0.34,
+        "Overshoot 8.7 %, within 2 % after 21 s. Which gain stands in which of the two figures is a reading.",
+    ),
+    (
+        12,
+        5.0,
+        1.0,
+        0.34,
+        "Overshoot 22 %, within 2 % after 47 s: a larger derivative gain does not settle sooner (E20).",
+    ),
+    (
+        15,
+        1.5,
+        1.0,
+        pitch::MORE_DAMPING,
+        "No overshoot to speak of: 0.5 %.",
+    ),
+    (16, 1.5, 3.0, pitch::MORE_DAMPING, "Some overshoot: 10 %."),
+];
+
+/// The figures of program T6, two for each `Kdz`: the number of the first, and the gain.
+const PROGRAMS: [(u8, f64); 4] = [(2, 0.25), (4, 0.5), (6, 0.6), (8, 1.0)];
+
 /// Every time response of the controllers.
 ///
 /// # Errors
 /// The text of [`Error`], or of a program that cannot be flown.
-pub fn figures() -> Result<Vec<Figure>, String> {
+pub fn figures() -> Result<Vec<Plot<'static>>, String> {
     let mut figures = Vec::new();
-    for (title, note, derivative, speed, damping) in [
-        (
-            "Fig. 11: Kdz = 0.5, U = 1 ft/s, B = 0.34",
-            "Overshoot 8.7 %, within 2 % after 21 s. Which gain stands in which of the two figures is a reading.",
-            0.5,
-            1.0,
-            0.34,
-        ),
-        (
-            "Fig. 12: Kdz = 5, U = 1 ft/s, B = 0.34",
-            "Overshoot 22 %, within 2 % after 47 s: a larger derivative gain does not settle sooner (E20).",
-            5.0,
-            1.0,
-            0.34,
-        ),
-        (
-            "Fig. 15: Kdz = 1.5, U = 1 ft/s, B = 0.72",
-            "No overshoot to speak of: 0.5 %.",
-            1.5,
-            1.0,
-            pitch::MORE_DAMPING,
-        ),
-        (
-            "Fig. 16: Kdz = 1.5, U = 3 ft/s, B = 0.72",
-            "Some overshoot: 10 %.",
-            1.5,
-            3.0,
-            pitch::MORE_DAMPING,
-        ),
-    ] {
+    for (number, derivative, speed, damping, note) in STEPS {
         let design = DepthDesign {
             axis: pitch::AXIS,
             pitch: Gains {
@@ -68,27 +67,11 @@ pub fn figures() -> Result<Vec<Figure>, String> {
             d: derivative,
         };
         let depth = step_of(&design).map_err(|error| error.to_string())?;
-        figures.push(depth_figure(title, note, STEP, depth));
+        let title = format!("Fig. {number}: Kdz = {derivative}, U = {speed} ft/s, B = {damping}");
+        figures.push(depth_figure(title, STEP, depth).note(note));
     }
-    for (titles, derivative) in [
-        (
-            ["Fig. C2: Kdz = 0.25, depth", "Fig. C3: Kdz = 0.25, angles"],
-            0.25,
-        ),
-        (
-            ["Fig. C4: Kdz = 0.5, depth", "Fig. C5: Kdz = 0.5, angles"],
-            0.5,
-        ),
-        (
-            ["Fig. C6: Kdz = 0.6, depth", "Fig. C7: Kdz = 0.6, angles"],
-            0.6,
-        ),
-        (
-            ["Fig. C8: Kdz = 1.0, depth", "Fig. C9: Kdz = 1.0, angles"],
-            1.0,
-        ),
-    ] {
-        figures.extend(program_t6(titles, derivative)?);
+    for (number, derivative) in PROGRAMS {
+        figures.extend(program_t6(number, derivative)?);
     }
     Ok(figures)
 }
@@ -99,91 +82,50 @@ fn step_of(design: &DepthDesign) -> Result<Vec<(f64, f64)>, Error> {
     Ok(response.into_iter().map(|(t, z)| (t, STEP * z)).collect())
 }
 
-/// Depth and angles of program T6.
-fn program_t6(titles: [&'static str; 2], derivative: f64) -> Result<[Figure; 2], String> {
+/// Depth and angles of program T6: Fig. C`number` and the next.
+fn program_t6(number: u8, derivative: f64) -> Result<[Plot<'static>; 2], String> {
     let program = Program::new(SETPOINT, derivative);
     let track = program.fly()?;
     let times: Vec<f64> = (0..=500).map(|k| f64::from(k) * INTERVAL).collect();
-    let over_time = |value: &dyn Fn(f64) -> f64| times.iter().map(|t| (*t, value(*t))).collect();
+    let over_time = |value: &dyn Fn(f64) -> f64| -> Vec<(f64, f64)> {
+        times.iter().map(|t| (*t, value(*t))).collect()
+    };
     let commanded = |time: f64| program.command(track.motion(time));
     commanded(0.0)?;
     let angle = |time: f64, of: fn(&t6::Command) -> f64| {
         commanded(time).map_or(f64::NAN, |command| of(&command).to_degrees())
     };
-    let depth = depth_figure(
-        titles[0],
-        "Program T6 as listed: no limits, so that the planes are asked for 50 degrees at first (E9).",
-        SETPOINT,
-        over_time(&|t| track.depth(t)),
-    );
-    let series = |name, points, style| Series {
-        name,
-        points,
-        style,
-    };
-    let angles = Figure {
-        note: "Dive positive, as the program has it.".into(),
-        plot: Plot {
-            title: titles[1],
-            x: "time [s]",
-            y: "angle [deg], bow down",
-            y_down: false,
-            x_shows: &[0.0],
-            series: vec![
-                series("pitch", over_time(&|t| track.dive_angle(t)), Style::Line),
-                series(
-                    "commanded pitch",
-                    over_time(&|t| angle(t, |c| c.dive_angle)),
-                    Style::Dashed,
-                ),
-                series(
-                    "planes",
-                    over_time(&|t| angle(t, |c| c.planes)),
-                    Style::Line,
-                ),
-            ],
-        },
-    };
+    let title = |number: u8, what| format!("Fig. C{number}: Kdz = {derivative}, {what}");
+    let depth = depth_figure(title(number, "depth"), SETPOINT, over_time(&|t| track.depth(t)))
+        .note("Program T6 as listed: no limits, so that the planes are asked for 50 degrees at first (E9).");
+    let angles = Plot::new(title(number + 1, "angles"), [TIME, "angle [deg], bow down"])
+        .note("Dive positive, as the program has it.")
+        .from_zero()
+        .line("pitch", over_time(&|t| track.dive_angle(t)))
+        .dashed(
+            "commanded pitch",
+            over_time(&|t| angle(t, |c| c.dive_angle)),
+        )
+        .line("planes", over_time(&|t| angle(t, |c| c.planes)));
     Ok([depth, angles])
 }
 
-fn depth_figure(
-    title: &'static str,
-    note: &'static str,
-    setpoint: f64,
-    depth: Vec<(f64, f64)>,
-) -> Figure {
-    let asked = [0.0, DURATION].map(|t| (t, setpoint)).to_vec();
-    Figure {
-        note: note.into(),
-        plot: Plot {
-            title,
-            x: "time [s]",
-            y: "depth [ft]",
-            y_down: true,
-            x_shows: &[0.0],
-            series: vec![
-                Series {
-                    name: "depth",
-                    points: depth,
-                    style: Style::Line,
-                },
-                Series {
-                    name: "setpoint",
-                    points: asked,
-                    style: Style::Dashed,
-                },
-            ],
-        },
-    }
+const TIME: &str = "time [s]";
+
+fn depth_figure(title: String, setpoint: f64, depth: Vec<(f64, f64)>) -> Plot<'static> {
+    Plot::new(title, [TIME, "depth [ft]"])
+        .y_down()
+        .from_zero()
+        .line("depth", depth)
+        .dashed("setpoint", [0.0, DURATION].map(|t| (t, setpoint)))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn deepest(figure: &Figure) -> f64 {
-        let points = figure.plot.series[0].points.iter();
+    fn deepest(figure: &Plot<'_>) -> f64 {
+        let points = figure.series[0].points.iter();
         points.map(|p| p.1).fold(0.0, f64::max)
     }
 
@@ -204,7 +146,7 @@ mod tests {
     #[test]
     fn every_figure_can_be_drawn() {
         for figure in figures().expect("flown") {
-            assert!(figure.plot.svg().is_ok(), "{}", figure.plot.title);
+            assert!(figure.svg().is_ok(), "{}", figure.title);
         }
     }
 }

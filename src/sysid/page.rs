@@ -4,13 +4,13 @@
 use std::f64::consts::{PI, TAU};
 
 use anyhow::{Result, anyhow};
-use maud::{Markup, PreEscaped, html};
+use maud::{Markup, html};
 use sysid::analysis::Analysis;
 use sysid::record::Record;
 use sysid::uncertainty::{SIGMAS_95, Uncertain};
 use sysid::validation::residuals::Correlation;
 
-use crate::page::{document, legend};
+use crate::page::{self, document};
 use crate::plot::{Plot, Series, Style};
 
 /// Points drawn of a line at most.
@@ -36,7 +36,7 @@ pub fn page(analysis: &Analysis, record: &Record) -> Result<String> {
 
 fn line(name: &str, points: Vec<(f64, f64)>) -> Series<'_> {
     Series {
-        name,
+        name: name.into(),
         points: thinned(points),
         style: Style::Line,
     }
@@ -44,7 +44,7 @@ fn line(name: &str, points: Vec<(f64, f64)>) -> Series<'_> {
 
 fn dashed(name: &str, points: Vec<(f64, f64)>) -> Series<'_> {
     Series {
-        name,
+        name: name.into(),
         points: thinned(points),
         style: Style::Dashed,
     }
@@ -62,28 +62,21 @@ fn thinned(points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
         .collect()
 }
 
-fn drawn(note: &str, plot: &Plot<'_>) -> Result<Markup> {
-    if plot.series.iter().all(|series| series.points.is_empty()) {
+fn drawn(note: &str, mut plot: Plot<'_>) -> Result<Markup> {
+    if plot.is_empty() {
         return Ok(html! {});
     }
-    let svg = plot.svg()?;
+    plot.note = note.to_owned().into();
     Ok(html! {
         h2 { (plot.title) }
-        p.lead { (note) }
-        (legend(plot))
-        (PreEscaped(svg))
+        (page::drawn(&plot)?)
     })
 }
 
 fn plot<'a>(title: &'a str, x: &'a str, y: &'a str, series: Vec<Series<'a>>) -> Plot<'a> {
-    Plot {
-        title,
-        x,
-        y,
-        y_down: false,
-        x_shows: &[],
-        series,
-    }
+    let mut plot = Plot::new(title, [x, y]);
+    plot.series = series;
+    plot
 }
 
 fn plots(analysis: &Analysis, record: &Record) -> Result<Vec<Markup>> {
@@ -105,7 +98,7 @@ fn plots(analysis: &Analysis, record: &Record) -> Result<Vec<Markup>> {
     let mut drawings = vec![
         drawn(
             "What drives, over each sampling interval.",
-            &plot(
+            plot(
                 "Input",
                 "time [s]",
                 &analysis.input,
@@ -114,7 +107,7 @@ fn plots(analysis: &Analysis, record: &Record) -> Result<Vec<Markup>> {
         )?,
         drawn(
             "The model runs on the input alone.",
-            &plot(
+            plot(
                 "Measured and simulated output",
                 "time [s]",
                 &analysis.output,
@@ -157,7 +150,7 @@ fn plots(analysis: &Analysis, record: &Record) -> Result<Vec<Markup>> {
         .collect();
     drawings.push(drawn(
         "The recursive form of the estimator, sample by sample.",
-        &plot(
+        plot(
             "Parameters as they are learnt",
             "time [s]",
             "parameter",
@@ -176,14 +169,14 @@ fn correlation(title: &str, note: &str, found: &Correlation) -> Result<Markup> {
     let level = |r: f64| points.iter().map(|(lag, _)| (*lag, r)).collect::<Vec<_>>();
     let series = vec![
         Series {
-            name: "correlation",
+            name: "correlation".into(),
             points: points.clone(),
             style: Style::Crosses,
         },
         dashed("99 %", level(found.bound)),
         dashed("-99 %", level(-found.bound)),
     ];
-    drawn(note, &plot(title, "lag [samples]", "correlation", series))
+    drawn(note, plot(title, "lag [samples]", "correlation", series))
 }
 
 fn map(analysis: &Analysis) -> Result<Markup> {
@@ -216,17 +209,17 @@ fn map(analysis: &Analysis) -> Result<Markup> {
         .collect();
     let series = vec![
         Series {
-            name: "poles",
+            name: "poles".into(),
             points: near(at(&poles)),
             style: Style::Crosses,
         },
         Series {
-            name: "zeros",
+            name: "zeros".into(),
             points: near(at(&zeros)),
             style: Style::Circles,
         },
         Series {
-            name: "95 % regions",
+            name: "95 % regions".into(),
             points: outlines,
             style: Style::Dots,
         },
@@ -234,7 +227,7 @@ fn map(analysis: &Analysis) -> Result<Markup> {
     ];
     drawn(
         "In the z plane; what lies beyond |z| = 4 is left out.",
-        &plot("Poles and zeros", "real part", "imaginary part", series),
+        plot("Poles and zeros", "real part", "imaginary part", series),
     )
 }
 
@@ -295,11 +288,11 @@ fn bode(analysis: &Analysis) -> Result<Vec<Markup>> {
     Ok(vec![
         drawn(
             "With the band that holds the truth with 95 % at each frequency.",
-            &plot("Magnitude", x, "magnitude [dB]", banded(&size)),
+            plot("Magnitude", x, "magnitude [dB]", banded(&size)),
         )?,
         drawn(
             "The same for the phase.",
-            &plot("Phase", x, "phase [deg]", banded(&phase)),
+            plot("Phase", x, "phase [deg]", banded(&phase)),
         )?,
     ])
 }

@@ -58,6 +58,19 @@ pub fn recomputed() -> Vec<(&'static str, f64)> {
         .collect()
 }
 
+/// The model that Table 9 prints of a run (`7/3` and so on): `qd2`, `qd3`, `zq2`, `zq4` or `zd4`; `None` where it
+/// prints none. A misprinted coefficient is the one that the printed roots imply.
+#[must_use]
+pub fn table_9(run: &str, model: &str) -> Option<Model> {
+    let book = BOOK.as_ref()?;
+    let row = Row {
+        book,
+        run: &format!("Tab9.{run}"),
+        name: &format!("Tab9.{run}.{model}"),
+    };
+    row.model().filter(|model| !model.a.is_empty())
+}
+
 /// One model of the table.
 struct Row<'b> {
     book: &'b Book,
