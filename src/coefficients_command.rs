@@ -10,8 +10,11 @@ use plant_sim::vehicle_file;
 /// What the command takes.
 #[derive(Clone, Debug, clap::Args)]
 pub struct CoefficientsArgs {
-    /// A vehicle file, or a built-in vehicle (brunner)
+    /// A built-in vehicle (brunner), a vehicle file, or an identified model's
     vehicle: String,
+    /// The vehicle that an identified model takes all but its pitch dynamics from
+    #[arg(long, default_value = vehicle_file::BRUNNER)]
+    base: String,
     /// The speed of the dimensional values [m/s]
     #[arg(long, default_value_t = FOOT, value_parser = positive)]
     speed: f64,
@@ -29,8 +32,8 @@ fn positive(text: &str) -> Result<f64, String> {
 /// # Errors
 /// When the file is no vehicle's, or has no geometry: one line says what is missing.
 pub fn run(args: &CoefficientsArgs) -> Result<()> {
-    let vehicle = vehicle_file::load(&args.vehicle)?;
-    let Some(geometry) = vehicle_file::geometry(&args.vehicle)? else {
+    let vehicle = vehicle_file::load_on(&args.vehicle, &args.base)?;
+    let Some(geometry) = vehicle_file::geometry_on(&args.vehicle, &args.base)? else {
         bail!(
             "vehicle '{}' has no section 'geometry': there is nothing to reckon coefficients from (the built-in vehicle '{}' has one)",
             args.vehicle,

@@ -114,8 +114,7 @@ fn last_step(flight: &Flight) -> Option<(f64, f64)> {
 /// The vehicle's own sampled model between plane angle and pitch rate.
 fn truth(scenario: &Scenario) -> Result<Fingerprint> {
     let values = scenario.values("plant_sim")?;
-    let vehicle =
-        plant_sim::vehicle_file::load(values.string("vehicle")).map_err(|e| anyhow!("{e}"))?;
+    let vehicle = plant_sim::core::vehicle(&values).map_err(|e| anyhow!(e))?;
     let model = plant_sim::linearised::true_model_of(
         &plant_sim::core::derivatives(&values, &vehicle),
         scenario.tick,

@@ -17,8 +17,11 @@ use plant_sim::vehicle_file;
 /// What to print, and of which vehicle.
 #[derive(Args)]
 pub struct TfArgs {
-    /// A built-in vehicle (brunner, brunner_as_printed, remus_100) or a vehicle file
+    /// A built-in vehicle (brunner, brunner_as_printed, remus_100), a vehicle file, or an identified model's
     vehicle: String,
+    /// The vehicle that an identified model takes all but its pitch dynamics from
+    #[arg(long, default_value = vehicle_file::BRUNNER)]
+    base: String,
     /// What moves the vehicle
     #[arg(long, value_enum, default_value_t = InputName::DivePlanes)]
     input: InputName,
@@ -113,7 +116,7 @@ pub fn run(args: &TfArgs) -> Result<()> {
 }
 
 fn corrected(args: &TfArgs) -> Result<Models> {
-    let vehicle = vehicle_file::load(&args.vehicle).map_err(|e| anyhow!("{e}"))?;
+    let vehicle = vehicle_file::load_on(&args.vehicle, &args.base)?;
     let dt = 1.0 / args.rate;
     let derivatives = vehicle.derivatives(args.speed);
     let context = || format!("vehicle '{}' at {} m/s", vehicle.name, args.speed);
@@ -346,6 +349,7 @@ mod tests {
     fn args(input: InputName, output: OutputName, feet_per_second: f64) -> TfArgs {
         TfArgs {
             vehicle: "brunner".to_owned(),
+            base: "brunner".to_owned(),
             input,
             output,
             speed: feet_per_second * FOOT,

@@ -128,6 +128,7 @@ mod tests {
         AnalyseArgs {
             subject: Subject {
                 vehicle: vehicle.to_owned(),
+                base: "brunner".to_owned(),
                 actuator: "ideal".to_owned(),
                 rate: 0.0,
             },

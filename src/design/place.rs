@@ -3,11 +3,10 @@
 //! The poles are those of the vehicle in pitch alone with ideal planes; what heave and the actuator make of
 //! them is analysed below the gains.
 
-use anyhow::{Result, anyhow};
+use anyhow::Result;
 use clap::Args;
 use depth_controller::design::placement::{self, Poles};
 use depth_controller::gains::PitchModel;
-use plant_sim::vehicle_file;
 
 use super::analyse::{described, judged};
 use super::subject::{Subject, TABLE_3, gains_text, speed_text, table_3, within};
@@ -71,8 +70,7 @@ fn pitch_model(subject: &Subject, speed: f64) -> Result<PitchModel> {
     if subject.vehicle == TABLE_3 {
         return Ok(table_3());
     }
-    let vehicle = vehicle_file::load(&subject.vehicle).map_err(|e| anyhow!("{e}"))?;
-    let d = vehicle.derivatives(speed);
+    let d = subject.loaded()?.derivatives(speed);
     Ok(PitchModel {
         plane: -d.m_delta / d.pitch_inertia,
         damping: -d.m_q / d.pitch_inertia,

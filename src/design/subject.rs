@@ -7,6 +7,7 @@ use depth_controller::design::pitch;
 use depth_controller::gains::{LoopGains, PitchModel};
 use planesman_linear::{Complex, DMatrix, StateSpace};
 use planesman_parameters::Values;
+use plant_sim::Vehicle;
 use plant_sim::linearised;
 use plant_sim::quantity::FOOT;
 use plant_sim::vehicle_file;
@@ -18,10 +19,13 @@ pub const TABLE_3: &str = "table_3";
 /// A vehicle behind an actuator.
 #[derive(Args, Clone)]
 pub struct Subject {
-    /// A built-in vehicle, a vehicle file, or table_3: the report's damped inertia, its plane moment the same at
-    /// every speed
-    #[arg(default_value = "brunner")]
+    /// A built-in vehicle, a vehicle file, an identified model's, or table_3: the report's damped inertia, its
+    /// plane moment the same at every speed
+    #[arg(default_value = vehicle_file::BRUNNER)]
     pub vehicle: String,
+    /// The vehicle that an identified model takes all but its pitch dynamics from
+    #[arg(long, default_value = vehicle_file::BRUNNER)]
+    pub base: String,
     /// What moves the planes: ideal, or a built-in actuator or actuator file for its dead time in small motion
     #[arg(long, default_value = "auv")]
     pub actuator: String,
@@ -87,6 +91,14 @@ impl GainArgs {
 }
 
 impl Subject {
+    /// The vehicle, where it is not [`TABLE_3`].
+    ///
+    /// # Errors
+    /// A vehicle that is refused.
+    pub fn loaded(&self) -> Result<Vehicle> {
+        Ok(vehicle_file::load_on(&self.vehicle, &self.base)?)
+    }
+
     /// The vehicle about level flight at a speed, m/s.
     ///
     /// # Errors
@@ -95,7 +107,7 @@ impl Subject {
         if self.vehicle == TABLE_3 {
             return Ok(DivePlant::of_pitch(&table_3(), speed)?);
         }
-        let vehicle = vehicle_file::load(&self.vehicle).map_err(|e| anyhow!("{e}"))?;
+        let vehicle = self.loaded()?;
         let StateSpace { a, b, .. } = linearised::state_space(&vehicle, speed)
             .with_context(|| format!("vehicle '{}' at {speed} m/s", vehicle.name))?;
         // x = (w, q, theta, z); out: q, theta, z, z' = w - U theta.

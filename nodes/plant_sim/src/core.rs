@@ -108,6 +108,15 @@ impl Acting {
     }
 }
 
+/// The vehicle that the parameters name.
+///
+/// # Errors
+/// What is refused and why.
+pub fn vehicle(values: &Values) -> Result<Vehicle, String> {
+    vehicle_file::load_on(values.string("vehicle"), values.string("vehicle_base"))
+        .map_err(|refusal| refusal.to_string())
+}
+
 impl Plant {
     /// The plant at its initial state, planes neutral.
     ///
@@ -115,7 +124,7 @@ impl Plant {
     /// What is refused and why: a vehicle file, a prefix, or a step that does not divide the
     /// tick or is too long for the vehicle.
     pub fn new(values: &Values) -> Result<Self, String> {
-        let vehicle = vehicle_file::load(values.string("vehicle")).map_err(|e| e.to_string())?;
+        let vehicle = vehicle(values)?;
         let settings = Settings::new(values, &vehicle)?;
         let mut memory = Memory::new(settings.seed);
         let acting = Acting::default();

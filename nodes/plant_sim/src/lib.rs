@@ -5,6 +5,7 @@
 //! - [`quantity`]: numbers with their units, converted to SI.
 //! - [`vehicle`]: what a vehicle is; its dimensional derivatives at a speed.
 //! - [`vehicle_file`]: vehicles from YAML, and the one built in.
+//! - [`identified`]: a vehicle out of an identified model.
 //! - [`dynamics`]: the equations of motion.
 //! - [`axis`]: roll and course, plants of one axis each.
 //! - [`propulsion`]: thrust, drag and power.
@@ -45,6 +46,7 @@ pub mod coefficients;
 pub mod core;
 pub mod dynamics;
 pub mod environment;
+pub mod identified;
 pub mod integrator;
 pub mod level_flight;
 pub mod linearised;

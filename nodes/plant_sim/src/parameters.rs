@@ -28,7 +28,13 @@ fn vehicle() -> Vec<Declaration> {
         Declaration::new(
             "vehicle",
             BRUNNER,
-            "The vehicle: 'brunner' (NPS 1988), 'brunner_as_printed' (with the errors of its programs), 'remus_100' (Prestero 2001), or the path of a vehicle file",
+            "The vehicle: 'brunner' (NPS 1988), 'brunner_as_printed' (with the errors of its programs), 'remus_100' (Prestero 2001), or the path of a vehicle file or of an identified model's (sysid identify --model)",
+        )
+        .read_only(),
+        Declaration::new(
+            "vehicle_base",
+            BRUNNER,
+            "The vehicle that an identified model takes geometry, masses, buoyancy and heave from",
         )
         .read_only(),
         Declaration::new(

@@ -9,12 +9,14 @@
 
 use std::path::Path;
 
+use planesman_model_file::ModelFile;
 use serde::Deserialize;
 
 use crate::{
     Vehicle,
     axis::Axis,
     coefficients::Geometry,
+    identified,
     propulsion::Propulsion,
     quantity::{Dimension, Quantity},
     vehicle::{Coefficients, PlaneArms, Port},
@@ -73,17 +75,55 @@ pub enum VehicleError {
         /// The value and the rule.
         reason: String,
     },
+    /// An identified model's file is not well formed, or no vehicle follows the model.
+    #[error("{0}")]
+    Model(#[from] planesman_model_file::Error),
 }
 
-/// A built-in vehicle by its name, or else the one in the file at that path.
+/// A built-in vehicle by its name, or else the one in the file at that path; as [`load_on`] the
+/// vehicle [`BRUNNER`].
 ///
 /// # Errors
 /// [`VehicleError`], which names the file, the field, the value and the rule.
 pub fn load(name_or_path: &str) -> Result<Vehicle, VehicleError> {
-    parse(name_or_path, &text_of(name_or_path)?)
+    load_on(name_or_path, BRUNNER)
 }
 
-/// The geometry of the vehicle that [`load`] takes, `None` when its file has none.
+/// The same, where the file may be an identified model's; it takes what it does not say from the vehicle
+/// `base` ([`identified`]).
+///
+/// # Errors
+/// As [`load`].
+pub fn load_on(name_or_path: &str, base: &str) -> Result<Vehicle, VehicleError> {
+    let text = text_of(name_or_path)?;
+    let path = Path::new(name_or_path);
+    if !ModelFile::recognises(path, &text) {
+        return parse(name_or_path, &text);
+    }
+    let model = ModelFile::parse(path, &text)?;
+    let base = parse(base, &text_of(base)?)?;
+    identified::vehicle(&base, &model).map_err(|reason| {
+        VehicleError::Model(planesman_model_file::Error {
+            path: name_or_path.to_owned(),
+            reason,
+        })
+    })
+}
+
+/// The geometry of the vehicle that [`load_on`] takes, `None` when its file has none; of an identified model
+/// it is the base's.
+///
+/// # Errors
+/// As [`load`].
+pub fn geometry_on(name_or_path: &str, base: &str) -> Result<Option<Geometry>, VehicleError> {
+    let text = text_of(name_or_path)?;
+    if ModelFile::recognises(Path::new(name_or_path), &text) {
+        return geometry(base);
+    }
+    written(name_or_path, &text).map(|file| file.geometry)
+}
+
+/// The geometry of a vehicle, `None` when its file has none.
 ///
 /// # Errors
 /// As [`load`].

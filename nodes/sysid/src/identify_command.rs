@@ -38,12 +38,22 @@ pub struct IdentifyArgs {
     /// The data begins at rest [default: in motion, which is estimated]
     #[arg(long)]
     at_rest: bool,
+    /// The vehicle's speed in the record (m/s), for the model file: plant_sim and depth_controller ask for it
+    #[arg(long, value_name = "SPEED", value_parser = above_zero)]
+    speed: Option<f64>,
     /// Write the model: *.json or *.yaml
     #[arg(long, value_name = "FILE")]
     model: Option<PathBuf>,
     /// Write a page: data, comparison, residual tests, poles and zeros, frequency response
     #[arg(long, value_name = "FILE")]
     pub html: Option<PathBuf>,
+}
+
+fn above_zero(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
+        _ => Err("a number above 0 is expected".to_owned()),
+    }
 }
 
 /// Reads the data, prints the account and writes the model file; returns what was found.
@@ -68,7 +78,8 @@ pub fn identify(args: &IdentifyArgs) -> Result<(Analysis, Record)> {
     let analysis = analyse(&record, &options).map_err(|reason| anyhow!(reason))?;
     print!("{}\n{}", account(&record, &reading), analysis.text());
     if let Some(path) = &args.model {
-        let file = analysis.file().map_err(|reason| anyhow!(reason))?;
+        let mut file = analysis.file().map_err(|reason| anyhow!(reason))?;
+        file.speed = args.speed;
         file.write(path)?;
         println!("{}: the model", path.display());
     }
