@@ -168,6 +168,41 @@ pub struct ModelFile {
 }
 
 impl ModelFile {
+    /// A transfer function that is known exactly, `num` and `den` as in the file, and nothing else.
+    #[must_use]
+    pub fn exact(
+        input: &str,
+        output: &str,
+        sample_time: f64,
+        num: Vec<f64>,
+        den: Vec<f64>,
+    ) -> Self {
+        let count = 2 * num.len();
+        Self {
+            format: Format::One,
+            input: input.to_owned(),
+            output: output.to_owned(),
+            method: "exact".to_owned(),
+            speed: None,
+            sample_time,
+            num,
+            den,
+            covariance: vec![vec![0.0; count]; count],
+            continuous: None,
+            physical: None,
+            offset: 0.0,
+            noise_variance: 0.0,
+            noise_model: Vec::new(),
+            poles: Vec::new(),
+            continuous_poles: Vec::new(),
+            zeros: Vec::new(),
+            dc_gain: None,
+            fit: None,
+            held_out_fit: None,
+            verdict: Vec::new(),
+        }
+    }
+
     /// The model in a `*.json`, `*.yaml` or `*.yml` file.
     ///
     /// # Errors
@@ -221,6 +256,17 @@ impl ModelFile {
     #[must_use]
     pub fn order(&self) -> usize {
         self.num.len()
+    }
+
+    /// The speed, m/s, for those who cannot do without.
+    ///
+    /// # Errors
+    /// A sentence, when the file does not tell it.
+    pub fn told_speed(&self) -> Result<f64, String> {
+        self.speed.ok_or_else(|| {
+            "it does not say at what speed it holds: add 'speed', in m/s (sysid identify --speed)"
+                .to_owned()
+        })
     }
 
     /// What has to hold of every model file.

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use planesman_model_file::{Continuous, Format, Heave, ModelFile, Physical, Place};
+use planesman_model_file::{Continuous, Heave, ModelFile, Physical, Place};
 
 fn model() -> ModelFile {
     let place = Place {
@@ -12,15 +12,9 @@ fn model() -> ModelFile {
         re_deviation: 1e-3,
         im_deviation: 2e-17,
     };
+    let (num, den) = (vec![0.0, -1.0 / 7.0], vec![1.0, -1.8, 0.81 + 1e-15]);
     ModelFile {
-        format: Format::One,
-        input: "plane_motion:dive_planes".to_owned(),
-        output: "state:pitch_rate".to_owned(),
-        method: "output_error".to_owned(),
         speed: Some(0.36576),
-        sample_time: 0.05,
-        num: vec![0.0, -1.0 / 7.0],
-        den: vec![1.0, -1.8, 0.81 + 1e-15],
         covariance: vec![vec![1e-7, 0.0, 0.0, 0.0]; 4],
         continuous: Some(Continuous {
             num: vec![-2.0],
@@ -41,14 +35,17 @@ fn model() -> ModelFile {
         }),
         offset: -3.5e-12,
         noise_variance: 2.5e-5,
-        noise_model: vec![],
         poles: vec![place; 2],
         continuous_poles: vec![place; 2],
-        zeros: vec![],
-        dc_gain: None,
         fit: Some(97.25),
-        held_out_fit: None,
         verdict: vec!["it \"simulates\": 97 %".to_owned()],
+        ..ModelFile::exact(
+            "plane_motion:dive_planes",
+            "state:pitch_rate",
+            0.05,
+            num,
+            den,
+        )
     }
 }
 

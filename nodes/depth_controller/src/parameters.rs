@@ -608,9 +608,14 @@ fn gains() -> Part {
         Declaration::new(
             "gains.source",
             "fixed",
-            "Gains of the dive loops: fixed, scheduled over speed by gains.model, or adaptive: the schedule on what sysid identifies while that can be trusted.",
+            "Gains of the dive loops: fixed, scheduled over speed by gains.model, adaptive: the schedule on what sysid identifies while that can be trusted, or file: the schedule on the model in gains.file.",
         )
         .choices(gains::Source::NAMES),
+        Declaration::new(
+            "gains.file",
+            "",
+            "For gains.source file: an identified model from dive_planes to pitch_rate (sysid identify --model), trusted on the terms of gains.adaptive.",
+        ),
         Declaration::new(
             "gains.reference_speed",
             METRES_PER_FOOT,
@@ -920,36 +925,40 @@ fn estimator_rules(values: &Values) -> Result<estimator::Rules, String> {
 
 /// How gains follow the vehicle, from the `fixed` ones at the reference speed.
 fn gain_rules(values: &Values, fixed: &Gains) -> Result<gains::Rules, String> {
-    let source = values.string("gains.source");
+    let schedule = gains::Schedule {
+        reference: LoopGains {
+            depth_p: fixed.depth.p,
+            depth_d: fixed.depth.d,
+            pitch_p: fixed.pitch.p,
+            pitch_rate: fixed.pitch.rate,
+        },
+        law: SpeedLaw {
+            model: PitchModel {
+                plane: values.double("gains.model.plane"),
+                damping: values.double("gains.model.damping"),
+                // Held by neither gain: it stays in the closed loop as it is.
+                restoring: 0.0,
+            },
+            reference_speed: values.double("gains.reference_speed"),
+            plane_exponent: values.double("gains.model.plane_exponent"),
+            damping_exponent: values.double("gains.model.damping_exponent"),
+        },
+        lowest_speed: values.double("gains.lowest_speed"),
+    };
+    let trust = gains::Trust {
+        oldest: values.double("gains.adaptive.oldest"),
+        uncertainty: values.double("gains.adaptive.uncertainty"),
+        factor: values.double("gains.adaptive.factor"),
+        rate: values.double("gains.adaptive.rate"),
+    };
+    let file = || {
+        gains::FromFile::read(values.string("gains.file"), &schedule, &trust)
+            .map_err(|reason| format!("parameter 'gains.file': {reason}"))
+    };
     Ok(gains::Rules {
-        source: gains::Source::named(source)
-            .ok_or_else(|| format!("parameter 'gains.source': '{source}' refused"))?,
-        schedule: gains::Schedule {
-            reference: LoopGains {
-                depth_p: fixed.depth.p,
-                depth_d: fixed.depth.d,
-                pitch_p: fixed.pitch.p,
-                pitch_rate: fixed.pitch.rate,
-            },
-            law: SpeedLaw {
-                model: PitchModel {
-                    plane: values.double("gains.model.plane"),
-                    damping: values.double("gains.model.damping"),
-                    // Held by neither gain: it stays in the closed loop as it is.
-                    restoring: 0.0,
-                },
-                reference_speed: values.double("gains.reference_speed"),
-                plane_exponent: values.double("gains.model.plane_exponent"),
-                damping_exponent: values.double("gains.model.damping_exponent"),
-            },
-            lowest_speed: values.double("gains.lowest_speed"),
-        },
-        trust: gains::Trust {
-            oldest: values.double("gains.adaptive.oldest"),
-            uncertainty: values.double("gains.adaptive.uncertainty"),
-            factor: values.double("gains.adaptive.factor"),
-            rate: values.double("gains.adaptive.rate"),
-        },
+        source: gains::Source::named(values.string("gains.source"), file)?,
+        schedule,
+        trust,
         delay: values.double("gains.adaptive.delay"),
     })
 }
@@ -1128,6 +1137,13 @@ mod tests {
                     ("identification.amplitude", Value::Double(0.6)),
                 ],
                 "planes.limit",
+            ),
+            (
+                vec![
+                    ("gains.source", Value::from("file")),
+                    ("gains.file", Value::from("no/such/model.yaml")),
+                ],
+                "'gains.file': model file 'no/such/model.yaml'",
             ),
             (vec![("depth.p", Value::Double(f64::NAN))], "depth.p"),
             (vec![("mode", Value::from("climb"))], "mode"),

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use planesman_linear::{Complex, polynomial};
-use planesman_model_file::{Format, Heave, ModelFile, Physical};
+use planesman_model_file::{Heave, ModelFile, Physical};
 use plant_sim::Vehicle;
 use plant_sim::identified;
 use plant_sim::linearised::{self, Output};
@@ -22,29 +22,11 @@ fn exact(vehicle: &Vehicle, speed: f64, output: Output) -> ModelFile {
 }
 
 fn of_coefficients(num: Vec<f64>, den: Vec<f64>, speed: f64, output: Output) -> ModelFile {
-    let order = num.len();
+    let output = format!("/auv/state:{}", output.name());
+    let input = "plane_motion:dive_planes";
     ModelFile {
-        format: Format::One,
-        input: "plane_motion:dive_planes".to_owned(),
-        output: format!("/auv/state:{}", output.name()),
-        method: "output_error".to_owned(),
         speed: Some(speed),
-        sample_time: SAMPLE_TIME,
-        num,
-        den,
-        covariance: vec![vec![0.0; 2 * order]; 2 * order],
-        continuous: None,
-        physical: None,
-        offset: 0.0,
-        noise_variance: 0.0,
-        noise_model: vec![],
-        poles: vec![],
-        continuous_poles: vec![],
-        zeros: vec![],
-        dc_gain: None,
-        fit: None,
-        held_out_fit: None,
-        verdict: vec![],
+        ..ModelFile::exact(input, &output, SAMPLE_TIME, num, den)
     }
 }
 

@@ -1,32 +1,14 @@
 //! Certainty equivalence within bounds: the schedule, on the model that `sysid` identifies while it can be
 //! trusted, on its own otherwise.
 //!
-//! An estimate is believed when all of this holds; the first that does not is the reason given:
-//!
-//! 1. `sysid` calls it valid and it is younger than [`Trust::oldest`];
-//! 2. the standard deviations of `K/J` and `B/J` are below [`Trust::uncertainty`] of the values;
-//! 3. both lie within a factor [`Trust::factor`] of the scheduled model's.
-//!
-//! The gains move towards their target no faster than [`Trust::rate`] of the scheduled gain per second,
+//! An estimate is believed when `sysid` calls it valid, it is younger than [`Trust::oldest`], and passes
+//! [`Trust`]; the first that does not hold is the reason given. The gains move towards their target no faster than [`Trust::rate`] of the scheduled gain per second,
 //! so that neither a new estimate nor its loss is a step; and stay within the same factor of the scheduled
 //! gains.
 
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 
-use super::{LoopGains, PitchModel, Schedule, pitch_model::Identified};
-
-/// What it takes to be believed, and how fast belief acts.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Trust {
-    /// The oldest estimate acted upon, s.
-    pub oldest: f64,
-    /// The largest relative standard deviation of `K/J` and `B/J`.
-    pub uncertainty: f64,
-    /// The largest factor between identified and scheduled; above 1.
-    pub factor: f64,
-    /// The largest change of a gain, in scheduled gains per second.
-    pub rate: f64,
-}
+use super::{LoopGains, PitchModel, Schedule, Trust, pitch_model::Identified};
 
 /// The gains in force and the last estimate.
 #[derive(Clone, Debug)]
@@ -82,33 +64,7 @@ impl Adaptive {
         if age.abs() > trust.oldest {
             return Err(format!("the last model is {age:.1} s old"));
         }
-        let found = heard.vehicle.clone()?;
-        let expected = schedule.law.at(schedule.scheduled(speed));
-        for (name, value, deviation, expected) in [
-            (
-                "K/J",
-                found.model.plane,
-                found.plane_deviation,
-                expected.plane,
-            ),
-            (
-                "B/J",
-                found.model.damping,
-                found.damping_deviation,
-                expected.damping,
-            ),
-        ] {
-            let ratio = value / expected;
-            // Ranges hold no NaN, so a NaN is not believed.
-            if !(1.0 / trust.factor..=trust.factor).contains(&ratio) {
-                return Err(format!("{name} is {ratio:.2} times the scheduled one"));
-            }
-            if !(0.0..=trust.uncertainty * value).contains(&deviation) {
-                let percent = 100.0 * deviation / value;
-                return Err(format!("{name} is known to {percent:.0} % only"));
-            }
-        }
-        Ok(found.model)
+        trust.believed(&heard.vehicle.clone()?, schedule, speed)
     }
 
     /// The gains `dt` seconds after the last ones, and why the schedule acts alone if it does.
@@ -122,12 +78,7 @@ impl Adaptive {
     ) -> (LoopGains, Option<String>) {
         let scheduled = schedule.at(speed);
         let (target, reason) = match self.believed(schedule, trust, speed, stamp) {
-            Ok(model) => {
-                let highest = schedule.on(&model, speed).zip(scheduled, |gain, planned| {
-                    gain.clamp(planned / trust.factor, planned * trust.factor)
-                });
-                (highest, None)
-            }
+            Ok(model) => (trust.gains(schedule, &model, speed), None),
             Err(reason) => (scheduled, Some(reason)),
         };
         let before = self.gains.unwrap_or(scheduled);

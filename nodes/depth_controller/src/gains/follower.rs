@@ -58,6 +58,7 @@ impl Follower {
         match rules.source {
             Source::Fixed => (rules.schedule.reference, false),
             Source::Scheduled => (rules.schedule.at(speed), false),
+            Source::File(model) => (model.gains(&rules.schedule, &rules.trust, speed), true),
             Source::Adaptive => {
                 let (gains, reason) =
                     self.adaptive

@@ -13,40 +13,56 @@
 //!
 //! - [`pitch_model`]: `k`, `b`, `m`, and how they go with the speed; from an identified model too.
 //! - [`schedule`]: gains for such a model and speed.
+//! - [`trust`]: what an identified model has to be.
 //! - [`adaptive`]: the schedule on what `sysid` identifies, as far as that can be trusted.
+//! - [`from_file`]: the schedule on what it has identified before, from a model file.
 //! - [`follower`]: the gains in force at a tick.
 
 pub mod adaptive;
 pub mod follower;
+pub mod from_file;
 pub mod pitch_model;
 pub mod schedule;
+pub mod trust;
 
-pub use adaptive::{Adaptive, Trust};
+pub use adaptive::Adaptive;
 pub use follower::{Follower, Rules};
+pub use from_file::FromFile;
 pub use pitch_model::{PitchModel, SpeedLaw};
 pub use schedule::{LoopGains, Schedule};
+pub use trust::Trust;
 
 /// Where the loops take their gains from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Source {
     /// The parameters, whatever the speed.
     Fixed,
     /// The schedule on the parameters' model of the vehicle.
     Scheduled,
-    /// The schedule on the identified model.
+    /// The schedule on the model that is identified meanwhile.
     Adaptive,
+    /// The schedule on an identified model from a file.
+    File(FromFile),
 }
 
 impl Source {
     /// The names, as the parameter takes them.
-    pub const NAMES: &'static [&'static str] = &["fixed", "scheduled", "adaptive"];
+    pub const NAMES: &'static [&'static str] = &["fixed", "scheduled", "adaptive", "file"];
 
-    /// The source of that name.
-    #[must_use]
-    pub fn named(name: &str) -> Option<Self> {
-        [Self::Fixed, Self::Scheduled, Self::Adaptive]
-            .into_iter()
-            .zip(Self::NAMES)
-            .find_map(|(source, known)| (*known == name).then_some(source))
+    /// The source of that name; `read` reads the file, where one is asked for.
+    ///
+    /// # Errors
+    /// A sentence: another name, or why the file is refused.
+    pub fn named(
+        name: &str,
+        read: impl FnOnce() -> Result<FromFile, String>,
+    ) -> Result<Self, String> {
+        match name {
+            "fixed" => Ok(Self::Fixed),
+            "scheduled" => Ok(Self::Scheduled),
+            "adaptive" => Ok(Self::Adaptive),
+            "file" => read().map(Self::File),
+            _ => Err(format!("parameter 'gains.source': '{name}' refused")),
+        }
     }
 }

@@ -7,10 +7,10 @@
 //! q' = kappa delta - beta q - mu theta + nu w       kappa = M_delta/J, beta = -M_q/J, mu = W BG/J
 //! ```
 //! and so gives `M'delta`, `M'q` and `BG`, with `J` the base's; at other speeds they go as every
-//! coefficient goes. A model file that holds the vehicle's equations is taken at its word ([`target`]): its heave
+//! coefficient goes. A model file that holds the vehicle's equations is taken at its word (`target`): its heave
 //! equation too, and `nu = 0` if it left heave out. Of a transfer function alone, from planes to pitch
 //! rate or pitch, those `kappa`, `beta`, `mu` are sought that with the base's heave come nearest to it
-//! ([`nearest`]).
+//! (`nearest`).
 
 mod nearest;
 mod target;
@@ -28,9 +28,7 @@ use target::Target;
 /// no such vehicle follows (and by how much), or one that would turn over.
 pub fn vehicle(base: &Vehicle, model: &ModelFile) -> Result<Vehicle, String> {
     let output = signals(model)?;
-    let speed = model.speed.ok_or(
-        "it does not say at what speed it holds: add 'speed', in m/s (sysid identify --speed)",
-    )?;
+    let speed = model.told_speed()?;
     let target = match &model.physical {
         Some(physical) => Target::of(physical, speed),
         None => nearest(base, model, output, speed)?,

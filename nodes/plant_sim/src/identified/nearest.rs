@@ -142,7 +142,7 @@ pub(super) fn nearest(
     let pitch = least_squares(start, weighted)?;
     let relative = off(pitch, |it| 1.0 / it.value.norm())?;
     let error = relative.norm() / (known.len() as f64).sqrt();
-    if !(error <= POOR) {
+    if error.is_nan() || error > POOR {
         let (slowest, fastest) = (known[0].frequency, known[known.len() - 1].frequency);
         return Err(format!(
             "no vehicle with the heave of '{}' is like it: at {speed} m/s the nearest is off by {:.0} % \

@@ -1,0 +1,176 @@
+//! The schedule on a model from a file: what [`adaptive`](super::adaptive) would come to on the same model, were
+//! it heard live, at once and for good. It is believed on the same terms, but that it does not age; away from
+//! the speed it was found at, it goes with the speed as the schedule's own model does.
+
+use std::path::Path;
+
+use planesman_model_file::ModelFile;
+use planesman_msgs::planesman_msgs::msg::ModelEstimate;
+
+use super::{LoopGains, Schedule, SpeedLaw, Trust, pitch_model::Identified};
+
+/// The vehicle in pitch over speed, by a model file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FromFile {
+    law: SpeedLaw,
+}
+
+impl FromFile {
+    /// The model in a file.
+    ///
+    /// # Errors
+    /// A sentence that names the file: it cannot be read, does not say its speed, is of other signals than dive
+    /// planes and pitch rate, or is not to be trusted.
+    pub fn read(path: &str, schedule: &Schedule, trust: &Trust) -> Result<Self, String> {
+        let file = ModelFile::read(Path::new(path)).map_err(|reason| reason.to_string())?;
+        Self::of(&file, schedule, trust).map_err(|reason| format!("model file '{path}': {reason}"))
+    }
+
+    /// The same of what was read.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read), but for the file's name.
+    pub fn of(file: &ModelFile, schedule: &Schedule, trust: &Trust) -> Result<Self, String> {
+        let speed = file.told_speed()?;
+        let found = Identified::of(&estimate(file))?;
+        let model = trust.believed(&found, schedule, speed)?;
+        Ok(Self {
+            law: SpeedLaw {
+                model,
+                reference_speed: speed,
+                ..schedule.law
+            },
+        })
+    }
+
+    /// The gains at a speed (m/s).
+    #[must_use]
+    pub fn gains(&self, schedule: &Schedule, trust: &Trust, speed: f64) -> LoopGains {
+        let model = self.law.at(schedule.scheduled(speed));
+        trust.gains(schedule, &model, speed)
+    }
+}
+
+/// The file's transfer function as `sysid` would publish it.
+fn estimate(file: &ModelFile) -> ModelEstimate {
+    ModelEstimate {
+        input: file.input.clone(),
+        output: file.output.clone(),
+        sample_time: file.sample_time,
+        a: file.den[1..].to_vec(),
+        b: file.num.clone(),
+        covariance: file.covariance.concat(),
+        noise_variance: file.noise_variance,
+        valid: true,
+        ..ModelEstimate::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::gains::pitch_model::tests::estimate_of;
+    use crate::gains::schedule::tests::T6;
+    use crate::gains::{Adaptive, PitchModel};
+
+    const TRUST: Trust = Trust {
+        oldest: 5.0,
+        uncertainty: 0.25,
+        factor: 4.0,
+        rate: 1e3,
+    };
+
+    /// Planes half as strong as the schedule's, known to `deviation` in each coefficient.
+    fn weaker(deviation: f64) -> ModelEstimate {
+        let model = PitchModel {
+            plane: 0.5 * T6.law.model.plane,
+            ..T6.law.model
+        };
+        estimate_of(&model, 0.05, deviation)
+    }
+
+    /// The file that holds an estimate.
+    fn file(estimate: &ModelEstimate) -> ModelFile {
+        let den = [vec![1.0], estimate.a.clone()].concat();
+        let mut file = ModelFile::exact(
+            &estimate.input,
+            &estimate.output,
+            estimate.sample_time,
+            estimate.b.clone(),
+            den,
+        );
+        let width = estimate.covariance.len().isqrt();
+        let told = estimate.covariance.chunks(width);
+        for (row, told) in file.covariance.iter_mut().zip(told) {
+            row.clone_from(&told[..2 * estimate.b.len()].to_vec());
+        }
+        file.speed = Some(1.0);
+        file
+    }
+
+    #[test]
+    fn a_file_gives_the_gains_that_the_same_model_heard_live_comes_to() {
+        let estimate = weaker(1e-6);
+        let mut adaptive = Adaptive::new();
+        adaptive.on_model(&estimate);
+        let (heard, reason) = adaptive.step(&T6, &TRUST, 1.0, 0, 0.05);
+        assert_eq!(reason, None);
+        let read = FromFile::of(&file(&estimate), &T6, &TRUST).unwrap();
+        assert_eq!(read.gains(&T6, &TRUST, 1.0), heard);
+        assert!((heard.pitch_p / T6.reference.pitch_p - 2.0).abs() < 1e-2);
+    }
+
+    #[test]
+    fn away_from_its_speed_the_model_goes_as_water_goes() {
+        let model = file(&weaker(1e-6));
+        let read = FromFile::of(&model, &T6, &TRUST).unwrap();
+        for speed in [0.5, 2.0] {
+            let scheduled = T6.at(speed);
+            let gains = read.gains(&T6, &TRUST, speed);
+            // Half as strong at every speed.
+            let there = PitchModel {
+                plane: read.law.model.plane * speed * speed,
+                damping: read.law.model.damping * speed,
+                ..read.law.model
+            };
+            assert_eq!(gains, T6.on(&there, speed));
+            assert!(gains.pitch_p > scheduled.pitch_p);
+        }
+    }
+
+    #[test]
+    fn a_model_that_cannot_be_trusted_is_refused_with_the_reason() {
+        type Change = fn(&mut ModelFile);
+        let refused: [(Change, &str); 4] = [
+            (|m| m.speed = None, "at what speed"),
+            (|m| m.output = "state:depth".to_owned(), "pitch_rate"),
+            // Sixteen times the plane moment at a quarter of the speed.
+            (|m| m.speed = Some(0.2), "times the scheduled"),
+            (|m| m.sample_time = 9.0, "does not resolve"),
+        ];
+        for (change, word) in refused {
+            let mut changed = file(&weaker(1e-6));
+            change(&mut changed);
+            let refusal = FromFile::of(&changed, &T6, &TRUST).unwrap_err();
+            assert!(refusal.contains(word), "{refusal}");
+        }
+        let unsure = FromFile::of(&file(&weaker(0.1)), &T6, &TRUST).unwrap_err();
+        assert!(unsure.contains("known to"), "{unsure}");
+    }
+
+    #[test]
+    fn what_is_refused_of_a_file_names_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("model.json");
+        let read = || FromFile::read(path.to_str().unwrap(), &T6, &TRUST);
+        assert!(read().unwrap_err().contains("model.json"));
+        let mut model = file(&weaker(1e-6));
+        model.write(&path).unwrap();
+        assert!(read().is_ok());
+        model.speed = None;
+        model.write(&path).unwrap();
+        let refusal = read().unwrap_err();
+        assert!(refusal.contains("model.json") && refusal.contains("at what speed"));
+    }
+}
