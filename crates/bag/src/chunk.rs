@@ -4,11 +4,15 @@ use std::io::Read;
 
 use crate::{fields::Chunk, reader::Limits};
 
-/// Unpacks a chunk's records as its header says, and checks length and checksum.
+/// Unpacks a chunk's records into `records` as its header says, and checks length and checksum.
 ///
 /// # Errors
 /// A sentence that says what is wrong.
-pub(crate) fn unpack(chunk: &Chunk<'_>, limits: &Limits) -> Result<Vec<u8>, String> {
+pub(crate) fn unpack(
+    chunk: &Chunk<'_>,
+    limits: &Limits,
+    records: &mut Vec<u8>,
+) -> Result<(), String> {
     let packed = chunk.packed;
     let length = chunk.unpacked_size;
     if length > limits.chunk {
@@ -17,20 +21,32 @@ pub(crate) fn unpack(chunk: &Chunk<'_>, limits: &Limits) -> Result<Vec<u8>, Stri
             limits.chunk
         ));
     }
-    let records = match chunk.compression {
-        "" => packed.to_vec(),
-        "zstd" => unpack_stream(
-            zstd::stream::read::Decoder::with_buffer(packed).map_err(|e| e.to_string())?,
-            length,
-        )?,
-        "lz4" => unpack_stream(lz4_flex::frame::FrameDecoder::new(packed), length)?,
+    let garbled = |error| {
+        format!("a chunk that its header says holds {length} bytes does not unpack: {error}")
+    };
+    records.clear();
+    match chunk.compression {
+        "" => records.extend_from_slice(packed),
+        "zstd" => {
+            records.reserve_exact(length as usize);
+            zstd::bulk::Decompressor::new()
+                .and_then(|mut zstd| zstd.decompress_to_buffer(packed, records))
+                .map_err(garbled)?;
+        }
+        "lz4" => {
+            // One byte more than there ought to be, to see whether there is.
+            lz4_flex::frame::FrameDecoder::new(packed)
+                .take(length.saturating_add(1))
+                .read_to_end(records)
+                .map_err(garbled)?;
+        }
         other => {
             return Err(format!(
                 "a chunk is compressed with '{}'; none, zstd and lz4 are read",
                 other.escape_default()
             ));
         }
-    };
+    }
     if records.len() as u64 != length {
         return Err(format!(
             "a chunk holds {} bytes, its header says {length}",
@@ -38,18 +54,8 @@ pub(crate) fn unpack(chunk: &Chunk<'_>, limits: &Limits) -> Result<Vec<u8>, Stri
         ));
     }
     // A checksum of 0 stands for none; rosbag2 writes none.
-    if chunk.crc != 0 && crc32fast::hash(&records) != chunk.crc {
+    if chunk.crc != 0 && crc32fast::hash(records) != chunk.crc {
         return Err("a chunk's checksum does not match its bytes".to_owned());
     }
-    Ok(records)
-}
-
-/// All of `unpacked`, which ought to be `length` bytes; one more is read to see if it is not.
-fn unpack_stream(unpacked: impl Read, length: u64) -> Result<Vec<u8>, String> {
-    let mut records = Vec::new();
-    unpacked
-        .take(length.saturating_add(1))
-        .read_to_end(&mut records)
-        .map_err(|error| format!("a chunk does not unpack: {error}"))?;
-    Ok(records)
+    Ok(())
 }

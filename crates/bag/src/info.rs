@@ -2,7 +2,7 @@
 
 use std::{fmt, path::PathBuf};
 
-use crate::{BagReader, Completeness};
+use crate::{BagReader, Completeness, Topic, reader::TopicCount};
 
 /// What a bag holds, in numbers.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,37 +21,20 @@ pub struct BagInfo {
     pub messages: u64,
     /// Messages that the recorder knew to be lost.
     pub dropped: u64,
-    /// Every topic, by name.
-    pub topics: Vec<TopicInfo>,
+    /// Every topic, by name, but for the omitted.
+    pub topics: Vec<TopicCount>,
+    /// Topics for which there was no room.
+    pub omitted: u64,
     /// Whether later messages may be missing.
     pub completeness: Completeness,
-}
-
-/// A topic's line.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct TopicInfo {
-    /// Its name.
-    pub name: String,
-    /// Its type.
-    pub type_name: String,
-    /// Its messages.
-    pub messages: u64,
 }
 
 impl BagInfo {
     /// The summary of an open bag.
     #[must_use]
     pub fn of(bag: &BagReader) -> Self {
-        let mut topics: Vec<_> = bag
-            .topics()
-            .iter()
-            .map(|count| TopicInfo {
-                name: count.topic.name.clone(),
-                type_name: count.topic.type_name.clone(),
-                messages: count.messages,
-            })
-            .collect();
-        topics.sort_by(|a, b| a.name.cmp(&b.name));
+        let mut topics = bag.topics().to_vec();
+        topics.sort_by(|a, b| a.topic.name.cmp(&b.topic.name));
         Self {
             path: bag.path().to_owned(),
             files: bag.files().count(),
@@ -63,6 +46,7 @@ impl BagInfo {
             messages: bag.message_count(),
             dropped: bag.dropped(),
             topics,
+            omitted: bag.omitted(),
             completeness: bag.completeness().clone(),
         }
     }
@@ -87,15 +71,21 @@ impl fmt::Display for BagInfo {
         if self.dropped > 0 {
             write!(f, ", and {} lost while recording", self.dropped)?;
         }
-        let wide = |part: fn(&TopicInfo) -> usize| self.topics.iter().map(part).max().unwrap_or(0);
-        let name = wide(|topic| topic.name.len());
-        let type_name = wide(|topic| topic.type_name.len());
-        for topic in &self.topics {
+        let wide = |part: fn(&Topic) -> &str| {
+            let lengths = self.topics.iter().map(|it| part(&it.topic).len());
+            lengths.max().unwrap_or(0)
+        };
+        let name = wide(|topic| &topic.name);
+        let type_name = wide(|topic| &topic.kind.type_name);
+        for TopicCount { topic, messages } in &self.topics {
             write!(
                 f,
-                "\n  {:name$}  {:type_name$}  {:>8}",
-                topic.name, topic.type_name, topic.messages
+                "\n  {:name$}  {:type_name$}  {messages:>8}",
+                topic.name, topic.kind.type_name
             )?;
+        }
+        if self.omitted > 0 {
+            write!(f, "\n  and {} topics more than are listed", self.omitted)?;
         }
         Ok(())
     }

@@ -37,11 +37,13 @@
 //! ```
 //!
 //! Inside: `records` splits bytes into MCAP records, `fields` splits records, `chunk` unpacks
-//! and checks a chunk, and `recording` reads one `.mcap` file with them; `typed` knows the project's message types.
+//! and checks a chunk, `definitions` are a file's topics, `summary` is what it tells of itself. With them `recording` finds out
+//! what one `.mcap` file holds and `walk` reads it front to back; `typed` knows the project's message types.
 //!
 //! Times are signed nanoseconds on whatever clock the recording ran on, as ROS counts them.
 
 mod chunk;
+mod definitions;
 mod fields;
 pub mod info;
 pub mod metadata;
@@ -49,13 +51,15 @@ pub mod qos;
 pub mod reader;
 mod recording;
 mod records;
+mod summary;
 pub mod topic;
 mod typed;
+mod walk;
 pub mod writer;
 
 pub use info::BagInfo;
 pub use metadata::BagMetadata;
 pub use qos::OfferedQos;
 pub use reader::{BagReader, Completeness, Limits, Message, Order, ReadError};
-pub use topic::Topic;
+pub use topic::{Topic, TopicKind};
 pub use writer::{BagWriter, Compression, Health, TopicId, WriteError, WriterOptions};

@@ -149,9 +149,16 @@ pub(crate) fn to_text(offers: &[OfferedQos]) -> Result<String, serde_yaml_ng::Er
     Ok(serde_yaml_ng::to_string(offers)?.trim_end().to_owned())
 }
 
+/// The longest text of offers taken, bytes: seven hundred publishers' worth. YAML takes up to a hundred times its
+/// text while it is read.
+const LONGEST: usize = 256 << 10;
+
 /// The offers in a channel's `offered_qos_profiles`; none when the text is of an older form
-/// (numbers for words), which says nothing that a reader of payloads needs.
+/// (numbers for words) or beyond all measure, which says nothing that a reader of payloads needs.
 pub(crate) fn from_text(text: &str) -> Vec<OfferedQos> {
+    if text.len() > LONGEST {
+        return Vec::new();
+    }
     serde_yaml_ng::from_str(text).unwrap_or_default()
 }
 

@@ -9,7 +9,8 @@
 //! and [`BagReader::completeness`] says so.
 
 use std::{
-    collections::BTreeMap,
+    cmp::Ordering,
+    collections::{BTreeMap, BTreeSet},
     fmt, fs, io,
     path::{Path, PathBuf},
     sync::Arc,
@@ -17,26 +18,29 @@ use std::{
 
 use crate::{
     BagMetadata, Topic,
+    definitions::CHANNEL,
     metadata::{self, MetadataError},
-    recording::{Recording, Walk},
+    recording::{Counts, Recording},
     records::Damage,
+    walk::{Raw, Walk},
 };
 
-/// What is taken from a file at most. The defaults are far above what recorders write, and keep
-/// a hostile file from taking the memory.
+/// What is taken from a bag at most. The defaults are far above what recorders write, and keep a hostile bag from taking
+/// the memory: that is at most one record, its chunk unpacked, one message and the topics.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// Bytes of one record, and of one chunk when unpacked. 256 MiB; recorders write about 1.
+    /// Bytes of one record, and of one chunk when unpacked. 128 MiB; recorders write about 1.
     pub chunk: u64,
-    /// Bytes of all schemas and channels together. 64 MiB; a busy bag has 1.
+    /// Bytes that all topics and their types may take in memory. 192 MiB, a million topics; a busy bag takes 1. What is
+    /// beyond is told as [`BagReader::omitted`].
     pub definitions: u64,
 }
 
 impl Default for Limits {
     fn default() -> Self {
         Self {
-            chunk: 256 << 20,
-            definitions: 64 << 20,
+            chunk: 128 << 20,
+            definitions: 192 << 20,
         }
     }
 }
@@ -221,7 +225,6 @@ pub struct BagReader {
     recordings: Vec<Recording>,
     topics: Vec<TopicCount>,
     completeness: Completeness,
-    limits: Limits,
 }
 
 impl BagReader {
@@ -322,18 +325,24 @@ impl BagReader {
                 path: path.to_owned(),
             });
         }
-        let mut recordings = files
-            .iter()
-            .map(|file| Recording::open(file, &limits))
-            .collect::<Result<Vec<_>, _>>()?;
+        let mut topics = Topics::within(limits.definitions);
+        let mut recordings = Vec::new();
+        for file in &files {
+            let limits = Limits {
+                definitions: topics.room,
+                ..limits
+            };
+            let (mut recording, counts) = Recording::open(file, limits)?;
+            topics.take(&mut recording, &counts);
+            recordings.push(recording);
+        }
         let completeness = completeness(path, &recordings, metadata.as_ref(), not_told);
         Ok(Self {
             path: path.to_owned(),
-            topics: merged(&mut recordings),
+            topics: topics.list,
             metadata,
             recordings,
             completeness,
-            limits,
         })
     }
 
@@ -355,7 +364,7 @@ impl BagReader {
         self.metadata.as_ref()
     }
 
-    /// Every topic with its messages.
+    /// Every topic with its messages, but for those that are [omitted](Self::omitted).
     #[must_use]
     pub fn topics(&self) -> &[TopicCount] {
         &self.topics
@@ -364,7 +373,14 @@ impl BagReader {
     /// Messages on all topics.
     #[must_use]
     pub fn message_count(&self) -> u64 {
-        self.topics.iter().map(|topic| topic.messages).sum()
+        message_count(&self.recordings)
+    }
+
+    /// Topics that are passed over with their messages, since to hold them would take more than
+    /// [`Limits::definitions`]; in a split bag they are counted in each file.
+    #[must_use]
+    pub fn omitted(&self) -> u64 {
+        self.recordings.iter().map(|it| it.omitted).sum()
     }
 
     /// Messages that the recorder knew to be lost, as its metadata tells.
@@ -392,22 +408,23 @@ impl BagReader {
     /// Every message from the first, file by file. Each call starts anew.
     #[must_use]
     pub fn messages(&self, order: Order) -> Messages<'_> {
+        self.messages_of(|_| true, order)
+    }
+
+    /// The messages of the topics that are `wanted`; the others cost no copy. It is asked once for each topic of a file.
+    #[must_use]
+    pub fn messages_of<'a>(
+        &'a self,
+        wanted: impl Fn(&Topic) -> bool + 'a,
+        order: Order,
+    ) -> Messages<'a> {
         Messages {
             remaining: self.recordings.iter(),
             passed: 0,
             current: None,
             order,
-            limits: &self.limits,
-            wanted: None,
-        }
-    }
-
-    /// The messages of the named topics only; the others cost no copy.
-    #[must_use]
-    pub fn messages_of<'a>(&'a self, topics: &'a [&'a str], order: Order) -> Messages<'a> {
-        Messages {
-            wanted: Some(topics),
-            ..self.messages(order)
+            wanted: Box::new(wanted),
+            are_wanted: BTreeMap::new(),
         }
     }
 }
@@ -417,11 +434,12 @@ pub struct Messages<'a> {
     remaining: std::slice::Iter<'a, Recording>,
     /// Bytes of the files before the current one.
     passed: u64,
-    /// The file being read, and the messages met in it.
-    current: Option<(&'a Recording, Walk, u64)>,
+    /// The file being read.
+    current: Option<(&'a Recording, Walk)>,
     order: Order,
-    limits: &'a Limits,
-    wanted: Option<&'a [&'a str]>,
+    wanted: Box<dyn Fn(&Topic) -> bool + 'a>,
+    /// What it said of the current file's topics, by channel.
+    are_wanted: BTreeMap<u16, bool>,
 }
 
 impl Iterator for Messages<'_> {
@@ -429,57 +447,53 @@ impl Iterator for Messages<'_> {
 
     fn next(&mut self) -> Option<Self::Item> {
         loop {
-            let Some((recording, walk, met)) = &mut self.current else {
+            let Some((recording, walk)) = &mut self.current else {
                 let recording = self.remaining.next()?;
-                match recording.walk(self.order, self.limits) {
-                    Ok(walk) => self.current = Some((recording, walk, 0)),
+                self.are_wanted.clear();
+                match recording.walk(self.order) {
+                    Ok(walk) => self.current = Some((recording, walk)),
                     Err(error) => return self.end_with(error),
                 }
                 continue;
             };
-            match walk.next() {
-                Ok(Some(raw)) => {
-                    *met += 1;
-                    let unwanted = self
-                        .wanted
-                        .is_some_and(|wanted| !wanted.contains(&raw.topic.name.as_str()));
-                    if unwanted {
+            let damage = match walk.next() {
+                Ok(Some(Raw { topic, message })) => {
+                    let is_wanted = self
+                        .are_wanted
+                        .entry(message.channel_id)
+                        .or_insert_with(|| (self.wanted)(topic));
+                    if !*is_wanted {
                         continue;
                     }
                     return Some(Ok(Message {
-                        topic: Arc::clone(raw.topic),
-                        sequence: raw.sequence,
-                        log_time: raw.log_time,
-                        publish_time: raw.publish_time,
-                        payload: raw.payload.to_vec(),
+                        topic: Arc::clone(topic),
+                        sequence: message.sequence,
+                        log_time: message.log_time,
+                        publish_time: message.publish_time,
+                        payload: message.payload.to_vec(),
                     }));
                 }
-                // A record whose opcode was changed is passed by; its messages are missed here.
-                Ok(None) if *met != recording.message_count() => {
-                    let (path, offset) = (recording.path.clone(), recording.readable);
-                    let reason = format!(
-                        "its index tells of {} messages, {met} are there",
-                        recording.message_count()
-                    );
-                    return self.end_with(ReadError::Damaged {
-                        path,
-                        offset,
-                        reason,
-                    });
-                }
                 Ok(None) => {
-                    self.passed += recording.size;
-                    self.current = None;
+                    // A record whose opcode was changed is passed by; its messages are missed here.
+                    let (told, met) = (recording.messages, walk.met);
+                    if told == met {
+                        self.passed += recording.size;
+                        self.current = None;
+                        continue;
+                    }
+                    Damage {
+                        offset: recording.readable,
+                        reason: format!("its index tells of {told} messages, {met} are there"),
+                    }
                 }
-                Err(Damage { offset, reason }) => {
-                    let path = recording.path.clone();
-                    return self.end_with(ReadError::Damaged {
-                        path,
-                        offset,
-                        reason,
-                    });
-                }
-            }
+                Err(damage) => damage,
+            };
+            let path = recording.path.clone();
+            return self.end_with(ReadError::Damaged {
+                path,
+                offset: damage.offset,
+                reason: damage.reason,
+            });
         }
     }
 }
@@ -489,7 +503,7 @@ impl Messages<'_> {
     #[must_use]
     pub fn bytes_read(&self) -> u64 {
         let current = self.current.as_ref();
-        self.passed + current.map_or(0, |(_, walk, _)| walk.offset())
+        self.passed + current.map_or(0, |(_, walk)| walk.offset())
     }
 
     fn end_with(&mut self, error: ReadError) -> Option<Result<Message, ReadError>> {
@@ -523,29 +537,90 @@ fn mcap_files(folder: &Path) -> Result<Vec<PathBuf>, ReadError> {
     Ok(files)
 }
 
-/// Every topic of every file; one that is in several files is counted together, and kept once.
-fn merged(recordings: &mut [Recording]) -> Vec<TopicCount> {
-    let mut topics: Vec<TopicCount> = Vec::new();
-    let mut places: BTreeMap<(String, String), usize> = BTreeMap::new();
-    let of_all = recordings.iter_mut().flat_map(|it| &mut it.topics);
-    for (topic, messages) in of_all {
-        let messages = *messages;
-        let key = (topic.name.clone(), topic.type_name.clone());
-        let place = *places.entry(key).or_insert(topics.len());
-        match topics.get_mut(place) {
-            Some(known) => {
-                known.messages = known.messages.saturating_add(messages);
-                if known.topic == *topic {
-                    *topic = Arc::clone(&known.topic);
-                }
-            }
-            None => topics.push(TopicCount {
-                topic: Arc::clone(topic),
-                messages,
-            }),
+/// The topics of all files. One that is in several is counted together, and kept once.
+struct Topics {
+    list: Vec<TopicCount>,
+    /// Where in the list a topic is.
+    places: BTreeMap<ByName, usize>,
+    /// The bytes that more may take.
+    room: u64,
+}
+
+/// A topic, by name and type.
+struct ByName(Arc<Topic>);
+
+impl ByName {
+    fn key(&self) -> (&str, &str) {
+        (&self.0.name, &self.0.kind.type_name)
+    }
+}
+
+impl Ord for ByName {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.key().cmp(&other.key())
+    }
+}
+
+impl PartialOrd for ByName {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for ByName {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Eq for ByName {}
+
+impl Topics {
+    fn within(room: u64) -> Self {
+        Self {
+            list: Vec::new(),
+            places: BTreeMap::new(),
+            room,
         }
     }
-    topics
+
+    /// Takes a file's topics and counts; where the file's topic is one that is known, the file shares it.
+    fn take(&mut self, recording: &mut Recording, counts: &Counts) {
+        let mut taken = 0;
+        let mut kinds = BTreeSet::new();
+        for (id, topic) in Arc::make_mut(&mut recording.channels) {
+            let messages = counts.get(id).copied().unwrap_or(0);
+            let place = *self
+                .places
+                .entry(ByName(Arc::clone(topic)))
+                .or_insert(self.list.len());
+            let known = match self.list.get_mut(place) {
+                Some(known) => known,
+                None => self.list.push_mut(TopicCount {
+                    topic: Arc::clone(topic),
+                    messages: 0,
+                }),
+            };
+            known.messages = known.messages.saturating_add(messages);
+            if known.topic == *topic && !Arc::ptr_eq(&known.topic, topic) {
+                *topic = Arc::clone(&known.topic);
+                taken += CHANNEL;
+            } else {
+                taken += topic.size();
+                if kinds.insert(Arc::as_ptr(&topic.kind)) {
+                    taken += topic.kind.size();
+                }
+            }
+        }
+        self.room = self.room.saturating_sub(taken);
+    }
+}
+
+fn message_count(recordings: &[Recording]) -> u64 {
+    recordings
+        .iter()
+        .map(|recording| recording.messages)
+        .fold(0, u64::saturating_add)
 }
 
 fn completeness(
@@ -563,10 +638,7 @@ fn completeness(
             };
         }
     }
-    let counted: u64 = recordings
-        .iter()
-        .map(Recording::message_count)
-        .fold(0, u64::saturating_add);
+    let counted = message_count(recordings);
     let reason = match (not_told, metadata) {
         (Some(reason), _) => reason,
         (None, Some(metadata)) if metadata.message_count != counted => format!(

@@ -6,6 +6,7 @@
 //! taken as they come, so a lying length costs no memory.
 
 use std::io::{self, Read};
+use std::ops::Range;
 
 /// Opcode and length.
 pub(crate) const FRAME: usize = 1 + 8;
@@ -100,6 +101,25 @@ impl<R: Read> Records<R> {
             offset: start,
             body: &self.body,
         }))
+    }
+}
+
+/// The record at byte `at` of a chunk's records: its opcode, and where its bytes lie; `None` at the end.
+pub(crate) fn record_at(records: &[u8], at: usize) -> Result<Option<(u8, Range<usize>)>, String> {
+    let Some(rest) = records.get(at..).filter(|rest| !rest.is_empty()) else {
+        return Ok(None);
+    };
+    let Some((&[opcode, length @ ..], body)) = rest.split_first_chunk::<FRAME>() else {
+        return Err("cut off inside a record's frame".to_owned());
+    };
+    let length = u64::from_le_bytes(length);
+    let begin = at + FRAME;
+    match usize::try_from(length) {
+        Ok(length) if length <= body.len() => Ok(Some((opcode, begin..begin + length))),
+        _ => Err(format!(
+            "cut off inside a record (opcode {opcode:#04x}): {} of {length} bytes are there",
+            body.len()
+        )),
     }
 }
 

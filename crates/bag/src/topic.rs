@@ -1,5 +1,7 @@
 //! A recorded topic: what an MCAP channel and its schema say together.
 
+use std::sync::Arc;
+
 use crate::OfferedQos;
 
 /// What a bag knows of a topic beside its messages.
@@ -7,6 +9,14 @@ use crate::OfferedQos;
 pub struct Topic {
     /// The full name: `/auv/state`.
     pub name: String,
+    /// What its messages are.
+    pub kind: Arc<TopicKind>,
+}
+
+/// What the messages of a topic are and how they were offered. Topics of one kind share it: a bag of a million
+/// topics of one type holds that type once.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct TopicKind {
     /// The ROS type: `planesman_msgs/msg/VehicleState`; empty if the file names none.
     pub type_name: String,
     /// The type's definition with all it depends on, so that a reader needs no ROS install.

@@ -1,8 +1,10 @@
 //! Bags of the messages this project has types for: no description by hand, no bytes.
 
+use std::sync::Arc;
+
 use planesman_msgs::{self as msgs, TypeInfo, cdr};
 
-use crate::{BagWriter, Message, OfferedQos, Topic, TopicId, WriteError};
+use crate::{BagWriter, Message, OfferedQos, Topic, TopicId, TopicKind, WriteError};
 
 impl Topic {
     /// The topic `name` carrying messages of type `M`, offered with `qos`.
@@ -16,12 +18,14 @@ impl Topic {
     pub fn of_type(info: &TypeInfo, name: impl Into<String>, qos: OfferedQos) -> Self {
         Self {
             name: name.into(),
-            type_name: info.type_name.to_owned(),
-            definition: info.definition.to_owned(),
-            definition_encoding: "ros2msg".to_owned(),
-            message_encoding: "cdr".to_owned(),
-            type_hash: info.type_hash.to_owned(),
-            offered_qos: vec![qos],
+            kind: Arc::new(TopicKind {
+                type_name: info.type_name.to_owned(),
+                definition: info.definition.to_owned(),
+                definition_encoding: "ros2msg".to_owned(),
+                message_encoding: "cdr".to_owned(),
+                type_hash: info.type_hash.to_owned(),
+                offered_qos: vec![qos],
+            }),
         }
     }
 }
@@ -39,10 +43,10 @@ impl BagWriter {
         log_time: i64,
     ) -> Result<(), WriteError> {
         let carried = self.topic(topic)?;
-        if carried.type_name != M::TYPE_NAME {
+        if carried.kind.type_name != M::TYPE_NAME {
             return Err(WriteError::WrongType {
                 name: carried.name.clone(),
-                expected: carried.type_name.clone(),
+                expected: carried.kind.type_name.clone(),
                 given: M::TYPE_NAME.to_owned(),
             });
         }

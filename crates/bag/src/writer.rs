@@ -221,6 +221,8 @@ pub struct BagWriter {
     folder: Option<PathBuf>,
     options: WriterOptions,
     channels: Vec<Channel>,
+    /// The topics by name.
+    ids: BTreeMap<String, TopicId>,
     /// The first and last log time so far.
     span: Option<(i64, i64)>,
     /// Bytes and messages in the chunk that gathers.
@@ -315,6 +317,7 @@ impl BagWriter {
             folder: None,
             options,
             channels: Vec::new(),
+            ids: BTreeMap::new(),
             span: None,
             pending_bytes: 0,
             pending_messages: 0,
@@ -334,13 +337,9 @@ impl BagWriter {
     /// [`WriteError::Conflict`] if the name is there with another description;
     /// [`WriteError::Failed`] if writing fails.
     pub fn add_topic(&mut self, topic: &Topic) -> Result<TopicId, WriteError> {
-        if let Some(known) = self
-            .channels
-            .iter()
-            .position(|c| c.topic.name == topic.name)
-        {
-            return if self.channels[known].topic == *topic {
-                Ok(TopicId(known))
+        if let Some(known) = self.ids.get(&topic.name) {
+            return if self.topic(*known)? == topic {
+                Ok(*known)
             } else {
                 Err(WriteError::Conflict {
                     name: topic.name.clone(),
@@ -348,33 +347,36 @@ impl BagWriter {
             };
         }
         self.refuse_after_failure()?;
-        let offered = qos::to_text(&topic.offered_qos).map_err(|error| WriteError::Encode {
+        let kind = &topic.kind;
+        let offered = qos::to_text(&kind.offered_qos).map_err(|error| WriteError::Encode {
             name: topic.name.clone(),
             reason: error.to_string(),
         })?;
         let about = BTreeMap::from([
             ("offered_qos_profiles".to_owned(), offered),
-            ("topic_type_hash".to_owned(), topic.type_hash.clone()),
+            ("topic_type_hash".to_owned(), kind.type_hash.clone()),
         ]);
         let added = self
             .mcap
             .add_schema(
-                &topic.type_name,
-                &topic.definition_encoding,
-                topic.definition.as_bytes(),
+                &kind.type_name,
+                &kind.definition_encoding,
+                kind.definition.as_bytes(),
             )
             .and_then(|schema| {
                 self.mcap
-                    .add_channel(schema, &topic.name, &topic.message_encoding, &about)
+                    .add_channel(schema, &topic.name, &kind.message_encoding, &about)
             });
         let mcap_id = added.map_err(|error| self.fail(error))?;
+        let id = TopicId(self.channels.len());
+        self.ids.insert(topic.name.clone(), id);
         self.channels.push(Channel {
             topic: topic.clone(),
             mcap_id,
             messages: 0,
             dropped: 0,
         });
-        Ok(TopicId(self.channels.len() - 1))
+        Ok(id)
     }
 
     /// Takes a payload as DDS delivers it, with its four bytes of encapsulation in front.
@@ -553,10 +555,10 @@ impl BagWriter {
                      }| TopicWithCount {
                         topic_metadata: TopicMetadata {
                             name: topic.name.clone(),
-                            type_name: topic.type_name.clone(),
-                            serialization_format: topic.message_encoding.clone(),
-                            offered_qos_profiles: topic.offered_qos.clone(),
-                            type_description_hash: topic.type_hash.clone(),
+                            type_name: topic.kind.type_name.clone(),
+                            serialization_format: topic.kind.message_encoding.clone(),
+                            offered_qos_profiles: topic.kind.offered_qos.clone(),
+                            type_description_hash: topic.kind.type_hash.clone(),
                         },
                         message_count: *messages,
                     },
@@ -670,6 +672,7 @@ impl Write for Sink {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::TopicKind;
 
     /// A disk with room for so many bytes.
     struct SmallDisk(usize);
@@ -692,12 +695,13 @@ mod tests {
     fn topic() -> Topic {
         Topic {
             name: "/depth".to_owned(),
-            type_name: "std_msgs/msg/Float64".to_owned(),
-            definition: "float64 data\n".to_owned(),
-            definition_encoding: "ros2msg".to_owned(),
-            message_encoding: "cdr".to_owned(),
-            type_hash: String::new(),
-            offered_qos: Vec::new(),
+            kind: Arc::new(TopicKind {
+                type_name: "std_msgs/msg/Float64".to_owned(),
+                definition: "float64 data\n".to_owned(),
+                definition_encoding: "ros2msg".to_owned(),
+                message_encoding: "cdr".to_owned(),
+                ..TopicKind::default()
+            }),
         }
     }
 
@@ -746,10 +750,8 @@ mod tests {
         .expect("a sink takes all");
         let first = writer.add_topic(&topic()).expect("new");
         assert_eq!(writer.add_topic(&topic()).expect("the same"), first);
-        let other = Topic {
-            type_name: "std_msgs/msg/Float32".to_owned(),
-            ..topic()
-        };
+        let mut other = topic();
+        Arc::make_mut(&mut other.kind).type_name = "std_msgs/msg/Float32".to_owned();
         assert!(matches!(
             writer.add_topic(&other),
             Err(WriteError::Conflict { .. })

@@ -6,7 +6,7 @@ use std::{fs, ops::Not, os::unix::fs::FileExt, path::Path};
 
 use common::{all, fill, is_prefix, small_chunks, was_written, whole_file};
 use planesman_bag::{
-    BagReader, BagWriter, Completeness, Compression, Order, ReadError, WriterOptions,
+    BagInfo, BagReader, BagWriter, Completeness, Compression, Order, ReadError, WriterOptions,
     reader::Limits,
 };
 
@@ -306,7 +306,7 @@ fn lying_lengths_are_refused_and_cost_no_memory() {
     let mut far = vec![6];
     far.extend(u64::MAX.to_le_bytes());
     let mut near = vec![5];
-    near.extend((200_u64 << 20).to_le_bytes());
+    near.extend((100_u64 << 20).to_le_bytes());
     let mut attachment = vec![9];
     attachment.extend(u64::MAX.to_le_bytes());
     let schema_lie = [&[1, 0][..], &u32::MAX.to_le_bytes(), b"abc"].concat();
@@ -323,7 +323,7 @@ fn lying_lengths_are_refused_and_cost_no_memory() {
         (
             "chunk larger than told",
             chunk("zstd", 100, zeros.len() as u64, &zeros),
-            "its header says 100",
+            "its header says holds 100",
         ),
         (
             "chunk smaller than told",
@@ -391,29 +391,60 @@ fn an_index_that_lies_is_not_believed() {
 }
 
 #[test]
-fn topics_beyond_all_measure_are_refused() {
+fn topics_beyond_all_measure_are_passed_over_and_told() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let mut bytes = beginning();
-    for id in 1..100_u16 {
-        let name = "n".repeat(1000);
-        let mut body = id.to_le_bytes().to_vec();
-        for text in [&name, "ros2msg", &name] {
-            body.extend((text.len() as u32).to_le_bytes());
-            body.extend(text.as_bytes());
+    let text = |text: &str| [&(text.len() as u32).to_le_bytes(), text.as_bytes()].concat();
+    let file = |name: &str, first: u16| {
+        let mut bytes = beginning();
+        for id in 1..100_u16 {
+            // A type of a kilobyte for each topic.
+            let mut schema = id.to_le_bytes().to_vec();
+            let definition = "n".repeat(1000);
+            schema.extend([text("a/msg/A"), text("ros2msg"), text(&definition)].concat());
+            bytes.extend(record(3, &schema));
+            let mut channel = [id.to_le_bytes(), id.to_le_bytes()].concat();
+            let topic = format!("/topic_{:03}", first + id);
+            channel.extend([text(&topic), text("cdr"), text("")].concat());
+            bytes.extend(record(4, &channel));
+            let mut message = id.to_le_bytes().to_vec();
+            message.extend([0; 20]);
+            bytes.extend(record(5, &message));
         }
-        bytes.extend(record(3, &body));
-    }
-    let path = file_with(folder.path(), "wide.mcap", &bytes);
-    let limits = Limits {
-        definitions: 50_000,
-        ..Limits::default()
+        bytes.extend(record(0x0F, &[0; 4]));
+        bytes.extend(record(0x02, &[0; 20]));
+        bytes.extend(mcap::MAGIC);
+        file_with(folder.path(), name, &bytes)
     };
-    let bag = BagReader::open_within(&path, limits).expect("a header is there");
-    assert!(
-        bag.completeness()
-            .to_string()
-            .contains("50000 bytes to describe")
+    let open = |path: &Path, definitions: u64| {
+        let limits = Limits {
+            definitions,
+            ..Limits::default()
+        };
+        BagReader::open_within(path, limits).expect("a header is there")
+    };
+    let bag = open(&file("bag_0.mcap", 0), 50_000);
+    let kept = bag.topics().len() as u64;
+    assert!((5..50_000 / 1000).contains(&kept), "{kept}");
+    assert_eq!(bag.omitted(), 99 - kept);
+    assert_eq!(bag.message_count(), 99);
+    assert_eq!(all(&bag).expect("a whole file").len() as u64, kept);
+    assert!(bag.completeness().is_whole());
+    let told = BagInfo::of(&bag).to_string();
+    let line = format!("and {} topics more than are listed", 99 - kept);
+    assert!(told.contains(&line), "{told}");
+
+    // The measure is the whole bag's, in however many files; a topic that is in several is held once.
+    file("bag_1.mcap", 100);
+    let split = open(folder.path(), 50_000);
+    assert!(split.topics().len() < 50_000 / 1000);
+    assert_eq!(
+        all(&split).expect("whole files").len(),
+        split.topics().len()
     );
+    file("bag_1.mcap", 0);
+    let again = open(folder.path(), 1_000_000);
+    assert_eq!((again.topics().len(), again.omitted()), (99, 0));
+    assert_eq!(all(&again).expect("whole files").len(), 198);
 }
 
 #[test]
@@ -463,5 +494,5 @@ fn lz4_chunks_are_read() {
     let messages = all(&bag).expect("whole chunks");
     assert_eq!(messages.len(), 1);
     assert_eq!(messages[0].payload, expected[0].payload);
-    assert_eq!(messages[0].topic.type_name, "std_msgs/msg/Float64");
+    assert_eq!(messages[0].topic.kind.type_name, "std_msgs/msg/Float64");
 }

@@ -46,7 +46,7 @@ fn only_the_named_topics_are_read() {
     common::whole_file(&path, Compression::Zstd, 10);
     let bag = BagReader::open(&path).expect("a bag");
     let names: Vec<_> = bag
-        .messages_of(&["/pitch", "/absent"], Order::File)
+        .messages_of(|topic| topic.name == "/pitch", Order::File)
         .map(|message| message.expect("an undamaged bag").topic.name.clone())
         .collect();
     assert_eq!(names, ["/pitch"; 5]);

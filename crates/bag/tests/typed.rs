@@ -22,10 +22,10 @@ fn every_type_is_described_by_its_bag() {
     let bag = BagReader::open(&path).expect("a bag");
     assert_eq!(bag.topics().len(), planesman_msgs::registry().len());
     for count in bag.topics() {
-        let info = planesman_msgs::type_info(&count.topic.type_name).expect("a known type");
-        assert_eq!(count.topic.definition, info.definition);
-        assert_eq!(count.topic.type_hash, info.type_hash);
-        assert_eq!(count.topic.offered_qos, [OfferedQos::reliable(10)]);
+        let info = planesman_msgs::type_info(&count.topic.kind.type_name).expect("a known type");
+        assert_eq!(count.topic.kind.definition, info.definition);
+        assert_eq!(count.topic.kind.type_hash, info.type_hash);
+        assert_eq!(count.topic.kind.offered_qos, [OfferedQos::reliable(10)]);
     }
 }
 
@@ -55,7 +55,7 @@ fn a_message_comes_back_as_it_was() {
         .collect::<Result<_, _>>()
         .expect("an undamaged bag");
     assert_eq!(messages.len(), 1);
-    assert_eq!(messages[0].topic.type_name, VehicleState::TYPE_NAME);
+    assert_eq!(messages[0].topic.kind.type_name, VehicleState::TYPE_NAME);
     assert_eq!(
         messages[0].decode::<VehicleState>().expect("a state"),
         state

@@ -179,7 +179,7 @@ mod tests {
         let state = selected(&["state".to_owned()]).expect("known")[0];
         let topic = state.in_bag("/auv/state");
         assert_eq!(topic.name, "/auv/state");
-        assert_eq!(topic.type_name, "planesman_msgs/msg/VehicleState");
-        assert_eq!(topic.offered_qos, [OfferedQos::reliable(100)]);
+        assert_eq!(topic.kind.type_name, "planesman_msgs/msg/VehicleState");
+        assert_eq!(topic.kind.offered_qos, [OfferedQos::reliable(100)]);
     }
 }

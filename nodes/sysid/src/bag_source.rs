@@ -70,7 +70,6 @@ impl BagSource {
             .map(|request| Wanted::find(&self.bag, request))
             .collect::<Result<Vec<_>>>()?;
         let clock = self.chosen(&wanted)?;
-        let topics: Vec<&str> = wanted.iter().map(|it| it.topic.as_str()).collect();
         let mut reading = Reading {
             stamps: match clock {
                 Clock::Header => "of the messages' headers",
@@ -80,7 +79,10 @@ impl BagSource {
             notes: Vec::new(),
         };
         let mut plans: Vec<Plan> = Vec::new();
-        let mut messages = self.bag.messages_of(&topics, Order::File);
+        let mut messages = self.bag.messages_of(
+            |topic| wanted.iter().any(|it| it.topic == topic.name),
+            Order::File,
+        );
         let mut count = 0_u64;
         while let Some(message) = messages.next() {
             let message = match message {
@@ -164,7 +166,7 @@ impl Wanted {
         let Some(topic) = found.first() else {
             bail!(
                 "{signal}: the bag has no such topic; it has {}",
-                listed(bag.topics().iter().map(|it| it.topic.name.as_str()))
+                topics(bag)
             );
         };
         if found.iter().any(|it| it.name != topic.name) {
@@ -178,11 +180,20 @@ impl Wanted {
             .map_err(|error| anyhow!("{}: {error}", topic.name))?;
         Ok(Self {
             topic: topic.name.clone(),
-            type_name: topic.type_name.clone(),
+            type_name: topic.kind.type_name.clone(),
             path: signal.path().clone(),
             role: request.role,
             has_stamp: types.stamp().is_some(),
         })
+    }
+}
+
+/// The names of a bag's topics, the first of many.
+pub(crate) fn topics(bag: &BagReader) -> String {
+    let names = listed(bag.topics().iter().map(|it| it.topic.name.as_str()));
+    match bag.omitted() {
+        0 => names,
+        more => format!("{names}, beside {more} that there is no room for"),
     }
 }
 
@@ -206,18 +217,15 @@ fn listed<'a>(names: impl Iterator<Item = &'a str>) -> String {
 /// A line naming the topic, when its messages are not CDR or its schema cannot be read.
 pub fn types(topic: &Topic) -> Result<Types> {
     let name = &topic.name;
-    if topic.message_encoding != "cdr" {
+    if topic.kind.message_encoding != "cdr" {
         bail!(
             "{name}: messages are encoded as '{}'; cdr is read",
-            topic.message_encoding
+            topic.kind.message_encoding
         );
     }
-    schema::read(
-        &topic.type_name,
-        &topic.definition_encoding,
-        &topic.definition,
-    )
-    .map_err(|error| anyhow!("{name}: {error}"))
+    let kind = &topic.kind;
+    schema::read(&kind.type_name, &kind.definition_encoding, &kind.definition)
+        .map_err(|error| anyhow!("{name}: {error}"))
 }
 
 /// How the messages of one topic of one file are read.
@@ -299,7 +307,7 @@ impl Plan {
         }
         let told = format!(
             "{}: {} of {} messages cannot be read as {}; the first: {}",
-            self.topic.name, self.refused, self.messages, self.topic.type_name, self.reason
+            self.topic.name, self.refused, self.messages, self.topic.kind.type_name, self.reason
         );
         if self.refused == self.messages {
             bail!("{told}");

@@ -102,7 +102,7 @@ pub fn replay(args: &ReplayArgs) -> Result<Replay> {
     for message in bag.messages(Order::File) {
         let message = message?;
         let topic = message.topic.name.as_str();
-        if message.topic.type_name == ModelEstimate::TYPE_NAME && topic.ends_with("/model") {
+        if message.topic.kind.type_name == ModelEstimate::TYPE_NAME && topic.ends_with("/model") {
             published.push(cdr::from_bytes(&message.payload).with_context(|| topic.to_owned())?);
         }
         if !identifier.concerns(topic) {
@@ -141,7 +141,7 @@ pub fn replay(args: &ReplayArgs) -> Result<Replay> {
             bail!(
                 "bag '{}': no messages on the topic of {signal}; it holds {}",
                 args.bag.display(),
-                topics(&bag)
+                bag_source::topics(&bag)
             );
         }
     }
@@ -168,15 +168,6 @@ fn values(args: &ReplayArgs) -> Result<Values> {
         changes.push((name.to_owned(), file::parse_value(name, value)?));
     }
     Ok(Values::defaults(parameters::declarations()).with(changes)?)
-}
-
-fn topics(bag: &BagReader) -> String {
-    let names: Vec<&str> = bag.topics().iter().map(|t| t.topic.name.as_str()).collect();
-    if names.is_empty() {
-        "no topics".to_owned()
-    } else {
-        names.join(", ")
-    }
 }
 
 fn compare(replayed: &BTreeMap<i64, ModelEstimate>, published: &[ModelEstimate]) -> Comparison {

@@ -1,11 +1,13 @@
 //! `sysid topics`: every numeric field of a bag or table, with what one wants to know before fitting.
 
 use std::collections::BTreeMap;
+use std::rc::Rc;
 use std::sync::Arc;
 
 use anyhow::Result;
 use clap::Parser;
-use planesman_bag::{Order, Topic};
+use planesman_bag::reader::TopicCount;
+use planesman_bag::{Order, Topic, TopicKind};
 use planesman_decode::{Catalogue, Decoder, FieldPath, Values};
 use serde::Serialize;
 
@@ -20,7 +22,7 @@ const FIELDS_OF_TOPIC: usize = 1000;
 const FIELDS: usize = 20_000;
 
 /// Topics that are looked at.
-const TOPICS: usize = 2000;
+const TOPICS: usize = 1000;
 
 /// Columns of a sparkline.
 const SPARKS: usize = 24;
@@ -187,30 +189,20 @@ impl Course {
     }
 }
 
-/// A topic while it is looked at.
-struct Look {
-    topic: Arc<Topic>,
-    /// None when its messages cannot be read.
-    reader: Option<FieldReader>,
-    messages: u64,
-    refused: u64,
-    note: Option<String>,
-    meter: Meter,
-}
-
-struct FieldReader {
+/// How messages of one kind are read. Topics of a kind share it.
+struct Plan {
     decoder: Decoder,
-    values: Values,
+    /// The fields; seconds and nanoseconds of a stamp stand behind them.
     paths: Vec<FieldPath>,
-    fields: Vec<Field>,
-    /// Whether seconds and nanoseconds of a stamp stand behind the fields.
     has_stamp: bool,
+    /// Whether there are more fields.
+    is_cut: bool,
 }
 
-impl FieldReader {
-    fn of(topic: &Topic, clock: Option<Clock>, room: usize) -> Result<(Self, bool), String> {
+impl Plan {
+    fn of(topic: &Topic, clock: Option<Clock>) -> Result<Self, String> {
         let types = bag_source::types(topic).map_err(|error| error.to_string())?;
-        let mut catalogue = Catalogue::of(&types, room.min(FIELDS_OF_TOPIC));
+        let mut catalogue = Catalogue::of(&types, FIELDS_OF_TOPIC);
         let stamp = types.stamp().filter(|_| clock != Some(Clock::Log));
         // The stamp itself is told as the topic's timing.
         if let Some(stamp) = &stamp {
@@ -222,48 +214,84 @@ impl FieldReader {
         if let Some(stamp) = &stamp {
             paths.extend(["sec", "nanosec"].map(|name| stamp.field(name)));
         }
-        let reader = Self {
+        Ok(Self {
             decoder: Decoder::compile(&types, &paths).map_err(|error| error.to_string())?,
-            values: Values::default(),
-            fields: vec![Field::default(); catalogue.fields.len()],
             paths: catalogue.fields,
             has_stamp: stamp.is_some(),
-        };
-        Ok((reader, catalogue.is_cut))
-    }
-
-    /// Takes a message; returns the stamp it is to be counted by.
-    fn read(&mut self, payload: &[u8], log_time: i64) -> Result<i64, String> {
-        self.decoder
-            .read(payload, &mut self.values)
-            .map_err(|error| error.to_string())?;
-        for (index, field) in self.fields.iter_mut().enumerate() {
-            if let Some(value) = self.values.number(index) {
-                field.take(value);
-            }
-        }
-        if !self.has_stamp {
-            return Ok(log_time);
-        }
-        bag_source::nanoseconds(&self.values, self.fields.len())
-            .ok_or_else(|| "its stamp is beyond all time".to_owned())
+            is_cut: catalogue.is_cut,
+        })
     }
 }
 
+/// A topic while it is looked at.
+struct Look {
+    topic: Arc<Topic>,
+    /// None when its messages cannot be read.
+    plan: Option<Rc<Plan>>,
+    /// The first of the plan's.
+    fields: Vec<Field>,
+    messages: u64,
+    refused: u64,
+    note: Option<String>,
+    meter: Meter,
+}
+
 impl Look {
-    fn take(&mut self, payload: &[u8], log_time: i64) {
-        self.messages += 1;
-        let stamp = match &mut self.reader {
-            Some(reader) => reader.read(payload, log_time),
-            None => Ok(log_time),
+    /// A topic before its first message, and at most `room` of its fields.
+    fn at(topic: &Arc<Topic>, plan: Result<Rc<Plan>, String>, room: usize) -> Self {
+        let mut look = Self {
+            topic: Arc::clone(topic),
+            plan: None,
+            fields: Vec::new(),
+            messages: 0,
+            refused: 0,
+            note: None,
+            meter: Meter::default(),
         };
-        match stamp {
+        match plan {
+            Ok(plan) => {
+                let listed = plan.paths.len().min(room);
+                let is_cut = plan.is_cut || listed < plan.paths.len();
+                look.note = is_cut.then(|| format!("only its first {listed} fields are listed"));
+                look.fields = vec![Field::default(); listed];
+                look.plan = Some(plan);
+            }
+            Err(reason) => look.note = Some(reason),
+        }
+        look
+    }
+
+    fn take(&mut self, payload: &[u8], log_time: i64, values: &mut Values) {
+        self.messages += 1;
+        match self.read(payload, log_time, values) {
             Ok(stamp) => self.meter.take(stamp),
             Err(reason) => {
+                if self.refused == 0 {
+                    self.note = Some(reason);
+                }
                 self.refused += 1;
-                self.note.get_or_insert(reason);
             }
         }
+    }
+
+    /// Takes the numbers in a message; returns the stamp it is to be counted by.
+    fn read(&mut self, payload: &[u8], log_time: i64, values: &mut Values) -> Result<i64, String> {
+        let Some(plan) = &self.plan else {
+            return Ok(log_time);
+        };
+        plan.decoder
+            .read(payload, values)
+            .map_err(|error| error.to_string())?;
+        for (index, field) in self.fields.iter_mut().enumerate() {
+            if let Some(value) = values.number(index) {
+                field.take(value);
+            }
+        }
+        if !plan.has_stamp {
+            return Ok(log_time);
+        }
+        bag_source::nanoseconds(values, plan.paths.len())
+            .ok_or_else(|| "its stamp is beyond all time".to_owned())
     }
 
     fn survey(self) -> TopicSurvey {
@@ -275,15 +303,15 @@ impl Look {
             )),
             (None, _) => None,
         };
-        let is_header = self.reader.as_ref().is_some_and(|reader| reader.has_stamp);
-        let fields = self.reader.map(|reader| {
-            let each = reader.paths.iter().zip(&reader.fields);
+        let is_header = self.plan.as_ref().is_some_and(|plan| plan.has_stamp);
+        let fields = self.plan.map(|plan| {
+            let each = plan.paths.iter().zip(&self.fields);
             each.map(|(path, field)| field.survey(path.to_string()))
                 .collect()
         });
         TopicSurvey {
             name: self.topic.name.clone(),
-            type_name: self.topic.type_name.clone(),
+            type_name: self.topic.kind.type_name.clone(),
             stamps: if is_header { "header" } else { "log" }.to_owned(),
             timing: self.meter.timing(),
             fields: fields.unwrap_or_default(),
@@ -296,12 +324,12 @@ fn of_bag(source: &BagSource, wanted: Option<&str>, progress: &dyn Fn(u64)) -> S
     let bag = source.bag();
     let mut survey = Survey::default();
     let mut looks: Vec<Look> = Vec::new();
+    let mut plans: BTreeMap<*const TopicKind, Result<Rc<Plan>, String>> = BTreeMap::new();
     // By name and type: the same topic in the next file of a split bag.
-    let mut places: BTreeMap<(String, String), usize> = BTreeMap::new();
+    let mut places: BTreeMap<(&str, &str), usize> = BTreeMap::new();
     let mut room = FIELDS;
     let mut omitted = 0;
-    for count in bag.topics() {
-        let topic = &count.topic;
+    for TopicCount { topic, .. } in bag.topics() {
         if wanted.is_some_and(|text| !topic.name.contains(text)) {
             continue;
         }
@@ -309,33 +337,31 @@ fn of_bag(source: &BagSource, wanted: Option<&str>, progress: &dyn Fn(u64)) -> S
             omitted += 1;
             continue;
         }
-        let (reader, note) = match FieldReader::of(topic, source.clock(), room) {
-            Ok((reader, is_cut)) => {
-                room -= reader.fields.len();
-                let cut = || format!("only its first {} fields are listed", reader.fields.len());
-                let note = is_cut.then(cut);
-                (Some(reader), note)
-            }
-            Err(reason) => (None, Some(reason)),
-        };
-        places.insert((topic.name.clone(), topic.type_name.clone()), looks.len());
-        looks.push(Look {
-            topic: Arc::clone(topic),
-            reader,
-            messages: 0,
-            refused: 0,
-            note,
-            meter: Meter::default(),
-        });
+        let plan = plans
+            .entry(Arc::as_ptr(&topic.kind))
+            .or_insert_with(|| Plan::of(topic, source.clock()).map(Rc::new));
+        let look = Look::at(topic, plan.clone(), room);
+        room -= look.fields.len();
+        places.insert((&topic.name, &topic.kind.type_name), looks.len());
+        looks.push(look);
     }
     if omitted > 0 {
         survey.notes.push(format!(
             "{omitted} further topics are not listed; --topic TEXT lists those whose name contains it"
         ));
     }
-    let mut messages = bag.messages(Order::File);
-    // The topic of the message before: most come in runs, and each file has its own.
-    let mut known: BTreeMap<usize, (Arc<Topic>, Option<usize>)> = BTreeMap::new();
+    if bag.omitted() > 0 {
+        survey.notes.push(format!(
+            "{} further topics are passed over: there is no room for so many names and types",
+            bag.omitted()
+        ));
+    }
+    let place = |topic: &Topic| {
+        let key = (topic.name.as_str(), topic.kind.type_name.as_str());
+        places.get(&key).copied()
+    };
+    let mut messages = bag.messages_of(|topic| place(topic).is_some(), Order::File);
+    let mut values = Values::default();
     let mut count = 0_u64;
     while let Some(message) = messages.next() {
         let message = match message {
@@ -349,13 +375,8 @@ fn of_bag(source: &BagSource, wanted: Option<&str>, progress: &dyn Fn(u64)) -> S
         if count.is_multiple_of(TELL) {
             progress(messages.bytes_read());
         }
-        let address = Arc::as_ptr(&message.topic) as usize;
-        let (_, place) = known.entry(address).or_insert_with(|| {
-            let key = (message.topic.name.clone(), message.topic.type_name.clone());
-            (Arc::clone(&message.topic), places.get(&key).copied())
-        });
-        if let Some(look) = place.and_then(|place| looks.get_mut(place)) {
-            look.take(&message.payload, message.log_time);
+        if let Some(look) = place(&message.topic).and_then(|place| looks.get_mut(place)) {
+            look.take(&message.payload, message.log_time, &mut values);
         }
     }
     if !bag.completeness().is_whole() {

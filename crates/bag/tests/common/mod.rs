@@ -1,22 +1,24 @@
 //! Small bags for the tests.
 
-use std::path::Path;
+use std::{path::Path, sync::Arc};
 
 use planesman_bag::{
-    BagReader, BagWriter, Compression, Message, OfferedQos, Order, ReadError, Topic, WriterOptions,
+    BagReader, BagWriter, Compression, Message, OfferedQos, Order, ReadError, Topic, TopicKind,
+    WriterOptions,
 };
 
 /// A topic of the standard's simplest type.
 pub(crate) fn topic(name: &str) -> Topic {
     Topic {
         name: name.to_owned(),
-        type_name: "std_msgs/msg/Float64".to_owned(),
-        definition: "float64 data\n".to_owned(),
-        definition_encoding: "ros2msg".to_owned(),
-        message_encoding: "cdr".to_owned(),
-        type_hash: "RIHS01_0000000000000000000000000000000000000000000000000000000000000000"
-            .to_owned(),
-        offered_qos: vec![OfferedQos::reliable(10)],
+        kind: Arc::new(TopicKind {
+            type_name: "std_msgs/msg/Float64".to_owned(),
+            definition: "float64 data\n".to_owned(),
+            definition_encoding: "ros2msg".to_owned(),
+            message_encoding: "cdr".to_owned(),
+            type_hash: format!("RIHS01_{}", "0".repeat(64)),
+            offered_qos: vec![OfferedQos::reliable(10)],
+        }),
     }
 }
 

@@ -1,8 +1,9 @@
 //! Bags of foreign messages for the tests, written raw.
 
 use std::path::Path;
+use std::sync::Arc;
 
-use planesman_bag::{BagWriter, Compression, OfferedQos, Topic, TopicId, WriterOptions};
+use planesman_bag::{BagWriter, Compression, OfferedQos, Topic, TopicId, TopicKind, WriterOptions};
 use planesman_msgs::sensor_msgs::msg::Imu;
 use planesman_msgs::{Message, cdr};
 use rand::RngExt as _;
@@ -31,12 +32,14 @@ impl Maker {
         self.0
             .add_topic(&Topic {
                 name: name.to_owned(),
-                type_name: kind.to_owned(),
-                definition: definition.to_owned(),
-                definition_encoding: encoding.to_owned(),
-                message_encoding: "cdr".to_owned(),
-                type_hash: String::new(),
-                offered_qos: vec![OfferedQos::reliable(1)],
+                kind: Arc::new(TopicKind {
+                    type_name: kind.to_owned(),
+                    definition: definition.to_owned(),
+                    definition_encoding: encoding.to_owned(),
+                    message_encoding: "cdr".to_owned(),
+                    type_hash: String::new(),
+                    offered_qos: vec![OfferedQos::reliable(1)],
+                }),
             })
             .unwrap()
     }

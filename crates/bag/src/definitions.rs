@@ -1,0 +1,227 @@
+//! The topics of one file: its schemas and channels.
+//!
+//! A file numbers both with 16 bits and repeats them at will, in chunks and in its summary. What they take of memory
+//! is measured before it is taken; a topic for which there is no room is *omitted*: only its number is kept, so that its
+//! messages can be passed over.
+
+use std::{
+    collections::{BTreeMap, btree_map::Entry},
+    mem::size_of,
+    sync::Arc,
+};
+
+use crate::{
+    Topic, TopicKind,
+    fields::{self, op},
+    qos,
+};
+
+/// A file's topics by channel number.
+pub(crate) type Channels = BTreeMap<u16, Arc<Topic>>;
+
+/// What a topic takes beside its name, in every list that holds it: the topic (64 bytes), its name's bookkeeping,
+/// and its places among its file's channels and the bag's topics.
+const TOPIC: u64 = 160;
+
+/// What a channel takes whose topic is known.
+pub(crate) const CHANNEL: u64 = 32;
+
+impl Topic {
+    /// The bytes it takes, its kind apart.
+    pub(crate) fn size(&self) -> u64 {
+        TOPIC + self.name.len() as u64
+    }
+}
+
+impl TopicKind {
+    /// The bytes it takes.
+    pub(crate) fn size(&self) -> u64 {
+        let texts = [
+            &self.type_name,
+            &self.definition,
+            &self.definition_encoding,
+            &self.message_encoding,
+            &self.type_hash,
+        ];
+        let offers = self.offered_qos.capacity() * size_of::<crate::OfferedQos>();
+        let all = texts.iter().map(|text| text.len()).sum::<usize>() + offers;
+        size_of::<Self>() as u64 + all as u64
+    }
+}
+
+/// The schemas and channels met so far.
+#[derive(Default)]
+pub(crate) struct Definitions {
+    /// `None` for one that is omitted, and its channels with it.
+    schemas: BTreeMap<u16, Option<Schema>>,
+    /// `None` for one that is omitted.
+    channels: BTreeMap<u16, Option<Arc<Topic>>>,
+    /// By all that a channel says of itself beside its name.
+    kinds: BTreeMap<Vec<u8>, Arc<TopicKind>>,
+    /// The file's topics as they were found when it was opened: these are kept and no others.
+    found: Option<Arc<Channels>>,
+    /// The bytes that more may take.
+    room: u64,
+}
+
+/// What a channel number stands for.
+pub(crate) enum Known<'a> {
+    Topic(&'a Arc<Topic>),
+    Omitted,
+    Nothing,
+}
+
+#[derive(Default, PartialEq)]
+struct Schema {
+    name: String,
+    encoding: String,
+    text: String,
+}
+
+impl Definitions {
+    /// None yet, and room for so many bytes; of a file whose topics have been `found` before, those.
+    pub(crate) fn within(room: u64, found: Option<Arc<Channels>>) -> Self {
+        Self {
+            room,
+            found,
+            ..Self::default()
+        }
+    }
+
+    /// What a channel number stands for.
+    pub(crate) fn topic(&self, channel: u16) -> Known<'_> {
+        match self.channels.get(&channel) {
+            Some(Some(topic)) => Known::Topic(topic),
+            Some(None) => Known::Omitted,
+            None => Known::Nothing,
+        }
+    }
+
+    /// Those that are kept, and how many are omitted.
+    pub(crate) fn into_channels(self) -> (Channels, u64) {
+        let all = self.channels.len();
+        let kept: Channels = self
+            .channels
+            .into_iter()
+            .filter_map(|(id, topic)| Some((id, topic?)))
+            .collect();
+        let omitted = all - kept.len();
+        (kept, omitted as u64)
+    }
+
+    /// Takes a schema or channel record. A number once given keeps its meaning.
+    pub(crate) fn take(&mut self, opcode: u8, body: &[u8]) -> Result<(), String> {
+        if opcode == op::SCHEMA {
+            self.take_schema(&fields::Schema::read(body)?)
+        } else {
+            self.take_channel(&fields::Channel::read(body)?)
+        }
+    }
+
+    /// Takes so many bytes, if there is room.
+    fn take_room(&mut self, bytes: u64) -> bool {
+        let left = self.room.checked_sub(bytes);
+        self.room = left.unwrap_or(self.room);
+        left.is_some()
+    }
+
+    fn take_schema(&mut self, given: &fields::Schema<'_>) -> Result<(), String> {
+        match self.schemas.get(&given.id) {
+            Some(None) => return Ok(()),
+            Some(Some(known)) => {
+                let is_same = known.name == given.name
+                    && known.encoding == given.encoding
+                    && known.text == String::from_utf8_lossy(given.data);
+                return if is_same {
+                    Ok(())
+                } else {
+                    Err(format!("schema {} has two meanings", given.id))
+                };
+            }
+            None => {}
+        }
+        // A byte that is no UTF-8 becomes three.
+        let texts = given.name.len() + given.encoding.len() + 3 * given.data.len();
+        let fits = self.take_room(size_of::<Schema>() as u64 + CHANNEL + texts as u64);
+        let schema = fits.then(|| Schema {
+            name: given.name.to_owned(),
+            encoding: given.encoding.to_owned(),
+            text: String::from_utf8_lossy(given.data).into_owned(),
+        });
+        self.schemas.insert(given.id, schema);
+        Ok(())
+    }
+
+    fn take_channel(&mut self, given: &fields::Channel<'_>) -> Result<(), String> {
+        let two_meanings = || Err(format!("channel {} has two meanings", given.id));
+        let topic = self.kind(given)?.map(|kind| Topic {
+            name: given.topic.to_owned(),
+            kind,
+        });
+        match (self.channels.get(&given.id), &topic) {
+            (Some(None), _) => return Ok(()),
+            (Some(Some(known)), Some(topic)) if **known == *topic => return Ok(()),
+            (Some(Some(_)), _) => return two_meanings(),
+            (None, _) => {}
+        }
+        let kept = match (topic, &self.found) {
+            (None, _) => None,
+            (Some(topic), None) => self.take_room(topic.size()).then(|| Arc::new(topic)),
+            (Some(topic), Some(found)) => match found.get(&given.id) {
+                Some(found) if **found == topic => Some(Arc::clone(found)),
+                Some(_) => return two_meanings(),
+                None => None,
+            },
+        };
+        self.channels.insert(given.id, kept);
+        Ok(())
+    }
+
+    /// What the channel's messages are; `None` where there is no room for it.
+    fn kind(&mut self, given: &fields::Channel<'_>) -> Result<Option<Arc<TopicKind>>, String> {
+        let no_schema = Schema::default();
+        let schema = match self.schemas.get(&given.schema_id) {
+            Some(Some(schema)) => schema,
+            Some(None) => return Ok(None),
+            None if given.schema_id == 0 => &no_schema,
+            None => {
+                return Err(format!(
+                    "topic {} has the unknown schema {}",
+                    given.topic.escape_default(),
+                    given.schema_id
+                ));
+            }
+        };
+        let about = |key| given.metadata.get(key).copied().unwrap_or_default();
+        let [hash, offers] = ["topic_type_hash", "offered_qos_profiles"].map(about);
+        let key = key(given.schema_id, [given.message_encoding, hash, offers]);
+        let size = CHANNEL + key.len() as u64;
+        let new = match self.kinds.entry(key) {
+            Entry::Occupied(known) => return Ok(Some(Arc::clone(known.get()))),
+            Entry::Vacant(new) => new,
+        };
+        let kind = TopicKind {
+            type_name: schema.name.clone(),
+            definition: schema.text.clone(),
+            definition_encoding: schema.encoding.clone(),
+            message_encoding: given.message_encoding.to_owned(),
+            type_hash: hash.to_owned(),
+            offered_qos: qos::from_text(offers),
+        };
+        let Some(room) = self.room.checked_sub(size + kind.size()) else {
+            return Ok(None);
+        };
+        self.room = room;
+        Ok(Some(Arc::clone(new.insert(Arc::new(kind)))))
+    }
+}
+
+/// A number and some texts in one, so that no two are alike.
+fn key(number: u16, texts: [&str; 3]) -> Vec<u8> {
+    let mut key = number.to_le_bytes().to_vec();
+    for text in texts {
+        key.extend(text.len().to_le_bytes());
+        key.extend(text.as_bytes());
+    }
+    key
+}

@@ -1,0 +1,220 @@
+//! The messages of one `.mcap` file, front to back. Memory holds one record, the chunk in it unpacked, and the topics.
+
+use std::{
+    fs::File,
+    io::{self, BufReader, Read, Seek, SeekFrom, Take},
+    ops::Range,
+    sync::Arc,
+};
+
+use crate::{
+    Topic, chunk,
+    definitions::{Channels, Definitions, Known},
+    fields::{self, op},
+    reader::{Limits, Order},
+    records::{Damage, Records, record_at},
+};
+
+/// What is read of the file at once.
+pub(crate) const BUFFER: usize = 256 * 1024;
+
+/// A message as it lies in the file.
+pub(crate) struct Raw<'a> {
+    pub(crate) topic: &'a Arc<Topic>,
+    pub(crate) message: fields::Message<'a>,
+}
+
+/// The messages of a file, one after the other.
+pub(crate) struct Walk {
+    records: Records<Take<BufReader<File>>>,
+    order: Order,
+    limits: Limits,
+    pub(crate) definitions: Definitions,
+    /// A chunk's records unpacked, or one message.
+    unpacked: Vec<u8>,
+    left: Left,
+    /// Messages met, those of omitted topics included.
+    pub(crate) met: u64,
+    /// Whether there is no further record to take.
+    ended: bool,
+    /// Whether that is because the data section was ended properly.
+    pub(crate) data_ended: bool,
+}
+
+/// What of the unpacked bytes has not been given out.
+enum Left {
+    Nothing,
+    /// All: they are one message.
+    Message,
+    /// The records from this byte on.
+    From(usize),
+    /// The messages whose records begin at these bytes, each behind its log time.
+    Sorted(std::vec::IntoIter<(i64, usize)>),
+}
+
+impl Walk {
+    /// The messages of `file` up to the byte `readable`. Its topics are those that were `found`, if it was read before.
+    pub(crate) fn new(
+        mut file: File,
+        readable: u64,
+        order: Order,
+        limits: &Limits,
+        found: Option<Arc<Channels>>,
+    ) -> io::Result<Self> {
+        let start = mcap::MAGIC.len() as u64;
+        file.seek(SeekFrom::Start(start))?;
+        let input = BufReader::with_capacity(BUFFER, file).take(readable.saturating_sub(start));
+        Ok(Self {
+            records: Records::new(input, start, limits.chunk),
+            order,
+            limits: limits.clone(),
+            definitions: Definitions::within(limits.definitions, found),
+            unpacked: Vec::new(),
+            left: Left::Nothing,
+            met: 0,
+            ended: false,
+            data_ended: false,
+        })
+    }
+
+    /// The next message; `None` after the last. A chunk is read whole or not at all.
+    pub(crate) fn next(&mut self) -> Result<Option<Raw<'_>>, Damage> {
+        let place = loop {
+            match self.next_place() {
+                Some(place) => {
+                    self.met += 1;
+                    if self.raw(place.clone()).is_some() {
+                        break place;
+                    }
+                }
+                None if self.ended => return Ok(None),
+                None => self.next_record()?,
+            }
+        };
+        Ok(self.raw(place))
+    }
+
+    /// The bytes of the file that have been taken.
+    pub(crate) fn offset(&self) -> u64 {
+        self.records.offset()
+    }
+
+    /// The message whose bytes lie there; `None` for one whose topic is omitted.
+    fn raw(&self, place: Range<usize>) -> Option<Raw<'_>> {
+        let message = fields::Message::read(self.unpacked.get(place)?).ok()?;
+        match self.definitions.topic(message.channel_id) {
+            Known::Topic(topic) => Some(Raw { topic, message }),
+            Known::Omitted | Known::Nothing => None,
+        }
+    }
+
+    /// Where the bytes of the next message lie that has been unpacked and not been given out.
+    fn next_place(&mut self) -> Option<Range<usize>> {
+        let record = |at| record_at(&self.unpacked, at).ok().flatten();
+        match &mut self.left {
+            Left::Nothing => None,
+            Left::Message => {
+                self.left = Left::Nothing;
+                Some(0..self.unpacked.len())
+            }
+            Left::From(at) => loop {
+                let (opcode, place) = record(*at)?;
+                *at = place.end;
+                if opcode == op::MESSAGE {
+                    return Some(place);
+                }
+            },
+            Left::Sorted(messages) => Some(record(messages.next()?.1)?.1),
+        }
+    }
+
+    /// Takes one record of the file.
+    fn next_record(&mut self) -> Result<(), Damage> {
+        let Some(record) = self.records.next(is_told)? else {
+            self.ended = true;
+            return Ok(());
+        };
+        let offset = record.offset;
+        let damage = |reason: String| Damage { offset, reason };
+        match record.opcode {
+            op::SCHEMA | op::CHANNEL => self
+                .definitions
+                .take(record.opcode, record.body)
+                .map_err(damage)?,
+            op::MESSAGE => {
+                checked(record.body, &self.definitions).map_err(damage)?;
+                self.unpacked.clear();
+                self.unpacked.extend_from_slice(record.body);
+                self.left = Left::Message;
+            }
+            op::CHUNK => {
+                self.left = Left::Nothing;
+                let chunk = fields::Chunk::read(record.body).map_err(damage)?;
+                chunk::unpack(&chunk, &self.limits, &mut self.unpacked).map_err(damage)?;
+                self.open_chunk()
+                    .map_err(|reason| damage(format!("inside a chunk: {reason}")))?;
+            }
+            op::DATA_END | op::FOOTER => {
+                self.ended = true;
+                self.data_ended = true;
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// Checks every record of the unpacked chunk and takes its schemas and channels.
+    fn open_chunk(&mut self) -> Result<(), String> {
+        let mut sorted = Vec::new();
+        let mut at = 0;
+        while let Some((opcode, place)) = record_at(&self.unpacked, at)? {
+            let body = &self.unpacked[place.clone()];
+            match opcode {
+                op::SCHEMA | op::CHANNEL => self.definitions.take(opcode, body)?,
+                op::MESSAGE => {
+                    let log_time = checked(body, &self.definitions)?;
+                    if self.order == Order::LogTimeInChunk {
+                        sorted.push((log_time, at));
+                    }
+                }
+                _ => {}
+            }
+            at = place.end;
+        }
+        self.left = match self.order {
+            Order::File => Left::From(0),
+            Order::LogTimeInChunk => {
+                sorted.sort_unstable();
+                Left::Sorted(sorted.into_iter())
+            }
+        };
+        Ok(())
+    }
+}
+
+/// The log time of a message that is as it should be.
+fn checked(body: &[u8], definitions: &Definitions) -> Result<i64, String> {
+    let message = fields::Message::read(body)?;
+    match definitions.topic(message.channel_id) {
+        Known::Topic(_) | Known::Omitted => Ok(message.log_time),
+        Known::Nothing => Err(format!(
+            "a message belongs to the unknown channel {}",
+            message.channel_id
+        )),
+    }
+}
+
+/// The records that tell of messages and topics; all others (attachments, indexes) are passed by.
+pub(crate) fn is_told(opcode: u8) -> bool {
+    matches!(
+        opcode,
+        op::FOOTER
+            | op::SCHEMA
+            | op::CHANNEL
+            | op::MESSAGE
+            | op::CHUNK
+            | op::STATISTICS
+            | op::DATA_END
+            | op::SUMMARY_OFFSET
+    )
+}
