@@ -6,7 +6,8 @@
 
 use std::{
     collections::BTreeMap,
-    fs, io,
+    fs,
+    io::{self, Read as _},
     path::{Path, PathBuf},
 };
 
@@ -19,6 +20,9 @@ pub const FILE_NAME: &str = "metadata.yaml";
 
 /// The version that is written.
 pub const VERSION: u32 = 9;
+
+/// The longest account read, bytes: that of six thousand topics. YAML takes up to seventy times its text while it is read.
+const LONGEST: u64 = 4 << 20;
 
 /// `starting_time` of a bag without messages, as rosbag2 writes it.
 pub(crate) const NEVER: i64 = i64::MAX;
@@ -137,6 +141,14 @@ pub enum MetadataError {
         /// What the system says.
         source: io::Error,
     },
+    /// Longer than any account.
+    #[error("{path} has {length} bytes; at most {LONGEST} are read")]
+    TooLong {
+        /// The file.
+        path: PathBuf,
+        /// Its bytes.
+        length: u64,
+    },
     /// The text is not a bag's account.
     #[error("{path} is not the metadata of a rosbag2 bag: {source}")]
     Format {
@@ -183,17 +195,27 @@ impl BagMetadata {
     /// Reads the account at `path`.
     ///
     /// # Errors
-    /// When the file cannot be read or is not an account; it is at most 64 MiB.
+    /// When the file cannot be read, has more than 4 MiB, or is not an account.
     pub fn read(path: &Path) -> Result<Self, MetadataError> {
-        use io::Read;
-        const LONGEST: u64 = 64 << 20;
+        let unreadable = |source| MetadataError::Io {
+            path: path.to_owned(),
+            source,
+        };
+        // Asked before it is opened: a pipe would be waited for.
+        let about = fs::metadata(path).map_err(unreadable)?;
+        if !about.is_file() {
+            return Err(unreadable(io::Error::other("it is not a regular file")));
+        }
+        if about.len() > LONGEST {
+            return Err(MetadataError::TooLong {
+                path: path.to_owned(),
+                length: about.len(),
+            });
+        }
         let mut text = String::new();
         fs::File::open(path)
             .and_then(|file| file.take(LONGEST).read_to_string(&mut text))
-            .map_err(|source| MetadataError::Io {
-                path: path.to_owned(),
-                source,
-            })?;
+            .map_err(unreadable)?;
         let document: Document =
             serde_yaml_ng::from_str(&text).map_err(|source| MetadataError::Format {
                 path: path.to_owned(),

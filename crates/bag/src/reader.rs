@@ -164,6 +164,11 @@ pub enum Completeness {
         /// What shows it.
         reason: String,
     },
+    /// Its files were closed, but its account of them cannot be read.
+    Untold {
+        /// Why not.
+        reason: String,
+    },
 }
 
 impl Completeness {
@@ -189,6 +194,7 @@ impl fmt::Display for Completeness {
                 }
                 write!(f, ": {reason}")
             }
+            Self::Untold { reason } => write!(f, "not known to be whole: {reason}"),
         }
     }
 }
@@ -272,9 +278,15 @@ impl BagReader {
         let not_told = match BagMetadata::read(&told) {
             Ok(metadata) => return Self::open_listed(&told, folder, metadata, limits),
             Err(MetadataError::Io { source, .. }) if source.kind() == io::ErrorKind::NotFound => {
-                "it has no metadata.yaml: it was not closed".to_owned()
+                Completeness::Truncated {
+                    path: folder.to_owned(),
+                    readable: None,
+                    reason: "it has no metadata.yaml: it was not closed".to_owned(),
+                }
             }
-            Err(error) => error.to_string(),
+            Err(error) => Completeness::Untold {
+                reason: error.to_string(),
+            },
         };
         let files = mcap_files(folder)?;
         Self::open_files(folder, files, None, Some(not_told), limits)
@@ -317,7 +329,7 @@ impl BagReader {
         path: &Path,
         files: Vec<PathBuf>,
         metadata: Option<BagMetadata>,
-        not_told: Option<String>,
+        not_told: Option<Completeness>,
         limits: Limits,
     ) -> Result<Self, ReadError> {
         if files.is_empty() {
@@ -623,11 +635,12 @@ fn message_count(recordings: &[Recording]) -> u64 {
         .fold(0, u64::saturating_add)
 }
 
+/// `not_told` is what the want of metadata says.
 fn completeness(
     path: &Path,
     recordings: &[Recording],
     metadata: Option<&BagMetadata>,
-    not_told: Option<String>,
+    not_told: Option<Completeness>,
 ) -> Completeness {
     for recording in recordings {
         if let Some(reason) = &recording.cut {
@@ -639,17 +652,15 @@ fn completeness(
         }
     }
     let counted = message_count(recordings);
-    let reason = match (not_told, metadata) {
-        (Some(reason), _) => reason,
-        (None, Some(metadata)) if metadata.message_count != counted => format!(
-            "its metadata.yaml tells of {} messages, its files hold {counted}",
-            metadata.message_count
-        ),
-        _ => return Completeness::Whole,
-    };
-    Completeness::Truncated {
-        path: path.to_owned(),
-        readable: None,
-        reason,
+    match metadata {
+        Some(metadata) if metadata.message_count != counted => Completeness::Truncated {
+            path: path.to_owned(),
+            readable: None,
+            reason: format!(
+                "its metadata.yaml tells of {} messages, its files hold {counted}",
+                metadata.message_count
+            ),
+        },
+        _ => not_told.unwrap_or(Completeness::Whole),
     }
 }
