@@ -1,4 +1,4 @@
-//! A chunk's contents: unpacked within a limit, and checked.
+//! A chunk's contents, and a message that rosbag2 has packed by itself: unpacked within a limit, and checked.
 
 use std::io::Read;
 
@@ -58,4 +58,19 @@ pub(crate) fn unpack(
         return Err("a chunk's checksum does not match its bytes".to_owned());
     }
     Ok(())
+}
+
+/// Unpacks a message that rosbag2 has packed with zstd, to at most so many bytes.
+///
+/// # Errors
+/// A sentence that says what is wrong.
+pub(crate) fn unpack_message(packed: &[u8], most: u64) -> Result<Vec<u8>, String> {
+    let mut payload = Vec::new();
+    zstd::stream::read::Decoder::with_buffer(packed)
+        .and_then(|zstd| zstd.take(most + 1).read_to_end(&mut payload))
+        .map_err(|error| format!("a message does not unpack: {error}"))?;
+    if payload.len() as u64 > most {
+        return Err(format!("a message unpacks to more than {most} bytes"));
+    }
+    Ok(payload)
 }

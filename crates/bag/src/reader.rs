@@ -17,7 +17,7 @@ use std::{
 };
 
 use crate::{
-    BagMetadata, Topic,
+    BagMetadata, Topic, chunk,
     definitions::CHANNEL,
     metadata::{self, MetadataError},
     recording::{Counts, Recording},
@@ -54,6 +54,10 @@ pub enum Order {
     /// By log time within each chunk; equal times as written. Chunks stay as written.
     LogTimeInChunk,
 }
+
+/// How another kind of bag becomes one that is read.
+pub(crate) const CONVERT: &str = "'rosbags-convert --src OLD --dst NEW --dst-storage mcap' (of PyPI's rosbags) \
+                                  makes one of it, as 'ros2 bag convert' does";
 
 /// Why a bag cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -97,24 +101,25 @@ pub enum ReadError {
         path: PathBuf,
     },
     /// A folder without `.mcap` files.
-    #[error("{path} is no bag: it holds no .mcap file")]
+    #[error("{path} is no bag that can be read: it holds no .mcap file{instead}")]
     NoMcap {
         /// The folder.
         path: PathBuf,
+        /// What it holds instead and what to do, if that is known.
+        instead: &'static str,
     },
     /// A storage other than MCAP.
-    #[error(
-        "{path} is a bag in rosbag2's '{storage}' storage; only mcap is read ('ros2 bag convert' makes one of the other)"
-    )]
+    #[error("{path} is a bag in rosbag2's '{storage}' storage; only mcap is read; {CONVERT}")]
     Storage {
         /// The metadata.
         path: PathBuf,
         /// The storage it names.
         storage: String,
     },
-    /// Files or messages compressed by rosbag2 rather than by MCAP.
+    /// Files or messages compressed by rosbag2 rather than by MCAP, in a way that is not read.
     #[error(
-        "{path} is a bag compressed by {mode} ({format}); only MCAP's own chunk compression is read ('ros2 bag convert' makes one of the other)"
+        "{path} is a bag compressed by {mode} ({format}); read are MCAP's own chunk compression, messages packed with zstd, and \
+         files once they are unpacked ('zstd -d NAME.mcap.zstd', beside the packed ones)"
     )]
     Compressed {
         /// The metadata.
@@ -231,6 +236,8 @@ pub struct BagReader {
     recordings: Vec<Recording>,
     topics: Vec<TopicCount>,
     completeness: Completeness,
+    /// The bytes that a message is unpacked to at most, if rosbag2 has packed each by itself.
+    unpack: Option<u64>,
 }
 
 impl BagReader {
@@ -305,24 +312,28 @@ impl BagReader {
                 storage: metadata.storage_identifier,
             });
         }
-        if !matches!(
-            metadata.compression_mode.to_lowercase().as_str(),
-            "" | "none" | "storage"
-        ) {
+        let mode = metadata.compression_mode.to_lowercase();
+        // Older bags write the folder before the name; a bag's files never lie outside it.
+        let files: Vec<PathBuf> = metadata
+            .relative_file_paths
+            .iter()
+            .filter_map(|listed| Path::new(listed).file_name())
+            .map(|name| folder.join(name))
+            .map(|file| if mode == "file" { unpacked(file) } else { file })
+            .collect();
+        let is_packed = mode == "file" && files.iter().any(|file| is_zstd(file));
+        let are_packed = mode == "message" && metadata.compression_format == "zstd";
+        let is_read = matches!(mode.as_str(), "" | "none" | "storage" | "file") || are_packed;
+        if !is_read || is_packed {
             return Err(ReadError::Compressed {
                 path: told.to_owned(),
                 mode: metadata.compression_mode,
                 format: metadata.compression_format,
             });
         }
-        // Older bags write the folder before the name; a bag's files never lie outside it.
-        let files = metadata
-            .relative_file_paths
-            .iter()
-            .filter_map(|listed| Path::new(listed).file_name())
-            .map(|name| folder.join(name))
-            .collect();
-        Self::open_files(folder, files, Some(metadata), None, limits)
+        let unpack = are_packed.then_some(limits.chunk);
+        let bag = Self::open_files(folder, files, Some(metadata), None, limits)?;
+        Ok(Self { unpack, ..bag })
     }
 
     fn open_files(
@@ -335,6 +346,7 @@ impl BagReader {
         if files.is_empty() {
             return Err(ReadError::NoMcap {
                 path: path.to_owned(),
+                instead: instead(path),
             });
         }
         let mut topics = Topics::within(limits.definitions);
@@ -355,6 +367,7 @@ impl BagReader {
             metadata,
             recordings,
             completeness,
+            unpack: None,
         })
     }
 
@@ -435,6 +448,7 @@ impl BagReader {
             passed: 0,
             current: None,
             order,
+            unpack: self.unpack,
             wanted: Box::new(wanted),
             are_wanted: BTreeMap::new(),
         }
@@ -449,6 +463,7 @@ pub struct Messages<'a> {
     /// The file being read.
     current: Option<(&'a Recording, Walk)>,
     order: Order,
+    unpack: Option<u64>,
     wanted: Box<dyn Fn(&Topic) -> bool + 'a>,
     /// What it said of the current file's topics, by channel.
     are_wanted: BTreeMap<u16, bool>,
@@ -477,13 +492,25 @@ impl Iterator for Messages<'_> {
                     if !*is_wanted {
                         continue;
                     }
-                    return Some(Ok(Message {
-                        topic: Arc::clone(topic),
-                        sequence: message.sequence,
-                        log_time: message.log_time,
-                        publish_time: message.publish_time,
-                        payload: message.payload.to_vec(),
-                    }));
+                    let payload = match self.unpack {
+                        None => Ok(message.payload.to_vec()),
+                        Some(most) => chunk::unpack_message(message.payload, most),
+                    };
+                    match payload {
+                        Ok(payload) => {
+                            return Some(Ok(Message {
+                                topic: Arc::clone(topic),
+                                sequence: message.sequence,
+                                log_time: message.log_time,
+                                publish_time: message.publish_time,
+                                payload,
+                            }));
+                        }
+                        Err(reason) => Damage {
+                            offset: walk.offset(),
+                            reason,
+                        },
+                    }
                 }
                 Ok(None) => {
                     // A record whose opcode was changed is passed by; its messages are missed here.
@@ -523,6 +550,37 @@ impl Messages<'_> {
         self.current = None;
         Some(Err(error))
     }
+}
+
+fn is_zstd(file: &Path) -> bool {
+    file.extension()
+        .is_some_and(|extension| extension == "zstd")
+}
+
+/// What a packed file has been unpacked to beside itself, if it has.
+fn unpacked(file: PathBuf) -> PathBuf {
+    let beside = file.with_extension("");
+    if is_zstd(&file) && beside.is_file() {
+        beside
+    } else {
+        file
+    }
+}
+
+/// What a folder without `.mcap` files holds instead, and what to do.
+fn instead(folder: &Path) -> &'static str {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut endings = entries.filter_map(|entry| entry.path().extension().map(ToOwned::to_owned));
+    endings
+        .find_map(|ending| match ending.to_str()? {
+            "db3" => Some(
+                ", but .db3 files of rosbag2's sqlite3 storage; 'rosbags-convert --src OLD --dst NEW \
+                 --dst-storage mcap' (of PyPI's rosbags) makes a bag that is read",
+            ),
+            "zstd" => Some(", but .zstd files; 'zstd -d NAME.mcap.zstd' unpacks them"),
+            _ => None,
+        })
+        .unwrap_or_default()
 }
 
 /// The `.mcap` files in `folder`, in the order they were written: `NAME_2` before `NAME_10`.

@@ -184,10 +184,11 @@ fn guess(beginning: &[u8]) -> &'static str {
         (b"\x89PNG", "a PNG picture"),
         (b"PK", "a ZIP archive"),
         (b"\x1F\x8B", "a gzip archive"),
-        (b"\x28\xB5\x2F\xFD", "a zstd archive; unpack it first"),
+        (b"\x28\xB5\x2F\xFD", "a zstd archive; 'zstd -d' unpacks it"),
         (
             b"SQLite format 3",
-            "a database, perhaps rosbag2's sqlite3 storage; 'ros2 bag convert' makes MCAP of it",
+            "a database, perhaps of rosbag2's sqlite3 storage; 'rosbags-convert --src FOLDER --dst NEW --dst-storage mcap' \
+             (of PyPI's rosbags) makes MCAP of the bag",
         ),
         (
             b"#ROSBAG",

@@ -212,7 +212,37 @@ fn other_storages_and_outer_compression_are_refused_by_name() {
         BagReader::open(&path).expect_err("not MCAP").to_string()
     };
     assert!(with("storage_identifier: mcap", "storage_identifier: sqlite3").contains("'sqlite3'"));
-    assert!(with("compression_mode: ''", "compression_mode: FILE").contains("compressed by FILE"));
+    let packed = text
+        .replace("compression_mode: ''", "compression_mode: FILE")
+        .replace(".mcap", ".mcap.zstd");
+    fs::write(&told, packed).expect("room on the disk");
+    let file = path.join("other_0.mcap");
+    fs::rename(&file, path.join("other_0.mcap.zstd")).expect("it is there");
+    let refusal = BagReader::open(&path).expect_err("packed").to_string();
+    assert!(
+        refusal.contains("compressed by FILE") && refusal.contains("zstd -d"),
+        "{refusal}"
+    );
+    // Unpacked beside the packed one, it is read.
+    fs::copy(path.join("other_0.mcap.zstd"), &file).expect("room on the disk");
+    BagReader::open(&path).expect("unpacked");
+}
+
+#[test]
+fn a_folder_of_another_kind_of_bag_is_refused_with_what_to_do() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let refusal = || {
+        BagReader::open(folder.path())
+            .expect_err("no MCAP")
+            .to_string()
+    };
+    assert!(refusal().ends_with("no .mcap file"), "{}", refusal());
+    for (name, words) in [("a_0.mcap.zstd", "zstd -d"), ("a_0.db3", "rosbags-convert")] {
+        let file = folder.path().join(name);
+        fs::write(&file, b"SQLite format 3").expect("room on the disk");
+        assert!(refusal().contains(words), "{}", refusal());
+        fs::remove_file(file).expect("it is there");
+    }
 }
 
 #[test]

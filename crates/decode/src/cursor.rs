@@ -37,6 +37,10 @@ fn encoding_name(id: u16) -> &'static str {
         8 | 9 => "delimited XCDR2",
         10 | 11 => "parameter list, XCDR2",
         4 | 5 => "XML",
+        // The beginning of a zstd frame.
+        0x28b5 => {
+            "zstd: rosbag2 packed each message; the bag's folder, with its metadata.yaml, is read"
+        }
         _ => "unknown",
     }
 }

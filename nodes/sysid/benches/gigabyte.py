@@ -11,7 +11,6 @@ Build the program first: `cargo build --release -p sysid`.
 
 import argparse
 import json
-import os
 import struct
 import subprocess
 import sys
@@ -128,14 +127,21 @@ def with_mcap(path: Path) -> list[float]:
 
 def measure(command: list[str]) -> tuple[float, float, str]:
     """Wall time in s, peak resident memory in MB, output."""
-    begin = time.perf_counter()
-    child = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
-    output = child.stdout.read()
-    _, status, usage = os.wait4(child.pid, 0)
-    elapsed = time.perf_counter() - begin
-    if status != 0:
-        sys.exit(f"{command} failed")
-    return elapsed, usage.ru_maxrss / 1000, output
+    with tempfile.TemporaryFile("w+") as output:
+        begin = time.perf_counter()
+        child = subprocess.Popen(command, stdout=output, text=True)
+        # The kernel's account at the end would count this process's own memory, of before the child became its program.
+        peak = 0
+        status = Path(f"/proc/{child.pid}/status")
+        while child.poll() is None:
+            lines = status.read_text().splitlines()
+            peak = max([peak, *(int(line.split()[1]) for line in lines if line.startswith("VmHWM"))])
+            time.sleep(0.01)
+        elapsed = time.perf_counter() - begin
+        if child.returncode != 0:
+            sys.exit(f"{command} failed")
+        output.seek(0)
+        return elapsed, peak / 1000, output.read()
 
 
 def main() -> None:
