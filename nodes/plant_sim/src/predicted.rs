@@ -20,7 +20,7 @@
 //! divides it out. The model put right is that of [`linearised`], for any vehicle and
 //! speed; [`Equation7::of`] gives the same from these formulas.
 
-use planesman_linear::{DMatrix, Error, StateSpace, TransferFunction};
+use planesman_linear::{Error, TransferFunction};
 
 use crate::{
     Vehicle,
@@ -223,41 +223,7 @@ impl Equation7 {
 /// # Errors
 /// [`Error`] when the system has no states, is not proper, or overflows.
 pub fn zero_order_hold(g: &TransferFunction, dt: f64) -> Result<TransferFunction, Error> {
-    companion(g)?.zero_order_hold(dt)?.transfer_function(0, 0)
-}
-
-/// The transfer function in controllable companion form:
-///
-/// ```text
-/// A = [-a1 -a2 ... -an]  B = [1]  C = [b1 - a1 b0, ..., bn - an b0]  D = b0
-///     [ 1   0  ...  0 ]      [0]
-///     [ 0   1  ...  0 ]      [0]
-/// ```
-///
-/// # Errors
-/// [`Error::Improper`] when the numerator's degree is above the denominator's.
-pub fn companion(g: &TransferFunction) -> Result<StateSpace, Error> {
-    let order = g.den.len() - 1;
-    let degree = g.num.len().saturating_sub(1);
-    if degree > order {
-        return Err(Error::Improper {
-            numerator: degree,
-            denominator: order,
-        });
-    }
-    let lead = g.den[0];
-    let a: Vec<f64> = g.den[1..].iter().map(|c| c / lead).collect();
-    let mut b = vec![0.0; order - degree];
-    b.extend(g.num.iter().map(|c| c / lead));
-    StateSpace::new(
-        DMatrix::from_fn(order, order, |row, column| match row {
-            0 => -a[column],
-            _ => f64::from(u8::from(row == column + 1)),
-        }),
-        DMatrix::from_fn(order, 1, |row, _| f64::from(u8::from(row == 0))),
-        DMatrix::from_fn(1, order, |_, column| b[column + 1] - a[column] * b[0]),
-        DMatrix::from_element(1, 1, b[0]),
-    )
+    g.companion()?.zero_order_hold(dt)?.transfer_function(0, 0)
 }
 
 /// A transfer function times a factor.
@@ -547,11 +513,5 @@ mod tests {
                 assert!((f - m).norm() < 1e-12 * f.norm(), "{f} is not {m}");
             }
         }
-    }
-
-    #[test]
-    fn a_numerator_of_higher_degree_is_refused() {
-        let g = TransferFunction::new(vec![1.0, 0.0, 0.0], vec![1.0, 1.0]).expect("a ratio");
-        assert!(companion(&g).is_err());
     }
 }

@@ -4,6 +4,8 @@
 //! part here recomputes its families of numbers through this crate's models; `planesman reproduce`
 //! goes through the book with all of them.
 
+use std::sync::LazyLock;
+
 use planesman_book::{Book, BookError, brunner_1988};
 
 pub mod coefficients;
@@ -12,6 +14,9 @@ pub mod sensors;
 pub mod transfer_functions;
 
 const ENTRIES: &str = include_str!("../../data/brunner_1988.json");
+
+/// The book for as long as the program runs, so that values may borrow the entries' names.
+static BOOK: LazyLock<Option<Book>> = LazyLock::new(|| brunner_1988().ok());
 
 /// Some of the book's numbers, computed again: name and value, in the entry's unit.
 pub type Recomputed = Vec<(&'static str, f64)>;

@@ -4,6 +4,7 @@
 
 use std::f64::consts::PI;
 
+use super::{BOOK, Recomputed};
 use crate::{
     plane_forces,
     quantity::{Dimension, FOOT, INCH, Quantity},
@@ -26,73 +27,63 @@ const SPEED_FULL_SCALE: f64 = 0.8;
 /// Every number of the families gyro, press, plane, daq and tank that can be recomputed; rollplane and tx have
 /// none. [`carried`] gives the printed ones that the models are made of.
 #[must_use]
-pub fn recomputed() -> Vec<(&'static str, f64)> {
+pub fn recomputed() -> Recomputed {
     [gyros(), pressure_cells(), planes(), acquisition()].concat()
 }
 
-fn gyros() -> Vec<(&'static str, f64)> {
+fn gyros() -> Recomputed {
     let swing = &gyro::SWING;
-    let (high, low) = (&gyro::PRELIMINARY, &gyro::PRELIMINARY_LOW);
-    vec![
+    let mut gyros = preliminary(&["sens"]);
+    gyros.extend([
         ("gyro.pitch_SI", swing.pitch.sensitivity()),
         ("gyro.roll_SI", swing.roll.sensitivity()),
         (
             "gyro.bias_rate",
             DRIFT * 1e-3 / (swing.pitch.sensitivity() * 1_f64.to_radians()),
         ),
-        (
-            "gyro.prelim.pitch_4.8V.CW.sens",
-            high.pitch.clockwise.sensitivity(),
-        ),
-        (
-            "gyro.prelim.pitch_4.8V.CCW.sens",
-            high.pitch.counterclockwise.sensitivity(),
-        ),
-        (
-            "gyro.prelim.yaw_4.8V.CW.sens",
-            high.yaw.clockwise.sensitivity(),
-        ),
-        (
-            "gyro.prelim.yaw_4.8V.CCW.sens",
-            high.yaw.counterclockwise.sensitivity(),
-        ),
-        (
-            "gyro.prelim.roll_4.8V.CW.sens",
-            high.roll.clockwise.sensitivity(),
-        ),
-        (
-            "gyro.prelim.roll_4.8V.CCW.sens",
-            high.roll.counterclockwise.sensitivity(),
-        ),
-        (
-            "gyro.prelim.pitch_4.35V.CW.sens",
-            low.pitch.clockwise.sensitivity(),
-        ),
-        (
-            "gyro.prelim.pitch_4.35V.CCW.sens",
-            low.pitch.counterclockwise.sensitivity(),
-        ),
-        (
-            "gyro.prelim.yaw_4.35V.CW.sens",
-            low.yaw.clockwise.sensitivity(),
-        ),
-        (
-            "gyro.prelim.yaw_4.35V.CCW.sens",
-            low.yaw.counterclockwise.sensitivity(),
-        ),
-        (
-            "gyro.prelim.roll_4.35V.CW.sens",
-            low.roll.clockwise.sensitivity(),
-        ),
-        (
-            "gyro.prelim.roll_4.35V.CCW.sens",
-            low.roll.counterclockwise.sensitivity(),
-        ),
         ("gyro.ref_sens", gyro::reference_sensitivity()),
-    ]
+    ]);
+    gyros
 }
 
-fn pressure_cells() -> Vec<(&'static str, f64)> {
+/// The numbers of the preliminary calibrations, which the book calls
+/// `gyro.prelim.GYRO_RAIL.DIRECTION.QUANTITY`, as in `gyro.prelim.pitch_4.35V.CCW.slope`.
+fn preliminary(quantities: &[&str]) -> Recomputed {
+    let value = |id: &str| -> Option<f64> {
+        let (gyro, id) = id.strip_prefix("gyro.prelim.")?.split_once('_')?;
+        let (rail, id) = id.split_once("V.")?;
+        let (direction, quantity) = id.split_once('.')?;
+        let gyros = match rail {
+            "4.8" => &gyro::PRELIMINARY,
+            "4.35" => &gyro::PRELIMINARY_LOW,
+            _ => return None,
+        };
+        let calibration = match gyro {
+            "pitch" => &gyros.pitch,
+            "roll" => &gyros.roll,
+            "yaw" => &gyros.yaw,
+            _ => return None,
+        };
+        let line = match direction {
+            "CW" => &calibration.clockwise,
+            "CCW" => &calibration.counterclockwise,
+            _ => return None,
+        };
+        match quantity {
+            _ if !quantities.contains(&quantity) => None,
+            "slope" => Some(line.slope),
+            "offset" => Some(line.offset),
+            "sens" => Some(line.sensitivity()),
+            _ => None,
+        }
+    };
+    let entries = BOOK.iter().flat_map(|book| book.entries());
+    entries
+        .filter_map(|entry| Some((entry.id.as_str(), value(&entry.id)?)))
+        .collect()
+}
+
+fn pressure_cells() -> Recomputed {
     let (depth, speed) = (&pressure_cell::DEPTH, &pressure_cell::SPEED);
     let inch_of_depth = INCH * TANK_WATER;
     let per_metre = depth.volts(TANK_WATER, 0.0) - depth.zero;
@@ -144,7 +135,7 @@ fn pressure_cells() -> Vec<(&'static str, f64)> {
     ]
 }
 
-fn planes() -> Vec<(&'static str, f64)> {
+fn planes() -> Recomputed {
     let dive = &plane_signal::DIVE;
     let angle = |degrees: f64| degrees.to_radians();
     // The report's effective angles and its rounded forces, as it goes on with them.
@@ -193,93 +184,15 @@ fn planes() -> Vec<(&'static str, f64)> {
 
 /// The printed numbers that the models carry, read back from them.
 #[must_use]
-pub fn carried() -> Vec<(&'static str, f64)> {
-    let (high, low) = (&gyro::PRELIMINARY, &gyro::PRELIMINARY_LOW);
+pub fn carried() -> Recomputed {
     let (depth, speed) = (&pressure_cell::DEPTH, &pressure_cell::SPEED);
     let (dive, roll) = (&plane_signal::DIVE, &plane_signal::ROLL);
-    vec![
+    let mut carried = preliminary(&["slope", "offset"]);
+    carried.extend([
         ("gyro.pitch", gyro::SWING.pitch.clockwise.sensitivity()),
         ("gyro.roll", gyro::SWING.roll.clockwise.sensitivity()),
         ("gyro.ref_hi", gyro::REFERENCE),
         ("gyro.ref_lo", gyro::LOW_REFERENCE),
-        (
-            "gyro.prelim.pitch_4.8V.CW.slope",
-            high.pitch.clockwise.slope,
-        ),
-        (
-            "gyro.prelim.pitch_4.8V.CW.offset",
-            high.pitch.clockwise.offset,
-        ),
-        (
-            "gyro.prelim.pitch_4.8V.CCW.slope",
-            high.pitch.counterclockwise.slope,
-        ),
-        (
-            "gyro.prelim.pitch_4.8V.CCW.offset",
-            high.pitch.counterclockwise.offset,
-        ),
-        ("gyro.prelim.yaw_4.8V.CW.slope", high.yaw.clockwise.slope),
-        ("gyro.prelim.yaw_4.8V.CW.offset", high.yaw.clockwise.offset),
-        (
-            "gyro.prelim.yaw_4.8V.CCW.slope",
-            high.yaw.counterclockwise.slope,
-        ),
-        (
-            "gyro.prelim.yaw_4.8V.CCW.offset",
-            high.yaw.counterclockwise.offset,
-        ),
-        ("gyro.prelim.roll_4.8V.CW.slope", high.roll.clockwise.slope),
-        (
-            "gyro.prelim.roll_4.8V.CW.offset",
-            high.roll.clockwise.offset,
-        ),
-        (
-            "gyro.prelim.roll_4.8V.CCW.slope",
-            high.roll.counterclockwise.slope,
-        ),
-        (
-            "gyro.prelim.roll_4.8V.CCW.offset",
-            high.roll.counterclockwise.offset,
-        ),
-        (
-            "gyro.prelim.pitch_4.35V.CW.slope",
-            low.pitch.clockwise.slope,
-        ),
-        (
-            "gyro.prelim.pitch_4.35V.CW.offset",
-            low.pitch.clockwise.offset,
-        ),
-        (
-            "gyro.prelim.pitch_4.35V.CCW.slope",
-            low.pitch.counterclockwise.slope,
-        ),
-        (
-            "gyro.prelim.pitch_4.35V.CCW.offset",
-            low.pitch.counterclockwise.offset,
-        ),
-        ("gyro.prelim.yaw_4.35V.CW.slope", low.yaw.clockwise.slope),
-        ("gyro.prelim.yaw_4.35V.CW.offset", low.yaw.clockwise.offset),
-        (
-            "gyro.prelim.yaw_4.35V.CCW.slope",
-            low.yaw.counterclockwise.slope,
-        ),
-        (
-            "gyro.prelim.yaw_4.35V.CCW.offset",
-            low.yaw.counterclockwise.offset,
-        ),
-        ("gyro.prelim.roll_4.35V.CW.slope", low.roll.clockwise.slope),
-        (
-            "gyro.prelim.roll_4.35V.CW.offset",
-            low.roll.clockwise.offset,
-        ),
-        (
-            "gyro.prelim.roll_4.35V.CCW.slope",
-            low.roll.counterclockwise.slope,
-        ),
-        (
-            "gyro.prelim.roll_4.35V.CCW.offset",
-            low.roll.counterclockwise.offset,
-        ),
         ("press.speed_slope", speed.slope * INCH * MANOMETER_WATER),
         ("press.depth_slope", depth.slope * INCH * TANK_WATER),
         ("press.depth_offset", depth.zero),
@@ -292,10 +205,11 @@ pub fn carried() -> Vec<(&'static str, f64)> {
         ("rollplane.slope", roll.slope),
         ("rollplane.offset", roll.zero),
         ("rollplane.offset_comp", roll.volts(0.0, 0.0)),
-    ]
+    ]);
+    carried
 }
 
-fn acquisition() -> Vec<(&'static str, f64)> {
+fn acquisition() -> Recomputed {
     let tank = Quantity {
         value: 40.0,
         unit: "ft".to_owned(),

@@ -161,20 +161,22 @@ fn sampled_depth_poles(d2_factor: f64) -> Result<[f64; 2], Error> {
     Ok([poles[1], poles[0]].map(|s| (s * SAMPLING_TIME).exp().re))
 }
 
+/// `NAME.b1` and on, `NAME.a1` and on: the coefficients of a sampled transfer function behind the leading 0 and 1.
+macro_rules! coefficients {
+    ($name:literal, $g:ident, $($i:literal)+) => {
+        named([$(concat!($name, ".b", $i)),+], &$g.num[1..])
+            .into_iter()
+            .chain(named([$(concat!($name, ".a", $i)),+], &$g.den[1..]))
+    };
+}
+
 fn pitch_alone() -> Result<Entries, Error> {
     let mut all = Vec::new();
     macro_rules! at {
         ($name:literal, $speed:expr) => {{
             let model = PitchAlone::at($speed);
             let g = predicted::zero_order_hold(&model.volts()?, SAMPLING_TIME)?;
-            all.extend(named(
-                [concat!($name, ".b1"), concat!($name, ".b2")],
-                &g.num[1..],
-            ));
-            all.extend(named(
-                [concat!($name, ".a1"), concat!($name, ".a2")],
-                &g.den[1..],
-            ));
+            all.extend(coefficients!($name, g, "1" "2"));
             all.push((concat!($name, ".gain_norest"), model.free_gain()));
             all.push((concat!($name, ".BJ"), model.free_decay()));
         }};
@@ -192,22 +194,7 @@ fn pitch_rate() -> Result<Entries, Error> {
     macro_rules! at {
         ($name:literal, $speed:expr) => {{
             let g = predicted::pitch_rate_in_volts(&vehicle, $speed * FOOT, SAMPLING_TIME)?;
-            all.extend(named(
-                [
-                    concat!($name, ".b1"),
-                    concat!($name, ".b2"),
-                    concat!($name, ".b3"),
-                ],
-                &g.num[1..],
-            ));
-            all.extend(named(
-                [
-                    concat!($name, ".a1"),
-                    concat!($name, ".a2"),
-                    concat!($name, ".a3"),
-                ],
-                &g.den[1..],
-            ));
+            all.extend(coefficients!($name, g, "1" "2" "3"));
         }};
     }
     at!("P3.U1", 1.0);
@@ -223,24 +210,7 @@ fn depth() -> Result<Entries, Error> {
     macro_rules! at {
         ($name:literal, $speed:expr) => {{
             let g = predicted::depth_in_volts(&vehicle, $speed * FOOT, SAMPLING_TIME)?;
-            all.extend(named(
-                [
-                    concat!($name, ".b1"),
-                    concat!($name, ".b2"),
-                    concat!($name, ".b3"),
-                    concat!($name, ".b4"),
-                ],
-                &g.num[1..],
-            ));
-            all.extend(named(
-                [
-                    concat!($name, ".a1"),
-                    concat!($name, ".a2"),
-                    concat!($name, ".a3"),
-                    concat!($name, ".a4"),
-                ],
-                &g.den[1..],
-            ));
+            all.extend(coefficients!($name, g, "1" "2" "3" "4"));
         }};
     }
     at!("Pz.U1.2", 1.2);
