@@ -1,7 +1,7 @@
-//! Another DDS speaks to the loop: Cyclone DDS, from Python, discovers its topics, reads and commands it, and
-//! uses its parameters and services.
+//! Another DDS speaks to the loop: Cyclone DDS, from Python, and ROS 2 Jazzy's own rclpy on Fast DDS discover its
+//! topics, read and command it, and use its parameters, services and actions. Every claim is tried with both.
 //!
-//! Where `.venv` is absent these tests pass, saying what they skipped (tests/README.md).
+//! Where their Python is absent these tests pass, saying what they skipped (tests/README.md).
 #![allow(clippy::unwrap_used)]
 
 mod foreign;
@@ -9,11 +9,39 @@ mod stage;
 
 use std::collections::BTreeSet;
 
-use foreign::{Python, full_name};
+use foreign::{CYCLONE, Python, RCLPY, full_name};
 use planesman_msgs::{Message, nav_msgs, planesman_msgs::msg::VehicleState, sensor_msgs};
 use recorder::loop_topics::{self, Delivery};
 use serde_json::{Value, json};
 use stage::{Process, Stage, eventually, scenario};
+
+/// A test of each claim with each peer.
+macro_rules! whichever_peer_tries {
+    ($($claim:ident)*) => {
+        mod cyclone {
+            $(#[test] fn $claim() { super::with(super::CYCLONE, super::$claim); })*
+        }
+        mod rclpy {
+            $(#[test] fn $claim() { super::with(super::RCLPY, super::$claim); })*
+        }
+    };
+}
+
+whichever_peer_tries! {
+    every_topic_is_discovered_with_its_type_qos_and_type_hash
+    state_odometry_imu_and_planes_decode_to_what_the_vehicle_does
+    a_depth_setpoint_published_from_there_moves_the_vehicle
+    parameters_are_listed_read_described_and_set_and_a_bad_value_is_refused
+    the_vehicle_is_paused_stepped_and_put_back_by_its_services
+    the_identifier_tells_its_model_and_forgets_it_when_asked
+    a_foreign_actuator_flies_the_vehicle_with_joint_states_alone
+    a_goal_is_sent_told_of_and_cancelled_as_ros2_action_does
+}
+
+fn with(peer: Python, claim: fn(&Python, &Stage)) {
+    let Some(peer) = peer.found() else { return };
+    claim(&peer, &Stage::with(peer.middleware));
+}
 
 /// The sampling time, s.
 const TICK: f64 = 0.05;
@@ -54,12 +82,9 @@ fn text(value: &Value) -> &str {
     value.as_str().unwrap_or_else(|| panic!("no text: {value}"))
 }
 
-#[test]
-fn every_topic_is_discovered_with_its_type_qos_and_type_hash() {
-    let Some(python) = Python::find() else { return };
-    let stage = Stage::with_cyclone();
+fn every_topic_is_discovered_with_its_type_qos_and_type_hash(python: &Python, stage: &Stage) {
     // In lockstep, for every topic of the loop to be there.
-    let _loop = keep_flying(&stage, HOLD_ONE_METRE, &["--lockstep"]);
+    let _loop = keep_flying(stage, HOLD_ONE_METRE, &["--lockstep"]);
 
     let expected: Vec<String> = loop_topics::ALL
         .iter()
@@ -115,11 +140,8 @@ fn every_topic_is_discovered_with_its_type_qos_and_type_hash() {
     }
 }
 
-#[test]
-fn state_odometry_imu_and_planes_decode_to_what_the_vehicle_does() {
-    let Some(python) = Python::find() else { return };
-    let stage = Stage::with_cyclone();
-    let _loop = keep_flying(&stage, HOLD_ONE_METRE, &["--factor", "4"]);
+fn state_odometry_imu_and_planes_decode_to_what_the_vehicle_does(python: &Python, stage: &Stage) {
+    let _loop = keep_flying(stage, HOLD_ONE_METRE, &["--factor", "4"]);
     let echo = |topic: &str, type_name| python.echo(stage.domain(), topic, type_name, 5);
 
     let states = echo("/auv/state", VehicleState::TYPE_NAME);
@@ -163,11 +185,8 @@ fn state_odometry_imu_and_planes_decode_to_what_the_vehicle_does() {
     }
 }
 
-#[test]
-fn a_depth_setpoint_published_from_there_moves_the_vehicle() {
-    let Some(python) = Python::find() else { return };
-    let stage = Stage::with_cyclone();
-    let _loop = keep_flying(&stage, HOLD_ONE_METRE, &["--factor", "8"]);
+fn a_depth_setpoint_published_from_there_moves_the_vehicle(python: &Python, stage: &Stage) {
+    let _loop = keep_flying(stage, HOLD_ONE_METRE, &["--factor", "8"]);
     let domain = stage.domain();
     let arguments = [
         "/auv/state",
@@ -199,10 +218,10 @@ fn a_depth_setpoint_published_from_there_moves_the_vehicle() {
     assert!(arrived.is_some(), "the vehicle has not come near 2.5 m");
 }
 
-#[test]
-fn parameters_are_listed_read_described_and_set_and_a_bad_value_is_refused() {
-    let Some(python) = Python::find() else { return };
-    let stage = Stage::with_cyclone();
+fn parameters_are_listed_read_described_and_set_and_a_bad_value_is_refused(
+    python: &Python,
+    stage: &Stage,
+) {
     let _controller = stage.node("depth_controller", &[]);
     let ask = |arguments: &[&str]| {
         let arguments = [&["/auv/depth_controller"], arguments].concat();
@@ -266,10 +285,7 @@ fn ticks(answer: &Value) -> u64 {
     number.unwrap_or_else(|| panic!("{answer}"))
 }
 
-#[test]
-fn the_vehicle_is_paused_stepped_and_put_back_by_its_services() {
-    let Some(python) = Python::find() else { return };
-    let stage = Stage::with_cyclone();
+fn the_vehicle_is_paused_stepped_and_put_back_by_its_services(python: &Python, stage: &Stage) {
     let _plant = stage.node("plant_sim", &["initial_depth:=3.0", "initial_pitch:=0.2"]);
     let call = |service: &str, type_name: &str, request: &str| {
         let service = format!("/auv/plant_sim/{service}");
@@ -326,15 +342,12 @@ fn the_vehicle_is_paused_stepped_and_put_back_by_its_services() {
     assert!(stamp(&back) > stamp(&risen), "time goes on");
 }
 
-#[test]
-fn the_identifier_tells_its_model_and_forgets_it_when_asked() {
-    let Some(python) = Python::find() else { return };
-    let stage = Stage::with_cyclone();
+fn the_identifier_tells_its_model_and_forgets_it_when_asked(python: &Python, stage: &Stage) {
     let square_wave = "  depth_controller:
     mode: open_loop
     identification: {signal: square, amplitude: 0.1, period: 4.0}
 ";
-    let _loop = keep_flying(&stage, square_wave, &["--factor", "8"]);
+    let _loop = keep_flying(stage, square_wave, &["--factor", "8"]);
     let call = |service: &str, type_name: &str, request: &str| {
         let arguments = [service, type_name, "--json", request];
         python
@@ -368,10 +381,7 @@ fn the_identifier_tells_its_model_and_forgets_it_when_asked() {
     assert_ne!(after["message"], "", "it says why");
 }
 
-#[test]
-fn a_foreign_actuator_flies_the_vehicle_with_joint_states_alone() {
-    let Some(python) = Python::find() else { return };
-    let stage = Stage::with_cyclone();
+fn a_foreign_actuator_flies_the_vehicle_with_joint_states_alone(python: &Python, stage: &Stage) {
     let _plant = stage.node("plant_sim", &["actuator_answer:=planes"]);
     let _controller = stage.node("depth_controller", &["depth_setpoint:=1.0"]);
     let domain = stage.domain();
@@ -402,5 +412,46 @@ fn a_foreign_actuator_flies_the_vehicle_with_joint_states_alone() {
     assert!(
         number(&last["pitch"]) < 0.0,
         "diving planes put the bow down: {last}"
+    );
+}
+
+fn a_goal_is_sent_told_of_and_cancelled_as_ros2_action_does(python: &Python, stage: &Stage) {
+    let _nodes = [
+        stage.node("plant_sim", &["factor:=4.0"]),
+        stage.node("dha_actuator", &[]),
+        stage.node("depth_controller", &["mode:=open_loop"]),
+    ];
+    let action = "/auv/depth_controller/manoeuvre";
+    let ask = |goal: serde_json::Value, more: &[&str]| {
+        let goal = goal.to_string();
+        let arguments = [action, "planesman_msgs/action/Manoeuvre", "--json", &goal];
+        let arguments = [&arguments, more].concat();
+        python.run("peer_action.py", stage.domain(), &arguments)
+    };
+
+    let sinusoid = json!({"name": "sinusoid", "amplitude": 0.1, "period": 1.0, "duration": 2.0});
+    let told = ask(sinusoid, &[]).well();
+    assert_eq!(told[0]["accepted"], true);
+    let feedback = told.iter().filter(|line| line["feedback"].is_object());
+    assert!(feedback.count() >= 5, "{told:?}");
+    let end = told.last().unwrap();
+    assert_eq!(end["status"], "SUCCEEDED");
+    assert_eq!(end["result"]["completed"], true);
+    let statuses = end["statuses"].as_array().unwrap();
+    assert_eq!(statuses.last().unwrap(), "SUCCEEDED", "{statuses:?}");
+
+    let endless = json!({"name": "square", "amplitude": 0.1, "period": 1.0, "duration": 1000.0});
+    let told = ask(endless, &["--cancel-after", "0.5"]).well();
+    let end = told.last().unwrap();
+    assert_eq!(end["status"], "CANCELED", "{told:?}");
+    assert_eq!(end["result"]["completed"], false);
+
+    let told = ask(json!({"name": "loop"}), &[]).well();
+    let end = told.last().unwrap();
+    assert_eq!(end["status"], "ABORTED");
+    let reason = end["result"]["message"].as_str().unwrap();
+    assert!(
+        reason.contains("'loop'") && reason.contains("run_7_3"),
+        "{reason}"
     );
 }

@@ -2,18 +2,15 @@
 //! refused.
 #![allow(clippy::unwrap_used)]
 
-mod foreign;
 mod stage;
 
 use std::time::Duration;
 
-use foreign::Python;
 use planesman_msgs::planesman_msgs::action::{
     Manoeuvre, ManoeuvreFeedback, ManoeuvreGoal, ManoeuvreResult,
 };
 use planesman_msgs::planesman_msgs::srv::{Step, StepRequest};
 use planesman_node::{ActionClient, Client, GoalId, GoalStatus};
-use serde_json::json;
 use stage::{Heard, Operator, PATIENCE, Process, Stage, text};
 
 /// The loop in lockstep, paused between steps, and its controller's action.
@@ -176,48 +173,4 @@ fn what_cannot_be_flown_is_refused_with_the_reason() {
         .set("depth_controller", &[text("mode", "off")]);
     assert!(off.successful, "{}", off.reason);
     refused(|_| (), "mode off");
-}
-
-#[test]
-fn a_foreign_client_sends_a_goal_as_ros2_action_does() {
-    let Some(python) = Python::find() else { return };
-    let stage = Stage::with_cyclone();
-    let _nodes = [
-        stage.node("plant_sim", &["factor:=4.0"]),
-        stage.node("dha_actuator", &[]),
-        stage.node("depth_controller", &["mode:=open_loop"]),
-    ];
-    let action = "/auv/depth_controller/manoeuvre";
-    let ask = |goal: serde_json::Value, more: &[&str]| {
-        let goal = goal.to_string();
-        let arguments = [action, "planesman_msgs/action/Manoeuvre", "--json", &goal];
-        let arguments = [&arguments, more].concat();
-        python.run("peer_action.py", stage.domain(), &arguments)
-    };
-
-    let sinusoid = json!({"name": "sinusoid", "amplitude": 0.1, "period": 1.0, "duration": 2.0});
-    let told = ask(sinusoid, &[]).well();
-    assert_eq!(told[0]["accepted"], true);
-    let feedback = told.iter().filter(|line| line["feedback"].is_object());
-    assert!(feedback.count() >= 5, "{told:?}");
-    let end = told.last().unwrap();
-    assert_eq!(end["status"], "SUCCEEDED");
-    assert_eq!(end["result"]["completed"], true);
-    let statuses = end["statuses"].as_array().unwrap();
-    assert_eq!(statuses.last().unwrap(), "SUCCEEDED", "{statuses:?}");
-
-    let endless = json!({"name": "square", "amplitude": 0.1, "period": 1.0, "duration": 1000.0});
-    let told = ask(endless, &["--cancel-after", "0.5"]).well();
-    let end = told.last().unwrap();
-    assert_eq!(end["status"], "CANCELED", "{told:?}");
-    assert_eq!(end["result"]["completed"], false);
-
-    let told = ask(json!({"name": "loop"}), &[]).well();
-    let end = told.last().unwrap();
-    assert_eq!(end["status"], "ABORTED");
-    let reason = end["result"]["message"].as_str().unwrap();
-    assert!(
-        reason.contains("'loop'") && reason.contains("run_7_3"),
-        "{reason}"
-    );
 }

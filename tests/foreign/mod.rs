@@ -1,5 +1,6 @@
 //! The foreign programs that the suite's tests use, where they are installed: the Python programs of
-//! `tests/peers`, with the interpreter in `.venv` that has what they need.
+//! `tests/peers`, which are Cyclone DDS participants or read bags, and those of `tests/ros`, which do the same with
+//! ROS 2 Jazzy's own rclpy on Fast DDS, each with the interpreter that has what they need.
 
 // Each test program uses its own part.
 #![allow(dead_code, clippy::unwrap_used)]
@@ -40,8 +41,30 @@ pub(crate) fn skip(reason: &str) {
     println!("skipped: {reason}");
 }
 
-/// The Python of the peers.
-pub(crate) struct Python(PathBuf);
+/// A Python with the peers' programs for it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Python {
+    /// The folder with its `bin/python`, from the root.
+    pub(crate) environment: &'static str,
+    /// The folder with its programs, from the root.
+    programs: &'static str,
+    /// What the nodes are told to speak with it.
+    pub(crate) middleware: &'static str,
+}
+
+/// Cyclone DDS, and the bag readers.
+pub(crate) const CYCLONE: Python = Python {
+    environment: ".venv",
+    programs: "tests/peers",
+    middleware: "rmw_cyclonedds_cpp",
+};
+
+/// ROS 2 Jazzy's rclpy on Fast DDS.
+pub(crate) const RCLPY: Python = Python {
+    environment: ".ros",
+    programs: "tests/ros",
+    middleware: "rmw_fastrtps_cpp",
+};
 
 /// What a peer printed, one JSON object a line, and how it ended.
 #[derive(Debug)]
@@ -73,23 +96,39 @@ impl Told {
 }
 
 impl Python {
-    /// The interpreter; `None`, having said so, where there is none.
+    /// The Python of the bag readers; `None`, having said so, where there is none.
     pub(crate) fn find() -> Option<Self> {
-        let python = root().join(".venv/bin/python");
-        if !python.exists() {
-            skip(&format!("there is no {}", python.display()));
+        CYCLONE.found()
+    }
+
+    /// Itself; `None`, having said so, where it is not installed.
+    pub(crate) fn found(self) -> Option<Self> {
+        if !self.interpreter().exists() {
+            skip(&format!("there is no {}", self.interpreter().display()));
             return None;
         }
-        Some(Self(python))
+        Some(self)
+    }
+
+    fn interpreter(&self) -> PathBuf {
+        root().join(self.environment).join("bin/python")
     }
 
     /// A peer, not yet started.
     pub(crate) fn command(&self, program: &str, domain: u16, arguments: &[&str]) -> Command {
-        let mut command = Command::new(&self.0);
+        let programs = root().join(self.programs);
+        let mut command = Command::new(self.interpreter());
         command
-            .arg(root().join("tests/peers").join(program))
+            .arg(programs.join(program))
             .args(["--domain", &domain.to_string()])
             .args(arguments)
+            // Nothing leaves the loopback interface.
+            .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+            .env(
+                "FASTRTPS_DEFAULT_PROFILES_FILE",
+                programs.join("loopback.xml"),
+            )
+            .env("RMW_IMPLEMENTATION", self.middleware)
             .stdin(Stdio::null());
         command
     }
@@ -131,7 +170,7 @@ impl Python {
 
     /// What `read_bag.py` finds, told as one JSON value.
     pub(crate) fn read_bag(&self, arguments: &[&Path]) -> Value {
-        let output = Command::new(&self.0)
+        let output = Command::new(self.interpreter())
             .arg(root().join("tests/peers/read_bag.py"))
             .args(arguments)
             .output()

@@ -68,10 +68,10 @@ impl Stage {
         }
     }
 
-    /// A stage whose programs speak with Cyclone DDS.
-    pub(crate) fn with_cyclone() -> Self {
+    /// A stage whose programs speak with that middleware.
+    pub(crate) fn with(middleware: &'static str) -> Self {
         Self {
-            middleware: "rmw_cyclonedds_cpp",
+            middleware,
             ..Self::new()
         }
     }

@@ -1,0 +1,80 @@
+#!/usr/bin/env python3
+"""Lists a domain's nodes and topics as rclpy discovers them, one JSON line per endpoint, as ../peers/peer_topics.py does.
+
+    peer_topics.py --domain 0 --expect /auv/state=planesman_msgs/msg/VehicleState
+
+Ends as soon as every expected topic was seen with its type, published and subscribed or at least one of the two, and nothing
+changed for --quiet seconds, otherwise after --timeout seconds with exit status 1. Every line: kind, topic, type, node,
+reliability, durability, type_hash.
+"""
+
+import argparse
+import json
+import sys
+import time
+
+import ros
+
+POLICIES = {
+    "RELIABLE": "Reliable",
+    "BEST_EFFORT": "BestEffort",
+    "VOLATILE": "Volatile",
+    "TRANSIENT_LOCAL": "TransientLocal",
+}
+
+
+def endpoints(node) -> list[dict]:
+    """All publications and subscriptions but this node's own."""
+    found = []
+    for topic, _ in node.get_topic_names_and_types():
+        for kind, infos in (
+            ("publication", node.get_publishers_info_by_topic(topic)),
+            ("subscription", node.get_subscriptions_info_by_topic(topic)),
+        ):
+            for info in infos:
+                full_name = f"{info.node_namespace.rstrip('/')}/{info.node_name}"
+                if full_name != "/peer":
+                    found.append(
+                        {
+                            "kind": kind,
+                            "topic": topic,
+                            "type": info.topic_type,
+                            "node": full_name,
+                            "reliability": POLICIES.get(info.qos_profile.reliability.name),
+                            "durability": POLICIES.get(info.qos_profile.durability.name),
+                            "type_hash": str(info.topic_type_hash),
+                        }
+                    )
+    return found
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--domain", type=int, required=True)
+    parser.add_argument("--expect", nargs="*", default=[], metavar="TOPIC=TYPE")
+    parser.add_argument("--quiet", type=float, default=0.0, help="s (default %(default)s)")
+    parser.add_argument("--timeout", type=float, default=5.0, help="s (default %(default)s)")
+    args = parser.parse_args()
+    expected = {tuple(text.split("=", 1)) for text in args.expect}
+
+    with ros.node(args.domain) as node:
+        seen, since, missing = [], time.monotonic(), expected
+
+        def all_seen() -> bool:
+            nonlocal seen, since, missing
+            now = endpoints(node)
+            if now != seen:
+                seen, since = now, time.monotonic()
+            missing = expected - {(line["topic"], line["type"]) for line in seen}
+            return bool(expected) and not missing and time.monotonic() - since >= args.quiet
+
+        complete = ros.spin_until(node, all_seen, args.timeout)
+    for line in seen:
+        print(json.dumps(line))
+    for topic, type_name in sorted(missing):
+        print(f"not discovered within {args.timeout:g} s: {topic} of {type_name}", file=sys.stderr)
+    return 0 if complete or not expected else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
