@@ -170,8 +170,18 @@ impl Python {
 
     /// What `read_bag.py` finds, told as one JSON value.
     pub(crate) fn read_bag(&self, arguments: &[&Path]) -> Value {
+        self.read("read_bag.py", arguments)
+    }
+
+    /// What `load_model.py` finds, told as one JSON value.
+    pub(crate) fn load_model(&self, file: &Path) -> Value {
+        self.read("load_model.py", &[file])
+    }
+
+    /// What a reader finds, told as one JSON value.
+    fn read(&self, program: &str, arguments: &[&Path]) -> Value {
         let output = Command::new(self.interpreter())
-            .arg(root().join("tests/peers/read_bag.py"))
+            .arg(root().join("tests/peers").join(program))
             .args(arguments)
             .output()
             .unwrap();
