@@ -9,7 +9,7 @@ mod stage;
 
 use std::collections::BTreeSet;
 
-use foreign::{CYCLONE, Python, RCLPY, full_name};
+use foreign::{CYCLONE, Python, RCLPY, Running, full_name, root};
 use planesman_msgs::{Message, nav_msgs, planesman_msgs::msg::VehicleState, sensor_msgs};
 use recorder::loop_topics::{self, Delivery};
 use serde_json::{Value, json};
@@ -454,4 +454,35 @@ fn a_goal_is_sent_told_of_and_cancelled_as_ros2_action_does(python: &Python, sta
         reason.contains("'loop'") && reason.contains("run_7_3"),
         "{reason}"
     );
+}
+
+#[test]
+fn a_controller_written_in_rclpy_flies_the_vehicle_in_lockstep() {
+    let Some(python) = RCLPY.found() else { return };
+    let stage = Stage::with(python.middleware);
+    let _nodes = [
+        stage.node("plant_sim", &["time:=lockstep"]),
+        stage.node("dha_actuator", &["lockstep:=true", "use_sim_time:=true"]),
+    ];
+    let own = root().join("launch-scripts/examples/own_controller.py");
+    let mut own = python.node(&own, stage.domain());
+    own.args(["--ros-args", "-r", "__ns:=/auv", "-p", "depth:=0.914"]);
+    let _controller = Running::of(own);
+
+    let arguments = [
+        "/auv/state",
+        VehicleState::TYPE_NAME,
+        "--timeout",
+        "90",
+        "--count",
+        "100000",
+    ];
+    let states = python.start("peer_echo.py", stage.domain(), &arguments);
+    let mut deepest = 0.0_f64;
+    let last = states
+        .inspect(|state| deepest = deepest.max(number(&state["depth"])))
+        .find(|state| stamp(state) >= 60.0)
+        .unwrap();
+    assert!((number(&last["depth"]) - 0.914).abs() < 0.03, "{last}");
+    assert!(deepest < 1.0, "overshoot to {deepest} m");
 }

@@ -116,18 +116,25 @@ impl Python {
 
     /// A peer, not yet started.
     pub(crate) fn command(&self, program: &str, domain: u16, arguments: &[&str]) -> Command {
-        let programs = root().join(self.programs);
+        let mut command = self.node(&root().join(self.programs).join(program), domain);
+        command
+            .args(["--domain", &domain.to_string()])
+            .args(arguments);
+        command
+    }
+
+    /// Any program that finds its domain in the environment, as ROS nodes do; not yet started.
+    pub(crate) fn node(&self, program: &Path, domain: u16) -> Command {
         let mut command = Command::new(self.interpreter());
         command
-            .arg(programs.join(program))
-            .args(["--domain", &domain.to_string()])
-            .args(arguments)
+            .arg(program)
             // Nothing leaves the loopback interface.
             .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
             .env(
                 "FASTRTPS_DEFAULT_PROFILES_FILE",
-                programs.join("loopback.xml"),
+                root().join("tests/ros/loopback.xml"),
             )
+            .env("ROS_DOMAIN_ID", domain.to_string())
             .env("RMW_IMPLEMENTATION", self.middleware)
             .stdin(Stdio::null());
         command
@@ -159,13 +166,7 @@ impl Python {
 
     /// Starts a peer that goes on until it is dropped, or its own timeout.
     pub(crate) fn start(&self, program: &str, domain: u16, arguments: &[&str]) -> Running {
-        let mut child = self
-            .command(program, domain, arguments)
-            .stdout(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let lines = BufReader::new(child.stdout.take().unwrap());
-        Running { child, lines }
+        Running::of(self.command(program, domain, arguments))
     }
 
     /// What `read_bag.py` finds, told as one JSON value.
@@ -195,6 +196,15 @@ impl Python {
 pub(crate) struct Running {
     child: Child,
     lines: BufReader<ChildStdout>,
+}
+
+impl Running {
+    /// The program, started.
+    pub(crate) fn of(mut command: Command) -> Self {
+        let mut child = command.stdout(Stdio::piped()).spawn().unwrap();
+        let lines = BufReader::new(child.stdout.take().unwrap());
+        Self { child, lines }
+    }
 }
 
 impl Iterator for Running {
