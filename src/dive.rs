@@ -9,6 +9,7 @@ use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
 use anyhow::{Result, bail};
+use depth_controller::gains::pitch_model::is_of_pitch;
 use indicatif::{ProgressBar, ProgressStyle};
 use planesman_msgs::diagnostic_msgs::msg::DiagnosticArray;
 use planesman_msgs::planesman_msgs::msg::{ModelEstimate, VehicleState};
@@ -277,7 +278,7 @@ impl Captain {
                 }
             }
             Event::State(state) => self.on_state(&state),
-            Event::Model(model) if model.valid => {
+            Event::Model(model) if model.valid && is_of_pitch(&model) => {
                 if let Some(pole) = identified(&model).dominant() {
                     self.pole = format!("pole {} 1/s", pole_text(pole));
                 }

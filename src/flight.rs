@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use anyhow::{Context, Result};
+use depth_controller::gains::pitch_model::is_of_pitch;
 use planesman_bag::reader::{BagReader, Order};
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::{
@@ -24,7 +25,7 @@ pub struct Flight {
     pub motions: Vec<PlaneMotion>,
     /// The actuator's inside.
     pub actuator: Vec<DhaState>,
-    /// The identified models.
+    /// The identified models of pitch rate over plane angle; of several estimators' the first that spoke.
     pub models: Vec<ModelEstimate>,
     /// Messages per topic.
     pub counts: BTreeMap<String, u64>,
@@ -50,7 +51,7 @@ impl Flight {
         if !bag.completeness().is_whole() {
             flight.truncated = Some(bag.completeness().to_string());
         }
-        flight.sort();
+        flight.arrange();
         Ok(flight)
     }
 
@@ -69,13 +70,18 @@ impl Flight {
         Ok(())
     }
 
-    fn sort(&mut self) {
+    /// Sorts by stamps, and picks the models.
+    fn arrange(&mut self) {
         self.states.sort_by_key(|m| m.header.stamp.nanos());
         self.controls.sort_by_key(|m| m.header.stamp.nanos());
         self.commands.sort_by_key(|m| m.header.stamp.nanos());
         self.motions.sort_by_key(|m| m.header.stamp.nanos());
         self.actuator.sort_by_key(|m| m.header.stamp.nanos());
         self.models.sort_by_key(|m| m.header.stamp.nanos());
+        self.models.retain(is_of_pitch);
+        if let Some(first) = self.models.first().map(|m| m.name.clone()) {
+            self.models.retain(|m| m.name == first);
+        }
     }
 
     /// Seconds from the first state to a stamp.

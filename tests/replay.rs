@@ -27,7 +27,7 @@ fn a_replayed_bag_gives_the_estimates_that_were_published_live() {
     let (bag, parameters) = (format!("{out}/bag"), format!("{out}/parameters.yaml"));
 
     let again = replayed(&[&bag, "--params-file", &parameters]);
-    assert!(again.estimate.valid, "{}", again.estimate.reason);
+    assert!(again.estimates[0].valid, "{}", again.estimates[0].reason);
     assert_eq!(again.incomplete, None);
     let live = again.live.unwrap();
     assert!(live.compared > 10);

@@ -13,9 +13,11 @@
 //!   one may follow. So arrival orders that differ by less than the window give the same samples.
 //! - **Left out** are repeats of what is known, what comes after it was given up, and inputs more
 //!   than the window ahead of every output.
-//! - **Time going back**: an output more than the window older than the newest output says that
-//!   the clock was set back, as by a reset of the simulation. Everything begins anew; an input of
-//!   the new time that overtook that output is not lost.
+//! - **Time going back**: two outputs in a row more than the window older than the newest say that the
+//!   clock was set back, as by a bag that loops or a simulation started again. Everything begins anew; inputs
+//!   of the new time that overtook them are not lost. One alone is a straggler, and left out.
+//! - **Another grid**: as many outputs in a row off the grid as the window is long say that their
+//!   publisher was started again, or is a little faster or slower than it says. The grid is laid anew.
 //!
 //! Memory is bounded by the window, whatever the stamps, as long as samples are taken.
 
@@ -61,7 +63,13 @@ pub struct Aligner {
     inputs: BTreeMap<i64, Input>,
     /// Inputs too old to matter, unless time turns out to have gone back.
     old_inputs: VecDeque<(i64, Input)>,
+    /// The last output, if it was too old to matter likewise.
+    old_output: Option<(i64, f64)>,
+    /// Outputs in a row that were off the grid.
+    off_grid: i64,
     newest_output: Option<i64>,
+    /// The last input offered.
+    last_input: Option<i64>,
     /// The first instant not yet given out.
     next: i64,
     /// The sample at `next` continues the one before it.
@@ -81,7 +89,10 @@ impl Aligner {
             outputs: BTreeMap::new(),
             inputs: BTreeMap::new(),
             old_inputs: VecDeque::new(),
+            old_output: None,
+            off_grid: 0,
             newest_output: None,
+            last_input: None,
             next: i64::MIN,
             continuing: false,
             finished: false,
@@ -94,6 +105,7 @@ impl Aligner {
         let Some(k) = self.instant(stamp) else {
             return Offer::LeftOut;
         };
+        self.last_input = Some(k);
         if let Some(newest) = self.newest_output {
             if k < newest - WINDOW {
                 self.old_inputs.push_back((stamp, input));
@@ -120,15 +132,27 @@ impl Aligner {
     /// Offers the output at `stamp` (ns).
     pub fn offer_output(&mut self, stamp: i64, output: f64) -> Offer {
         let Some(k) = self.instant(stamp) else {
-            return Offer::LeftOut;
-        };
-        if self.newest_output.is_some_and(|newest| k < newest - WINDOW) {
-            let old_inputs = std::mem::take(&mut self.old_inputs);
-            *self = Self::new(self.period);
-            self.offer_output(stamp, output);
-            for (stamp, input) in old_inputs {
-                self.offer_input(stamp, input);
+            self.off_grid += 1;
+            if self.off_grid < WINDOW {
+                return Offer::LeftOut;
             }
+            let newest = self.newest_output.and_then(|k| self.outputs.get(&k));
+            let went_back = newest.is_some_and(|(newest, _)| stamp < *newest);
+            self.begin_anew(&[(stamp, output)]);
+            return if went_back {
+                Offer::WentBack
+            } else {
+                Offer::Taken
+            };
+        };
+        self.off_grid = 0;
+        let before = self.old_output.take();
+        if self.newest_output.is_some_and(|newest| k < newest - WINDOW) {
+            let Some(before) = before else {
+                self.old_output = Some((stamp, output));
+                return Offer::LeftOut;
+            };
+            self.begin_anew(&[before, (stamp, output)]);
             return Offer::WentBack;
         }
         if k < self.next || self.outputs.contains_key(&k) {
@@ -138,6 +162,26 @@ impl Aligner {
         self.newest_output = self.newest_output.max(Some(k));
         self.answer(k);
         Offer::Taken
+    }
+
+    /// Forgets everything but these outputs and the inputs that may belong to them.
+    fn begin_anew(&mut self, outputs: &[(i64, f64)]) {
+        let old_inputs = std::mem::take(&mut self.old_inputs);
+        *self = Self::new(self.period);
+        // The newest first: the grid is laid through it, and one of another time is left out.
+        for (stamp, output) in outputs.iter().rev() {
+            self.offer_output(*stamp, *output);
+        }
+        for (stamp, input) in old_inputs {
+            self.offer_input(stamp, input);
+        }
+    }
+
+    /// How many intervals the outputs are ahead of the inputs; where one kind has not come yet, of the
+    /// first stamp seen.
+    #[must_use]
+    pub fn outputs_ahead(&self) -> i64 {
+        self.newest_output.unwrap_or(0) - self.last_input.unwrap_or(0)
     }
 
     /// The next sample in the order of stamps, once it is settled.
@@ -364,7 +408,8 @@ mod tests {
         let went_back: Vec<usize> = (0..messages.len())
             .filter(|i| offer(&mut aligner, messages[*i]) == Offer::WentBack)
             .collect();
-        assert_eq!(went_back, vec![201]);
+        // Of the new time the second output says so.
+        assert_eq!(went_back, vec![203]);
         let mut expected = whole(100);
         expected.extend(whole(100));
         assert_eq!(samples(&messages), expected);
@@ -382,6 +427,53 @@ mod tests {
             aligner.offer_output(stamp(1) - PERIOD / 5, 0.0),
             Offer::Taken
         );
+    }
+
+    #[test]
+    fn one_straggler_is_left_out_and_time_goes_on() {
+        let mut messages = in_order(100);
+        messages.insert(120, O(3));
+        messages.insert(160, O(5));
+        assert_eq!(samples(&messages), whole(100));
+    }
+
+    #[test]
+    fn a_publisher_started_again_off_the_grid_lays_another() {
+        let mut aligner = Aligner::new(PERIOD);
+        let mut taken = 0;
+        for k in 0..100 {
+            // From the fiftieth on a third of an interval later.
+            let late = if k < 50 { 0 } else { PERIOD / 3 };
+            let offer = aligner.offer_output(stamp(k) + late, k as f64);
+            assert_eq!(offer == Offer::LeftOut, (50..50 + WINDOW - 1).contains(&k));
+            aligner.offer_input(stamp(k) + late, Input::held(0.0));
+            while aligner.take().is_some() {
+                taken += 1;
+            }
+        }
+        assert!(taken > 60, "{taken}");
+    }
+
+    #[test]
+    fn who_has_fallen_silent_shows_in_how_far_the_others_are_ahead() {
+        let mut aligner = Aligner::new(PERIOD);
+        for message in in_order(50) {
+            offer(&mut aligner, message);
+        }
+        assert_eq!(aligner.outputs_ahead(), 0);
+        for k in 50..90 {
+            offer(&mut aligner, O(k));
+        }
+        assert_eq!(aligner.outputs_ahead(), 40);
+        for k in 90..150 {
+            offer(&mut aligner, I(k));
+        }
+        assert_eq!(aligner.outputs_ahead(), -60);
+        let mut alone = Aligner::new(PERIOD);
+        for k in 0..30 {
+            offer(&mut alone, I(k));
+        }
+        assert_eq!(alone.outputs_ahead(), -29);
     }
 
     #[test]

@@ -1,123 +1,143 @@
-//! The identifier: messages in, estimates out.
+//! The identifier: messages in, estimates out, of one or several pairs of signals.
 //!
 //! Samples are taken in the order of their stamps ([`crate::align`]), so what is estimated
 //! depends on the messages and not on when they arrived: a bag replayed gives, bit for bit,
 //! what was published live from the same messages.
-//!
-//! An output whose message says that the input before it is not to be trusted (`break_on`: the planes
-//! were held, the actuator had not answered) is not learnt from.
-//!
-//! A gap in the stamps begins the history anew and keeps the estimate; time going back begins
-//! everything anew.
 
-use std::collections::btree_map::Entry;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
-use planesman_decode::schema;
+use planesman_decode::{Types, schema};
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 use planesman_msgs::{Message, cdr};
 use planesman_parameters::Values;
 
-use crate::align::{Aligner, Offer, WINDOW};
-use crate::learner::Learner;
 use crate::model::Model;
+use crate::pair::{self, Change, Pair, Scheduled};
 use crate::parameters::Config;
-use crate::reader::{Reader, Sample};
+use crate::reader::TopicReader;
 
-/// Identifies a model between two signals.
+/// Identifies a model between each of some pairs of signals.
 #[derive(Clone, Debug)]
 pub struct Identifier {
-    config: Config,
-    aligner: Aligner,
-    learner: Learner,
-    /// The first sample's stamp, ns.
-    began: Option<i64>,
-    /// Stamps of outputs not yet learnt whose input is not to be trusted, ns.
-    broken: BTreeSet<i64>,
+    /// The first is that of the parameters `input` and `output`.
+    pairs: Vec<Pair>,
     /// How messages at hand are read, by topic and type.
-    readers: BTreeMap<(String, &'static str), Option<Reader>>,
+    readers: BTreeMap<(String, &'static str), TopicReader>,
+}
+
+/// What came of a message.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Heard {
+    /// The stamp it was taken at; `None` when nothing could be read.
+    pub stamp: Option<Time>,
+    /// The estimates due for publication.
+    pub estimates: Vec<ModelEstimate>,
+    /// Sentences naming the signals that it does not hold as finite numbers or lists of such.
+    pub refused: Vec<String>,
 }
 
 impl Identifier {
     /// An identifier before its first message.
     ///
     /// # Errors
-    /// As [`Config::from_values`].
+    /// As [`pair::described`] and [`Config::from_values`].
     pub fn new(values: &Values) -> Result<Self, String> {
-        let config = Config::from_values(values)?;
+        let pairs = pair::described(values)?
+            .into_iter()
+            .map(|(name, values)| Pair::new(name, &values));
         Ok(Self {
-            aligner: Aligner::new(period(&config)),
-            learner: Learner::new(&config)?,
-            began: None,
-            broken: BTreeSet::new(),
+            pairs: pairs.collect::<Result<_, _>>()?,
             readers: BTreeMap::new(),
-            config,
         })
     }
 
-    /// Takes changed parameters, whole or not at all. Forgetting and the counts of rows
-    /// change in place; any other change begins the estimate anew.
+    /// Takes changed parameters, whole or not at all. What a parameter's description does not say to begin
+    /// the estimate anew changes in place.
     ///
     /// # Errors
-    /// As [`Config::from_values`]; the present parameters then stay.
+    /// As [`Identifier::new`]; the present parameters then stay.
     pub fn set_values(&mut self, values: &Values) -> Result<(), String> {
-        let new = Config::from_values(values)?;
-        let in_place = Config {
-            forgetting: new.forgetting,
-            publish_every: new.publish_every,
-            min_samples: new.min_samples,
-            ..self.config.clone()
-        };
-        if in_place == new {
-            self.learner.set_forgetting(new.forgetting)?;
-            self.config = new;
-        } else {
-            *self = Self::new(values)?;
+        let new = Self::new(values)?;
+        let mut changed = self.clone();
+        for (pair, new) in changed.pairs.iter_mut().zip(&new.pairs) {
+            pair.set_config(new.config().clone())?;
         }
+        *self = changed;
         Ok(())
     }
 
-    /// The parameters in force.
+    /// The pairs, that of the parameters `input` and `output` first.
+    #[must_use]
+    pub fn pairs(&self) -> &[Pair] {
+        &self.pairs
+    }
+
+    /// The pair of that name; the first, if the name is empty.
+    #[must_use]
+    pub fn pair(&self, name: &str) -> Option<&Pair> {
+        match name {
+            "" => self.pairs.first(),
+            name => self.pairs.iter().find(|pair| pair.name() == name),
+        }
+    }
+
+    /// The parameters in force for the first pair.
     #[must_use]
     pub fn config(&self) -> &Config {
-        &self.config
+        self.first().config()
+    }
+
+    fn first(&self) -> &Pair {
+        // `described` always gives one.
+        &self.pairs[0]
     }
 
     /// Whether messages on `topic` bear one of the signals.
     #[must_use]
     pub fn concerns(&self, topic: &str) -> bool {
-        self.config.input.is_on(topic) || self.config.output.is_on(topic)
+        self.pairs.iter().any(|pair| pair.config().is_on(topic))
     }
 
-    /// Takes what a message on one of the signals' topics says, with its stamp; returns the estimates due for
-    /// publication. Repeats change nothing.
-    pub fn on_sample(&mut self, stamp: Time, sample: &Sample) -> Vec<ModelEstimate> {
-        let stamp = stamp.nanos();
-        if let Some(output) = sample.output
-            && self.aligner.offer_output(stamp, output) == Offer::WentBack
-        {
-            self.learner.reset();
-            self.began = None;
-            self.broken.clear();
-        }
-        if sample.breaks {
-            self.broken.insert(stamp);
-            if self.broken.len() > 2 * WINDOW as usize {
-                self.broken.pop_first();
+    /// What reads messages of a type on `topic` for every pair.
+    ///
+    /// # Errors
+    /// As [`TopicReader::new`].
+    pub fn reader(&self, topic: &str, types: &Types) -> Result<TopicReader, String> {
+        TopicReader::new(self.pairs.iter().map(Pair::config), topic, types)
+    }
+
+    /// Takes a payload; its stamp is `received` where it has none of its own.
+    pub fn on_payload(
+        &mut self,
+        reader: &mut TopicReader,
+        received: &Time,
+        payload: &[u8],
+    ) -> Heard {
+        let mut heard = Heard::default();
+        for (place, read) in reader.read(payload) {
+            let pair = &mut self.pairs[place];
+            match read {
+                Ok(sample) => {
+                    let stamp = sample.stamp.clone().unwrap_or_else(|| received.clone());
+                    heard.stamp = Some(stamp.clone());
+                    heard.estimates.extend(pair.on_sample(stamp, &sample));
+                }
+                Err(reason) => {
+                    pair.refuse();
+                    heard.refused.push(reason);
+                }
             }
         }
-        if let Some(input) = sample.input {
-            self.aligner.offer_input(stamp, input);
-        }
-        self.learn()
+        heard
     }
 
-    /// Takes a message that is at hand, as [`Identifier::on_sample`] does; one on another topic is passed over.
+    /// Takes a message that is at hand, whose stamp is `stamp` where it has none of its own; one on another
+    /// topic is passed over. Returns the estimates due for publication.
     ///
     /// # Errors
     /// A sentence naming the signal, when the message does not hold it as a finite number or
-    /// list of such; nothing changes then.
+    /// list of such; nothing is learnt of it then.
     pub fn on<M: Message>(
         &mut self,
         topic: &str,
@@ -128,88 +148,59 @@ impl Identifier {
             return Ok(Vec::new());
         }
         let key = (topic.to_owned(), M::TYPE_NAME);
-        let reader = match self.readers.entry(key) {
-            Entry::Occupied(known) => known.into_mut(),
-            Entry::Vacant(new) => {
+        let mut reader = match self.readers.remove(&key) {
+            Some(known) => known,
+            None => {
                 let types = schema::read(M::TYPE_NAME, "ros2msg", M::DEFINITION)
                     .map_err(|error| error.to_string())?;
-                new.insert(Reader::new(&self.config, topic, &types)?)
+                self.reader(topic, &types)?
             }
         };
-        let Some(reader) = reader else {
-            return Ok(Vec::new());
-        };
-        let sample = reader.read(&cdr::to_bytes(message))?;
-        Ok(self.on_sample(stamp, &sample))
+        let heard = self.on_payload(&mut reader, &stamp, &cdr::to_bytes(message));
+        self.readers.insert(key, reader);
+        match heard.refused.into_iter().next() {
+            None => Ok(heard.estimates),
+            Some(reason) => Err(reason),
+        }
     }
 
     /// Says that nothing more will come, at the end of a record: what was held back for an
     /// earlier message is learnt. Returns the estimates due.
     pub fn finish(&mut self) -> Vec<ModelEstimate> {
-        self.aligner.finish();
-        self.learn()
+        self.pairs.iter_mut().flat_map(Pair::finish).collect()
     }
 
-    /// Forgets everything but the parameters.
-    pub fn reset(&mut self) {
-        self.aligner = Aligner::new(period(&self.config));
-        self.learner.reset();
-        self.began = None;
-        self.broken.clear();
+    /// Changes what every pair has learnt, between two samples. Returns the estimates that say so.
+    pub fn change(&mut self, change: Change) -> Vec<ModelEstimate> {
+        let pairs = self.pairs.iter_mut();
+        pairs.filter_map(|pair| pair.change(change)).collect()
     }
 
-    /// The latest output's stamp with which all that a lockstep tick brings has come: the
-    /// input over the interval before it, unless the output that began that interval was never seen.
+    /// Changes what the pair of that name has learnt when its time has come, as it was changed before.
+    pub fn schedule(&mut self, name: &str, scheduled: Scheduled) {
+        if let Some(pair) = self.pairs.iter_mut().find(|pair| pair.name() == name) {
+            pair.schedule(scheduled);
+        }
+    }
+
+    /// The first pair's latest output with which all that a lockstep tick brings has come
+    /// ([`Pair::answered`]).
     #[must_use]
     pub fn answered(&self) -> Option<Time> {
-        self.aligner.answered().map(Time::from_nanos)
+        self.first().answered()
     }
 
-    /// The estimate as it stands, stamped so.
+    /// The first pair's estimate as it stands, stamped so.
     #[must_use]
     pub fn estimate(&self, stamp: Time) -> ModelEstimate {
-        let Config { input, output, .. } = &self.config;
-        let mut estimate = self.learner.estimate(&self.config);
-        estimate.header.stamp = stamp;
-        estimate.input = input.to_string();
-        estimate.output = output.to_string();
-        estimate
+        self.first().estimate(stamp)
     }
 
-    /// The model as it stands.
-    #[must_use]
-    pub fn model(&self) -> Model {
-        self.learner.model(&self.config)
+    /// The first pair's model as it stands.
+    ///
+    /// # Errors
+    /// As [`Pair::model`].
+    pub fn model(&self) -> Result<Model, String> {
+        self.first().model()
     }
-
-    fn learn(&mut self) -> Vec<ModelEstimate> {
-        let mut due = Vec::new();
-        while let Some(sample) = self.aligner.take() {
-            let began = *self.began.get_or_insert(sample.stamp);
-            if sample.stamp - began < self.config.start || self.broken.remove(&sample.stamp) {
-                self.learner.begin(sample.output);
-                continue;
-            }
-            let rows = self.learner.rows();
-            self.learner.take(sample);
-            let learnt = self.learner.rows() > rows;
-            if learnt
-                && self
-                    .learner
-                    .rows()
-                    .is_multiple_of(self.config.publish_every)
-            {
-                let estimate = self.estimate(Time::from_nanos(sample.stamp));
-                // Nothing that is not finite passes the node's edge.
-                if estimate.first_non_finite().is_none() {
-                    due.push(estimate);
-                }
-            }
-        }
-        due
-    }
-}
-
-fn period(config: &Config) -> i64 {
-    (config.sample_time * 1e9).round() as i64
 }

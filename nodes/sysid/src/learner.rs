@@ -1,24 +1,72 @@
-//! Learns a model from samples in order, and says what it is worth.
+//! Learns a model from samples in order, by any of the estimators that learn while samples arrive, and says
+//! what it is worth.
 
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 
 use crate::align::Sample;
+use crate::estimators::kalman::Filter;
+use crate::estimators::recursive::{Forgetting, Kind, Recursion, Recursive};
 use crate::fit::{Spread, fit};
 use crate::model::Model;
-use crate::parameters::Config;
-use crate::regression::{History, Input, Shape};
-use crate::rls::RecursiveLeastSquares;
+use crate::parameters::{Config, Method};
+use crate::readout::{PHYSICAL, Readout};
+use crate::regression::Input;
+
+/// What an error counts for in the recent fit after each later one: about 200 samples are remembered.
+const RECENT: f64 = 0.995;
+
+/// An unknown of the vehicle's equations is learnt when its deviation is below this share of what it began with.
+const LEARNT: f64 = 0.5;
+
+/// The estimator that learns.
+#[derive(Clone, Debug)]
+enum Estimator {
+    Recursion(Box<Recursion>),
+    Vehicle(Box<Filter>),
+}
+
+impl Estimator {
+    fn new(config: &Config) -> Result<Self, String> {
+        let dt = config.sample_time;
+        Ok(match config.method {
+            Method::Recursion(kind) => {
+                let plain = Recursion::new(kind, config.structure.clone(), dt, config.options)?;
+                let recursion = if config.moment {
+                    plain.with_moments()?
+                } else {
+                    plain
+                };
+                Self::Recursion(Box::new(recursion))
+            }
+            Method::Kalman => {
+                Self::Vehicle(Box::new(Filter::new(config.vehicle, dt, config.settings)?))
+            }
+        })
+    }
+
+    fn error(&self) -> Option<f64> {
+        match self {
+            Self::Recursion(it) => it.error(),
+            Self::Vehicle(it) => it.error(),
+        }
+    }
+}
 
 /// What has been learnt, and the history the next row is made of.
 #[derive(Clone, Debug)]
 pub struct Learner {
-    shape: Shape,
-    forgetting: f64,
-    history: History,
-    rls: RecursiveLeastSquares,
-    /// Of the outputs regressed on.
+    estimator: Estimator,
+    frozen: bool,
+    /// A sample has come.
+    begun: bool,
+    /// Samples learnt from.
+    samples: u64,
+    /// Samples predicted, learnt from or not.
+    predicted: u64,
+    /// Of the outputs learnt from.
     spread: Spread,
-    /// The last input regressed on.
+    recent: Recent,
+    /// The last input.
     last_input: Option<Input>,
     /// The input has changed from one sample to the next, or within one.
     input_moved: bool,
@@ -26,167 +74,307 @@ pub struct Learner {
     moment_seen: bool,
 }
 
+/// Errors of the last predictions, and what they are held against.
+#[derive(Clone, Copy, Debug, Default)]
+struct Recent {
+    squared_errors: f64,
+    spread: Spread,
+}
+
+impl Recent {
+    fn update(&mut self, error: f64, output: f64) {
+        self.squared_errors = RECENT * self.squared_errors + error * error;
+        self.spread.update(output, RECENT);
+    }
+}
+
 impl Learner {
     /// A learner before its first sample.
     ///
     /// # Errors
-    /// As [`RecursiveLeastSquares::new`].
+    /// A sentence, when the estimator refuses its parameters.
     pub fn new(config: &Config) -> Result<Self, String> {
-        Ok(Self {
-            shape: config.shape,
-            forgetting: config.forgetting,
-            history: History::new(config.shape),
-            rls: RecursiveLeastSquares::new(
-                config.shape.parameters(),
-                config.forgetting,
-                config.initial_covariance,
-            )?,
+        Ok(Self::before(Estimator::new(config)?, false))
+    }
+
+    /// Before the first sample.
+    fn before(estimator: Estimator, frozen: bool) -> Self {
+        Self {
+            estimator,
+            frozen,
+            begun: false,
+            samples: 0,
+            predicted: 0,
             spread: Spread::default(),
+            recent: Recent::default(),
             last_input: None,
             input_moved: false,
             moment_seen: false,
-        })
+        }
     }
 
-    /// Forgets every sample.
+    /// Forgets every sample; frozen stays frozen.
     pub fn reset(&mut self) {
-        self.history = History::new(self.shape);
-        self.rls.reset();
-        self.spread = Spread::default();
-        self.last_input = None;
-        self.input_moved = false;
-        self.moment_seen = false;
+        let mut estimator = self.estimator.clone();
+        match &mut estimator {
+            Estimator::Recursion(it) => it.reset(),
+            Estimator::Vehicle(it) => it.reset(),
+        }
+        *self = Self::before(estimator, self.frozen);
     }
 
-    /// Forgets at another rate from the next row on.
+    /// Takes what can change while it learns.
     ///
     /// # Errors
-    /// As [`RecursiveLeastSquares::set_forgetting`].
-    pub fn set_forgetting(&mut self, forgetting: f64) -> Result<(), String> {
-        self.rls.set_forgetting(forgetting)?;
-        self.forgetting = forgetting;
-        Ok(())
+    /// A sentence, when the estimator refuses it; nothing changes then.
+    pub fn retune(&mut self, config: &Config) -> Result<(), String> {
+        match &mut self.estimator {
+            Estimator::Recursion(it) => it.set_options(config.options),
+            Estimator::Vehicle(it) => it.set_settings(config.settings),
+        }
     }
 
-    /// Begins the history anew with `output`; nothing is learnt.
+    /// From now on predicts and learns nothing, or learns again.
+    pub fn set_frozen(&mut self, frozen: bool) {
+        self.frozen = frozen;
+        match &mut self.estimator {
+            Estimator::Recursion(it) => it.set_frozen(frozen),
+            Estimator::Vehicle(it) => it.set_frozen(frozen),
+        }
+        // The fit is that of the one model from here on.
+        self.recent = Recent::default();
+    }
+
+    /// Whether it learns nothing.
+    #[must_use]
+    pub fn frozen(&self) -> bool {
+        self.frozen
+    }
+
+    /// Begins the history anew with `output`; nothing is learnt. What an integral was then is lost: with
+    /// integrators among what is known, all that was learnt goes too.
     pub fn begin(&mut self, output: f64) {
-        self.history.begin(output);
+        if let Estimator::Recursion(it) = &self.estimator
+            && it.layout().structure.known_denominator.len() > 1
+            && !self.frozen
+        {
+            self.reset();
+        }
+        self.begun = true;
+        match &mut self.estimator {
+            Estimator::Recursion(it) => it.begin(output),
+            Estimator::Vehicle(it) => it.begin(output),
+        }
     }
 
-    /// Takes the next sample; without an input the history begins anew.
-    pub fn take(&mut self, sample: Sample) {
-        let Some(input) = sample.input else {
+    /// Takes the next sample; without an input, or as the first, it begins the history. Returns whether it
+    /// was predicted.
+    pub fn take(&mut self, sample: Sample) -> bool {
+        let Some(input) = sample.input.filter(|_| self.begun) else {
             self.begin(sample.output);
-            return;
+            return false;
         };
         self.moment_seen |= input.moment != 0.0;
         self.input_moved |= self.moment_seen || self.last_input.is_some_and(|last| last != input);
         self.last_input = Some(input);
-        if let Some(row) = self.history.push(input, sample.output) {
-            self.rls.update(row, sample.output);
-            self.spread.update(sample.output, self.forgetting);
+        let samples = match &mut self.estimator {
+            Estimator::Recursion(it) => {
+                it.push_input(input, sample.output);
+                it.rows().rows()
+            }
+            Estimator::Vehicle(it) => {
+                it.push(input.mean, sample.output);
+                self.samples + u64::from(!self.frozen)
+            }
+        };
+        let Some(error) = self.estimator.error() else {
+            return false;
+        };
+        if samples > self.samples {
+            self.spread.update(sample.output, self.row_forgetting());
         }
+        self.samples = samples;
+        self.predicted += 1;
+        self.recent.update(error, sample.output);
+        true
     }
 
-    /// Rows regressed on.
+    /// Samples predicted, learnt from or not.
     #[must_use]
-    pub fn rows(&self) -> u64 {
-        self.rls.rows()
+    pub fn predicted(&self) -> u64 {
+        self.predicted
     }
 
     /// The model as it stands.
-    #[must_use]
-    pub fn model(&self, config: &Config) -> Model {
-        let mut model = Model::from_parameters(
-            self.shape,
-            self.rls.parameters().as_slice(),
-            config.sample_time,
-        );
-        if !self.moment_seen {
-            model.c.clear();
+    ///
+    /// # Errors
+    /// A sentence, when the estimator's own equations cannot be sampled.
+    pub fn model(&self, config: &Config) -> Result<Model, String> {
+        Ok(self.readout(config)?.model)
+    }
+
+    fn readout(&self, config: &Config) -> Result<Readout, String> {
+        match &self.estimator {
+            Estimator::Recursion(it) => Ok(Readout::of_recursion(
+                it,
+                config.moment && self.moment_seen,
+                config.sample_time,
+            )),
+            Estimator::Vehicle(it) => Readout::of_vehicle(it, config.sample_time),
         }
-        model
     }
 
     /// The estimate as it stands, without stamp and names.
     ///
-    /// The covariance is the residual's variance times `(Phi'Phi)^-1`: what least squares
-    /// claims when the residual is white. It says nothing of the bias that noise on the
-    /// measured outputs brings into an equation-error fit.
+    /// The covariance is the estimator's own reckoning: for least squares the residual's variance times
+    /// `(Phi'Phi)^-1`, which is right when the residual is white. It says nothing of the bias that noise on
+    /// the measured outputs brings into an equation-error fit.
     #[must_use]
     pub fn estimate(&self, config: &Config) -> ModelEstimate {
-        let model = self.model(config);
-        let variance = self.rls.noise_variance();
-        let poles = model.poles();
-        let reason = match &poles {
-            Ok(_) => self.doubt(config),
-            Err(reason) => Some(format!("no poles: {reason}")),
+        let readout = self.readout(config);
+        let none = ModelEstimate {
+            estimator: config.method.name().to_owned(),
+            sample_time: config.sample_time,
+            samples: self.samples,
+            frozen: self.frozen,
+            ..ModelEstimate::default()
         };
-        let poles = poles.unwrap_or_default();
+        let (Readout { model, covariance }, poles) =
+            match readout.map(|readout| (readout.model.poles(), readout)) {
+                Ok((Ok(poles), readout)) => (readout, poles),
+                Ok((Err(reason), _)) | Err(reason) => {
+                    let reason = format!("no poles: {reason}");
+                    return ModelEstimate { reason, ..none };
+                }
+            };
         let s_poles: Vec<_> = poles.iter().map(|z| model.continuous(*z)).collect();
         let dc_gain = model.dc_gain();
+        let reason = self.doubt(config);
+        let (physical, deviations) = self.physical();
         ModelEstimate {
-            sample_time: config.sample_time,
-            order: self.shape.order as u32,
-            samples: self.rows(),
-            covariance: variance.map_or_else(Vec::new, |variance| self.covariance(variance)),
-            noise_variance: variance.unwrap_or(0.0),
+            order: model.a.len() as u32,
+            covariance: covariance.map_or_else(Vec::new, |it| it.transpose().as_slice().to_vec()),
+            noise_variance: self.noise_variance(config),
+            physical_names: physical
+                .iter()
+                .zip(PHYSICAL)
+                .map(|(_, n)| n.to_owned())
+                .collect(),
+            physical_values: physical,
+            physical_deviations: deviations,
             poles_re: poles.iter().map(|z| z.re).collect(),
             poles_im: poles.iter().map(|z| z.im).collect(),
             s_poles_re: s_poles.iter().map(|s| s.re).collect(),
             s_poles_im: s_poles.iter().map(|s| s.im).collect(),
             dc_gain: dc_gain.unwrap_or(0.0),
             has_dc_gain: dc_gain.is_some(),
-            fit: fit(self.rls.cost(), self.spread.sum_of_squares()).unwrap_or(0.0),
+            fit: self.fit(),
             valid: reason.is_none(),
             reason: reason.unwrap_or_default(),
             a: model.a,
             b: model.b,
             c: model.c,
             bias: model.bias,
-            ..ModelEstimate::default()
+            ..none
         }
+    }
+
+    /// What is known of the vehicle's own coefficients, and how well.
+    fn physical(&self) -> (Vec<f64>, Vec<f64>) {
+        match &self.estimator {
+            Estimator::Recursion(_) => (Vec::new(), Vec::new()),
+            Estimator::Vehicle(it) => {
+                let (values, covariance) = it.learnt();
+                let deviations = covariance.diagonal().map(|v| v.max(0.0).sqrt());
+                (values.as_slice().to_vec(), deviations.as_slice().to_vec())
+            }
+        }
+    }
+
+    fn noise_variance(&self, config: &Config) -> f64 {
+        match &self.estimator {
+            Estimator::Recursion(it) => it.rows().noise_variance().unwrap_or(0.0),
+            Estimator::Vehicle(_) => config.settings.noise.powi(2),
+        }
+    }
+
+    /// What a sample counts for after each later one, where that is always the same and every sample is
+    /// explained by the present parameters.
+    fn constant_forgetting(&self) -> Option<f64> {
+        match &self.estimator {
+            Estimator::Recursion(it) if it.kind() == Kind::LeastSquares => {
+                match it.options().forgetting {
+                    Forgetting::Constant(lambda) => Some(lambda),
+                    Forgetting::Directional(_) | Forgetting::Variable { .. } => None,
+                }
+            }
+            Estimator::Recursion(_) | Estimator::Vehicle(_) => None,
+        }
+    }
+
+    fn row_forgetting(&self) -> f64 {
+        self.constant_forgetting().unwrap_or(1.0)
+    }
+
+    /// One step ahead, %.
+    fn fit(&self) -> f64 {
+        let found = match &self.estimator {
+            Estimator::Recursion(it) if !self.frozen && self.constant_forgetting().is_some() => {
+                fit(it.rows().cost(), self.spread.sum_of_squares())
+            }
+            _ => fit(
+                self.recent.squared_errors,
+                self.recent.spread.sum_of_squares(),
+            ),
+        };
+        found.unwrap_or(0.0)
     }
 
     /// Why the numbers mean nothing yet, if so.
     fn doubt(&self, config: &Config) -> Option<String> {
-        let columns = self.columns();
-        let needed = config.min_samples.max(columns.len() as u64 + 1);
-        if self.rows() < needed {
-            return Some(format!("{} rows, {needed} are needed", self.rows()));
-        }
+        let unlearnt = match &self.estimator {
+            Estimator::Recursion(it) => {
+                let columns = self.columns(it);
+                let needed = config.min_samples.max(columns.len() as u64 + 1);
+                if self.samples < needed {
+                    return Some(format!("{} rows, {needed} are needed", self.samples));
+                }
+                (it.rows().unlearnt(&columns), columns.len())
+            }
+            Estimator::Vehicle(_) => {
+                if self.samples < config.min_samples {
+                    let needed = config.min_samples;
+                    return Some(format!("{} rows, {needed} are needed", self.samples));
+                }
+                let began = config.settings.deviations;
+                let open = began.iter().filter(|d| **d > 0.0).count();
+                let learnt = (self.physical().1.iter().zip(began))
+                    .filter(|(now, began)| *began > 0.0 && **now <= LEARNT * began)
+                    .count();
+                // One that is well known beforehand need not become better known.
+                (if learnt == 0 { open } else { 0 }, open)
+            }
+        };
         if !self.input_moved {
             return Some("the input has not moved".to_owned());
         }
-        match self.rls.unlearnt(&columns) {
-            0 => None,
-            unlearnt => Some(format!(
-                "too little excitation: {unlearnt} of {} parameters cannot be told apart",
-                columns.len()
+        match unlearnt {
+            (0, _) => None,
+            (unlearnt, all) => Some(format!(
+                "too little excitation: {unlearnt} of {all} parameters cannot be told apart"
             )),
         }
     }
 
-    /// The parameters' covariance, row by row, for a residual of that variance.
-    fn covariance(&self, variance: f64) -> Vec<f64> {
-        let unit = self.rls.unit_covariance();
-        let columns = self.columns();
-        columns
-            .iter()
-            .flat_map(|i| columns.iter().map(|j| variance * unit[(*i, *j)]))
-            .collect()
-    }
-
-    /// The columns in use: all, or all but the moments' as long as none has been seen.
-    fn columns(&self) -> Vec<usize> {
-        let n = self.shape.order;
-        let unused = if self.shape.moment && !self.moment_seen {
-            2 * n..3 * n
+    /// The columns in use: all but the noise model's, and but the moments' as long as none has been seen.
+    fn columns(&self, recursion: &Recursion) -> Vec<usize> {
+        let layout = recursion.layout();
+        let plain = layout.without_motion();
+        let moments = if self.moment_seen && recursion.has_moments() {
+            layout.structure.numerator
         } else {
-            0..0
+            0
         };
-        (0..self.shape.parameters())
-            .filter(|column| !unused.contains(column))
-            .collect()
+        (0..plain + moments).collect()
     }
 }

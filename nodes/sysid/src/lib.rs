@@ -2,7 +2,7 @@
 //! while they arrive, live from topics or from a bag in the same way.
 //!
 //! ```text
-//! messages -> signal -> align -> regression -> rls -> model, fit -> ModelEstimate
+//! messages -> reader -> align -> learner (an estimator) -> readout -> ModelEstimate
 //! ```
 //! - [`signal`]: `TOPIC:FIELD`, one number of one message.
 //! - [`source`], [`bag_source`], [`csv_source`]: samples of any signals out of a bag or a table.
@@ -29,10 +29,12 @@
 //!   [`montecarlo_command`] prints it.
 //! - [`model`]: poles, steady gain, response.
 //! - [`fit`]: how well a model explains a record.
-//! - [`learner`]: rows in, an estimate and its validity out.
+//! - [`learner`]: samples in, an estimate and its validity out, by any recursive estimator.
+//! - [`readout`]: the transfer function of what was learnt, and its covariance.
 //! - [`book`]: the thesis' identified models, gone through again.
 //! - [`parameters`]: every tunable, its default and unit.
-//! - [`core`]: messages in, estimates out.
+//! - [`pair`]: one pair of signals, from its messages to its estimates.
+//! - [`core`]: messages in, estimates out, of all pairs.
 //!
 //! The procedure is that of Brunner, *Experimental Verification of AUV Performance* (NPS
 //! thesis, March 1988), ch. V, on whole histories instead of assumed zero ones.
@@ -56,9 +58,11 @@ pub mod model;
 pub mod montecarlo;
 pub mod montecarlo_command;
 pub mod node;
+pub mod pair;
 pub mod parameters;
 pub mod procedure;
 pub mod reader;
+pub mod readout;
 pub mod record;
 pub mod regression;
 pub mod replay;

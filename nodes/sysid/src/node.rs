@@ -1,25 +1,36 @@
-//! The node: learns from two topics while they arrive, publishes what it has learnt.
+//! The node: learns from topics while they arrive, publishes what it has learnt.
 
+use std::collections::BTreeMap;
 use std::process::ExitCode;
+use std::time::Duration;
 
-use anyhow::{Result, anyhow};
+use anyhow::{Result, anyhow, bail};
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::{ModelEstimate, TickAnswer};
-use planesman_msgs::planesman_msgs::srv::{Fit, FitResponse};
+use planesman_msgs::planesman_msgs::srv::{Fit, FitRequest, FitResponse};
 use planesman_msgs::std_msgs::msg::Header;
-use planesman_msgs::std_srvs::srv::{Trigger, TriggerResponse};
+use planesman_msgs::std_srvs::srv::{SetBool, SetBoolResponse, Trigger, TriggerResponse};
 use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, RawSample, Responder, Runtime, args};
 use planesman_parameters::Values;
 
 use crate::core::Identifier;
-use crate::reader::Reader;
+use crate::pair::{self, Change, Pair};
+use crate::reader::TopicReader;
 use crate::{message_types, parameters};
+
+/// Time between two looks at who has fallen silent.
+const LOOK: Duration = Duration::from_millis(500);
+
+/// Silence of all topics that is told, s.
+const SILENCE: f64 = 2.0;
 
 enum Event {
     /// From the topic of that reader.
     Sample(usize, RawSample),
     Reset(Responder<Trigger>),
-    Fit(Responder<Fit>),
+    Freeze(bool, Responder<SetBool>),
+    Fit(FitRequest, Responder<Fit>),
+    Look,
     Parameters(Values),
 }
 
@@ -49,34 +60,56 @@ fn run(args: Vec<String>) -> Result<()> {
             .then(|| rt.publisher("tick_answer", Qos::reliable(100)))
             .transpose()?,
         answered: None,
-        readers: Vec::new(),
+        heard: rt.now(),
+        topics: Vec::new(),
     };
-    let config = node.identifier.config();
-    let mut signals = vec![
-        (config.input.topic().to_owned(), values.string("input_type")),
-        (
-            config.output.topic().to_owned(),
-            values.string("output_type"),
-        ),
-    ];
-    signals.dedup_by(|a, b| a.0 == b.0);
-    let mut readers = Vec::new();
-    for (place, (topic, type_name)) in signals.into_iter().enumerate() {
-        let found = message_types::find(type_name).map_err(|e| anyhow!(e))?;
-        let reader = Reader::new(config, &topic, &found.types).map_err(|e| anyhow!(e))?;
-        readers.extend(reader);
+    for (place, (topic, type_name)) in topics(&values)?.into_iter().enumerate() {
+        let found = message_types::find(&type_name).map_err(|e| anyhow!(e))?;
+        let reader = node.identifier.reader(&topic, &found.types);
+        node.topics.push(Topic {
+            reader: reader.map_err(|e| anyhow!(e))?,
+            trouble: None,
+        });
         rt.subscribe_raw(
             &topic,
-            type_name,
+            &type_name,
             Some(&found.hash),
             Qos::record(),
             move |sample| Event::Sample(place, sample),
         )?;
     }
-    node.readers = readers;
     rt.serve::<Trigger>("~/reset", |_, responder| Event::Reset(responder))?;
-    rt.serve::<Fit>("~/fit", |_, responder| Event::Fit(responder))?;
+    rt.serve::<SetBool>("~/freeze", |request, responder| {
+        Event::Freeze(request.data, responder)
+    })?;
+    rt.serve::<Fit>("~/fit", Event::Fit)?;
+    let _looks = rt.every(LOOK, || Event::Look);
     rt.run(|rt, event| node.on(rt, event))
+}
+
+/// The topics of all pairs with their types.
+fn topics(values: &Values) -> Result<BTreeMap<String, String>> {
+    let mut topics: BTreeMap<String, String> = BTreeMap::new();
+    for (name, values) in pair::described(values).map_err(|e| anyhow!(e))? {
+        let config = parameters::Config::from_values(&values).map_err(|e| anyhow!(e))?;
+        for (signal, parameter) in [
+            (&config.input, "input_type"),
+            (&config.output, "output_type"),
+        ] {
+            let type_name = values.string(parameter).to_owned();
+            let known = topics
+                .entry(signal.topic().to_owned())
+                .or_insert_with(|| type_name.clone());
+            if *known != type_name {
+                bail!(
+                    "pair '{name}': parameter '{parameter}': {} refused: on the topic '{}' another signal expects {known}",
+                    type_name,
+                    signal.topic()
+                );
+            }
+        }
+    }
+    Ok(topics)
 }
 
 struct Node {
@@ -85,34 +118,51 @@ struct Node {
     answer: Option<Publisher<TickAnswer>>,
     /// The latest stamp answered.
     answered: Option<Time>,
-    /// One for each topic that is listened to.
-    readers: Vec<Reader>,
+    /// When a message last came.
+    heard: Time,
+    topics: Vec<Topic>,
+}
+
+/// A topic that is listened to.
+struct Topic {
+    reader: TopicReader,
+    /// What was last wrong with a message, told once.
+    trouble: Option<String>,
 }
 
 impl Node {
     fn on(&mut self, rt: &Runtime<Event>, event: Event) -> Result<Flow> {
         match event {
-            Event::Sample(reader, sample) => {
-                if let Err(reason) = self.learn(rt, reader, &sample) {
-                    log::warn!("{}: {reason}", sample.topic);
-                }
+            Event::Sample(topic, sample) => {
+                self.learn(rt, topic, &sample);
+                return Ok(Flow::Continue);
             }
             Event::Reset(responder) => {
-                self.identifier.reset();
+                let changed = self.identifier.change(Change::Reset);
+                self.publish(&changed);
                 log::info!("everything learnt is forgotten");
                 responder.answer(TriggerResponse {
                     success: true,
                     message: String::new(),
                 });
             }
-            Event::Fit(responder) => {
-                let model = self.identifier.estimate(rt.now());
-                responder.answer(FitResponse {
-                    success: model.valid,
-                    message: model.reason.clone(),
-                    model,
+            Event::Freeze(frozen, responder) => {
+                let changed = self.identifier.change(Change::Freeze(frozen));
+                self.publish(&changed);
+                let message = match (frozen, changed.is_empty()) {
+                    (true, false) => "frozen: nothing is learnt any more",
+                    (true, true) => "frozen already",
+                    (false, false) => "learning again",
+                    (false, true) => "learning already",
+                };
+                log::info!("{message}");
+                responder.answer(SetBoolResponse {
+                    success: true,
+                    message: message.to_owned(),
                 });
             }
+            Event::Fit(request, responder) => responder.answer(self.fit(rt, &request.name)),
+            Event::Look => {}
             Event::Parameters(values) => {
                 self.identifier
                     .set_values(&values)
@@ -120,40 +170,126 @@ impl Node {
                 log::info!("parameters changed");
             }
         }
+        self.tell(rt);
         Ok(Flow::Continue)
     }
 
-    fn learn(
-        &mut self,
-        rt: &Runtime<Event>,
-        reader: usize,
-        sample: &RawSample,
-    ) -> Result<(), String> {
-        let reader = self.readers.get_mut(reader);
-        let said = reader.ok_or("nobody listens to it")?.read(&sample.bytes)?;
-        let stamp = said
-            .stamp
-            .clone()
-            .unwrap_or_else(|| sample.received.clone());
-        for estimate in self.identifier.on_sample(stamp.clone(), &said) {
-            rt.set_status(
-                "model",
-                if estimate.valid {
-                    Level::Ok
-                } else {
-                    Level::Warn
-                },
-                if estimate.valid {
-                    "valid"
-                } else {
-                    &estimate.reason
-                },
-                &[("rows", estimate.samples.to_string())],
-            );
-            self.model.publish(&estimate);
+    fn publish(&self, estimates: &[ModelEstimate]) {
+        for estimate in estimates {
+            self.model.publish(estimate);
         }
-        self.answer(rt, &sample.topic, stamp);
-        Ok(())
+    }
+
+    fn fit(&self, rt: &Runtime<Event>, name: &str) -> FitResponse {
+        match self.identifier.pair(name) {
+            Some(pair) => {
+                let model = pair.estimate(rt.now());
+                FitResponse {
+                    success: model.valid,
+                    message: model.reason.clone(),
+                    model,
+                }
+            }
+            None => {
+                let names: Vec<&str> = self.identifier.pairs().iter().map(Pair::name).collect();
+                FitResponse {
+                    success: false,
+                    message: format!(
+                        "no pair of signals is called '{name}'; there are {}",
+                        names.join(", ")
+                    ),
+                    model: ModelEstimate::default(),
+                }
+            }
+        }
+    }
+
+    fn learn(&mut self, rt: &Runtime<Event>, place: usize, sample: &RawSample) {
+        self.heard = rt.now();
+        let restarts = |identifier: &Identifier| -> Vec<u32> {
+            let pairs = identifier.pairs().iter();
+            pairs.map(|pair| pair.account().restarts).collect()
+        };
+        let before = restarts(&self.identifier);
+        let Some(topic) = self.topics.get_mut(place) else {
+            return;
+        };
+        let heard = self
+            .identifier
+            .on_payload(&mut topic.reader, &sample.received, &sample.bytes);
+        let trouble = heard.refused.into_iter().next();
+        if trouble.is_some() && trouble != topic.trouble {
+            let reason = trouble.as_deref().unwrap_or_default();
+            log::warn!(
+                "{}: {reason}; further such messages are counted",
+                sample.topic
+            );
+        }
+        topic.trouble = trouble.or(topic.trouble.take());
+        for (pair, before) in self.identifier.pairs().iter().zip(before) {
+            if pair.account().restarts != before {
+                log::warn!(
+                    "{}: time has gone back: {}",
+                    pair.name(),
+                    if pair.frozen() {
+                        "the frozen model is kept"
+                    } else {
+                        "everything begins anew"
+                    }
+                );
+            }
+        }
+        self.publish(&heard.estimates);
+        if let Some(stamp) = heard.stamp {
+            self.answer(rt, &sample.topic, stamp);
+        }
+    }
+
+    /// Says how each pair is doing.
+    fn tell(&self, rt: &Runtime<Event>) {
+        let silence = (rt.now().nanos() - self.heard.nanos()) as f64 * 1e-9;
+        for pair in self.identifier.pairs() {
+            let config = pair.config();
+            let estimate = pair.estimate(Time::default());
+            let all_silent = silence > SILENCE.max(20.0 * config.sample_time);
+            let (level, message) = if all_silent {
+                let (input, output) = (&config.input, &config.output);
+                (
+                    Level::Warn,
+                    format!("{input} and {output} have been silent for {silence:.1} s"),
+                )
+            } else if let Some(silence) = pair.silence() {
+                (Level::Warn, silence)
+            } else if !estimate.valid {
+                (Level::Warn, estimate.reason)
+            } else {
+                (Level::Ok, "valid".to_owned())
+            };
+            let message = if pair.frozen() {
+                format!("frozen; {message}")
+            } else {
+                message
+            };
+            let name = match pair.name() {
+                pair::FIRST => pair::FIRST.to_owned(),
+                name => format!("{} {name}", pair::FIRST),
+            };
+            let account = pair.account();
+            rt.set_status(
+                &name,
+                level,
+                &message,
+                &[
+                    ("estimator", config.method.name().to_owned()),
+                    ("rows", estimate.samples.to_string()),
+                    ("frozen", pair.frozen().to_string()),
+                    ("gaps", account.gaps.to_string()),
+                    ("restarts", account.restarts.to_string()),
+                    ("left_out", account.left_out.to_string()),
+                    ("refused", account.refused.to_string()),
+                ],
+            );
+        }
     }
 
     /// Answers for the latest tick learnt, once, and again when its output comes again: then

@@ -102,3 +102,38 @@ impl Reader {
         })
     }
 }
+
+/// Reads the messages of one topic for every pair of signals that it bears some of.
+#[derive(Clone, Debug)]
+pub struct TopicReader {
+    /// Each with the place of its pair.
+    readers: Vec<(usize, Reader)>,
+}
+
+impl TopicReader {
+    /// The reader of messages of a type on `topic` for pairs of these configurations.
+    ///
+    /// # Errors
+    /// As [`Reader::new`].
+    pub fn new<'a>(
+        configs: impl Iterator<Item = &'a Config>,
+        topic: &str,
+        types: &Types,
+    ) -> Result<Self, String> {
+        let mut readers = Vec::new();
+        for (place, config) in configs.enumerate() {
+            let reader = Reader::new(config, topic, types)?;
+            readers.extend(reader.map(|reader| (place, reader)));
+        }
+        Ok(Self { readers })
+    }
+
+    /// What a payload says to each pair concerned, by its place; or a sentence as of [`Reader::read`].
+    pub fn read<'a>(
+        &'a mut self,
+        payload: &'a [u8],
+    ) -> impl Iterator<Item = (usize, Result<Sample, String>)> + 'a {
+        let readers = self.readers.iter_mut();
+        readers.map(|(place, reader)| (*place, reader.read(payload)))
+    }
+}

@@ -2,10 +2,11 @@
 //!
 //! The samples are put in the order of their stamps before anything is learnt ([`crate::align`]),
 //! so the replayed estimates equal those the node published from the same messages. Where the bag
-//! holds the node's own `model` topic, every published estimate is compared.
+//! holds the node's own `model` topic, every published estimate is compared; and when the node was frozen,
+//! let go or reset, which its estimates say, so is the replay, after the same sample.
 
-use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -18,7 +19,8 @@ use planesman_msgs::{Message, cdr};
 use planesman_parameters::{Values, file};
 
 use crate::core::Identifier;
-use crate::reader::Reader;
+use crate::pair::{Change, Scheduled};
+use crate::reader::TopicReader;
 use crate::{bag_source, parameters};
 
 /// Identify from a bag what the node identifies live.
@@ -41,10 +43,12 @@ pub struct ReplayArgs {
 /// What a replay found.
 #[derive(Clone, Debug)]
 pub struct Replay {
-    /// The estimate at the end of the bag.
-    pub estimate: ModelEstimate,
+    /// The estimate of each pair at the end of the bag, the first pair's first.
+    pub estimates: Vec<ModelEstimate>,
     /// Beside the estimates the node published live; `None` when the bag holds none.
     pub live: Option<Comparison>,
+    /// Messages that do not hold a signal as a finite number, and what is wrong with the first.
+    pub refused: Option<(usize, String)>,
     /// Why the bag is not whole, if it is not.
     pub incomplete: Option<String>,
 }
@@ -60,13 +64,26 @@ pub struct Comparison {
     pub largest_difference: f64,
 }
 
+/// By what an estimate is known: its pair, how often time had gone back, its stamp, and the samples behind it.
+type Key = (String, u32, i64, u64);
+
+fn key(estimate: &ModelEstimate) -> Key {
+    (
+        estimate.name.clone(),
+        estimate.restarts,
+        estimate.header.stamp.nanos(),
+        estimate.samples,
+    )
+}
+
 /// Runs `sysid replay` and prints what it found.
 ///
 /// # Errors
 /// One line for the terminal: a bag, file or parameter that is refused, a bag without the signals.
 pub fn run(args: &ReplayArgs) -> Result<()> {
     let found = replay(args)?;
-    print!("{}", table(&found.estimate));
+    let tables: Vec<String> = found.estimates.iter().map(table).collect();
+    print!("{}", tables.join("\n"));
     if let Some(live) = found.live {
         println!(
             "live: {} published estimates compared, largest difference {:.1e}{}",
@@ -78,6 +95,9 @@ pub fn run(args: &ReplayArgs) -> Result<()> {
                 format!(", {} without a counterpart", live.missing)
             }
         );
+    }
+    if let Some((count, first)) = found.refused {
+        println!("{count} messages refused, the first: {first}");
     }
     if let Some(reason) = found.incomplete {
         println!("the bag is {reason}");
@@ -93,63 +113,101 @@ pub fn replay(args: &ReplayArgs) -> Result<Replay> {
     let values = values(args)?;
     let mut identifier = Identifier::new(&values).map_err(|e| anyhow!(e))?;
     let bag = BagReader::open(&args.bag)?;
-    let mut replayed = BTreeMap::new();
-    let mut published: Vec<ModelEstimate> = Vec::new();
-    let mut seen = [false; 2];
+    let published = published(&bag)?;
+    for (name, scheduled) in changes(&published) {
+        identifier.schedule(&name, scheduled);
+    }
+    let mut replayed: Vec<ModelEstimate> = Vec::new();
+    let mut refused: Option<(usize, String)> = None;
+    let mut seen: BTreeSet<String> = BTreeSet::new();
     // By the topic's address, which is kept beside it.
-    let mut readers: BTreeMap<usize, (Arc<Topic>, Option<Reader>)> = BTreeMap::new();
+    let mut readers: BTreeMap<usize, (Arc<Topic>, TopicReader)> = BTreeMap::new();
     let mut last = Time::default();
     for message in bag.messages(Order::File) {
         let message = message?;
         let topic = message.topic.name.as_str();
-        if message.topic.kind.type_name == ModelEstimate::TYPE_NAME && topic.ends_with("/model") {
-            published.push(cdr::from_bytes(&message.payload).with_context(|| topic.to_owned())?);
-        }
         if !identifier.concerns(topic) {
             continue;
         }
-        let config = identifier.config();
-        seen[0] |= config.input.is_on(topic);
-        seen[1] |= config.output.is_on(topic);
         let key = Arc::as_ptr(&message.topic) as usize;
         let (_, reader) = match readers.entry(key) {
             Entry::Occupied(known) => known.into_mut(),
             Entry::Vacant(new) => {
                 let types = bag_source::types(&message.topic)?;
-                let reader = Reader::new(config, topic, &types).map_err(|e| anyhow!(e))?;
+                let reader = identifier.reader(topic, &types).map_err(|e| anyhow!(e))?;
+                seen.insert(topic.to_owned());
                 new.insert((Arc::clone(&message.topic), reader))
             }
         };
-        let Some(reader) = reader else { continue };
-        let sample = reader
-            .read(&message.payload)
-            .map_err(|e| anyhow!("{topic}: {e}"))?;
-        let log_time = || Time::from_nanos(message.log_time);
-        last = sample.stamp.clone().unwrap_or_else(log_time);
-        let learnt = identifier.on_sample(last.clone(), &sample);
-        replayed.extend(learnt.into_iter().map(|e| (e.header.stamp.nanos(), e)));
-    }
-    replayed.extend(
-        identifier
-            .finish()
-            .into_iter()
-            .map(|e| (e.header.stamp.nanos(), e)),
-    );
-    let config = identifier.config();
-    for (signal, seen) in [&config.input, &config.output].into_iter().zip(seen) {
-        if !seen {
-            bail!(
-                "bag '{}': no messages on the topic of {signal}; it holds {}",
-                args.bag.display(),
-                bag_source::topics(&bag)
-            );
+        let log_time = Time::from_nanos(message.log_time);
+        let heard = identifier.on_payload(reader, &log_time, &message.payload);
+        last = heard.stamp.unwrap_or(last);
+        replayed.extend(heard.estimates);
+        for reason in heard.refused {
+            let (count, _) = refused.get_or_insert_with(|| (0, format!("{topic}: {reason}")));
+            *count += 1;
         }
     }
+    replayed.extend(identifier.finish());
+    for pair in identifier.pairs() {
+        for signal in [&pair.config().input, &pair.config().output] {
+            if !seen.iter().any(|topic| signal.is_on(topic)) {
+                bail!(
+                    "bag '{}': no messages on the topic of {signal}; it holds {}",
+                    args.bag.display(),
+                    bag_source::topics(&bag)
+                );
+            }
+        }
+    }
+    let pairs = identifier.pairs().iter();
     Ok(Replay {
-        estimate: identifier.estimate(last),
+        estimates: pairs.map(|pair| pair.estimate(last.clone())).collect(),
         live: (!published.is_empty()).then(|| compare(&replayed, &published)),
+        refused,
         incomplete: (!bag.completeness().is_whole()).then(|| bag.completeness().to_string()),
     })
+}
+
+/// What the node published itself.
+fn published(bag: &BagReader) -> Result<Vec<ModelEstimate>> {
+    let mut published = Vec::new();
+    for message in bag.messages(Order::File) {
+        let message = message?;
+        let topic = &message.topic;
+        if topic.kind.type_name == ModelEstimate::TYPE_NAME && topic.name.ends_with("/model") {
+            published.push(cdr::from_bytes(&message.payload).with_context(|| topic.name.clone())?);
+        }
+    }
+    Ok(published)
+}
+
+/// What was done to the node while it learnt: its estimates say when it was frozen, let go and reset.
+fn changes(published: &[ModelEstimate]) -> Vec<(String, Scheduled)> {
+    let mut changes = Vec::new();
+    let mut last: BTreeMap<&str, &ModelEstimate> = BTreeMap::new();
+    for estimate in published {
+        let before = last.insert(&estimate.name, estimate);
+        let mut note = |change| {
+            let scheduled = Scheduled {
+                restarts: estimate.restarts,
+                stamp: estimate.header.stamp.nanos(),
+                change,
+            };
+            changes.push((estimate.name.clone(), scheduled));
+        };
+        let was_frozen = before.is_some_and(|before| before.frozen);
+        if estimate.frozen != was_frozen {
+            note(Change::Freeze(estimate.frozen));
+        }
+        let forgotten = before.is_some_and(|before| {
+            before.samples > 0 && before.restarts == estimate.restarts && estimate.samples == 0
+        });
+        if forgotten {
+            note(Change::Reset);
+        }
+    }
+    changes
 }
 
 fn values(args: &ReplayArgs) -> Result<Values> {
@@ -170,14 +228,16 @@ fn values(args: &ReplayArgs) -> Result<Values> {
     Ok(Values::defaults(parameters::declarations()).with(changes)?)
 }
 
-fn compare(replayed: &BTreeMap<i64, ModelEstimate>, published: &[ModelEstimate]) -> Comparison {
+fn compare(replayed: &[ModelEstimate], published: &[ModelEstimate]) -> Comparison {
+    let replayed: BTreeMap<Key, &ModelEstimate> =
+        replayed.iter().map(|again| (key(again), again)).collect();
     let mut comparison = Comparison {
         compared: 0,
         missing: 0,
         largest_difference: 0.0,
     };
     for live in published {
-        let Some(again) = replayed.get(&live.header.stamp.nanos()) else {
+        let Some(again) = replayed.get(&key(live)) else {
             comparison.missing += 1;
             continue;
         };
@@ -236,9 +296,19 @@ pub fn table(model: &ModelEstimate) -> String {
             .join("  ")
     };
     let mut text = format!(
-        "{} -> {}, order {}, {} s, {} rows\n",
-        model.input, model.output, model.order, model.sample_time, model.samples
+        "{} -> {}, {}, order {}, {} s, {} rows{}\n",
+        model.input,
+        model.output,
+        model.estimator,
+        model.order,
+        model.sample_time,
+        model.samples,
+        if model.frozen { ", frozen" } else { "" }
     );
+    let physical = model.physical_names.iter().zip(&model.physical_values);
+    for ((name, value), deviation) in physical.zip(&model.physical_deviations) {
+        text += &format!("{name:<9}{value:.6} ± {deviation:.6}\n");
+    }
     text += &format!("a        {}\n", list(&model.a));
     text += &format!("b        {}\n", list(&model.b));
     if !model.c.is_empty() {

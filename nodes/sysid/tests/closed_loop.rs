@@ -14,8 +14,13 @@ use planesman_linear::{Complex, DMatrix, StateSpace};
 use planesman_msgs::builtin_interfaces::msg::{Duration, Time};
 use planesman_msgs::planesman_msgs::msg::{ModelEstimate, PlaneMotion, VehicleState};
 use planesman_parameters::{Value, Values};
+use sysid::align::WINDOW;
 use sysid::core::Identifier;
+use sysid::pair::{Change, Scheduled};
 use sysid::parameters::declarations;
+use sysid::regression::{self, Input, Shape};
+use sysid::rls::RecursiveLeastSquares;
+use sysid::synthetic;
 
 const TICK: i64 = 50_000_000;
 const START: i64 = 1_767_225_600_000_000_000;
@@ -177,10 +182,18 @@ fn estimates(identifier: &mut Identifier, messages: &[Message]) -> Vec<ModelEsti
     estimates
 }
 
+/// The estimates as they would be had time never gone back.
+fn without_restarts(mut estimates: Vec<ModelEstimate>) -> Vec<ModelEstimate> {
+    for estimate in &mut estimates {
+        estimate.restarts = 0;
+    }
+    estimates
+}
+
 /// Distance from the true slowest pole, as a share of its magnitude.
 fn miss(identifier: &Identifier) -> f64 {
     let slowest = true_poles()[0];
-    (identifier.model().dominant_pole().unwrap() - slowest).norm() / slowest.norm()
+    (identifier.model().unwrap().dominant_pole().unwrap() - slowest).norm() / slowest.norm()
 }
 
 #[test]
@@ -257,14 +270,19 @@ fn time_going_back_begins_the_identification_anew() {
     for message in &messages {
         feed(&mut twice, message);
     }
-    assert_eq!(estimates(&mut twice, &messages), once);
+    let again = estimates(&mut twice, &messages);
+    assert!(again.iter().all(|estimate| estimate.restarts == 1));
+    assert_eq!(without_restarts(again), once);
+    assert_eq!(twice.pairs()[0].account().restarts, 1);
     let mut reset = identifier(&[]);
     for message in &messages {
         feed(&mut reset, message);
     }
-    reset.reset();
+    let told = reset.change(Change::Reset);
+    assert_eq!((told.len(), told[0].samples), (1, 0));
     assert_eq!(reset.estimate(stamp(0)).samples, 0);
-    assert_eq!(estimates(&mut reset, &messages), once);
+    // The record from its beginning is time going back as well.
+    assert_eq!(without_restarts(estimates(&mut reset, &messages)), once);
 }
 
 #[test]
@@ -391,5 +409,394 @@ fn forgetting_changes_in_place_and_the_order_begins_anew() {
             .set_values(&with(&[("input", "none".into())]))
             .is_err()
     );
-    assert_eq!(identifier.config().shape.order, 2);
+    assert_eq!(identifier.config().structure.poles, 2);
+}
+
+#[test]
+fn by_default_it_is_the_square_root_recursion_on_whole_histories_bit_for_bit() {
+    let record = dive(600, 0.05);
+    let inputs: Vec<Input> = record
+        .iter()
+        .map(|(_, motion)| Input::through(&motion.dive_planes).unwrap())
+        .collect();
+    let outputs: Vec<f64> = record.iter().map(|(state, _)| state.pitch_rate).collect();
+    let shape = Shape {
+        order: 3,
+        moment: true,
+        bias: false,
+    };
+    let mut rls = RecursiveLeastSquares::new(9, 1.0, 1e18).unwrap();
+    for (row, output) in regression::rows(shape, &inputs, &outputs) {
+        rls.update(&row, output);
+    }
+    let mut identifier = identifier(&[]);
+    estimates(&mut identifier, &in_order(600));
+    let estimate = identifier.estimate(stamp(0));
+    let found = [estimate.a, estimate.b, estimate.c].concat();
+    assert_eq!(found, rls.parameters().as_slice());
+    let covariance = rls.unit_covariance() * rls.noise_variance().unwrap();
+    assert_eq!(estimate.covariance, covariance.as_slice());
+}
+
+const VEHICLE: [&str; 3] = ["K/J", "B/J", "M_theta/J"];
+/// In SI, of the vehicle's dimensional form.
+const TRUTH: [f64; 3] = [-0.2832 / 0.6033, 0.7182 / 0.6033, 0.16333 / 0.6033];
+
+#[test]
+fn estimators_with_a_model_of_noise_or_vehicle_find_the_dominant_pole_of_the_dive() {
+    for (estimator, within) in [
+        ("extended_least_squares", 0.10),
+        ("prediction_error", 0.05),
+        ("kalman", 0.02),
+    ] {
+        let mut identifier = identifier(&[("estimator", estimator.into())]);
+        let published = estimates(&mut identifier, &in_order(1200));
+        let last = published.last().unwrap();
+        assert!(last.valid, "{estimator}: {}", last.reason);
+        assert_eq!(last.estimator, estimator);
+        let miss = miss(&identifier);
+        assert!(miss < within, "{estimator}: {miss}");
+        assert!(last.fit > 99.0, "{estimator}: {}", last.fit);
+        assert_eq!(last.poles_re.len(), 3);
+        let width = last.a.len() + last.b.len() + last.c.len();
+        let with_bias = width + usize::from(estimator == "kalman");
+        assert_eq!(last.covariance.len(), with_bias * with_bias, "{estimator}");
+    }
+}
+
+#[test]
+fn where_least_squares_is_led_astray_by_the_sensor_output_error_is_not_and_its_fit_tells() {
+    // y = 0.5 y + u, seen through white noise.
+    let found = |estimator: &str| {
+        let mut identifier = identifier(&[
+            ("estimator", estimator.into()),
+            ("input", "state:dive_planes".into()),
+            ("order", 1_i64.into()),
+        ]);
+        let (inputs, noise) = (synthetic::noise(1, 4000), synthetic::noise(2, 4000));
+        let mut y = 0.0;
+        for k in 0..4000 {
+            let mut state = VehicleState {
+                dive_planes: inputs[k],
+                pitch_rate: y + 0.5 * noise[k],
+                ..VehicleState::default()
+            };
+            state.header.stamp = stamp(k as i64);
+            feed(&mut identifier, &Message::State(state));
+            y = 0.5 * y + inputs[k];
+        }
+        let estimate = identifier.estimate(stamp(0));
+        assert!(estimate.valid, "{}", estimate.reason);
+        (estimate.a[0] + 0.5, estimate.fit)
+    };
+    let (off, _) = found("least_squares");
+    assert!(off > 0.05, "{off}");
+    let (off, fit) = found("output_error");
+    assert!(off.abs() < 0.02, "{off}");
+    // Of a spread of 4/3 + 1/4 the noise leaves a fourth.
+    assert!((55.0..65.0).contains(&fit), "{fit}");
+}
+
+#[test]
+fn the_kalman_filter_tells_the_vehicles_own_coefficients() {
+    let begun_off = [
+        ("estimator", "kalman".into()),
+        ("kalman.plane", Value::from(-0.3)),
+        ("kalman.damping", Value::from(0.8)),
+    ];
+    let mut identifier = identifier(&begun_off);
+    assert!(
+        identifier.estimate(stamp(0)).reason.contains("are needed"),
+        "{:?}",
+        identifier.estimate(stamp(0))
+    );
+    let last = estimates(&mut identifier, &in_order(1200)).pop().unwrap();
+    assert_eq!(last.physical_names[..3], VEHICLE);
+    for (i, truth) in TRUTH.iter().enumerate() {
+        let (found, deviation) = (last.physical_values[i], last.physical_deviations[i]);
+        assert!((found / truth - 1.0).abs() < 0.05, "{last:?}");
+        assert!(deviation > 0.0 && deviation < 0.2, "{last:?}");
+    }
+    // A zero at z = 1: restoring brings the pitch rate back to zero.
+    assert!(last.dc_gain.abs() < 1e-6, "{}", last.dc_gain);
+}
+
+#[test]
+fn a_zero_known_to_be_at_one_leaves_no_steady_gain() {
+    let mut identifier = identifier(&[("zeros_at_one", 1_i64.into())]);
+    let last = estimates(&mut identifier, &in_order(600)).pop().unwrap();
+    assert!(last.valid && miss(&identifier) < 0.10, "{}", last.reason);
+    assert!(last.dc_gain.abs() < 1e-9, "{}", last.dc_gain);
+    assert_eq!((last.a.len(), last.b.len(), last.c.len()), (3, 3, 3));
+    assert_eq!(last.covariance.len(), 81);
+}
+
+#[test]
+fn an_integral_is_learnt_as_one_and_a_gap_ends_it() {
+    let integrated = [
+        ("output", Value::from("state:pitch")),
+        ("break_on", Value::from("")),
+        ("order", 4_i64.into()),
+        ("integrators", 1_i64.into()),
+    ];
+    let mut identifier = identifier(&integrated);
+    let messages = in_order(600);
+    for message in &messages[..800] {
+        feed(&mut identifier, message);
+    }
+    let estimate = identifier.estimate(stamp(0));
+    assert!(estimate.valid, "{}", estimate.reason);
+    assert!((estimate.poles_re[0] - 1.0).abs() < 1e-9 && !estimate.has_dc_gain);
+    for message in &messages[900..] {
+        feed(&mut identifier, message);
+    }
+    assert!(identifier.estimate(stamp(0)).samples < 150);
+}
+
+#[test]
+fn a_frozen_model_predicts_and_publishes_and_learns_nothing() {
+    let messages = in_order(600);
+    for estimator in ["least_squares", "prediction_error", "kalman"] {
+        let mut identifier = identifier(&[("estimator", estimator.into())]);
+        let mut live: Vec<ModelEstimate> = Vec::new();
+        for message in &messages[..600] {
+            live.extend(feed(&mut identifier, message));
+        }
+        let told = identifier.change(Change::Freeze(true));
+        assert!(told[0].frozen, "{estimator}");
+        assert_eq!(identifier.change(Change::Freeze(true)), vec![]);
+        live.extend(told.clone());
+        let mut frozen = Vec::new();
+        for message in &messages[600..900] {
+            frozen.extend(feed(&mut identifier, message));
+        }
+        assert_eq!(frozen.len(), 15, "{estimator}");
+        for estimate in &frozen {
+            assert!(estimate.frozen);
+            assert_eq!(estimate.a, told[0].a, "{estimator}");
+            assert_eq!(estimate.samples, told[0].samples);
+            assert_eq!(estimate.covariance, told[0].covariance);
+        }
+        assert!(frozen.last().unwrap().fit > 50.0, "{estimator}");
+        // Time going back leaves it what it has learnt.
+        for message in &messages[..100] {
+            feed(&mut identifier, message);
+        }
+        assert_eq!(identifier.estimate(stamp(0)).a, told[0].a);
+        assert_eq!(identifier.estimate(stamp(0)).restarts, 1);
+    }
+}
+
+#[test]
+fn what_was_frozen_and_reset_is_so_again_in_its_time() {
+    let messages = in_order(600);
+    let mut live = identifier(&[]);
+    let mut published = Vec::new();
+    let mut scheduled = Vec::new();
+    for (k, message) in messages.iter().enumerate() {
+        let change = match k {
+            401 => Some(Change::Freeze(true)),
+            600 => Some(Change::Freeze(false)),
+            801 => Some(Change::Reset),
+            _ => None,
+        };
+        if let Some(change) = change {
+            let told = live.change(change);
+            scheduled.push(Scheduled {
+                restarts: 0,
+                stamp: told[0].header.stamp.nanos(),
+                change,
+            });
+            published.extend(told);
+        }
+        published.extend(feed(&mut live, message));
+    }
+    published.extend(live.finish());
+    // In another order of arrival.
+    let mut again = identifier(&[]);
+    for scheduled in scheduled {
+        again.schedule("model", scheduled);
+    }
+    let mut other_order = messages;
+    for block in other_order.chunks_mut(14) {
+        block.reverse();
+    }
+    assert_eq!(estimates(&mut again, &other_order), published);
+}
+
+/// Two outputs of one input, one of them by two estimators.
+const PAIRS: [&str; 3] = [
+    "heave: plane_motion:dive_planes -> state:heave",
+    "filtered: plane_motion:dive_planes -> state:pitch_rate estimator=kalman publish_rate=1.0",
+    "held: state:dive_planes -> state:pitch_rate order=2",
+];
+
+#[test]
+fn several_pairs_are_learnt_side_by_side_as_each_would_be_alone() {
+    let messages = in_order(400);
+    let pairs: &[&str] = &PAIRS;
+    let mut together = identifier(&[("pairs", pairs.into())]);
+    let all = estimates(&mut together, &messages);
+    let of = |name: &str| -> Vec<ModelEstimate> {
+        let mut of = all.clone();
+        of.retain(|estimate| estimate.name == name);
+        for estimate in &mut of {
+            estimate.name = "model".to_owned();
+        }
+        of
+    };
+    assert_eq!(of("model"), estimates(&mut identifier(&[]), &messages));
+    for (name, alone) in [
+        ("heave", vec![("output", Value::from("state:heave"))]),
+        (
+            "filtered",
+            vec![("estimator", "kalman".into()), ("publish_rate", 1.0.into())],
+        ),
+        (
+            "held",
+            vec![
+                ("input", "state:dive_planes".into()),
+                ("order", 2_i64.into()),
+            ],
+        ),
+    ] {
+        assert_eq!(of(name), estimates(&mut identifier(&alone), &messages));
+    }
+    assert_eq!(of("filtered").len(), 19);
+    assert_eq!(together.pair("").unwrap().name(), "model");
+    assert_eq!(together.pair("held").unwrap().config().structure.poles, 2);
+    assert!(together.pair("roll").is_none());
+}
+
+#[test]
+fn pairs_that_are_none_are_refused_with_the_form() {
+    for (text, reason) in [
+        ("plane_motion:dive_planes -> state:heave", "it has no name"),
+        ("heave: plane_motion:dive_planes state:heave", "'->'"),
+        ("heave: plane_motion:dive_planes -> ", "no output"),
+        ("a b: plane_motion:dive_planes -> state:heave", "one word"),
+        (
+            "model: plane_motion:dive_planes -> state:heave",
+            "that name",
+        ),
+        (
+            "heave: plane_motion:dive_planes -> state:heave fast",
+            "'fast'",
+        ),
+        (
+            "heave: plane_motion:dive_planes -> state:heave order=99",
+            "order",
+        ),
+        (
+            "heave: plane_motion:dive_planes -> state:heave speed=1",
+            "declared",
+        ),
+        (
+            "heave: plane_motion:dive_planes -> state:heave answer=true",
+            "node's",
+        ),
+        ("heave: dive_planes -> state:heave", "TOPIC:FIELD"),
+        ("heave: state:heave -> state:heave", "input as well"),
+    ] {
+        let pairs: &[&str] = &[text];
+        let values = Values::defaults(declarations())
+            .with([("pairs".to_owned(), pairs.into())])
+            .unwrap();
+        let refusal = Identifier::new(&values).unwrap_err();
+        assert!(refusal.contains(reason), "{text}: {refusal}");
+    }
+}
+
+#[test]
+fn a_publisher_that_restarts_in_another_phase_is_followed_after_a_gap() {
+    let later = |message: &Message| {
+        let mut message = message.clone();
+        let header = match &mut message {
+            Message::State(state) => &mut state.header,
+            Message::Motion(motion) => &mut motion.header,
+        };
+        header.stamp = Time::from_nanos(header.stamp.nanos() + TICK / 3);
+        message
+    };
+    let messages: Vec<Message> = in_order(600)
+        .iter()
+        .map(|message| match message.tick() {
+            ..300 => message.clone(),
+            _ => later(message),
+        })
+        .collect();
+    let mut identifier = identifier(&[]);
+    estimates(&mut identifier, &messages);
+    let last = identifier.estimate(stamp(600));
+    assert!(last.samples > 600 - 2 * WINDOW as u64, "{}", last.samples);
+    assert!(last.valid && miss(&identifier) < 0.10);
+    let account = identifier.pairs()[0].account();
+    assert_eq!((account.gaps, account.restarts), (1, 0));
+    assert!(account.left_out >= 2 * (WINDOW as u64 - 1));
+}
+
+#[test]
+fn late_repeated_and_silent_messages_are_accounted_for() {
+    let messages = in_order(300);
+    let mut identifier = identifier(&[]);
+    for message in &messages {
+        feed(&mut identifier, message);
+        feed(&mut identifier, message);
+    }
+    let before = identifier.estimate(stamp(0));
+    assert_eq!(identifier.pairs()[0].account().left_out, 600);
+    // One straggler is no restart.
+    feed(&mut identifier, &messages[10]);
+    assert_eq!(identifier.pairs()[0].account().restarts, 0);
+    assert_eq!(identifier.estimate(stamp(0)), before);
+    assert_eq!(identifier.pairs()[0].silence(), None);
+    // The actuator stops; the last motion it answered leads to one more sample.
+    for message in &in_order(400)[600..] {
+        if matches!(message, Message::State(_)) {
+            feed(&mut identifier, message);
+        }
+    }
+    let silence = identifier.pairs()[0].silence().unwrap();
+    assert!(
+        silence.contains("plane_motion:dive_planes has been silent for 5.0 s"),
+        "{silence}"
+    );
+    assert_eq!(identifier.estimate(stamp(0)).samples, before.samples + 1);
+}
+
+#[test]
+fn what_changes_while_it_learns_and_what_begins_anew_is_as_described() {
+    let samples = |changes: &[(&str, Value)]| {
+        let mut identifier = identifier(&[]);
+        for message in &in_order(100) {
+            feed(&mut identifier, message);
+        }
+        let changes = changes
+            .iter()
+            .map(|(name, value)| ((*name).to_owned(), value.clone()));
+        let values = Values::defaults(declarations()).with(changes).unwrap();
+        identifier.set_values(&values).unwrap();
+        identifier.estimate(stamp(0)).samples
+    };
+    for declaration in declarations() {
+        if declaration.read_only {
+            continue;
+        }
+        let other: Value = match (&declaration.default, declaration.choices) {
+            (Value::Bool(on), _) => (!on).into(),
+            (Value::Integer(i), _) => (i + 1).into(),
+            (Value::Double(_), _) => {
+                let (low, high) = declaration.range.unwrap();
+                let middle = 0.5 * (low.max(1e-3) + high.min(1.0));
+                middle.into()
+            }
+            (Value::String(_), choices) => (*choices.last().unwrap()).into(),
+            (other, _) => panic!("{other:?}"),
+        };
+        let name = declaration.name;
+        // The order leaves room for what is known of it.
+        let anew = declaration.description.contains("begins the estimate anew");
+        let kept = samples(&[(name, other)]) == 97;
+        assert_eq!(kept, !anew, "{name}");
+    }
 }

@@ -2,13 +2,18 @@
 //! trusted, on its own otherwise.
 //!
 //! An estimate is believed when `sysid` calls it valid, it is younger than [`Trust::oldest`], and passes
-//! [`Trust`]; the first that does not hold is the reason given. The gains move towards their target no faster than [`Trust::rate`] of the scheduled gain per second,
+//! [`Trust`]; the first that does not hold is the reason given. Of several pairs of signals that `sysid`
+//! identifies, only estimates of pitch rate over plane angle are heard; of several such, those of the name that
+//! spoke first, until it has been silent for [`Trust::oldest`].
+//!
+//! The gains move towards their target no faster than [`Trust::rate`] of the scheduled gain per second,
 //! so that neither a new estimate nor its loss is a step; and stay within the same factor of the scheduled
 //! gains.
 
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 
-use super::{LoopGains, PitchModel, Schedule, Trust, pitch_model::Identified};
+use super::pitch_model::{Identified, is_of_pitch};
+use super::{LoopGains, PitchModel, Schedule, Trust};
 
 /// The gains in force and the last estimate.
 #[derive(Clone, Debug)]
@@ -20,6 +25,7 @@ pub struct Adaptive {
 /// An estimate as it was heard.
 #[derive(Clone, Debug)]
 struct Heard {
+    name: String,
     /// ns
     stamp: i64,
     vehicle: Result<Identified, String>,
@@ -35,15 +41,25 @@ impl Adaptive {
         }
     }
 
-    /// Takes an estimate; whether it is believed is decided when gains are asked for.
-    pub fn on_model(&mut self, estimate: &ModelEstimate) {
+    /// Takes an estimate, if it is the one to be heard; whether it is believed is decided when gains are
+    /// asked for.
+    pub fn on_model(&mut self, estimate: &ModelEstimate, trust: &Trust) {
+        let stamp = estimate.header.stamp.nanos();
+        let another_is_heard = self.last.as_ref().is_some_and(|heard| {
+            let age = stamp.saturating_sub(heard.stamp) as f64 * 1e-9;
+            heard.name != estimate.name && age.abs() <= trust.oldest
+        });
+        if another_is_heard || !is_of_pitch(estimate) {
+            return;
+        }
         let vehicle = if estimate.valid {
             Identified::of(estimate)
         } else {
             Err(format!("sysid: {}", estimate.reason))
         };
         self.last = Some(Heard {
-            stamp: estimate.header.stamp.nanos(),
+            name: estimate.name.clone(),
+            stamp,
             vehicle,
         });
     }
@@ -121,7 +137,7 @@ mod tests {
         let mut estimate = estimate_of(&model, 0.05, deviation);
         estimate.header.stamp = Time::from_nanos(stamp);
         let mut adaptive = Adaptive::new();
-        adaptive.on_model(&estimate);
+        adaptive.on_model(&estimate, &TRUST);
         adaptive
     }
 
@@ -159,12 +175,46 @@ mod tests {
             );
         }
         let mut adaptive = Adaptive::new();
-        adaptive.on_model(&ModelEstimate {
+        let unsure = ModelEstimate {
+            valid: false,
             reason: "too little excitation".to_owned(),
-            ..ModelEstimate::default()
-        });
+            ..estimate_of(&T6.law.model, 0.05, 1e-9)
+        };
+        adaptive.on_model(&unsure, &TRUST);
         let (_, reason) = adaptive.step(&T6, &TRUST, 1.0, 0, 0.05);
         assert!(reason.is_some_and(|r| r.contains("excitation")));
+    }
+
+    #[test]
+    fn only_pitch_is_heard_and_of_two_estimators_the_one_that_spoke_first() {
+        let of = |name: &str, plane: f64, stamp: i64| {
+            let mut model = T6.law.model;
+            model.plane *= plane;
+            let mut estimate = estimate_of(&model, 0.05, 1e-9);
+            estimate.name = name.to_owned();
+            estimate.header.stamp = Time::from_nanos(stamp);
+            estimate
+        };
+        let heave = ModelEstimate {
+            output: "state:heave".to_owned(),
+            ..of("heave", 2.0, 0)
+        };
+        let mut adaptive = Adaptive::new();
+        adaptive.on_model(&heave, &TRUST);
+        assert!(adaptive.believed(&T6, &TRUST, 1.0, 0).is_err());
+        adaptive.on_model(&of("model", 0.5, SECOND), &TRUST);
+        adaptive.on_model(&of("filtered", 2.0, SECOND), &TRUST);
+        adaptive.on_model(&heave, &TRUST);
+        let plane = |adaptive: &Adaptive, stamp| {
+            let believed = adaptive
+                .believed(&T6, &TRUST, 1.0, stamp)
+                .expect("believed");
+            believed.plane / T6.law.model.plane
+        };
+        assert!((plane(&adaptive, SECOND) - 0.5).abs() < 1e-2);
+        // Silent for longer than is believed: the other's turn.
+        adaptive.on_model(&of("filtered", 2.0, 7 * SECOND), &TRUST);
+        assert!((plane(&adaptive, 7 * SECOND) - 2.0).abs() < 4e-2);
     }
 
     #[test]

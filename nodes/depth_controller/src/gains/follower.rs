@@ -52,7 +52,7 @@ impl Follower {
             if model.header.stamp.nanos().saturating_add(delay) > stamp {
                 break;
             }
-            self.adaptive.on_model(model);
+            self.adaptive.on_model(model, &rules.trust);
             self.waiting.pop_front();
         }
         match rules.source {

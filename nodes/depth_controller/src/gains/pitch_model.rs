@@ -80,8 +80,7 @@ impl Identified {
     /// A sentence, when the estimate is of something else, is not well formed, or its step response does not
     /// determine the model.
     pub fn of(estimate: &ModelEstimate) -> Result<Self, String> {
-        let named = |name: &str, field: &str| name.rsplit([':', '.']).next() == Some(field);
-        if !named(&estimate.input, "dive_planes") || !named(&estimate.output, "pitch_rate") {
+        if !is_of_pitch(estimate) {
             return Err(format!(
                 "model of {} over {} refused: pitch_rate over dive_planes is needed",
                 estimate.output, estimate.input
@@ -123,6 +122,13 @@ impl Identified {
             .then_some(identified)
             .ok_or_else(|| "model refused: its uncertainty is not finite".to_owned())
     }
+}
+
+/// Whether an estimate is of pitch rate over plane angle, by its signals' names.
+#[must_use]
+pub fn is_of_pitch(estimate: &ModelEstimate) -> bool {
+    let named = |name: &str, field: &str| name.rsplit([':', '.']).next() == Some(field);
+    named(&estimate.input, "dive_planes") && named(&estimate.output, "pitch_rate")
 }
 
 /// `k`, `b` and `m` of the difference equation with these coefficients, `dt` seconds a sample.

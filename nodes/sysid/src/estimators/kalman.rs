@@ -135,6 +135,12 @@ impl Filter {
         self.error
     }
 
+    /// What is known of the vehicle.
+    #[must_use]
+    pub fn vehicle(&self) -> Vehicle {
+        self.vehicle
+    }
+
     /// `kappa, beta, mu, bias` and their covariance.
     #[must_use]
     pub fn learnt(&self) -> (DVector<f64>, DMatrix<f64>) {

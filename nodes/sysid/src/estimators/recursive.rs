@@ -325,6 +325,24 @@ impl Recursion {
         &self.rls
     }
 
+    /// Which recursion it is.
+    #[must_use]
+    pub fn kind(&self) -> Kind {
+        self.kind
+    }
+
+    /// How it learns.
+    #[must_use]
+    pub fn options(&self) -> Options {
+        self.options
+    }
+
+    /// Whether it regresses on first moments.
+    #[must_use]
+    pub fn has_moments(&self) -> bool {
+        self.with_moments
+    }
+
     /// Where each unknown stands; moments and noise follow.
     #[must_use]
     pub fn layout(&self) -> &Layout {

@@ -1,0 +1,349 @@
+//! One pair of signals: its samples put in order, what is learnt from them, and what has become of them.
+//!
+//! - **A gap** in the stamps begins the history anew and keeps what was learnt.
+//! - **Time going back** (a vehicle put back, a bag that loops, a peer started again) begins everything
+//!   anew, and is counted; a frozen model is kept, only its history begins anew.
+//! - **An output whose message says that the input before it is not to be trusted** (`break_on`: the planes
+//!   were held, the actuator had not answered) is not learnt from.
+
+use std::collections::{BTreeSet, VecDeque};
+
+use planesman_msgs::builtin_interfaces::msg::Time;
+use planesman_msgs::planesman_msgs::msg::ModelEstimate;
+use planesman_parameters::{Values, file};
+
+use crate::align::{Aligner, Offer, WINDOW};
+use crate::learner::Learner;
+use crate::model::Model;
+use crate::parameters::{self, Config};
+use crate::reader::Sample;
+
+/// The name of the pair that the parameters `input` and `output` are.
+pub const FIRST: &str = "model";
+
+/// Changes that may wait for their time.
+const MOST_CHANGES: usize = 10_000;
+
+/// What a user does to what is learnt.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// All of it is forgotten.
+    Reset,
+    /// It is kept as it is, or goes on.
+    Freeze(bool),
+}
+
+/// A change after a sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Scheduled {
+    /// How often time had gone back.
+    pub restarts: u32,
+    /// The stamp of the last sample before it, ns.
+    pub stamp: i64,
+    /// What changes.
+    pub change: Change,
+}
+
+/// What has become of a pair's messages.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Account {
+    /// How often the samples began anew after something was missing.
+    pub gaps: u64,
+    /// How often time went back, upon which everything began anew.
+    pub restarts: u32,
+    /// Repeats, and what came too late or off the grid.
+    pub left_out: u64,
+    /// Messages without the signal as a finite number.
+    pub refused: u64,
+}
+
+/// A pair of signals and the model between them.
+#[derive(Clone, Debug)]
+pub struct Pair {
+    name: String,
+    config: Config,
+    aligner: Aligner,
+    learner: Learner,
+    /// The first sample's stamp, ns.
+    began: Option<i64>,
+    /// The last sample's stamp, ns.
+    last: i64,
+    /// Stamps of outputs not yet learnt whose input is not to be trusted, ns.
+    broken: BTreeSet<i64>,
+    account: Account,
+    /// What is to change, in time.
+    changes: VecDeque<Scheduled>,
+}
+
+/// The pairs that a set of values describes, by name, each with its own values.
+///
+/// # Errors
+/// A sentence naming the parameter, when an entry of `pairs` is not written as it is to be, two have one name,
+/// or one would change what belongs to the node.
+pub fn described(values: &Values) -> Result<Vec<(String, Values)>, String> {
+    let mut all = vec![(FIRST.to_owned(), values.clone())];
+    for text in values.strings("pairs") {
+        let refuse = |reason: &str| {
+            format!(
+                "parameter 'pairs': '{text}' refused: {reason}; it is written NAME: INPUT -> OUTPUT [PARAMETER=VALUE ...], as in \
+                 heave: plane_motion:dive_planes -> state:heave order=2"
+            )
+        };
+        let (name, rest) = text
+            .split_once(": ")
+            .ok_or_else(|| refuse("it has no name"))?;
+        let (input, rest) = rest
+            .split_once(" -> ")
+            .ok_or_else(|| refuse("it has no '->'"))?;
+        let mut words = rest.split_whitespace();
+        let output = words.next().ok_or_else(|| refuse("it has no output"))?;
+        let name = name.trim();
+        if name.is_empty() || name.contains(char::is_whitespace) {
+            return Err(refuse("its name is not one word"));
+        }
+        if all.iter().any(|(other, _)| other == name) {
+            return Err(refuse("another pair has that name"));
+        }
+        let mut changes = vec![
+            ("input".to_owned(), input.trim().into()),
+            ("output".to_owned(), output.into()),
+        ];
+        for word in words {
+            let (parameter, value) = word
+                .split_once('=')
+                .ok_or_else(|| refuse(&format!("'{word}' is no PARAMETER=VALUE")))?;
+            if parameters::OF_THE_NODE.contains(&parameter) {
+                return Err(refuse(&format!("'{parameter}' is the node's")));
+            }
+            let value = file::parse_value(parameter, value).map_err(|e| refuse(&e.to_string()))?;
+            changes.push((parameter.to_owned(), value));
+        }
+        let own = values.with(changes).map_err(|e| refuse(&e.to_string()))?;
+        all.push((name.to_owned(), own));
+    }
+    Ok(all)
+}
+
+impl Pair {
+    /// A pair before its first message.
+    ///
+    /// # Errors
+    /// As [`Config::from_values`].
+    pub fn new(name: String, values: &Values) -> Result<Self, String> {
+        let of_pair = |reason| match name.as_str() {
+            FIRST => reason,
+            name => format!("pair '{name}': {reason}"),
+        };
+        let config = Config::from_values(values).map_err(of_pair)?;
+        Ok(Self {
+            aligner: Aligner::new(period(&config)),
+            learner: Learner::new(&config).map_err(of_pair)?,
+            name,
+            config,
+            began: None,
+            last: 0,
+            broken: BTreeSet::new(),
+            account: Account::default(),
+            changes: VecDeque::new(),
+        })
+    }
+
+    /// Its name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The parameters in force.
+    #[must_use]
+    pub fn config(&self) -> &Config {
+        &self.config
+    }
+
+    /// What has become of its messages.
+    #[must_use]
+    pub fn account(&self) -> Account {
+        self.account
+    }
+
+    /// Whether it learns nothing.
+    #[must_use]
+    pub fn frozen(&self) -> bool {
+        self.learner.frozen()
+    }
+
+    /// Takes a changed configuration: what can change while it learns, in place; anything else begins
+    /// the estimate anew.
+    ///
+    /// # Errors
+    /// A sentence, when the estimator refuses it; nothing changes then.
+    pub(crate) fn set_config(&mut self, new: Config) -> Result<(), String> {
+        if self.config.retuned(&new) == new {
+            self.learner.retune(&new)?;
+        } else if self.config != new {
+            let mut learner = Learner::new(&new)?;
+            learner.set_frozen(self.frozen());
+            self.learner = learner;
+            self.began = None;
+        }
+        self.config = new;
+        Ok(())
+    }
+
+    /// Takes what a message on one of the signals' topics says, with its stamp; returns the estimates due for
+    /// publication. Repeats change nothing.
+    pub fn on_sample(&mut self, stamp: Time, sample: &Sample) -> Vec<ModelEstimate> {
+        let stamp = stamp.nanos();
+        if let Some(output) = sample.output {
+            match self.aligner.offer_output(stamp, output) {
+                Offer::Taken => {}
+                Offer::LeftOut => self.account.left_out += 1,
+                Offer::WentBack => self.on_time_back(),
+            }
+        }
+        if sample.breaks {
+            self.broken.insert(stamp);
+            if self.broken.len() > 2 * WINDOW as usize {
+                self.broken.pop_first();
+            }
+        }
+        if let Some(input) = sample.input
+            && self.aligner.offer_input(stamp, input) == Offer::LeftOut
+        {
+            self.account.left_out += 1;
+        }
+        self.learn()
+    }
+
+    fn on_time_back(&mut self) {
+        self.account.restarts += 1;
+        self.broken.clear();
+        self.began = None;
+        self.last = 0;
+        if !self.learner.frozen() {
+            self.learner.reset();
+        }
+    }
+
+    /// Notes a message that does not hold the signal.
+    pub(crate) fn refuse(&mut self) {
+        self.account.refused += 1;
+    }
+
+    /// Says that nothing more will come, at the end of a record: what was held back for an
+    /// earlier message is learnt. Returns the estimates due.
+    pub fn finish(&mut self) -> Vec<ModelEstimate> {
+        self.aligner.finish();
+        let mut due = self.learn();
+        while let Some(scheduled) = self.changes.pop_front() {
+            due.extend(self.change(scheduled.change));
+        }
+        due
+    }
+
+    /// Changes what is learnt, between two samples. Returns the estimate that says so; `None` when nothing
+    /// has changed.
+    pub fn change(&mut self, change: Change) -> Option<ModelEstimate> {
+        match change {
+            Change::Reset => {
+                self.learner.reset();
+                self.began = None;
+            }
+            Change::Freeze(frozen) if frozen == self.learner.frozen() => return None,
+            Change::Freeze(frozen) => self.learner.set_frozen(frozen),
+        }
+        self.publishable(self.last)
+    }
+
+    /// Changes what is learnt when its time has come, as it was changed before.
+    pub fn schedule(&mut self, scheduled: Scheduled) {
+        if self.changes.len() < MOST_CHANGES {
+            self.changes.push_back(scheduled);
+        }
+    }
+
+    /// The latest output's stamp with which all that a lockstep tick brings has come: the
+    /// input over the interval before it, unless the output that began that interval was never seen.
+    #[must_use]
+    pub fn answered(&self) -> Option<Time> {
+        self.aligner.answered().map(Time::from_nanos)
+    }
+
+    /// Which signal has fallen silent while the other goes on.
+    #[must_use]
+    pub fn silence(&self) -> Option<String> {
+        let Config { input, output, .. } = &self.config;
+        let lead = self.aligner.outputs_ahead();
+        let (silent, lead) = if lead > WINDOW {
+            (input, lead)
+        } else if lead < -WINDOW {
+            (output, -lead)
+        } else {
+            return None;
+        };
+        let seconds = lead as f64 * self.config.sample_time;
+        Some(format!("{silent} has been silent for {seconds:.1} s"))
+    }
+
+    /// The estimate as it stands, stamped so.
+    #[must_use]
+    pub fn estimate(&self, stamp: Time) -> ModelEstimate {
+        let Config { input, output, .. } = &self.config;
+        let mut estimate = self.learner.estimate(&self.config);
+        estimate.header.stamp = stamp;
+        estimate.name.clone_from(&self.name);
+        estimate.input = input.to_string();
+        estimate.output = output.to_string();
+        estimate.restarts = self.account.restarts;
+        estimate
+    }
+
+    /// The model as it stands.
+    ///
+    /// # Errors
+    /// As [`Learner::model`].
+    pub fn model(&self) -> Result<Model, String> {
+        self.learner.model(&self.config)
+    }
+
+    /// The estimate at a stamp, if nothing in it is not finite: that never passes the node's edge.
+    fn publishable(&self, stamp: i64) -> Option<ModelEstimate> {
+        let estimate = self.estimate(Time::from_nanos(stamp));
+        let finite = planesman_msgs::Message::first_non_finite(&estimate).is_none();
+        finite.then_some(estimate)
+    }
+
+    fn learn(&mut self) -> Vec<ModelEstimate> {
+        let mut due = Vec::new();
+        while let Some(sample) = self.aligner.take() {
+            let restarts = self.account.restarts;
+            while let Some(next) = self.changes.pop_front_if(|next| {
+                next.restarts < restarts || (next.restarts == restarts && next.stamp < sample.stamp)
+            }) {
+                due.extend(self.change(next.change));
+            }
+            self.last = sample.stamp;
+            let began = *self.began.get_or_insert(sample.stamp);
+            if sample.stamp - began < self.config.start || self.broken.remove(&sample.stamp) {
+                self.learner.begin(sample.output);
+                continue;
+            }
+            if sample.input.is_none() && sample.stamp > began {
+                self.account.gaps += 1;
+            }
+            let due_now = self.learner.take(sample)
+                && self
+                    .learner
+                    .predicted()
+                    .is_multiple_of(self.config.publish_every);
+            if due_now {
+                due.extend(self.publishable(sample.stamp));
+            }
+        }
+        due
+    }
+}
+
+fn period(config: &Config) -> i64 {
+    (config.sample_time * 1e9).round() as i64
+}
