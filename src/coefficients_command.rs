@@ -7,24 +7,20 @@ use plant_sim::coefficients::Table;
 use plant_sim::quantity::FOOT;
 use plant_sim::vehicle_file;
 
+use crate::design::subject::within;
+
 /// What the command takes.
 #[derive(Clone, Debug, clap::Args)]
+#[command(allow_negative_numbers = true)]
 pub struct CoefficientsArgs {
     /// A built-in vehicle (brunner), a vehicle file, or an identified model's
     vehicle: String,
     /// The vehicle that an identified model takes all but its pitch dynamics from
     #[arg(long, default_value = vehicle_file::BRUNNER)]
     base: String,
-    /// The speed of the dimensional values [m/s]
-    #[arg(long, default_value_t = FOOT, value_parser = positive)]
+    /// The speed of the dimensional values (m/s)
+    #[arg(long, default_value_t = FOOT, value_parser = within(0.001, 100.0))]
     speed: f64,
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(v) if v.is_finite() && v > 0.0 => Ok(v),
-        _ => Err("a positive number is expected".to_owned()),
-    }
 }
 
 /// Prints the table.

@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Result;
+use clap::builder::NonEmptyStringValueParser;
 use clap::error::ErrorKind;
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory as _, Parser, Subcommand};
 use planesman::coefficients_command::{self, CoefficientsArgs};
 use planesman::design::{self, DesignCommand};
 use planesman::dha::{self, DhaCommand};
@@ -73,7 +74,6 @@ enum Command {
     /// Compute the numbers of the two historical reports again, and say which agree
     Reproduce(ReproduceArgs),
     /// Run one node in this process (what `ros2 run` would start)
-    #[command(disable_help_flag = true)]
     Node(NodeArgs),
 }
 
@@ -98,7 +98,7 @@ struct DiveArgs {
     #[arg(long)]
     keep_running: bool,
     /// The namespace of all nodes
-    #[arg(long, default_value = "/auv")]
+    #[arg(long, default_value = "/auv", value_parser = NonEmptyStringValueParser::new())]
     namespace: String,
 }
 
@@ -107,10 +107,10 @@ struct SimArgs {
     /// A built-in scenario (dive, open_loop, way_depths, remus_100) or a scenario file
     scenario: String,
     /// The file to write: *.mcap or *.csv; must not exist yet
-    #[arg(long)]
+    #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// The namespace of the topics in the bag
-    #[arg(long, default_value = "/auv")]
+    #[arg(long, default_value = "/auv", value_parser = NonEmptyStringValueParser::new())]
     namespace: String,
 }
 
@@ -127,7 +127,8 @@ enum BagCommand {
 struct NodeArgs {
     /// plant_sim, depth_controller, dha_actuator, sysid or recorder
     name: String,
-    /// The node's arguments, as after `ros2 run`
+    /// The node's arguments, as after `ros2 run`: --ros-args, and then -p NAME:=VALUE, --params-file FILE,
+    /// -r FROM:=TO, --log-level LEVEL (`planesman params` lists the parameters)
     #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
     args: Vec<String>,
 }
@@ -139,6 +140,20 @@ fn factor(text: &str) -> Result<f64, String> {
         .with([("factor".to_owned(), factor.into())])
         .map_err(|refusal| refusal.to_string())?;
     Ok(factor)
+}
+
+/// The command that the arguments begin with, whose help says what would have been right.
+fn command_of(arguments: impl Iterator<Item = String>) -> String {
+    let program = Cli::command();
+    let (mut command, mut words) = (&program, program.get_name().to_owned());
+    for argument in arguments {
+        let Some(found) = command.find_subcommand(&argument) else {
+            break;
+        };
+        words = format!("{words} {argument}");
+        command = found;
+    }
+    words
 }
 
 /// The command line's, as one line: what is wrong, without usage and hints.
@@ -160,12 +175,24 @@ fn main() -> ExitCode {
             | ErrorKind::DisplayVersion
             | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => error.exit(),
             _ => {
-                eprintln!("planesman: {} (see planesman --help)", one_line(&error));
+                let command = command_of(std::env::args().skip(1));
+                eprintln!("planesman: {} (see {command} --help)", one_line(&error));
                 return ExitCode::from(2);
             }
         },
     };
-    let outcome = match cli.command.unwrap_or(Command::Dive(cli.dive)) {
+    let command = match cli.command {
+        Some(command) => command,
+        None if Scenario::is_there(&cli.dive.scenario) => Command::Dive(cli.dive),
+        None => {
+            eprintln!(
+                "planesman: '{}' is no command and no scenario (see planesman --help)",
+                cli.dive.scenario
+            );
+            return ExitCode::from(2);
+        }
+    };
+    let outcome = match command {
         Command::Dive(args) => dive(&args),
         Command::Sim(args) => simulate(&args),
         Command::Report { folder } => RunFolder::open(&folder)

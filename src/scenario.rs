@@ -42,7 +42,10 @@ pub const BUILTIN: [(&str, &str); 4] = [
 
 /// What is flown.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "a mapping with a description, a duration and parameters"
+)]
 pub struct Scenario {
     /// What it is, in a sentence.
     pub description: String,
@@ -71,6 +74,12 @@ fn default_seed() -> u32 {
 }
 
 impl Scenario {
+    /// Whether there is a built-in scenario of this name, or a file at this path.
+    #[must_use]
+    pub fn is_there(name_or_path: &str) -> bool {
+        BUILTIN.iter().any(|(name, _)| *name == name_or_path) || Path::new(name_or_path).exists()
+    }
+
     /// A built-in scenario by its name, or a scenario file by its path.
     ///
     /// # Errors

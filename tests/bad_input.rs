@@ -231,12 +231,25 @@ fn a_wrong_argument_is_named_with_what_would_be_right() {
         (vec!["dive", "--lockstep", "--factor", "2"], "--lockstep"),
         (vec!["dive", "--fast"], "--fast"),
         (vec!["sim", "dive"], "--out"),
+        (vec!["surface"], "'surface' is no command and no scenario"),
+        (
+            vec!["tf", "brunner", "--speed", "-1"],
+            "a number from 0.001 to 100",
+        ),
+        (
+            vec!["tf", "brunner", "--speed", "nan"],
+            "see planesman tf --help",
+        ),
+        (
+            vec!["tf", "brunner", "--rate", "0"],
+            "a number from 0.01 to 10000",
+        ),
+        (vec!["design", "locus"], "see planesman design locus --help"),
     ] {
         refused(&stage, 2, &arguments, &["planesman: ", says]);
     }
     for (arguments, says) in [
         (vec!["dive", "--namespace", "2nd", "--out", &out], "2nd"),
-        (vec!["surface"], "'surface'"),
         (vec!["params", "rudder"], "'rudder'"),
         (vec!["node", "rudder"], "'rudder'"),
     ] {

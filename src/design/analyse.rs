@@ -12,6 +12,7 @@ use super::subject::{GainArgs, Subject, gains_text, poles_text, speed_text, with
 
 /// What to analyse.
 #[derive(Args)]
+#[command(allow_negative_numbers = true)]
 pub struct AnalyseArgs {
     #[command(flatten)]
     subject: Subject,

@@ -15,6 +15,7 @@ const DOTS: u32 = 600;
 
 /// What varies.
 #[derive(Args)]
+#[command(allow_negative_numbers = true)]
 pub struct LocusArgs {
     #[command(flatten)]
     subject: Subject,

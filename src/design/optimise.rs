@@ -9,6 +9,7 @@ use super::subject::{GainArgs, Subject, gains_text, speed_text, within};
 
 /// What is asked of the gains.
 #[derive(Args)]
+#[command(allow_negative_numbers = true)]
 pub struct OptimiseArgs {
     #[command(flatten)]
     subject: Subject,

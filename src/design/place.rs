@@ -13,6 +13,7 @@ use super::subject::{Subject, TABLE_3, gains_text, speed_text, table_3, within};
 
 /// Which poles, for which vehicle.
 #[derive(Args)]
+#[command(allow_negative_numbers = true)]
 pub struct PlaceArgs {
     #[command(flatten)]
     subject: Subject,

@@ -37,16 +37,16 @@ pub struct Subject {
 /// The gains of the depth and pitch loops, the controller's defaults where not given.
 #[derive(Args, Clone)]
 pub struct GainArgs {
-    /// Kpz, dive angle per depth error (rad/m)
+    /// Kpz, dive angle per depth error (rad/m) [default: depth_controller's depth.p]
     #[arg(long, value_parser = within(0.0, 1e3))]
     pub depth_p: Option<f64>,
-    /// Kdz, dive angle per depth rate (rad s/m)
+    /// Kdz, dive angle per depth rate (rad s/m) [default: its depth.d]
     #[arg(long, value_parser = within(0.0, 1e3))]
     pub depth_d: Option<f64>,
-    /// Kpy, plane angle per pitch error
+    /// Kpy, plane angle per pitch error [default: its pitch.p]
     #[arg(long, value_parser = within(0.0, 1e3))]
     pub pitch_p: Option<f64>,
-    /// Kr, plane angle per pitch rate (s)
+    /// Kr, plane angle per pitch rate (s) [default: its pitch.rate]
     #[arg(long, value_parser = within(0.0, 1e3))]
     pub pitch_rate: Option<f64>,
 }

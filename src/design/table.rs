@@ -16,6 +16,7 @@ use crate::scenario::Scenario;
 
 /// Which flights.
 #[derive(Args)]
+#[command(allow_negative_numbers = true)]
 pub struct TableArgs {
     /// A built-in vehicle or a vehicle file
     #[arg(default_value = "brunner")]

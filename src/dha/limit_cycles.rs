@@ -13,8 +13,7 @@ use super::MOST_RESIDUAL;
 #[derive(Clone, Debug, clap::Args)]
 pub struct LimitCyclesArgs {
     /// Only configurations whose name contains this
-    #[arg(default_value = "")]
-    pub name: String,
+    pub name: Option<String>,
     /// Without the prediction by harmonic balance, which takes most of the time
     #[arg(long)]
     pub no_prediction: bool,
@@ -25,9 +24,10 @@ pub struct LimitCyclesArgs {
 /// # Errors
 /// When no configuration has such a name.
 pub fn run(args: &LimitCyclesArgs) -> Result<()> {
+    let wanted = args.name.as_deref().unwrap_or_default();
     let mut rows = Vec::new();
     for case in cases()? {
-        if !case.name.contains(&args.name) {
+        if !case.name.contains(wanted) {
             continue;
         }
         let cycle = case.run()?;
@@ -39,7 +39,7 @@ pub fn run(args: &LimitCyclesArgs) -> Result<()> {
         });
     }
     if rows.is_empty() {
-        anyhow::bail!("no configuration is called '{}'", args.name);
+        anyhow::bail!("no configuration is called '{wanted}'; without a name all are shown");
     }
     print!("{}", text(&rows));
     Ok(())

@@ -39,7 +39,7 @@ pub fn read(path: &Path) -> io::Result<String> {
 /// A [`Refusal`] when the text is no YAML mapping of that form or a value has no ROS type.
 pub fn overrides_for(text: &str, full_name: &str) -> Result<Vec<(String, Value)>, Refusal> {
     let bad = |reason: String| Refusal {
-        name: "parameter file".to_owned(),
+        name: String::new(),
         reason,
     };
     let yaml: Yaml = serde_yaml_ng::from_str(text).map_err(|e| bad(format!("not YAML: {e}")))?;
@@ -77,7 +77,7 @@ fn walk(
     found: &mut Vec<(String, Value)>,
 ) -> Result<(), Refusal> {
     let refuse = |reason: &str| Refusal {
-        name: "parameter file".to_owned(),
+        name: String::new(),
         reason: reason.to_owned(),
     };
     let Yaml::Mapping(map) = yaml else {

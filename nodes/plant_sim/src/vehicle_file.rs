@@ -48,14 +48,14 @@ const BUILT_IN: [(&str, &str); 3] = [
 pub enum VehicleError {
     /// The file could not be read.
     #[error(
-        "vehicle file '{file}': {source} (built in are '{BRUNNER}', '{BRUNNER_AS_PRINTED}' and \
+        "vehicle file '{file}': {reason} (built in are '{BRUNNER}', '{BRUNNER_AS_PRINTED}' and \
          '{REMUS_100}')"
     )]
     Unreadable {
         /// Its path.
         file: String,
         /// What the system says.
-        source: std::io::Error,
+        reason: std::io::Error,
     },
     /// The text is not YAML of the right form.
     #[error("vehicle file '{file}': {reason}")]
@@ -136,9 +136,9 @@ fn text_of(name_or_path: &str) -> Result<String, VehicleError> {
     if let Some((_, text)) = BUILT_IN.iter().find(|(name, _)| *name == name_or_path) {
         return Ok((*text).to_owned());
     }
-    let unreadable = |source| VehicleError::Unreadable {
+    let unreadable = |reason| VehicleError::Unreadable {
         file: name_or_path.to_owned(),
-        source,
+        reason,
     };
     planesman_parameters::file::read(Path::new(name_or_path)).map_err(unreadable)
 }
