@@ -222,8 +222,8 @@ impl BodyMotion {
         Tick::new(self, inputs, load).advance(&body, steps)
     }
 
-    /// How the body's velocities change at the start of the inputs, under `load`. A boundary that
-    /// the body is in contact with does not act on it ([`tank`](crate::tank)).
+    /// How the body's velocities change at the start of the inputs, under `load`; a boundary that
+    /// it is in contact with is told apart ([`tank`](crate::tank)).
     #[must_use]
     pub fn acceleration(&self, body: &Body, inputs: &Inputs<'_>, load: Load) -> Acceleration {
         Tick::new(self, inputs, load).acceleration(body)

@@ -7,7 +7,8 @@
 //! of contact, and finds one that is over before the step is.
 //!
 //! The limits hold for the body's origin. The vehicle keeps its pitch and body velocities: no
-//! impact, no friction, no broaching; while in contact trust no other number.
+//! impact, no friction, no broaching; while in contact trust no other number, but that the
+//! accelerometers feel how the origin moves.
 
 use crate::environment::SURFACE;
 

@@ -71,6 +71,20 @@ pub struct Acceleration {
     pub heave: f64,
     /// `q'` \[rad/s^2\], of the pitch angle's rate.
     pub pitch: f64,
+    /// What surface or bottom adds to the origin's acceleration \[m/s^2\], straight down, while it holds the
+    /// body at its depth; the velocities above do not know of it.
+    pub boundary: f64,
+}
+
+impl Acceleration {
+    /// The acceleration of a body's origin by `U'` and `w'` alone, forward, right, down \[m/s^2\]:
+    /// `U' + q w`, `r U - p w`, `w' - q U`.
+    #[must_use]
+    pub fn of_the_origin(&self, body: &Body) -> [f64; 3] {
+        let (u, w) = (body.speed, body.plane.heave);
+        let [p, q, r] = body.rates();
+        [self.surge + q * w, r * u - p * w, self.heave - q * u]
+    }
 }
 
 impl<'a> Tick<'a> {
@@ -125,7 +139,7 @@ impl<'a> Tick<'a> {
         let derivatives = self.motion.derivatives(body);
         let near = Angle::new(body.plane.pitch);
         let [.., heave, pitch] = self.rates(&derivatives, &outside, near, &vector(body));
-        Acceleration {
+        let mut found = Acceleration {
             surge: self.motion.drive.as_ref().map_or(0.0, |drive| {
                 let thrust = self.full_thrust * self.inputs.thrust.at(0.0);
                 drive.propulsion.acceleration(
@@ -137,7 +151,15 @@ impl<'a> Tick<'a> {
             }),
             heave,
             pitch,
+            boundary: 0.0,
+        };
+        let (tank, depth) = (self.motion.tank, body.plane.depth);
+        let rate = body.depth_rate(self.motion.current);
+        if tank.confined_rate(depth, rate) != rate {
+            let [_, _, down] = body.attitude().to_fixed(found.of_the_origin(body));
+            found.boundary = -down;
         }
+        found
     }
 
     /// One step from `t`, and what the vertical plane sees at its end. `near` is the body's pitch.

@@ -125,6 +125,57 @@ fn the_specific_force_is_the_track_s_second_difference_less_gravity_under_any_lo
 }
 
 #[test]
+fn surface_and_bottom_are_felt_while_they_hold_the_vehicle_at_its_depth() {
+    let inputs = Inputs {
+        dive_planes: PlanePath::held(&0.1),
+        bow_stern_differential: PlanePath::held(&0.0),
+        roll_differential: PlanePath::held(&0.0),
+        rudder: PlanePath::held(&0.0),
+        thrust: PlanePath::held(&1.0),
+    };
+    let mut motion = everything(brunner(), 0.5);
+    motion.current = [0.0; 3];
+    motion.tank.bottom = Some(2.0);
+    let gravity = motion.vertical.environment.gravity;
+    for (depth, pitch, heel) in [(0.0, 0.3, 0.2), (2.0, -0.4, -0.1)] {
+        let plane = State {
+            depth,
+            pitch,
+            pitch_rate: 0.2,
+            ..State::default()
+        };
+        let before = Body {
+            roll: Turn {
+                angle: heel,
+                rate: 0.0,
+            },
+            ..Body::upright(plane, 0.5)
+        };
+        let one_on = |body: &Body| motion.advance(body, &inputs, Load::NONE, 1).unwrap().0;
+        let now = one_on(&before);
+        let after = one_on(&now);
+        assert_eq!(after.plane.depth, depth, "it is held");
+        let acceleration = motion.acceleration(&now, &inputs, Load::NONE);
+        let felt = specific_force(&now, &acceleration, gravity);
+        let expected = by_differences([&before, &now, &after], gravity);
+        for (felt, expected) in felt.into_iter().zip(expected) {
+            assert!((felt - expected).abs() < 2e-5, "{felt} is not {expected}");
+        }
+        assert!(acceleration.boundary.abs() > 1e-2, "something is felt");
+        // On the way off it is left to itself.
+        let leaving = Body {
+            plane: State {
+                pitch: -pitch,
+                ..now.plane
+            },
+            ..now
+        };
+        let free = motion.acceleration(&leaving, &inputs, Load::NONE);
+        assert_eq!(free.boundary, 0.0);
+    }
+}
+
+#[test]
 fn thrust_is_felt_forwards_as_force_over_mass() {
     let vehicle = brunner();
     let propulsion = vehicle.propulsion.unwrap();

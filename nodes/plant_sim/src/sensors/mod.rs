@@ -288,14 +288,14 @@ impl<T: Copy> Channels<T> {
 /// f_y = r U - p w      - g cos(theta) sin(phi)
 /// f_z = w' - q U       - g cos(theta) cos(phi)
 /// ```
+/// Surface or bottom, while they hold the body at its depth, take its vertical acceleration away; the
+/// blow when they are reached is not felt.
 #[must_use]
 pub fn specific_force(body: &Body, acceleration: &Acceleration, g: f64) -> [f64; 3] {
-    let (u, w) = (body.speed, body.plane.heave);
-    let [p, q, r] = body.rates();
-    let [forward, right, down] = body.attitude().to_body([0.0, 0.0, g]);
-    let forward = acceleration.surge + q * w - forward;
-    let right = r * u - p * w - right;
-    let down = acceleration.heave - q * u - down;
+    let down = [0.0, 0.0, g - acceleration.boundary];
+    let fall = body.attitude().to_body(down);
+    let origin = acceleration.of_the_origin(body);
+    let [forward, right, down] = std::array::from_fn(|i| origin[i] - fall[i]);
     // `0 - right`, not `-right`: no negative zero.
     [forward, 0.0 - right, -down]
 }
@@ -542,6 +542,7 @@ mod tests {
         surge: 0.0,
         heave: 0.0,
         pitch: 0.0,
+        boundary: 0.0,
     };
 
     #[test]
