@@ -23,8 +23,8 @@ pub struct Flight {
     pub commands: Vec<PlaneCommand>,
     /// The plane motion within each tick.
     pub motions: Vec<PlaneMotion>,
-    /// The actuator's inside.
-    pub actuator: Vec<DhaState>,
+    /// The actuators' inside, by the planes they move.
+    pub actuators: BTreeMap<String, Vec<DhaState>>,
     /// The identified models of pitch rate over plane angle; of several estimators' the first that spoke.
     pub models: Vec<ModelEstimate>,
     /// Messages per topic.
@@ -63,8 +63,12 @@ impl Flight {
             "control_state" => self.controls.push(decode(payload)?),
             "plane_command" => self.commands.push(decode(payload)?),
             "plane_motion" => self.motions.push(decode(payload)?),
-            "dha_state" => self.actuator.push(decode(payload)?),
             "model" => self.models.push(decode(payload)?),
+            name if name.starts_with("dha_state") => {
+                let state: DhaState = decode(payload)?;
+                let group = self.actuators.entry(state.group.clone());
+                group.or_default().push(state);
+            }
             _ => {}
         }
         Ok(())
@@ -76,7 +80,9 @@ impl Flight {
         self.controls.sort_by_key(|m| m.header.stamp.nanos());
         self.commands.sort_by_key(|m| m.header.stamp.nanos());
         self.motions.sort_by_key(|m| m.header.stamp.nanos());
-        self.actuator.sort_by_key(|m| m.header.stamp.nanos());
+        for states in self.actuators.values_mut() {
+            states.sort_by_key(|m| m.header.stamp.nanos());
+        }
         self.models.sort_by_key(|m| m.header.stamp.nanos());
         self.models.retain(is_of_pitch);
         if let Some(first) = self.models.first().map(|m| m.name.clone()) {

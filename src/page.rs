@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use anyhow::Result;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use planesman_linear::Complex;
-use planesman_msgs::planesman_msgs::msg::{ControlState, VehicleState};
+use planesman_msgs::planesman_msgs::msg::{ControlState, DhaState, VehicleState};
 
 use crate::flight::Flight;
 use crate::plot::{Plot, Style};
@@ -250,13 +250,12 @@ fn planes_close_up(flight: &Flight) -> Plot<'static> {
 }
 
 fn pressure(flight: &Flight) -> Plot<'static> {
-    let points = flight
-        .actuator
-        .iter()
-        .map(|a| (flight.seconds(&a.header.stamp), a.pressure * 1e-3));
-    Plot::new("Actuator pressure", [TIME, "pressure [kPa]"])
-        .note("Differential pressure across the ram at each tick.")
-        .line("pressure", points)
+    let plot = Plot::new("Actuator pressure", [TIME, "pressure [kPa]"])
+        .note("Differential pressure across each ram at each tick.");
+    flight.actuators.iter().fold(plot, |plot, (group, states)| {
+        let point = |a: &DhaState| (flight.seconds(&a.header.stamp), a.pressure * 1e-3);
+        plot.line(group.replace('_', " "), states.iter().map(point))
+    })
 }
 
 fn dominant_pole(flight: &Flight, summary: &Summary) -> Plot<'static> {

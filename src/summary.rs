@@ -52,7 +52,7 @@ pub struct Summary {
     pub truth: Fingerprint,
     /// Ticks in which the actuator's answer was missing.
     pub held_ticks: usize,
-    /// Pulses the actuator issued.
+    /// Pulses that all actuators issued.
     pub pulses: u64,
 }
 
@@ -88,7 +88,12 @@ impl Summary {
                 .iter()
                 .filter(|s| s.planes_source == VehicleState::PLANES_HELD)
                 .count(),
-            pulses: flight.actuator.last().map_or(0, |a| a.pulses),
+            pulses: flight
+                .actuators
+                .values()
+                .filter_map(|states| states.last())
+                .map(|last| last.pulses)
+                .sum(),
         })
     }
 

@@ -12,7 +12,7 @@ use planesman::scenario::{NODES, Scenario};
 use planesman::summary::{POLE_TOLERANCE, Summary};
 use planesman_bag::BagReader;
 use planesman_node::ExitReport;
-use stage::Stage;
+use stage::{Stage, scenario};
 
 /// Three feet, m.
 const DEPTH: f64 = 0.9144;
@@ -107,4 +107,21 @@ fn the_page_needs_nothing_else(run: &RunFolder) {
     // A namespace's name looks like an address but is none.
     let rest = page.replace("http://www.w3.org/", "");
     assert!(!rest.contains("http://") && !rest.contains("https://"));
+}
+
+#[test]
+fn a_flight_with_a_ram_for_each_pair_of_planes_tells_of_every_ram() {
+    let stage = Stage::new();
+    let each = scenario(3.0, "  dha_actuator: {groups: each}\n");
+    let (file, bag) = (stage.file("each.yaml", each), stage.path("each.mcap"));
+    stage.run(&["sim", &file, "--out", &bag]).success();
+    let flight = Flight::read(Path::new(&bag)).unwrap();
+    let groups: Vec<_> = flight.actuators.keys().map(String::as_str).collect();
+    assert_eq!(groups, ["bow", "roll", "rudder", "stern"]);
+    assert!(flight.actuators.values().all(|states| states.len() == 60));
+    let summary = Summary::of(&flight, &Scenario::load(&file).unwrap()).unwrap();
+    let pulses = |group: &str| flight.actuators[group][59].pulses;
+    assert!(pulses("bow") > 0 && pulses("stern") > 0);
+    let all = groups.iter().map(|group| pulses(group)).sum::<u64>();
+    assert_eq!(summary.pulses, all);
 }
