@@ -199,9 +199,7 @@ fn main() -> ExitCode {
             .and_then(|run| run.report())
             .map(|text| println!("{text}")),
         Command::Replay(args) => sysid::replay::run(&args),
-        Command::Sysid(sysid::command::Command::Identify(args)) => {
-            planesman::sysid::identify(&args)
-        }
+        Command::Sysid(sysid::command::Command::Fit(args)) => planesman::sysid::fit(&args),
         Command::Sysid(command) => command.run(),
         Command::Tf(args) => tf_command::run(&args),
         Command::Bag(BagCommand::Info { path }) => bag_info(&path),

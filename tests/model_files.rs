@@ -32,13 +32,7 @@ fn identified(stage: &Stage, model: &str) -> ModelFile {
     ];
     let wanted = ["--window", "20..90", "--order", "3", "--delay", "1"];
     let file = ["--speed", "0.3048", "--model", model];
-    let arguments = [
-        &["sysid", "identify", "dive.mcap"][..],
-        &signals,
-        &wanted,
-        &file,
-    ]
-    .concat();
+    let arguments = [&["sysid", "fit", "dive.mcap"][..], &signals, &wanted, &file].concat();
     stage.run(&arguments).success();
     ModelFile::read(Path::new(&stage.path(model))).unwrap()
 }

@@ -28,7 +28,7 @@ pub fn page(analysis: &Analysis, record: &Record) -> Result<String> {
     let body = html! {
         h1 { (title) }
         ul { @for sentence in &analysis.verdict { li { (sentence) } } }
-        pre { (analysis.text()) }
+        pre { (analysis.findings()) }
         @for plot in plots { (plot) }
     };
     Ok(document(&title, "", &body))
@@ -80,9 +80,10 @@ fn plot<'a>(title: &'a str, x: &'a str, y: &'a str, series: Vec<Series<'a>>) -> 
 }
 
 fn plots(analysis: &Analysis, record: &Record) -> Result<Vec<Markup>> {
-    let stretch = record
+    let stretch = analysis
         .stretches
         .get(analysis.longest)
+        .and_then(|number| record.stretches.get(*number))
         .ok_or_else(|| anyhow!("the record does not hold the stretch the model is of"))?;
     let (Some(inputs), Some(outputs)) = (stretch.inputs.first(), stretch.outputs.first()) else {
         return Err(anyhow!("the record has no input or no output"));

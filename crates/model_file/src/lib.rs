@@ -264,7 +264,7 @@ impl ModelFile {
     /// A sentence, when the file does not tell it.
     pub fn told_speed(&self) -> Result<f64, String> {
         self.speed.ok_or_else(|| {
-            "it does not say at what speed it holds: add 'speed', in m/s (sysid identify --speed)"
+            "it does not say at what speed it holds: add 'speed', in m/s (sysid fit --speed)"
                 .to_owned()
         })
     }

@@ -614,7 +614,7 @@ fn gains() -> Part {
         Declaration::new(
             "gains.file",
             "",
-            "For gains.source file: an identified model from dive_planes to pitch_rate (sysid identify --model), trusted on the terms of gains.adaptive.",
+            "For gains.source file: an identified model from dive_planes to pitch_rate (sysid fit --model), trusted on the terms of gains.adaptive.",
         ),
         Declaration::new(
             "gains.reference_speed",

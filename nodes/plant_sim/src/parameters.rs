@@ -28,7 +28,7 @@ fn vehicle() -> Vec<Declaration> {
         Declaration::new(
             "vehicle",
             BRUNNER,
-            "The vehicle: 'brunner' (NPS 1988), 'brunner_as_printed' (with the errors of its programs), 'remus_100' (Prestero 2001), or the path of a vehicle file or of an identified model's (sysid identify --model)",
+            "The vehicle: 'brunner' (NPS 1988), 'brunner_as_printed' (with the errors of its programs), 'remus_100' (Prestero 2001), or the path of a vehicle file or of an identified model's (sysid fit --model)",
         )
         .read_only(),
         Declaration::new(

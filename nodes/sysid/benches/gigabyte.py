@@ -162,6 +162,7 @@ def main() -> None:
         sysid = str(ROOT / "target/release/sysid")
         fit = [sysid, "fit", str(bag), "--input", "/cmd:data", "--output", "/imu:angular_velocity.y"]
         fit += ["--rate", str(RATE), "--stamp", "log", "--json", "--quiet"]
+        fit += ["--method", "least_squares", "--order", "2", "--no-offset"]
         peer = [sys.executable, __file__, "--bag", str(bag), "--peer"]
         times = {}
         # What else the machine does changes within minutes: ours is measured on both sides of the others.
@@ -178,7 +179,7 @@ def main() -> None:
             found = ""
             if "fit" in name:
                 model = json.loads(output)["model"]
-                found = model["a"] + model["b"]
+                found = model["den"][1:] + model["num"]
             elif "numpy" in name:
                 found = json.loads(output)
             rate = arguments.megabytes / seconds

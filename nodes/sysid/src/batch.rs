@@ -4,10 +4,13 @@
 //! p0 without bound gives the same; this is its independent check and the tool for
 //! records at hand. Every batch estimator here ends in it: Gauss-Newton steps and instruments too.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DMatrixView, DVector, DVectorView};
 
 /// Singular values below this share of the largest count as zero.
 const RANK_TOLERANCE: f64 = 1e-13;
+
+/// Rows that are turned into the triangle at a time: memory does not grow with the record.
+const BLOCK: usize = 4096;
 
 /// `Phi = Q R`, with `z = Q'y`: all that least squares needs of a record.
 #[derive(Clone, Debug)]
@@ -25,7 +28,7 @@ impl Triangle {
     ///
     /// # Errors
     /// A sentence, when there are fewer rows than parameters, or a number is not finite.
-    pub fn of(phi: DMatrix<f64>, mut outputs: DVector<f64>) -> Result<Self, String> {
+    pub fn of(phi: &DMatrix<f64>, outputs: &DVector<f64>) -> Result<Self, String> {
         let (rows, parameters) = phi.shape();
         if parameters == 0 || rows < parameters {
             return Err(format!(
@@ -35,21 +38,68 @@ impl Triangle {
         if phi.iter().chain(outputs.iter()).any(|v| !v.is_finite()) {
             return Err("the regression holds numbers that are not finite".to_owned());
         }
-        let qr = phi.qr();
-        qr.q_tr_mul(&mut outputs);
-        Ok(Self {
-            r: qr.r(),
-            z: outputs.rows(0, parameters).into_owned(),
-            cost: outputs.rows(parameters, rows - parameters).norm_squared(),
-            rows,
-        })
+        let mut triangle = Self {
+            r: DMatrix::zeros(0, parameters),
+            z: DVector::zeros(0),
+            cost: 0.0,
+            rows: 0,
+        };
+        for first in (0..rows).step_by(BLOCK) {
+            let count = BLOCK.min(rows - first);
+            triangle.fold_in(phi.rows(first, count), outputs.rows(first, count));
+        }
+        Ok(triangle)
+    }
+
+    /// Folds in further rows.
+    fn fold_in(&mut self, phi: DMatrixView<'_, f64>, outputs: DVectorView<'_, f64>) {
+        let (above, count) = (self.z.len(), outputs.len());
+        let mut block = self.r.clone().resize_vertically(above + count, 0.0);
+        block.rows_mut(above, count).copy_from(&phi);
+        let mut values = self.z.clone().resize_vertically(above + count, 0.0);
+        values.rows_mut(above, count).copy_from(&outputs);
+        let qr = block.qr();
+        qr.q_tr_mul(&mut values);
+        self.r = qr.r();
+        let kept = self.r.nrows();
+        self.z = values.rows(0, kept).into_owned();
+        self.cost += values.rows(kept, values.len() - kept).norm_squared();
+        self.rows += count;
+    }
+
+    /// The same problem in parameters that count `scales[j]` times as much each.
+    #[must_use]
+    pub fn scaled(mut self, scales: &[f64]) -> Self {
+        for (mut column, scale) in self.r.column_iter_mut().zip(scales) {
+            column /= *scale;
+        }
+        self
+    }
+
+    /// The same problem with `|root theta|^2` added to what is minimised.
+    #[must_use]
+    pub fn damped(mut self, root: f64) -> Self {
+        let p = self.z.len();
+        let rows = DMatrix::from_diagonal_element(p, p, root);
+        self.fold_in(rows.as_view(), DVector::zeros(p).as_view());
+        self
+    }
+
+    /// The singular values of R, which are those of Phi.
+    #[must_use]
+    pub fn singular_values(&self) -> DVector<f64> {
+        self.r.singular_values()
     }
 
     /// How many directions among the parameters the rows determine: singular values of R above
     /// 1e-13 of the largest.
     #[must_use]
     pub fn rank(&self) -> usize {
-        rank(&self.r)
+        let singular = self.singular_values();
+        singular
+            .iter()
+            .filter(|s| **s > RANK_TOLERANCE * singular.max())
+            .count()
     }
 
     /// theta.
@@ -88,16 +138,6 @@ impl Triangle {
     }
 }
 
-/// Singular values above 1e-13 of the largest.
-#[must_use]
-pub fn rank(matrix: &DMatrix<f64>) -> usize {
-    let singular = matrix.singular_values();
-    singular
-        .iter()
-        .filter(|s| **s > RANK_TOLERANCE * singular.max())
-        .count()
-}
-
 /// The parameters that fit rows and outputs best.
 ///
 /// # Errors
@@ -110,7 +150,7 @@ pub fn least_squares(rows: &[(Vec<f64>, f64)]) -> Result<DVector<f64>, String> {
     }
     let phi = DMatrix::from_fn(rows.len(), parameters, |i, j| rows[i].0[j]);
     let outputs = DVector::from_fn(rows.len(), |i, _| rows[i].1);
-    Triangle::of(phi, outputs)?.solution()
+    Triangle::of(&phi, &outputs)?.solution()
 }
 
 #[cfg(test)]
@@ -133,7 +173,7 @@ mod tests {
             ((i + 1) as f64).powi(j as i32) + 0.1 * j as f64
         });
         let y = DVector::from_fn(9, |i, _| (i as f64).sin());
-        let found = Triangle::of(phi.clone(), y.clone()).unwrap();
+        let found = Triangle::of(&phi, &y).unwrap();
         let theta = found.solution().unwrap();
         assert!(((&phi * theta - y).norm_squared() - found.cost).abs() < 1e-14);
         let inverse = (phi.transpose() * phi).try_inverse().unwrap();

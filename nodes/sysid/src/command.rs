@@ -4,7 +4,6 @@ use anyhow::Result;
 use clap::Subcommand;
 
 use crate::fit_command::{self, FitArgs};
-use crate::identify_command::{self, IdentifyArgs};
 use crate::montecarlo_command::{self, MonteCarloArgs};
 use crate::replay::{self, ReplayArgs};
 use crate::topics_command::{self, TopicsArgs};
@@ -14,10 +13,8 @@ use crate::topics_command::{self, TopicsArgs};
 pub enum Command {
     /// List every numeric field of a bag or table, with rate, gaps, range and course
     Topics(TopicsArgs),
-    /// Find a model between two signals of any bag or table
-    Fit(FitArgs),
-    /// Find a model with its uncertainty, tests and a verdict
-    Identify(IdentifyArgs),
+    /// Find a model between two signals of any bag or table, with its uncertainty, tests and a verdict
+    Fit(Box<FitArgs>),
     /// Hold every estimator's claims against the truth, on five synthetic runs with many noises
     #[command(name = "montecarlo")]
     MonteCarlo(MonteCarloArgs),
@@ -27,7 +24,7 @@ pub enum Command {
 
 impl Command {
     /// The words by which the commands are called.
-    pub const NAMES: [&str; 5] = ["topics", "fit", "identify", "montecarlo", "replay"];
+    pub const NAMES: [&str; 4] = ["topics", "fit", "montecarlo", "replay"];
 
     /// Runs the command and prints what it found.
     ///
@@ -37,7 +34,6 @@ impl Command {
         match self {
             Self::Topics(args) => topics_command::run(args),
             Self::Fit(args) => fit_command::run(args),
-            Self::Identify(args) => identify_command::run(args),
             Self::MonteCarlo(args) => montecarlo_command::run(args),
             Self::Replay(args) => replay::run(args),
         }

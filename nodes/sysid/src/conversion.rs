@@ -8,11 +8,11 @@
 //! which is exact. There is no way back from a pole on the negative real axis or at 0: no continuous
 //! system has one.
 
-use nalgebra::{Complex, Matrix3};
+use nalgebra::{Complex, DMatrix, DVector, Matrix3};
 use planesman_linear::{TransferFunction, discrete_to_continuous, polynomial};
 
 use crate::estimators::Estimate;
-use crate::estimators::vehicle::{Vehicle, VehicleEstimate};
+use crate::estimators::vehicle::Physical;
 use crate::model::Model;
 
 /// Poles nearer than this are one: their residues would be rounding.
@@ -102,7 +102,7 @@ pub fn continuous(model: &Model) -> Result<Continuous, String> {
 ///
 /// # Errors
 /// A sentence, when the estimate has another structure, or poles that no continuous system has.
-pub fn pitch_equation(estimate: &Estimate) -> Result<VehicleEstimate, String> {
+pub fn pitch_equation(estimate: &Estimate) -> Result<Physical, String> {
     let s = &estimate.layout.structure;
     if (s.poles, s.numerator, s.delay) != (2, 1, 1)
         || s.known_numerator != [1.0, -1.0]
@@ -148,14 +148,10 @@ pub fn pitch_equation(estimate: &Estimate) -> Result<VehicleEstimate, String> {
         }
     }
     let p = estimate.covariance.fixed_view::<3, 3>(0, 0).into_owned();
-    Ok(VehicleEstimate {
-        vehicle: Vehicle::default(),
-        parameters,
-        covariance: slopes * p * slopes.transpose(),
-        biases: (0..estimate.layout.runs)
-            .map(|run| estimate.offset(run))
-            .collect(),
-        noise_variance: estimate.noise_variance,
+    let covariance = slopes * p * slopes.transpose();
+    Ok(Physical {
+        values: DVector::from_row_slice(&parameters),
+        covariance: DMatrix::from_fn(3, 3, |i, j| covariance[(i, j)]),
     })
 }
 
@@ -163,7 +159,7 @@ pub fn pitch_equation(estimate: &Estimate) -> Result<VehicleEstimate, String> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::estimators::{Method, vehicle};
+    use crate::estimators::{Estimator, OutputError, VehicleSearch};
     use crate::structure::{Problem, Run, Structure};
     use crate::synthetic::{self, NOISE, SAMPLE_TIME, with_noise};
 
@@ -231,10 +227,11 @@ mod tests {
         };
         let structure = Structure::of_order(2).with_zero_at_one();
         let problem = Problem::new(structure, SAMPLE_TIME, vec![record]).unwrap();
-        let converted = pitch_equation(&Method::OutputError.fit(&problem).unwrap()).unwrap();
-        let direct = vehicle::fit(Vehicle::default(), SAMPLE_TIME, &[record]).unwrap();
+        let converted = pitch_equation(&OutputError.fit(&problem).unwrap()).unwrap();
+        let direct = VehicleSearch::default().fit(&problem).unwrap();
+        let direct = direct.physical.unwrap();
         for i in 0..3 {
-            assert!((converted.parameters[i] / direct.parameters[i] - 1.0).abs() < 1e-5);
+            assert!((converted.values[i] / direct.values[i] - 1.0).abs() < 1e-5);
             let ratio = converted.covariance[(i, i)] / direct.covariance[(i, i)];
             assert!((ratio - 1.0).abs() < 1e-3, "{ratio}");
         }

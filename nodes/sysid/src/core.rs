@@ -197,10 +197,8 @@ impl Identifier {
     }
 
     /// The first pair's model as it stands.
-    ///
-    /// # Errors
-    /// As [`Pair::model`].
-    pub fn model(&self) -> Result<Model, String> {
+    #[must_use]
+    pub fn model(&self) -> Model {
         self.first().model()
     }
 }

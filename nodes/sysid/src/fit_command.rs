@@ -1,326 +1,279 @@
-//! `sysid fit`: from a bag or a table to a record, and from the record to a model.
-//!
-//! The model is the equation-error model of [`crate::regression`], by least squares over the
-//! whole record, row by row in the triangular form of [`crate::rls`]: memory does not grow with the rows.
+//! `sysid fit`: from a bag or a table to a model one can judge.
 
-use anyhow::{Result, anyhow};
+use std::path::PathBuf;
+
+use anyhow::{Result, anyhow, bail};
 use clap::Parser;
-use serde::Serialize;
+use serde_json::{Value, json};
 
-use crate::fit as explained;
-use crate::model::Model;
-use crate::record::{Channel, Method, Record};
-use crate::regression::{History, Input, Shape};
-use crate::resample::{Options, Resampler};
-use crate::rls::RecursiveLeastSquares;
-use crate::source::{DataArgs, Reading, Request, Role, Source, progress_bar};
+use crate::analysis::{Analysis, Options, analyse};
+use crate::estimators::vehicle::{Heave, Vehicle};
+use crate::estimators::{Knowledge, Method};
+use crate::record::Record;
+use crate::source::Reading;
+use crate::structure::Start;
+use crate::taken::{SignalArgs, Taken, account};
 
-/// A prior covariance so large that nothing of it is seen.
-const NO_PRIOR: f64 = 1e60;
-
-/// Singular values below this share of the largest count as zero.
-const RANK_TOLERANCE: f64 = 1e-13;
-
-/// Find a model between two signals of any bag or table.
+/// Find a model between two signals of any bag or table, with its uncertainty, tests and a verdict.
 #[derive(Clone, Debug, Parser)]
 #[command(name = "sysid fit")]
 pub struct FitArgs {
     #[command(flatten)]
     signals: SignalArgs,
-    /// The model's order
-    #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=20))]
-    order: u8,
-    /// Fit a constant too, for signals with an offset
-    #[arg(long)]
-    bias: bool,
+    /// How to estimate
+    #[arg(long, value_enum, default_value_t)]
+    method: Method,
+    #[command(flatten)]
+    structure: StructureArgs,
+    #[command(flatten)]
+    vehicle: VehicleArgs,
     /// Print JSON
     #[arg(long)]
     json: bool,
+    /// Write the model: *.json or *.yaml
+    #[arg(long, value_name = "FILE")]
+    model: Option<PathBuf>,
+    /// Write a page: data, comparison, residual tests, poles and zeros, frequency response
+    #[arg(long, value_name = "FILE")]
+    pub html: Option<PathBuf>,
 }
 
-/// Two signals of some data, on one grid.
+/// What the model looks like.
 #[derive(Clone, Debug, clap::Args)]
-pub struct SignalArgs {
-    #[command(flatten)]
-    data: DataArgs,
-    /// The signal that drives: TOPIC:FIELD, or a CSV column
-    #[arg(long, short, value_name = "SIGNAL")]
-    input: String,
-    /// The signal that responds
-    #[arg(long, short, value_name = "SIGNAL")]
-    output: String,
-    #[command(flatten)]
-    grid: GridArgs,
+struct StructureArgs {
+    /// The model's order, known poles not counted [default: searched, 1 to 4]
+    #[arg(long, value_parser = clap::value_parser!(u8).range(1..=20))]
+    order: Option<u8>,
+    /// Samples from input to first effect [default: searched with the order, 1 to 3; 1 with --order]
+    #[arg(long, value_parser = clap::value_parser!(u8).range(1..=40))]
+    delay: Option<u8>,
+    /// Zeros known to be at z = 1
+    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=4))]
+    zeros_at_one: u8,
+    /// Poles known to be at z = 1
+    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=4))]
+    integrators: u8,
+    /// The output has no offset
+    #[arg(long)]
+    no_offset: bool,
+    /// The data begins at rest [default: in motion, which is estimated]
+    #[arg(long)]
+    at_rest: bool,
+    /// Several stretches have only their poles in common
+    #[arg(long)]
+    own_numerators: bool,
 }
 
-impl SignalArgs {
-    /// Reads them as a record.
-    ///
-    /// # Errors
-    /// As [`record`].
-    pub fn record(&self) -> Result<Taken> {
-        record(
-            &self.data,
-            std::slice::from_ref(&self.input),
-            std::slice::from_ref(&self.output),
-            self.grid.options(),
-        )
+/// What is known of the vehicle.
+#[derive(Clone, Debug, clap::Args)]
+pub struct VehicleArgs {
+    /// For vehicle and kalman, q_dot = K/J u - B/J q - M_theta/J theta + NU w, w_dot = EPSILON u + ETA q - ZETA w:
+    /// NU,ZETA,ETA,EPSILON, with w in the output's unit times m [default: no heave]
+    #[arg(long, value_name = "NU,ZETA,ETA,EPSILON", value_parser = heave, allow_hyphen_values = true)]
+    heave: Option<[f64; 4]>,
+    /// The same from a built-in vehicle or a vehicle file, at --speed: for planes in rad, a rate in rad/s
+    #[arg(
+        long,
+        value_name = "NAME|FILE",
+        conflicts_with = "heave",
+        requires = "speed"
+    )]
+    pub vehicle: Option<String>,
+    /// The standard deviation of what is known of heave, % of each
+    #[arg(long, value_name = "PERCENT", default_value_t = 0.0, value_parser = positive)]
+    heave_doubt: f64,
+    /// The vehicle's speed (m/s), for --vehicle and the model file
+    #[arg(long, value_parser = above_zero)]
+    pub speed: Option<f64>,
+    /// The moment of inertia J, which K, B and M_theta follow with
+    #[arg(long, value_parser = above_zero)]
+    inertia: Option<f64>,
+    /// For kalman: the noise's standard deviation, output unit [default: from second differences]
+    #[arg(long, value_parser = above_zero)]
+    noise: Option<f64>,
+    /// For kalman: how far the sensor's bias drifts in one second, output unit
+    #[arg(long, default_value_t = 0.0, value_parser = positive)]
+    bias_drift: f64,
+    /// For kalman: how far disturbances move the output in one second, output unit
+    #[arg(long, default_value_t = 0.0, value_parser = positive)]
+    disturbance: f64,
+}
+
+fn finite(text: &str) -> Result<f64, String> {
+    let value: f64 = text
+        .trim()
+        .parse()
+        .map_err(|_| format!("'{text}' is no number"))?;
+    value
+        .is_finite()
+        .then_some(value)
+        .ok_or_else(|| format!("'{text}' is not finite"))
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match finite(text)? {
+        value if value >= 0.0 => Ok(value),
+        _ => Err("a number that is not negative is expected".to_owned()),
     }
 }
 
-/// How samples are put on a grid.
-#[derive(Clone, Debug, clap::Args)]
-pub struct GridArgs {
-    /// Instants per second [default: that of the slowest output]
-    #[arg(long, value_name = "HZ", value_parser = rate)]
-    rate: Option<f64>,
-    /// Only what lies between these times, in seconds from the first output's first sample
-    #[arg(long, value_name = "FROM..TO", value_parser = window, allow_hyphen_values = true)]
-    window: Option<(f64, f64)>,
-    /// How inputs are put on the grid
-    #[arg(long, value_enum, default_value = "mean")]
-    input_method: Method,
-    /// How outputs are put on the grid
-    #[arg(long, value_enum, default_value = "linear")]
-    output_method: Method,
-    /// The longest pause that is no gap [default: five sample intervals]
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
-    max_gap: Option<f64>,
+fn above_zero(text: &str) -> Result<f64, String> {
+    match finite(text)? {
+        value if value > 0.0 => Ok(value),
+        _ => Err("a number above 0 is expected".to_owned()),
+    }
 }
 
-impl GridArgs {
-    /// The options they stand for.
+fn heave(text: &str) -> Result<[f64; 4], String> {
+    let numbers: Vec<f64> = text.split(',').map(finite).collect::<Result<_, _>>()?;
+    numbers
+        .try_into()
+        .map_err(|_| "four numbers are expected: NU,ZETA,ETA,EPSILON".to_owned())
+}
+
+impl FitArgs {
+    /// The vehicle that heave is to be taken of, and its speed, m/s; `None` when none was named.
     #[must_use]
-    pub fn options(&self) -> Options {
-        let (from, to) = self.window.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
-        Options {
-            rate: self.rate,
-            window: from..=to,
-            input_method: self.input_method,
-            output_method: self.output_method,
-            max_gap: self.max_gap,
-        }
+    pub fn named_vehicle(&self) -> Option<(&str, f64)> {
+        Some((self.vehicle.vehicle.as_deref()?, self.vehicle.speed?))
     }
-}
 
-fn number(text: &str) -> Result<f64, String> {
-    text.parse().map_err(|_| format!("'{text}' is no number"))
-}
-
-fn rate(text: &str) -> Result<f64, String> {
-    let rate = number(text)?;
-    if (1e-6..=1e6).contains(&rate) {
-        Ok(rate)
-    } else {
-        Err("a rate lies between 1e-6 and 1e6 Hz".to_owned())
-    }
-}
-
-fn seconds(text: &str) -> Result<f64, String> {
-    let seconds = number(text)?;
-    if seconds > 0.0 && seconds <= 1e9 {
-        Ok(seconds)
-    } else {
-        Err("a time between 0 and 1e9 s is expected".to_owned())
-    }
-}
-
-fn window(text: &str) -> Result<(f64, f64), String> {
-    let rule =
-        || format!("'{text}' is no window; one is written FROM..TO, as 10..60, 10.. or ..60");
-    let (from, to) = text.split_once("..").ok_or_else(rule)?;
-    let edge = |text: &str, open: f64| match text {
-        "" => Ok(open),
-        text => number(text).map_err(|_| rule()),
-    };
-    let (from, to) = (edge(from, f64::NEG_INFINITY)?, edge(to, f64::INFINITY)?);
-    if from < to {
-        Ok((from, to))
-    } else {
-        Err(rule())
-    }
-}
-
-/// A record made from data, and what there is to say of the making.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Taken {
-    /// The record.
-    pub record: Record,
-    /// How the data was read.
-    pub reading: Reading,
-}
-
-/// Reads the named inputs and outputs of the data as a record.
-///
-/// # Errors
-/// One line: data that cannot be read, a signal that is not in it, signals that have no instant in common.
-pub fn record(
-    data: &DataArgs,
-    inputs: &[String],
-    outputs: &[String],
-    options: Options,
-) -> Result<Taken> {
-    let source = Source::open(data)?;
-    let requests: Vec<Request> = [(inputs, Role::Input), (outputs, Role::Output)]
-        .into_iter()
-        .flat_map(|(names, role)| {
-            names.iter().map(move |name| Request {
-                name: name.clone(),
-                role,
-            })
-        })
-        .collect();
-    let mut resampler = Resampler::new(inputs, outputs, options);
-    let bar = progress_bar(source.bytes(), data);
-    let reading = source.read(
-        &requests,
-        &mut |signal, stamp, value| resampler.take(signal, stamp, value),
-        &|bytes| bar.set_position(bytes),
-    )?;
-    bar.finish_and_clear();
-    let record = resampler
-        .finish()
-        .map_err(|reason| match &reading.notes[..] {
-            [] => anyhow!(reason),
-            notes => anyhow!("{reason} ({})", notes.join("; ")),
-        })?;
-    Ok(Taken { record, reading })
-}
-
-/// A model and how well it explains the record it was made from.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Fitted {
-    /// The sampling interval, s.
-    pub sample_time: f64,
-    /// `a1 ... an`.
-    pub a: Vec<f64>,
-    /// `b1 ... bn`, output unit per input unit.
-    pub b: Vec<f64>,
-    /// Output unit; 0 when none was fitted.
-    pub bias: f64,
-    /// Rows of the regression.
-    pub rows: u64,
-    /// Poles in z: real part, imaginary part.
-    pub poles: Vec<[f64; 2]>,
-    /// Steady output per steady input; none with a pole at z = 1.
-    pub dc_gain: Option<f64>,
-    /// One step ahead, %.
-    pub fit_one_step: Option<f64>,
-    /// Run on the input alone over the longest stretch, from rest, %.
-    pub fit_simulated: Option<f64>,
-}
-
-/// Fits the first output of a record to its first input, by least squares.
-///
-/// # Errors
-/// A sentence, when the record does not determine the model.
-pub fn least_squares(record: &Record, shape: Shape) -> Result<Fitted, String> {
-    let mut problem = RecursiveLeastSquares::new(shape.parameters(), 1.0, NO_PRIOR)?;
-    let mut history = History::new(shape);
-    let mut spread = explained::Spread::default();
-    for stretch in &record.stretches {
-        let (Some(inputs), Some(outputs)) = (stretch.inputs.first(), stretch.outputs.first())
-        else {
-            return Err("a record with an input and an output is needed".to_owned());
-        };
-        for (k, output) in outputs.iter().enumerate() {
-            let Some(before) = k.checked_sub(1) else {
-                history.begin(*output);
-                continue;
-            };
-            if let Some(row) = history.push(Input::held(inputs[before]), *output) {
-                problem.update(row, *output);
-                spread.update(*output, 1.0);
+    /// What they stand for, with the heave of the vehicle that was named.
+    fn options(&self, of_vehicle: Option<[f64; 4]>) -> Result<Options> {
+        let (structure, vehicle) = (&self.structure, &self.vehicle);
+        let told_of_structure = structure.order.is_some()
+            || structure.delay.is_some()
+            || structure.zeros_at_one + structure.integrators > 0
+            || structure.own_numerators;
+        let coefficients = vehicle.heave.or(of_vehicle);
+        if self.method.is_of_the_vehicle() {
+            if told_of_structure {
+                bail!(
+                    "--method {}: its equations have the order, delay and zeros that they have",
+                    self.method.name()
+                );
             }
+        } else if coefficients.is_some() {
+            bail!("--heave and --vehicle are for --method vehicle and kalman");
         }
+        let heave = coefficients.map(|[to_pitch, damping, from_rate, from_input]| Heave {
+            to_pitch,
+            damping,
+            from_rate,
+            from_input,
+            doubt: vehicle.heave_doubt / 100.0,
+        });
+        Ok(Options {
+            method: self.method,
+            knowledge: Knowledge {
+                vehicle: Vehicle { heave },
+                noise: vehicle.noise,
+                bias_drift: vehicle.bias_drift,
+                disturbance: vehicle.disturbance,
+            },
+            order: structure.order.map(usize::from),
+            delay: structure.delay.map(usize::from),
+            zeros_at_one: usize::from(structure.zeros_at_one),
+            integrators: usize::from(structure.integrators),
+            offset: !structure.no_offset,
+            start: if structure.at_rest {
+                Start::Rest
+            } else {
+                Start::Motion
+            },
+            own_numerators: structure.own_numerators,
+            inertia: vehicle.inertia,
+            speed: vehicle.speed,
+        })
     }
-    let determined = problem.rank(RANK_TOLERANCE);
-    if determined < shape.parameters() {
-        return Err(format!(
-            "the record's {} rows determine {} of {} parameters; a lower --order, or data in which the input moves more, may help",
-            problem.rows(),
-            determined,
-            shape.parameters()
-        ));
-    }
-    let theta: Vec<f64> = problem.parameters().iter().copied().collect();
-    let model = Model::from_parameters(shape, &theta, record.sample_time);
-    let longest = record.longest().and_then(|stretch| {
-        let inputs: Vec<Input> = stretch
-            .inputs
-            .first()?
-            .iter()
-            .map(|u| Input::held(*u))
-            .collect();
-        explained::simulated(&model, &inputs, stretch.outputs.first()?)
-    });
-    Ok(Fitted {
-        sample_time: record.sample_time,
-        poles: model.poles()?.iter().map(|z| [z.re, z.im]).collect(),
-        dc_gain: model.dc_gain(),
-        rows: problem.rows(),
-        fit_one_step: explained::fit(problem.cost(), spread.sum_of_squares()),
-        fit_simulated: longest,
-        a: model.a,
-        b: model.b,
-        bias: model.bias,
-    })
 }
 
 /// What `sysid fit` found.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Found {
     /// The record the model is of.
     pub record: Record,
     /// How the data was read.
     pub reading: Reading,
-    /// The model.
-    pub fitted: Fitted,
+    /// The model and what there is to know of it.
+    pub analysis: Analysis,
 }
 
-/// Reads the data and fits the model.
+/// Reads the data and finds the model. `heave` is nu, zeta, eta and epsilon of the vehicle that was named.
 ///
 /// # Errors
-/// As [`record`] and [`least_squares`].
-pub fn fit(args: &FitArgs) -> Result<Found> {
+/// One line: options that do not go together, data that cannot be read, a record that determines no model.
+pub fn fit(args: &FitArgs, heave: Option<[f64; 4]>) -> Result<Found> {
+    let options = args.options(heave)?;
     let Taken { record, reading } = args.signals.record()?;
-    let shape = Shape {
-        order: usize::from(args.order),
-        moment: false,
-        bias: args.bias,
-    };
-    let fitted = least_squares(&record, shape).map_err(|reason| anyhow!(reason))?;
+    let analysis = analyse(&record, &options).map_err(|reason| anyhow!(reason))?;
     Ok(Found {
         record,
         reading,
-        fitted,
+        analysis,
     })
 }
 
-/// Runs `sysid fit` and prints the model.
+/// Prints what was found and writes the model file.
 ///
 /// # Errors
-/// As [`fit`].
-pub fn run(args: &FitArgs) -> Result<()> {
-    let found = fit(args)?;
+/// One line: a model that is none to write, a file that cannot be written.
+pub fn tell(args: &FitArgs, found: &Found) -> Result<()> {
     if args.json {
-        println!("{}", serde_json::to_string_pretty(&told(&found))?);
+        println!("{}", serde_json::to_string_pretty(&told(found)?)?);
     } else {
         let account = account(&found.record, &found.reading);
-        print!("{account}{}", table(&found.fitted));
+        print!("{account}\n{}", found.analysis.text());
+    }
+    if let Some(path) = &args.model {
+        let file = found.analysis.file().map_err(|reason| anyhow!(reason))?;
+        file.write(path)?;
+        eprintln!("{}: the model", path.display());
     }
     Ok(())
 }
 
+/// Runs the command where there are neither vehicles nor pages.
+///
+/// # Errors
+/// As [`fit`] and [`tell`]; when a vehicle is named or a page asked for.
+pub fn run(args: &FitArgs) -> Result<()> {
+    if args.html.is_some() {
+        bail!("--html: pages are drawn by `planesman sysid fit`");
+    }
+    if args.vehicle.vehicle.is_some() {
+        bail!("--vehicle: vehicles are known to `planesman sysid fit`; give --heave");
+    }
+    tell(args, &fit(args, None)?)
+}
+
 /// Everything but the record's numbers.
-fn told(found: &Found) -> serde_json::Value {
+fn told(found: &Found) -> Result<Value> {
     let Found {
         record,
         reading,
-        fitted,
+        analysis,
     } = found;
-    serde_json::json!({
-        "model": fitted,
+    let named = |(name, value, deviation): (&str, f64, f64)| json!({"name": name, "value": value, "deviation": deviation});
+    let physical: Vec<Value> = analysis
+        .physical()
+        .iter()
+        .flat_map(|it| {
+            let by_inertia = analysis
+                .options
+                .inertia
+                .map(|inertia| it.with_inertia(inertia));
+            it.named()
+                .into_iter()
+                .chain(by_inertia.into_iter().flatten())
+        })
+        .map(named)
+        .collect();
+    Ok(json!({
+        "model": analysis.file().map_err(|reason| anyhow!(reason))?,
+        "parameters": physical,
+        "candidates": analysis.candidates,
+        "residuals": analysis.residuals,
         "record": {
             "sample_time": record.sample_time,
             "samples": record.samples(),
@@ -329,94 +282,5 @@ fn told(found: &Found) -> serde_json::Value {
             "outputs": record.outputs,
         },
         "reading": reading,
-    })
-}
-
-/// The making of a record, for people.
-#[must_use]
-pub fn account(record: &Record, reading: &Reading) -> String {
-    let mut text = format!(
-        "{:.6} Hz, {} samples in {} stretch{}, {:.3} s; stamps {}\n",
-        1.0 / record.sample_time,
-        record.samples(),
-        record.stretches.len(),
-        if record.stretches.len() == 1 {
-            ""
-        } else {
-            "es"
-        },
-        record.duration(),
-        reading.stamps
-    );
-    for (kind, channels) in [("input ", &record.inputs), ("output", &record.outputs)] {
-        for channel in channels {
-            text += &format!("{kind}  {}: {}\n", channel.name, channel_account(channel));
-        }
-    }
-    for note in &reading.notes {
-        text += &format!("note    {note}\n");
-    }
-    text
-}
-
-fn channel_account(channel: &Channel) -> String {
-    let timing = &channel.timing;
-    let mut text = format!(
-        "{} samples at {:.3} Hz, jitter {:.3} ms, {}",
-        timing.samples,
-        timing.rate(),
-        timing.jitter * 1e3,
-        channel.method
-    );
-    if timing.gaps > 0 {
-        text += &format!(
-            "; {} gaps, the longest {:.3} s",
-            timing.gaps, timing.longest
-        );
-    }
-    for (count, what) in [
-        (timing.duplicates, "with a stamp that came before"),
-        (timing.late, "too late to be put in order"),
-        (timing.not_finite, "not finite"),
-        (timing.absent, "messages without it"),
-    ] {
-        if count > 0 {
-            text += &format!("; {count} {what}");
-        }
-    }
-    text
-}
-
-/// The model, for people.
-#[must_use]
-pub fn table(fitted: &Fitted) -> String {
-    let list = |values: &[f64]| {
-        let values: Vec<String> = values.iter().map(|v| format!("{v:.9}")).collect();
-        values.join("  ")
-    };
-    let poles: Vec<String> = fitted
-        .poles
-        .iter()
-        .map(|[re, im]| match im {
-            0.0 => format!("{re:.5}"),
-            im => format!("{re:.5}{im:+.5}i"),
-        })
-        .collect();
-    let mut text = format!("a       {}\nb       {}\n", list(&fitted.a), list(&fitted.b));
-    if fitted.bias != 0.0 {
-        text += &format!("bias    {:.9}\n", fitted.bias);
-    }
-    text += &format!("z poles {}\n", poles.join("  "));
-    if let Some(gain) = fitted.dc_gain {
-        text += &format!("dc gain {gain:.6}\n");
-    }
-    for (fit, how) in [
-        (fitted.fit_one_step, "one step ahead"),
-        (fitted.fit_simulated, "simulated"),
-    ] {
-        if let Some(fit) = fit {
-            text += &format!("fit     {fit:.3} %, {how}\n");
-        }
-    }
-    text
+    }))
 }

@@ -206,20 +206,16 @@ impl Learner {
     }
 
     /// The model as it stands.
-    ///
-    /// # Errors
-    /// A sentence, when the estimator's own equations cannot be sampled.
-    pub fn model(&self, config: &Config) -> Result<Model, String> {
-        Ok(self.readout(config)?.model)
+    #[must_use]
+    pub fn model(&self, config: &Config) -> Model {
+        self.readout(config).model
     }
 
-    fn readout(&self, config: &Config) -> Result<Readout, String> {
+    fn readout(&self, config: &Config) -> Readout {
         match &self.estimator {
-            Estimator::Recursion(it) => Ok(Readout::of_recursion(
-                it,
-                config.moment && self.moment_seen,
-                config.sample_time,
-            )),
+            Estimator::Recursion(it) => {
+                Readout::of_recursion(it, config.moment && self.moment_seen, config.sample_time)
+            }
             Estimator::Vehicle(it) => Readout::of_vehicle(it, config.sample_time),
         }
     }
@@ -231,7 +227,7 @@ impl Learner {
     /// the measured outputs brings into an equation-error fit.
     #[must_use]
     pub fn estimate(&self, config: &Config) -> ModelEstimate {
-        let readout = self.readout(config);
+        let Readout { model, covariance } = self.readout(config);
         let none = ModelEstimate {
             estimator: config.method.name().to_owned(),
             sample_time: config.sample_time,
@@ -239,14 +235,13 @@ impl Learner {
             frozen: self.frozen,
             ..ModelEstimate::default()
         };
-        let (Readout { model, covariance }, poles) =
-            match readout.map(|readout| (readout.model.poles(), readout)) {
-                Ok((Ok(poles), readout)) => (readout, poles),
-                Ok((Err(reason), _)) | Err(reason) => {
-                    let reason = format!("no poles: {reason}");
-                    return ModelEstimate { reason, ..none };
-                }
-            };
+        let poles = match model.poles() {
+            Ok(poles) => poles,
+            Err(reason) => {
+                let reason = format!("no poles: {reason}");
+                return ModelEstimate { reason, ..none };
+            }
+        };
         let s_poles: Vec<_> = poles.iter().map(|z| model.continuous(*z)).collect();
         let dc_gain = model.dc_gain();
         let reason = self.doubt(config);

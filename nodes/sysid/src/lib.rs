@@ -16,13 +16,14 @@
 //! - [`rls`]: recursive least squares in square-root information form.
 //! - [`batch`]: least squares over a whole record.
 //! - [`structure`]: what is unknown, what is known beforehand, and the records to find it from.
-//! - [`estimators`]: least squares, ARMAX, output error, instrumental variables, behind one call.
+//! - [`estimators`]: least squares, ARMAX, output error, instrumental variables, recursions, the vehicle's own
+//!   equations, a Kalman filter, two stages in a closed loop: behind one trait.
 //! - [`uncertainty`]: standard errors carried to poles, zeros, gains, frequency responses.
 //! - [`validation`]: residual tests, order search, what a record cannot tell.
+//! - [`taken`]: a record from signals named on the command line.
 //! - [`analysis`]: all of these on one record, with a verdict in plain words;
-//!   [`identify_command`] prints it.
+//!   [`fit_command`] prints it.
 //! - [`conversion`]: from the sampled model to the continuous one, and to the pitch equation.
-//! - [`two_stage`]: identification inside a closed loop, from its reference.
 //! - [`procedure`]: the thesis' own steps.
 //! - [`synthetic`]: five runs in place of the thesis' lost records.
 //! - [`montecarlo`]: what every estimator makes of those runs, over many noises;
@@ -51,7 +52,6 @@ pub mod csv_source;
 pub mod estimators;
 pub mod fit;
 pub mod fit_command;
-pub mod identify_command;
 pub mod learner;
 pub mod message_types;
 pub mod model;
@@ -72,8 +72,8 @@ pub mod signal;
 pub mod source;
 pub mod structure;
 pub mod synthetic;
+pub mod taken;
 pub mod timing;
 pub mod topics_command;
-pub mod two_stage;
 pub mod uncertainty;
 pub mod validation;

@@ -11,35 +11,37 @@ use std::fmt::Write as _;
 
 use planesman_linear::{Complex, discrete_to_continuous, polynomial};
 
-use crate::estimators::kalman::{self, Settings};
-use crate::estimators::recursive::{Forgetting, Kind, Options, Recursion, learn};
-use crate::estimators::vehicle::{self, Vehicle, VehicleEstimate};
-use crate::estimators::{Estimate, Method};
+use crate::estimators::kalman::Guess;
+use crate::estimators::recursive::{Kind, Options, Recursively};
+use crate::estimators::vehicle::{Heave, Vehicle};
+use crate::estimators::{
+    Armax, Estimate, Estimator, Instruments, LeastSquares, OutputError, VehicleFilter,
+    VehicleSearch,
+};
 use crate::structure::{Problem, Run, Structure};
 use crate::synthetic::{self, BIAS, NOISE, SAMPLE_TIME};
 use crate::uncertainty::{Reading, SIGMAS_95, Uncertain};
 
 /// One way to identify, with the structure it is given.
-#[derive(Clone, Debug)]
 pub struct Contender {
     /// What the table calls it.
     pub name: &'static str,
-    way: Way,
+    structure: Structure,
+    /// Which records it is given.
+    records: Records,
+    /// The estimator, with what it knows of the run's vehicle; of the i-th noise.
+    estimator: Choice,
 }
 
-#[derive(Clone, Debug)]
-enum Way {
-    Recursive(Kind, Structure),
-    Batch(Method, Structure),
-    /// With all runs at the same speed as one.
-    Pooled(Method, Structure),
-    Vehicle {
-        heave: bool,
-    },
-    Kalman {
-        heave: bool,
-        passes: usize,
-    },
+/// The records of one fit.
+#[derive(Clone, Copy, Debug)]
+enum Records {
+    /// One run.
+    One,
+    /// That run and the others at its speed.
+    OfSpeed,
+    /// That run so many times, each with a noise of its own.
+    Repeated(u32),
 }
 
 /// All ways, the thesis' first.
@@ -47,101 +49,210 @@ enum Way {
 pub fn contenders() -> Vec<Contender> {
     let order = Structure::of_order;
     let zero = || Structure::of_order(3).with_zero_at_one();
-    let of = |name, way| Contender { name, way };
+    let of = |name, structure, records, estimator| Contender {
+        name,
+        structure,
+        records,
+        estimator,
+    };
+    let recursive = |name, kind, structure| {
+        of(
+            name,
+            structure,
+            Records::One,
+            always(Recursively {
+                kind,
+                options: recursion(),
+            }),
+        )
+    };
+    let pitch_alone = || VehicleSearch::default();
+    let search = |run: synthetic::Run, _| VehicleSearch {
+        vehicle: run.vehicle().0,
+    };
     vec![
-        of(
+        recursive(
             "recursive least squares, order 2 (the thesis)",
-            Way::Recursive(Kind::LeastSquares, order(2).without_offset()),
+            Kind::LeastSquares,
+            order(2).without_offset(),
         ),
-        of(
+        recursive(
             "recursive least squares, order 3 (the thesis)",
-            Way::Recursive(Kind::LeastSquares, order(3).without_offset()),
+            Kind::LeastSquares,
+            order(3).without_offset(),
         ),
-        of(
+        recursive(
             "recursive least squares, order 2, constant",
-            Way::Recursive(Kind::LeastSquares, order(2)),
+            Kind::LeastSquares,
+            order(2),
         ),
         of(
             "least squares, order 3, constant",
-            Way::Batch(Method::LeastSquares, order(3)),
+            order(3),
+            Records::One,
+            always(LeastSquares),
         ),
-        of(
+        recursive(
             "extended least squares, order 3, constant",
-            Way::Recursive(Kind::ExtendedLeastSquares, order(3)),
+            Kind::ExtendedLeastSquares,
+            order(3),
         ),
-        of(
+        recursive(
             "recursive prediction error, order 3, constant",
-            Way::Recursive(Kind::PredictionError, order(3)),
+            Kind::PredictionError,
+            order(3),
         ),
-        of(
+        recursive(
             "recursive output error, order 3, constant",
-            Way::Recursive(Kind::OutputError, order(3)),
+            Kind::OutputError,
+            order(3),
         ),
         of(
             "ARMAX, order 3, constant",
-            Way::Batch(Method::Armax, order(3)),
+            order(3),
+            Records::One,
+            always(Armax),
         ),
         of(
             "ARMAX, order 3, zero at 1, constant",
-            Way::Batch(Method::Armax, zero()),
+            zero(),
+            Records::One,
+            always(Armax),
         ),
         of(
             "output error, order 2, offset",
-            Way::Batch(Method::OutputError, order(2)),
+            order(2),
+            Records::One,
+            always(OutputError),
         ),
         of(
             "output error, order 3, offset",
-            Way::Batch(Method::OutputError, order(3)),
+            order(3),
+            Records::One,
+            always(OutputError),
         ),
         of(
             "output error, order 3, zero at 1, offset",
-            Way::Batch(Method::OutputError, zero()),
+            zero(),
+            Records::One,
+            always(OutputError),
         ),
         of(
             "instruments, order 3, zero at 1, offset",
-            Way::Batch(Method::Instruments, zero()),
+            zero(),
+            Records::One,
+            always(Instruments),
         ),
         of(
             "output error, order 3, zero at 1, runs of a speed pooled",
-            Way::Pooled(Method::OutputError, zero()),
+            zero(),
+            Records::OfSpeed,
+            always(OutputError),
+        ),
+        of(
+            "output error, order 3, zero at 1, each run flown ten times",
+            zero(),
+            Records::Repeated(10),
+            always(OutputError),
         ),
         of(
             "vehicle's equations, pitch alone",
-            Way::Vehicle { heave: false },
+            order(2),
+            Records::One,
+            always(pitch_alone()),
         ),
         of(
             "vehicle's equations, heave known",
-            Way::Vehicle { heave: true },
+            order(3),
+            Records::One,
+            of_run(search),
+        ),
+        of(
+            "vehicle's equations, heave 20 % off, taken for known",
+            order(3),
+            Records::One,
+            of_run(|run, seed| VehicleSearch {
+                vehicle: doubtful(run, seed, 0.0),
+            }),
+        ),
+        of(
+            "vehicle's equations, heave 20 % off, known to 20 %",
+            order(3),
+            Records::One,
+            of_run(|run, seed| VehicleSearch {
+                vehicle: doubtful(run, seed, HEAVE_DOUBT),
+            }),
         ),
         of(
             "extended Kalman filter, heave known, one pass",
-            Way::Kalman {
-                heave: true,
-                passes: 1,
-            },
+            order(3),
+            Records::One,
+            of_run(|run, _| filter(run.vehicle().0, 1)),
         ),
         of(
             "extended Kalman filter, heave known, four passes",
-            Way::Kalman {
-                heave: true,
-                passes: 4,
-            },
+            order(3),
+            Records::One,
+            of_run(|run, _| filter(run.vehicle().0, 4)),
+        ),
+        of(
+            "extended Kalman filter, heave 20 % off, known to 20 %, four passes",
+            order(3),
+            Records::One,
+            of_run(|run, seed| filter(doubtful(run, seed, HEAVE_DOUBT), 4)),
         ),
     ]
 }
 
-/// What the filter is told beforehand: the thesis' block estimates (Table 8: J 0.6, B 0.72, K 0.14 by
+type Choice = Box<dyn Fn(synthetic::Run, u32) -> Box<dyn Estimator> + Sync>;
+
+/// The same whatever the run.
+fn always(estimator: impl Estimator + Copy + 'static) -> Choice {
+    of_run(move |_, _| estimator)
+}
+
+fn of_run<E: Estimator + 'static>(
+    choose: impl Fn(synthetic::Run, u32) -> E + Sync + 'static,
+) -> Choice {
+    Box::new(move |run, seed| Box::new(choose(run, seed)))
+}
+
+/// Nothing forgotten, and a prior covariance such as the thesis' kind of program has.
+fn recursion() -> Options {
+    Options {
+        initial_covariance: 1e6,
+        ..Options::default()
+    }
+}
+
+/// How far off heave is known, as a standard deviation of each coefficient.
+const HEAVE_DOUBT: f64 = 0.2;
+
+/// The run's vehicle, each coefficient of its heave off by a draw of [`HEAVE_DOUBT`], and as sure of
+/// them as is said.
+fn doubtful(run: synthetic::Run, seed: u32, doubt: f64) -> Vehicle {
+    let draw = synthetic::noise(!seed, 4);
+    let heave = run.vehicle().0.heave;
+    Vehicle {
+        heave: heave.map(|heave| Heave {
+            doubt,
+            ..heave.changed([0, 1, 2, 3].map(|i| HEAVE_DOUBT * draw[i]))
+        }),
+    }
+}
+
+/// A filter that is told beforehand the thesis' block estimates (Table 8: J 0.6, B 0.72, K 0.14 by
 /// 1.25 V/V, M_theta 0.16) with room for all else, and the level of the noise.
-fn settings() -> Settings {
-    Settings {
-        parameters: [1.25 * 0.14 / 0.6, 0.72 / 0.6, 0.16 / 0.6],
-        deviations: [3.0, 3.0, 0.5],
-        bias_deviation: 2.0 * BIAS,
-        noise: NOISE,
-        bias_drift: 0.0,
-        drift: [0.0; vehicle::UNKNOWNS],
-        disturbance: 0.0,
-        motion: 0.0,
+fn filter(vehicle: Vehicle, passes: usize) -> VehicleFilter {
+    VehicleFilter {
+        guess: Some(Guess {
+            parameters: [1.25 * 0.14 / 0.6, 0.72 / 0.6, 0.16 / 0.6],
+            deviations: [3.0, 3.0, 0.5],
+            bias_deviation: 2.0 * BIAS,
+        }),
+        noise: Some(NOISE),
+        passes,
+        ..VehicleFilter::of(vehicle)
     }
 }
 
@@ -248,13 +359,16 @@ pub fn table(contenders: &[Contender], seeds: usize) -> Table {
 /// The dominant pole, 1/s, and the response's size at its frequency, V/V.
 #[must_use]
 pub fn truth(run: synthetic::Run) -> (f64, f64) {
-    let (vehicle, unknowns) = run.vehicle();
-    let pole = polynomial::roots(&vehicle.characteristic(unknowns))
+    let plant = run.plant();
+    let den: Vec<f64> = std::iter::once(1.0)
+        .chain(plant.a.iter().copied())
+        .collect();
+    let pole = polynomial::roots(&den)
         .unwrap_or_default()
         .iter()
+        .filter_map(|z| discrete_to_continuous(*z, SAMPLE_TIME))
         .map(|s| s.re)
         .fold(0.0, f64::min);
-    let plant = run.plant();
     let back = Complex::new(0.0, pole * SAMPLE_TIME).exp();
     let sum = |coefficients: &[f64]| {
         coefficients
@@ -295,59 +409,28 @@ impl Contender {
         seed: u32,
         pole: f64,
     ) -> Option<(Uncertain, Uncertain)> {
-        let (inputs, outputs) = (run.planes(), run.measured(seed, NOISE, BIAS));
-        let record = Run {
-            inputs: &inputs,
-            outputs: &outputs,
+        let noises = |run: synthetic::Run, count: u32| {
+            (0..count).map(move |i| {
+                let seed = seed.wrapping_add(i.wrapping_mul(0x9E37_79B9));
+                (run.planes(), run.measured(seed, NOISE, BIAS))
+            })
         };
-        let known = |heave: bool| {
-            if heave {
-                run.vehicle().0
-            } else {
-                Vehicle::default()
+        let mut records: Vec<(Vec<f64>, Vec<f64>)> = noises(run, 1).collect();
+        match self.records {
+            Records::One => {}
+            Records::OfSpeed => {
+                let others = synthetic::Run::ALL.into_iter();
+                let others = others.filter(|it| *it != run && it.speed() == run.speed());
+                records.extend(others.flat_map(|other| noises(other, 2).skip(1)));
             }
-        };
-        match &self.way {
-            Way::Recursive(kind, structure) => {
-                let options = Options {
-                    forgetting: Forgetting::Constant(1.0),
-                    initial_covariance: 1e6,
-                    ..Options::default()
-                };
-                let mut learner =
-                    Recursion::new(*kind, structure.clone(), SAMPLE_TIME, options).ok()?;
-                learn(&mut learner, record);
-                read(&learner.estimate()?, pole)
-            }
-            Way::Batch(method, structure) => {
-                let problem = Problem::new(structure.clone(), SAMPLE_TIME, vec![record]).ok()?;
-                read(&method.fit(&problem).ok()?, pole)
-            }
-            Way::Pooled(method, structure) => {
-                let others: Vec<(Vec<f64>, Vec<f64>)> = synthetic::Run::ALL
-                    .into_iter()
-                    .filter(|other| *other != run && other.speed() == run.speed())
-                    .map(|other| (other.planes(), other.measured(!seed, NOISE, BIAS)))
-                    .collect();
-                let mut runs = vec![record];
-                runs.extend(
-                    others
-                        .iter()
-                        .map(|(inputs, outputs)| Run { inputs, outputs }),
-                );
-                let problem = Problem::new(structure.clone(), SAMPLE_TIME, runs).ok()?;
-                read(&method.fit(&problem).ok()?, pole)
-            }
-            Way::Vehicle { heave } => {
-                let found = vehicle::fit(known(*heave), SAMPLE_TIME, &[record]).ok()?;
-                read_vehicle(&found, pole)
-            }
-            Way::Kalman { heave, passes } => {
-                let found =
-                    kalman::fit(known(*heave), SAMPLE_TIME, settings(), record, *passes).ok()?;
-                read_vehicle(&found, pole)
-            }
+            Records::Repeated(times) => records.extend(noises(run, times).skip(1)),
         }
+        let runs = records
+            .iter()
+            .map(|(inputs, outputs)| Run { inputs, outputs });
+        let problem = Problem::new(self.structure.clone(), SAMPLE_TIME, runs.collect()).ok()?;
+        let estimator = (self.estimator)(run, seed);
+        read(&estimator.fit(&problem).ok()?, pole)
     }
 }
 
@@ -365,12 +448,6 @@ fn read(estimate: &Estimate, pole: f64) -> Option<(Uncertain, Uncertain)> {
         nearest(reading.continuous_poles().ok()?, pole)?,
         reading.response(-pole)?,
     ))
-}
-
-/// The same of a vehicle.
-fn read_vehicle(found: &VehicleEstimate, pole: f64) -> Option<(Uncertain, Uncertain)> {
-    let response = found.sampled_response(SAMPLE_TIME, -pole)?;
-    Some((nearest(found.poles().ok()?, pole)?, response))
 }
 
 impl Table {
@@ -447,7 +524,7 @@ pub fn failures(run: synthetic::Run, seeds: usize) -> Failures {
         };
         let structure = Structure::of_order(2).without_offset();
         let problem = Problem::new(structure, SAMPLE_TIME, vec![record]).ok()?;
-        let model = Method::LeastSquares.fit(&problem).ok()?.model(0);
+        let model = LeastSquares.fit(&problem).ok()?.model(0);
         let mut roots: Vec<f64> = model.poles().ok()?.iter().map(|z| z.re).collect();
         roots.sort_by(f64::total_cmp);
         Some((*roots.first()?, *roots.last()?, model.dc_gain()?))

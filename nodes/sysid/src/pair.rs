@@ -299,10 +299,8 @@ impl Pair {
     }
 
     /// The model as it stands.
-    ///
-    /// # Errors
-    /// As [`Learner::model`].
-    pub fn model(&self) -> Result<Model, String> {
+    #[must_use]
+    pub fn model(&self) -> Model {
         self.learner.model(&self.config)
     }
 

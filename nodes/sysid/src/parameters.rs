@@ -500,6 +500,7 @@ fn vehicle(values: &Values) -> Vehicle {
         damping: heave("damping"),
         from_rate: heave("from_rate"),
         from_input: heave("from_plane"),
+        doubt: 0.0,
     };
     Vehicle {
         heave: (heave.to_pitch != 0.0).then_some(heave),

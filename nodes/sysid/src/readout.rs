@@ -6,18 +6,14 @@
 //! a = D (1, a~),  b = q^-delay N b~,  c = q^-delay N c~,  bias = D(1) constant
 //! ```
 //! but for a constant that stands on the output, `bias = A(1) offset`. The vehicle's equations are sampled with
-//! the input held; their slopes are central differences.
+//! the input held ([`Filter::sampled`]).
 
 use nalgebra::{DMatrix, DVector};
-use planesman_linear::StateSpace;
 
 use crate::estimators::kalman::Filter;
 use crate::estimators::recursive::{Kind, Recursion};
-use crate::estimators::vehicle::{UNKNOWNS, Vehicle};
+use crate::estimators::vehicle::UNKNOWNS;
 use crate::model::Model;
-
-/// The step of central differences, as a share of a value.
-const NUDGE: f64 = 1e-5;
 
 /// What the unknowns of the vehicle's equations are called; the gyro's bias last.
 pub const PHYSICAL: [&str; UNKNOWNS + 1] = ["K/J", "B/J", "M_theta/J", "bias"];
@@ -90,30 +86,25 @@ impl Readout {
     }
 
     /// Of the vehicle's equations, with the gyro's bias as constant.
-    ///
-    /// # Errors
-    /// A sentence, when the equations cannot be sampled.
-    pub fn of_vehicle(filter: &Filter, sample_time: f64) -> Result<Self, String> {
-        let vehicle = filter.vehicle();
+    #[must_use]
+    pub fn of_vehicle(filter: &Filter, sample_time: f64) -> Self {
         let (found, known) = filter.learnt();
-        let at = |unknowns: &DVector<f64>| sampled(vehicle, unknowns, sample_time);
-        let all = at(&found)?;
+        let (coefficients, by) = filter.sampled();
+        let (order, last) = (coefficients.len() / 2, found.len() - 1);
+        // [a b bias], bias = A(1) times the gyro's.
+        let steady = 1.0 + coefficients.rows(0, order).sum();
+        let all = coefficients.push(steady * found[last]);
         let mut slopes = DMatrix::zeros(all.len(), found.len());
-        for column in 0..found.len() {
-            let by = NUDGE * found[column].abs().max(1e-2);
-            let moved = |by: f64| {
-                let mut unknowns = found.clone();
-                unknowns[column] += by;
-                at(&unknowns)
-            };
-            let slope = (moved(by)? - moved(-by)?) / (2.0 * by);
-            slopes.set_column(column, &slope);
-        }
-        let order = (all.len() - 1) / 2;
-        Ok(Self {
+        slopes.view_mut((0, 0), by.shape()).copy_from(&by);
+        let by_a = by.rows(0, order).row_sum() * found[last];
+        slopes
+            .view_mut((2 * order, 0), by_a.shape())
+            .copy_from(&by_a);
+        slopes[(2 * order, last)] = steady;
+        Self {
             model: model(all.as_slice(), order, false, true, sample_time),
             covariance: Some(&slopes * known * slopes.transpose()),
-        })
+        }
     }
 }
 
@@ -127,32 +118,4 @@ fn model(all: &[f64], order: usize, moments: bool, bias: bool, sample_time: f64)
         c: if moments { block(2) } else { Vec::new() },
         bias: all.last().copied().filter(|_| bias).unwrap_or(0.0),
     }
-}
-
-/// `[a b bias]` of the vehicle with `kappa, beta, mu, bias`.
-fn sampled(
-    vehicle: Vehicle,
-    unknowns: &DVector<f64>,
-    sample_time: f64,
-) -> Result<DVector<f64>, String> {
-    let (a, b) = vehicle.equations([unknowns[0], unknowns[1], unknowns[2]]);
-    let n = vehicle.states();
-    let mut rate = DMatrix::zeros(1, n);
-    rate[(0, 0)] = 1.0;
-    let b = DMatrix::from_column_slice(n, 1, b.as_slice());
-    let transfer = StateSpace::new(a, b, rate, DMatrix::zeros(1, 1))
-        .and_then(|continuous| continuous.zero_order_hold(sample_time))
-        .and_then(|held| held.transfer_function(0, 0))
-        .map_err(|reason| format!("the vehicle's equations cannot be sampled: {reason}"))?;
-    let lead = transfer.den[0];
-    let mut all = DVector::zeros(2 * n + 1);
-    for (i, coefficient) in transfer.den.iter().skip(1).enumerate() {
-        all[i] = coefficient / lead;
-    }
-    // The last powers belong together; nothing comes through at once.
-    for (i, coefficient) in transfer.num.iter().rev().take(n).enumerate() {
-        all[2 * n - 1 - i] = coefficient / lead;
-    }
-    all[2 * n] = (1.0 + all.rows(0, n).sum()) * unknowns[UNKNOWNS];
-    Ok(all)
 }

@@ -112,6 +112,25 @@ impl Timing {
     }
 }
 
+impl Timing {
+    /// Of these samples and others, from elsewhere: counts together, the worse of either.
+    #[must_use]
+    pub fn joined(&self, other: &Self) -> Self {
+        Self {
+            samples: self.samples + other.samples,
+            span: self.span,
+            interval: self.interval.max(other.interval),
+            jitter: self.jitter.max(other.jitter),
+            gaps: self.gaps + other.gaps,
+            longest: self.longest.max(other.longest),
+            duplicates: self.duplicates + other.duplicates,
+            late: self.late + other.late,
+            not_finite: self.not_finite + other.not_finite,
+            absent: self.absent + other.absent,
+        }
+    }
+}
+
 impl Channel {
     /// A signal that was on the grid to begin with.
     #[must_use]

@@ -28,6 +28,16 @@ pub struct Run<'a> {
     pub outputs: &'a [f64],
 }
 
+/// Samples in which a structure and a first guess are sought when there are more.
+pub const PART: usize = 10_000;
+
+/// The mean squared distance from the mean.
+pub(crate) fn variance(values: &[f64]) -> f64 {
+    let count = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / count
+}
+
 /// How a record begins.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Start {
@@ -153,6 +163,37 @@ impl<'a> Problem<'a> {
             structure,
             sample_time,
             runs,
+        })
+    }
+
+    /// A part of the records to find one's way in, when they are longer than [`PART`]: as many samples of
+    /// the longest, where its input varies most, in motion. `None` when they are short.
+    #[must_use]
+    pub fn part(&self) -> Option<Self> {
+        let longest = self.runs.iter().max_by_key(|run| run.outputs.len())?;
+        let all: usize = self.runs.iter().map(|run| run.outputs.len()).sum();
+        if all <= PART || longest.outputs.len() < PART / 4 {
+            return None;
+        }
+        let count = longest.outputs.len().min(PART);
+        let first = (0..=longest.outputs.len() - count)
+            .step_by(PART / 4)
+            .max_by(|p, q| {
+                let variance = |first: &usize| variance(&longest.inputs[*first..first + count]);
+                variance(p).total_cmp(&variance(q))
+            })?;
+        let run = Run {
+            inputs: &longest.inputs[first..first + count],
+            outputs: &longest.outputs[first..first + count],
+        };
+        let structure = Structure {
+            start: Start::Motion,
+            ..self.structure.clone()
+        };
+        Some(Self {
+            structure,
+            sample_time: self.sample_time,
+            runs: vec![run],
         })
     }
 

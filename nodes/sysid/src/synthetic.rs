@@ -144,6 +144,7 @@ impl Run {
             damping: -z_w / m_z * rate,
             from_rate: z_q / m_z * rate,
             from_input: -z_delta / m_z * rate * rate * GAIN,
+            doubt: 0.0,
         };
         let unknowns = [
             -m_delta / i_y * rate * rate * GAIN,

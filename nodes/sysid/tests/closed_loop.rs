@@ -193,7 +193,7 @@ fn without_restarts(mut estimates: Vec<ModelEstimate>) -> Vec<ModelEstimate> {
 /// Distance from the true slowest pole, as a share of its magnitude.
 fn miss(identifier: &Identifier) -> f64 {
     let slowest = true_poles()[0];
-    (identifier.model().unwrap().dominant_pole().unwrap() - slowest).norm() / slowest.norm()
+    (identifier.model().dominant_pole().unwrap() - slowest).norm() / slowest.norm()
 }
 
 #[test]

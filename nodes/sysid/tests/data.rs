@@ -18,7 +18,7 @@ fn try_fit(data: &Path, more: &str) -> Result<Found, String> {
     let data = data.to_str().unwrap();
     let args = ["fit", data].into_iter().chain(more.split_whitespace());
     let args = FitArgs::try_parse_from(args).map_err(|error| error.to_string())?;
-    fit_command::fit(&args).map_err(|error| format!("{error:#}"))
+    fit_command::fit(&args, None).map_err(|error| format!("{error:#}"))
 }
 
 fn fit(data: &Path, more: &str) -> Found {
@@ -45,7 +45,8 @@ fn response(count: usize) -> Vec<(f64, f64)> {
 }
 
 const STEP: i64 = 50_000_000;
-const SIGNALS: &str = "-i cmd:data -o imu:angular_velocity.y --order 1";
+const SIGNALS: &str =
+    "-i cmd:data -o imu:angular_velocity.y --method least_squares --order 1 --no-offset";
 
 /// The response as floats on /cmd and Imu on /imu.
 fn bag(path: &Path, count: usize) {
@@ -60,11 +61,11 @@ fn bag(path: &Path, count: usize) {
 }
 
 fn is_the_response(found: &Found) {
-    let fitted = &found.fitted;
-    assert!((fitted.a[0] + 0.9).abs() < 1e-12, "{fitted:?}");
-    assert!((fitted.b[0] - 0.2).abs() < 1e-12, "{fitted:?}");
-    assert!((fitted.dc_gain.unwrap() - 2.0).abs() < 1e-9);
-    assert!(fitted.fit_simulated.unwrap() > 99.9999);
+    let model = found.analysis.model();
+    assert!((model.a[0] + 0.9).abs() < 1e-12, "{model:?}");
+    assert!((model.b[0] - 0.2).abs() < 1e-12, "{model:?}");
+    assert!((model.dc_gain().unwrap() - 2.0).abs() < 1e-9);
+    assert!(found.analysis.fit.unwrap() > 99.9999);
 }
 
 #[test]
@@ -91,10 +92,11 @@ fn a_table_and_a_bag_of_the_same_samples_give_the_same_record() {
             "u",
             "-o",
             "rate, y",
-            "--order",
-            "1",
+            "--order=1",
+            "--method=least_squares",
+            "--no-offset",
         ];
-        let found = fit_command::fit(&FitArgs::try_parse_from(args).unwrap()).unwrap();
+        let found = fit_command::fit(&FitArgs::try_parse_from(args).unwrap(), None).unwrap();
         is_the_response(&found);
         assert_eq!(found.record.stretches, from_bag.record.stretches);
     }
@@ -161,7 +163,7 @@ fn the_stamps_are_the_messages_own_where_all_have_them() {
     is_the_response(&fit(&path, signals));
     is_the_response(&fit(&path, &format!("{signals} --stamp header")));
     let by_log = fit(&path, &format!("{signals} --stamp log"));
-    assert!((by_log.fitted.a[0] + 0.9).abs() > 1e-6);
+    assert!((by_log.analysis.model().a[0] + 0.9).abs() > 1e-6);
     assert!(by_log.record.outputs[0].timing.jitter > 1e-3);
 
     bag(&folder.path().join("b.mcap"), 50);
@@ -354,12 +356,12 @@ fn a_bag_with_more_topics_than_anybody_reads_is_listed_in_part() {
 fn looks_through(path: &Path) {
     let _ = survey(path);
     for more in [
-        SIGNALS,
-        "-i cmd:data -o imu:orientation.pitch --order 2 --rate 7 --stamp header",
+        "-i cmd:data -o imu:angular_velocity.y",
+        "-i cmd:data -o imu:orientation.pitch --rate 7 --stamp header",
         "-i imu:orientation_covariance -o imu:angular_velocity.y --max-gap 1000 --input-method hold",
         "-i cmd:data -o imu:angular_velocity.y --output-method centred --window 1..3",
     ] {
-        let _ = try_fit(path, more);
+        let _ = try_fit(path, &format!("{more} --order 2 --method least_squares"));
     }
 }
 

@@ -5,8 +5,8 @@
 
 use nalgebra::{DMatrix, DVector};
 use sysid::batch::Triangle;
-use sysid::estimators::Method;
 use sysid::estimators::recursive::{Forgetting, Kind, Options, Recursion, Recursive, learn};
+use sysid::estimators::{Estimator, LeastSquares};
 use sysid::regression::Input;
 use sysid::rls::RecursiveLeastSquares;
 use sysid::structure::{Problem, Run, Structure, filter};
@@ -45,7 +45,7 @@ fn recursive_least_squares_is_batch_least_squares_whatever_the_structure() {
         let mut recursive = recursion(Kind::LeastSquares, structure.clone(), options);
         learn(&mut recursive, record);
         let problem = Problem::new(structure, SAMPLE_TIME, vec![record]).unwrap();
-        let batch = Method::LeastSquares.fit(&problem).unwrap();
+        let batch = LeastSquares.fit(&problem).unwrap();
         let found = recursive.estimate().unwrap();
         assert!((found.theta - &batch.theta).amax() < 1e-8);
         assert!((found.covariance - &batch.covariance).amax() < 1e-8 * batch.covariance.amax());
@@ -142,7 +142,7 @@ fn after_a_million_nearly_dependent_rows_the_triangle_is_batch_and_the_textbook_
         phi.row_mut(k).copy_from_slice(&row);
         outputs[k] = output;
     }
-    let batch = Triangle::of(phi, outputs).unwrap().solution().unwrap();
+    let batch = Triangle::of(&phi, &outputs).unwrap().solution().unwrap();
     let off = |theta: &DVector<f64>| {
         theta
             .iter()

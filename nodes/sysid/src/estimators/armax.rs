@@ -13,7 +13,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::least_squares::{by_run, freedom, regression};
 use super::levenberg_marquardt::{Linearised, minimise, unit_covariance};
-use super::{Estimate, Method, output_error};
+use super::recursive::{Kind, Recursive};
+use super::{Error, Estimate, Estimator, OutputError, recursion};
 use crate::batch::Triangle;
 use crate::structure::{Problem, filter};
 
@@ -22,50 +23,53 @@ const ROUNDS: usize = 5;
 /// What the roots of C begin with, of those of A.
 const NEAR: f64 = 0.98;
 
-/// The estimate.
-///
-/// # Errors
-/// A sentence, when the records do not determine every parameter.
-pub fn fit(problem: &Problem<'_>) -> Result<Estimate, String> {
-    let (phi, outputs) = regression(problem);
-    let counts: Vec<usize> = by_run(problem, outputs.as_slice())
-        .iter()
-        .map(Vec::len)
-        .collect();
-    let n = problem.structure.poles;
-    let model = Armax {
-        phi,
-        outputs,
-        counts,
-        n,
-    };
-    let (theta, at) = model
-        .starts()?
-        .into_iter()
-        .chain(model.of_simulation(problem))
-        .filter_map(|start| minimise(start, |theta| model.linearised(theta)).ok())
-        .min_by(|p, q| {
-            p.1.errors
-                .norm_squared()
-                .total_cmp(&q.1.errors.norm_squared())
+/// ARMAX: the equation error with a model of the noise.
+#[derive(Clone, Copy, Debug)]
+pub struct Armax;
+
+impl Estimator for Armax {
+    fn fit(&self, problem: &Problem<'_>) -> Result<Estimate, String> {
+        let model = Equation::of(problem);
+        let starts = match problem.part() {
+            Some(part) => vec![model.continued(&self.fit(&part)?)],
+            None => {
+                let mut starts = model.starts()?;
+                starts.extend(model.of_simulation(problem));
+                starts
+            }
+        };
+        let (theta, at) = starts
+            .into_iter()
+            .filter_map(|start| minimise(start, |theta| model.linearised(theta)).ok())
+            .min_by(|p, q| {
+                p.1.errors
+                    .norm_squared()
+                    .total_cmp(&q.1.errors.norm_squared())
+            })
+            .ok_or("the search for the least prediction error found no minimum")?;
+        let noise_variance = at.errors.norm_squared() / freedom(at.errors.len(), theta.len())?;
+        let covariance = unit_covariance(&at)? * noise_variance;
+        let plain = model.phi.ncols();
+        Ok(Estimate {
+            error: Error::Equation,
+            layout: problem.layout(),
+            sample_time: problem.sample_time,
+            covariance: covariance.view((0, 0), (plain, plain)).into_owned(),
+            noise_variance,
+            noise_model: theta.rows(plain, model.n).iter().copied().collect(),
+            residuals: by_run(problem, at.errors.as_slice()),
+            theta: theta.rows(0, plain).into_owned(),
+            physical: None,
         })
-        .ok_or("the search for the least prediction error found no minimum")?;
-    let noise_variance = at.errors.norm_squared() / freedom(at.errors.len(), theta.len())?;
-    let covariance = unit_covariance(&at)? * noise_variance;
-    let plain = model.phi.ncols();
-    Ok(Estimate {
-        method: Method::Armax,
-        layout: problem.layout(),
-        sample_time: problem.sample_time,
-        covariance: covariance.view((0, 0), (plain, plain)).into_owned(),
-        noise_variance,
-        noise_model: theta.rows(plain, n).iter().copied().collect(),
-        residuals: by_run(problem, at.errors.as_slice()),
-        theta: theta.rows(0, plain).into_owned(),
-    })
+    }
+
+    fn learner(&self, problem: &Problem<'_>) -> Result<Box<dyn Recursive>, String> {
+        recursion(Kind::PredictionError, problem)
+    }
 }
 
-struct Armax {
+/// The difference equation of records, ready to be gone through with any noise model.
+pub(crate) struct Equation {
     /// The regression without noise.
     phi: DMatrix<f64>,
     outputs: DVector<f64>,
@@ -74,11 +78,41 @@ struct Armax {
     n: usize,
 }
 
-impl Armax {
+impl Equation {
+    pub(crate) fn of(problem: &Problem<'_>) -> Self {
+        let (phi, outputs) = regression(problem);
+        let counts = by_run(problem, outputs.as_slice());
+        Self {
+            counts: counts.iter().map(Vec::len).collect(),
+            n: problem.structure.poles,
+            phi,
+            outputs,
+        }
+    }
+
+    /// `e` with the parameters of the equation and `c1 ... cn`.
+    pub(crate) fn errors(&self, theta: &DVector<f64>, noise: &[f64]) -> Vec<f64> {
+        let mut c = vec![1.0];
+        c.extend(noise);
+        let equation = &self.outputs - &self.phi * theta;
+        self.through(&c, equation.as_slice())
+    }
+
+    /// What was found in a part, without its constant.
+    fn continued(&self, found: &Estimate) -> DVector<f64> {
+        let plain = self.phi.ncols();
+        let known = found.layout.b(0);
+        DVector::from_fn(plain + self.n, |i, _| match i.checked_sub(plain) {
+            Some(i) => found.noise_model[i],
+            None if i < known.end => found.theta[i],
+            None => 0.0,
+        })
+    }
+
     /// Where searches begin: least squares, and extended least squares.
     fn starts(&self) -> Result<Vec<DVector<f64>>, String> {
         let plain = self.phi.ncols();
-        let first = Triangle::of(self.phi.clone(), self.outputs.clone())?.solution()?;
+        let first = Triangle::of(&self.phi, &self.outputs)?.solution()?;
         let mut theta = first.clone().insert_rows(plain, self.n, 0.0);
         for _ in 0..ROUNDS {
             let errors = self.linearised(&theta).errors;
@@ -87,7 +121,7 @@ impl Armax {
             }
             let mut phi = self.phi.clone().insert_columns(plain, self.n, 0.0);
             self.shifted(errors.as_slice(), |row, i, e| phi[(row, plain + i - 1)] = e);
-            match Triangle::of(phi, self.outputs.clone()).and_then(|t| t.solution()) {
+            match Triangle::of(&phi, &self.outputs).and_then(|t| t.solution()) {
                 Ok(found) if self.cost(&found).is_finite() => theta = found,
                 _ => break,
             }
@@ -98,7 +132,7 @@ impl Armax {
     /// Where noise on the gyro alone would lead: the best simulation, with `C` near `A`.
     fn of_simulation(&self, problem: &Problem<'_>) -> Option<DVector<f64>> {
         let plain = self.phi.ncols();
-        let simulation = output_error::fit(problem).ok()?;
+        let simulation = OutputError.fit(problem).ok()?;
         let mut theta = simulation.theta.rows(0, plain).into_owned();
         let a: Vec<f64> = theta.rows(0, self.n).iter().copied().collect();
         let steady = 1.0 + a.iter().sum::<f64>();
@@ -138,8 +172,8 @@ impl Armax {
         let plain = self.phi.ncols();
         let mut c = vec![1.0];
         c.extend(theta.rows(plain, self.n).iter());
-        let equation = &self.outputs - &self.phi * theta.rows(0, plain);
-        let errors = DVector::from_vec(self.through(&c, equation.as_slice()));
+        let errors = self.errors(&theta.rows(0, plain).into_owned(), &c[1..]);
+        let errors = DVector::from_vec(errors);
         let mut slopes = self.phi.clone().insert_columns(plain, self.n, 0.0);
         self.shifted(errors.as_slice(), |row, i, e| {
             slopes[(row, plain + i - 1)] = e

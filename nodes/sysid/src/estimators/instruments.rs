@@ -17,7 +17,8 @@ use planesman_linear::polynomial::{self, product};
 use super::least_squares::regression;
 use super::levenberg_marquardt::Linearised;
 use super::output_error::Simulator;
-use super::{Estimate, Method};
+use super::recursive::{Kind, Recursive};
+use super::{Estimate, Estimator, LeastSquares, recursion};
 use crate::batch::Triangle;
 use crate::structure::{Problem, filter};
 
@@ -39,34 +40,47 @@ const RATES: usize = 7;
 /// Starts worth going on from.
 const STARTS: usize = 3;
 
-/// The estimate.
-///
-/// # Errors
-/// A sentence, when the rounds settle nowhere or the records do not determine every parameter.
-pub fn fit(problem: &Problem<'_>) -> Result<Estimate, String> {
-    let simulator = Simulator::new(problem);
-    let (theta, at) = starts(problem, &simulator)?
-        .into_iter()
-        .filter_map(|start| settle(problem, &simulator, start))
-        .map(|theta| {
-            let at = simulator.linearised(&theta);
-            (theta, at)
-        })
-        .min_by(|p, q| cost(&p.1).total_cmp(&cost(&q.1)))
-        .ok_or("the instrumental variables settle nowhere")?;
-    simulator.estimate(Method::Instruments, theta, &at, cost(&at))
+/// Refined instrumental variables (SRIV).
+#[derive(Clone, Copy, Debug)]
+pub struct Instruments;
+
+impl Estimator for Instruments {
+    fn fit(&self, problem: &Problem<'_>) -> Result<Estimate, String> {
+        let simulator = Simulator::new(problem);
+        let (theta, at) = starts(self, problem, &simulator)?
+            .into_iter()
+            .filter_map(|start| settle(problem, &simulator, start))
+            .map(|theta| {
+                let at = simulator.linearised(&theta);
+                (theta, at)
+            })
+            .min_by(|p, q| cost(&p.1).total_cmp(&cost(&q.1)))
+            .ok_or("the instrumental variables settle nowhere")?;
+        simulator.estimate(theta, &at)
+    }
+
+    fn learner(&self, problem: &Problem<'_>) -> Result<Box<dyn Recursive>, String> {
+        recursion(Kind::OutputError, problem)
+    }
 }
 
 /// Parameters to begin a search at, those of the least output error first: least squares through
-/// each of the first filters, real poles on a grid, and everything else that goes best with them.
+/// each of the first filters, real poles on a grid, and everything else that goes best with them. Of long
+/// records, the poles that `estimator` finds in a part.
 ///
 /// # Errors
 /// A sentence, when the records do not determine every parameter even then.
 pub(crate) fn starts(
+    estimator: &dyn Estimator,
     problem: &Problem<'_>,
     simulator: &Simulator<'_>,
 ) -> Result<Vec<DVector<f64>>, String> {
     let n = problem.structure.poles;
+    if let Some(part) = problem.part() {
+        let found = estimator.fit(&part)?;
+        let start = completed(problem, simulator, &found.theta.as_slice()[..n]);
+        return Ok(vec![start.ok_or_else(|| why_not(problem))?]);
+    }
     let filtered = FIRST_FILTERS.iter().filter_map(|rho| {
         let den = (0..n).fold(vec![1.0], |den, _| product(&den, &[1.0, -rho]));
         let theta = filtered_least_squares(problem, &den)?;
@@ -123,7 +137,8 @@ fn real_poles(problem: &Problem<'_>) -> Vec<Vec<f64>> {
 
 /// Why no start was found: what least squares says of the record.
 fn why_not(problem: &Problem<'_>) -> String {
-    super::least_squares::fit(problem)
+    LeastSquares
+        .fit(problem)
         .err()
         .unwrap_or_else(|| "the record determines no stable model".to_owned())
 }
@@ -156,7 +171,7 @@ fn filtered_least_squares(problem: &Problem<'_>, den: &[f64]) -> Option<DVector<
         }
         row += count;
     }
-    Triangle::of(phi, outputs).ok()?.solution().ok()
+    Triangle::of(&phi, &outputs).ok()?.solution().ok()
 }
 
 /// The poles given, everything else that comes nearest the output: it enters linearly.
@@ -166,7 +181,7 @@ fn completed(problem: &Problem<'_>, simulator: &Simulator<'_>, a: &[f64]) -> Opt
     theta.rows_mut(0, a.len()).copy_from_slice(a);
     let at = simulator.linearised(&theta);
     let slopes = at.slopes.columns(a.len(), count - a.len()).into_owned();
-    let rest = Triangle::of(slopes, at.errors).ok()?.solution().ok()?;
+    let rest = Triangle::of(&slopes, &at.errors).ok()?.solution().ok()?;
     theta.rows_mut(a.len(), rest.len()).copy_from(&rest);
     Some(theta)
 }

@@ -10,14 +10,17 @@
 //! (Equations: [`super::vehicle`].) Mean and transition matrix are carried from sample to sample by one
 //! Runge-Kutta step of both; the covariance is corrected in Joseph's form, which stays symmetric and
 //! positive. A filter that begins far off linearises in the wrong place and is then too sure of
-//! itself (Ljung, *IEEE Trans. Autom. Control* 24, 1979): over a record at hand, [`fit`] passes
-//! again from where it ended, with the covariance it began with.
+//! itself (Ljung, *IEEE Trans. Autom. Control* 24, 1979): over records at hand, [`VehicleFilter`] passes
+//! again, from the pitch coefficients with which it ended and the covariance with which it began. What is
+//! known of heave beforehand is what each pass begins with.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::recursive::Recursive;
-use super::vehicle::{UNKNOWNS, Vehicle, VehicleEstimate};
-use crate::structure::Run;
+use super::vehicle::{Found, NAMES, Physical, UNKNOWNS, Vehicle, VehicleSearch};
+use super::{Estimate, Estimator};
+use crate::batch::Triangle;
+use crate::structure::{Problem, Start, variance};
 
 /// Where the filter begins and what it takes for noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,8 +88,7 @@ impl Filter {
         if sample_time.is_nan() || sample_time <= 0.0 {
             return Err("the Kalman filter needs an interval above 0".to_owned());
         }
-        let n = vehicle.states();
-        let size = n + UNKNOWNS + 1;
+        let size = vehicle.states() + vehicle.unknowns() + 1;
         let mut filter = Self {
             vehicle,
             settings,
@@ -100,16 +102,13 @@ impl Filter {
         Ok(filter)
     }
 
-    /// What has been found.
+    /// The coefficients found so far.
     #[must_use]
-    pub fn estimate(&self) -> VehicleEstimate {
-        let n = self.vehicle.states();
-        VehicleEstimate {
-            vehicle: self.vehicle,
-            parameters: self.unknowns(),
-            covariance: self.p.fixed_view::<3, 3>(n, n).into_owned(),
-            biases: vec![self.x[n + UNKNOWNS]],
-            noise_variance: self.settings.noise.powi(2),
+    pub fn physical(&self) -> Physical {
+        let (n, unknowns) = (self.vehicle.states(), self.vehicle.unknowns());
+        Physical {
+            values: self.x.rows(n, unknowns).into_owned(),
+            covariance: self.p.view((n, n), (unknowns, unknowns)).into_owned(),
         }
     }
 
@@ -135,40 +134,56 @@ impl Filter {
         self.error
     }
 
-    /// What is known of the vehicle.
+    /// The vehicle's sampled equations, and their slopes by the unknowns ([`Vehicle::sampled`]).
     #[must_use]
-    pub fn vehicle(&self) -> Vehicle {
-        self.vehicle
+    pub fn sampled(&self) -> (DVector<f64>, DMatrix<f64>) {
+        let coefficients = self.coefficients(&self.x);
+        self.vehicle.sampled(&coefficients, self.sample_time)
     }
 
-    /// `kappa, beta, mu, bias` and their covariance.
+    /// The unknown coefficients and the bias, and their covariance.
     #[must_use]
     pub fn learnt(&self) -> (DVector<f64>, DMatrix<f64>) {
         let n = self.vehicle.states();
-        let count = UNKNOWNS + 1;
+        let count = self.vehicle.unknowns() + 1;
         (
             self.x.rows(n, count).into_owned(),
             self.p.view((n, n), (count, count)).into_owned(),
         )
     }
 
-    fn unknowns(&self) -> [f64; UNKNOWNS] {
-        let n = self.vehicle.states();
-        [self.x[n], self.x[n + 1], self.x[n + 2]]
+    /// The bias found so far, output unit.
+    #[must_use]
+    pub fn bias(&self) -> f64 {
+        self.x[self.x.len() - 1]
+    }
+
+    /// All coefficients at a state.
+    fn coefficients(&self, x: &DVector<f64>) -> DVector<f64> {
+        let (n, unknowns) = (self.vehicle.states(), self.vehicle.unknowns());
+        let mut coefficients = self.vehicle.coefficients([0.0; UNKNOWNS]);
+        coefficients
+            .rows_mut(0, unknowns)
+            .copy_from(&x.rows(n, unknowns));
+        coefficients
     }
 
     /// `f(x, u)` and its slope by x.
     fn equations(&self, x: &DVector<f64>, u: f64) -> (DVector<f64>, DMatrix<f64>) {
         let n = self.vehicle.states();
-        let (a, b) = self.vehicle.equations([x[n], x[n + 1], x[n + 2]]);
+        let equations = self.vehicle.equations(&self.coefficients(x));
+        let driven = x.rows(0, n).into_owned().push(u);
         let size = x.len();
         let mut f = DVector::zeros(size);
-        f.rows_mut(0, n).copy_from(&(&a * x.rows(0, n) + b * u));
+        f.rows_mut(0, n).copy_from(&(&equations * &driven));
         let mut slope = DMatrix::zeros(size, size);
-        slope.view_mut((0, 0), (n, n)).copy_from(&a);
-        slope[(0, n)] = u;
-        slope[(0, n + 1)] = -x[0];
-        slope[(0, n + 2)] = -x[1];
+        slope
+            .view_mut((0, 0), (n, n))
+            .copy_from(&equations.columns(0, n));
+        for i in 0..self.vehicle.unknowns() {
+            let (row, column, sign) = self.vehicle.place(i);
+            slope[(row, n + i)] = sign * driven[column];
+        }
         (f, slope)
     }
 
@@ -208,7 +223,8 @@ impl Filter {
         let ph = &self.p * &h;
         let mut gain = &ph / (h.dot(&ph) + r);
         if self.frozen {
-            gain.rows_mut(size - UNKNOWNS - 1, UNKNOWNS + 1).fill(0.0);
+            let n = self.vehicle.states();
+            gain.rows_mut(n, size - n).fill(0.0);
         }
         let error = y - h.dot(&self.x);
         self.error = Some(error);
@@ -225,15 +241,10 @@ impl Filter {
 impl Recursive for Filter {
     fn begin(&mut self, output: f64) {
         // The motion is forgotten, parameters and bias are kept.
-        let n = self.vehicle.states();
-        let kept = self
-            .p
-            .view((n, n), (UNKNOWNS + 1, UNKNOWNS + 1))
-            .into_owned();
+        let (n, kept) = (self.vehicle.states(), self.vehicle.unknowns() + 1);
+        let (_, known) = self.learnt();
         self.p.fill(0.0);
-        self.p
-            .view_mut((n, n), (UNKNOWNS + 1, UNKNOWNS + 1))
-            .copy_from(&kept);
+        self.p.view_mut((n, n), (kept, kept)).copy_from(&known);
         for i in 0..n {
             self.x[i] = 0.0;
             self.p[(i, i)] = self.settings.motion.powi(2);
@@ -249,12 +260,16 @@ impl Recursive for Filter {
     }
 
     fn parameters(&self) -> DVector<f64> {
-        DVector::from_row_slice(&self.unknowns())
+        self.physical().values
+    }
+
+    fn names(&self) -> Vec<String> {
+        let names = NAMES.iter().take(self.vehicle.unknowns());
+        names.map(|name| (*name).to_owned()).collect()
     }
 
     fn covariance(&self) -> Option<DMatrix<f64>> {
-        let n = self.vehicle.states();
-        Some(self.p.view((n, n), (UNKNOWNS, UNKNOWNS)).into_owned())
+        Some(self.physical().covariance)
     }
 
     fn reset(&mut self) {
@@ -268,33 +283,208 @@ impl Recursive for Filter {
             self.x[n + i] = self.settings.parameters[i];
             self.p[(n + i, n + i)] = self.settings.deviations[i].powi(2);
         }
-        let bias = n + UNKNOWNS;
+        for (i, (known, deviation)) in self.vehicle.prior().into_iter().enumerate() {
+            let at = n + UNKNOWNS + i;
+            self.x[at] = known;
+            self.p[(at, at)] = deviation.powi(2);
+        }
+        let bias = self.x.len() - 1;
         self.p[(bias, bias)] = self.settings.bias_deviation.powi(2);
     }
 }
 
-/// The filter over a record, `passes` times, each beginning where the last one ended.
-///
-/// # Errors
-/// As [`Filter::new`]; a filter that leaves the numbers that can be reckoned with.
-pub fn fit(
-    vehicle: Vehicle,
-    sample_time: f64,
-    settings: Settings,
-    run: Run<'_>,
-    passes: usize,
-) -> Result<VehicleEstimate, String> {
-    let mut settings = settings;
-    let mut found = None;
-    for _ in 0..passes.max(1) {
-        let mut filter = Filter::new(vehicle, sample_time, settings)?;
-        super::recursive::learn(&mut filter, run);
-        let estimate = filter.estimate();
-        if estimate.parameters.iter().any(|v| !v.is_finite()) {
-            return Err("the Kalman filter diverged".to_owned());
+/// What a filter is told of the unknowns before its first sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Guess {
+    /// `kappa`, `beta`, `mu`.
+    pub parameters: [f64; UNKNOWNS],
+    /// Their standard deviations.
+    pub deviations: [f64; UNKNOWNS],
+    /// The bias' standard deviation about 0, output unit.
+    pub bias_deviation: f64,
+}
+
+/// Passes over a record.
+const PASSES: usize = 4;
+
+/// The filter over records, one after the other, again and again. Of the problem's structure only the offset
+/// and how records begin are heeded.
+#[derive(Clone, Copy, Debug)]
+pub struct VehicleFilter {
+    /// What is known of the vehicle.
+    pub vehicle: Vehicle,
+    /// Where to begin; `None` for a guess from the records that may be as far off as it is large.
+    pub guess: Option<Guess>,
+    /// The noise's standard deviation, output unit; `None` to take it from the records' second differences,
+    /// which white noise makes `sqrt(6)` times as large and a slow vehicle hardly any.
+    pub noise: Option<f64>,
+    /// How far the bias drifts in one second, output unit.
+    pub bias_drift: f64,
+    /// How far disturbances move the rate in one second, output unit.
+    pub disturbance: f64,
+    /// Passes over the records.
+    pub passes: usize,
+}
+
+impl VehicleFilter {
+    /// Four passes from a guess, with a constant bias and no disturbance.
+    #[must_use]
+    pub fn of(vehicle: Vehicle) -> Self {
+        Self {
+            vehicle,
+            guess: None,
+            noise: None,
+            bias_drift: 0.0,
+            disturbance: 0.0,
+            passes: PASSES,
         }
-        settings.parameters = estimate.parameters;
-        found = Some(estimate);
     }
-    found.ok_or_else(|| "the Kalman filter saw nothing".to_owned())
+
+    fn settings(&self, problem: &Problem<'_>) -> Result<Settings, String> {
+        let all: Vec<f64> = problem
+            .runs
+            .iter()
+            .flat_map(|run| run.outputs.iter().copied())
+            .collect();
+        let size = (all.iter().map(|y| y * y).sum::<f64>() / all.len().max(1) as f64).sqrt();
+        let guess = match self.guess {
+            Some(guess) => guess,
+            None => self.guessed(problem, size)?,
+        };
+        let noise = self
+            .noise
+            .unwrap_or_else(|| second_differences(problem).max(1e-6 * size));
+        Ok(Settings {
+            parameters: guess.parameters,
+            deviations: guess.deviations,
+            bias_deviation: if problem.structure.offset {
+                guess.bias_deviation
+            } else {
+                0.0
+            },
+            noise,
+            bias_drift: self.bias_drift,
+            drift: [0.0; UNKNOWNS],
+            disturbance: self.disturbance,
+            motion: match problem.structure.start {
+                Start::Rest => 0.0,
+                Start::Motion => size,
+            },
+        })
+    }
+
+    /// The best of a coarse grid.
+    fn guessed(&self, problem: &Problem<'_>, size: f64) -> Result<Guess, String> {
+        let search = VehicleSearch {
+            vehicle: self.vehicle,
+        };
+        let starts = search.starts(problem)?;
+        let parameters = [0, 1, 2].map(|i| starts[0][i]);
+        Ok(Guess {
+            parameters,
+            deviations: parameters.map(f64::abs),
+            bias_deviation: size,
+        })
+    }
+
+    /// The state at a record's beginning with which its simulation comes nearest.
+    fn beginning(
+        &self,
+        problem: &Problem<'_>,
+        run: usize,
+        coefficients: &DVector<f64>,
+        bias: f64,
+    ) -> (DVector<f64>, DMatrix<f64>) {
+        let (n, unknowns) = (self.vehicle.states(), self.vehicle.unknowns());
+        let rest = (DVector::zeros(n), DMatrix::zeros(n, n));
+        if problem.structure.start == Start::Rest {
+            return rest;
+        }
+        let run = problem.runs[run];
+        let dt = problem.sample_time;
+        let (rate, by) = self
+            .vehicle
+            .simulate(coefficients, rest.0.clone(), dt, run.inputs);
+        let pairs = run.outputs.iter().zip(&rate);
+        let errors = DVector::from_iterator(rate.len(), pairs.map(|(y, q)| y - q - bias));
+        let found = Triangle::of(&by.columns(unknowns, n).into_owned(), &errors)
+            .and_then(|triangle| Ok((triangle.solution()?, triangle.unit_covariance()?)));
+        found.unwrap_or(rest)
+    }
+}
+
+/// The noise that the outputs' second differences would be made by, as a standard deviation.
+fn second_differences(problem: &Problem<'_>) -> f64 {
+    let differences: Vec<f64> = problem
+        .runs
+        .iter()
+        .flat_map(|run| run.outputs.windows(3).map(|y| y[0] - 2.0 * y[1] + y[2]))
+        .collect();
+    (variance(&differences) / 6.0).sqrt()
+}
+
+impl Estimator for VehicleFilter {
+    fn fit(&self, problem: &Problem<'_>) -> Result<Estimate, String> {
+        let mut settings = self.settings(problem)?;
+        let mut filter = Filter::new(self.vehicle, problem.sample_time, settings)?;
+        let (mut biases, mut residuals) = (Vec::new(), Vec::new());
+        for _ in 0..self.passes.max(1) {
+            filter = Filter::new(self.vehicle, problem.sample_time, settings)?;
+            (biases, residuals) = (Vec::new(), Vec::new());
+            for run in &problem.runs {
+                let mut innovations = Vec::with_capacity(run.outputs.len());
+                for (k, output) in run.outputs.iter().enumerate() {
+                    match k {
+                        0 => filter.begin(*output),
+                        k => filter.push(run.inputs[k - 1], *output),
+                    }
+                    innovations.extend(filter.error());
+                }
+                biases.push(filter.bias());
+                residuals.push(innovations);
+            }
+            let found = filter.physical().values;
+            if found.iter().any(|v| !v.is_finite()) {
+                return Err("the Kalman filter diverged".to_owned());
+            }
+            settings.parameters = [found[0], found[1], found[2]];
+        }
+        let coefficients = filter.coefficients(&filter.x);
+        let noise_variance = settings.noise.powi(2);
+        let unknowns = self.vehicle.unknowns();
+        let count = self.vehicle.count(&problem.structure, problem.runs.len());
+        let mut motions = Vec::new();
+        // The filter has one bias for all records.
+        let (_, known) = filter.learnt();
+        let of_filter = |i: usize| i.min(unknowns);
+        let mut covariance =
+            DMatrix::from_fn(count, count, |i, j| known[(of_filter(i), of_filter(j))]);
+        for (run, bias) in biases.iter().enumerate() {
+            let (x, unit) = self.beginning(problem, run, &coefficients, *bias);
+            let (_, at) = self.vehicle.columns(&problem.structure, run);
+            for i in at.clone() {
+                covariance.row_mut(i).fill(0.0);
+                covariance.column_mut(i).fill(0.0);
+            }
+            covariance
+                .view_mut((at.start, at.start), (at.len(), at.len()))
+                .copy_from(&(unit.view((0, 0), (at.len(), at.len())) * noise_variance));
+            motions.push(x);
+        }
+        let found = Found {
+            coefficients,
+            biases,
+            motions,
+            covariance,
+            noise_variance,
+            residuals,
+        };
+        Ok(self.vehicle.estimate(problem, found))
+    }
+
+    fn learner(&self, problem: &Problem<'_>) -> Result<Box<dyn Recursive>, String> {
+        let settings = self.settings(problem)?;
+        let filter = Filter::new(self.vehicle, problem.sample_time, settings)?;
+        Ok(Box::new(filter))
+    }
 }

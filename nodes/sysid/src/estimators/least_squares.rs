@@ -9,30 +9,38 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{Estimate, Method};
+use super::recursive::{Kind, Recursive};
+use super::{Error, Estimate, Estimator, recursion};
 use crate::batch::Triangle;
 use crate::structure::Problem;
 
-/// The estimate.
-///
-/// # Errors
-/// A sentence, when the records do not determine every parameter.
-pub fn fit(problem: &Problem<'_>) -> Result<Estimate, String> {
-    let (phi, outputs) = regression(problem);
-    let triangle = Triangle::of(phi.clone(), outputs.clone())?;
-    let theta = triangle.solution()?;
-    let noise_variance = triangle.cost / freedom(triangle.rows, theta.len())?;
-    let residuals = outputs - phi * &theta;
-    Ok(Estimate {
-        method: Method::LeastSquares,
-        layout: problem.layout(),
-        sample_time: problem.sample_time,
-        covariance: triangle.unit_covariance()? * noise_variance,
-        noise_variance,
-        noise_model: Vec::new(),
-        residuals: by_run(problem, residuals.as_slice()),
-        theta,
-    })
+/// Least squares on the equation error, as the thesis.
+#[derive(Clone, Copy, Debug)]
+pub struct LeastSquares;
+
+impl Estimator for LeastSquares {
+    fn fit(&self, problem: &Problem<'_>) -> Result<Estimate, String> {
+        let (phi, outputs) = regression(problem);
+        let triangle = Triangle::of(&phi, &outputs)?;
+        let theta = triangle.solution()?;
+        let noise_variance = triangle.cost / freedom(triangle.rows, theta.len())?;
+        let residuals = outputs - phi * &theta;
+        Ok(Estimate {
+            error: Error::Equation,
+            layout: problem.layout(),
+            sample_time: problem.sample_time,
+            covariance: triangle.unit_covariance()? * noise_variance,
+            noise_variance,
+            noise_model: Vec::new(),
+            residuals: by_run(problem, residuals.as_slice()),
+            theta,
+            physical: None,
+        })
+    }
+
+    fn learner(&self, problem: &Problem<'_>) -> Result<Box<dyn Recursive>, String> {
+        recursion(Kind::LeastSquares, problem)
+    }
 }
 
 /// Rows beyond the parameters.

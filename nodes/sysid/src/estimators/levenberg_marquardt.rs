@@ -54,26 +54,24 @@ pub fn minimise(
     }
     let mut damping = 1e-3;
     for _ in 0..STEPS {
-        let Some((step, expected)) = step(&here, damping)? else {
+        let Some(valley) = Valley::of(&here)? else {
             break;
         };
-        if expected <= ENOUGH * here.cost() {
-            break;
-        }
         let mut better = None;
-        let mut trial = step;
         for _ in 0..TRIALS {
-            let there = &theta + &trial;
+            let Some((step, expected)) = valley.step(damping) else {
+                break;
+            };
+            if expected <= ENOUGH * here.cost() {
+                break;
+            }
+            let there = &theta + &step;
             let found = linearise(&there);
             if found.cost() < here.cost() {
                 better = Some((there, found));
                 break;
             }
             damping = (damping * 4.0).max(1e-9);
-            match self::step(&here, damping)? {
-                Some((shorter, _)) => trial = shorter,
-                None => break,
-            }
         }
         let Some((there, found)) = better else {
             break;
@@ -84,38 +82,46 @@ pub fn minimise(
     Ok((theta, here))
 }
 
-/// The damped step and the fall of the cost a linear model would give; `None` when nothing slopes.
-fn step(at: &Linearised, damping: f64) -> Result<Option<(DVector<f64>, f64)>, String> {
-    let (rows, parameters) = at.slopes.shape();
-    let scales: Vec<f64> = at
-        .slopes
-        .column_iter()
-        .map(|column| column.norm())
-        .collect();
-    if scales.iter().any(|scale| !scale.is_finite()) {
-        return Err("the search left the numbers that can be reckoned with".to_owned());
-    }
-    let largest = scales.iter().copied().fold(0.0, f64::max);
-    if largest == 0.0 {
-        return Ok(None);
-    }
-    let scale = |j: usize| if scales[j] > 0.0 { scales[j] } else { largest };
-    let mut stacked = DMatrix::zeros(rows + parameters, parameters);
-    for j in 0..parameters {
-        for i in 0..rows {
-            stacked[(i, j)] = at.slopes[(i, j)] / scale(j);
+/// The linear problem at a point, its columns of equal length.
+struct Valley {
+    triangle: Triangle,
+    scales: Vec<f64>,
+    cost: f64,
+}
+
+impl Valley {
+    /// `None` when nothing slopes.
+    fn of(at: &Linearised) -> Result<Option<Self>, String> {
+        let mut scales = lengths(&at.slopes);
+        if scales.iter().any(|scale| !scale.is_finite()) {
+            return Err("the search left the numbers that can be reckoned with".to_owned());
         }
-        stacked[(rows + j, j)] = damping.max(1e-20).sqrt();
+        let largest = scales.iter().copied().fold(0.0, f64::max);
+        if largest == 0.0 {
+            return Ok(None);
+        }
+        for scale in scales.iter_mut().filter(|scale| **scale == 0.0) {
+            *scale = largest;
+        }
+        Ok(Some(Self {
+            triangle: Triangle::of(&at.slopes, &at.errors)?.scaled(&scales),
+            cost: at.cost(),
+            scales,
+        }))
     }
-    let mut errors = DVector::zeros(rows + parameters);
-    errors.rows_mut(0, rows).copy_from(&at.errors);
-    let triangle = Triangle::of(stacked, errors)?;
-    let Ok(scaled) = triangle.solution() else {
-        return Ok(None);
-    };
-    let expected = at.errors.norm_squared() - triangle.cost;
-    let step = DVector::from_fn(parameters, |j, _| scaled[j] / scale(j));
-    Ok(Some((step, expected)))
+
+    /// The damped step, and the fall of the cost that a linear model would give.
+    fn step(&self, damping: f64) -> Option<(DVector<f64>, f64)> {
+        let damped = self.triangle.clone().damped(damping.max(1e-20).sqrt());
+        let scaled = damped.solution().ok()?;
+        let step = DVector::from_fn(scaled.len(), |j, _| scaled[j] / self.scales[j]);
+        Some((step, self.cost - damped.cost))
+    }
+}
+
+/// The columns' lengths.
+fn lengths(slopes: &DMatrix<f64>) -> Vec<f64> {
+    slopes.column_iter().map(|column| column.norm()).collect()
 }
 
 /// `(psi'psi)^-1`, reckoned with columns of equal length.
@@ -123,18 +129,12 @@ fn step(at: &Linearised, damping: f64) -> Result<Option<(DVector<f64>, f64)>, St
 /// # Errors
 /// A sentence, when the slopes do not determine every parameter.
 pub fn unit_covariance(at: &Linearised) -> Result<DMatrix<f64>, String> {
-    let scales: Vec<f64> = at
-        .slopes
-        .column_iter()
-        .map(|column| column.norm())
-        .collect();
-    let mut slopes = at.slopes.clone();
-    for (mut column, scale) in slopes.column_iter_mut().zip(&scales) {
-        if *scale > 0.0 {
-            column /= *scale;
-        }
+    let mut scales = lengths(&at.slopes);
+    for scale in scales.iter_mut().filter(|scale| **scale == 0.0) {
+        *scale = 1.0;
     }
-    let covariance = Triangle::of(slopes, at.errors.clone())?.unit_covariance()?;
+    let triangle = Triangle::of(&at.slopes, &at.errors)?.scaled(&scales);
+    let covariance = triangle.unit_covariance()?;
     Ok(DMatrix::from_fn(scales.len(), scales.len(), |i, j| {
         covariance[(i, j)] / (scales[i] * scales[j])
     }))

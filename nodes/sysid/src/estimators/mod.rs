@@ -1,14 +1,15 @@
-//! Every way to find a transfer function's unknowns, behind one call.
+//! Every way to find a system in records, behind one trait.
 //!
-//! | method | minimises, or solves | consistent when the noise is |
+//! | estimator | minimises, or solves | consistent when the noise is |
 //! |---|---|---|
-//! | [`least_squares`] | the equation error `A y - B u`, by QR | white in the equation (rarely so) |
-//! | [`armax`] | the one-step error of `A y = B u + C e` | a moving average through the plant's poles |
-//! | [`output_error`] | the simulated error `y - (B/A) u` | anything the input does not cause |
-//! | [`instruments`] | `A y = B u` with simulated outputs as instruments | anything the input does not cause |
-//!
-//! Beside them: [`recursive`], the first three a sample at a time; [`vehicle`] and [`kalman`], which
-//! seek the vehicle's own coefficients, as a whole and a sample at a time.
+//! | [`LeastSquares`] | the equation error `A y - B u`, by QR | white in the equation (rarely so) |
+//! | [`Armax`] | the one-step error of `A y = B u + C e` | a moving average through the plant's poles |
+//! | [`OutputError`] | the simulated error `y - (B/A) u` | anything the input does not cause |
+//! | [`Instruments`] | `A y = B u` with simulated outputs as instruments | anything the input does not cause |
+//! | [`Recursively`] | least squares, ARMAX, output error, a sample at a time | as those |
+//! | [`VehicleSearch`] | the simulated error of the vehicle's own equations | anything the input does not cause |
+//! | [`VehicleFilter`] | state and coefficients of the same, by a Kalman filter | white, beside a drifting bias |
+//! | [`TwoStages`] | any of these on the part of the input that a reference causes | anything the reference does not cause |
 //!
 //! Source: Ljung, *System Identification*, 2nd ed., 1999, ch. 7, 10, 11;
 //! what the thesis used is the first (Brunner, NPS thesis, 1988, ch. V).
@@ -18,23 +19,62 @@ pub mod instruments;
 pub mod kalman;
 pub mod least_squares;
 pub mod levenberg_marquardt;
+pub mod method;
 pub mod output_error;
 pub mod recursive;
+pub mod two_stages;
 pub mod vehicle;
 
 use std::fmt;
-use std::str::FromStr;
 
 use nalgebra::{DMatrix, DVector};
 
+pub use armax::Armax;
+pub use instruments::Instruments;
+pub use kalman::VehicleFilter;
+pub use least_squares::LeastSquares;
+pub use method::{Knowledge, Method};
+pub use output_error::OutputError;
+pub use recursive::Recursively;
+pub use two_stages::TwoStages;
+pub use vehicle::VehicleSearch;
+
 use crate::model::Model;
-use crate::structure::{Layout, Problem, Run, filter};
+use crate::structure::{Layout, Problem, Run, Structure, filter};
+use recursive::{Kind, Options, Recursion, Recursive};
+use vehicle::Physical;
+
+/// What finds a system in records.
+pub trait Estimator: fmt::Debug + Send + Sync {
+    /// Finds the unknowns.
+    ///
+    /// # Errors
+    /// A sentence: records that do not determine the unknowns, a search that finds no minimum, a
+    /// structure the estimator is not for.
+    fn fit(&self, problem: &Problem<'_>) -> Result<Estimate, String>;
+
+    /// The estimator's recursive form before its first sample, to watch it learn.
+    ///
+    /// # Errors
+    /// A sentence, when it has none for this problem.
+    fn learner(&self, problem: &Problem<'_>) -> Result<Box<dyn Recursive>, String>;
+}
+
+/// The recursion of a kind that batch estimators are watched by.
+fn recursion(kind: Kind, problem: &Problem<'_>) -> Result<Box<dyn Recursive>, String> {
+    let structure = Structure {
+        own_numerators: false,
+        ..problem.structure.clone()
+    };
+    let recursion = Recursion::new(kind, structure, problem.sample_time, Options::default())?;
+    Ok(Box::new(recursion))
+}
 
 /// What an estimator found.
 #[derive(Clone, Debug)]
 pub struct Estimate {
-    /// How it was found.
-    pub method: Method,
+    /// What the residuals are, and where a constant stands.
+    pub error: Error,
     /// Where each unknown stands in theta.
     pub layout: Layout,
     /// The interval between samples, s.
@@ -49,6 +89,8 @@ pub struct Estimate {
     pub noise_model: Vec<f64>,
     /// What the method took for noise in each record, output unit.
     pub residuals: Vec<Vec<f64>>,
+    /// The vehicle's own coefficients, where those were sought.
+    pub physical: Option<Physical>,
 }
 
 impl Estimate {
@@ -84,7 +126,7 @@ impl Estimate {
         let Some(at) = self.layout.offset(run) else {
             return 0.0;
         };
-        if self.method.offset_is_in_the_equation() {
+        if self.error == Error::Equation {
             // offset = constant / A(1); with a pole at 1 there is none.
             let steady = 1.0 + self.theta.rows(0, self.layout.structure.poles).sum();
             let offset = self.theta[at] / steady;
@@ -134,76 +176,11 @@ impl Estimate {
     }
 }
 
-/// The ways there are.
+/// What is made small.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Method {
-    /// Least squares on the equation error, as the thesis.
-    LeastSquares,
-    /// ARMAX: the equation error with a model of the noise.
-    Armax,
-    /// Output error.
-    OutputError,
-    /// Refined instrumental variables (SRIV).
-    Instruments,
-}
-
-impl Method {
-    /// All of them.
-    pub const ALL: [Self; 4] = [
-        Self::LeastSquares,
-        Self::Armax,
-        Self::OutputError,
-        Self::Instruments,
-    ];
-
-    /// The name it is asked for by.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::LeastSquares => "least_squares",
-            Self::Armax => "armax",
-            Self::OutputError => "output_error",
-            Self::Instruments => "instruments",
-        }
-    }
-
-    /// Whether the constant stands in the difference equation, `A y = B u + constant`, and not on
-    /// the output.
-    fn offset_is_in_the_equation(self) -> bool {
-        matches!(self, Self::LeastSquares | Self::Armax)
-    }
-
-    /// Finds the unknowns from whole records.
-    ///
-    /// # Errors
-    /// A sentence: records that do not determine the unknowns, a search that finds no minimum, a
-    /// structure the method is not for.
-    pub fn fit(self, problem: &Problem<'_>) -> Result<Estimate, String> {
-        match self {
-            Self::LeastSquares => least_squares::fit(problem),
-            Self::Armax => armax::fit(problem),
-            Self::OutputError => output_error::fit(problem),
-            Self::Instruments => instruments::fit(problem),
-        }
-    }
-}
-
-impl fmt::Display for Method {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl FromStr for Method {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        Self::ALL
-            .into_iter()
-            .find(|method| method.name() == text)
-            .ok_or_else(|| {
-                let names: Vec<&str> = Self::ALL.iter().map(|method| method.name()).collect();
-                format!("no estimator '{text}'; there are {}", names.join(", "))
-            })
-    }
+pub enum Error {
+    /// `A y - B u - constant`, white or through a noise model: the constant stands in the equation.
+    Equation,
+    /// `y - (B/A) u - offset`: the constant stands on the output.
+    Output,
 }

@@ -13,28 +13,34 @@ use nalgebra::{DMatrix, DVector};
 
 use super::least_squares::freedom;
 use super::levenberg_marquardt::{Linearised, minimise, unit_covariance};
-use super::{Estimate, Method, instruments};
+use super::recursive::{Kind, Recursive};
+use super::{Error, Estimate, Estimator, instruments, recursion};
 use crate::structure::{Layout, Problem, filter};
 
-/// The estimate.
-///
-/// # Errors
-/// A sentence, when no start leads to a minimum that determines every parameter.
-pub fn fit(problem: &Problem<'_>) -> Result<Estimate, String> {
-    let simulator = Simulator::new(problem);
-    let mut best: Option<(DVector<f64>, Linearised)> = None;
-    for start in instruments::starts(problem, &simulator)? {
-        let Ok(found) = minimise(start, |theta| simulator.linearised(theta)) else {
-            continue;
-        };
-        let cost = |of: &(DVector<f64>, Linearised)| of.1.errors.norm_squared();
-        if best.as_ref().is_none_or(|best| cost(&found) < cost(best)) {
-            best = Some(found);
+/// Output error.
+#[derive(Clone, Copy, Debug)]
+pub struct OutputError;
+
+impl Estimator for OutputError {
+    fn fit(&self, problem: &Problem<'_>) -> Result<Estimate, String> {
+        let simulator = Simulator::new(problem);
+        let mut best: Option<(DVector<f64>, Linearised)> = None;
+        for start in instruments::starts(self, problem, &simulator)? {
+            let Ok(found) = minimise(start, |theta| simulator.linearised(theta)) else {
+                continue;
+            };
+            let cost = |of: &(DVector<f64>, Linearised)| of.1.errors.norm_squared();
+            if best.as_ref().is_none_or(|best| cost(&found) < cost(best)) {
+                best = Some(found);
+            }
         }
+        let (theta, at) = best.ok_or("the search for the least output error found no minimum")?;
+        simulator.estimate(theta, &at)
     }
-    let (theta, at) = best.ok_or("the search for the least output error found no minimum")?;
-    let cost = at.errors.norm_squared();
-    simulator.estimate(Method::OutputError, theta, &at, cost)
+
+    fn learner(&self, problem: &Problem<'_>) -> Result<Box<dyn Recursive>, String> {
+        recursion(Kind::OutputError, problem)
+    }
 }
 
 /// The records, ready to be simulated with any parameters.
@@ -111,39 +117,40 @@ impl<'a> Simulator<'a> {
         Linearised { errors, slopes }
     }
 
-    /// The estimate at `theta`, whose errors, of this `cost`, are output errors.
+    /// The estimate at `theta`.
     pub(crate) fn estimate(
         &self,
-        method: Method,
         theta: DVector<f64>,
         at: &Linearised,
-        cost: f64,
     ) -> Result<Estimate, String> {
-        let noise_variance = cost / freedom(at.errors.len(), theta.len())?;
+        let freedom = freedom(at.errors.len(), theta.len())?;
+        let noise_variance = at.errors.norm_squared() / freedom;
         Ok(Estimate {
-            method,
+            error: Error::Output,
             layout: self.layout.clone(),
             sample_time: self.problem.sample_time,
             covariance: unit_covariance(at)? * noise_variance,
             noise_variance,
             noise_model: Vec::new(),
-            residuals: self.by_run(&at.errors),
+            residuals: by_run(self.problem, at.errors.as_slice()),
             theta,
+            physical: None,
         })
     }
+}
 
-    pub(crate) fn by_run(&self, errors: &DVector<f64>) -> Vec<Vec<f64>> {
-        let mut rest = errors.as_slice();
-        self.problem
-            .runs
-            .iter()
-            .map(|run| {
-                let (own, others) = rest.split_at(run.outputs.len());
-                rest = others;
-                own.to_vec()
-            })
-            .collect()
-    }
+/// Numbers, one per sample, as each record's.
+pub(crate) fn by_run(problem: &Problem<'_>, samples: &[f64]) -> Vec<Vec<f64>> {
+    let mut rest = samples;
+    problem
+        .runs
+        .iter()
+        .map(|run| {
+            let (own, others) = rest.split_at(run.outputs.len());
+            rest = others;
+            own.to_vec()
+        })
+        .collect()
 }
 
 /// 1, 0, 0, ...

@@ -23,10 +23,13 @@ use std::collections::VecDeque;
 use nalgebra::{DMatrix, DVector};
 use planesman_linear::polynomial;
 
-use super::{Estimate, Method};
+use super::armax::Equation;
+use super::least_squares::by_run;
+use super::output_error::{self, Simulator};
+use super::{Error, Estimate, Estimator};
 use crate::regression::Input;
 use crate::rls::RecursiveLeastSquares;
-use crate::structure::{Layout, Run, Structure};
+use crate::structure::{Layout, Problem, Run, Start, Structure};
 
 /// What estimates while samples arrive.
 pub trait Recursive {
@@ -40,6 +43,9 @@ pub trait Recursive {
     /// What has been learnt.
     fn parameters(&self) -> DVector<f64>;
 
+    /// What they are called.
+    fn names(&self) -> Vec<String>;
+
     /// Its covariance, by the estimator's own reckoning; `None` before there are more samples than
     /// unknowns.
     fn covariance(&self) -> Option<DMatrix<f64>>;
@@ -49,7 +55,7 @@ pub trait Recursive {
 }
 
 /// Takes a record from its first sample to its last.
-pub fn learn(estimator: &mut impl Recursive, run: Run<'_>) {
+pub fn learn(estimator: &mut (impl Recursive + ?Sized), run: Run<'_>) {
     for (k, output) in run.outputs.iter().enumerate() {
         match k.checked_sub(1).and_then(|before| run.inputs.get(before)) {
             None => estimator.begin(*output),
@@ -357,10 +363,9 @@ impl Recursion {
         let noise_variance = self.rls.noise_variance()?;
         let covariance = self.rls.unit_covariance() * noise_variance;
         Some(Estimate {
-            method: match self.kind {
-                Kind::LeastSquares => Method::LeastSquares,
-                Kind::ExtendedLeastSquares | Kind::PredictionError => Method::Armax,
-                Kind::OutputError => Method::OutputError,
+            error: match self.kind {
+                Kind::OutputError => Error::Output,
+                _ => Error::Equation,
             },
             layout: self.layout.clone(),
             sample_time: self.sample_time,
@@ -369,6 +374,7 @@ impl Recursion {
             noise_model: theta.iter().skip(self.noise()).copied().collect(),
             residuals: Vec::new(),
             theta: theta.rows(0, plain).into_owned(),
+            physical: None,
         })
     }
 
@@ -545,6 +551,21 @@ impl Recursive for Recursion {
         self.rls.parameters()
     }
 
+    fn names(&self) -> Vec<String> {
+        let structure = &self.layout.structure;
+        let of = |letter: &str, count: usize| {
+            (1..=count)
+                .map(|i| format!("{letter}{i}"))
+                .collect::<Vec<_>>()
+        };
+        let mut names = of("a", structure.poles);
+        names.extend(of("b", structure.numerator));
+        names.extend(structure.offset.then(|| "constant".to_owned()));
+        names.extend(of("m", self.noise() - self.moment()));
+        names.extend(of("c", self.rls.parameters().len() - self.noise()));
+        names
+    }
+
     fn covariance(&self) -> Option<DMatrix<f64>> {
         Some(self.rls.unit_covariance() * self.rls.noise_variance()?)
     }
@@ -552,5 +573,72 @@ impl Recursive for Recursion {
     fn reset(&mut self) {
         self.rls.reset();
         self.begin(0.0);
+    }
+}
+
+/// A recursion over whole records, one after the other.
+#[derive(Clone, Copy, Debug)]
+pub struct Recursively {
+    /// Which recursion.
+    pub kind: Kind,
+    /// How it learns.
+    pub options: Options,
+}
+
+impl Estimator for Recursively {
+    fn fit(&self, problem: &Problem<'_>) -> Result<Estimate, String> {
+        let structure = problem.structure.clone();
+        if structure.own_numerators && problem.runs.len() > 1 {
+            return Err("a recursion learns one numerator for all records".to_owned());
+        }
+        let mut recursion =
+            Recursion::new(self.kind, structure, problem.sample_time, self.options)?;
+        for run in &problem.runs {
+            learn(&mut recursion, *run);
+        }
+        let found = recursion
+            .estimate()
+            .ok_or("the records are too short for a recursion")?;
+        Ok(of_records(problem, found))
+    }
+
+    fn learner(&self, problem: &Problem<'_>) -> Result<Box<dyn Recursive>, String> {
+        let structure = problem.structure.clone();
+        let recursion = Recursion::new(self.kind, structure, problem.sample_time, self.options)?;
+        Ok(Box::new(recursion))
+    }
+}
+
+/// What was learnt as an estimate of all records, which have one constant, with what it leaves of each.
+fn of_records(problem: &Problem<'_>, learnt: Estimate) -> Estimate {
+    let mut layout = problem.layout();
+    layout.structure.start = Start::Rest;
+    // The constant learnt stands last, and is every record's.
+    let last = learnt.theta.len() - 1;
+    let places: Vec<usize> = (0..layout.count()).map(|i| i.min(last)).collect();
+    let theta = learnt.theta.select_rows(&places);
+    let residuals = match learnt.error {
+        Error::Equation => {
+            let errors = Equation::of(problem).errors(&theta, &learnt.noise_model);
+            by_run(problem, &errors)
+        }
+        Error::Output => {
+            let at_rest = Problem {
+                structure: layout.structure.clone(),
+                ..problem.clone()
+            };
+            let errors = Simulator::new(&at_rest).linearised(&theta).errors;
+            output_error::by_run(problem, errors.as_slice())
+        }
+    };
+    Estimate {
+        covariance: learnt
+            .covariance
+            .select_rows(&places)
+            .select_columns(&places),
+        theta,
+        layout,
+        residuals,
+        ..learnt
     }
 }

@@ -7,27 +7,34 @@
 //! y         = q + bias
 //! ```
 //! q, theta and w are measured in the output's unit (that of q, times s, and whatever nu is given in). The
-//! heave equation is known or left out; without it these are the pitch equation of the thesis (Brunner
-//! 1988, p. 93: `J q_dot = K u - B q - M_theta theta`). Between samples the input is held, and the equations
-//! are solved exactly: state, and slopes by the parameters, step by the exponential of one matrix
+//! heave equation is left out, known, or known to within a share of its coefficients, which then
+//! are unknowns too, drawn towards what is known as strongly as that calls for:
+//! ```text
+//! minimise |y - yhat|^2 / sigma^2 + sum ((p_i - known_i) / deviation_i)^2
+//! ```
+//! Without heave these are the pitch equation of the thesis (Brunner 1988, p. 93:
+//! `J q_dot = K u - B q - M_theta theta`). Between samples the input is held, and the equations
+//! are solved exactly: state, and slopes by the unknowns, step by the exponential of one matrix
 //! (Van Loan, *IEEE Trans. Autom. Control* 23, 1978):
 //! ```text
 //! exp( T [ M   0 ] )  =  [ E   0 ]      M = [ A B ; 0 0 ],  E = [ F G ; 0 1 ]
 //!        [ dM  M ]       [ dE  E ]
 //! ```
-//! The parameters of least simulated error are sought ([`super::levenberg_marquardt`]); three unknowns in
-//! place of five or six coefficients are what makes short records suffice.
+//! What is found is told as the transfer function of the sampled equations too, with the
+//! covariance carried over, so that everything read from other estimates is read from these.
+//! Three unknowns in place of five or six coefficients are what makes short records suffice.
 
-use nalgebra::{DMatrix, DVector, Matrix2, Matrix3};
-use planesman_linear::{Complex, polynomial};
+use nalgebra::{DMatrix, DVector};
 
 use super::least_squares::freedom;
 use super::levenberg_marquardt::{Linearised, minimise, unit_covariance};
+use super::output_error::by_run;
+use super::recursive::Recursive;
+use super::{Error, Estimate, Estimator, VehicleFilter};
 use crate::batch::Triangle;
-use crate::structure::Run;
-use crate::uncertainty::Uncertain;
+use crate::structure::{Layout, Problem, Start, Structure};
 
-/// The heave equation, when it is known.
+/// The heave equation, as far as it is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Heave {
     /// `nu`: pitch acceleration per heave.
@@ -38,6 +45,8 @@ pub struct Heave {
     pub from_rate: f64,
     /// `epsilon`: heave acceleration per input.
     pub from_input: f64,
+    /// The standard deviation of each of these, as a share of it; 0 for what is known exactly.
+    pub doubt: f64,
 }
 
 /// What is known of the vehicle.
@@ -47,244 +56,559 @@ pub struct Vehicle {
     pub heave: Option<Heave>,
 }
 
-/// `kappa`, `beta`, `mu`: how many unknowns the vehicle has.
+/// `kappa`, `beta`, `mu`: what nothing is known of beforehand.
 pub const UNKNOWNS: usize = 3;
 
-impl Vehicle {
-    /// `A` and `B` of `x_dot = A x + B u`, `x = (q, theta[, w])`.
-    #[must_use]
-    pub fn equations(&self, [kappa, beta, mu]: [f64; UNKNOWNS]) -> (DMatrix<f64>, DVector<f64>) {
-        match self.heave {
-            None => (
-                DMatrix::from_row_slice(2, 2, &[-beta, -mu, 1.0, 0.0]),
-                DVector::from_vec(vec![kappa, 0.0]),
-            ),
-            #[rustfmt::skip]
-            Some(heave) => (
-                DMatrix::from_row_slice(3, 3, &[
-                    -beta,          -mu, heave.to_pitch,
-                    1.0,            0.0, 0.0,
-                    heave.from_rate, 0.0, -heave.damping,
-                ]),
-                DVector::from_vec(vec![kappa, 0.0, heave.from_input]),
-            ),
-        }
-    }
+/// What the coefficients are called, the unknown ones first.
+pub const NAMES: [&str; 7] = [
+    "K/J",
+    "B/J",
+    "M_theta/J",
+    "heave to pitch",
+    "heave damping",
+    "heave from rate",
+    "heave from input",
+];
 
+/// Where each coefficient stands in `[A B]` with heave: row, column, sign.
+const PLACES: [(usize, usize, f64); 7] = [
+    (0, 3, 1.0),
+    (0, 0, -1.0),
+    (0, 1, -1.0),
+    (0, 2, 1.0),
+    (2, 2, -1.0),
+    (2, 0, 1.0),
+    (2, 3, 1.0),
+];
+
+impl Vehicle {
     /// Numbers in the state.
     #[must_use]
     pub fn states(&self) -> usize {
         if self.heave.is_some() { 3 } else { 2 }
     }
 
-    /// The characteristic polynomial, `(s^2 + beta s + mu)(s + zeta) - nu eta s`.
+    /// Coefficients that are sought: `kappa`, `beta`, `mu`, and those of heave when in doubt.
     #[must_use]
-    pub fn characteristic(&self, [_, beta, mu]: [f64; UNKNOWNS]) -> Vec<f64> {
-        match self.heave {
-            None => vec![1.0, beta, mu],
-            Some(h) => vec![
-                1.0,
-                beta + h.damping,
-                mu + beta * h.damping - h.to_pitch * h.from_rate,
-                mu * h.damping,
-            ],
-        }
+    pub fn unknowns(&self) -> usize {
+        UNKNOWNS + self.prior().len()
     }
 
-    /// `[F G]` over one interval and its slope by each unknown, `(states) x (states + 1)`.
-    fn step(&self, parameters: [f64; UNKNOWNS], dt: f64) -> [DMatrix<f64>; UNKNOWNS + 1] {
-        let n = self.states();
-        let (a, b) = self.equations(parameters);
-        let mut m = DMatrix::zeros(n + 1, n + 1);
-        m.view_mut((0, 0), (n, n)).copy_from(&a);
-        m.view_mut((0, n), (n, 1)).copy_from(&b);
-        // Where kappa, beta and mu stand in M, and with which sign.
-        let places = [(n, 1.0), (0, -1.0), (1, -1.0)];
-        let exponential = |(column, sign): (usize, f64)| {
-            let mut both = DMatrix::zeros(2 * (n + 1), 2 * (n + 1));
-            both.view_mut((0, 0), (n + 1, n + 1)).copy_from(&m);
-            both.view_mut((n + 1, n + 1), (n + 1, n + 1)).copy_from(&m);
-            both[(n + 1, column)] = sign;
-            (both * dt).exp()
-        };
-        let all = places.map(exponential);
-        [
-            all[0].view((0, 0), (n, n + 1)).into_owned(),
-            all[0].view((n + 1, 0), (n, n + 1)).into_owned(),
-            all[1].view((n + 1, 0), (n, n + 1)).into_owned(),
-            all[2].view((n + 1, 0), (n, n + 1)).into_owned(),
-        ]
+    /// All coefficients, in the order of [`NAMES`].
+    #[must_use]
+    pub fn coefficients(&self, pitch: [f64; UNKNOWNS]) -> DVector<f64> {
+        let heave = self.heave.iter().flat_map(Heave::coefficients);
+        DVector::from_iterator(
+            UNKNOWNS + 4 * usize::from(self.heave.is_some()),
+            pitch.into_iter().chain(heave),
+        )
     }
 
-    /// The pitch rate from rest and its slopes by the unknowns, one column each.
-    fn simulate(&self, parameters: [f64; UNKNOWNS], dt: f64, inputs: &[f64]) -> [Vec<f64>; 4] {
-        let n = self.states();
-        let [step, slopes @ ..] = self.step(parameters, dt);
-        let mut x = DVector::zeros(n + 1);
-        let mut sensitivities = [DVector::zeros(n), DVector::zeros(n), DVector::zeros(n)];
-        let mut outputs = [vec![], vec![], vec![], vec![]];
-        for u in inputs {
-            outputs[0].push(x[0]);
-            x[n] = *u;
-            let transition = step.columns(0, n);
-            for (i, sensitivity) in sensitivities.iter_mut().enumerate() {
-                outputs[i + 1].push(sensitivity[0]);
-                *sensitivity = transition * &*sensitivity + &slopes[i] * &x;
-            }
-            let next = &step * &x;
-            x.rows_mut(0, n).copy_from(&next);
-        }
-        outputs
-    }
-}
-
-/// The vehicle found.
-#[derive(Clone, Debug)]
-pub struct VehicleEstimate {
-    /// What was known.
-    pub vehicle: Vehicle,
-    /// `kappa` (output unit per input unit per s), `beta` (1/s), `mu` (1/s^2).
-    pub parameters: [f64; UNKNOWNS],
-    /// Their covariance.
-    pub covariance: Matrix3<f64>,
-    /// The gyro's bias in each record, output unit.
-    pub biases: Vec<f64>,
-    /// The noise's variance, output unit squared.
-    pub noise_variance: f64,
-}
-
-impl VehicleEstimate {
-    /// The poles, 1/s, the one with the largest real part first, with their uncertainty.
-    ///
-    /// # Errors
-    /// A sentence, when the roots cannot be found.
-    pub fn poles(&self) -> Result<Vec<Uncertain>, String> {
-        let polynomial = self.vehicle.characteristic(self.parameters);
-        let roots = polynomial::roots(&polynomial).map_err(|reason| reason.to_string())?;
-        let derivative = polynomial::derivative(&polynomial);
-        let p = self.covariance.fixed_view::<2, 2>(1, 1).into_owned();
-        Ok(roots
-            .into_iter()
-            .map(|s| {
-                let slope = -polynomial::evaluate(&derivative, s).inv();
-                let heave = self
-                    .vehicle
-                    .heave
-                    .map_or(Complex::new(1.0, 0.0), |h| s + h.damping);
-                let (by_beta, by_mu) = (slope * s * heave, slope * heave);
-                let j = Matrix2::new(by_beta.re, by_mu.re, by_beta.im, by_mu.im);
-                Uncertain {
-                    value: s,
-                    covariance: j * p * j.transpose(),
-                }
+    /// Value and standard deviation of each unknown of which something is known.
+    #[must_use]
+    pub fn prior(&self) -> Vec<(f64, f64)> {
+        let doubted = self.heave.iter().filter(|heave| heave.doubt > 0.0);
+        doubted
+            .flat_map(|heave| {
+                heave
+                    .coefficients()
+                    .map(|known| (known, (heave.doubt * known).abs().max(f64::MIN_POSITIVE)))
             })
-            .collect())
+            .collect()
     }
 
-    /// The sampled response from the input, held over `dt`, to the output at `omega` rad/s, with its
-    /// uncertainty: `C (z - F)^-1 G`, and with `R = (z - F)^-1` its slopes `C R (dF R G + dG)`.
+    /// Where a coefficient stands in `[A B]`, and with which sign.
     #[must_use]
-    pub fn sampled_response(&self, dt: f64, omega: f64) -> Option<Uncertain> {
-        let n = self.vehicle.states();
-        let complex = |m: &DMatrix<f64>| m.map(|v| Complex::new(v, 0.0));
-        let [step, slopes @ ..] = self.vehicle.step(self.parameters, dt).map(|m| complex(&m));
-        let z = Complex::new(0.0, omega * dt).exp();
-        let resolvent = (DMatrix::identity(n, n) * z - step.columns(0, n)).try_inverse()?;
-        let state = &resolvent * step.column(n);
-        let value = state[0];
-        let by = slopes.map(|slope| {
-            let moved = slope.columns(0, n) * &state + slope.column(n);
-            (resolvent.row(0) * moved)[0]
-        });
-        let j =
-            nalgebra::Matrix2x3::new(by[0].re, by[1].re, by[2].re, by[0].im, by[1].im, by[2].im);
-        Some(Uncertain {
-            value,
-            covariance: j * self.covariance * j.transpose(),
+    pub fn place(&self, coefficient: usize) -> (usize, usize, f64) {
+        let (row, column, sign) = PLACES[coefficient];
+        // Without heave the input's column is the third.
+        (row, column.min(self.states()), sign)
+    }
+
+    /// `[A B]` of `x_dot = A x + B u`, `x = (q, theta[, w])`.
+    #[must_use]
+    pub fn equations(&self, coefficients: &DVector<f64>) -> DMatrix<f64> {
+        let n = self.states();
+        let mut equations = DMatrix::zeros(n, n + 1);
+        equations[(1, 0)] = 1.0;
+        for (i, value) in coefficients.iter().enumerate() {
+            let (row, column, sign) = self.place(i);
+            equations[(row, column)] = sign * value;
+        }
+        equations
+    }
+
+    /// `[F G]` over one interval, and its slope by each unknown.
+    fn step(&self, coefficients: &DVector<f64>, dt: f64) -> (DMatrix<f64>, Vec<DMatrix<f64>>) {
+        let n = self.states();
+        let m = self.equations(coefficients).resize_vertically(n + 1, 0.0);
+        let slopes = (0..self.unknowns())
+            .map(|i| {
+                let (row, column, sign) = self.place(i);
+                let mut both = DMatrix::zeros(2 * (n + 1), 2 * (n + 1));
+                both.view_mut((0, 0), (n + 1, n + 1)).copy_from(&m);
+                both.view_mut((n + 1, n + 1), (n + 1, n + 1)).copy_from(&m);
+                both[(n + 1 + row, column)] = sign;
+                let slope = (both * dt).exp();
+                slope.view((n + 1, 0), (n, n + 1)).into_owned()
+            })
+            .collect();
+        let step = (m * dt).exp().rows(0, n).into_owned();
+        (step, slopes)
+    }
+
+    /// `a1 ... an, b1 ... bn` of the sampled equations, and their slopes by the unknowns, one column each.
+    #[must_use]
+    pub fn sampled(&self, coefficients: &DVector<f64>, dt: f64) -> (DVector<f64>, DMatrix<f64>) {
+        let n = self.states();
+        let (step, by) = self.step(coefficients, dt);
+        let (f, g) = (step.columns(0, n).into_owned(), step.column(n).into_owned());
+        let (value, _) = fraction((&f, &g), (&DMatrix::zeros(n, n), &DVector::zeros(n)));
+        let mut slopes = DMatrix::zeros(2 * n, by.len());
+        for (mut column, by) in slopes.column_iter_mut().zip(&by) {
+            let change = (by.columns(0, n).into_owned(), by.column(n).into_owned());
+            let (_, slope) = fraction((&f, &g), (&change.0, &change.1));
+            column.copy_from(&slope.coefficients());
+        }
+        (value.coefficients(), slopes)
+    }
+
+    /// The pitch rate from state `x` under the inputs; its slopes by the unknowns and then by `x`, one
+    /// column each.
+    pub(crate) fn simulate(
+        &self,
+        coefficients: &DVector<f64>,
+        mut x: DVector<f64>,
+        dt: f64,
+        inputs: &[f64],
+    ) -> (Vec<f64>, DMatrix<f64>) {
+        let (n, unknowns) = (self.states(), self.unknowns());
+        let (step, by) = self.step(coefficients, dt);
+        let transition = step.columns(0, n).into_owned();
+        let mut rate = Vec::with_capacity(inputs.len());
+        let mut slopes = DMatrix::zeros(inputs.len(), unknowns + n);
+        let mut sensitivity = DMatrix::zeros(n, unknowns + n);
+        sensitivity.columns_mut(unknowns, n).fill_with_identity();
+        let mut next = sensitivity.clone();
+        let mut driven = x.clone().push(0.0);
+        for (k, u) in inputs.iter().enumerate() {
+            rate.push(x[0]);
+            slopes.row_mut(k).copy_from(&sensitivity.row(0));
+            driven.rows_mut(0, n).copy_from(&x);
+            driven[n] = *u;
+            next.gemm(1.0, &transition, &sensitivity, 0.0);
+            for (mut column, by) in next.column_iter_mut().zip(&by) {
+                column.gemv(1.0, by, &driven, 1.0);
+            }
+            std::mem::swap(&mut sensitivity, &mut next);
+            x.gemv(1.0, &step, &driven, 0.0);
+        }
+        (rate, slopes)
+    }
+}
+
+impl Heave {
+    fn coefficients(&self) -> [f64; 4] {
+        [self.to_pitch, self.damping, self.from_rate, self.from_input]
+    }
+
+    /// With other coefficients.
+    #[must_use]
+    pub fn with(self, [to_pitch, damping, from_rate, from_input]: [f64; 4]) -> Self {
+        Self {
+            to_pitch,
+            damping,
+            from_rate,
+            from_input,
+            ..self
+        }
+    }
+
+    /// With each coefficient changed by its own share.
+    #[must_use]
+    pub fn changed(self, shares: [f64; 4]) -> Self {
+        let mut coefficients = self.coefficients();
+        for (coefficient, share) in coefficients.iter_mut().zip(shares) {
+            *coefficient *= 1.0 + share;
+        }
+        self.with(coefficients)
+    }
+}
+
+/// A `det(q - F)` in powers of `q^-1` and a `C adj(q - F) g`, `C = (1, 0, ...)`.
+struct Fraction {
+    /// `1, a1 ... an`.
+    den: Vec<f64>,
+    /// `b1 ... bn`.
+    num: Vec<f64>,
+}
+
+impl Fraction {
+    /// `a1 ... an, b1 ... bn`.
+    fn coefficients(&self) -> DVector<f64> {
+        DVector::from_vec([&self.den[1..], &self.num[..]].concat())
+    }
+}
+
+/// `C (q - F)^-1 g` and its change with `F` and `g`, by the recursion of Faddeev and Le Verrier:
+/// ```text
+/// N_1 = 1,   a_k = -tr(F N_k) / k,   N_(k+1) = F N_k + a_k,   b_k = C N_k g
+/// ```
+fn fraction(
+    (f, g): (&DMatrix<f64>, &DVector<f64>),
+    (df, dg): (&DMatrix<f64>, &DVector<f64>),
+) -> (Fraction, Fraction) {
+    let n = f.nrows();
+    let one = DMatrix::<f64>::identity(n, n);
+    let (mut adjoint, mut change) = (one.clone(), DMatrix::zeros(n, n));
+    let mut value = Fraction {
+        den: vec![1.0],
+        num: Vec::new(),
+    };
+    let mut slope = Fraction {
+        den: vec![0.0],
+        num: Vec::new(),
+    };
+    for k in 1..=n {
+        value.num.push((&adjoint * g)[0]);
+        slope.num.push((&change * g + &adjoint * dg)[0]);
+        let product = f * &adjoint;
+        let moved = df * &adjoint + f * &change;
+        let a = -product.trace() / k as f64;
+        let da = -moved.trace() / k as f64;
+        value.den.push(a);
+        slope.den.push(da);
+        adjoint = product + &one * a;
+        change = moved + &one * da;
+    }
+    (value, slope)
+}
+
+/// The vehicle's own coefficients, as found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Physical {
+    /// `kappa` (output unit per input unit per s), `beta` (1/s), `mu` (1/s^2), and those of heave that
+    /// were sought.
+    pub values: DVector<f64>,
+    /// Their covariance.
+    pub covariance: DMatrix<f64>,
+}
+
+impl Physical {
+    /// Name, value and standard deviation of each.
+    #[must_use]
+    pub fn named(&self) -> Vec<(&'static str, f64, f64)> {
+        NAMES
+            .iter()
+            .zip(self.values.iter().enumerate())
+            .map(|(name, (i, value))| (*name, *value, self.deviation(i)))
+            .collect()
+    }
+
+    /// `K`, `B`, `M_theta` when the moment of inertia is known from elsewhere (ratios are all that a record
+    /// tells): name, value and standard deviation.
+    #[must_use]
+    pub fn with_inertia(&self, inertia: f64) -> [(&'static str, f64, f64); UNKNOWNS] {
+        let scaled = |i: usize| (self.values[i] * inertia, self.deviation(i) * inertia);
+        [(0, "K"), (1, "B"), (2, "M_theta")].map(|(i, name)| {
+            let (value, deviation) = scaled(i);
+            (name, value, deviation)
         })
     }
 
-    /// `J`, `K`, `B`, `M_theta` when the moment of inertia is known from elsewhere: values and standard
-    /// deviations (ratios are all that a record tells).
-    #[must_use]
-    pub fn with_inertia(&self, inertia: f64) -> [(f64, f64); UNKNOWNS] {
-        [0, 1, 2].map(|i| {
-            let deviation = self.covariance[(i, i)].max(0.0).sqrt();
-            (self.parameters[i] * inertia, deviation * inertia)
-        })
+    fn deviation(&self, i: usize) -> f64 {
+        self.covariance[(i, i)].max(0.0).sqrt()
+    }
+}
+
+/// What is found of a vehicle besides its coefficients, and how well all of it is known.
+pub(crate) struct Found {
+    /// All coefficients.
+    pub(crate) coefficients: DVector<f64>,
+    /// The bias in each record.
+    pub(crate) biases: Vec<f64>,
+    /// The state at the beginning of each record.
+    pub(crate) motions: Vec<DVector<f64>>,
+    /// Of the unknowns, then of bias and beginning of each record ([`Vehicle::columns`]).
+    pub(crate) covariance: DMatrix<f64>,
+    pub(crate) noise_variance: f64,
+    pub(crate) residuals: Vec<Vec<f64>>,
+}
+
+impl Vehicle {
+    /// Places of a record's bias and beginning among what is sought of all.
+    pub(crate) fn columns(
+        &self,
+        structure: &Structure,
+        run: usize,
+    ) -> (Option<usize>, std::ops::Range<usize>) {
+        let motion = match structure.start {
+            Start::Rest => 0,
+            Start::Motion => self.states(),
+        };
+        let offset = usize::from(structure.offset);
+        let first = self.unknowns() + run * (offset + motion);
+        let bias = structure.offset.then_some(first);
+        (bias, first + offset..first + offset + motion)
+    }
+
+    /// Numbers sought of so many records.
+    pub(crate) fn count(&self, structure: &Structure, runs: usize) -> usize {
+        self.columns(structure, runs - 1).1.end
+    }
+
+    /// What was found, as a transfer function.
+    pub(crate) fn estimate(&self, problem: &Problem<'_>, found: Found) -> Estimate {
+        let n = self.states();
+        let unknowns = self.unknowns();
+        let structure = Structure {
+            offset: problem.structure.offset,
+            start: problem.structure.start,
+            ..Structure::of_order(n)
+        };
+        let layout = Layout {
+            structure,
+            runs: problem.runs.len(),
+        };
+        let dt = problem.sample_time;
+        let (coefficients, by) = self.sampled(&found.coefficients, dt);
+        let mut theta = DVector::zeros(layout.count());
+        let mut slopes = DMatrix::zeros(theta.len(), found.covariance.nrows());
+        theta.rows_mut(0, 2 * n).copy_from(&coefficients);
+        slopes.view_mut((0, 0), (2 * n, unknowns)).copy_from(&by);
+        let (step, by) = self.step(&found.coefficients, dt);
+        let f = step.columns(0, n).into_owned();
+        let still = (DMatrix::zeros(n, n), DVector::zeros(n));
+        for run in 0..layout.runs {
+            let (bias, beginning) = self.columns(&layout.structure, run);
+            if let (Some(at), Some(bias)) = (layout.offset(run), bias) {
+                theta[at] = found.biases[run];
+                slopes[(at, bias)] = 1.0;
+            }
+            let motion = layout.motion(run);
+            if motion.is_empty() {
+                continue;
+            }
+            // A state x at the beginning does what the input x would do in one impulse.
+            let x = &found.motions[run];
+            let (value, _) = fraction((&f, x), (&still.0, &still.1));
+            theta.rows_mut(motion.start, n).copy_from_slice(&value.num);
+            for (i, by) in by.iter().enumerate() {
+                let df = by.columns(0, n).into_owned();
+                let (_, slope) = fraction((&f, x), (&df, &still.1));
+                slopes
+                    .view_mut((motion.start, i), (n, 1))
+                    .copy_from_slice(&slope.num);
+            }
+            for (i, column) in beginning.enumerate() {
+                let unit = DVector::from_fn(n, |row, _| f64::from(u8::from(row == i)));
+                let (value, _) = fraction((&f, &unit), (&still.0, &still.1));
+                slopes
+                    .view_mut((motion.start, column), (n, 1))
+                    .copy_from_slice(&value.num);
+            }
+        }
+        Estimate {
+            error: Error::Output,
+            layout,
+            sample_time: problem.sample_time,
+            covariance: &slopes * &found.covariance * slopes.transpose(),
+            theta,
+            noise_variance: found.noise_variance,
+            noise_model: Vec::new(),
+            residuals: found.residuals,
+            physical: Some(Physical {
+                values: found.coefficients.rows(0, unknowns).into_owned(),
+                covariance: found
+                    .covariance
+                    .view((0, 0), (unknowns, unknowns))
+                    .into_owned(),
+            }),
+        }
     }
 }
 
 /// Decay rates that first guesses are made of, from the record's length to one sample.
 const GUESSES: usize = 6;
 
-/// The vehicle of least simulated error, each record from rest with a bias of its own.
-///
-/// # Errors
-/// A sentence, when the records do not determine the unknowns.
-pub fn fit(vehicle: Vehicle, dt: f64, runs: &[Run<'_>]) -> Result<VehicleEstimate, String> {
-    let linearise = |theta: &DVector<f64>| linearised(vehicle, dt, runs, theta);
-    let longest = runs
-        .iter()
-        .map(|run| run.outputs.len())
-        .max()
-        .unwrap_or(0)
-        .max(2);
-    let rate = |i: usize| (longest as f64).powf(i as f64 / (GUESSES - 1) as f64 - 1.0) / dt;
-    let mut starts: Vec<(f64, DVector<f64>)> = (0..GUESSES)
-        .flat_map(|i| (0..=i).map(move |j| (rate(i), rate(j))))
-        .filter_map(|(fast, slow)| {
-            let mut theta = DVector::zeros(UNKNOWNS + runs.len());
-            (theta[1], theta[2]) = (fast + slow, fast * slow);
-            // kappa and the biases enter linearly.
-            let at = linearise(&theta);
-            let linear = at.slopes.clone().remove_columns(1, 2);
-            let rest = Triangle::of(linear, at.errors).ok()?.solution().ok()?;
-            theta[0] = rest[0];
-            theta
-                .rows_mut(UNKNOWNS, runs.len())
-                .copy_from(&rest.rows(1, runs.len()));
-            let cost = linearise(&theta).errors.norm_squared();
-            cost.is_finite().then_some((cost, theta))
-        })
-        .collect();
-    starts.sort_by(|p, q| p.0.total_cmp(&q.0));
-    let (theta, at) = starts
-        .into_iter()
-        .take(2)
-        .filter_map(|(_, start)| minimise(start, linearise).ok())
-        .min_by(|p, q| {
-            p.1.errors
-                .norm_squared()
-                .total_cmp(&q.1.errors.norm_squared())
-        })
-        .ok_or("the records do not determine the vehicle")?;
-    let noise_variance = at.errors.norm_squared() / freedom(at.errors.len(), theta.len())?;
-    let covariance = unit_covariance(&at)? * noise_variance;
-    Ok(VehicleEstimate {
-        vehicle,
-        parameters: [theta[0], theta[1], theta[2]],
-        covariance: covariance.fixed_view::<3, 3>(0, 0).into_owned(),
-        biases: theta.rows(UNKNOWNS, runs.len()).iter().copied().collect(),
-        noise_variance,
-    })
+/// Rounds of search and noise, the one weighing what is known beforehand against the records.
+const ROUNDS: usize = 3;
+
+/// The vehicle of least simulated error, each record with a bias and, unless it begins at rest, a
+/// motion of its own. Of the problem's structure only these two are heeded.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct VehicleSearch {
+    /// What is known.
+    pub vehicle: Vehicle,
 }
 
-fn linearised(vehicle: Vehicle, dt: f64, runs: &[Run<'_>], theta: &DVector<f64>) -> Linearised {
-    let rows = runs.iter().map(|run| run.outputs.len()).sum();
-    let mut errors = DVector::zeros(rows);
-    let mut slopes = DMatrix::zeros(rows, UNKNOWNS + runs.len());
-    let mut row = 0;
-    for (r, run) in runs.iter().enumerate() {
-        let [rate, by @ ..] = vehicle.simulate([theta[0], theta[1], theta[2]], dt, run.inputs);
-        for k in 0..run.outputs.len() {
-            errors[row] = run.outputs[k] - rate[k] - theta[UNKNOWNS + r];
-            for (i, slope) in by.iter().enumerate() {
-                slopes[(row, i)] = slope[k];
+impl Estimator for VehicleSearch {
+    fn fit(&self, problem: &Problem<'_>) -> Result<Estimate, String> {
+        let vehicle = self.vehicle;
+        let prior = vehicle.prior();
+        let mut noise = 0.0;
+        let mut start = self.starts(problem)?;
+        let mut last = None;
+        for _ in 0..if prior.is_empty() { 1 } else { ROUNDS } {
+            let (theta, at) = start
+                .iter()
+                .filter_map(|start| {
+                    minimise(start.clone(), |theta| {
+                        self.linearised(problem, theta, noise)
+                    })
+                    .ok()
+                })
+                .min_by(|p, q| {
+                    let cost = |it: &(DVector<f64>, Linearised)| it.1.errors.norm_squared();
+                    cost(p).total_cmp(&cost(q))
+                })
+                .ok_or("the records do not determine the vehicle")?;
+            let rows = at.errors.len() - prior.len();
+            let freedom = freedom(rows, theta.len() - prior.len())?;
+            let variance = at.errors.rows(0, rows).norm_squared() / freedom;
+            noise = variance.sqrt();
+            start = vec![theta.clone()];
+            last = Some((theta, variance));
+        }
+        let (theta, noise_variance) = last.ok_or("the records do not determine the vehicle")?;
+        let at = self.linearised(problem, &theta, noise);
+        let rows = at.errors.len() - prior.len();
+        let (coefficients, biases, motions) = self.parts(problem, &theta);
+        let found = Found {
+            coefficients,
+            biases,
+            motions,
+            covariance: unit_covariance(&at)? * noise_variance,
+            noise_variance,
+            residuals: by_run(problem, &at.errors.as_slice()[..rows]),
+        };
+        Ok(vehicle.estimate(problem, found))
+    }
+
+    fn learner(&self, problem: &Problem<'_>) -> Result<Box<dyn Recursive>, String> {
+        VehicleFilter::of(self.vehicle).learner(problem)
+    }
+}
+
+impl VehicleSearch {
+    /// Where to begin: the best of a grid of decay rates, everything else by least squares; what is known
+    /// of heave as it is known.
+    pub(crate) fn starts(&self, problem: &Problem<'_>) -> Result<Vec<DVector<f64>>, String> {
+        let vehicle = self.vehicle;
+        let unknowns = vehicle.unknowns();
+        let count = vehicle.count(&problem.structure, problem.runs.len());
+        let dt = problem.sample_time;
+        // The unknowns that enter linearly: kappa, and all that belongs to a record.
+        let columns: Vec<usize> = std::iter::once(0).chain(unknowns..count).collect();
+        let completed = |guess: &DVector<f64>| {
+            let mut theta = guess.clone();
+            for column in &columns {
+                theta[*column] = 0.0;
             }
-            slopes[(row, UNKNOWNS + r)] = 1.0;
-            row += 1;
+            let at = self.linearised(problem, &theta, 0.0);
+            let rows = problem.runs.iter().map(|run| run.outputs.len()).sum();
+            let slopes = at.slopes.rows(0, rows).select_columns(&columns);
+            let errors = at.errors.rows(0, rows).into_owned();
+            let rest = Triangle::of(&slopes, &errors).ok()?.solution().ok()?;
+            for (column, value) in columns.iter().zip(rest.iter()) {
+                theta[*column] = *value;
+            }
+            Some(theta)
+        };
+        let none = || "the records do not determine the vehicle".to_owned();
+        if let Some(part) = problem.part() {
+            let found = self.fit(&part)?;
+            let mut guess = DVector::zeros(count);
+            let values = found.physical.ok_or_else(none)?.values;
+            guess.rows_mut(0, unknowns).copy_from(&values);
+            return Ok(vec![completed(&guess).ok_or_else(none)?]);
+        }
+        let longest = problem.runs.iter().map(|run| run.outputs.len()).max();
+        let longest = longest.unwrap_or(0).max(2) as f64;
+        let rate = |i: usize| longest.powf(i as f64 / (GUESSES - 1) as f64 - 1.0) / dt;
+        let mut starts: Vec<(f64, DVector<f64>)> = (0..GUESSES)
+            .flat_map(|i| (0..=i).map(move |j| (rate(i), rate(j))))
+            .filter_map(|(fast, slow)| {
+                let mut guess = DVector::zeros(count);
+                (guess[1], guess[2]) = (fast + slow, fast * slow);
+                for (i, (known, _)) in vehicle.prior().iter().enumerate() {
+                    guess[UNKNOWNS + i] = *known;
+                }
+                let theta = completed(&guess)?;
+                let cost = self.linearised(problem, &theta, 0.0).errors.norm_squared();
+                cost.is_finite().then_some((cost, theta))
+            })
+            .collect();
+        starts.sort_by(|p, q| p.0.total_cmp(&q.0));
+        starts.truncate(2);
+        match starts.is_empty() {
+            true => Err(none()),
+            false => Ok(starts.into_iter().map(|(_, theta)| theta).collect()),
         }
     }
-    Linearised { errors, slopes }
+
+    /// All coefficients, and bias and beginning of each record.
+    fn parts(
+        &self,
+        problem: &Problem<'_>,
+        theta: &DVector<f64>,
+    ) -> (DVector<f64>, Vec<f64>, Vec<DVector<f64>>) {
+        let vehicle = self.vehicle;
+        let mut coefficients = vehicle.coefficients([0.0; UNKNOWNS]);
+        let unknowns = vehicle.unknowns();
+        coefficients
+            .rows_mut(0, unknowns)
+            .copy_from(&theta.rows(0, unknowns));
+        let (biases, motions) = (0..problem.runs.len())
+            .map(|run| {
+                let (bias, motion) = vehicle.columns(&problem.structure, run);
+                let mut x = DVector::zeros(vehicle.states());
+                x.rows_mut(0, motion.len())
+                    .copy_from(&theta.rows(motion.start, motion.len()));
+                (bias.map_or(0.0, |at| theta[at]), x)
+            })
+            .unzip();
+        (coefficients, biases, motions)
+    }
+
+    /// `y - yhat` and its slopes, all records one below the other; below them what is known beforehand,
+    /// by its deviation and the noise's.
+    fn linearised(&self, problem: &Problem<'_>, theta: &DVector<f64>, noise: f64) -> Linearised {
+        let vehicle = self.vehicle;
+        let (prior, unknowns) = (vehicle.prior(), vehicle.unknowns());
+        let rows: usize = problem.runs.iter().map(|run| run.outputs.len()).sum();
+        let mut errors = DVector::zeros(rows + prior.len());
+        let mut slopes = DMatrix::zeros(rows + prior.len(), theta.len());
+        let (coefficients, biases, motions) = self.parts(problem, theta);
+        let mut first = 0;
+        for (r, run) in problem.runs.iter().enumerate() {
+            let count = run.outputs.len();
+            let x = motions[r].clone();
+            let (rate, by) = vehicle.simulate(&coefficients, x, problem.sample_time, run.inputs);
+            for k in 0..count {
+                errors[first + k] = run.outputs[k] - rate[k] - biases[r];
+            }
+            slopes
+                .view_mut((first, 0), (count, unknowns))
+                .copy_from(&by.columns(0, unknowns));
+            let (bias, motion) = vehicle.columns(&problem.structure, r);
+            if let Some(at) = bias {
+                slopes.view_mut((first, at), (count, 1)).fill(1.0);
+            }
+            slopes
+                .view_mut((first, motion.start), (count, motion.len()))
+                .copy_from(&by.columns(unknowns, motion.len()));
+            first += count;
+        }
+        for (i, (known, deviation)) in prior.iter().enumerate() {
+            // Without a noise to weigh it by, what is known is held as it is.
+            let weight = if noise > 0.0 { noise / deviation } else { HELD };
+            errors[rows + i] = weight * (known - theta[UNKNOWNS + i]);
+            slopes[(rows + i, UNKNOWNS + i)] = weight;
+        }
+        Linearised { errors, slopes }
+    }
 }
+
+/// The weight of what is known before there is a noise to weigh it by.
+const HELD: f64 = 1e6;

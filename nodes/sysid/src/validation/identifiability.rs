@@ -25,7 +25,15 @@ const SPREAD: f64 = 1e-8;
 #[must_use]
 pub fn doubts(problem: &Problem<'_>) -> Vec<String> {
     let structure = &problem.structure;
-    let needed = structure.poles + structure.numerator;
+    let mut doubts = of_inputs(problem, structure.poles + structure.numerator);
+    doubts.extend(of_rows(problem));
+    doubts
+}
+
+/// Those that the inputs give, when so many parameters are sought.
+#[must_use]
+pub fn of_inputs(problem: &Problem<'_>, needed: usize) -> Vec<String> {
+    let history = problem.structure.history();
     let mut doubts = Vec::new();
     for (r, run) in problem.runs.iter().enumerate() {
         let record = if problem.runs.len() == 1 {
@@ -40,7 +48,7 @@ pub fn doubts(problem: &Problem<'_>) -> Vec<String> {
                  model says away from the frequencies of the input is a guess"
             ));
         }
-        if let Some(unexplained) = feedback_leaves(run.inputs, run.outputs, structure.history())
+        if let Some(unexplained) = feedback_leaves(run.inputs, run.outputs, history)
             && unexplained < UNEXPLAINED
         {
             doubts.push(format!(
@@ -50,6 +58,11 @@ pub fn doubts(problem: &Problem<'_>) -> Vec<String> {
             ));
         }
     }
+    doubts
+}
+
+/// That the rows of the regression depend on each other.
+fn of_rows(problem: &Problem<'_>) -> Option<String> {
     let (mut phi, _) = regression(problem);
     for mut column in phi.column_iter_mut() {
         let size = column.norm();
@@ -57,20 +70,30 @@ pub fn doubts(problem: &Problem<'_>) -> Vec<String> {
             column /= size;
         }
     }
-    if phi.nrows() >= phi.ncols() {
-        let singular = phi.singular_values();
-        let (least, largest) = (singular.min(), singular.max());
-        if least <= SPREAD * largest {
-            let known = singular.iter().filter(|s| **s > SPREAD * largest).count();
-            doubts.push(format!(
-                "the record determines {known} of {} parameters (the weakest direction counts \
-                 {:.1e} of the strongest): poles and zeros cancel, or the order is too high",
-                phi.ncols(),
-                least / largest
-            ));
-        }
+    if phi.nrows() < phi.ncols() {
+        return None;
     }
-    doubts
+    let singular = singular_values(&phi);
+    let (least, largest) = (singular.min(), singular.max());
+    let known = singular.iter().filter(|s| **s > SPREAD * largest).count();
+    (least <= SPREAD * largest).then(|| {
+        format!(
+            "the record determines {known} of {} parameters (the weakest direction counts \
+             {:.1e} of the strongest): poles and zeros cancel, or the order is too high",
+            phi.ncols(),
+            least / largest
+        )
+    })
+}
+
+/// Those of the triangle, for the matrix may be long; none of one with numbers that are not finite.
+fn singular_values(matrix: &DMatrix<f64>) -> DVector<f64> {
+    let nothing = DVector::zeros(matrix.nrows());
+    let triangle = Triangle::of(matrix, &nothing);
+    triangle.map_or_else(
+        |_| DVector::zeros(matrix.ncols()),
+        |it| it.singular_values(),
+    )
 }
 
 /// Of how many samples' past the input is independent: its order of excitation, up to `most`.
@@ -81,7 +104,7 @@ pub fn excitation_order(inputs: &[f64], most: usize) -> usize {
     }
     let rows = inputs.len() - most + 1;
     let past = DMatrix::from_fn(rows, most, |i, j| inputs[i + j]);
-    let singular = past.singular_values();
+    let singular = singular_values(&past);
     let largest = singular.max();
     if largest == 0.0 {
         return 0;
@@ -108,7 +131,7 @@ fn feedback_leaves(inputs: &[f64], outputs: &[f64], history: usize) -> Option<f6
     let phi = DMatrix::from_fn(kept.len(), n + 1, |i, j| outputs[kept[i] - j]);
     let u = DVector::from_fn(kept.len(), |i, _| inputs[kept[i]]);
     let total = u.norm_squared();
-    let left = Triangle::of(phi, u).ok()?.cost;
+    let left = Triangle::of(&phi, &u).ok()?.cost;
     (total > 0.0).then_some(left / total)
 }
 

@@ -7,7 +7,9 @@
 //! ```
 //! N the rows, p the parameters. A one-step fit can only grow with the order; these can fall.
 
-use crate::estimators::Method;
+use serde::Serialize;
+
+use crate::estimators::Estimator;
 use crate::structure::{Problem, Run, Structure};
 
 /// The share of each record that candidates are fitted to before they are judged on the rest.
@@ -18,7 +20,7 @@ pub const FITTED_SHARE: f64 = 0.7;
 const AS_GOOD: f64 = 2.0;
 
 /// One candidate and what it comes to.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Candidate {
     /// Poles, known ones left out.
     pub order: usize,
@@ -34,18 +36,15 @@ pub struct Candidate {
     pub held_out_fit: Option<f64>,
 }
 
-/// The candidates of orders 1 to `orders` and delays 1 to `delays`, the order of each structure
-/// changed with its numerator, best BIC first. Those that the records do not determine are left out.
+/// The candidates, best BIC first. Those that the records do not determine are left out.
 #[must_use]
 pub fn search(
     problem: &Problem<'_>,
-    method: Method,
-    orders: usize,
-    delays: usize,
+    estimator: &dyn Estimator,
+    structures: impl Iterator<Item = Structure>,
 ) -> Vec<Candidate> {
-    let mut candidates: Vec<Candidate> = (1..=orders)
-        .flat_map(|order| (1..=delays).map(move |delay| (order, delay)))
-        .filter_map(|(order, delay)| candidate(problem, method, order, delay))
+    let mut candidates: Vec<Candidate> = structures
+        .filter_map(|structure| candidate(problem, estimator, structure))
         .collect();
     candidates.sort_by(|p, q| p.bic.total_cmp(&q.bic));
     candidates
@@ -53,23 +52,13 @@ pub fn search(
 
 fn candidate(
     problem: &Problem<'_>,
-    method: Method,
-    order: usize,
-    delay: usize,
+    estimator: &dyn Estimator,
+    structure: Structure,
 ) -> Option<Candidate> {
-    let short = problem
-        .structure
-        .poles
-        .saturating_sub(problem.structure.numerator);
-    let structure = Structure {
-        poles: order,
-        numerator: order.saturating_sub(short).max(1),
-        delay,
-        ..problem.structure.clone()
-    };
+    let (order, delay) = (structure.poles, structure.delay);
     let of = |runs: Vec<Run<'_>>| {
         let problem = Problem::new(structure.clone(), problem.sample_time, runs).ok()?;
-        method.fit(&problem).ok()
+        estimator.fit(&problem).ok()
     };
     let whole = of(problem.runs.clone())?;
     let rows: usize = whole.residuals.iter().map(Vec::len).sum();

@@ -9,6 +9,8 @@
 //! alone means that the noise model is wrong, which spoils the standard errors of methods that
 //! take the noise for white, and nothing else.
 
+use serde::Serialize;
+
 use crate::uncertainty::SIGMAS_99;
 
 /// Lags looked at.
@@ -18,7 +20,7 @@ const LAGS: usize = 20;
 const HARDLY_EVER: f64 = 4.0;
 
 /// One correlation function with its bound.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Correlation {
     /// Lag in samples and correlation, each between -1 and 1.
     pub values: Vec<(i64, f64)>,
@@ -61,7 +63,7 @@ impl Correlation {
 }
 
 /// What the tests found.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ResidualTests {
     /// Of the residual with itself, lags 1 to 20.
     pub whiteness: Correlation,

@@ -1,0 +1,164 @@
+//! What was found, as text for the terminal.
+
+use std::fmt::Write as _;
+
+use super::Analysis;
+use crate::uncertainty::{Reading, SIGMAS_95, Uncertain};
+
+/// Candidates that are shown.
+const SHOWN: usize = 8;
+
+impl Analysis {
+    /// What was found, and the verdict.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let mut text = self.findings();
+        for sentence in &self.verdict {
+            let _ = writeln!(text, "- {sentence}");
+        }
+        text
+    }
+
+    /// What was found, in numbers.
+    #[must_use]
+    pub fn findings(&self) -> String {
+        let structure = &self.estimate.layout.structure;
+        let mut text = format!(
+            "{} -> {}, {}, {} poles, {} numerator coefficients, delay {}, {} s\n",
+            self.input,
+            self.output,
+            self.options.method.name(),
+            structure.poles,
+            structure.numerator,
+            structure.delay,
+            self.estimate.sample_time
+        );
+        if let Some(reference) = &self.reference {
+            let _ = writeln!(text, "in two stages, from {reference}");
+        }
+        text += &self.tried();
+        text += &self.coefficients();
+        text += &self.places();
+        text += &self.vehicle();
+        let _ = writeln!(
+            text,
+            "{:<12} {:.6}\n{:<12} {:.3e}, one standard deviation",
+            "offset",
+            self.estimate.offset(self.longest),
+            "noise",
+            self.estimate.noise_variance.sqrt()
+        );
+        let percent = |fit: Option<f64>| fit.map_or("none".to_owned(), |fit| format!("{fit:.2} %"));
+        let _ = writeln!(
+            text,
+            "{:<12} {} simulated, {} on held-out data\n",
+            "fit",
+            percent(self.fit),
+            percent(self.held_out_fit)
+        );
+        text
+    }
+
+    /// The orders and delays tried.
+    fn tried(&self) -> String {
+        let mut text = String::from("\n");
+        if !self.candidates.is_empty() {
+            text += "order  delay   AIC        BIC        held-out fit\n";
+        }
+        for c in self.candidates.iter().take(SHOWN) {
+            let fit = c.held_out_fit;
+            let fit = fit.map_or("-".to_owned(), |fit| format!("{fit:.2} %"));
+            let _ = writeln!(
+                text,
+                "{:<6} {:<7} {:<10.1} {:<10.1} {fit}",
+                c.order, c.delay, c.aic, c.bic
+            );
+        }
+        text + "\n"
+    }
+
+    /// Numerator and denominator; every stretch's numerator where each has its own.
+    fn coefficients(&self) -> String {
+        let list = |values: &[f64]| {
+            let values: Vec<String> = values.iter().map(|v| format!("{v:.8}")).collect();
+            values.join("  ")
+        };
+        let own = self.estimate.layout.structure.own_numerators && self.stretches.len() > 1;
+        let runs = if own {
+            0..self.stretches.len()
+        } else {
+            self.longest..self.longest + 1
+        };
+        let mut text = String::new();
+        for run in runs {
+            let b = self.estimate.model(run).b;
+            let _ = write!(
+                text,
+                "numerator    {}   (z^{} first)",
+                list(&b),
+                b.len() - 1
+            );
+            if own {
+                let gain = Reading::of(&self.estimate, run).dc_gain();
+                let _ = write!(text, ", stretch {}", self.stretches[run] + 1);
+                if let Some(gain) = gain {
+                    let _ = write!(text, ", dc gain {}", interval(&gain));
+                }
+            }
+            text.push('\n');
+        }
+        text + &format!("denominator  1  {}\n", list(&self.model().a))
+    }
+
+    /// Poles, zeros and the steady gain, each with its 95 % interval.
+    fn places(&self) -> String {
+        let reading = self.reading();
+        let mut text = String::new();
+        for (name, found) in [
+            ("z pole", reading.poles()),
+            ("s pole", reading.continuous_poles()),
+            ("z zero", reading.zeros()),
+        ] {
+            let found = found.unwrap_or_default();
+            for it in found.iter().filter(|it| it.value.im >= 0.0) {
+                let _ = writeln!(text, "{name:<12} {}", interval(it));
+            }
+        }
+        if let Some(gain) = reading.dc_gain() {
+            let _ = writeln!(text, "{:<12} {}", "dc gain", interval(&gain));
+        }
+        text
+    }
+
+    /// The vehicle's own coefficients, where there are any.
+    fn vehicle(&self) -> String {
+        let Some(found) = self.physical() else {
+            return String::new();
+        };
+        let by_inertia = self.options.inertia.map(|it| found.with_inertia(it));
+        let named = found.named().into_iter();
+        let mut text = String::new();
+        for (name, value, deviation) in named.chain(by_inertia.into_iter().flatten()) {
+            let _ = writeln!(text, "{name:<15} {value:.5} ± {:.5}", SIGMAS_95 * deviation);
+        }
+        text
+    }
+}
+
+/// A number with its 95 % interval, upper of a pair.
+pub(super) fn interval(it: &Uncertain) -> String {
+    let real = format!(
+        "{:.5} ± {:.5}",
+        it.value.re,
+        SIGMAS_95 * it.real_deviation()
+    );
+    if it.value.im == 0.0 {
+        real
+    } else {
+        format!(
+            "{real}, ± ({:.5} ± {:.5}) i",
+            it.value.im,
+            SIGMAS_95 * it.imaginary_deviation()
+        )
+    }
+}

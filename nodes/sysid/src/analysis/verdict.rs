@@ -1,0 +1,167 @@
+//! What there is to say of a model in plain words.
+
+use nalgebra::Matrix2;
+
+use super::Analysis;
+use super::account::interval;
+use crate::record::Record;
+use crate::uncertainty::{Reading, SIGMAS_95, Uncertain};
+use crate::validation::order_search;
+use crate::validation::residuals::Correlation;
+
+/// Standard deviations beyond which two estimates of a pole are not of one system.
+const APART: f64 = 3.0;
+
+impl Analysis {
+    pub(super) fn judged(&self, doubts: Vec<String>, record: &Record) -> Vec<String> {
+        let mut said = doubts;
+        said.extend(self.left_out(record));
+        said.extend(order_search::verdict(&self.candidates));
+        said.extend(self.of_two_stages());
+        match (self.held_out_fit, self.fit) {
+            (Some(held), _) if held >= 90.0 => said.push(format!("it simulates {held:.1} % of what it was not fitted to: very good")),
+            (Some(held), Some(fit)) if held < fit - 20.0 => said.push(format!(
+                "it simulates {held:.1} % of what it was not fitted to, and {fit:.1} % of everything: it has learnt this record rather than the system, or the system changed"
+            )),
+            (Some(held), _) => said.push(format!("it simulates {held:.1} % of what it was not fitted to")),
+            (None, _) => said.push("the output does not move beyond the noise in what was held out: nothing was checked".to_owned()),
+        }
+        said.extend(self.of_residuals());
+        said.extend(self.suspicious_poles());
+        said
+    }
+
+    /// Poles that are noise's rather than the system's.
+    fn suspicious_poles(&self) -> Vec<String> {
+        let reading = self.reading();
+        let (Ok(poles), Ok(mut zeros)) = (reading.poles(), reading.zeros()) else {
+            return Vec::new();
+        };
+        if self.estimate.physical.is_some() {
+            // Its order is the equations', which cannot be lower.
+            zeros.clear();
+        }
+        let mut said = Vec::new();
+        for pole in poles.iter().filter(|pole| pole.value.im >= 0.0) {
+            let at = interval(pole);
+            if pole.value.re < 0.0 && pole.covariance != Matrix2::zeros() {
+                said.push(format!("the pole at z = {at} alternates from sample to sample: it is what noise makes of a fit, not the system's"));
+            } else if pole.value.norm() - SIGMAS_95 * pole.magnitude_deviation() > 1.0 {
+                said.push(format!(
+                    "the pole at z = {at} is unstable beyond its uncertainty"
+                ));
+            }
+            let cancels = zeros.iter().any(|zero| {
+                let apart = (zero.value - pole.value).norm();
+                let joint = zero.magnitude_deviation().hypot(pole.magnitude_deviation());
+                joint > 0.0 && apart < SIGMAS_95 * joint && apart < 0.2
+            });
+            if cancels {
+                said.push(format!(
+                    "a zero may cancel the pole at z = {at}: a lower order would do as well"
+                ));
+            }
+        }
+        said
+    }
+
+    /// What of the record was not used, or not everywhere.
+    fn left_out(&self, record: &Record) -> Vec<String> {
+        let mut said = Vec::new();
+        let all = record.stretches.len();
+        if self.stretches.len() < all {
+            let kept = self.stretches.iter().map(|it| record.stretches[*it].len());
+            said.push(format!(
+                "of {all} stretches the {} longest were used, {:.1} % of the samples",
+                self.stretches.len(),
+                100.0 * kept.sum::<usize>() as f64 / record.samples().max(1) as f64
+            ));
+        }
+        if !self.candidates.is_empty() && self.searched < record.samples() {
+            said.push(format!(
+                "the order was sought on {} of {} samples, where the input varies most, and the model fitted to all",
+                self.searched,
+                record.samples()
+            ));
+        }
+        said
+    }
+
+    /// What heed to the reference has changed.
+    fn of_two_stages(&self) -> Option<String> {
+        let (direct, reference) = (self.direct.as_ref()?, self.reference.as_ref()?);
+        let staged = self.reading().poles().ok()?;
+        let direct = Reading::of(direct, self.longest).poles().ok()?;
+        let moved = staged.iter().filter_map(|pole| {
+            let other = direct.iter().min_by(|p, q| {
+                let apart = |it: &&_| -> f64 { distance(it, pole) };
+                apart(p).total_cmp(&apart(q))
+            })?;
+            let joint = pole
+                .magnitude_deviation()
+                .hypot(other.magnitude_deviation());
+            (joint > 0.0).then(|| (distance(other, pole) / joint, pole, other))
+        });
+        let (deviations, pole, other) = moved.max_by(|p, q| p.0.total_cmp(&q.0))?;
+        let (staged, direct) = (interval(pole), interval(other));
+        Some(if deviations > APART {
+            format!(
+                "two stages from {reference} put the pole at z = {staged}; without it, it would be at {direct}, {deviations:.1} standard deviations away: noise that goes round the loop misleads the direct fit"
+            )
+        } else {
+            format!(
+                "two stages from {reference} put the pole at z = {staged}; without it, it would be at {direct}: the loop misleads the direct fit by less than can be told"
+            )
+        })
+    }
+
+    /// Whether what is left over is noise.
+    fn of_residuals(&self) -> Vec<String> {
+        let Some(tests) = &self.residuals else {
+            return Vec::new();
+        };
+        let against = match self.reference {
+            Some(_) => "the reference",
+            None => "the input",
+        };
+        let (earlier, later) = (tests.of_earlier_inputs(), tests.of_later_inputs());
+        let mut said = vec![match (earlier.passes(), tests.whiteness.passes()) {
+            (true, true) => format!(
+                "what it leaves over is white and unrelated to {against}: nothing is left to explain"
+            ),
+            (true, false) => format!(
+                "what it leaves over is unrelated to {against} but coloured ({}): the model stands, its standard errors are too small or too large",
+                evidence(&tests.whiteness)
+            ),
+            (false, _) => format!(
+                "what it leaves over still follows {against} before it ({}): dynamics are missing, a higher order or another delay may find them",
+                evidence(&earlier)
+            ),
+        }];
+        if !later.passes() && self.reference.is_none() {
+            said.push(format!(
+                "later inputs follow what it leaves over ({}): there is feedback, and the model may be the controller's as much as the plant's; give the loop's reference (--reference) or take --method armax",
+                evidence(&later)
+            ));
+        }
+        said
+    }
+}
+
+fn distance(p: &Uncertain, q: &Uncertain) -> f64 {
+    (p.value - q.value).norm()
+}
+
+/// What a test found, in numbers.
+fn evidence(found: &Correlation) -> String {
+    let largest = found
+        .values
+        .iter()
+        .fold(0.0_f64, |m, (_, r)| m.max(r.abs()));
+    format!(
+        "{} of {} lags beyond 99 %, the largest {largest:.2} where chance makes {:.2}",
+        found.outside(),
+        found.values.len(),
+        found.bound
+    )
+}
