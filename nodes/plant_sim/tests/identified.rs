@@ -187,6 +187,49 @@ fn what_no_vehicle_follows_is_refused_with_how_far_it_is_off() {
     }
 }
 
+#[test]
+fn numbers_beyond_any_vehicle_are_refused_and_bring_nothing_down() {
+    let base = brunner();
+    let good = exact(&base, FOOT, Output::PitchRate);
+    let own = Physical {
+        heave: Some(Heave {
+            to_pitch: 0.3,
+            damping: 0.6,
+            from_rate: 0.1,
+            from_input: 0.02,
+        }),
+        ..physical(1.0, 0.2)
+    };
+    for wild in [1e308, -1e308, 1e150, 1e-308, 0.0] {
+        for place in 0..8 {
+            let mut file = good.clone();
+            match place {
+                0 => file.num[0] = wild,
+                1 => file.den[1] = wild,
+                2 => file.den[3] = wild,
+                3 => file.covariance[0][0] = wild,
+                4 => file.sample_time = wild.abs().max(1e-308),
+                5 => file.speed = Some(wild.abs().max(1e-308)),
+                6 => {
+                    file.physical = Some(Physical {
+                        kappa: wild,
+                        ..own.clone()
+                    });
+                }
+                _ => {
+                    let mut equations = own.clone();
+                    equations.heave.as_mut().unwrap().damping = wild;
+                    file.physical = Some(equations);
+                }
+            }
+            match identified::vehicle(&base, &file) {
+                Ok(vehicle) => assert!(vehicle.coefficients.m_delta.is_finite()),
+                Err(refusal) => assert!(!refusal.is_empty()),
+            }
+        }
+    }
+}
+
 fn physical(beta: f64, mu: f64) -> Physical {
     Physical {
         kappa: -0.5,

@@ -251,6 +251,25 @@ pub(super) mod tests {
     }
 
     #[test]
+    fn a_model_of_any_size_is_taken_or_refused_and_ends_nothing() {
+        for wild in [1e308, -1e308, 1e200, 1e150, -1e80, 1e-308, 0.0] {
+            for place in 0..5 {
+                let mut estimate = estimate_of(&VEHICLE, 0.05, 1e-4);
+                match place {
+                    0 => estimate.a[0] = wild,
+                    1 => estimate.a[1] = wild,
+                    2 => estimate.b[0] = wild,
+                    3 => estimate.b = vec![wild; 2],
+                    _ => estimate.covariance = vec![wild; 25],
+                }
+                if let Ok(found) = Identified::of(&estimate) {
+                    assert!(found.model.plane.is_finite() && found.plane_deviation.is_finite());
+                }
+            }
+        }
+    }
+
+    #[test]
     fn what_is_no_model_of_pitch_is_refused_with_the_reason() {
         let good = estimate_of(&VEHICLE, 0.05, 1e-4);
         let refused = |change: fn(&mut ModelEstimate)| {

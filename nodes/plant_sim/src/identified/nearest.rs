@@ -226,14 +226,17 @@ fn least_squares(
     Ok(x)
 }
 
+/// The least squares of `rows x = right`; the decomposition would not end on what is not finite.
 fn solved(rows: DMatrix<f64>, right: &DVector<f64>) -> Result<Pitch, String> {
+    let none = || "its response determines no pitch equation".to_owned();
+    if !rows.iter().chain(right).all(|it| it.is_finite()) {
+        return Err(none());
+    }
     let solution = rows
         .svd(true, true)
         .solve(right, f64::EPSILON)
         .map_err(str::to_owned)?;
     let found = [solution[0], solution[1], solution[2]];
     let finite = found.iter().all(|it| it.is_finite());
-    finite
-        .then_some(found)
-        .ok_or_else(|| "its response determines no pitch equation".to_owned())
+    finite.then_some(found).ok_or_else(none)
 }
