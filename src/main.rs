@@ -200,6 +200,9 @@ fn main() -> ExitCode {
             .map(|text| println!("{text}")),
         Command::Replay(args) => sysid::replay::run(&args),
         Command::Sysid(sysid::command::Command::Fit(args)) => planesman::sysid::fit(&args),
+        Command::Sysid(sysid::command::Command::Watch(args)) => {
+            stay_local().and_then(|()| sysid::watch::run(&args))
+        }
         Command::Sysid(command) => command.run(),
         Command::Tf(args) => tf_command::run(&args),
         Command::Bag(BagCommand::Info { path }) => bag_info(&path),

@@ -7,6 +7,7 @@ use crate::fit_command::{self, FitArgs};
 use crate::montecarlo_command::{self, MonteCarloArgs};
 use crate::replay::{self, ReplayArgs};
 use crate::topics_command::{self, TopicsArgs};
+use crate::watch::{self, WatchArgs};
 
 /// A command.
 #[derive(Clone, Debug, Subcommand)]
@@ -20,11 +21,13 @@ pub enum Command {
     MonteCarlo(MonteCarloArgs),
     /// Identify from a bag what the node identifies live
     Replay(ReplayArgs),
+    /// Watch what a running identifier learns
+    Watch(WatchArgs),
 }
 
 impl Command {
     /// The words by which the commands are called.
-    pub const NAMES: [&str; 4] = ["topics", "fit", "montecarlo", "replay"];
+    pub const NAMES: [&str; 5] = ["topics", "fit", "montecarlo", "replay", "watch"];
 
     /// Runs the command and prints what it found.
     ///
@@ -36,6 +39,7 @@ impl Command {
             Self::Fit(args) => fit_command::run(args),
             Self::MonteCarlo(args) => montecarlo_command::run(args),
             Self::Replay(args) => replay::run(args),
+            Self::Watch(args) => watch::run(args),
         }
     }
 }

@@ -35,6 +35,7 @@
 //! - [`book`]: the thesis' identified models, gone through again.
 //! - [`parameters`]: every tunable, its default and unit.
 //! - [`pair`]: one pair of signals, from its messages to its estimates.
+//! - [`watch`]: estimates live in the terminal, with [`sparkline`].
 //! - [`core`]: messages in, estimates out, of all pairs.
 //!
 //! The procedure is that of Brunner, *Experimental Verification of AUV Performance* (NPS
@@ -70,6 +71,7 @@ pub mod resample;
 pub mod rls;
 pub mod signal;
 pub mod source;
+pub mod sparkline;
 pub mod structure;
 pub mod synthetic;
 pub mod taken;
@@ -77,3 +79,4 @@ pub mod timing;
 pub mod topics_command;
 pub mod uncertainty;
 pub mod validation;
+pub mod watch;

@@ -16,6 +16,7 @@ use planesman_parameters::Values;
 use crate::core::Identifier;
 use crate::pair::{self, Change, Pair};
 use crate::reader::TopicReader;
+use crate::watch::{self, Screen};
 use crate::{message_types, parameters};
 
 /// Time between two looks at who has fallen silent.
@@ -31,8 +32,12 @@ enum Event {
     Freeze(bool, Responder<SetBool>),
     Fit(FitRequest, Responder<Fit>),
     Look,
+    Draw,
     Parameters(Values),
 }
+
+/// The argument, before ROS's, that asks for the view of [`crate::watch`].
+const WATCH: &str = "--watch";
 
 /// Runs the node with its command-line arguments until it is told to stop.
 #[must_use]
@@ -40,7 +45,13 @@ pub fn main(args: Vec<String>) -> ExitCode {
     planesman_node::exit_code("sysid", || run(args))
 }
 
-fn run(args: Vec<String>) -> Result<()> {
+fn run(mut args: Vec<String>) -> Result<()> {
+    let screen = args
+        .first()
+        .is_some_and(|first| first == WATCH)
+        .then(Screen::new);
+    let mut arguments = args::only(args.split_off(usize::from(screen.is_some())))?;
+    arguments.console &= !screen.as_ref().is_some_and(Screen::is_drawn);
     let rt = Runtime::start(
         NodeSpec {
             name: "sysid",
@@ -49,7 +60,7 @@ fn run(args: Vec<String>) -> Result<()> {
             validate: |values| Identifier::new(values).map(drop),
             on_parameters: Event::Parameters,
         },
-        args::only(args)?,
+        arguments,
     )?;
     let values = rt.values();
     let mut node = Node {
@@ -62,6 +73,7 @@ fn run(args: Vec<String>) -> Result<()> {
         answered: None,
         heard: rt.now(),
         topics: Vec::new(),
+        screen,
     };
     for (place, (topic, type_name)) in topics(&values)?.into_iter().enumerate() {
         let found = message_types::find(&type_name).map_err(|e| anyhow!(e))?;
@@ -84,6 +96,10 @@ fn run(args: Vec<String>) -> Result<()> {
     })?;
     rt.serve::<Fit>("~/fit", Event::Fit)?;
     let _looks = rt.every(LOOK, || Event::Look);
+    let _drawings = node
+        .screen
+        .is_some()
+        .then(|| rt.every(watch::DRAW, || Event::Draw));
     rt.run(|rt, event| node.on(rt, event))
 }
 
@@ -121,6 +137,8 @@ struct Node {
     /// When a message last came.
     heard: Time,
     topics: Vec<Topic>,
+    /// The live view, if it was asked for.
+    screen: Option<Screen>,
 }
 
 /// A topic that is listened to.
@@ -163,6 +181,12 @@ impl Node {
             }
             Event::Fit(request, responder) => responder.answer(self.fit(rt, &request.name)),
             Event::Look => {}
+            Event::Draw => {
+                if let Some(screen) = &mut self.screen {
+                    screen.draw(&rt.full_name());
+                }
+                return Ok(Flow::Continue);
+            }
             Event::Parameters(values) => {
                 self.identifier
                     .set_values(&values)
@@ -174,9 +198,12 @@ impl Node {
         Ok(Flow::Continue)
     }
 
-    fn publish(&self, estimates: &[ModelEstimate]) {
+    fn publish(&mut self, estimates: &[ModelEstimate]) {
         for estimate in estimates {
             self.model.publish(estimate);
+            if let Some(screen) = &mut self.screen {
+                screen.take(estimate);
+            }
         }
     }
 

@@ -15,6 +15,7 @@ use crate::bag_source::{self, BagSource};
 use crate::csv_source::CsvSource;
 use crate::record::Timing;
 use crate::source::{Clock, DataArgs, Source, progress_bar};
+use crate::sparkline::sparkline;
 use crate::timing::Meter;
 
 /// Fields of a topic that are looked at, and of all topics together.
@@ -518,7 +519,11 @@ fn lines(fields: &[FieldSurvey]) -> Vec<[String; 5]> {
                 count,
                 short(first.min),
                 short(first.max),
-                sparkline(first),
+                if first.min == first.max {
+                    "constant".to_owned()
+                } else {
+                    sparkline(&first.course)
+                },
             ]
         });
     }
@@ -535,25 +540,6 @@ fn short(value: f64) -> String {
     } else {
         format!("{value:.4e}")
     }
-}
-
-fn sparkline(field: &FieldSurvey) -> String {
-    const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
-    if field.min == field.max {
-        return "constant".to_owned();
-    }
-    let least = field.course.iter().copied().fold(f64::INFINITY, f64::min);
-    let greatest = field
-        .course
-        .iter()
-        .copied()
-        .fold(f64::NEG_INFINITY, f64::max);
-    let height = |value: &f64| {
-        // Halves, so that the range of the largest numbers there are is a number.
-        let share = (0.5 * value - 0.5 * least) / (0.5 * greatest - 0.5 * least);
-        BARS[((share * 8.0) as usize).min(7)]
-    };
-    field.course.iter().map(height).collect()
 }
 
 #[cfg(test)]
@@ -580,10 +566,6 @@ mod tests {
             assert!(field.course.is_sorted(), "{count}");
             assert_eq!((field.min, field.max), (0.0, f64::from(count - 1)));
         }
-        let rising = sparkline(&field("x", &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]));
-        assert_eq!(rising, "▁▂▃▄▅▆▇█");
-        let extreme = field("x", &[f64::MIN, f64::MAX]);
-        assert_eq!(sparkline(&extreme), "▁█");
     }
 
     #[test]
