@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use depth_controller::gains::pitch_model::is_of_pitch;
+use depth_controller::gains::pitch_model::{FIRST_PAIR, is_of_pitch};
 use planesman_bag::reader::{BagReader, Order};
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::{
@@ -25,7 +25,8 @@ pub struct Flight {
     pub motions: Vec<PlaneMotion>,
     /// The actuators' inside, by the planes they move.
     pub actuators: BTreeMap<String, Vec<DhaState>>,
-    /// The identified models of pitch rate over plane angle; of several estimators' the first that spoke.
+    /// The identified models of pitch rate over plane angle; of several pairs' that of sysid's
+    /// first, or that which spoke first.
     pub models: Vec<ModelEstimate>,
     /// Messages per topic.
     pub counts: BTreeMap<String, u64>,
@@ -85,8 +86,10 @@ impl Flight {
         }
         self.models.sort_by_key(|m| m.header.stamp.nanos());
         self.models.retain(is_of_pitch);
-        if let Some(first) = self.models.first().map(|m| m.name.clone()) {
-            self.models.retain(|m| m.name == first);
+        let of_first = self.models.iter().find(|m| m.name == FIRST_PAIR);
+        if let Some(chosen) = of_first.or(self.models.first()) {
+            let name = chosen.name.clone();
+            self.models.retain(|m| m.name == name);
         }
     }
 
@@ -130,4 +133,35 @@ impl Flight {
 
 fn decode<M: Message>(payload: &[u8]) -> Result<M> {
     cdr::from_bytes(payload).map_err(|e| anyhow::anyhow!("{}: {e}", M::TYPE_NAME))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_several_pairs_models_only_those_of_pitch_by_the_first_pair_are_a_flights() {
+        let of = |name: &str, output: &str, samples| ModelEstimate {
+            name: name.to_owned(),
+            input: "plane_motion:dive_planes".to_owned(),
+            output: output.to_owned(),
+            samples,
+            valid: true,
+            ..ModelEstimate::default()
+        };
+        let mut flight = Flight {
+            models: vec![
+                of("heave", "state:heave", 1),
+                of("filtered", "state:pitch_rate", 2),
+                of("model", "state:pitch_rate", 3),
+                of("filtered", "state:pitch_rate", 4),
+                of("heave", "state:heave", 5),
+            ],
+            ..Flight::default()
+        };
+        flight.arrange();
+        let samples: Vec<u64> = flight.models.iter().map(|m| m.samples).collect();
+        assert_eq!(samples, vec![3]);
+        assert_eq!(flight.final_model().map(|m| m.samples), Some(3));
+    }
 }

@@ -307,7 +307,7 @@ pub fn table(model: &ModelEstimate) -> String {
     );
     let physical = model.physical_names.iter().zip(&model.physical_values);
     for ((name, value), deviation) in physical.zip(&model.physical_deviations) {
-        text += &format!("{name:<9}{value:.6} ± {deviation:.6}\n");
+        text += &format!("{name:<10}{value:.6} ± {deviation:.6}\n");
     }
     text += &format!("a        {}\n", list(&model.a));
     text += &format!("b        {}\n", list(&model.b));

@@ -84,9 +84,13 @@ fn heading(connections: &Connections) -> String {
                 0 => String::new(),
                 refused => format!(", {refused} refused"),
             };
+            let publishers = match it.peers {
+                1 => "1 publisher".to_owned(),
+                peers => format!("{peers} publishers"),
+            };
             format!(
-                "{}: {} publishers, {} estimates{refused}",
-                it.topic, it.peers, it.messages
+                "{}: {publishers}, {} estimates{refused}",
+                it.topic, it.messages
             )
         })
 }
@@ -246,10 +250,13 @@ impl Track {
             poles(reading.map(|it| it.poles()))
         ));
         lines.push(format!(
-            "  poles s   {}  1/s  {}",
-            poles(reading.map(|it| it.continuous_poles())),
-            course(&self.poles)
+            "  poles s   {}  1/s",
+            poles(reading.map(|it| it.continuous_poles()))
         ));
+        if let Some(slowest) = self.poles.back() {
+            let course = course(&self.poles);
+            lines.push(format!("  slowest   {slowest:.4} 1/s  {course}"));
+        }
         let gain = reading.and_then(|it| it.dc_gain());
         lines.push(format!(
             "  gain      {}",
@@ -386,6 +393,7 @@ mod tests {
             "least_squares, order 1, 4 samples of 0.1 s: valid",
             "poles z   0.8800 ± 0.0010",
             "poles s   -1.2783 ± 0.0114  1/s",
+            "slowest   -1.2783 1/s  ▁▂",
             // b / (1 - p), and sqrt((b / (1 - p)^2)^2 + (1 / (1 - p))^2) thousandths
             "gain      1.6667 ± 0.0162",
             "fit       94.00 %  ▁▃▅▇█",

@@ -3,8 +3,8 @@
 //!
 //! An estimate is believed when `sysid` calls it valid, it is younger than [`Trust::oldest`], and passes
 //! [`Trust`]; the first that does not hold is the reason given. Of several pairs of signals that `sysid`
-//! identifies, only estimates of pitch rate over plane angle are heard; of several such, those of the name that
-//! spoke first, until it has been silent for [`Trust::oldest`].
+//! identifies, only estimates of pitch rate over plane angle are heard; of several such, those of `sysid`'s
+//! first pair ([`FIRST_PAIR`]), or of the one that spoke first, until it has been silent for [`Trust::oldest`].
 //!
 //! The gains move towards their target no faster than [`Trust::rate`] of the scheduled gain per second,
 //! so that neither a new estimate nor its loss is a step; and stay within the same factor of the scheduled
@@ -12,7 +12,7 @@
 
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 
-use super::pitch_model::{Identified, is_of_pitch};
+use super::pitch_model::{FIRST_PAIR, Identified, is_of_pitch};
 use super::{LoopGains, PitchModel, Schedule, Trust};
 
 /// The gains in force and the last estimate.
@@ -47,7 +47,8 @@ impl Adaptive {
         let stamp = estimate.header.stamp.nanos();
         let another_is_heard = self.last.as_ref().is_some_and(|heard| {
             let age = stamp.saturating_sub(heard.stamp) as f64 * 1e-9;
-            heard.name != estimate.name && age.abs() <= trust.oldest
+            let of_first = estimate.name == FIRST_PAIR;
+            heard.name != estimate.name && !of_first && age.abs() <= trust.oldest
         });
         if another_is_heard || !is_of_pitch(estimate) {
             return;
@@ -186,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn only_pitch_is_heard_and_of_two_estimators_the_one_that_spoke_first() {
+    fn only_pitch_is_heard_and_of_several_estimators_that_of_the_first_pair() {
         let of = |name: &str, plane: f64, stamp: i64| {
             let mut model = T6.law.model;
             model.plane *= plane;
@@ -202,6 +203,7 @@ mod tests {
         let mut adaptive = Adaptive::new();
         adaptive.on_model(&heave, &TRUST);
         assert!(adaptive.believed(&T6, &TRUST, 1.0, 0).is_err());
+        adaptive.on_model(&of("filtered", 2.0, SECOND), &TRUST);
         adaptive.on_model(&of("model", 0.5, SECOND), &TRUST);
         adaptive.on_model(&of("filtered", 2.0, SECOND), &TRUST);
         adaptive.on_model(&heave, &TRUST);
@@ -215,6 +217,8 @@ mod tests {
         // Silent for longer than is believed: the other's turn.
         adaptive.on_model(&of("filtered", 2.0, 7 * SECOND), &TRUST);
         assert!((plane(&adaptive, 7 * SECOND) - 2.0).abs() < 4e-2);
+        adaptive.on_model(&of("another", 1.0, 8 * SECOND), &TRUST);
+        assert!((plane(&adaptive, 8 * SECOND) - 2.0).abs() < 4e-2);
     }
 
     #[test]

@@ -124,6 +124,9 @@ impl Identified {
     }
 }
 
+/// The name of the pair of signals that `sysid` identifies before any other (`ModelEstimate.msg`).
+pub const FIRST_PAIR: &str = "model";
+
 /// Whether an estimate is of pitch rate over plane angle, by its signals' names.
 #[must_use]
 pub fn is_of_pitch(estimate: &ModelEstimate) -> bool {
