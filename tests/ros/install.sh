@@ -20,9 +20,9 @@ PIP_DISABLE_PIP_VERSION_CHECK=1 "$venv/bin/pip" install --quiet --no-cache-dir -
 # The wheels' CMake files name folders of the Python that they were built with.
 read -r include packages < <("$venv/bin/python" -c \
     'import sysconfig; paths = sysconfig.get_paths(); print(paths["include"], paths["purelib"])')
-grep --recursive --files-with-matches --include='*.cmake' /opt/python/ "$venv/share" |
-    xargs sed --in-place --expression="s#/opt/python/cp311-cp311/include/python3.11#$include#g" \
-        --expression="s#/opt/python/cp311-cp311/lib/python3.11/site-packages#$packages#g"
+find "$venv/share" -name '*.cmake' -exec sed --in-place \
+    --expression="s#/opt/python/cp311-cp311/include/python3.11#$include#g" \
+    --expression="s#/opt/python/cp311-cp311/lib/python3.11/site-packages#$packages#g" {} +
 
 export PATH="$venv/bin:$PATH" AMENT_PREFIX_PATH=$venv CMAKE_PREFIX_PATH=$venv LD_LIBRARY_PATH=$venv/lib
 build=$(mktemp -d)
