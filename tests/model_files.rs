@@ -14,6 +14,7 @@ use planesman::compose::Loop;
 use planesman::scenario::Scenario;
 use planesman_linear::Complex;
 use planesman_model_file::{ModelFile, Place};
+use plant_sim::Vehicle;
 use plant_sim::linearised;
 use plant_sim::vehicle_file::{brunner, load_on};
 use stage::{Stage, text};
@@ -21,8 +22,13 @@ use stage::{Stage, text};
 /// The speed of the scenario `dive`, m/s.
 const SPEED: f64 = 0.3048;
 
-/// The scenario's dive, and the model that is identified from it, in the stage's folder under this name.
+/// The scenario's dive, and the third-order model that is identified from it, in the stage's folder under this name.
 fn identified(stage: &Stage, model: &str) -> ModelFile {
+    identified_as(stage, model, &["--order", "3", "--delay", "1"])
+}
+
+/// The same with other wishes for the fit.
+fn identified_as(stage: &Stage, model: &str, wishes: &[&str]) -> ModelFile {
     stage.run(&["sim", "dive", "--out", "dive.mcap"]).success();
     let signals = [
         "--input",
@@ -30,11 +36,24 @@ fn identified(stage: &Stage, model: &str) -> ModelFile {
         "--output",
         "state:pitch_rate",
     ];
-    let wanted = ["--window", "20..90", "--order", "3", "--delay", "1"];
-    let file = ["--speed", "0.3048", "--model", model];
-    let arguments = [&["sysid", "fit", "dive.mcap"][..], &signals, &wanted, &file].concat();
+    let rest = ["--window", "20..90", "--speed", "0.3048", "--model", model];
+    let arguments = [&["sysid", "fit", "dive.mcap"][..], &signals, &rest, wishes].concat();
     stage.run(&arguments).success();
     ModelFile::read(Path::new(&stage.path(model))).unwrap()
+}
+
+/// The continuous poles of a vehicle from planes to pitch rate, 1/s.
+fn poles(vehicle: &Vehicle) -> Vec<Complex<f64>> {
+    linearised::true_model(vehicle, SPEED, 0.05)
+        .unwrap()
+        .continuous_poles
+}
+
+/// How far the nearest of a file's poles is from this one, 1/s.
+fn off(file: &ModelFile, pole: Complex<f64>) -> f64 {
+    let off = |place: &Place| (Complex::new(place.re, place.im) - pole).norm();
+    let all = file.continuous_poles.iter().map(off);
+    all.fold(f64::MAX, f64::min)
 }
 
 /// The depths of a scenario's flight in one process.
@@ -51,20 +70,10 @@ fn an_identified_model_dives_as_the_vehicle_it_was_identified_from() {
     let file = identified(&stage, "model.yaml");
     let model = stage.path("model.yaml");
 
-    let poles = |vehicle| {
-        linearised::true_model(&vehicle, SPEED, 0.05)
-            .unwrap()
-            .continuous_poles
-    };
-    let loaded = poles(load_on(&model, "brunner").unwrap());
-    for (found, truth) in loaded.iter().zip(poles(brunner())) {
-        let off = |place: &Place| (Complex::new(place.re, place.im) - found).norm();
-        let off = file
-            .continuous_poles
-            .iter()
-            .map(off)
-            .fold(f64::MAX, f64::min);
-        assert!(off < 0.01 * found.norm(), "{found} is not the file's");
+    let loaded = poles(&load_on(&model, "brunner").unwrap());
+    for (found, truth) in loaded.into_iter().zip(poles(&brunner())) {
+        let from_the_file = off(&file, found);
+        assert!(from_the_file < 0.01 * found.norm(), "{from_the_file}");
         // Heave is known to the vehicle and was not to the fit, so it comes nearer to the truth.
         let off = (found - truth).norm();
         assert!(off < 0.001 * truth.norm(), "{found} is not {truth}");
@@ -75,6 +84,34 @@ fn an_identified_model_dives_as_the_vehicle_it_was_identified_from() {
     let first = depths(include_str!("../launch-scripts/scenarios/dive.yaml"));
     for (again, first) in again.iter().zip(&first) {
         assert!((again - first).abs() < 5e-3, "{again} m for {first} m");
+    }
+}
+
+#[test]
+fn the_vehicle_s_equations_come_round_to_their_own_poles() {
+    for (wishes, name) in [
+        (
+            &["--method", "vehicle", "--vehicle", "brunner"][..],
+            "heaving.json",
+        ),
+        (&["--method", "vehicle"], "pitching.json"),
+    ] {
+        let stage = Stage::new();
+        let file = identified_as(&stage, name, wishes);
+        let loaded = load_on(&stage.path(name), "brunner").unwrap();
+        let loaded = poles(&loaded);
+        for place in &file.continuous_poles {
+            let pole = Complex::new(place.re, place.im);
+            let off = loaded
+                .iter()
+                .map(|it| (it - pole).norm())
+                .fold(f64::MAX, f64::min);
+            assert!(off < 1e-6, "{name}: {pole}, {loaded:?}");
+        }
+        assert_eq!(
+            file.physical.unwrap().heave.is_some(),
+            name == "heaving.json"
+        );
     }
 }
 
