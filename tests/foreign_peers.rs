@@ -369,6 +369,17 @@ fn the_identifier_tells_its_model_and_forgets_it_when_asked(python: &Python, sta
     assert!(number(&model["fit"]) > 50.0, "{model}");
     assert!(number(&model["samples"]) > 50.0, "{model}");
 
+    // Frozen, it learns nothing of what the vehicle does meanwhile.
+    let freeze = |data: bool| {
+        let request = json!({"data": data}).to_string();
+        call("/auv/sysid/freeze", "std_srvs/srv/SetBool", &request)
+    };
+    assert_eq!(freeze(true)["success"], true);
+    let frozen = fit();
+    assert_eq!(frozen["model"]["frozen"], true);
+    assert_eq!(fit()["model"]["a"], frozen["model"]["a"]);
+    assert_eq!(freeze(false)["message"], "learning again");
+
     // With the vehicle paused there is nothing new to learn.
     let pause = r#"{"data": true}"#;
     let paused = call("/auv/plant_sim/pause", "std_srvs/srv/SetBool", pause);

@@ -178,6 +178,31 @@ fn without_a_controller_the_actuator_asks_for_neutral_planes_and_says_why() {
 }
 
 #[test]
+fn a_killed_vehicle_that_comes_back_at_time_zero_is_identified_anew_and_counted() {
+    let stage = Stage::new();
+    let fast = ["time:=real", "factor:=4.0"];
+    let plant = stage.node("plant_sim", &fast);
+    let _actuator = stage.node("dha_actuator", &[SIM_TIME]);
+    let square = ["identification.signal:=square", "mode:=open_loop", SIM_TIME];
+    let _controller = stage.node("depth_controller", &square);
+    let _sysid = stage.node("sysid", &[SIM_TIME]);
+    let operator = stage.operator();
+    let learnt = |restarts: &str, least: u64| {
+        operator.until("rows learnt from", |heard| {
+            let status = heard.status("/auv/sysid: model")?;
+            let value = |key: &str| status.values.iter().find(|pair| pair.key == key);
+            let rows: u64 = value("rows")?.value.parse().ok()?;
+            (value("restarts")?.value == restarts && rows >= least).then_some(rows)
+        })
+    };
+    let before = learnt("0", 100);
+    plant.kill();
+    let _plant = stage.node("plant_sim", &fast);
+    assert!(learnt("1", 1) < before);
+    learnt("1", 60);
+}
+
+#[test]
 fn a_killed_launcher_takes_its_nodes_with_it_and_the_bag_is_closed() {
     let stage = Stage::new();
     let file = stage.file(

@@ -3,7 +3,11 @@
 
 mod stage;
 
+use std::path::Path;
+
 use clap::Parser;
+use planesman::flight::Flight;
+use planesman_msgs::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerRequest};
 use stage::{Stage, scenario};
 use sysid::replay::{Replay, ReplayArgs, replay};
 
@@ -43,4 +47,46 @@ fn a_replayed_bag_gives_the_estimates_that_were_published_live() {
         "first_moment:=false",
     ]);
     assert!(other.live.unwrap().largest_difference > 1e-9);
+}
+
+#[test]
+fn what_was_frozen_and_forgotten_in_flight_is_so_in_the_replay_for_every_pair() {
+    let stage = Stage::new();
+    let dive = "  depth_controller:
+    depth_setpoint: 0.5
+    identification: {signal: prbs, amplitude: 0.0349, period: 1.0}
+  sysid:
+    pairs:
+      - \"heave: plane_motion:dive_planes -> state:heave order=2\"
+      - \"vehicle: plane_motion:dive_planes -> state:pitch_rate estimator=kalman\"
+";
+    let file = stage.file("frozen.yaml", scenario(20.0, dive));
+    let out = stage.path("run");
+    let launcher = stage.start(&["dive", &file, "--factor", "4", "--out", &out]);
+    let operator = stage.operator();
+    let after = |seconds: i64| {
+        operator.state("some seconds flown", |state| {
+            state.header.stamp.nanos() > seconds * 1_000_000_000
+        });
+    };
+    let freeze = operator.rt.client::<SetBool>("/auv/sysid/freeze").unwrap();
+    let reset = operator.rt.client::<Trigger>("/auv/sysid/reset").unwrap();
+    for (seconds, data) in [(5, true), (8, false)] {
+        after(seconds);
+        let answer = operator.call(&freeze, SetBoolRequest { data });
+        assert!(answer.success, "{}", answer.message);
+    }
+    after(12);
+    assert!(operator.call(&reset, TriggerRequest::default()).success);
+    launcher.finish().success();
+
+    let (bag, parameters) = (format!("{out}/bag"), format!("{out}/parameters.yaml"));
+    let flight = Flight::read(Path::new(&bag)).unwrap();
+    assert!(flight.models.iter().any(|model| model.frozen));
+    assert!(flight.models.iter().any(|model| model.samples == 0));
+    let again = replayed(&[&bag, "--params-file", &parameters]);
+    assert_eq!(again.estimates.len(), 3);
+    let live = again.live.unwrap();
+    assert!(live.compared > 60, "{live:?}");
+    assert_eq!((live.missing, live.largest_difference), (0, 0.0));
 }
