@@ -47,6 +47,9 @@ pub struct Channel {
     pub method: Method,
     /// What its samples were like before.
     pub timing: Timing,
+    /// The longest time for which a sample of an input was held, s; 0 if that was neither beyond five of its median intervals (or two and
+    /// a half of the grid) nor beyond a hundred of the grid.
+    pub held: f64,
 }
 
 /// How samples between the grid's instants become one number for each instant.
@@ -139,6 +142,7 @@ impl Channel {
             name: name.to_owned(),
             method: Method::Hold,
             timing: Timing::default(),
+            held: 0.0,
         }
     }
 }

@@ -8,9 +8,12 @@
 //!   slowest output among the first [`PRELUDE`] samples; within half a per cent of a whole number of hertz or milliseconds that is taken.
 //! - **The methods** are [`Method`]'s. An input acts over the interval that begins at an instant;
 //!   the last sample before a gap is held to the end of its interval.
-//! - **A gap** is an interval longer than `max_gap`, by default five median intervals of that signal
+//! - **A gap** of an output is an interval longer than `max_gap`, by default five median intervals of that signal
 //!   or two and a half of the grid, whichever is longer. Nothing is invented across it: the record's
 //!   stretch ends, and another begins.
+//! - **A pause** of an input that is held (by the methods mean and hold) is none: a setpoint that is sent when it changes is known until it
+//!   changes. Each sample acts until the next, the last as long as there are outputs; how long the longest had to act is told in
+//!   [`Channel::held`]. A `max_gap` that is given makes gaps of such pauses too.
 
 use std::collections::VecDeque;
 use std::ops::RangeInclusive;
@@ -31,6 +34,9 @@ const LONGEST_PRELUDE: usize = 500_000;
 /// Numbers in a record at most: 96 MB.
 pub const MOST: usize = 12_000_000;
 
+/// What a run takes beside its numbers, in numbers.
+const RUN: usize = 10;
+
 /// Stamps beyond this, ns (146 years from the epoch), are counted late: differences fit 64 bits.
 const FARTHEST: i64 = 1 << 62;
 
@@ -45,7 +51,7 @@ pub struct Options {
     pub input_method: Method,
     /// How outputs are.
     pub output_method: Method,
-    /// The longest interval that is no gap, s; `None` for the default.
+    /// The longest interval that is no gap, s; `None` for the default, which is none at all for an input that is held.
     pub max_gap: Option<f64>,
 }
 
@@ -150,17 +156,25 @@ impl Resampler {
         let tracks = intervals
             .iter()
             .enumerate()
-            .map(|(signal, interval)| Track {
-                method: self.method(signal),
-                max_gap: match self.options.max_gap {
-                    Some(seconds) => seconds * 1e9,
-                    None => (5.0 * interval).max(2.5 * step),
-                } as i64,
-                pending: VecDeque::new(),
-                last: None,
-                bin: None,
-                runs: Vec::new(),
-                numbers: 0,
+            .map(|(signal, interval)| {
+                let method = self.method(signal);
+                let is_held = signal < self.inputs && matches!(method, Method::Mean | Method::Hold);
+                let usual = (5.0 * interval).max(2.5 * step) as i64;
+                Track {
+                    method,
+                    long: usual.min((100.0 * step) as i64),
+                    max_gap: match self.options.max_gap {
+                        Some(seconds) => Some((seconds * 1e9) as i64),
+                        None if is_held => None,
+                        None => Some(usual),
+                    },
+                    longest_hold: 0,
+                    pending: VecDeque::new(),
+                    last: None,
+                    bin: None,
+                    runs: Vec::new(),
+                    numbers: 0,
+                }
             })
             .collect();
         let mut running = Running { grid, tracks };
@@ -191,10 +205,20 @@ impl Resampler {
         let Some(mut running) = self.running else {
             return Err("there is no signal".to_owned());
         };
-        for (track, meter) in running.tracks.iter_mut().zip(&mut self.meters) {
-            track.finish(&running.grid, meter);
+        // Outputs first: inputs that are held act as long as there are outputs.
+        let mut until = i64::MIN;
+        let tracks = running.tracks.iter_mut().zip(&mut self.meters);
+        for (signal, (track, meter)) in tracks.enumerate().rev() {
+            track.finish(&running.grid, meter, until);
+            if let (Some(run), true) = (track.runs.last(), signal >= self.inputs) {
+                until = until.max(running.grid.time(run.end()));
+            }
         }
-        if running.is_full() {
+        let common = common(&running.tracks);
+        let instants = common.iter().map(|(from, to)| to - from);
+        let instants = instants.fold(0, i64::saturating_add) as usize;
+        let numbers = instants.saturating_mul(running.tracks.len());
+        if running.is_full() || numbers > MOST {
             return Err(format!(
                 "at {} s an interval the record would have more than {MOST} numbers; a lower --rate or a --window makes \
                  it shorter",
@@ -205,11 +229,12 @@ impl Resampler {
             .names
             .into_iter()
             .zip(methods)
-            .zip(&self.meters)
-            .map(|((name, method), meter)| Channel {
+            .zip(self.meters.iter().zip(&running.tracks))
+            .map(|((name, method), (meter, track))| Channel {
                 name,
                 method,
                 timing: meter.timing(),
+                held: track.longest_hold as f64 * 1e-9,
             })
             .collect();
         for channel in &channels {
@@ -221,7 +246,6 @@ impl Resampler {
                 ));
             }
         }
-        let common = common(&running.tracks);
         if common.is_empty() {
             let spans: Vec<String> = channels.iter().map(span).collect();
             return Err(format!(
@@ -367,7 +391,8 @@ impl Running {
     }
 
     fn is_full(&self) -> bool {
-        self.tracks.iter().map(|track| track.numbers).sum::<usize>() > MOST
+        let numbers = self.tracks.iter().map(|track| track.numbers);
+        numbers.fold(0, usize::saturating_add) > MOST
     }
 }
 
@@ -375,8 +400,12 @@ impl Running {
 #[derive(Clone, Debug)]
 struct Track {
     method: Method,
-    /// ns.
-    max_gap: i64,
+    /// A sample that acts for longer is told of, ns.
+    long: i64,
+    /// The longest interval that is no gap, ns; none is where a sample acts until the next.
+    max_gap: Option<i64>,
+    /// The longest time for which a sample acted, ns; 0 if none was long.
+    longest_hold: i64,
     /// The latest samples, in order of stamp.
     pending: VecDeque<(i64, f64)>,
     /// The last sample given out of `pending`.
@@ -391,12 +420,23 @@ struct Track {
 #[derive(Clone, Debug)]
 struct Run {
     first: i64,
-    values: Vec<f64>,
+    values: Values,
+}
+
+#[derive(Clone, Debug)]
+enum Values {
+    List(Vec<f64>),
+    /// One value, so many times.
+    Held(f64, i64),
 }
 
 impl Run {
     fn end(&self) -> i64 {
-        self.first + self.values.len() as i64
+        self.first
+            + match &self.values {
+                Values::List(list) => list.len() as i64,
+                Values::Held(_, count) => *count,
+            }
     }
 }
 
@@ -445,7 +485,9 @@ impl Track {
         };
         meter.take(next.0);
         match self.last {
-            Some(last) if next.0 - last.0 <= self.max_gap => self.pair(last, next, grid),
+            Some(last) if self.max_gap.is_none_or(|most| next.0 - last.0 <= most) => {
+                self.pair(last, next, grid);
+            }
             Some(last) => {
                 self.end(last, grid);
                 self.begin(next, grid);
@@ -455,11 +497,15 @@ impl Track {
         self.last = Some(next);
     }
 
-    fn finish(&mut self, grid: &Grid, meter: &mut Meter) {
+    /// All that is pending goes onto the grid; a sample that has no gap behind it acts `until` then.
+    fn finish(&mut self, grid: &Grid, meter: &mut Meter, until: i64) {
         while !self.pending.is_empty() {
             self.give_out(grid, meter);
         }
-        if let Some(last) = self.last {
+        let Some(last) = self.last else { return };
+        if self.max_gap.is_none() && until > last.0 {
+            self.pair(last, (until, last.1), grid);
+        } else {
             self.end(last, grid);
         }
     }
@@ -486,13 +532,13 @@ impl Track {
                 }
             }
             Method::Hold => {
-                let instants = grid.at_or_after(t0).max(grid.first)
-                    ..=(grid.at_or_after(t1) - 1).min(grid.last);
-                for k in instants.take(MOST + 1) {
-                    self.put(k, v0, grid);
-                }
+                self.note_hold(t1 - t0);
+                self.put_held(grid.at_or_after(t0), grid.at_or_after(t1), v0, grid);
             }
-            Method::Mean => self.hold_over(v0, t0, t1, grid),
+            Method::Mean => {
+                self.note_hold(t1 - t0);
+                self.hold_over(v0, t0, t1, grid);
+            }
             Method::Centred => self.centred((t1, v1), grid),
         }
     }
@@ -523,35 +569,70 @@ impl Track {
         }
     }
 
+    fn note_hold(&mut self, time: i64) {
+        if time > self.long {
+            self.longest_hold = self.longest_hold.max(time);
+        }
+    }
+
     /// `value` acts from `from` to `until`: it adds to the mean of each interval that it lies in, and an interval that it
     /// covers to its end is done.
     fn hold_over(&mut self, value: f64, from: i64, until: i64, grid: &Grid) {
-        let first = grid.at_or_before(from).max(grid.first);
-        let last = grid.at_or_before(until).min(grid.last);
-        for k in (first..=last).take(MOST + 1) {
-            let (begins, ends) = (grid.time(k), grid.time(k + 1));
-            let (from, to) = (from.max(begins), until.min(ends));
-            if to <= from {
-                continue;
-            }
-            if from == begins {
-                self.bin = Some(Bin {
-                    k,
-                    base: value,
-                    sum: 0.0,
-                    weight: 0.0,
-                });
-            }
-            // An interval whose beginning was not seen has no mean.
-            let Some(bin) = self.bin.as_mut().filter(|bin| bin.k == k) else {
-                continue;
+        let (first, last) = (grid.at_or_before(from), grid.at_or_before(until));
+        self.add(first, value, from, until, grid);
+        self.put_held(first + 1, last, value, grid);
+        if last > first {
+            self.add(last, value, from, until, grid);
+        }
+    }
+
+    /// What of `from` to `until` lies in interval k adds to its mean.
+    fn add(&mut self, k: i64, value: f64, from: i64, until: i64, grid: &Grid) {
+        let (begins, ends) = (grid.time(k), grid.time(k + 1));
+        let (from, to) = (from.max(begins), until.min(ends));
+        if to <= from {
+            return;
+        }
+        if from == begins {
+            self.bin = Some(Bin {
+                k,
+                base: value,
+                sum: 0.0,
+                weight: 0.0,
+            });
+        }
+        // An interval whose beginning was not seen has no mean.
+        let Some(bin) = self.bin.as_mut().filter(|bin| bin.k == k) else {
+            return;
+        };
+        bin.sum += (value - bin.base) * (to - from) as f64;
+        bin.weight += (to - from) as f64;
+        if to == ends {
+            let mean = bin.mean();
+            self.put(k, mean, grid);
+        }
+    }
+
+    /// The same value at the instants from `first` up to `end`.
+    fn put_held(&mut self, first: i64, end: i64, value: f64, grid: &Grid) {
+        // As many are kept as one.
+        const MANY: i64 = 100;
+        let done = self.runs.last().map_or(i64::MIN, Run::end);
+        let first = first.max(grid.first).max(done);
+        let end = end.min(grid.last.saturating_add(1));
+        if end.saturating_sub(first) < MANY {
+            (first..end).for_each(|k| self.put(k, value, grid));
+        } else {
+            // An input that is held takes no more of the record than its outputs do.
+            let numbers = match self.max_gap {
+                None => RUN,
+                Some(_) => (end - first) as usize,
             };
-            bin.sum += (value - bin.base) * (to - from) as f64;
-            bin.weight += (to - from) as f64;
-            if to == ends {
-                let mean = bin.mean();
-                self.put(k, mean, grid);
-            }
+            self.numbers = self.numbers.saturating_add(numbers);
+            self.runs.push(Run {
+                first,
+                values: Values::Held(value, end - first),
+            });
         }
     }
 
@@ -581,54 +662,64 @@ impl Track {
         if !(grid.first..=grid.last).contains(&k) {
             return;
         }
-        // What a run takes beside its numbers, in numbers.
-        const RUN: usize = 10;
+        if self.runs.last().is_some_and(|run| run.end() > k) {
+            return;
+        }
+        self.numbers += 1;
         match self.runs.last_mut() {
-            Some(run) if run.end() > k => return,
-            Some(run) if run.end() == k => run.values.push(value),
+            Some(Run {
+                first,
+                values: Values::List(list),
+            }) if *first + list.len() as i64 == k => list.push(value),
             _ => {
                 self.numbers += RUN;
                 self.runs.push(Run {
                     first: k,
-                    values: vec![value],
+                    values: Values::List(vec![value]),
                 });
             }
         }
-        self.numbers += 1;
     }
 
-    /// The values at the instants from `first` up to `end`, which lie in one run.
+    /// From where up to where its values are known: runs that meet are one.
+    fn known(&self) -> Vec<(i64, i64)> {
+        let mut known: Vec<(i64, i64)> = Vec::new();
+        for run in &self.runs {
+            match known.last_mut() {
+                Some((_, end)) if *end == run.first => *end = run.end(),
+                _ => known.push((run.first, run.end())),
+            }
+        }
+        known
+    }
+
+    /// The values at the instants from `first` up to `end`, all of which are known.
     fn cut(&self, first: i64, end: i64) -> Vec<f64> {
-        let after = self.runs.partition_point(|run| run.first <= first);
-        let values = after.checked_sub(1).and_then(|place| {
-            let run = &self.runs[place];
-            let from = usize::try_from(first - run.first).ok()?;
-            let to = usize::try_from(end - run.first).ok()?;
-            run.values.get(from..to)
-        });
-        values.unwrap_or_default().to_vec()
+        let mut values = Vec::new();
+        let after = self.runs.partition_point(|run| run.end() <= first);
+        for run in &self.runs[after..] {
+            let (from, to) = (first.max(run.first), end.min(run.end()));
+            if from >= to {
+                break;
+            }
+            let [from, to] = [from, to].map(|k| (k - run.first) as usize);
+            match &run.values {
+                Values::List(list) => values.extend_from_slice(&list[from..to]),
+                Values::Held(value, _) => values.resize(values.len() + to - from, *value),
+            }
+        }
+        values
     }
 }
 
 /// The instants that every track has: from, up to.
 fn common(tracks: &[Track]) -> Vec<(i64, i64)> {
-    let ranges = |track: &Track| -> Vec<(i64, i64)> {
-        track
-            .runs
-            .iter()
-            .map(|run| (run.first, run.end()))
-            .collect()
-    };
     let Some((first, others)) = tracks.split_first() else {
         return Vec::new();
     };
-    others.iter().fold(ranges(first), |common, track| {
+    others.iter().fold(first.known(), |common, track| {
         let mut both = Vec::new();
-        let mut theirs = track
-            .runs
-            .iter()
-            .map(|run| (run.first, run.end()))
-            .peekable();
+        let mut theirs = track.known().into_iter().peekable();
         for (from, to) in common {
             while let Some((first, end)) = theirs.peek().copied() {
                 if first.max(from) < end.min(to) {

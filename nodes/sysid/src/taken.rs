@@ -86,7 +86,7 @@ pub struct GridArgs {
     /// How outputs are put on the grid
     #[arg(long, value_enum, default_value = "linear")]
     output_method: Method,
-    /// The longest pause that is no gap [default: five sample intervals]
+    /// The longest pause that is no gap [default: five sample intervals; an input that is held has none]
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     max_gap: Option<f64>,
 }
@@ -264,6 +264,12 @@ fn channel_account(channel: &Channel) -> String {
         text += &format!(
             "; {} gaps, the longest {:.3} s",
             timing.gaps, timing.longest
+        );
+    }
+    if channel.held > 0.0 {
+        text += &format!(
+            "; a sample held for up to {:.3} s (--max-gap SECONDS makes gaps of pauses)",
+            channel.held
         );
     }
     for (count, what) in [

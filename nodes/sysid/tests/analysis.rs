@@ -13,6 +13,7 @@ fn record(stretches: Vec<(Vec<f64>, Vec<f64>)>) -> Record {
         name: name.to_owned(),
         method: Resampled::Mean,
         timing: Timing::default(),
+        held: 0.0,
     };
     Record {
         sample_time: SAMPLE_TIME,

@@ -149,6 +149,81 @@ fn a_pause_parts_the_record_and_nothing_is_invented_in_it() {
 }
 
 #[test]
+fn a_setpoint_that_is_sent_when_it_changes_is_known_until_it_changes() {
+    // A depth setpoint now and then, a depth at 20 Hz that pauses once.
+    let u = [(-3.0, 1.0), (12.51, 2.0), (12.53, 4.0), (40.0, -1.0)];
+    let y: Samples = line(2000, 0.05)
+        .into_iter()
+        .filter(|(t, _)| *t < 60.0 || *t > 61.0)
+        .collect();
+    let held = |at: f64| match at {
+        at if at < 12.5 => 1.0,
+        at if at < 40.0 => 4.0,
+        _ => -1.0,
+    };
+    let method = |input_method, max_gap| Options {
+        input_method,
+        max_gap,
+        ..Options::default()
+    };
+    for which in [Method::Mean, Method::Hold] {
+        let record = resampled(&u, &y, method(which, None)).unwrap();
+        let spans: Vec<_> = record
+            .stretches
+            .iter()
+            .map(|it| ((it.start - START) / 1_000_000, it.len()))
+            .collect();
+        // Only the depth's pause parts the record; the last setpoint acts to its end.
+        assert_eq!(spans, [(0, 1200), (61_050, 779)], "{which}");
+        for stretch in &record.stretches {
+            for (k, value) in stretch.inputs[0].iter().enumerate() {
+                let at = (stretch.start - START) as f64 * 1e-9 + 0.05 * k as f64;
+                let changes = (at - 12.5).abs() < 0.01;
+                let expected = match (changes, which) {
+                    (false, _) => held(at),
+                    // 1 for 10 ms, 2 for 20 ms, 4 for 20 ms.
+                    (true, Method::Mean) => 2.6,
+                    (true, _) => 1.0,
+                };
+                assert!((value - expected).abs() < 1e-12, "{which} {at}: {value}");
+            }
+        }
+        assert!(
+            (record.inputs[0].held - 60.0).abs() < 0.1,
+            "{:?}",
+            record.inputs[0]
+        );
+        assert_eq!(record.outputs[0].held, 0.0);
+        // One that is asked for makes gaps of pauses.
+        let parted = resampled(&u, &y, method(which, Some(16.0))).unwrap();
+        assert_eq!(parted.stretches[0].len(), 251, "{which}");
+    }
+    // Between samples on a straight line nothing is known behind the last.
+    let line = resampled(&u, &y, method(Method::Linear, None)).unwrap();
+    assert_eq!(line.samples(), 801);
+    // A single setpoint will do.
+    let once = resampled(&u[..1], &y, Options::default()).unwrap();
+    assert_eq!(once.samples(), 1979);
+}
+
+#[test]
+fn a_hold_for_ever_takes_no_memory_and_makes_no_endless_record() {
+    let y = line(100, 0.05);
+    // Stamps far beyond the outputs.
+    let u = [(0.0, 1.0), (2.0, 2.0), (4e9, 3.0)];
+    let record = resampled(&u, &y, Options::default()).unwrap();
+    assert_eq!(record.samples(), 100);
+    let ends = [(0.0, 1.0), (1e9, 1.0)];
+    let options = Options {
+        output_method: Method::Hold,
+        max_gap: Some(1e9),
+        ..at_rate(1e6)
+    };
+    let refusal = resampled(&ends, &ends, options).unwrap_err();
+    assert!(refusal.contains(&MOST.to_string()), "{refusal}");
+}
+
+#[test]
 fn a_window_is_counted_from_the_first_output() {
     let options = Options {
         window: 2.0..=3.0,
