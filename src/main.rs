@@ -286,6 +286,6 @@ fn parameter_file(node: Option<&str>, scenario: Option<&str>) -> Result<()> {
 
 fn bag_info(path: &std::path::Path) -> Result<()> {
     let bag = planesman_bag::reader::BagReader::open(path)?;
-    println!("{}", planesman_bag::BagInfo::of(&bag));
-    Ok(())
+    let info = planesman_bag::BagInfo::of(&bag);
+    Ok(planesman_node::print(format_args!("{info}\n"))?)
 }

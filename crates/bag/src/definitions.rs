@@ -155,7 +155,7 @@ impl Definitions {
     fn take_channel(&mut self, given: &fields::Channel<'_>) -> Result<(), String> {
         let two_meanings = || Err(format!("channel {} has two meanings", given.id));
         let topic = self.kind(given)?.map(|kind| Topic {
-            name: given.topic.to_owned(),
+            name: printable(given.topic),
             kind,
         });
         match (self.channels.get(&given.id), &topic) {
@@ -201,7 +201,7 @@ impl Definitions {
             Entry::Vacant(new) => new,
         };
         let kind = TopicKind {
-            type_name: schema.name.clone(),
+            type_name: printable(&schema.name),
             definition: schema.text.clone(),
             definition_encoding: schema.encoding.clone(),
             message_encoding: given.message_encoding.to_owned(),
@@ -214,6 +214,11 @@ impl Definitions {
         self.room = room;
         Ok(Some(Arc::clone(new.insert(Arc::new(kind)))))
     }
+}
+
+/// A name that does nothing to a terminal: no ROS name has control characters.
+fn printable(name: &str) -> String {
+    name.replace(char::is_control, "\u{fffd}")
 }
 
 /// A number and some texts in one, so that no two are alike.

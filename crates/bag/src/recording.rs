@@ -5,7 +5,7 @@
 
 use std::{
     collections::BTreeMap,
-    fs::File,
+    fs::{self, File},
     io::{Seek, SeekFrom},
     path::{Path, PathBuf},
     sync::Arc,
@@ -49,8 +49,8 @@ impl Recording {
     /// Finds out what the file at `path` holds, and how many messages on each topic.
     pub(crate) fn open(path: &Path, limits: Limits) -> Result<(Self, Counts), ReadError> {
         let unreadable = |source| ReadError::open(path, source);
-        let mut file = File::open(path).map_err(unreadable)?;
-        let about = file.metadata().map_err(unreadable)?;
+        // Asked before it is opened: a pipe would be waited for.
+        let about = fs::metadata(path).map_err(unreadable)?;
         if !about.is_file() {
             return Err(ReadError::NotABag {
                 path: path.to_owned(),
@@ -58,6 +58,7 @@ impl Recording {
             });
         }
         let size = about.len();
+        let mut file = File::open(path).map_err(unreadable)?;
         check_beginning(path, &mut file)?;
         let summary_start = summary::start(&mut file, size).map_err(unreadable)?;
         if let Some(start) = summary_start

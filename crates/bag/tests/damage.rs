@@ -4,6 +4,7 @@ mod common;
 
 use std::{fs, ops::Not, os::unix::fs::FileExt, path::Path};
 
+use common::raw::{beginning, channel, chunk, end, lying_record, message, record, schema};
 use common::{all, fill, is_prefix, small_chunks, was_written, whole_file};
 use planesman_bag::{
     BagInfo, BagReader, BagWriter, Completeness, Compression, Order, ReadError, WriterOptions,
@@ -304,41 +305,13 @@ fn metadata_of_versions_5_to_8_is_read() {
     assert_eq!(bag.metadata().map(|told| told.version), Some(5));
 }
 
-/// A record: opcode, length, body.
-fn record(opcode: u8, body: &[u8]) -> Vec<u8> {
-    let mut bytes = vec![opcode];
-    bytes.extend((body.len() as u64).to_le_bytes());
-    bytes.extend(body);
-    bytes
-}
-
-/// A file's beginning: magic and a header with two empty strings.
-fn beginning() -> Vec<u8> {
-    [mcap::MAGIC, &record(1, &[0; 8])].concat()
-}
-
-/// A chunk record with a header that may lie.
-fn chunk(compression: &str, claimed: u64, packed_claim: u64, packed: &[u8]) -> Vec<u8> {
-    let mut body = vec![0; 16];
-    body.extend(claimed.to_le_bytes());
-    body.extend(0_u32.to_le_bytes());
-    body.extend((compression.len() as u32).to_le_bytes());
-    body.extend(compression.as_bytes());
-    body.extend(packed_claim.to_le_bytes());
-    body.extend(packed);
-    record(6, &body)
-}
-
 #[test]
 fn lying_lengths_are_refused_and_cost_no_memory() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let zeros = zstd::encode_all(&vec![0_u8; 8 << 20][..], 3).expect("zstd");
-    let mut far = vec![6];
-    far.extend(u64::MAX.to_le_bytes());
-    let mut near = vec![5];
-    near.extend((100_u64 << 20).to_le_bytes());
-    let mut attachment = vec![9];
-    attachment.extend(u64::MAX.to_le_bytes());
+    let far = lying_record(6, u64::MAX, &[]);
+    let near = lying_record(5, 100 << 20, &[]);
+    let attachment = lying_record(9, u64::MAX, &[]);
     let schema_lie = [&[1, 0][..], &u32::MAX.to_le_bytes(), b"abc"].concat();
     let cases: [(&str, Vec<u8>, &str); 11] = [
         ("record longer than any", far, "at most"),
@@ -423,26 +396,15 @@ fn an_index_that_lies_is_not_believed() {
 #[test]
 fn topics_beyond_all_measure_are_passed_over_and_told() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let text = |text: &str| [&(text.len() as u32).to_le_bytes(), text.as_bytes()].concat();
     let file = |name: &str, first: u16| {
         let mut bytes = beginning();
         for id in 1..100_u16 {
             // A type of a kilobyte for each topic.
-            let mut schema = id.to_le_bytes().to_vec();
-            let definition = "n".repeat(1000);
-            schema.extend([text("a/msg/A"), text("ros2msg"), text(&definition)].concat());
-            bytes.extend(record(3, &schema));
-            let mut channel = [id.to_le_bytes(), id.to_le_bytes()].concat();
-            let topic = format!("/topic_{:03}", first + id);
-            channel.extend([text(&topic), text("cdr"), text("")].concat());
-            bytes.extend(record(4, &channel));
-            let mut message = id.to_le_bytes().to_vec();
-            message.extend([0; 20]);
-            bytes.extend(record(5, &message));
+            bytes.extend(schema(id, "a/msg/A", "ros2msg", "n".repeat(1000)));
+            bytes.extend(channel(id, id, &format!("/topic_{:03}", first + id), "cdr"));
+            bytes.extend(message(id, 0, &[]));
         }
-        bytes.extend(record(0x0F, &[0; 4]));
-        bytes.extend(record(0x02, &[0; 20]));
-        bytes.extend(mcap::MAGIC);
+        bytes.extend(end());
         file_with(folder.path(), name, &bytes)
     };
     let open = |path: &Path, definitions: u64| {
@@ -488,28 +450,9 @@ fn lz4_chunks_are_read() {
 
     // The same records, in one lz4 chunk.
     let records = [
-        record(3, &{
-            let mut body = 1_u16.to_le_bytes().to_vec();
-            for text in ["std_msgs/msg/Float64", "ros2msg", "float64 data\n"] {
-                body.extend((text.len() as u32).to_le_bytes());
-                body.extend(text.as_bytes());
-            }
-            body
-        }),
-        record(4, &{
-            let mut body = [1_u16.to_le_bytes(), 1_u16.to_le_bytes()].concat();
-            for text in ["/depth", "cdr", ""] {
-                body.extend((text.len() as u32).to_le_bytes());
-                body.extend(text.as_bytes());
-            }
-            body
-        }),
-        record(5, &{
-            let mut body = 1_u16.to_le_bytes().to_vec();
-            body.extend([0; 20]);
-            body.extend(&expected[0].payload);
-            body
-        }),
+        schema(1, "std_msgs/msg/Float64", "ros2msg", "float64 data\n"),
+        channel(1, 1, "/depth", "cdr"),
+        message(1, 0, &expected[0].payload),
     ]
     .concat();
     let mut encoder = lz4_flex::frame::FrameEncoder::new(Vec::new());

@@ -112,3 +112,16 @@ pub fn exit_code(program: &str, run: impl FnOnce() -> anyhow::Result<()>) -> Exi
         }
     }
 }
+
+/// Prints what a command has to say. A reader that has heard enough (`| head`) is no error.
+///
+/// # Errors
+/// When standard output cannot be written, as on a full disk.
+pub fn print(text: impl std::fmt::Display) -> std::io::Result<()> {
+    use std::io::Write as _;
+    let mut out = std::io::BufWriter::new(std::io::stdout().lock());
+    match write!(out, "{text}").and_then(|()| out.flush()) {
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        result => result,
+    }
+}

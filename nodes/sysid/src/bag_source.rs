@@ -220,12 +220,21 @@ pub fn types(topic: &Topic) -> Result<Types> {
     if topic.kind.message_encoding != "cdr" {
         bail!(
             "{name}: messages are encoded as '{}'; cdr is read",
-            topic.kind.message_encoding
+            topic.kind.message_encoding.escape_default()
         );
     }
     let kind = &topic.kind;
     schema::read(&kind.type_name, &kind.definition_encoding, &kind.definition)
-        .map_err(|error| anyhow!("{name}: {error}"))
+        .map_err(|error| anyhow!("{name}: {}", brief(error.to_string())))
+}
+
+/// A reason that quotes what a file says, which may be long.
+fn brief(reason: String) -> String {
+    const LONGEST: usize = 300;
+    match reason.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{} ...", &reason[..end]),
+        None => reason,
+    }
 }
 
 /// How the messages of one topic of one file are read.

@@ -40,12 +40,18 @@ impl CsvSource {
     /// A line with the path: no file, no header, no such column.
     pub fn open(path: &Path, time: Option<&str>, unit: TimeUnit) -> Result<Self> {
         let shown = path.display();
-        let file = File::open(path).with_context(|| format!("{shown} cannot be read"))?;
-        let bytes = file.metadata().map_or(0, |about| about.len());
+        let unreadable = || format!("{shown} cannot be read");
+        // Asked before it is opened: a pipe would be waited for, and a table is read twice.
+        let about = std::fs::metadata(path).with_context(unreadable)?;
+        if !about.is_file() {
+            bail!("{shown} is no regular file; a table is");
+        }
+        let bytes = about.len();
+        let file = File::open(path).with_context(unreadable)?;
         let mut header = Vec::new();
         BufReader::new(ShortLines::new(file))
             .read_until(b'\n', &mut header)
-            .with_context(|| format!("{shown} cannot be read"))?;
+            .with_context(unreadable)?;
         let count = |sign: u8| header.iter().filter(|byte| **byte == sign).count();
         let delimiter = [b',', b';', b'\t']
             .into_iter()

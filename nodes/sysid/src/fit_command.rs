@@ -219,12 +219,13 @@ pub fn fit(args: &FitArgs, heave: Option<[f64; 4]>) -> Result<Found> {
 /// # Errors
 /// One line: a model that is none to write, a file that cannot be written.
 pub fn tell(args: &FitArgs, found: &Found) -> Result<()> {
-    if args.json {
-        println!("{}", serde_json::to_string_pretty(&told(found)?)?);
+    let text = if args.json {
+        serde_json::to_string_pretty(&told(found)?)? + "\n"
     } else {
         let account = account(&found.record, &found.reading);
-        print!("{account}\n{}", found.analysis.text());
-    }
+        format!("{account}\n{}", found.analysis.text())
+    };
+    planesman_node::print(text)?;
     if let Some(path) = &args.model {
         let file = found.analysis.file().map_err(|reason| anyhow!(reason))?;
         file.write(path)?;

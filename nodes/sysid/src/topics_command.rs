@@ -94,12 +94,12 @@ pub struct FieldSurvey {
 /// One line: data that cannot be read.
 pub fn run(args: &TopicsArgs) -> Result<()> {
     let survey = survey(args)?;
-    if args.json {
-        println!("{}", serde_json::to_string_pretty(&survey)?);
+    let text = if args.json {
+        serde_json::to_string_pretty(&survey)? + "\n"
     } else {
-        print!("{}", table(&survey));
-    }
-    Ok(())
+        table(&survey)
+    };
+    Ok(planesman_node::print(text)?)
 }
 
 /// Looks through the data.

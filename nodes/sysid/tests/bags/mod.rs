@@ -1,5 +1,11 @@
 //! Bags of foreign messages for the tests, written raw.
 
+// Each test program uses its own part.
+#![allow(dead_code)]
+
+#[path = "../../../../crates/bag/tests/common/raw.rs"]
+pub(crate) mod raw;
+
 use std::path::Path;
 use std::sync::Arc;
 
