@@ -313,6 +313,7 @@ mod tests {
             name: name.to_owned(),
             method: Method::Mean,
             timing: Timing::default(),
+            held: 0.0,
         };
         let record = Record {
             sample_time: SAMPLE_TIME,
