@@ -65,8 +65,9 @@ pub struct Aligner {
     old_inputs: VecDeque<(i64, Input)>,
     /// The last output, if it was too old to matter likewise.
     old_output: Option<(i64, f64)>,
-    /// Outputs in a row that were off the grid.
+    /// Outputs in a row that were off the grid, and inputs.
     off_grid: i64,
+    inputs_off_grid: i64,
     newest_output: Option<i64>,
     /// The last input offered.
     last_input: Option<i64>,
@@ -91,6 +92,7 @@ impl Aligner {
             old_inputs: VecDeque::new(),
             old_output: None,
             off_grid: 0,
+            inputs_off_grid: 0,
             newest_output: None,
             last_input: None,
             next: i64::MIN,
@@ -103,8 +105,10 @@ impl Aligner {
     /// Offers the input over the interval that begins at `stamp` (ns).
     pub fn offer_input(&mut self, stamp: i64, input: Input) -> Offer {
         let Some(k) = self.instant(stamp) else {
+            self.inputs_off_grid += 1;
             return Offer::LeftOut;
         };
+        self.inputs_off_grid = 0;
         self.last_input = Some(k);
         if let Some(newest) = self.newest_output {
             if k < newest - WINDOW {
@@ -182,6 +186,12 @@ impl Aligner {
     #[must_use]
     pub fn outputs_ahead(&self) -> i64 {
         self.newest_output.unwrap_or(0) - self.last_input.unwrap_or(0)
+    }
+
+    /// Whether the inputs are stamped at other instants than the outputs, a quarter interval off or more.
+    #[must_use]
+    pub fn inputs_are_off_grid(&self) -> bool {
+        self.inputs_off_grid >= WINDOW
     }
 
     /// The next sample in the order of stamps, once it is settled.

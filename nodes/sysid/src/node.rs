@@ -285,8 +285,8 @@ impl Node {
                     Level::Warn,
                     format!("{input} and {output} have been silent for {silence:.1} s"),
                 )
-            } else if let Some(silence) = pair.silence() {
-                (Level::Warn, silence)
+            } else if let Some(trouble) = pair.trouble() {
+                (Level::Warn, trouble)
             } else if !estimate.valid {
                 (Level::Warn, estimate.reason)
             } else {

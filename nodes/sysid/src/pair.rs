@@ -269,10 +269,16 @@ impl Pair {
         self.aligner.answered().map(Time::from_nanos)
     }
 
-    /// Which signal has fallen silent while the other goes on.
+    /// Why nothing is learnt while messages come: a signal has fallen silent, or the two are never of one
+    /// instant.
     #[must_use]
-    pub fn silence(&self) -> Option<String> {
+    pub fn trouble(&self) -> Option<String> {
         let Config { input, output, .. } = &self.config;
+        if self.aligner.inputs_are_off_grid() {
+            return Some(format!(
+                "{input} is not stamped when {output} is: the stamps are to be whole sample_times apart"
+            ));
+        }
         let lead = self.aligner.outputs_ahead();
         let (silent, lead) = if lead > WINDOW {
             (input, lead)

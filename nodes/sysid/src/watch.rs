@@ -393,7 +393,7 @@ mod tests {
             "least_squares, order 1, 4 samples of 0.1 s: valid",
             "poles z   0.8800 ± 0.0010",
             "poles s   -1.2783 ± 0.0114  1/s",
-            "slowest   -1.2783 1/s  ▁▂",
+            "slowest   -1.2783 1/s  ▁▃▅▇█",
             // b / (1 - p), and sqrt((b / (1 - p)^2)^2 + (1 / (1 - p))^2) thousandths
             "gain      1.6667 ± 0.0162",
             "fit       94.00 %  ▁▃▅▇█",

@@ -749,19 +749,35 @@ fn late_repeated_and_silent_messages_are_accounted_for() {
     feed(&mut identifier, &messages[10]);
     assert_eq!(identifier.pairs()[0].account().restarts, 0);
     assert_eq!(identifier.estimate(stamp(0)), before);
-    assert_eq!(identifier.pairs()[0].silence(), None);
+    assert_eq!(identifier.pairs()[0].trouble(), None);
     // The actuator stops; the last motion it answered leads to one more sample.
     for message in &in_order(400)[600..] {
         if matches!(message, Message::State(_)) {
             feed(&mut identifier, message);
         }
     }
-    let silence = identifier.pairs()[0].silence().unwrap();
+    let silence = identifier.pairs()[0].trouble().unwrap();
     assert!(
         silence.contains("plane_motion:dive_planes has been silent for 5.0 s"),
         "{silence}"
     );
     assert_eq!(identifier.estimate(stamp(0)).samples, before.samples + 1);
+}
+
+#[test]
+fn an_input_that_is_never_stamped_when_the_output_is_is_said_to_be_so() {
+    let mut identifier = identifier(&[]);
+    for (state, mut motion) in dive(40, 0.05) {
+        motion.header.stamp = Time::from_nanos(motion.header.stamp.nanos() + TICK / 2);
+        feed(&mut identifier, &Message::State(state));
+        feed(&mut identifier, &Message::Motion(motion));
+    }
+    assert_eq!(identifier.estimate(stamp(0)).samples, 0);
+    let trouble = identifier.pairs()[0].trouble().unwrap();
+    assert!(
+        trouble.contains("plane_motion:dive_planes is not stamped when state:pitch_rate is"),
+        "{trouble}"
+    );
 }
 
 #[test]
