@@ -2,9 +2,13 @@
 //! finite, and no bump when the mode changes.
 #![allow(clippy::unwrap_used)]
 
+use std::path::Path;
+use std::sync::LazyLock;
+
 use depth_controller::core::{Answer, Controller, Quantity};
 use depth_controller::estimator::Source;
 use depth_controller::parameters::{Mode, declarations};
+use planesman_model_file::ModelFile;
 use planesman_msgs::Message;
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::{ControlState, VehicleState};
@@ -72,6 +76,7 @@ impl Draws {
         let declarations = values.declarations();
         let declaration = declarations[self.below(declarations.len())].clone();
         let value = match (&declaration.default, declaration.choices) {
+            (Value::String(_), []) => Value::from(model_file()),
             (Value::String(_), choices) => Value::from(self.one_of(choices)),
             (Value::Bool(_), _) => Value::Bool(self.below(2) == 0),
             (Value::Integer(_), _) => Value::Integer(i64::from(self.next())),
@@ -91,6 +96,25 @@ impl Draws {
             Err(_) => values.clone(),
         }
     }
+}
+
+/// A model file that the controller can trust: pitch as the default schedule has it, `q = -k delta / (s + b)`.
+fn model_file() -> &'static str {
+    const PATH: &str = concat!(env!("CARGO_TARGET_TMPDIR"), "/controller_properties.yaml");
+    static WRITTEN: LazyLock<()> = LazyLock::new(|| {
+        let values = defaults();
+        let [k, b] = ["plane", "damping"].map(|it| values.double(&format!("gains.model.{it}")));
+        let (dt, input, output) = (0.05, "plane_motion:dive_planes", "state:pitch_rate");
+        let pole = (-b * dt).exp();
+        let num = vec![-k * (1.0 - pole) / b];
+        let file = ModelFile {
+            speed: Some(values.double("gains.reference_speed")),
+            ..ModelFile::exact(input, output, dt, num, vec![1.0, -pole])
+        };
+        file.write(Path::new(PATH)).unwrap();
+    });
+    LazyLock::force(&WRITTEN);
+    PATH
 }
 
 fn defaults() -> Values {
