@@ -52,6 +52,8 @@ pub(crate) struct Cursor<'a> {
     body: &'a [u8],
     at: usize,
     little_endian: bool,
+    /// Bytes of a wide string's character.
+    wide: u64,
 }
 
 impl<'a> Cursor<'a> {
@@ -68,7 +70,14 @@ impl<'a> Cursor<'a> {
             body,
             at: 0,
             little_endian: id == 1,
+            wide: 2,
         })
+    }
+
+    /// The same place in a payload whose wide strings have characters of so many bytes, where two are usual.
+    pub(crate) fn with_wide_characters(mut self, bytes: u64) -> Self {
+        self.wide = bytes;
+        self
     }
 
     fn short(&self) -> DecodeError {
@@ -97,12 +106,10 @@ impl<'a> Cursor<'a> {
         self.pass_bytes(part.from(self.at))
     }
 
-    /// Passes a string and its length, in characters of one byte, or two if it is wide.
-    ///
-    /// A wide string is UTF-16 without a terminator, as Fast DDS (since Jazzy) and Cyclone DDS write it.
+    /// Passes a string and its length, in characters of one byte, or of as many as wide ones have; those have no terminator.
     pub(crate) fn pass_text(&mut self, wide: bool) -> Result<(), DecodeError> {
         let length = self.length()?;
-        self.pass_bytes(length * if wide { 2 } else { 1 })
+        self.pass_bytes(length * if wide { self.wide } else { 1 })
     }
 
     /// The length of a string or sequence.

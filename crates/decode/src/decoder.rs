@@ -8,6 +8,10 @@
 //! | `norm` | a message with numbers x, y, z and no w | `sqrt(x^2 + y^2 + z^2)` |
 //!
 //! A field of that name comes first.
+//!
+//! A wide string's characters have two bytes as Fast DDS writes them since Jazzy (Fast CDR 2), four as it did before and as `rmw_cyclonedds`
+//! wrote `wchar_t`. A payload does not say which: it is read with four where that leaves less of
+//! it behind the message, else with two.
 
 use planesman_rosidl::TypeName;
 use planesman_rosidl::definition::{Arity, Element, Field};
@@ -25,6 +29,8 @@ pub struct Decoder {
     slots: usize,
     /// Slots that are computed from others.
     computed: Vec<(usize, Formula)>,
+    /// How a whole message is passed, of a type with wide strings.
+    whole: Option<Vec<Op>>,
 }
 
 /// What a decoder has read: for each path a list, of one number for a number, of none for an element that is not there.
@@ -163,6 +169,9 @@ impl Decoder {
             ops: program::compile(types, &wanted),
             slots,
             computed,
+            whole: types
+                .has_wide_text()
+                .then(|| program::walk(types, &Wanted::default())),
         })
     }
 
@@ -173,7 +182,14 @@ impl Decoder {
     pub fn read(&self, payload: &[u8], values: &mut Values) -> Result<(), DecodeError> {
         values.slots.resize(self.slots, Vec::new());
         values.slots.iter_mut().for_each(Vec::clear);
-        program::run(&self.ops, &mut Cursor::new(payload)?, &mut values.slots)?;
+        let mut cursor = Cursor::new(payload)?;
+        if let Some(whole) = &self.whole {
+            let other = cursor.clone().with_wide_characters(4);
+            if left_behind(whole, &other) < left_behind(whole, &cursor) {
+                cursor = other;
+            }
+        }
+        program::run(&self.ops, &mut cursor, &mut values.slots)?;
         for (slot, formula) in &self.computed {
             let mut list = std::mem::take(&mut values.slots[*slot]);
             match formula {
@@ -184,6 +200,15 @@ impl Decoder {
             values.slots[*slot] = list;
         }
         Ok(())
+    }
+}
+
+/// The bytes that the message leaves of its payload; none left is best, more than there are is worst.
+fn left_behind(whole: &[Op], cursor: &Cursor<'_>) -> usize {
+    let mut cursor = cursor.clone();
+    match program::run(whole, &mut cursor, &mut []) {
+        Ok(()) => cursor.left(),
+        Err(_) => usize::MAX,
     }
 }
 

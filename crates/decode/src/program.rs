@@ -83,13 +83,19 @@ impl Wanted {
 /// The steps that read what is `wanted` of a message of the root type. The paths lead to
 /// numbers or lists of numbers.
 pub(crate) fn compile(types: &Types, wanted: &Wanted) -> Vec<Op> {
+    let mut ops = walk(types, wanted);
+    trim(&mut ops);
+    ops
+}
+
+/// The same, and then to the message's end.
+pub(crate) fn walk(types: &Types, wanted: &Wanted) -> Vec<Op> {
     let mut compiler = Compiler {
         types,
         passes: BTreeMap::new(),
     };
     let mut ops = Vec::new();
     compiler.message(types.root(), wanted, &mut ops);
-    trim(&mut ops);
     ops
 }
 

@@ -88,6 +88,13 @@ impl Types {
         path(&time.name)
     }
 
+    /// Whether there is a wide string anywhere.
+    pub(crate) fn has_wide_text(&self) -> bool {
+        let fields = self.library.messages().flat_map(|message| &message.fields);
+        let mut elements = fields.map(|field| &field.field_type.element);
+        elements.any(|element| matches!(element, Element::String { wide: true, .. }))
+    }
+
     /// The definition of a type that is referred to; `None` for no other.
     #[must_use]
     pub(crate) fn message(&self, name: &TypeName) -> Option<&Message> {

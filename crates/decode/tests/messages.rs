@@ -297,3 +297,80 @@ fn other_encodings_are_refused_by_name() {
     let refusal = schema::read("a/msg/A", "protobuf", "").unwrap_err();
     assert!(refusal.to_string().contains("'protobuf'"), "{refusal}");
 }
+
+/// A payload in CDR, put together field by field.
+struct Payload {
+    bytes: Vec<u8>,
+    big_endian: bool,
+}
+
+impl Payload {
+    fn new(big_endian: bool) -> Self {
+        Self {
+            bytes: vec![0, u8::from(!big_endian), 0, 0],
+            big_endian,
+        }
+    }
+
+    fn number<const N: usize>(mut self, mut little_endian: [u8; N]) -> Self {
+        while !(self.bytes.len() - 4).is_multiple_of(N) {
+            self.bytes.push(0);
+        }
+        if self.big_endian {
+            little_endian.reverse();
+        }
+        self.bytes.extend(little_endian);
+        self
+    }
+
+    /// A wide string: its length in characters, then these, two bytes or four each.
+    fn wide(self, text: &str, bytes: usize) -> Self {
+        let units: Vec<u16> = text.encode_utf16().collect();
+        let begun = self.number((units.len() as u32).to_le_bytes());
+        units.into_iter().fold(begun, |payload, unit| match bytes {
+            2 => payload.number(unit.to_le_bytes()),
+            _ => payload.number(u32::from(unit).to_le_bytes()),
+        })
+    }
+}
+
+#[test]
+fn numbers_behind_wide_strings_are_found_however_wide_their_characters_are() {
+    let text = "uint8 before\nwstring name\nfloat64 between\nwstring[] more\nint16 behind\n";
+    let types = schema::read("a/msg/A", "ros2msg", text).unwrap();
+    let decoder = Decoder::compile(&types, &["before", "between", "behind"].map(path)).unwrap();
+    let mut values = Values::default();
+    // What Fast CDR 2.2.5 writes of L"abc" and 1.5.
+    let fast_cdr = Payload::new(false)
+        .wide("abc", 2)
+        .number(1.5_f64.to_le_bytes());
+    assert_eq!(
+        fast_cdr.bytes,
+        [
+            0, 1, 0, 0, 3, 0, 0, 0, 97, 0, 98, 0, 99, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xf8,
+            0x3f
+        ]
+    );
+    for big_endian in [false, true] {
+        for bytes in [2, 4] {
+            for names in [
+                ["", ""],
+                ["a", ""],
+                ["planes", "rudder and more"],
+                ["λ", "\u{1f6a2} ship"],
+            ] {
+                let payload = Payload::new(big_endian)
+                    .number([7])
+                    .wide(names[0], bytes)
+                    .number(0.1_f64.to_le_bytes())
+                    .number(2_u32.to_le_bytes())
+                    .wide(names[1], bytes)
+                    .wide("x", bytes)
+                    .number((-3_i16).to_le_bytes());
+                decoder.read(&payload.bytes, &mut values).unwrap();
+                let found = [0, 1, 2].map(|index| values.number(index));
+                assert_eq!(found, [7.0, 0.1, -3.0].map(Some), "{bytes} {names:?}");
+            }
+        }
+    }
+}
