@@ -5,18 +5,16 @@
 // Each test program uses its own part.
 #![allow(dead_code, clippy::unwrap_used)]
 
+mod peers;
+
 use std::{
     io::{BufRead as _, BufReader},
     path::{Path, PathBuf},
     process::{Child, ChildStdout, Command, Stdio},
 };
 
+pub(crate) use peers::{are_required, root, skip};
 use serde_json::Value;
-
-/// The repository's root.
-pub(crate) fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-}
 
 /// The full name of a topic that `recorder::loop_topics` names within the vehicle's namespace.
 pub(crate) fn full_name(topic: &str) -> String {
@@ -25,20 +23,6 @@ pub(crate) fn full_name(topic: &str) -> String {
     } else {
         format!("/auv/{topic}")
     }
-}
-
-/// Whether an absent foreign program fails its test (`PLANESMAN_PEERS=required`), not only skips it.
-pub(crate) fn are_required() -> bool {
-    std::env::var("PLANESMAN_PEERS").is_ok_and(|value| value == "required")
-}
-
-/// Says what is skipped and why.
-///
-/// # Panics
-/// When the peers are required.
-pub(crate) fn skip(reason: &str) {
-    assert!(!are_required(), "required, but {reason}");
-    println!("skipped: {reason}");
 }
 
 /// A Python with the peers' programs for it.

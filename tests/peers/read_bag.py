@@ -145,7 +145,7 @@ def by_mcap(files: list[Path], decode: int) -> tuple[dict[str, Topic], bool]:
                 channels[record.id] = record
                 schema = schemas[record.schema_id]
                 if record.topic not in topics:
-                    topics[record.topic] = Topic(schema.name, record.metadata["topic_type_hash"], [])
+                    topics[record.topic] = Topic(schema.name, record.metadata.get("topic_type_hash", ""), [])
                 decoders[record.id] = factory.decoder_for(record.message_encoding, schema)
             elif isinstance(record, Message):
                 name = channels[record.channel_id].topic
@@ -171,8 +171,9 @@ def disagreements(rosbags: dict[str, Topic], mcap: dict[str, Topic]) -> Iterator
         found = [topics[name].report() for topics in (rosbags, mcap)]
         for item in found[0]:
             one, other = (json.dumps(report[item]) for report in found)
-            # Only the one reader understands the QoS.
-            if item != "offered_qos" and one != other:
+            # Only the one reader understands the QoS, and computes a hash where the file has none.
+            is_told = item != "offered_qos" and not (item == "type_hash" and other == '""')
+            if is_told and one != other:
                 yield f"{name}: {item}: rosbags finds {one:.300}, mcap {other:.300}"
 
 

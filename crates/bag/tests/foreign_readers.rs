@@ -3,9 +3,12 @@
 //! They are looked for in `.venv` in the repository's root. Without them the tests pass, saying what they
 //! skipped; with `PLANESMAN_PEERS=required` in the environment they fail.
 
+#[path = "../../../tests/foreign/peers.rs"]
+mod peers;
+
 use std::{
     path::{Path, PathBuf},
-    process::{Command, Output},
+    process::Output,
 };
 
 use planesman_bag::{BagReader, BagWriter, Compression, OfferedQos, Topic, WriterOptions};
@@ -17,20 +20,8 @@ use serde_json::Value;
 
 /// Runs `read_bag.py`; `None` where there is no Python with the readers.
 fn read_bag(arguments: &[&Path]) -> Option<Output> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let python = root.join(".venv/bin/python");
-    if !python.exists() {
-        let required = std::env::var("PLANESMAN_PEERS").is_ok_and(|value| value == "required");
-        assert!(!required, "{} is required", python.display());
-        println!("skipped: there is no {}", python.display());
-        return None;
-    }
-    let output = Command::new(python)
-        .arg(root.join("tests/peers/read_bag.py"))
-        .args(arguments)
-        .output()
-        .expect("Python starts");
-    Some(output)
+    let mut command = peers::program("read_bag.py")?;
+    Some(command.args(arguments).output().expect("Python starts"))
 }
 
 /// What the readers found, if they agree.

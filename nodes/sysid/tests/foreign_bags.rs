@@ -3,33 +3,31 @@
 //! Where `.venv` is absent these tests pass, saying what they skipped (tests/README.md).
 #![allow(clippy::unwrap_used)]
 
+#[path = "../../../tests/foreign/peers.rs"]
+mod peers;
+
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use clap::Parser;
+use planesman_bag::{BagReader, Message, Order};
+use planesman_decode::{Catalogue, Decoder, FieldPath, Values};
 use serde_json::Value;
+use sysid::bag_source;
 use sysid::fit_command::{self, FitArgs, Found};
 use sysid::topics_command::{self, TopicsArgs};
 
-/// Writes a bag and returns what numpy found in it; `None` where there is no Python with `rosbags`.
-fn make_bag(bag: &Path, compression: &str) -> Option<Value> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let python = root.join(".venv/bin/python");
-    if !python.exists() {
-        let required = std::env::var("PLANESMAN_PEERS").is_ok_and(|value| value == "required");
-        assert!(!required, "{} is required", python.display());
-        println!("skipped: there is no {}", python.display());
-        return None;
-    }
-    let output = Command::new(python)
-        .arg(root.join("tests/peers/make_imu_bag.py"))
-        .arg(bag)
-        .arg(compression)
-        .output()
-        .unwrap();
+/// What a peer told; `None` where there is no Python with `rosbags`.
+fn told(program: &str, arguments: &[&str]) -> Option<String> {
+    let output = peers::program(program)?.args(arguments).output().unwrap();
     let complaints = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{complaints}");
-    Some(serde_json::from_slice(&output.stdout).unwrap())
+    Some(String::from_utf8(output.stdout).unwrap())
+}
+
+/// Writes a bag and returns what numpy found in it.
+fn make_bag(bag: &Path, compression: &str) -> Option<Value> {
+    let told = told("make_imu_bag.py", &[bag.to_str().unwrap(), compression])?;
+    Some(serde_json::from_str(&told).unwrap())
 }
 
 fn fit(data: &[PathBuf], output: &str) -> Found {
@@ -105,4 +103,71 @@ fn every_field_is_listed_with_its_range() {
     assert!(!field("angular_velocity.y").course.is_empty());
     let text = topics_command::table(&survey);
     assert!(text.contains("orientation_covariance[0..8]"), "{text}");
+}
+
+/// The number at a path of a message as the foreign readers told it; `None` for an element that is not there.
+fn told_number(message: &Value, path: &FieldPath) -> Option<f64> {
+    let pointer = format!("/{path}").replace(['.', '['], "/").replace(']', "");
+    let value = message.pointer(&pointer)?;
+    value.as_f64().or_else(|| value.as_bool().map(f64::from))
+}
+
+#[test]
+fn every_number_of_every_kind_is_what_foreign_readers_read_in_bags_of_every_form() {
+    let folder = tempfile::tempdir().unwrap();
+    if told("make_kinds_bag.py", &[folder.path().to_str().unwrap()]).is_none() {
+        return;
+    }
+    let at = |name: &str| folder.path().join(name);
+    // rosbags and mcap-ros2-support agree, in either byte order.
+    let read = ["little", "big"].map(|name| {
+        let all = ["--decode", "100", at(name).to_str().unwrap()].map(str::to_owned);
+        let told = told("read_bag.py", &all.each_ref().map(String::as_str)).unwrap();
+        serde_json::from_str::<Value>(&told).unwrap()["topics"]["/kinds"]["values"].clone()
+    });
+    assert_eq!(read[0], read[1]);
+    let expected = read[0].as_array().unwrap();
+    assert_eq!(expected.len(), 40);
+
+    let refusal = BagReader::open(&at("file")).unwrap_err().to_string();
+    assert!(refusal.contains("zstd -d NAME.mcap.zstd"), "{refusal}");
+    let packed = std::fs::read(at("file/file.mcap.zstd")).unwrap();
+    std::fs::write(at("file/file.mcap"), zstd::decode_all(&packed[..]).unwrap()).unwrap();
+    for name in ["little", "big", "packed", "file", "bare.mcap", "idl.mcap"] {
+        let bag = BagReader::open(&at(name)).unwrap();
+        assert!(bag.completeness().is_whole(), "{name}");
+        let types = bag_source::types(&bag.topics()[0].topic).unwrap();
+        let mut fields = Catalogue::of(&types, usize::MAX).fields;
+        // These are ours: rosbags knows none.
+        fields.retain(|path| {
+            !["roll", "pitch", "yaw"].contains(&path.to_string().trim_start_matches("turn."))
+        });
+        let decoder = Decoder::compile(&types, &fields).unwrap();
+        let mut values = Values::default();
+        let messages: Vec<Message> = bag.messages(Order::File).map(Result::unwrap).collect();
+        assert_eq!(messages.len(), expected.len(), "{name}");
+        for (message, expected) in messages.iter().zip(expected) {
+            decoder.read(&message.payload, &mut values).unwrap();
+            for (index, field) in fields.iter().enumerate() {
+                let (ours, theirs) = (values.number(index), told_number(expected, field));
+                // JSON's numbers are read to the last bit but one.
+                let off = ours.unwrap_or(0.0) - theirs.unwrap_or(0.0);
+                assert!(
+                    ours.is_some() == theirs.is_some()
+                        && off.abs() <= 4e-16 * theirs.unwrap_or(0.0).abs(),
+                    "{name}: {field}: {ours:?} {theirs:?}"
+                );
+            }
+        }
+        let fields: Vec<String> = fields.iter().map(ToString::to_string).collect();
+        for field in [
+            "a_uint64",
+            "octets[3]",
+            "few[2].three[2]",
+            "truths[0]",
+            "last",
+        ] {
+            assert!(fields.iter().any(|it| it == field), "{field}");
+        }
+    }
 }
