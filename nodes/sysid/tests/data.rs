@@ -5,6 +5,7 @@ mod bags;
 
 use std::fs;
 use std::path::Path;
+use std::process::{Command, Stdio};
 
 use bags::{FLOAT, IMU, Maker, float, fuzzed, imu};
 use clap::Parser;
@@ -407,4 +408,32 @@ fn changed_messages_stamps_and_schemas_give_an_answer_or_an_error() {
         maker.close();
         looks_through(&path);
     }
+}
+
+#[test]
+fn progress_is_shown_on_a_terminal_and_not_in_a_pipe() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.mcap");
+    bag(&path, 10_000);
+    let program = env!("CARGO_BIN_EXE_sysid");
+    let path = path.to_str().unwrap();
+    let on_a_terminal = |more: &str| {
+        let command = format!("'{program}' topics '{path}' {more}");
+        let output = Command::new("script")
+            .args(["-qec", &command, "/dev/null"])
+            .stdin(Stdio::null())
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{output:?}");
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    };
+    let shown = on_a_terminal("");
+    assert!(shown.contains("B/s") && shown.contains("/imu"), "{shown}");
+    let quiet = on_a_terminal("--quiet");
+    assert!(!quiet.contains("B/s") && quiet.contains("/imu"), "{quiet}");
+    let piped = Command::new(program)
+        .args(["topics", path])
+        .output()
+        .unwrap();
+    assert!(piped.status.success() && piped.stderr.is_empty());
 }
