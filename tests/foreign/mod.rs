@@ -13,6 +13,7 @@ use std::{
     process::{Child, ChildStdout, Command, Stdio},
 };
 
+#[allow(unused_imports)] // Each test program uses its own part.
 pub(crate) use peers::{are_required, root, skip};
 use serde_json::Value;
 
