@@ -142,7 +142,10 @@ fn after_a_million_nearly_dependent_rows_the_triangle_is_batch_and_the_textbook_
         phi.row_mut(k).copy_from_slice(&row);
         outputs[k] = output;
     }
-    let batch = Triangle::of(&phi, &outputs).unwrap().solution().unwrap();
+    let triangle = Triangle::of(&phi, &outputs).unwrap();
+    let singular = triangle.singular_values();
+    let condition = singular.max() / singular.min();
+    let batch = triangle.solution().unwrap();
     let off = |theta: &DVector<f64>| {
         theta
             .iter()
@@ -152,8 +155,13 @@ fn after_a_million_nearly_dependent_rows_the_triangle_is_batch_and_the_textbook_
     };
     let (ours, theirs) = (off(&rls.parameters()), off(&textbook.theta));
     println!("square root {ours:.1e}, textbook {theirs:.1e} from batch");
+    // The covariance has the condition of the rows squared, and rounding grows with it.
+    let squared = f64::EPSILON * condition * condition;
     assert!(ours < 1e-9, "{ours:e}");
-    assert!(theirs.is_nan() || theirs > 1e-3, "{theirs:e}");
+    assert!(
+        theirs.is_nan() || theirs > squared,
+        "{theirs:e} {squared:e}"
+    );
 }
 
 /// The trace of P after ten thousand rows that say nothing, and the slope found after it has changed.
@@ -207,7 +215,31 @@ fn forgetting_in_the_rows_direction_keeps_what_standing_still_says_nothing_about
     assert!((gain - 2.0).abs() < 0.05, "{gain}");
     let (along, gain) = standing_still(Forgetting::Directional(0.98));
     assert!(along < 10.0, "{along}");
-    assert!((gain - 2.0).abs() < 0.15, "{gain}");
+    // It comes after the change, slower than where everything is forgotten.
+    assert!(gain > 1.5 && gain < 2.0, "{gain}");
+}
+
+#[test]
+fn forgetting_in_the_rows_direction_is_the_matrix_recursion() {
+    // Cao and Schwartz 2000: N <- N - (1 - lambda) N phi phi' N / phi'N phi + phi phi', theta += N^-1 phi e.
+    const LAMBDA: f64 = 0.95;
+    let (u, y) = (noise(5, 400), noise(6, 400));
+    let mut information = DMatrix::<f64>::identity(2, 2);
+    let mut theta = DVector::<f64>::zeros(2);
+    let mut rls = RecursiveLeastSquares::new(2, 1.0, 1.0).unwrap();
+    for k in 1..400 {
+        let phi = DVector::from_vec(vec![u[k], 0.9 * u[k] + 0.1 * u[k - 1]]);
+        rls.forget_along(phi.as_slice(), LAMBDA);
+        rls.update(phi.as_slice(), y[k]);
+        let seen = &information * &phi;
+        information -= &seen * seen.transpose() * ((1.0 - LAMBDA) / phi.dot(&seen));
+        information += &phi * phi.transpose();
+        let gain = information.clone().lu().solve(&phi).unwrap();
+        theta += gain * (y[k] - phi.dot(&theta));
+    }
+    assert!((rls.parameters() - theta).amax() < 1e-9);
+    let p = information.try_inverse().unwrap();
+    assert!((rls.unit_covariance() - &p).amax() < 1e-9 * p.amax());
 }
 
 #[test]
@@ -268,7 +300,8 @@ fn resetting_the_covariance_keeps_the_parameters_and_a_gap_the_learning() {
     };
     let structure = Structure::of_order(3).without_offset();
     let options = Options {
-        initial_covariance: 1e14,
+        // A clean third-order record determines its weakest direction by 1e-10: a prior of 1e-20 is nothing beside it.
+        initial_covariance: 1e20,
         ..Options::default()
     };
     let mut learner = recursion(Kind::LeastSquares, structure, options);
@@ -288,12 +321,12 @@ fn resetting_the_covariance_keeps_the_parameters_and_a_gap_the_learning() {
         },
     );
     let theta = learner.parameters();
-    assert!((theta[0] - run.plant().a[0]).abs() < 1e-4, "{}", theta[0]);
+    assert!((theta[0] - run.plant().a[0]).abs() < 1e-8, "{}", theta[0]);
     learner.reset_covariance();
     assert!((learner.parameters() - &theta).amax() < 1e-9);
     assert!(learner.estimate().is_none());
     learn(&mut learner, record);
-    assert!((learner.parameters()[0] - theta[0]).abs() < 1e-4);
+    assert!((learner.parameters()[0] - theta[0]).abs() < 1e-8);
     learner.reset();
     assert_eq!(learner.parameters().amax(), 0.0);
 }

@@ -61,10 +61,10 @@ impl Analysis {
 
     /// The orders and delays tried.
     fn tried(&self) -> String {
-        let mut text = String::from("\n");
-        if !self.candidates.is_empty() {
-            text += "order  delay   AIC        BIC        held-out fit\n";
+        if self.candidates.is_empty() {
+            return "\n".to_owned();
         }
+        let mut text = String::from("\norder  delay   AIC        BIC        held-out fit\n");
         for c in self.candidates.iter().take(SHOWN) {
             let fit = c.held_out_fit;
             let fit = fit.map_or("-".to_owned(), |fit| format!("{fit:.2} %"));

@@ -1,16 +1,20 @@
 //! What there is to say of a model in plain words.
 
+use std::f64::consts::PI;
+
 use nalgebra::Matrix2;
 
 use super::Analysis;
 use super::account::interval;
 use crate::record::Record;
-use crate::uncertainty::{Reading, SIGMAS_95, Uncertain};
+use crate::uncertainty::{Reading, SIGMAS_95};
 use crate::validation::order_search;
 use crate::validation::residuals::Correlation;
 
-/// Standard deviations beyond which two estimates of a pole are not of one system.
-const APART: f64 = 3.0;
+/// Standard deviations beyond which two estimates are not of one system, the furthest apart of so many
+/// frequencies.
+const APART: f64 = 4.0;
+const FREQUENCIES: usize = 20;
 
 impl Analysis {
     pub(super) fn judged(&self, doubts: Vec<String>, record: &Record) -> Vec<String> {
@@ -87,32 +91,35 @@ impl Analysis {
         said
     }
 
-    /// What heed to the reference has changed.
+    /// What heed to the reference has changed: the size of the response where it has moved most.
     fn of_two_stages(&self) -> Option<String> {
         let (direct, reference) = (self.direct.as_ref()?, self.reference.as_ref()?);
-        let staged = self.reading().poles().ok()?;
-        let direct = Reading::of(direct, self.longest).poles().ok()?;
-        let moved = staged.iter().filter_map(|pole| {
-            let other = direct.iter().min_by(|p, q| {
-                let apart = |it: &&_| -> f64 { distance(it, pole) };
-                apart(p).total_cmp(&apart(q))
-            })?;
-            let joint = pole
-                .magnitude_deviation()
-                .hypot(other.magnitude_deviation());
-            (joint > 0.0).then(|| (distance(other, pole) / joint, pole, other))
+        let (staged, direct) = (self.reading(), Reading::of(direct, self.longest));
+        let nyquist = PI / self.estimate.sample_time;
+        let share = |i: usize| 10_f64.powf(-3.0 * i as f64 / FREQUENCIES as f64);
+        let moved = (0..=FREQUENCIES).filter_map(|i| {
+            let omega = nyquist * share(i);
+            let pair = [staged.response(omega)?, direct.response(omega)?];
+            let [found, other] = pair.map(|it| (it.value.norm(), it.magnitude_deviation()));
+            let joint = found.1.hypot(other.1);
+            let apart = (found.0 - other.0).abs() / joint;
+            (joint > 0.0).then_some((apart, omega, found, other))
         });
-        let (deviations, pole, other) = moved.max_by(|p, q| p.0.total_cmp(&q.0))?;
-        let (staged, direct) = (interval(pole), interval(other));
-        Some(if deviations > APART {
+        let (apart, omega, found, other) = moved.max_by(|p, q| p.0.total_cmp(&q.0))?;
+        let size =
+            |(size, deviation): (f64, f64)| format!("{size:.4} ± {:.4}", SIGMAS_95 * deviation);
+        let verdict = if apart > APART {
             format!(
-                "two stages from {reference} put the pole at z = {staged}; without it, it would be at {direct}, {deviations:.1} standard deviations away: noise that goes round the loop misleads the direct fit"
+                "{apart:.1} standard deviations away: noise that goes round the loop misleads the direct fit"
             )
         } else {
-            format!(
-                "two stages from {reference} put the pole at z = {staged}; without it, it would be at {direct}: the loop misleads the direct fit by less than can be told"
-            )
-        })
+            "which is no further than chance: the loop hardly misleads the direct fit".to_owned()
+        };
+        Some(format!(
+            "in two stages from {reference} the response at {omega:.3} rad/s comes out at {}; directly it would be {}, {verdict}",
+            size(found),
+            size(other)
+        ))
     }
 
     /// Whether what is left over is noise.
@@ -146,10 +153,6 @@ impl Analysis {
         }
         said
     }
-}
-
-fn distance(p: &Uncertain, q: &Uncertain) -> f64 {
-    (p.value - q.value).norm()
 }
 
 /// What a test found, in numbers.
