@@ -36,14 +36,14 @@ pub fn run(args: &CoefficientsArgs) -> Result<()> {
             vehicle_file::BRUNNER
         );
     };
-    print!(
+    planesman_node::print(format_args!(
         "{}",
         text(
             &Table::of(&vehicle, &geometry, args.speed),
             &vehicle.name,
             args.speed
         )
-    );
+    ))?;
     Ok(())
 }
 

@@ -95,7 +95,7 @@ pub fn run(scenario: &Scenario, run: &RunFolder, options: &Options) -> Result<()
         Event::Model(Box::new(model))
     })?;
     let go = rt.client::<SetBool>("plant_sim/pause")?;
-    println!("{}", scenario.description);
+    planesman_node::say!("{}", scenario.description)?;
     be_alone(&rt)?;
     // All that can be refused has been: now there is something to keep.
     run.create(scenario, &parameters)?;
@@ -134,19 +134,19 @@ fn fly(
         captain.crew.stop(node)?;
     }
     if captain.interrupted {
-        println!(
+        planesman_node::say!(
             "Interrupted after {} ticks; the bag is closed.",
             captain.ticks
-        );
+        )?;
     } else {
-        println!(
+        planesman_node::say!(
             "Flew {:.1} s of vehicle time in {:.1} s, {} processes over DDS.\n",
             captain.ticks as f64 * scenario.tick,
             captain.began.elapsed().as_secs_f64(),
             NODES.len() + 1,
-        );
+        )?;
     }
-    println!("{}", run.report()?);
+    planesman_node::say!("{}", run.report()?)?;
     Ok(())
 }
 
@@ -360,7 +360,8 @@ impl Captain {
         if std::io::stderr().is_terminal() {
             self.bar.println(text);
         } else {
-            println!("{text}");
+            // What matters is told again at the end, where it can fail.
+            let _ = planesman_node::say!("{text}");
         }
     }
 

@@ -197,7 +197,7 @@ fn main() -> ExitCode {
         Command::Sim(args) => simulate(&args),
         Command::Report { folder } => RunFolder::open(&folder)
             .and_then(|run| run.report())
-            .map(|text| println!("{text}")),
+            .and_then(|text| Ok(planesman_node::say!("{text}")?)),
         Command::Replay(args) => sysid::replay::run(&args),
         Command::Sysid(sysid::command::Command::Fit(args)) => planesman::sysid::fit(&args),
         Command::Sysid(sysid::command::Command::Watch(args)) => {
@@ -270,17 +270,20 @@ fn dive(args: &DiveArgs) -> Result<()> {
 fn simulate(args: &SimArgs) -> Result<()> {
     let scenario = Scenario::load(&args.scenario)?;
     let ticks = sim::run(&scenario, &args.out, &args.namespace)?;
-    println!(
+    planesman_node::say!(
         "{}: {ticks} ticks, {:.2} s of vehicle time",
         args.out.display(),
         ticks as f64 * scenario.tick
-    );
+    )?;
     Ok(())
 }
 
 fn parameter_file(node: Option<&str>, scenario: Option<&str>) -> Result<()> {
     let scenario = scenario.map(Scenario::load).transpose()?;
-    print!("{}", nodes::parameter_file(node, scenario.as_ref())?);
+    planesman_node::print(format_args!(
+        "{}",
+        nodes::parameter_file(node, scenario.as_ref())?
+    ))?;
     Ok(())
 }
 

@@ -69,7 +69,7 @@ pub fn validate(name: &str, values: &Values) -> Result<(), String> {
 /// When there is no such node.
 pub fn list_parameters(node: Option<&str>) -> Result<()> {
     for name in NODES.iter().filter(|n| node.is_none_or(|only| only == **n)) {
-        println!("{name}:");
+        planesman_node::say!("{name}:")?;
         for d in declarations(name).unwrap_or_default() {
             let range = d
                 .range
@@ -81,10 +81,13 @@ pub fn list_parameters(node: Option<&str>) -> Result<()> {
                 format!(" one of {}", d.choices.join(", "))
             };
             let fixed = if d.read_only { " (fixed at start)" } else { "" };
-            println!(
+            planesman_node::say!(
                 "  {}: {} {}{range}{choices}{fixed}\n      {}",
-                d.name, d.default, d.unit, d.description
-            );
+                d.name,
+                d.default,
+                d.unit,
+                d.description
+            )?;
         }
     }
     match node {

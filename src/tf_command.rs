@@ -99,7 +99,7 @@ pub fn run(args: &TfArgs) -> Result<()> {
     } else {
         corrected(args)?
     };
-    print!("{}", text(&models)?);
+    planesman_node::print(format_args!("{}", text(&models)?))?;
     Ok(())
 }
 

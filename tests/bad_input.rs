@@ -4,6 +4,9 @@
 
 mod stage;
 
+use std::fs::File;
+use std::process::{Command, Stdio};
+
 use stage::{Stage, scenario};
 
 /// The vehicle of the report, for a copy with a fault.
@@ -307,4 +310,26 @@ fn an_environment_that_is_not_ros_is_refused_before_anything_starts() {
         assert!(complaints[0].contains(name) && complaints[0].contains(value));
         assert_eq!(stage.content(), [""; 0]);
     }
+}
+
+#[test]
+fn a_command_bears_that_nobody_reads_it_and_says_that_it_cannot_write() {
+    let params = |stdout: Stdio| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_planesman"));
+        command.arg("params").stdout(stdout).stderr(Stdio::piped());
+        command.spawn().unwrap()
+    };
+    let mut unread = params(Stdio::piped());
+    drop(unread.stdout.take());
+    let outcome = unread.wait_with_output().unwrap();
+    assert!(outcome.status.success() && outcome.stderr.is_empty());
+
+    let full = File::options().write(true).open("/dev/full").unwrap();
+    let outcome = params(full.into()).wait_with_output().unwrap();
+    assert_eq!(outcome.status.code(), Some(1));
+    let said = String::from_utf8_lossy(&outcome.stderr);
+    assert!(
+        said.contains("No space left") && said.lines().count() == 1,
+        "{said}"
+    );
 }

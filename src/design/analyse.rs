@@ -31,7 +31,7 @@ pub struct AnalyseArgs {
 /// # Errors
 /// A vehicle or actuator that is refused, numbers that overflow.
 pub fn run(args: &AnalyseArgs) -> Result<()> {
-    print!("{}", text(args)?);
+    planesman_node::print(format_args!("{}", text(args)?))?;
     Ok(())
 }
 

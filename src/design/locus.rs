@@ -48,11 +48,11 @@ pub struct LocusArgs {
 pub fn run(args: &LocusArgs) -> Result<()> {
     for i in 0..args.rows {
         let value = args.value(f64::from(i) / f64::from(args.rows - 1));
-        println!("{value:12.5}  {}", poles_text(&args.poles(value)?));
+        planesman_node::say!("{value:12.5}  {}", poles_text(&args.poles(value)?))?;
     }
     if let Some(file) = &args.svg {
         fs::write(file, args.drawing()?).with_context(|| format!("{}", file.display()))?;
-        println!("{}", file.display());
+        planesman_node::say!("{}", file.display())?;
     }
     Ok(())
 }

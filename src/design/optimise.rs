@@ -71,13 +71,17 @@ pub fn run(args: &OptimiseArgs) -> Result<()> {
             args.overshoot
         );
     };
-    println!("{}", gains_text(&found.gains));
-    println!(
+    planesman_node::say!("{}", gains_text(&found.gains))?;
+    planesman_node::say!(
         "worst ITAE {:.2} m^2 (times the speed squared)",
         found.worst
-    );
+    )?;
     for (speed, judged) in args.speed.iter().zip(&found.judgements) {
-        print!("\nU = {}\n{}", speed_text(*speed), described(judged)?);
+        planesman_node::print(format_args!(
+            "\nU = {}\n{}",
+            speed_text(*speed),
+            described(judged)?
+        ))?;
     }
     Ok(())
 }

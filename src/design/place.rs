@@ -49,20 +49,20 @@ pub fn run(args: &PlaceArgs) -> Result<()> {
         },
         args.pitch_p,
     );
-    println!("{}", gains_text(&gains));
+    planesman_node::say!("{}", gains_text(&gains))?;
     if gains.depth_d < 0.0 || gains.pitch_rate < 0.0 {
-        println!(
+        planesman_node::say!(
             "A gain is negative: these poles are slower or less damped than the vehicle with this Kpy."
-        );
+        )?;
     }
-    println!(
+    planesman_node::say!(
         "\nU = {}, heave and actuator included",
         speed_text(args.speed)
-    );
-    print!(
+    )?;
+    planesman_node::print(format_args!(
         "{}",
         described(&judged(&args.subject, gains, args.speed, 120.0)?)?
-    );
+    ))?;
     Ok(())
 }
 

@@ -63,20 +63,22 @@ struct Outcome {
 /// # Errors
 /// A vehicle or parameter that is refused, or a flight that breaks off.
 pub fn run(args: &TableArgs) -> Result<()> {
-    println!(
+    planesman_node::say!(
         "{}, test signal {} deg, seed {}; one flight a row\n",
-        args.vehicle, args.signal, args.seed
-    );
-    println!(
+        args.vehicle,
+        args.signal,
+        args.seed
+    )?;
+    planesman_node::say!(
         "| step ft | speed ft/s | actuator | feedback | gains | overshoot % | settling (5 %) s | steady error mm | pitch error deg rms | plane travel deg/s |"
-    );
-    println!("|---|---|---|---|---|---|---|---|---|---|");
+    )?;
+    planesman_node::say!("|---|---|---|---|---|---|---|---|---|---|")?;
     for choice in choices(args) {
         let outcome = choice.fly(args).with_context(|| choice.text())?;
         let settling = outcome
             .settling
             .map_or("never".to_owned(), |t| format!("{t:.1}"));
-        println!(
+        planesman_node::say!(
             "| {} | {} | {} | {} | {} | {:.1} | {settling} | {:+.1} | {:.2} | {:.2} |",
             choice.step,
             choice.speed,
@@ -87,7 +89,7 @@ pub fn run(args: &TableArgs) -> Result<()> {
             1e3 * outcome.steady_error,
             outcome.pitch_error.to_degrees(),
             outcome.activity.to_degrees(),
-        );
+        )?;
     }
     Ok(())
 }

@@ -78,14 +78,14 @@ impl Table {
 /// When a built-in actuator or the book of numbers cannot be read.
 pub fn run(args: &BenchArgs) -> Result<()> {
     let surrogate = args.plant.surrogate();
-    println!("{}", heading(surrogate));
+    planesman_node::say!("{}", heading(surrogate))?;
     let wanted = match args.table.as_slice() {
         [] => &Table::ALL,
         some => some,
     };
     let book = book::ibm_1966()?;
     for table in wanted {
-        println!("{}", text(*table, surrogate, &book)?);
+        planesman_node::say!("{}", text(*table, surrogate, &book)?)?;
     }
     Ok(())
 }

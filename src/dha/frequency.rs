@@ -38,7 +38,7 @@ pub fn run(args: &FrequencyArgs) -> Result<()> {
     } else {
         flight_control(&set)
     };
-    print!("{}", text.map_err(|error| anyhow!(error))?);
+    planesman_node::print(format_args!("{}", text.map_err(|error| anyhow!(error))?))?;
     Ok(())
 }
 

@@ -41,7 +41,7 @@ pub fn run(args: &LimitCyclesArgs) -> Result<()> {
     if rows.is_empty() {
         anyhow::bail!("no configuration is called '{wanted}'; without a name all are shown");
     }
-    print!("{}", text(&rows));
+    planesman_node::print(format_args!("{}", text(&rows)))?;
     Ok(())
 }
 

@@ -70,7 +70,7 @@ pub fn run(args: &SizeArgs) -> Result<()> {
             for_load(&args.load(resolution, &given)?).map_err(|refusal| anyhow!(refusal))?
         }
     };
-    print!("{}", text(&set));
+    planesman_node::print(format_args!("{}", text(&set)))?;
     Ok(())
 }
 

@@ -48,11 +48,11 @@ pub fn run(args: &ReproduceArgs) -> Result<()> {
         let book = (report.book)()?;
         let values = (report.recomputed)();
         let reckoning = Reckoning::of(&book, values.iter().map(|(id, v)| (id.as_str(), *v)));
-        println!("{}\n", report.citation);
-        println!("{}", listing::text(&book, &reckoning));
+        planesman_node::say!("{}\n", report.citation)?;
+        planesman_node::say!("{}", listing::text(&book, &reckoning))?;
         let account = report.account.map(|account| account()).transpose()?;
         if let Some(account) = &account {
-            println!("{account}");
+            planesman_node::say!("{account}")?;
         }
         news += reckoning.totals().news;
         if args.html.is_some() {
@@ -61,7 +61,7 @@ pub fn run(args: &ReproduceArgs) -> Result<()> {
     }
     if let Some(path) = &args.html {
         std::fs::write(path, page.text()).with_context(|| format!("{}", path.display()))?;
-        println!("{}: the numbers and the redrawn figures", path.display());
+        planesman_node::say!("{}: the numbers and the redrawn figures", path.display())?;
     }
     match news {
         0 => Ok(()),

@@ -303,7 +303,8 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
     use sysid::analysis::{Options, analyse};
-    use sysid::record::{Channel, Method, Stretch, Timing};
+    use sysid::estimators::Method;
+    use sysid::record::{Channel, Method as Resampled, Stretch, Timing};
     use sysid::synthetic::{BIAS, NOISE, Run, SAMPLE_TIME};
 
     #[test]
@@ -311,7 +312,7 @@ mod tests {
         let run = Run::EightOne;
         let channel = |name: &str| Channel {
             name: name.to_owned(),
-            method: Method::Mean,
+            method: Resampled::Mean,
             timing: Timing::default(),
             held: 0.0,
         };
@@ -325,8 +326,25 @@ mod tests {
                 outputs: vec![run.measured(1, NOISE, BIAS)],
             }],
         };
-        let analysis = analyse(&record, &Options::default()).unwrap();
-        let page = page(&analysis, &record).unwrap();
+        for method in [Method::OutputError, Method::Vehicle, Method::Kalman] {
+            let options = Options {
+                method,
+                ..Options::default()
+            };
+            let analysis = analyse(&record, &options).unwrap();
+            let page = page(&analysis, &record).unwrap();
+            stands_alone(&page);
+            assert_eq!(page.matches(&analysis.verdict[0]).count(), 1, "{method:?}");
+            let learnt = if method == Method::OutputError {
+                "a1"
+            } else {
+                "M_theta/J"
+            };
+            assert!(page.contains(learnt), "{method:?}");
+        }
+    }
+
+    fn stands_alone(page: &str) {
         for heading in [
             "Measured and simulated",
             "Residual with itself",

@@ -113,6 +113,14 @@ pub fn exit_code(program: &str, run: impl FnOnce() -> anyhow::Result<()>) -> Exi
     }
 }
 
+/// Prints a line of what a command has to say, as [`print`] does.
+#[macro_export]
+macro_rules! say {
+    ($($argument:tt)*) => {
+        $crate::print(format_args!("{}\n", format_args!($($argument)*)))
+    };
+}
+
 /// Prints what a command has to say. A reader that has heard enough (`| head`) is no error.
 ///
 /// # Errors

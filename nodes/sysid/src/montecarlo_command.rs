@@ -21,11 +21,15 @@ pub struct MonteCarloArgs {
 pub fn run(args: &MonteCarloArgs) -> Result<()> {
     let seeds = args.seeds as usize;
     let table = table(&contenders(), seeds);
-    println!("{}\n{}", table.markdown(), failures_markdown(seeds));
-    println!("Under 2 % bias and 90 to 98 % coverage of the dominant pole on every run:");
+    planesman_node::say!("{}\n{}", table.markdown(), failures_markdown(seeds))?;
+    planesman_node::say!(
+        "Under 2 % bias and 90 to 98 % coverage of the dominant pole on every run:"
+    )?;
     match table.trustworthy()[..] {
-        [] => println!("- none"),
-        ref names => names.iter().for_each(|name| println!("- {name}")),
+        [] => planesman_node::say!("- none")?,
+        ref names => names
+            .iter()
+            .try_for_each(|name| planesman_node::say!("- {name}"))?,
     }
     Ok(())
 }

@@ -83,9 +83,9 @@ fn key(estimate: &ModelEstimate) -> Key {
 pub fn run(args: &ReplayArgs) -> Result<()> {
     let found = replay(args)?;
     let tables: Vec<String> = found.estimates.iter().map(table).collect();
-    print!("{}", tables.join("\n"));
+    planesman_node::print(format_args!("{}", tables.join("\n")))?;
     if let Some(live) = found.live {
-        println!(
+        planesman_node::say!(
             "live: {} published estimates compared, largest difference {:.1e}{}",
             live.compared,
             live.largest_difference,
@@ -94,13 +94,13 @@ pub fn run(args: &ReplayArgs) -> Result<()> {
             } else {
                 format!(", {} without a counterpart", live.missing)
             }
-        );
+        )?;
     }
     if let Some((count, first)) = found.refused {
-        println!("{count} messages refused, the first: {first}");
+        planesman_node::say!("{count} messages refused, the first: {first}")?;
     }
     if let Some(reason) = found.incomplete {
-        println!("the bag is {reason}");
+        planesman_node::say!("the bag is {reason}")?;
     }
     Ok(())
 }
