@@ -45,6 +45,8 @@ pub struct Plot<'a> {
     y_down: bool,
     /// The x axis reaches zero, wherever the data begin.
     from_zero: bool,
+    /// A unit is as long on one axis as on the other.
+    one_scale: bool,
     /// What is drawn.
     pub series: Vec<Series<'a>>,
 }
@@ -61,6 +63,7 @@ impl<'a> Plot<'a> {
             y,
             y_down: false,
             from_zero: false,
+            one_scale: false,
             series: Vec::new(),
         }
     }
@@ -88,6 +91,15 @@ impl<'a> Plot<'a> {
     pub fn from_zero(self) -> Self {
         Self {
             from_zero: true,
+            ..self
+        }
+    }
+
+    /// A unit is as long on one axis as on the other: a circle is round.
+    #[must_use]
+    pub fn one_scale(self) -> Self {
+        Self {
+            one_scale: true,
             ..self
         }
     }
@@ -137,6 +149,14 @@ impl<'a> Plot<'a> {
 
 const SIZE: (u32, u32) = (820, 300);
 
+/// What stands around the field with the data, pixels: margin, and the axes' names.
+const MARGIN: u32 = 8;
+const X_LABELS: u32 = 36;
+const Y_LABELS: u32 = 64;
+
+/// The side of a square field, pixels.
+const SIDE: u32 = 480;
+
 /// Colours that people with any colour vision tell apart (Okabe and Ito).
 const COLOURS: [RGBColor; 6] = [
     RGBColor(0, 114, 178),
@@ -154,7 +174,13 @@ impl Plot<'_> {
     /// When no series has a finite point, or the drawing library fails.
     pub fn svg(&self) -> Result<String> {
         let mut text = String::new();
-        self.draw(&SVGBackend::with_string(&mut text, SIZE).into_drawing_area())
+        let size = if self.one_scale {
+            let around = 2 * MARGIN;
+            (SIDE + Y_LABELS + around, SIDE + X_LABELS + around)
+        } else {
+            SIZE
+        };
+        self.draw(&SVGBackend::with_string(&mut text, size).into_drawing_area())
             .map_err(|e| anyhow!("plot '{}': {e}", self.title))?;
         Ok(text)
     }
@@ -165,9 +191,9 @@ impl Plot<'_> {
             y = y.end..y.start;
         }
         let mut chart = ChartBuilder::on(area)
-            .margin(8)
-            .x_label_area_size(36)
-            .y_label_area_size(64)
+            .margin(MARGIN)
+            .x_label_area_size(X_LABELS)
+            .y_label_area_size(Y_LABELS)
             .build_cartesian_2d(x, y)?;
         chart
             .configure_mesh()
@@ -239,6 +265,11 @@ impl Plot<'_> {
             let air = ((high - low) * share).max(1e-9 + 1e-6 * high.abs().max(low.abs()));
             low - air..high + air
         };
+        if self.one_scale {
+            let half = 0.55 * (high.0 - low.0).max(high.1 - low.1).max(1e-9);
+            let about = |low: f64, high: f64| (low + high) / 2.0 - half..(low + high) / 2.0 + half;
+            return Ok((about(low.0, high.0), about(low.1, high.1)));
+        }
         Ok((widen(low.0, high.0, 0.01), widen(low.1, high.1, 0.08)))
     }
 }

@@ -228,7 +228,7 @@ fn map(analysis: &Analysis) -> Result<Markup> {
     ];
     drawn(
         "In the z plane; what lies beyond |z| = 4 is left out.",
-        plot("Poles and zeros", "real part", "imaginary part", series),
+        plot("Poles and zeros", "real part", "imaginary part", series).one_scale(),
     )
 }
 

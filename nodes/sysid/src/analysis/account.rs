@@ -139,7 +139,7 @@ impl Analysis {
         let named = found.named().into_iter();
         let mut text = String::new();
         for (name, value, deviation) in named.chain(by_inertia.into_iter().flatten()) {
-            let _ = writeln!(text, "{name:<15} {value:.5} ± {:.5}", SIGMAS_95 * deviation);
+            let _ = writeln!(text, "{name:<12} {value:.5} ± {:.5}", SIGMAS_95 * deviation);
         }
         text
     }
