@@ -30,6 +30,7 @@
 //!   [`montecarlo_command`] prints it.
 //! - [`model`]: poles, steady gain, response.
 //! - [`fit`]: how well a model explains a record.
+//! - [`live_grid`]: signals that are live and have stamps of their own, put on one grid.
 //! - [`learner`]: samples in, an estimate and its validity out, by any recursive estimator.
 //! - [`readout`]: the transfer function of what was learnt, and its covariance.
 //! - [`book`]: the thesis' identified models, gone through again.
@@ -54,6 +55,7 @@ pub mod estimators;
 pub mod fit;
 pub mod fit_command;
 pub mod learner;
+pub mod live_grid;
 pub mod message_types;
 pub mod model;
 pub mod montecarlo;

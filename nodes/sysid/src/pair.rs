@@ -14,9 +14,11 @@ use planesman_parameters::{Values, file};
 
 use crate::align::{Aligner, Offer, WINDOW};
 use crate::learner::Learner;
+use crate::live_grid::{Given, LiveGrid};
 use crate::model::Model;
 use crate::parameters::{self, Config};
 use crate::reader::Sample;
+use crate::regression::Input;
 
 /// The name of the pair that the parameters `input` and `output` are.
 pub const FIRST: &str = "model";
@@ -62,6 +64,8 @@ pub struct Account {
 pub struct Pair {
     name: String,
     config: Config,
+    /// What puts the signals on a grid first, if asked for.
+    grid: Option<LiveGrid>,
     aligner: Aligner,
     learner: Learner,
     /// The first sample's stamp, ns.
@@ -136,6 +140,9 @@ impl Pair {
         };
         let config = Config::from_values(values).map_err(of_pair)?;
         Ok(Self {
+            grid: config
+                .resample
+                .map(|max_gap| LiveGrid::new(period(&config), max_gap)),
             aligner: Aligner::new(period(&config)),
             learner: Learner::new(&config).map_err(of_pair)?,
             name,
@@ -194,25 +201,61 @@ impl Pair {
     /// publication. Repeats change nothing.
     pub fn on_sample(&mut self, stamp: Time, sample: &Sample) -> Vec<ModelEstimate> {
         let stamp = stamp.nanos();
-        if let Some(output) = sample.output {
-            match self.aligner.offer_output(stamp, output) {
-                Offer::Taken => {}
-                Offer::LeftOut => self.account.left_out += 1,
-                Offer::WentBack => self.on_time_back(),
+        if self.grid.is_some() {
+            self.on_ungridded(stamp, sample);
+        } else {
+            if let Some(output) = sample.output {
+                self.offer_output(stamp, output);
             }
-        }
-        if sample.breaks {
-            self.broken.insert(stamp);
-            if self.broken.len() > 2 * WINDOW as usize {
-                self.broken.pop_first();
+            if sample.breaks {
+                self.broken.insert(stamp);
+                if self.broken.len() > 2 * WINDOW as usize {
+                    self.broken.pop_first();
+                }
             }
-        }
-        if let Some(input) = sample.input
-            && self.aligner.offer_input(stamp, input) == Offer::LeftOut
-        {
-            self.account.left_out += 1;
+            if let Some(input) = sample.input {
+                self.offer_input(stamp, input);
+            }
         }
         self.learn()
+    }
+
+    /// Takes a sample that is to be put on the grid first.
+    fn on_ungridded(&mut self, stamp: i64, sample: &Sample) {
+        let Some(grid) = &mut self.grid else { return };
+        let input = sample.input.map(|it| grid.input(stamp, it.mean));
+        let output = sample
+            .output
+            .map(|it| grid.output(stamp, it, sample.breaks));
+        for given in [input, output].into_iter().flatten() {
+            match given {
+                Some(given) => self.offer(given),
+                None => self.account.left_out += 1,
+            }
+        }
+    }
+
+    fn offer(&mut self, given: Vec<Given>) {
+        for given in given {
+            match given {
+                Given::Output(stamp, output) => self.offer_output(stamp, output),
+                Given::Input(stamp, input) => self.offer_input(stamp, input),
+            }
+        }
+    }
+
+    fn offer_output(&mut self, stamp: i64, output: f64) {
+        match self.aligner.offer_output(stamp, output) {
+            Offer::Taken => {}
+            Offer::LeftOut => self.account.left_out += 1,
+            Offer::WentBack => self.on_time_back(),
+        }
+    }
+
+    fn offer_input(&mut self, stamp: i64, input: Input) {
+        if self.aligner.offer_input(stamp, input) == Offer::LeftOut {
+            self.account.left_out += 1;
+        }
     }
 
     fn on_time_back(&mut self) {
@@ -233,6 +276,8 @@ impl Pair {
     /// Says that nothing more will come, at the end of a record: what was held back for an
     /// earlier message is learnt. Returns the estimates due.
     pub fn finish(&mut self) -> Vec<ModelEstimate> {
+        let rest = self.grid.as_mut().map(LiveGrid::finish);
+        self.offer(rest.unwrap_or_default());
         self.aligner.finish();
         let mut due = self.learn();
         while let Some(scheduled) = self.changes.pop_front() {
@@ -276,7 +321,7 @@ impl Pair {
         let Config { input, output, .. } = &self.config;
         if self.aligner.inputs_are_off_grid() {
             return Some(format!(
-                "{input} is not stamped when {output} is: the stamps are to be whole sample_times apart"
+                "{input} is not stamped when {output} is: the stamps are to be whole sample_times apart, or resample is to be set"
             ));
         }
         let lead = self.aligner.outputs_ahead();

@@ -74,6 +74,20 @@ pub fn declarations() -> Vec<Declaration> {
         .range(1e-3, 1e3)
         .read_only(),
         Declaration::new(
+            "resample",
+            false,
+            "Whether both signals are put on a grid of sample_time first: outputs on the straight line between samples, inputs held until the next (a list by its mean). For signals that are not stamped whole sample_times apart; not for a member of lockstep.",
+        )
+        .read_only(),
+        Declaration::new(
+            "max_gap",
+            0.5,
+            "With resample, the longest interval between two outputs that is no gap.",
+        )
+        .unit("s")
+        .range(1e-3, 1e3)
+        .read_only(),
+        Declaration::new(
             "estimator",
             Method::ALL[0].name(),
             "What the model is found by; kalman on the vehicle's own equations (kalman.*), the others on a difference equation. A change begins the estimate anew.",
@@ -354,6 +368,8 @@ pub struct Config {
     pub break_on: Option<Signal>,
     /// The interval between samples, s.
     pub sample_time: f64,
+    /// The longest interval between two outputs that is no gap, ns, where signals are put on a grid first.
+    pub resample: Option<i64>,
     /// How long after the first sample learning begins, ns.
     pub start: i64,
     /// How the model is found.
@@ -403,6 +419,12 @@ impl Config {
             "" => None,
             _ => Some(signal("break_on")?),
         };
+        if values.bool("resample") && values.bool("answer") {
+            return Err(
+                "parameter 'resample': true refused: a member of lockstep (answer) learns each tick as it is"
+                    .to_owned(),
+            );
+        }
         let sample_time = values.double("sample_time");
         let samples = (1.0 / (values.double("publish_rate") * sample_time)).round();
         Ok(Self {
@@ -410,6 +432,9 @@ impl Config {
             output,
             break_on,
             sample_time,
+            resample: values
+                .bool("resample")
+                .then(|| (values.double("max_gap") * 1e9).round() as i64),
             start: (values.double("start") * 1e9).round() as i64,
             method: Method::ALL
                 .into_iter()
