@@ -8,13 +8,12 @@ Prints one JSON line when the goal is accepted or rejected, one for each feedbac
 states that the status topic gave it. Exit status 1: the node did not answer within --timeout seconds. 3: rejected.
 """
 
-import argparse
-import json
 import sys
 import threading
 import time
 import uuid
 
+import arguments
 import ros_types
 from cyclone import Peer, dds_topic_name, topic_qos
 from ros_service import Client, NoAnswer
@@ -29,14 +28,7 @@ def status_names() -> dict[int, str]:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--domain", type=int, required=True)
-    parser.add_argument("action")
-    parser.add_argument("type", help="package/action/Name")
-    parser.add_argument("--json", default="{}", help="the goal; fields left out are zero")
-    parser.add_argument("--cancel-after", type=float, help="s")
-    parser.add_argument("--timeout", type=float, default=60.0, help="s (default %(default)s)")
-    args = parser.parse_args()
+    args = arguments.action(__doc__)
 
     peer = Peer(args.domain)
     below = f"{args.action}/_action"
@@ -57,14 +49,11 @@ def main() -> int:
     names = status_names()
     seen = []
 
-    def show(**line) -> None:
-        print(json.dumps(line), flush=True)
-
     def listen() -> None:
         for sample in feedback.take(N=100):
             told = ros_types.to_json(feedback_type, sample)
             if list(told["goal_id"]["uuid"]) == goal_id["uuid"]:
-                show(feedback=told["feedback"])
+                arguments.show(feedback=told["feedback"])
         for sample in statuses.take(N=100):
             for status in ros_types.to_json(status_type, sample)["status_list"]:
                 ours = list(status["goal_info"]["goal_id"]["uuid"]) == goal_id["uuid"]
@@ -73,9 +62,9 @@ def main() -> int:
                     seen.append(name)
 
     try:
-        request = {"goal_id": goal_id, "goal": json.loads(args.json)}
+        request = {"goal_id": goal_id, "goal": args.json}
         accepted = send.call(request, args.timeout)["accepted"]
-        show(accepted=accepted)
+        arguments.show(accepted=accepted)
         if not accepted:
             return REJECTED
         end: dict = {}
@@ -90,7 +79,7 @@ def main() -> int:
             listen()
             if args.cancel_after and time.monotonic() >= cancel_at:
                 args.cancel_after = None
-                show(cancel=cancel.call({"goal_info": {"goal_id": goal_id}}, args.timeout)["return_code"])
+                arguments.show(cancel=cancel.call({"goal_info": {"goal_id": goal_id}}, args.timeout)["return_code"])
             time.sleep(0.01)
         if not end:
             raise NoAnswer(f"{args.action}: no result within {args.timeout:g} s")
@@ -98,7 +87,7 @@ def main() -> int:
         while seen[-1:] != [names[end["status"]]] and time.monotonic() < deadline:
             listen()
             time.sleep(0.01)
-        show(status=names[end["status"]], result=end["result"], statuses=seen)
+        arguments.show(status=names[end["status"]], result=end["result"], statuses=seen)
     except NoAnswer as failure:
         print(failure, file=sys.stderr)
         return 1

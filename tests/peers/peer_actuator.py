@@ -7,9 +7,9 @@ The planes go where they are asked to, at most --rate rad/s fast; the answer bea
 plant_sim with `actuator_answer:=planes` wants it. Ends after --timeout seconds, or when it is killed.
 """
 
-import argparse
 import sys
 
+import arguments
 import ros_types
 from cyclone import Peer, dds_topic_name, topic_qos, wait_until
 
@@ -18,12 +18,7 @@ TICK = 0.05
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--domain", type=int, required=True)
-    parser.add_argument("--namespace", default="/auv")
-    parser.add_argument("--rate", type=float, default=0.2, help="rad/s (default %(default)s)")
-    parser.add_argument("--timeout", type=float, default=60.0, help="s (default %(default)s)")
-    args = parser.parse_args()
+    args = arguments.actuator(__doc__)
 
     joint_state = ros_types.message("sensor_msgs/msg/JointState")
     command = ros_types.message("planesman_msgs/msg/PlaneCommand")

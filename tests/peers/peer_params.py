@@ -11,10 +11,9 @@ Exit status 1: the node did not answer within --timeout seconds. 3: it answered,
 or does not know a parameter.
 """
 
-import argparse
-import json
 import sys
 
+import arguments
 import ros_types
 from cyclone import Peer
 from ros_service import Client, NoAnswer
@@ -45,61 +44,43 @@ def parameter_value(value) -> dict:
     return {"type": number, field: value}
 
 
-def parse_value(text: str):
-    """JSON where it is JSON, else the text itself."""
-    try:
-        return json.loads(text)
-    except json.JSONDecodeError:
-        return text
-
-
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--domain", type=int, required=True)
-    parser.add_argument("node", help="the node's full name, such as /auv/depth_controller")
-    parser.add_argument("verb", choices=["list", "get", "set", "describe"])
-    parser.add_argument("what", nargs="*", metavar="NAME[=VALUE]")
-    parser.add_argument("--atomically", action="store_true", help="set all or none")
-    parser.add_argument("--timeout", type=float, default=10.0, help="s (default %(default)s)")
-    args = parser.parse_args()
+    args = arguments.params(__doc__)
     peer = Peer(args.domain)
 
     def call(service: str, type_name: str, request: dict) -> dict:
         client = Client(peer, f"{args.node}/{service}", f"rcl_interfaces/srv/{type_name}")
         return client.call(request, args.timeout)
 
-    def show(**line) -> None:
-        print(json.dumps(line), flush=True)
-
     try:
         match args.verb:
             case "list":
                 for name in call("list_parameters", "ListParameters", {"prefixes": args.what})["result"]["names"]:
-                    show(name=name)
+                    arguments.show(name=name)
             case "get":
                 values = [value_of(value) for value in call("get_parameters", "GetParameters", {"names": args.what})["values"]]
                 for name, value in zip(args.what, values):
-                    show(name=name, value=value)
+                    arguments.show(name=name, value=value)
                 if len(values) != len(args.what) or None in values:
                     return REFUSED
             case "describe":
                 descriptors = call("describe_parameters", "DescribeParameters", {"names": args.what})["descriptors"]
                 for descriptor in descriptors:
-                    show(**descriptor)
+                    arguments.show(**descriptor)
                 # A node describes a parameter it does not know with the type NOT_SET.
                 known = [descriptor["type"] in fields_by_type() for descriptor in descriptors]
                 if len(descriptors) != len(args.what) or not all(known):
                     return REFUSED
             case "set":
                 pairs = [item.split("=", 1) for item in args.what]
-                request = {"parameters": [{"name": n, "value": parameter_value(parse_value(v))} for n, v in pairs]}
+                request = {"parameters": [{"name": n, "value": parameter_value(arguments.value(v))} for n, v in pairs]}
                 if args.atomically:
                     results = [call("set_parameters_atomically", "SetParametersAtomically", request)["result"]]
-                    show(names=[name for name, _ in pairs], **results[0])
+                    arguments.show(names=[name for name, _ in pairs], **results[0])
                 else:
                     results = call("set_parameters", "SetParameters", request)["results"]
                     for (name, _), result in zip(pairs, results):
-                        show(name=name, **result)
+                        arguments.show(name=name, **result)
                 if not all(result["successful"] for result in results):
                     return REFUSED
     except NoAnswer as failure:

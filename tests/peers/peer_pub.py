@@ -8,29 +8,20 @@ It waits for a subscriber first; exit status 1 when none came within --timeout s
 and Infinity are taken, to try what a node does with them. Prints one line: how many were sent.
 """
 
-import argparse
 import json
 import sys
 import time
 
+import arguments
 import ros_types
 from cyclone import SETTLE_SECONDS, Peer, dds_topic_name, topic_qos, wait_matched
 from cyclonedds.util import duration
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--domain", type=int, required=True)
-    parser.add_argument("topic")
-    parser.add_argument("type", help="package/msg/Type")
-    parser.add_argument("--json", default="{}", help="the message; fields left out are zero")
-    parser.add_argument("--rate", type=float, default=10.0, help="Hz (default %(default)s)")
-    parser.add_argument("--duration", type=float, default=0.0, help="s; 0 (the default) sends one message")
-    parser.add_argument("--timeout", type=float, default=10.0, help="s (default %(default)s)")
-    parser.add_argument("--reliability", choices=["reliable", "best_effort"], default="reliable")
-    args = parser.parse_args()
+    args = arguments.pub(__doc__)
 
-    message = ros_types.from_json(args.type, json.loads(args.json))
+    message = ros_types.from_json(args.type, args.json)
     peer = Peer(args.domain)
     writer = peer.writer(dds_topic_name(args.topic), ros_types.message(args.type), topic_qos(args.reliability))
     if not wait_matched([writer], args.timeout):

@@ -8,12 +8,12 @@ after --timeout seconds with exit status 1. Every line: kind, topic, type, relia
 if not told).
 """
 
-import argparse
 import json
 import re
 import sys
 import time
 
+import arguments
 from cyclonedds.builtin import (
     BuiltinDataReader,
     BuiltinTopicDcpsPublication,
@@ -51,12 +51,7 @@ def describe(kind: str, endpoint) -> dict:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--domain", type=int, required=True)
-    parser.add_argument("--expect", nargs="*", default=[], metavar="TOPIC=TYPE")
-    parser.add_argument("--quiet", type=float, default=0.0, help="s (default %(default)s)")
-    parser.add_argument("--timeout", type=float, default=5.0, help="s (default %(default)s)")
-    args = parser.parse_args()
+    args = arguments.topics(__doc__)
 
     peer = Peer(args.domain)
     missing = {tuple(expected.split("=", 1)) for expected in args.expect}

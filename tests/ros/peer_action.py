@@ -9,14 +9,13 @@ one for its end, with the states that the status topic gave it. Exit status 1: t
 seconds. 3: rejected.
 """
 
-import argparse
-import json
 import math
 import sys
 import time
 from collections import deque
 
 import ros
+import arguments
 from action_msgs.msg import GoalStatus, GoalStatusArray
 from rclpy.action import ActionClient
 
@@ -29,20 +28,10 @@ NAMES = {
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--domain", type=int, required=True)
-    parser.add_argument("action")
-    parser.add_argument("type", help="package/action/Name")
-    parser.add_argument("--json", default="{}", help="the goal; fields left out are zero")
-    parser.add_argument("--cancel-after", type=float, help="s")
-    parser.add_argument("--timeout", type=float, default=60.0, help="s (default %(default)s)")
-    args = parser.parse_args()
+    args = arguments.action(__doc__)
     kind = ros.interface(args.type)
-    request = ros.fill(kind.Goal(), json.loads(args.json))
+    request = ros.fill(kind.Goal(), args.json)
     feedback: deque = deque()
-
-    def show(**line) -> None:
-        print(json.dumps(line), flush=True)
 
     with ros.node(args.domain) as node:
         states: dict[bytes, list[str]] = {}
@@ -66,7 +55,7 @@ def main() -> int:
             if not client.wait_for_server(args.timeout):
                 raise ros.NoAnswer(f"{args.action}: not served within {args.timeout:g} s")
             goal = answer(client.send_goal_async(request, feedback_callback=lambda told: feedback.append(told.feedback)))
-            show(accepted=goal.accepted)
+            arguments.show(accepted=goal.accepted)
             if not goal.accepted:
                 return REJECTED
             result = goal.get_result_async()
@@ -74,19 +63,19 @@ def main() -> int:
 
             def ended() -> bool:
                 while feedback:
-                    show(feedback=ros.to_json(feedback.popleft()))
+                    arguments.show(feedback=ros.to_json(feedback.popleft()))
                 return result.done() or time.monotonic() >= cancel_at
 
             ros.spin_until(node, ended, args.timeout)
             if not result.done() and time.monotonic() >= cancel_at:
-                show(cancel=answer(goal.cancel_goal_async()).return_code)
+                arguments.show(cancel=answer(goal.cancel_goal_async()).return_code)
                 cancel_at = math.inf
             if not ros.spin_until(node, ended, args.timeout):
                 raise ros.NoAnswer(f"{args.action}: no result within {args.timeout:g} s")
             end = result.result()
             seen = states.setdefault(bytes(goal.goal_id.uuid), [])
             ros.spin_until(node, lambda: seen[-1:] == [NAMES[end.status]], 5.0)
-            show(status=NAMES[end.status], result=ros.to_json(end.result), statuses=seen)
+            arguments.show(status=NAMES[end.status], result=ros.to_json(end.result), statuses=seen)
         except ros.NoAnswer as failure:
             print(failure, file=sys.stderr)
             return 1

@@ -8,10 +8,10 @@ The planes go where they are asked to, at most --rate rad/s fast; the answer bea
 plant_sim with `actuator_answer:=planes` wants it. Ends after --timeout seconds, or when it is killed.
 """
 
-import argparse
 import sys
 
 import ros
+import arguments
 from planesman_msgs.msg import PlaneCommand
 from sensor_msgs.msg import JointState
 
@@ -20,12 +20,7 @@ TICK = 0.05
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--domain", type=int, required=True)
-    parser.add_argument("--namespace", default="/auv")
-    parser.add_argument("--rate", type=float, default=0.2, help="rad/s (default %(default)s)")
-    parser.add_argument("--timeout", type=float, default=60.0, help="s (default %(default)s)")
-    args = parser.parse_args()
+    args = arguments.actuator(__doc__)
     angle = 0.0
 
     with ros.node(args.domain) as node:

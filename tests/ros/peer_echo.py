@@ -6,23 +6,15 @@
 Exit status 1 when fewer than --count messages came within --timeout seconds.
 """
 
-import argparse
 import json
 import sys
 
 import ros
+import arguments
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--domain", type=int, required=True)
-    parser.add_argument("topic")
-    parser.add_argument("type", help="package/msg/Type")
-    parser.add_argument("--count", type=int, default=1)
-    parser.add_argument("--timeout", type=float, default=10.0, help="s (default %(default)s)")
-    parser.add_argument("--reliability", choices=["reliable", "best_effort"], default="best_effort")
-    parser.add_argument("--durability", choices=["volatile", "transient_local"], default="volatile")
-    args = parser.parse_args()
+    args = arguments.echo(__doc__)
     received = 0
 
     def show(message) -> None:

@@ -6,31 +6,23 @@
 It waits for a subscriber first; exit status 1 when none came within --timeout seconds. Prints one line: how many were sent.
 """
 
-import argparse
 import json
 import sys
 import time
 
 import ros
+import arguments
 from rclpy.duration import Duration
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--domain", type=int, required=True)
-    parser.add_argument("topic")
-    parser.add_argument("type", help="package/msg/Type")
-    parser.add_argument("--json", default="{}", help="the message; fields left out are zero")
-    parser.add_argument("--rate", type=float, default=10.0, help="Hz (default %(default)s)")
-    parser.add_argument("--duration", type=float, default=0.0, help="s; 0 (the default) sends one message")
-    parser.add_argument("--timeout", type=float, default=10.0, help="s (default %(default)s)")
-    args = parser.parse_args()
+    args = arguments.pub(__doc__)
 
     kind = ros.interface(args.type)
-    message = ros.fill(kind(), json.loads(args.json))
+    message = ros.fill(kind(), args.json)
     count = max(1, round(args.rate * args.duration))
     with ros.node(args.domain) as node:
-        publisher = node.create_publisher(kind, args.topic, ros.topic_qos())
+        publisher = node.create_publisher(kind, args.topic, ros.topic_qos(args.reliability))
         if not ros.spin_until(node, lambda: publisher.get_subscription_count() > 0, args.timeout):
             print(f"no subscriber of {args.topic} within {args.timeout:g} s", file=sys.stderr)
             return 1

@@ -7,11 +7,11 @@ y[k] = 1.6 y[k-1] - 0.68 y[k-2] + 0.05 u[k-1] every 50 ms, u a square wave of ra
 when it is killed.
 """
 
-import argparse
 import random
 import sys
 
 import ros
+import arguments
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Float64
@@ -21,10 +21,7 @@ TICK = 0.05
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--domain", type=int, required=True)
-    parser.add_argument("--timeout", type=float, default=60.0, help="s (default %(default)s)")
-    args = parser.parse_args()
+    args = arguments.parser(__doc__, timeout=60.0).parse_args()
     chance = random.Random(1988)
     y, before, u = 0.0, 0.0, 0.1
 

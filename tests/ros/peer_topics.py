@@ -8,12 +8,12 @@ changed for --quiet seconds, otherwise after --timeout seconds with exit status 
 reliability, durability, type_hash.
 """
 
-import argparse
 import json
 import sys
 import time
 
 import ros
+import arguments
 
 POLICIES = {
     "RELIABLE": "Reliable",
@@ -49,12 +49,7 @@ def endpoints(node) -> list[dict]:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--domain", type=int, required=True)
-    parser.add_argument("--expect", nargs="*", default=[], metavar="TOPIC=TYPE")
-    parser.add_argument("--quiet", type=float, default=0.0, help="s (default %(default)s)")
-    parser.add_argument("--timeout", type=float, default=5.0, help="s (default %(default)s)")
-    args = parser.parse_args()
+    args = arguments.topics(__doc__)
     expected = {tuple(text.split("=", 1)) for text in args.expect}
 
     with ros.node(args.domain) as node:

@@ -1,15 +1,20 @@
 """A node of ROS 2 Jazzy's own rclpy, for the programs beside this: types by name, messages as JSON, waiting with a
-deadline."""
+deadline. With it they find `arguments`, which they share with the programs of ../peers."""
 
 import importlib
 import math
+import sys
 import time
 from array import array
 from contextlib import contextmanager
+from pathlib import Path
 
 import numpy
 import rclpy
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+
+sys.path.append(str(Path(__file__).resolve().parent.parent / "peers"))
 
 
 def interface(name: str) -> type:
