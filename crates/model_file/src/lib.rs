@@ -225,6 +225,14 @@ impl ModelFile {
         Ok(model)
     }
 
+    /// Whether a file of that name can be a model file.
+    ///
+    /// # Errors
+    /// The endings that can.
+    pub fn takes_name(path: &Path) -> Result<(), String> {
+        Syntax::of(path).map(drop)
+    }
+
     /// Whether a file says that it is a model file, of whatever edition: its `format` begins so.
     #[must_use]
     pub fn recognises(path: &Path, text: &str) -> bool {

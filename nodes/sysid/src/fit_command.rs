@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{Result, anyhow, bail};
 use clap::Parser;
+use planesman_model_file::ModelFile;
 use serde_json::{Value, json};
 
 use crate::analysis::{Analysis, Options, analyse};
@@ -31,10 +32,10 @@ pub struct FitArgs {
     #[arg(long)]
     json: bool,
     /// Write the model: *.json or *.yaml
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = model_file)]
     model: Option<PathBuf>,
     /// Write a page: data, comparison, residual tests, poles and zeros, frequency response
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = file)]
     pub html: Option<PathBuf>,
 }
 
@@ -212,6 +213,23 @@ pub fn fit(args: &FitArgs, heave: Option<[f64; 4]>) -> Result<Found> {
         reading,
         analysis,
     })
+}
+
+/// A file that can be written when the work is done: its folder is there.
+fn file(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
+            Err(format!("there is no folder '{}'", folder.display()))
+        }
+        _ => Ok(path),
+    }
+}
+
+fn model_file(text: &str) -> Result<PathBuf, String> {
+    let path = file(text)?;
+    ModelFile::takes_name(&path)?;
+    Ok(path)
 }
 
 /// Prints what was found and writes the model file.

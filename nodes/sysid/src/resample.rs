@@ -248,8 +248,19 @@ impl Resampler {
         }
         if common.is_empty() {
             let spans: Vec<String> = channels.iter().map(span).collect();
+            let window = &self.options.window;
+            let is_whole = window.start().is_infinite() && window.end().is_infinite();
+            let within = if is_whole {
+                String::new()
+            } else {
+                format!(
+                    " in the window {}..{} s from the first output",
+                    window.start(),
+                    window.end()
+                )
+            };
             return Err(format!(
-                "there is no instant at which all signals are known: {}",
+                "there is no instant{within} at which all signals are known: {}",
                 spans.join("; ")
             ));
         }

@@ -74,7 +74,7 @@ fn sources(data: &DataArgs) -> Vec<DataArgs> {
 #[derive(Clone, Debug, clap::Args)]
 pub struct GridArgs {
     /// Instants per second [default: that of the slowest output]
-    #[arg(long, value_name = "HZ", value_parser = rate)]
+    #[arg(long, value_name = "HZ", value_parser = rate, allow_hyphen_values = true)]
     rate: Option<f64>,
     /// Only what lies between these times, in seconds from the first output's first sample; several make runs
     /// of one model
@@ -87,7 +87,7 @@ pub struct GridArgs {
     #[arg(long, value_enum, default_value = "linear")]
     output_method: Method,
     /// The longest pause that is no gap [default: five sample intervals; an input that is held has none]
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_hyphen_values = true)]
     max_gap: Option<f64>,
 }
 
