@@ -13,9 +13,9 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 venv=$(realpath -m "${1:-$here/../../.ros}")
 
 /usr/bin/python3 -m venv "$venv"
-# empy alone has no wheel.
-PIP_DISABLE_PIP_VERSION_CHECK=1 "$venv/bin/pip" install --quiet --no-cache-dir --no-deps \
-    --only-binary=:all: --no-binary=empy --use-pep517 --requirement "$here/requirements.txt"
+# All but empy have a wheel.
+PIP_DISABLE_PIP_VERSION_CHECK=1 "$venv/bin/pip" install --quiet --no-deps --prefer-binary --use-pep517 \
+    --requirement "$here/requirements.txt"
 
 # The wheels' CMake files name folders of the Python that they were built with.
 read -r include packages < <("$venv/bin/python" -c \
