@@ -55,7 +55,7 @@ impl<S: Service> Responder<S> {
     /// Sends the answer. A client that has gone is no error.
     ///
     /// A client may ask before we have discovered where it listens; then the answer
-    /// waits for that, up to a second, while the node goes on.
+    /// waits for that, up to five seconds, while the node goes on.
     pub fn answer(self, response: S::Response) {
         if let Some(field) = response.first_non_finite() {
             let text = format!("no answer sent: {field} is not finite");
@@ -77,7 +77,10 @@ impl<S: Service> Responder<S> {
     }
 }
 
-/// Sends an answer of the service `name` as soon as who asked is known to listen, or after a second.
+/// Sends an answer of the service `name` as soon as who asked is known to listen, or after a while.
+///
+/// A client asks as soon as it knows of us. That it listens we may learn a little later, and our writer a little after
+/// that; what is written before is lost. So the first answer to a client waits for one look more.
 pub(crate) fn answer_when_heard(
     shared: &Rc<Shared>,
     name: &str,
@@ -86,17 +89,19 @@ pub(crate) fn answer_when_heard(
 ) {
     /// Time between two looks for the client, and how many there are.
     const LOOK: Duration = Duration::from_millis(10);
-    const LOOKS: usize = 100;
+    const LOOKS: usize = 500;
 
-    let replies = replies_topic(name);
-    if client_listens(shared, &replies, request) {
+    let (client, replies) = (GUID::from(request.writer_gid), replies_topic(name));
+    if shared.is_heard_by(client) {
         return send();
     }
     let ours = Rc::clone(shared);
     shared.spawn(async move {
         for _ in 0..LOOKS {
+            let listens = client_listens(&ours, &replies, client);
             Timer::after(LOOK).await;
-            if client_listens(&ours, &replies, request) {
+            if listens {
+                ours.heard_by(client);
                 break;
             }
         }
@@ -104,15 +109,14 @@ pub(crate) fn answer_when_heard(
     });
 }
 
-/// Whether a reader of the topic `replies` is known in the participant that asked.
-fn client_listens(shared: &Shared, replies: &str, request: RmwRequestId) -> bool {
-    let client = GUID::from(request.writer_gid).prefix;
+/// Whether a reader of the topic `replies` is known in the client's participant.
+fn client_listens(shared: &Shared, replies: &str, client: GUID) -> bool {
     shared.participant().is_some_and(|participant| {
         participant
             .discovered_readers()
             .iter()
             .map(|reader| &reader.subscription_topic_data)
-            .any(|reader| *reader.topic_name() == replies && reader.key().prefix == client)
+            .any(|reader| *reader.topic_name() == replies && reader.key().prefix == client.prefix)
     })
 }
 

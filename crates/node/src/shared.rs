@@ -3,7 +3,7 @@
 use std::{
     any::Any,
     cell::RefCell,
-    collections::BTreeMap,
+    collections::{BTreeMap, HashSet},
     rc::{Rc, Weak},
     time::Duration,
 };
@@ -11,7 +11,7 @@ use std::{
 use anyhow::anyhow;
 use planesman_msgs::{Message, diagnostic_msgs::msg::DiagnosticStatus};
 use ros2_client::{MessageTypeName, Name, Node};
-use rustdds::{DomainParticipant, Topic, discovery::announce_type_hash};
+use rustdds::{DomainParticipant, GUID, Topic, discovery::announce_type_hash};
 use smol::{LocalExecutor, channel::Sender};
 
 use crate::{
@@ -44,7 +44,12 @@ pub(crate) struct Shared {
     pub(crate) clock: Clock,
     /// Makes the diagnostics go out soon.
     pub(crate) news: Sender<()>,
+    /// The request writers of clients that are known to hear the answers.
+    hearers: RefCell<HashSet<GUID>>,
 }
+
+/// Clients remembered at most; then all are met anew.
+const HEARERS: usize = 1000;
 
 impl Shared {
     pub(crate) fn new(
@@ -67,7 +72,22 @@ impl Shared {
             statuses: RefCell::default(),
             clock: Clock::default(),
             news,
+            hearers: RefCell::default(),
         }
+    }
+
+    /// Whether the client of that request writer is known to hear the answers.
+    pub(crate) fn is_heard_by(&self, client: GUID) -> bool {
+        self.hearers.borrow().contains(&client)
+    }
+
+    /// Remembers that it does.
+    pub(crate) fn heard_by(&self, client: GUID) {
+        let mut hearers = self.hearers.borrow_mut();
+        if hearers.len() >= HEARERS {
+            hearers.clear();
+        }
+        hearers.insert(client);
     }
 
     /// Works on the middleware's node.
