@@ -113,7 +113,7 @@ pub fn exit_code(program: &str, run: impl FnOnce() -> anyhow::Result<()>) -> Exi
     }
 }
 
-/// Prints a line of what a command has to say, as [`print`] does.
+/// Prints a line of what a command has to say, as [`print()`] does.
 #[macro_export]
 macro_rules! say {
     ($($argument:tt)*) => {
