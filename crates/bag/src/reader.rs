@@ -55,9 +55,9 @@ pub enum Order {
     LogTimeInChunk,
 }
 
-/// How another kind of bag becomes one that is read.
-pub(crate) const CONVERT: &str = "'rosbags-convert --src OLD --dst NEW --dst-storage mcap' (of PyPI's rosbags) \
-                                  makes one of it, as 'ros2 bag convert' does";
+/// What makes a bag that is read of one of another kind.
+pub(crate) const CONVERTER: &str =
+    "'rosbags-convert --src OLD --dst NEW --dst-storage mcap' (of PyPI's rosbags)";
 
 /// Why a bag cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -106,10 +106,12 @@ pub enum ReadError {
         /// The folder.
         path: PathBuf,
         /// What it holds instead and what to do, if that is known.
-        instead: &'static str,
+        instead: String,
     },
     /// A storage other than MCAP.
-    #[error("{path} is a bag in rosbag2's '{storage}' storage; only mcap is read; {CONVERT}")]
+    #[error(
+        "{path} is a bag in rosbag2's '{storage}' storage; only mcap is read; {CONVERTER} makes one of it, as 'ros2 bag convert' does"
+    )]
     Storage {
         /// The metadata.
         path: PathBuf,
@@ -568,16 +570,15 @@ fn unpacked(file: PathBuf) -> PathBuf {
 }
 
 /// What a folder without `.mcap` files holds instead, and what to do.
-fn instead(folder: &Path) -> &'static str {
+fn instead(folder: &Path) -> String {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let mut endings = entries.filter_map(|entry| entry.path().extension().map(ToOwned::to_owned));
     endings
         .find_map(|ending| match ending.to_str()? {
-            "db3" => Some(
-                ", but .db3 files of rosbag2's sqlite3 storage; 'rosbags-convert --src OLD --dst NEW \
-                 --dst-storage mcap' (of PyPI's rosbags) makes a bag that is read",
-            ),
-            "zstd" => Some(", but .zstd files; 'zstd -d NAME.mcap.zstd' unpacks them"),
+            "db3" => Some(format!(
+                ", but .db3 files of rosbag2's sqlite3 storage; {CONVERTER} makes a bag that is read"
+            )),
+            "zstd" => Some(", but .zstd files; 'zstd -d NAME.mcap.zstd' unpacks them".to_owned()),
             _ => None,
         })
         .unwrap_or_default()
