@@ -201,38 +201,32 @@ impl Pair {
     /// publication. Repeats change nothing.
     pub fn on_sample(&mut self, stamp: Time, sample: &Sample) -> Vec<ModelEstimate> {
         let stamp = stamp.nanos();
-        if self.grid.is_some() {
-            self.on_ungridded(stamp, sample);
-        } else {
-            if let Some(output) = sample.output {
-                self.offer_output(stamp, output);
-            }
-            if sample.breaks {
-                self.broken.insert(stamp);
-                if self.broken.len() > 2 * WINDOW as usize {
-                    self.broken.pop_first();
+        if let Some(grid) = &mut self.grid {
+            let input = sample.input.map(|it| grid.input(stamp, it.mean));
+            let output = sample
+                .output
+                .map(|it| grid.output(stamp, it, sample.breaks));
+            for given in [input, output].into_iter().flatten() {
+                match given {
+                    Some(given) => self.offer(given),
+                    None => self.account.left_out += 1,
                 }
             }
-            if let Some(input) = sample.input {
-                self.offer_input(stamp, input);
+            return self.learn();
+        }
+        if let Some(output) = sample.output {
+            self.offer_output(stamp, output);
+        }
+        if sample.breaks {
+            self.broken.insert(stamp);
+            if self.broken.len() > 2 * WINDOW as usize {
+                self.broken.pop_first();
             }
+        }
+        if let Some(input) = sample.input {
+            self.offer_input(stamp, input);
         }
         self.learn()
-    }
-
-    /// Takes a sample that is to be put on the grid first.
-    fn on_ungridded(&mut self, stamp: i64, sample: &Sample) {
-        let Some(grid) = &mut self.grid else { return };
-        let input = sample.input.map(|it| grid.input(stamp, it.mean));
-        let output = sample
-            .output
-            .map(|it| grid.output(stamp, it, sample.breaks));
-        for given in [input, output].into_iter().flatten() {
-            match given {
-                Some(given) => self.offer(given),
-                None => self.account.left_out += 1,
-            }
-        }
     }
 
     fn offer(&mut self, given: Vec<Given>) {
