@@ -81,7 +81,7 @@ impl Shape {
 
 /// The last n outputs and inputs, from which the next row is made.
 #[derive(Clone, Debug)]
-pub struct History {
+struct History {
     shape: Shape,
     /// Newest first, as the row has them.
     outputs: Vec<f64>,
@@ -91,8 +91,7 @@ pub struct History {
 
 impl History {
     /// An empty history.
-    #[must_use]
-    pub fn new(shape: Shape) -> Self {
+    fn new(shape: Shape) -> Self {
         Self {
             shape,
             outputs: Vec::with_capacity(shape.order + 1),
@@ -102,7 +101,7 @@ impl History {
     }
 
     /// Forgets everything and begins with `output`, which no input is known to have led to.
-    pub fn begin(&mut self, output: f64) {
+    fn begin(&mut self, output: f64) {
         self.outputs.clear();
         self.inputs.clear();
         self.outputs.push(output);
@@ -110,7 +109,7 @@ impl History {
 
     /// Takes the output and the input over the interval that ended with it. Returns the row phi
     /// to regress `output` on, once the history before it is n long.
-    pub fn push(&mut self, input: Input, output: f64) -> Option<&[f64]> {
+    fn push(&mut self, input: Input, output: f64) -> Option<&[f64]> {
         let n = self.shape.order;
         self.inputs.insert(0, input);
         self.inputs.truncate(n);
