@@ -44,10 +44,11 @@ impl Estimator {
         })
     }
 
-    fn error(&self) -> Option<f64> {
+    /// What either does alike.
+    fn recursive(&mut self) -> &mut dyn Recursive {
         match self {
-            Self::Recursion(it) => it.error(),
-            Self::Vehicle(it) => it.error(),
+            Self::Recursion(it) => &mut **it,
+            Self::Vehicle(it) => &mut **it,
         }
     }
 }
@@ -116,10 +117,7 @@ impl Learner {
     /// Forgets every sample; frozen stays frozen.
     pub fn reset(&mut self) {
         let mut estimator = self.estimator.clone();
-        match &mut estimator {
-            Estimator::Recursion(it) => it.reset(),
-            Estimator::Vehicle(it) => it.reset(),
-        }
+        estimator.recursive().reset();
         *self = Self::before(estimator, self.frozen);
     }
 
@@ -137,10 +135,7 @@ impl Learner {
     /// From now on predicts and learns nothing, or learns again.
     pub fn set_frozen(&mut self, frozen: bool) {
         self.frozen = frozen;
-        match &mut self.estimator {
-            Estimator::Recursion(it) => it.set_frozen(frozen),
-            Estimator::Vehicle(it) => it.set_frozen(frozen),
-        }
+        self.estimator.recursive().set_frozen(frozen);
         // The fit is that of the one model from here on.
         self.recent = Recent::default();
     }
@@ -161,10 +156,7 @@ impl Learner {
             self.reset();
         }
         self.begun = true;
-        match &mut self.estimator {
-            Estimator::Recursion(it) => it.begin(output),
-            Estimator::Vehicle(it) => it.begin(output),
-        }
+        self.estimator.recursive().begin(output);
     }
 
     /// Takes the next sample; without an input, or as the first, it begins the history. Returns whether it
@@ -187,7 +179,7 @@ impl Learner {
                 self.samples + u64::from(!self.frozen)
             }
         };
-        let Some(error) = self.estimator.error() else {
+        let Some(error) = self.estimator.recursive().error() else {
             return false;
         };
         if samples > self.samples {

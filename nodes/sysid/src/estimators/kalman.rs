@@ -122,18 +122,6 @@ impl Filter {
         Ok(())
     }
 
-    /// From now on follows the motion and learns nothing, or learns again. Frozen, the unknowns' gains are 0:
-    /// their covariance still counts in the motion's (Schmidt 1966), and does not change.
-    pub fn set_frozen(&mut self, frozen: bool) {
-        self.frozen = frozen;
-    }
-
-    /// By how much the last output missed its prediction, output unit; `None` when there was none.
-    #[must_use]
-    pub fn error(&self) -> Option<f64> {
-        self.error
-    }
-
     /// The vehicle's sampled equations, and their slopes by the unknowns ([`Vehicle::sampled`]).
     #[must_use]
     pub fn sampled(&self) -> (DVector<f64>, DMatrix<f64>) {
@@ -270,6 +258,16 @@ impl Recursive for Filter {
 
     fn covariance(&self) -> Option<DMatrix<f64>> {
         Some(self.physical().covariance)
+    }
+
+    fn error(&self) -> Option<f64> {
+        self.error
+    }
+
+    /// Frozen, the unknowns' gains are 0: their covariance still counts in the motion's (Schmidt 1966), and does
+    /// not change.
+    fn set_frozen(&mut self, frozen: bool) {
+        self.frozen = frozen;
     }
 
     fn reset(&mut self) {

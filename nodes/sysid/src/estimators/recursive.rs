@@ -50,6 +50,12 @@ pub trait Recursive {
     /// unknowns.
     fn covariance(&self) -> Option<DMatrix<f64>>;
 
+    /// By how much the last output missed its prediction, output unit; `None` when there was none.
+    fn error(&self) -> Option<f64>;
+
+    /// From now on predicts and learns nothing, or learns again.
+    fn set_frozen(&mut self, frozen: bool);
+
     /// Forgets everything.
     fn reset(&mut self);
 }
@@ -280,11 +286,6 @@ impl Recursion {
         Ok(())
     }
 
-    /// From now on predicts and learns nothing, or learns again.
-    pub fn set_frozen(&mut self, frozen: bool) {
-        self.frozen = frozen;
-    }
-
     /// Takes the next output, and the input over the interval that ended with it, which may have
     /// moved within.
     pub fn push_input(&mut self, input: Input, output: f64) {
@@ -317,12 +318,6 @@ impl Recursion {
         remember(&mut self.outputs, own, n.max(1));
         remember(&mut self.residuals, output - explained, n.max(1));
         remember(&mut self.slopes, psi, n.max(1));
-    }
-
-    /// By how much the last output missed its prediction, output unit; `None` when there was none.
-    #[must_use]
-    pub fn error(&self) -> Option<f64> {
-        self.error
     }
 
     /// The least-squares problem behind it, its columns `a, b, offset, moments, noise`.
@@ -568,6 +563,14 @@ impl Recursive for Recursion {
 
     fn covariance(&self) -> Option<DMatrix<f64>> {
         Some(self.rls.unit_covariance() * self.rls.noise_variance()?)
+    }
+
+    fn error(&self) -> Option<f64> {
+        self.error
+    }
+
+    fn set_frozen(&mut self, frozen: bool) {
+        self.frozen = frozen;
     }
 
     fn reset(&mut self) {
