@@ -62,13 +62,16 @@ impl Endpoint {
     }
 
     /// How many endpoints of other participants it exchanges data with: same topic, same
-    /// type, and what is offered meets what is requested.
+    /// type, what is offered meets what is requested, and the middleware has matched them.
     pub(crate) fn peers(&self, participant: &DomainParticipant) -> usize {
         let topic = self.dds_topic();
         match self.direction {
             Direction::Publisher => participant
                 .discovered_readers()
                 .iter()
+                .filter(|reader| {
+                    participant.is_matched_with(reader.reader_proxy.remote_reader_guid)
+                })
                 .map(|reader| &reader.subscription_topic_data)
                 .filter(|reader| {
                     *reader.topic_name() == topic
@@ -79,6 +82,9 @@ impl Endpoint {
             Direction::Subscription => participant
                 .discovered_writers()
                 .iter()
+                .filter(|writer| {
+                    participant.is_matched_with(writer.writer_proxy.remote_writer_guid)
+                })
                 .map(|writer| &writer.publication_topic_data)
                 .filter(|writer| {
                     writer.topic_name == topic
