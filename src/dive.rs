@@ -185,6 +185,7 @@ fn extra(run: &RunFolder, options: &Options) -> Vec<(&'static str, &'static str,
         ("recorder", "answer", lockstep.into()),
         ("sysid", "answer", lockstep.into()),
         ("dha_actuator", "lockstep", lockstep.into()),
+        ("depth_controller", "lockstep", lockstep.into()),
         ("plant_sim", "start_paused", true.into()),
         (
             "plant_sim",
@@ -382,8 +383,16 @@ impl Captain {
             Ok(all) => all,
             Err(missing) => return Some(missing),
         };
+        let lockstep = self.options.pace == Pace::Lockstep;
         let reliable: Vec<String> = loop_topics::ALL
             .iter()
+            .map(|topic| {
+                if lockstep {
+                    topic.in_lockstep()
+                } else {
+                    *topic
+                }
+            })
             .filter(|topic| topic.delivery != Delivery::BestEffort)
             .map(|topic| full_name(&self.options.namespace, topic.name))
             .collect();

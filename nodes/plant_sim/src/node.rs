@@ -25,8 +25,8 @@ use crate::lockstep::Lockstep;
 use crate::parameters;
 use crate::tank::Boundary;
 
-/// In lockstep, `state` is published again after this long without all answers: a member that
-/// came back has not heard it.
+/// In lockstep, everything is said again after this long without all answers: a member that
+/// came back, or whose link was cut, has not heard it.
 const REPEAT_AFTER: Duration = Duration::from_secs(1);
 
 enum Event {
@@ -148,7 +148,7 @@ impl Node {
         let duration = values.double("duration");
         let ticks = (duration * 1e9 / plant.tick_nanos() as f64).round() as i64;
         Ok(Self {
-            publishers: Publishers::new(rt, owns_time)?,
+            publishers: Publishers::new(rt, owns_time, matches!(pace, Pace::Lockstep { .. }))?,
             start: if owns_time { 0 } else { rt.now().nanos() },
             pace,
             k: 0,
@@ -355,7 +355,8 @@ impl Node {
             if said.elapsed() >= REPEAT_AFTER {
                 log::warn!("tick {} waits for {missing}", self.k);
                 *said = Instant::now();
-                self.publishers.state.publish(&observation.state);
+                let stamp = &observation.state.header.stamp;
+                self.publishers.say(stamp, observation);
             }
         }
         rt.set_status(
@@ -385,7 +386,12 @@ struct Publishers {
 }
 
 impl Publishers {
-    fn new(rt: &Runtime<Event>, owns_time: bool) -> Result<Self> {
+    /// Sensors are best effort, but for members of lockstep, who wait for what they have missed.
+    fn new(rt: &Runtime<Event>, owns_time: bool, lockstep: bool) -> Result<Self> {
+        let sensor = match lockstep {
+            true => Qos::reliable(100),
+            false => Qos::sensor(),
+        };
         Ok(Self {
             clock: owns_time
                 .then(|| rt.publisher("/clock", Qos::reliable(100)))
@@ -393,10 +399,10 @@ impl Publishers {
             state: rt.publisher("state", Qos::reliable(100))?,
             odometry: rt.publisher("odom", Qos::reliable(100))?,
             transforms: rt.publisher("/tf", Qos::reliable(100))?,
-            imu: rt.publisher("imu", Qos::sensor())?,
-            depth_pressure: rt.publisher("depth_pressure", Qos::sensor())?,
-            speed_pressure: rt.publisher("speed_pressure", Qos::sensor())?,
-            daq: rt.publisher("daq", Qos::sensor())?,
+            imu: rt.publisher("imu", sensor)?,
+            depth_pressure: rt.publisher("depth_pressure", sensor)?,
+            speed_pressure: rt.publisher("speed_pressure", sensor)?,
+            daq: rt.publisher("daq", sensor)?,
         })
     }
 

@@ -62,7 +62,12 @@ fn run(args: Vec<String>) -> Result<()> {
             .transpose()?,
         failed: false,
     };
-    let selected = loop_topics::selected(values.strings("topics"))?;
+    let mut selected = loop_topics::selected(values.strings("topics"))?;
+    if node.answer.is_some() {
+        selected
+            .iter_mut()
+            .for_each(|topic| *topic = topic.in_lockstep());
+    }
     for (index, topic) in selected.iter().enumerate() {
         node.subscribe(&rt, index, topic)?;
     }
