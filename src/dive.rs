@@ -11,15 +11,16 @@ use std::time::{Duration, Instant};
 use anyhow::{Result, bail};
 use depth_controller::gains::pitch_model::is_of_pitch;
 use indicatif::{ProgressBar, ProgressStyle};
-use planesman_msgs::diagnostic_msgs::msg::DiagnosticArray;
+use planesman_msgs::diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus};
 use planesman_msgs::planesman_msgs::msg::{ModelEstimate, VehicleState};
 use planesman_msgs::std_srvs::srv::{SetBool, SetBoolRequest, SetBoolResponse};
 use planesman_node::{Client, Connections, Direction, Flow, Next, NodeSpec, Qos, Runtime, args};
 use planesman_parameters::Value;
 use recorder::loop_topics::{self, Delivery};
+use recorder::node::BAG;
 
 use crate::crew::Crew;
-use crate::run_folder::RunFolder;
+use crate::run_folder::{Loss, RunFolder};
 use crate::scenario::{NODES, Scenario};
 use crate::sink::full_name;
 use crate::summary::{identified, pole_text};
@@ -68,11 +69,11 @@ pub struct Options {
     pub namespace: String,
 }
 
-/// Flies `scenario` into `run` and prints what it showed.
+/// Flies `scenario` into `run` and prints what it showed. Returns what the bag lacks of it.
 ///
 /// # Errors
 /// When a node cannot start, does not find the others, or fails in flight.
-pub fn run(scenario: &Scenario, run: &RunFolder, options: &Options) -> Result<()> {
+pub fn run(scenario: &Scenario, run: &RunFolder, options: &Options) -> Result<Option<Loss>> {
     let parameters = scenario.parameter_file(
         &options.namespace,
         &extra(run, options),
@@ -109,7 +110,7 @@ fn fly(
     scenario: &Scenario,
     run: &RunFolder,
     options: &Options,
-) -> Result<()> {
+) -> Result<Option<Loss>> {
     let crew = Crew::start(run, &options.namespace, &NODES)?;
     drop(rt.every(Duration::from_millis(20), || Event::Look));
     let mut captain = Captain {
@@ -147,7 +148,7 @@ fn fly(
         )?;
     }
     planesman_node::say!("{}", run.report()?)?;
-    Ok(())
+    run.loss()
 }
 
 /// Nothing flies here yet: a second loop's nodes would answer the first one's vehicle.
@@ -273,6 +274,9 @@ impl Captain {
     fn on(&mut self, rt: &Runtime<Event>, event: Event) -> Result<Flow> {
         match event {
             Event::Diagnostics(array) => {
+                if let Some(trouble) = self.trouble_of_the_bag(&array) {
+                    bail!("the recorder has stopped: {trouble}");
+                }
                 if let Some(connections) = Connections::from_diagnostics(&array) {
                     self.connections
                         .insert(connections.node.clone(), connections);
@@ -295,6 +299,16 @@ impl Captain {
             Event::Look => return self.look(rt),
         }
         Ok(Flow::Continue)
+    }
+
+    /// Why nothing more is recorded. The recorder's log may stand on the disk that is full.
+    fn trouble_of_the_bag<'a>(&self, array: &'a DiagnosticArray) -> Option<&'a str> {
+        let bag = format!("{}: {BAG}", full_name(&self.options.namespace, "recorder"));
+        let failed = |status: &&DiagnosticStatus| {
+            status.name == bag && status.level == DiagnosticStatus::ERROR
+        };
+        let status = array.status.iter().find(failed)?;
+        Some(&status.message)
     }
 
     fn on_state(&mut self, state: &VehicleState) {

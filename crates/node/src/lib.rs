@@ -58,7 +58,7 @@
 //! | [`logging`] | stderr and `/rosout` |
 //! | [`diagnostics`] | `/diagnostics`, written and read |
 //! | [`report`] | the account at exit |
-//! | [`memory`], [`shutdown`] | the ceiling; the signals |
+//! | [`memory`], [`file_size`], [`shutdown`] | the ceilings; the signals |
 //! | `shared` | what these parts share |
 //! | [`testing`] | a DDS domain of one's own |
 
@@ -69,6 +69,7 @@ mod clock;
 pub mod diagnostics;
 pub mod domain;
 mod endpoint;
+pub mod file_size;
 mod goals;
 pub mod logging;
 pub mod memory;
@@ -107,7 +108,7 @@ pub fn exit_code(program: &str, run: impl FnOnce() -> anyhow::Result<()>) -> Exi
     match run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("{program}: {error:#}");
+            complain!("{program}: {error:#}");
             ExitCode::FAILURE
         }
     }
@@ -119,6 +120,21 @@ macro_rules! say {
     ($($argument:tt)*) => {
         $crate::print(format_args!("{}\n", format_args!($($argument)*)))
     };
+}
+
+/// Writes a line to standard error, as `eprintln!` does; where that cannot be written, as on a full
+/// disk, nobody is left to tell, and the program goes on.
+#[macro_export]
+macro_rules! complain {
+    ($($argument:tt)*) => {
+        $crate::write_complaint(format_args!("{}\n", format_args!($($argument)*)))
+    };
+}
+
+/// Writes to standard error what [`complain!`] has to say.
+pub fn write_complaint(text: std::fmt::Arguments<'_>) {
+    use std::io::Write as _;
+    let _ = std::io::stderr().write_fmt(text);
 }
 
 /// Prints what a command has to say. A reader that has heard enough (`| head`) is no error.

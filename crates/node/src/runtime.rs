@@ -50,7 +50,7 @@ use crate::{
     diagnostics::{self, Connections, Level},
     domain::Domain,
     endpoint::{Direction, Endpoint, TypeNames},
-    logging, memory,
+    file_size, logging, memory,
     names::NodeNames,
     parameters::{Parameters, USE_SIM_TIME, Validate},
     publisher::Publisher,
@@ -170,6 +170,7 @@ impl<E: 'static> Runtime<E> {
             log::info!("ignored: {ignored}");
         }
         memory::limit()?;
+        file_size::limit_is_an_error();
         let stop = shutdown::requested()?;
         let parameters =
             Parameters::at_start(spec.declarations, spec.validate, &names, &arguments)?;
