@@ -51,7 +51,8 @@
 //! | `parameters` | the six parameter services |
 //! | [`qos`] | quality of service as ROS conventions have it |
 //! | [`publisher`], `subscription`, [`raw`] | topics out, in, and undecoded |
-//! | [`service`] | services served and called |
+//! | [`service`], `answers` | services served and called; answers on their way |
+//! | `share` | how much of its time a node gives to requests |
 //! | [`action_server`], [`action_client`], `goals` | actions served and asked; the server's book |
 //! | `endpoint` | one end of a topic: peers and counts |
 //! | `clock` | wall time or `/clock` |
@@ -64,6 +65,7 @@
 
 pub mod action_client;
 pub mod action_server;
+mod answers;
 pub mod args;
 mod clock;
 pub mod diagnostics;
@@ -81,6 +83,7 @@ pub mod raw;
 pub mod report;
 pub mod runtime;
 pub mod service;
+mod share;
 mod shared;
 pub mod shutdown;
 mod subscription;

@@ -15,12 +15,14 @@ use rustdds::{DomainParticipant, GUID, Topic, discovery::announce_type_hash};
 use smol::{LocalExecutor, channel::Sender};
 
 use crate::{
+    answers::Answers,
     args::{Remap, RemapKind},
     clock::Clock,
     endpoint::{Direction, Endpoint, TypeNames},
     logging::Throttle,
     names::NodeNames,
     qos::Qos,
+    share::Share,
 };
 
 /// Time between two warnings about one topic, s.
@@ -44,6 +46,10 @@ pub(crate) struct Shared {
     pub(crate) clock: Clock,
     /// Makes the diagnostics go out soon.
     pub(crate) news: Sender<()>,
+    /// What requests get of the node's time.
+    pub(crate) share: Rc<Share>,
+    /// Answers on their way.
+    pub(crate) answers: Answers,
     /// The request writers of clients that are known to hear the answers.
     hearers: RefCell<HashSet<GUID>>,
 }
@@ -72,6 +78,8 @@ impl Shared {
             statuses: RefCell::default(),
             clock: Clock::default(),
             news,
+            share: Rc::default(),
+            answers: Answers::default(),
             hearers: RefCell::default(),
         }
     }
