@@ -58,6 +58,7 @@
 //! | `clock` | wall time or `/clock` |
 //! | [`logging`] | stderr and `/rosout` |
 //! | [`diagnostics`] | `/diagnostics`, written and read |
+//! | [`claim`] | being the only one that does something |
 //! | [`report`] | the account at exit |
 //! | [`memory`], [`file_size`], [`shutdown`] | the ceilings; the signals |
 //! | `shared` | what these parts share |
@@ -67,6 +68,7 @@ pub mod action_client;
 pub mod action_server;
 mod answers;
 pub mod args;
+pub mod claim;
 mod clock;
 pub mod diagnostics;
 pub mod domain;
@@ -94,6 +96,7 @@ use std::process::ExitCode;
 pub use action_client::ActionClient;
 pub use action_server::{Goal, GoalId, GoalStatus};
 pub use args::RosArguments;
+pub use claim::Claim;
 pub use diagnostics::{Connection, Connections, Level};
 pub use domain::Domain;
 pub use endpoint::Direction;

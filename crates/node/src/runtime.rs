@@ -46,6 +46,7 @@ use crate::{
     action_client::ActionClient,
     action_server::{ActionServer, Goal, GoalId},
     args::RosArguments,
+    claim::Claim,
     clock,
     diagnostics::{self, Connections, Level},
     domain::Domain,
@@ -411,6 +412,32 @@ impl<E: 'static> Runtime<E> {
             inner: Rc::downgrade(&self.shared.keep(Mutex::new(inner))),
             settled: Rc::default(),
         })
+    }
+
+    /// Claims to be the only one that does these things in the domain (whatever names all claimants
+    /// use for them), and hears who else does.
+    ///
+    /// # Errors
+    /// When the middleware refuses.
+    pub fn claims(&self, subjects: &[String]) -> anyhow::Result<Vec<Claim>> {
+        let claim = |subject: &String| Claim::new(&self.shared, subject);
+        let claims: Vec<Claim> = subjects.iter().map(claim).collect();
+        let types = types_of::<DiagnosticArray>();
+        let topic = self.shared.topic_name("/diagnostics")?;
+        let (endpoint, dds) =
+            self.shared
+                .endpoint(Direction::Subscription, &topic, types, Qos::reliable(100))?;
+        let reader = self
+            .shared
+            .with_node(|node| node.create_subscription::<DiagnosticArray>(&dds, None))?;
+        let (shared, heard) = (Rc::clone(&self.shared), claims.clone());
+        self.shared.spawn(async move {
+            let deliver = async |array: DiagnosticArray, _: &MessageInfo| {
+                heard.iter().for_each(|claim| claim.hear(&array));
+            };
+            pump(shared, endpoint, reader.async_stream(), |_| None, deliver).await;
+        });
+        Ok(claims)
     }
 
     /// Serves the action `name`: each goal becomes an event, and so does each one that is to be

@@ -11,7 +11,7 @@ use std::{
 use anyhow::anyhow;
 use planesman_msgs::{Message, diagnostic_msgs::msg::DiagnosticStatus};
 use ros2_client::{MessageTypeName, Name, Node};
-use rustdds::{DomainParticipant, GUID, Topic, discovery::announce_type_hash};
+use rustdds::{DomainParticipant, GUID, RTPSEntity as _, Topic, discovery::announce_type_hash};
 use smol::{LocalExecutor, channel::Sender};
 
 use crate::{
@@ -110,6 +110,13 @@ impl Shared {
         work(node).map_err(|e| anyhow!("the middleware refuses: {e:?}"))
     }
 
+    /// What tells this node from all others.
+    pub(crate) fn identity(&self) -> String {
+        self.participant()
+            .map(|participant| format!("{:?}", participant.guid().prefix))
+            .unwrap_or_default()
+    }
+
     /// The participant, to ask for what it has discovered.
     pub(crate) fn participant(&self) -> Option<DomainParticipant> {
         self.participant.borrow().clone()
@@ -171,6 +178,13 @@ impl Shared {
     /// Warns about `subject`, not too often.
     pub(crate) fn warn(&self, subject: &str, text: &str) {
         self.throttle.borrow_mut().warn(subject, text);
+    }
+
+    /// Says that something is wrong with `subject`, not too often.
+    pub(crate) fn complain(&self, subject: &str, text: &str) {
+        if self.throttle.borrow_mut().admit(subject).is_some() {
+            log::error!("{subject}: {text}");
+        }
     }
 
     /// Makes the diagnostics go out soon.

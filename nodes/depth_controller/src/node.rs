@@ -63,7 +63,7 @@ fn run(args: Vec<String>) -> Result<()> {
             true => Some(rt.publisher("estimate", Qos::reliable(100))?),
             false => None,
         },
-        command: rt.publisher("plane_command", Qos::reliable(100))?,
+        command: rt.publisher("plane_command", Qos::reliable(100))?.sole(),
         inside: rt.publisher("control_state", Qos::reliable(100))?,
         flown: None,
         heard: None,

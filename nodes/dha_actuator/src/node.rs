@@ -168,7 +168,7 @@ impl Publishers {
             .iter()
             .map(|group| rt.publisher(group.topic(), Qos::reliable(100)));
         Ok(Self {
-            motion: rt.publisher("plane_motion", Qos::reliable(100))?,
+            motion: rt.publisher("plane_motion", Qos::reliable(100))?.sole(),
             planes: rt.publisher("planes", Qos::reliable(100))?,
             states: states.collect::<Result<_>>()?,
         })
