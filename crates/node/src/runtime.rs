@@ -63,6 +63,7 @@ use crate::{
     shared::{Shared, package_and_name, types_of},
     shutdown,
     subscription::{non_finite, pump},
+    unsupported,
 };
 
 /// Events that wait for the handler; more wait in the middleware's histories.
@@ -184,6 +185,9 @@ impl<E: 'static> Runtime<E> {
         logging::install(&names.logger(), &arguments);
         for ignored in &arguments.ignored {
             log::info!("ignored: {ignored}");
+        }
+        for missing in unsupported::check(|name| std::env::var(name).ok())? {
+            log::warn!("{missing}");
         }
         memory::limit()?;
         file_size::limit_is_an_error();
