@@ -2,7 +2,7 @@
 
 use std::{
     rc::{Rc, Weak},
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 use anyhow::{anyhow, bail};
@@ -39,6 +39,7 @@ pub struct ActionClient<A: Action> {
     middleware: Weak<Middleware<A>>,
     /// One call of each service at a time: the middleware gives every response to whoever waits first.
     turns: Rc<[Mutex<()>; 3]>,
+    opened: Instant,
 }
 
 impl<A: Action> Clone for ActionClient<A> {
@@ -48,6 +49,7 @@ impl<A: Action> Clone for ActionClient<A> {
             name: Rc::clone(&self.name),
             middleware: Weak::clone(&self.middleware),
             turns: Rc::clone(&self.turns),
+            opened: self.opened,
         }
     }
 }
@@ -88,6 +90,7 @@ impl<A: Action> ActionClient<A> {
             name: name.into(),
             middleware: Rc::downgrade(&middleware),
             turns: Rc::default(),
+            opened: Instant::now(),
         };
         let (ours, subject) = (Rc::clone(shared), Rc::clone(&client.name));
         shared.spawn(async move {
@@ -175,7 +178,7 @@ impl<A: Action> ActionClient<A> {
     ) -> anyhow::Result<T> {
         let service = self.service(part);
         let call = async {
-            settle(&self.shared, &service).await;
+            settle(&self.shared, &service, self.opened).await;
             let middleware = self
                 .middleware
                 .upgrade()

@@ -414,6 +414,7 @@ impl<E: 'static> Runtime<E> {
             name,
             shared: Rc::clone(&self.shared),
             inner: Rc::downgrade(&self.shared.keep(Mutex::new(inner))),
+            opened: Instant::now(),
             settled: Rc::default(),
         })
     }

@@ -4,7 +4,7 @@ use std::{
     cell::Cell,
     env,
     rc::{Rc, Weak},
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 use anyhow::{Context as _, anyhow, bail};
@@ -88,17 +88,22 @@ pub(crate) fn is_served(shared: &Shared, name: &str) -> bool {
     listens && speaks
 }
 
-/// Waits until a server of the service `name` is known to us, and we to it.
-pub(crate) async fn settle(shared: &Shared, name: &str) {
-    /// Time between two looks for the server, and for our writer to take note of it
-    /// once it is discovered: what is written before that is lost.
-    const SETTLING: Duration = Duration::from_millis(50);
+/// Waits until a server of the service `name` is known to us, and we to it. `opened` is when our client was.
+///
+/// Our writer takes note of a server a little after the server is discovered, and the server of our client a little
+/// after that was opened: what is written before is lost for good.
+pub(crate) async fn settle(shared: &Shared, name: &str, opened: Instant) {
+    /// Time between two looks for the server.
+    const LOOK: Duration = Duration::from_millis(20);
+    /// Time for both to take note, on a busy machine too.
+    const SETTLING: Duration = Duration::from_millis(200);
 
-    let mut settled = false;
-    while !settled {
-        settled = is_served(shared, name);
-        Timer::after(SETTLING).await;
+    let mut since = opened;
+    while !is_served(shared, name) {
+        Timer::after(LOOK).await;
+        since = Instant::now();
     }
+    Timer::at(since + SETTLING).await;
 }
 
 /// What `call` to the service `name` comes to.
@@ -118,12 +123,12 @@ pub(crate) async fn within<T>(
 }
 
 /// The DDS topic that a service's requests go by.
-fn requests_topic(service: &str) -> String {
+pub(crate) fn requests_topic(service: &str) -> String {
     format!("rq{service}Request")
 }
 
 /// The DDS topic that a service's answers go by.
-fn replies_topic(service: &str) -> String {
+pub(crate) fn replies_topic(service: &str) -> String {
     format!("rr{service}Reply")
 }
 
@@ -133,6 +138,7 @@ pub struct Client<S: Service> {
     pub(crate) shared: Rc<Shared>,
     /// One call at a time: the middleware gives every response to whoever waits first.
     pub(crate) inner: Weak<Mutex<MiddlewareClient<S>>>,
+    pub(crate) opened: Instant,
     /// Whether a server has been found once.
     pub(crate) settled: Rc<Cell<bool>>,
 }
@@ -143,6 +149,7 @@ impl<S: Service> Clone for Client<S> {
             name: self.name.clone(),
             shared: Rc::clone(&self.shared),
             inner: Weak::clone(&self.inner),
+            opened: self.opened,
             settled: Rc::clone(&self.settled),
         }
     }
@@ -170,7 +177,7 @@ impl<S: Service> Client<S> {
         }
         let call = async {
             if !self.settled.get() {
-                settle(&self.shared, &self.name).await;
+                settle(&self.shared, &self.name, self.opened).await;
                 self.settled.set(true);
             }
             let inner: Rc<_> = self
