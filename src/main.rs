@@ -15,8 +15,9 @@ use planesman::dive::{self, Pace};
 use planesman::reproduce::{self, ReproduceArgs};
 use planesman::run_folder::RunFolder;
 use planesman::scenario::Scenario;
-use planesman::{nodes, sim, tf_command};
+use planesman::{bag_command, nodes, sim, tf_command};
 use planesman_parameters::Values;
+use planesman_text::shown;
 
 /// Dives, breaks and identifies an underwater vehicle: a ROS 2 Jazzy node suite.
 ///
@@ -116,7 +117,7 @@ struct SimArgs {
 
 #[derive(Subcommand)]
 enum BagCommand {
-    /// Topics, counts, times, and whether the bag is whole
+    /// Topics, counts, times, whether the bag is whole, and what it lacks of what a dive published
     Info {
         /// A bag folder, a metadata.yaml or an .mcap file
         path: PathBuf,
@@ -176,7 +177,10 @@ fn main() -> ExitCode {
             | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => error.exit(),
             _ => {
                 let command = command_of(std::env::args().skip(1));
-                eprintln!("planesman: {} (see {command} --help)", one_line(&error));
+                eprintln!(
+                    "planesman: {} (see {command} --help)",
+                    shown(one_line(&error))
+                );
                 return ExitCode::from(2);
             }
         },
@@ -187,7 +191,7 @@ fn main() -> ExitCode {
         None => {
             eprintln!(
                 "planesman: '{}' is no command and no scenario (see planesman --help)",
-                cli.dive.scenario
+                shown(&cli.dive.scenario)
             );
             return ExitCode::from(2);
         }
@@ -205,7 +209,7 @@ fn main() -> ExitCode {
         }
         Command::Sysid(command) => command.run(),
         Command::Tf(args) => tf_command::run(&args),
-        Command::Bag(BagCommand::Info { path }) => bag_info(&path),
+        Command::Bag(BagCommand::Info { path }) => bag_command::info(&path),
         Command::Params {
             node,
             yaml: true,
@@ -221,7 +225,7 @@ fn main() -> ExitCode {
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("planesman: {error:#}");
+            eprintln!("planesman: {}", shown(format_args!("{error:#}")));
             ExitCode::FAILURE
         }
     }
@@ -285,10 +289,4 @@ fn parameter_file(node: Option<&str>, scenario: Option<&str>) -> Result<()> {
         nodes::parameter_file(node, scenario.as_ref())?
     ))?;
     Ok(())
-}
-
-fn bag_info(path: &std::path::Path) -> Result<()> {
-    let bag = planesman_bag::reader::BagReader::open(path)?;
-    let info = planesman_bag::BagInfo::of(&bag);
-    Ok(planesman_node::print(format_args!("{info}\n"))?)
 }

@@ -126,8 +126,8 @@ impl RunFolder {
         let scenario = Scenario::parse(&text)?;
         let flight = Flight::read(&self.bag())?;
         let summary = Summary::of(&flight, &scenario)?;
-        let counts = self.counts(&flight);
-        let html = page::page(&flight, &scenario, &text, &summary, &counts)?;
+        let counts = self.counts(&flight.counts);
+        let html = page::page(&flight, &scenario, &text, &summary, &counts);
         let draft = self.path.join(".report.html.part");
         fs::write(&draft, html)
             .and_then(|()| fs::rename(&draft, self.page()))
@@ -146,9 +146,8 @@ impl RunFolder {
     }
 
     /// Messages per topic: in the bag, and as the publishers counted them when they stopped.
-    fn counts(&self, flight: &Flight) -> BTreeMap<String, Count> {
-        let mut counts: BTreeMap<String, Count> = flight
-            .counts
+    pub(crate) fn counts(&self, recorded: &BTreeMap<String, u64>) -> BTreeMap<String, Count> {
+        let mut counts: BTreeMap<String, Count> = recorded
             .iter()
             .map(|(topic, n)| {
                 (
