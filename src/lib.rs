@@ -10,13 +10,16 @@
 //! [`reproduce`] computes the 1988 report's numbers again; [`design`] has the loops on paper,
 //! [`sysid`] the identifier's pages.
 
+pub mod bag_command;
 pub mod coefficients_command;
 pub mod compose;
+pub mod course;
 pub mod crew;
 pub mod design;
 pub mod dha;
 pub mod dive;
 pub mod flight;
+pub mod in_order;
 pub mod nodes;
 pub mod page;
 pub mod plot;

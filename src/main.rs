@@ -15,8 +15,9 @@ use planesman::dive::{self, Pace};
 use planesman::reproduce::{self, ReproduceArgs};
 use planesman::run_folder::{Loss, RunFolder};
 use planesman::scenario::Scenario;
-use planesman::{nodes, sim, tf_command};
+use planesman::{bag_command, nodes, sim, tf_command};
 use planesman_parameters::Values;
+use planesman_text::shown;
 
 /// The exit status of a dive whose bag lacks something.
 const LOST: u8 = 3;
@@ -128,7 +129,7 @@ struct SimArgs {
 
 #[derive(Subcommand)]
 enum BagCommand {
-    /// Topics, counts, times, and whether the bag is whole
+    /// Topics, counts, times, whether the bag is whole, and what it lacks of what a dive published
     Info {
         /// A bag folder, a metadata.yaml or an .mcap file
         path: PathBuf,
@@ -188,7 +189,8 @@ fn main() -> ExitCode {
             | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => error.exit(),
             _ => {
                 let command = command_of(std::env::args().skip(1));
-                planesman_node::complain!("planesman: {} (see {command} --help)", one_line(&error));
+                let reason = shown(one_line(&error));
+                planesman_node::complain!("planesman: {reason} (see {command} --help)");
                 return ExitCode::from(2);
             }
         },
@@ -199,7 +201,7 @@ fn main() -> ExitCode {
         None => {
             planesman_node::complain!(
                 "planesman: '{}' is no command and no scenario (see planesman --help)",
-                cli.dive.scenario
+                shown(&cli.dive.scenario)
             );
             return ExitCode::from(2);
         }
@@ -225,7 +227,7 @@ fn main() -> ExitCode {
         }
         Command::Sysid(command) => command.run(),
         Command::Tf(args) => tf_command::run(&args),
-        Command::Bag(BagCommand::Info { path }) => bag_info(&path),
+        Command::Bag(BagCommand::Info { path }) => bag_command::info(&path),
         Command::Params {
             node,
             yaml: true,
@@ -241,7 +243,7 @@ fn main() -> ExitCode {
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            planesman_node::complain!("planesman: {error:#}");
+            planesman_node::complain!("planesman: {}", shown(format_args!("{error:#}")));
             ExitCode::FAILURE
         }
     }
@@ -304,10 +306,4 @@ fn parameter_file(node: Option<&str>, scenario: Option<&str>) -> Result<()> {
         nodes::parameter_file(node, scenario.as_ref())?
     ))?;
     Ok(())
-}
-
-fn bag_info(path: &std::path::Path) -> Result<()> {
-    let bag = planesman_bag::reader::BagReader::open(path)?;
-    let info = planesman_bag::BagInfo::of(&bag);
-    Ok(planesman_node::print(format_args!("{info}\n"))?)
 }

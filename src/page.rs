@@ -6,12 +6,12 @@ use std::collections::BTreeMap;
 use anyhow::Result;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use planesman_linear::Complex;
-use planesman_msgs::planesman_msgs::msg::{ControlState, DhaState, VehicleState};
+use planesman_text::shown;
 
-use crate::flight::Flight;
+use crate::flight::{Flight, Points};
 use crate::plot::{Plot, Style};
 use crate::scenario::Scenario;
-use crate::summary::{Summary, identified, pole_text};
+use crate::summary::{Summary, pole_text};
 
 /// Messages of one topic, as sent and as recorded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -33,10 +33,10 @@ svg { max-width: 100%; height: auto; } p.legend { margin: 0; font-size: 13px; } 
 pre { background: #f6f8fa; padding: .8rem; overflow-x: auto; font-size: 13px; }
 ";
 
-/// A self-contained page, `own_style` behind the common one.
+/// A self-contained page, `own_style` behind the common one. Texts of others in it are [`shown`].
 #[must_use]
 pub fn document(title: &str, own_style: &str, body: &Markup) -> String {
-    html! {
+    let page = html! {
         (DOCTYPE)
         html lang="en" {
             head {
@@ -48,26 +48,29 @@ pub fn document(title: &str, own_style: &str, body: &Markup) -> String {
             body { (body) }
         }
     }
-    .into_string()
+    .into_string();
+    // The page itself has no carriage returns; a file from elsewhere may.
+    shown(page.replace('\r', "")).to_string()
 }
 
 /// The page's text.
-///
-/// # Errors
-/// When a plot cannot be drawn.
+#[must_use]
 pub fn page(
     flight: &Flight,
     scenario: &Scenario,
     scenario_text: &str,
     summary: &Summary,
     counts: &BTreeMap<String, Count>,
-) -> Result<String> {
-    let plots = plots(flight, summary)?;
+) -> String {
+    let plots = plots(flight, summary);
     let body = html! {
         h1 { "Planesman flight" }
         p.lead { (scenario.description) }
         @if let Some(reason) = &flight.truncated {
             p.warn { "The bag is not whole: " (reason) ". What follows is what it holds." }
+        }
+        @for note in &summary.notes {
+            p.warn { (note) }
         }
         (response_table(summary))
         (model_table(summary))
@@ -80,7 +83,7 @@ pub fn page(
         pre { (scenario_text) }
     };
     let title = format!("Planesman: {}", scenario.description);
-    Ok(document(&title, "", &body))
+    document(&title, "", &body)
 }
 
 fn response_table(summary: &Summary) -> Markup {
@@ -133,8 +136,16 @@ fn cell(poles: &[Complex<f64>], i: usize) -> String {
 }
 
 fn count_table(counts: &BTreeMap<String, Count>) -> Markup {
+    let lost = |count: &Count| Some(count.published?.saturating_sub(count.recorded));
+    let lacks = counts
+        .values()
+        .filter_map(lost)
+        .fold(0, u64::saturating_add);
     html! {
         h2 { "Messages" }
+        @if lacks > 0 {
+            p.warn { "The bag lacks " (lacks) " messages that were published." }
+        }
         table {
             tr { th { "topic" } th { "published" } th { "in the bag" } th { "lost" } }
             @for (topic, count) in counts {
@@ -142,7 +153,7 @@ fn count_table(counts: &BTreeMap<String, Count>) -> Markup {
                     td { (topic) }
                     td { (count.published.map_or_else(|| "–".into(), |p| p.to_string())) }
                     td { (count.recorded) }
-                    td { (count.published.map_or_else(|| "–".into(), |p| p.saturating_sub(count.recorded).to_string())) }
+                    td { (lost(count).map_or_else(|| "–".into(), |lost| lost.to_string())) }
                 }
             }
         }
@@ -184,8 +195,9 @@ fn legend(plot: &Plot<'_>) -> Markup {
     }
 }
 
-/// Headings and plots; what there is nothing of is left out.
-fn plots(flight: &Flight, summary: &Summary) -> Result<Vec<(Cow<'static, str>, Markup)>> {
+/// Headings and plots; what there is nothing of is left out. Of one that cannot be drawn, as with numbers beyond all sense,
+/// it is said why: the rest of the page stands.
+fn plots(flight: &Flight, summary: &Summary) -> Vec<(Cow<'static, str>, Markup)> {
     let plots = [
         depth(flight),
         pitch(flight),
@@ -195,81 +207,74 @@ fn plots(flight: &Flight, summary: &Summary) -> Result<Vec<(Cow<'static, str>, M
         dominant_pole(flight, summary),
         pole_map(summary),
     ];
-    plots
-        .into_iter()
-        .filter(|plot| !plot.is_empty())
-        .map(|plot| Ok((plot.title.clone(), drawn(&plot)?)))
-        .collect()
+    let shown = plots.into_iter().filter(|plot| !plot.is_empty());
+    let shown = shown.map(|plot| {
+        let drawn = drawn(&plot).unwrap_or_else(|error| html! { p.warn { (error) } });
+        (plot.title, drawn)
+    });
+    shown.collect()
 }
 
 const TIME: &str = "time [s]";
 
-type Points = Vec<(f64, f64)>;
-
-fn degrees(points: Points) -> Points {
-    let turned = |(t, v): (f64, f64)| (t, v.to_degrees());
-    points.into_iter().map(turned).collect()
-}
-
-fn control(flight: &Flight, value: fn(&ControlState) -> f64) -> Points {
-    let point = |c: &ControlState| (flight.seconds(&c.header.stamp), value(c));
-    flight.controls.iter().map(point).collect()
+fn degrees(points: &[(f64, f64)]) -> Points {
+    points.iter().map(|(t, v)| (*t, v.to_degrees())).collect()
 }
 
 fn depth(flight: &Flight) -> Plot<'static> {
     Plot::new("Depth", [TIME, "depth [m]"])
         .note("The vehicle's true depth, positive down.")
         .y_down()
-        .line("depth", flight.depth())
-        .dashed("setpoint", control(flight, |c| c.depth_setpoint))
+        .line("depth", flight.courses.depth.clone())
+        .dashed("setpoint", flight.courses.depth_setpoint.clone())
 }
 
 fn pitch(flight: &Flight) -> Plot<'static> {
-    let point = |s: &VehicleState| (flight.seconds(&s.header.stamp), s.pitch);
     Plot::new("Pitch", [TIME, "pitch [deg]"])
         .note("Positive bow up; the command is what the depth loop asks of the pitch loop.")
-        .line("pitch", degrees(flight.states.iter().map(point).collect()))
-        .dashed("command", degrees(control(flight, |c| c.pitch_command)))
+        .line("pitch", degrees(&flight.courses.pitch))
+        .dashed("command", degrees(&flight.courses.pitch_command))
 }
 
 fn planes(flight: &Flight) -> Plot<'static> {
-    Plot::new("Dive planes", [TIME, "plane angle [deg]"])
-        .note("Positive dive. The command includes the identification signal; the actuator follows in quanta.")
-        .line("planes", degrees(flight.plane_angle()))
-        .dashed("command", degrees(control(flight, |c| c.dive_planes)))
+    let [planes, _] = &flight.courses.planes;
+    let [command, _] = &flight.courses.plane_command;
+    planes_plot("Dive planes", planes, command).note(
+        "Positive dive. The command includes the identification signal; the actuator follows in quanta.",
+    )
 }
 
 fn planes_close_up(flight: &Flight) -> Plot<'static> {
-    let mut plot = planes(flight)
-        .note("The first five seconds: the ram moves one calibrated volume at a time.");
-    plot.title = "Dive planes, close up".into();
-    for series in &mut plot.series {
-        series.points.retain(|(t, _)| *t <= 5.0);
-    }
-    plot
+    let [_, planes] = &flight.courses.planes;
+    let [_, command] = &flight.courses.plane_command;
+    planes_plot("Dive planes, close up", planes, command)
+        .note("The first five seconds: the ram moves one calibrated volume at a time.")
+}
+
+fn planes_plot(
+    title: &'static str,
+    planes: &[(f64, f64)],
+    command: &[(f64, f64)],
+) -> Plot<'static> {
+    Plot::new(title, [TIME, "plane angle [deg]"])
+        .line("planes", degrees(planes))
+        .dashed("command", degrees(command))
 }
 
 fn pressure(flight: &Flight) -> Plot<'static> {
     let plot = Plot::new("Actuator pressure", [TIME, "pressure [kPa]"])
         .note("Differential pressure across each ram at each tick.");
-    flight.actuators.iter().fold(plot, |plot, (group, states)| {
-        let point = |a: &DhaState| (flight.seconds(&a.header.stamp), a.pressure * 1e-3);
-        plot.line(group.replace('_', " "), states.iter().map(point))
+    let each = flight.actuators.iter();
+    each.fold(plot, |plot, (group, actuator)| {
+        let kilo = |(t, pressure): &(f64, f64)| (*t, pressure * 1e-3);
+        plot.line(group.replace('_', " "), actuator.pressure.iter().map(kilo))
     })
 }
 
 fn dominant_pole(flight: &Flight, summary: &Summary) -> Plot<'static> {
-    let history: Vec<(f64, Complex<f64>)> = flight
-        .models
-        .iter()
-        .filter(|m| m.valid)
-        .filter_map(|m| Some((flight.seconds(&m.header.stamp), identified(m).dominant()?)))
-        .collect();
-    let part = |part: fn(Complex<f64>) -> f64| -> Points {
-        history.iter().map(|(t, pole)| (*t, part(*pole))).collect()
-    };
+    let [real, imaginary] = &flight.courses.pole;
     let truth = |part: fn(Complex<f64>) -> f64| -> Points {
-        let (Some(first), Some(last)) = (history.first(), history.last()) else {
+        let (Some(first), Some(last)) = (real.first(), real.last()) else {
             return Vec::new();
         };
         let pole = summary.truth.dominant();
@@ -279,8 +284,8 @@ fn dominant_pole(flight: &Flight, summary: &Summary) -> Plot<'static> {
     };
     Plot::new("Dominant pole, online", [TIME, "[1/s]"])
         .note("The identifier's slowest pole as the samples come in, beside the vehicle's own.")
-        .line("real part", part(|p| p.re))
-        .line("imaginary part", part(|p| p.im))
+        .line("real part", real.clone())
+        .line("imaginary part", imaginary.clone())
         .dashed("true real part", truth(|p| p.re))
         .dashed("true imaginary part", truth(|p| p.im))
 }

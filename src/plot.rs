@@ -149,6 +149,9 @@ impl<'a> Plot<'a> {
 
 const SIZE: (u32, u32) = (820, 300);
 
+/// The largest magnitude drawn: beyond any quantity in any unit, and small enough to reckon with.
+const LARGEST: f64 = 1e30;
+
 /// What stands around the field with the data, pixels: margin, and the axes' names.
 const MARGIN: u32 = 8;
 const X_LABELS: u32 = 36;
@@ -171,7 +174,7 @@ impl Plot<'_> {
     /// The plot as one `<svg>` element.
     ///
     /// # Errors
-    /// When no series has a finite point, or the drawing library fails.
+    /// When no series has a finite point, one lies beyond 1e30, or the drawing library fails.
     pub fn svg(&self) -> Result<String> {
         let mut text = String::new();
         let size = if self.one_scale {
@@ -261,6 +264,13 @@ impl Plot<'_> {
         if low.1 > high.1 {
             return Err(anyhow!("there is nothing to draw"));
         }
+        for end in [low.0, low.1, high.0, high.1] {
+            if end.abs() > LARGEST {
+                return Err(anyhow!(
+                    "{end:e} cannot be drawn: it must lie within ±{LARGEST:e}"
+                ));
+            }
+        }
         let widen = |low: f64, high: f64, share: f64| {
             let air = ((high - low) * share).max(1e-9 + 1e-6 * high.abs().max(low.abs()));
             low - air..high + air
@@ -311,6 +321,14 @@ mod tests {
     #[test]
     fn a_plot_of_nothing_says_so() {
         assert!(plot(vec![(f64::NAN, 0.0)]).svg().is_err());
+    }
+
+    #[test]
+    fn numbers_beyond_all_quantities_are_refused_by_name() {
+        let refusal = plot(vec![(0.0, 0.0), (1.0, 1e300)])
+            .svg()
+            .expect_err("refused");
+        assert!(refusal.to_string().contains("1e300"), "{refusal}");
     }
 
     #[test]

@@ -7,6 +7,7 @@ use std::{fmt, fs};
 use anyhow::{Context, Result, bail};
 use planesman_bag::reader::BagReader;
 
+use crate::bag_command::recorded;
 use crate::flight::Flight;
 use crate::page::{self, Count};
 use crate::scenario::Scenario;
@@ -127,8 +128,8 @@ impl RunFolder {
         let scenario = Scenario::parse(&text)?;
         let flight = Flight::read(&self.bag())?;
         let summary = Summary::of(&flight, &scenario)?;
-        let counts = self.counts(&flight.counts, &scenario)?;
-        let html = page::page(&flight, &scenario, &text, &summary, &counts)?;
+        let counts = self.counts(&flight.counts)?;
+        let html = page::page(&flight, &scenario, &text, &summary, &counts);
         let draft = self.path.join(".report.html.part");
         fs::write(&draft, html)
             .and_then(|()| fs::rename(&draft, self.page()))
@@ -151,22 +152,20 @@ impl RunFolder {
     /// # Errors
     /// When the folder or the bag cannot be read.
     pub fn loss(&self) -> Result<Option<Loss>> {
-        let scenario = Scenario::parse(&fs::read_to_string(self.scenario_file())?)?;
         let bag = BagReader::open(&self.bag())?;
-        let recorded = bag
-            .topics()
-            .iter()
-            .map(|counted| (counted.topic.name.clone(), counted.messages));
-        Ok(Loss::of(&self.counts(&recorded.collect(), &scenario)?))
+        Ok(Loss::of(&self.counts(&recorded(&bag))?))
     }
 
     /// Messages per topic: in the bag, and as the publishers counted them when they stopped. Those
     /// that could not be sent count as published: they are lost likewise.
-    fn counts(
+    ///
+    /// # Errors
+    /// When the scenario cannot be read.
+    pub(crate) fn counts(
         &self,
         recorded: &BTreeMap<String, u64>,
-        scenario: &Scenario,
     ) -> Result<BTreeMap<String, Count>> {
+        let scenario = Scenario::parse(&fs::read_to_string(self.scenario_file())?)?;
         let recorder = scenario.values("recorder")?;
         let selected = recorder.strings("topics");
         let mut counts: BTreeMap<String, Count> = recorded
@@ -206,7 +205,7 @@ pub struct Loss {
 }
 
 impl Loss {
-    fn of(counts: &BTreeMap<String, Count>) -> Option<Self> {
+    pub(crate) fn of(counts: &BTreeMap<String, Count>) -> Option<Self> {
         let known = || {
             let known =
                 |(topic, count): (_, &Count)| Some((topic, count.published?, count.recorded));

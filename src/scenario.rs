@@ -9,6 +9,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, anyhow, bail};
 use planesman_parameters::{Value, Values, file};
+use planesman_text::yaml;
 use serde::Deserialize;
 
 /// The nodes whose parameters a scenario sets, in the order in which they are started.
@@ -109,7 +110,7 @@ impl Scenario {
     /// # Errors
     /// When the text is no scenario or a parameter breaks its declaration.
     pub fn parse(text: &str) -> Result<Self> {
-        let mut scenario: Self = serde_yaml_ng::from_str(text)?;
+        let mut scenario: Self = yaml::from_str(text)?;
         scenario.source = text.to_owned();
         for (name, value) in [("duration", scenario.duration), ("tick", scenario.tick)] {
             if !(value.is_finite() && value > 0.0) {

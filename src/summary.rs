@@ -3,8 +3,8 @@
 use std::fmt;
 
 use anyhow::{Result, anyhow};
-use planesman_linear::{Complex, StepMetrics, TransferFunction, step_metrics};
-use planesman_msgs::planesman_msgs::msg::{ControlState, ModelEstimate, VehicleState};
+use planesman_linear::{Complex, StepMetrics, TransferFunction};
+use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 
 use crate::flight::Flight;
 use crate::scenario::Scenario;
@@ -51,9 +51,11 @@ pub struct Summary {
     /// The vehicle's own model at its speed.
     pub truth: Fingerprint,
     /// Ticks in which the actuator's answer was missing.
-    pub held_ticks: usize,
+    pub held_ticks: u64,
     /// Pulses that all actuators issued.
     pub pulses: u64,
+    /// What was met in the bag that is not the plain flight, a sentence each.
+    pub notes: Vec<String>,
 }
 
 impl Summary {
@@ -62,38 +64,24 @@ impl Summary {
     /// # Errors
     /// When the flight holds no states or the scenario's vehicle cannot be linearised.
     pub fn of(flight: &Flight, scenario: &Scenario) -> Result<Self> {
-        let Some(last) = flight.states.last() else {
+        let Some(step) = &flight.step else {
             return Err(anyhow!("the bag holds no vehicle states"));
         };
-        let (depth_setpoint, since) = last_step(flight).unwrap_or((last.depth, 0.0));
-        let (times, values): (Vec<f64>, Vec<f64>) =
-            flight.depth().into_iter().filter(|p| p.0 >= since).unzip();
-        let from = values.first().copied().unwrap_or(depth_setpoint);
-        let model = flight.final_model();
+        let model = flight.model.as_ref();
         Ok(Self {
-            depth_setpoint,
-            depth: ((depth_setpoint - from).abs() > 1e-6)
-                .then(|| step_metrics::of(&times, &values, from, depth_setpoint))
-                .transpose()?,
+            depth_setpoint: step.setpoint,
+            depth: step.response,
             identified: model.map(identified),
             samples: model.map_or(0, |m| m.samples),
             fit: model.map_or(0.0, |m| m.fit),
-            no_model: flight
-                .models
-                .last()
-                .map_or_else(|| "no model was published".to_owned(), |m| m.reason.clone()),
+            no_model: flight.no_model.clone(),
             truth: truth(scenario)?,
-            held_ticks: flight
-                .states
-                .iter()
-                .filter(|s| s.planes_source == VehicleState::PLANES_HELD)
-                .count(),
+            held_ticks: flight.held_ticks,
             pulses: flight
                 .actuators
                 .values()
-                .filter_map(|states| states.last())
-                .map(|last| last.pulses)
-                .sum(),
+                .fold(0, |sum, actuator| actuator.pulses.saturating_add(sum)),
+            notes: flight.notes.clone(),
         })
     }
 
@@ -104,16 +92,6 @@ impl Summary {
         let truth = self.truth.dominant()?;
         Some((found - truth).norm() / truth.norm())
     }
-}
-
-/// The depth asked for at the end (m), and since when (s); `None` where no depth was held then.
-fn last_step(flight: &Flight) -> Option<(f64, f64)> {
-    let holds = |c: &&ControlState| c.mode == ControlState::MODE_DEPTH;
-    let mut heard = flight.controls.iter().rev().filter(|c| !c.feedback_stale);
-    let last = heard.next().filter(holds)?;
-    let same = |c: &&ControlState| holds(c) && c.depth_target == last.depth_target;
-    let first = heard.take_while(same).last().unwrap_or(last);
-    Some((last.depth_target, flight.seconds(&first.header.stamp)))
 }
 
 /// The vehicle's own sampled model between plane angle and pitch rate.
@@ -256,14 +234,17 @@ impl fmt::Display for Summary {
             f,
             "\nActuator: {} pulses; ticks without its answer: {}",
             self.pulses, self.held_ticks
-        )
+        )?;
+        for note in &self.notes {
+            write!(f, "\nNote: {note}")?;
+        }
+        Ok(())
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compose::Loop;
 
     /// Setpoints one after the other: what is shown is the response to the last.
     #[test]
@@ -279,17 +260,15 @@ parameters:
 ",
         )
         .expect("a scenario");
-        let mut flight = Flight::default();
-        for tick in Loop::new(&scenario).expect("a loop") {
-            let tick = tick.expect("a tick");
-            flight.states.push(tick.observation.state);
-            flight.controls.push(tick.control);
-        }
-        assert_eq!(last_step(&flight), Some((0.5, 40.0)));
+        let folder = tempfile::tempdir().expect("a folder");
+        let bag = folder.path().join("flight.mcap");
+        crate::sim::run(&scenario, &bag, "/auv").expect("flown");
+        let flight = Flight::read(&bag).expect("a flight");
         let summary = Summary::of(&flight, &scenario).expect("a summary");
         let depth = summary.depth.expect("a step");
         assert_eq!(summary.depth_setpoint, 0.5);
         assert!(depth.overshoot < 10.0, "{depth:?}");
-        assert!(depth.rise_time.is_some());
+        // Not that from the beginning, which it would have reached at once and left again.
+        assert!(depth.rise_time.is_some_and(|t| t < 40.0), "{depth:?}");
     }
 }

@@ -2,6 +2,7 @@
 //! running until somebody stops it.
 #![allow(clippy::unwrap_used)]
 
+mod recorded;
 mod stage;
 
 use std::path::Path;
@@ -25,9 +26,13 @@ fn flight(out: &str) -> Flight {
     flight
 }
 
-fn stamps(flight: &Flight) -> Vec<i64> {
-    let states = flight.states.iter();
-    states.map(|s| s.header.stamp.nanos()).collect()
+fn states(out: &str) -> Vec<VehicleState> {
+    recorded::messages(&Path::new(out).join("bag"), "/auv/state").unwrap()
+}
+
+fn stamps(out: &str) -> Vec<i64> {
+    let stamp = |state: &VehicleState| state.header.stamp.nanos();
+    states(out).iter().map(stamp).collect()
 }
 
 /// The bag holds everything that the nodes sent, topic by topic.
@@ -53,12 +58,12 @@ fn eight_times_faster_than_the_clock_nothing_is_lost() {
         .success();
     let flight = flight(&out);
     let expected: Vec<i64> = (0..320).map(|k| k * TICK).collect();
-    assert_eq!(stamps(&flight), expected);
+    assert_eq!(stamps(&out), expected);
     assert_nothing_lost(&out, &flight);
 
     // A busy machine may be late with an answer; such ticks are flagged and told.
     let is_held = |state: &&VehicleState| state.planes_source == VehicleState::PLANES_HELD;
-    let held = flight.states.iter().filter(is_held).count();
+    let held = states(&out).iter().filter(is_held).count();
     let told = format!("ticks without its answer: {held}");
     assert!(outcome.stdout.contains(&told), "{}", outcome.stdout);
 }
@@ -71,18 +76,18 @@ fn stamps_begin_at_zero_with_sim_time_and_are_the_machines_without() {
         let out = stage.path(name);
         let arguments = [&["dive", &file, "--out", &out], pace].concat();
         stage.run(&arguments).success();
-        flight(&out)
+        (flight(&out), stamps(&out))
     };
-    let simulated = fly(&["--sim-time"], "simulated");
+    let (simulated, stamps) = fly(&["--sim-time"], "simulated");
     let expected: Vec<i64> = (0..20).map(|k| k * TICK).collect();
-    assert_eq!(stamps(&simulated), expected);
+    assert_eq!(stamps, expected);
     assert_eq!(simulated.counts["/clock"], 20);
 
-    let machine = fly(&["--factor", "1"], "machine");
-    let start = stamps(&machine)[0];
+    let (machine, stamps) = fly(&["--factor", "1"], "machine");
+    let start = stamps[0];
     assert!(start > THIS_YEAR);
     let expected: Vec<i64> = (0..20).map(|k| start + k * TICK).collect();
-    assert_eq!(stamps(&machine), expected);
+    assert_eq!(stamps, expected);
     assert!(!machine.counts.contains_key("/clock"));
 }
 
@@ -130,8 +135,8 @@ fn kept_running_until(stop: impl FnOnce(&Process)) {
     ]);
     let bag = Path::new(&out).join("bag");
     eventually("a flight longer than its scenario", || {
-        let flight = Flight::read(&bag).ok()?;
-        (flight.states.len() > 60).then_some(())
+        let states = recorded::messages::<VehicleState>(&bag, "/auv/state")?;
+        (states.len() > 60).then_some(())
     });
     assert!(launcher.is_running());
     let nodes = launcher.nodes();

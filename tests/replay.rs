@@ -1,12 +1,13 @@
 //! A bag replayed into the identifier gives what the node gave live on the same samples.
 #![allow(clippy::unwrap_used)]
 
+mod recorded;
 mod stage;
 
 use std::path::Path;
 
 use clap::Parser;
-use planesman::flight::Flight;
+use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 use planesman_msgs::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerRequest};
 use stage::{Stage, scenario};
 use sysid::replay::{Replay, ReplayArgs, replay};
@@ -81,9 +82,10 @@ fn what_was_frozen_and_forgotten_in_flight_is_so_in_the_replay_for_every_pair() 
     launcher.finish().success();
 
     let (bag, parameters) = (format!("{out}/bag"), format!("{out}/parameters.yaml"));
-    let flight = Flight::read(Path::new(&bag)).unwrap();
-    assert!(flight.models.iter().any(|model| model.frozen));
-    assert!(flight.models.iter().any(|model| model.samples == 0));
+    let mut models: Vec<ModelEstimate> = recorded::messages(Path::new(&bag), "/auv/model").unwrap();
+    models.retain(|model| model.name == "model");
+    assert!(models.iter().any(|model| model.frozen));
+    assert!(models.iter().any(|model| model.samples == 0));
     let again = replayed(&[&bag, "--params-file", &parameters]);
     assert_eq!(again.estimates.len(), 3);
     let live = again.live.unwrap();

@@ -1,8 +1,8 @@
 //! A bag's summary, for people: what `planesman bag info` prints.
 
-use std::{fmt, path::PathBuf};
+use std::{collections::BTreeMap, fmt, path::PathBuf};
 
-use crate::{BagReader, Completeness, Topic, reader::TopicCount};
+use crate::{BagMetadata, BagReader, Completeness, Topic, reader::TopicCount};
 
 /// What a bag holds, in numbers.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,6 +21,8 @@ pub struct BagInfo {
     pub messages: u64,
     /// Messages that the recorder knew to be lost.
     pub dropped: u64,
+    /// Those on each topic.
+    pub dropped_by_topic: BTreeMap<String, u64>,
     /// Every topic, by name, but for the omitted.
     pub topics: Vec<TopicCount>,
     /// Topics for which there was no room.
@@ -45,6 +47,12 @@ impl BagInfo {
             }),
             messages: bag.message_count(),
             dropped: bag.dropped(),
+            dropped_by_topic: bag
+                .metadata()
+                .into_iter()
+                .flat_map(BagMetadata::dropped_by_topic)
+                .map(|(topic, count)| (topic.to_owned(), count))
+                .collect(),
             topics,
             omitted: bag.omitted(),
             completeness: bag.completeness().clone(),
@@ -83,6 +91,15 @@ impl fmt::Display for BagInfo {
                 "\n  {:name$}  {:type_name$}  {messages:>8}",
                 topic.name, topic.kind.type_name
             )?;
+            if let Some(lost) = self.dropped_by_topic.get(&topic.name) {
+                write!(f, ", and {lost} lost")?;
+            }
+        }
+        let listed = |name: &str| self.topics.iter().any(|it| it.topic.name == name);
+        for (topic, lost) in &self.dropped_by_topic {
+            if !listed(topic) {
+                write!(f, "\n  {topic}: {lost} lost, none recorded")?;
+            }
         }
         if self.omitted > 0 {
             write!(f, "\n  and {} topics more than are listed", self.omitted)?;

@@ -13,6 +13,8 @@ use std::{
 
 use serde::{Deserialize, Deserializer, Serialize};
 
+use planesman_text::yaml;
+
 use crate::OfferedQos;
 
 /// The file's name in the bag's folder.
@@ -155,7 +157,7 @@ pub enum MetadataError {
         /// The file.
         path: PathBuf,
         /// What is wrong, and where.
-        source: serde_yaml_ng::Error,
+        source: yaml::Error,
     },
 }
 
@@ -184,12 +186,16 @@ impl BagMetadata {
     /// [`custom_data`](Self::custom_data) under `dropped TOPIC`.
     #[must_use]
     pub fn dropped(&self) -> u64 {
+        self.dropped_by_topic()
+            .fold(0, |sum, (_, count)| sum.saturating_add(count))
+    }
+
+    /// The topics of which messages are known to be lost, and how many.
+    pub fn dropped_by_topic(&self) -> impl Iterator<Item = (&str, u64)> {
         self.custom_data
             .iter()
             .flatten()
-            .filter(|(key, _)| key.starts_with(DROPPED))
-            .filter_map(|(_, count)| count.parse::<u64>().ok())
-            .fold(0, u64::saturating_add)
+            .filter_map(|(key, count)| Some((key.strip_prefix(DROPPED)?, count.parse().ok()?)))
     }
 
     /// Reads the account at `path`.
@@ -216,11 +222,10 @@ impl BagMetadata {
         fs::File::open(path)
             .and_then(|file| file.take(LONGEST).read_to_string(&mut text))
             .map_err(unreadable)?;
-        let document: Document =
-            serde_yaml_ng::from_str(&text).map_err(|source| MetadataError::Format {
-                path: path.to_owned(),
-                source,
-            })?;
+        let document: Document = yaml::from_str(&text).map_err(|source| MetadataError::Format {
+            path: path.to_owned(),
+            source,
+        })?;
         Ok(document.rosbag2_bagfile_information)
     }
 
@@ -237,7 +242,7 @@ impl BagMetadata {
         })
         .map_err(|source| MetadataError::Format {
             path: path.clone(),
-            source,
+            source: source.into(),
         })?;
         fs::write(&partial, text)
             .and_then(|()| fs::rename(&partial, &path))

@@ -159,7 +159,7 @@ pub(crate) fn from_text(text: &str) -> Vec<OfferedQos> {
     if text.len() > LONGEST {
         return Vec::new();
     }
-    serde_yaml_ng::from_str(text).unwrap_or_default()
+    planesman_text::yaml::from_str(text).unwrap_or_default()
 }
 
 #[cfg(test)]

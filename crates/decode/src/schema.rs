@@ -3,7 +3,7 @@
 use planesman_rosidl::definition::{Arity, Element, Field, Kind};
 use planesman_rosidl::{Error, Library, Message, TypeName, parse_idl_schema, parse_schema};
 
-use crate::FieldPath;
+use crate::{Decoder, FieldPath};
 
 /// A message type and every type it refers to, checked: all are defined, none contains itself.
 #[derive(Clone, Debug)]
@@ -69,7 +69,8 @@ impl Types {
     }
 
     /// Where messages of this type carry their stamp: `header.stamp`, or else the first field that
-    /// is a `builtin_interfaces/Time`. It holds `sec` and `nanosec`. `None` for a type without.
+    /// is a `builtin_interfaces/Time`. It holds `sec` and `nanosec`. `None` for a type without, or one whose
+    /// schema has a header or time of its own making.
     #[must_use]
     pub fn stamp(&self) -> Option<FieldPath> {
         let one = |field: &Field, package: &str, name: &str| {
@@ -78,14 +79,20 @@ impl Types {
                 && field.field_type.element == Element::Message(wanted)
         };
         let fields = &self.message(&self.root)?.fields;
-        let path = |name: &str| name.parse::<FieldPath>().ok();
-        if let Some(header) = fields.iter().find(|it| one(it, "std_msgs", "Header")) {
-            return Some(path(&header.name)?.field("stamp"));
-        }
+        let path = |field: &Field| field.name.parse::<FieldPath>().ok();
+        let header = fields.iter().find(|it| one(it, "std_msgs", "Header"));
         let time = fields
             .iter()
-            .find(|it| one(it, "builtin_interfaces", "Time"))?;
-        path(&time.name)
+            .find(|it| one(it, "builtin_interfaces", "Time"));
+        let places = [
+            header.and_then(path).map(|header| header.field("stamp")),
+            time.and_then(path),
+        ];
+        let is_stamp = |place: &FieldPath| {
+            let parts = ["sec", "nanosec"].map(|name| place.field(name));
+            Decoder::compile(self, &parts).is_ok()
+        };
+        places.into_iter().flatten().find(is_stamp)
     }
 
     /// Whether there is a wide string anywhere.

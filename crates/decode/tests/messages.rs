@@ -235,6 +235,14 @@ fn where_messages_carry_their_stamp_is_found() {
         None
     );
     assert_eq!(stamp("float64 data\n"), None);
+    // A header that says it is one and has no stamp.
+    let header = "=".repeat(80) + "\nMSG: std_msgs/Header\nstring frame_id\n";
+    let text = format!("std_msgs/Header header\n{header}");
+    assert_eq!(stamp(&text), None);
+    assert_eq!(
+        stamp(&format!("builtin_interfaces/Time when\n{text}{time}")),
+        Some(path("when"))
+    );
 }
 
 #[test]

@@ -27,7 +27,7 @@ pub use nalgebra::{Complex, DMatrix};
 pub use poles::discrete_to_continuous;
 pub use routh::RouthColumn;
 pub use state_space::StateSpace;
-pub use step_metrics::StepMetrics;
+pub use step_metrics::{StepMeter, StepMetrics};
 pub use transfer_function::TransferFunction;
 
 /// Whether a system's variable is `s` (differential equations) or `z` (difference equations).

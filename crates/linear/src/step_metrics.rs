@@ -43,25 +43,18 @@ impl StepMetrics {
     /// [`Error::Empty`], [`Error::Shape`] when the lists differ in length, [`Error::NotFinite`],
     /// [`Error::NotPositive`] when the times do not increase or the step is none.
     pub fn of(times: &[f64], values: &[f64], from: f64, to: f64) -> Result<Self, Error> {
-        check(times, values, from, to)?;
-        let scaled: Vec<f64> = values.iter().map(|y| (y - from) / (to - from)).collect();
-        finite("the scaled response", &scaled)?;
-        let rise_time = match (
-            first_reached(times, &scaled, 0.1),
-            first_reached(times, &scaled, 0.9),
-        ) {
-            (Some(start), Some(end)) => Some(end - start),
-            _ => None,
-        };
-        let highest = scaled.iter().copied().fold(f64::MIN, f64::max);
-        Ok(Self {
-            rise_time,
-            overshoot: 100.0 * (highest - 1.0).max(0.0),
-            settling_time: settled(times, &scaled, 0.02),
-            settling_time_5: settled(times, &scaled, 0.05),
-            steady_error: to - final_value(times, values),
-            itae: itae(times, &scaled),
-        })
+        if values.len() != times.len() {
+            return Err(Error::Shape {
+                what: "the response",
+                found: format!("{} values", values.len()),
+                expected: format!("one for each of {} times", times.len()),
+            });
+        }
+        let mut meter = StepMeter::new(from, to, times.last().copied().unwrap_or(0.0))?;
+        for (time, value) in times.iter().zip(values) {
+            meter.take(*time, *value)?;
+        }
+        meter.metrics()
     }
 }
 
@@ -73,82 +66,182 @@ pub fn of(times: &[f64], values: &[f64], from: f64, to: f64) -> Result<StepMetri
     StepMetrics::of(times, values, from, to)
 }
 
-fn check(times: &[f64], values: &[f64], from: f64, to: f64) -> Result<(), Error> {
-    if times.is_empty() {
-        return Err(Error::Empty {
-            what: "the response",
-        });
-    }
-    if values.len() != times.len() {
-        return Err(Error::Shape {
-            what: "the response",
-            found: format!("{} values", values.len()),
-            expected: format!("one for each of {} times", times.len()),
-        });
-    }
-    finite("the times", times)?;
-    finite("the response", values)?;
-    finite("the step", &[from, to])?;
-    if from == to {
-        return Err(Error::NotPositive {
-            what: "the step's height",
-            value: 0.0,
-        });
-    }
-    if let Some(pair) = times.windows(2).find(|pair| pair[1] <= pair[0]) {
-        return Err(Error::NotPositive {
-            what: "the time between samples",
-            value: pair[1] - pair[0],
-        });
-    }
-    Ok(())
+/// A response measured sample by sample, in memory that does not grow with it.
+#[derive(Clone, Debug)]
+pub struct StepMeter {
+    from: f64,
+    to: f64,
+    end: f64,
+    /// The first sample's time.
+    begin: Option<f64>,
+    last: Option<Sample>,
+    /// When 10 % and 90 % were first reached.
+    reached: [Option<f64>; 2],
+    highest: f64,
+    /// Those of 2 % and 5 %.
+    bands: [Band; 2],
+    /// The values in the last tenth: their sum and number.
+    steady: (f64, usize),
+    itae: f64,
 }
 
-/// When the response first reaches `level`.
-fn first_reached(times: &[f64], scaled: &[f64], level: f64) -> Option<f64> {
-    let i = scaled.iter().position(|&y| y >= level)?;
-    Some(match i.checked_sub(1) {
-        None => times[0],
-        Some(before) => crossing(times, scaled, before, level),
-    })
+#[derive(Clone, Copy, Debug)]
+struct Sample {
+    time: f64,
+    scaled: f64,
 }
 
-/// How long after the first sample the response last enters the band about 1.
-fn settled(times: &[f64], scaled: &[f64], band: f64) -> Option<f64> {
-    let Some(outside) = scaled.iter().rposition(|y| (y - 1.0).abs() > band) else {
-        return Some(0.0);
-    };
-    if outside + 1 == scaled.len() {
-        return None;
+/// A band about the new level.
+#[derive(Clone, Copy, Debug)]
+struct Band {
+    half_width: f64,
+    /// When the response last came into it.
+    entered: Option<f64>,
+}
+
+impl StepMeter {
+    /// A meter for a step `from` one level `to` another at the first sample of a record whose last sample is
+    /// at `end`: which samples are the last tenth must be known before they come.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`], [`Error::NotPositive`] when the step is none.
+    pub fn new(from: f64, to: f64, end: f64) -> Result<Self, Error> {
+        finite("the step", &[from, to])?;
+        finite("the times", &[end])?;
+        if from == to {
+            return Err(Error::NotPositive {
+                what: "the step's height",
+                value: 0.0,
+            });
+        }
+        let band = |half_width| Band {
+            half_width,
+            entered: None,
+        };
+        Ok(Self {
+            from,
+            to,
+            end,
+            begin: None,
+            last: None,
+            reached: [None; 2],
+            highest: f64::MIN,
+            bands: [band(0.02), band(0.05)],
+            steady: (0.0, 0),
+            itae: 0.0,
+        })
     }
-    let edge = if scaled[outside] > 1.0 {
-        1.0 + band
-    } else {
-        1.0 - band
-    };
-    Some(crossing(times, scaled, outside, edge) - times[0])
+
+    /// Takes the next sample.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`], [`Error::NotPositive`] when the time is not behind the last one's. The sample is
+    /// then not taken.
+    pub fn take(&mut self, time: f64, value: f64) -> Result<(), Error> {
+        let scaled = (value - self.from) / (self.to - self.from);
+        finite("the times", &[time])?;
+        finite("the response", &[value])?;
+        finite("the scaled response", &[scaled])?;
+        if let Some(last) = self.last.filter(|last| time <= last.time) {
+            return Err(Error::NotPositive {
+                what: "the time between samples",
+                value: time - last.time,
+            });
+        }
+        let begin = *self.begin.get_or_insert(time);
+        let sample = Sample { time, scaled };
+        for (reached, level) in self.reached.iter_mut().zip([0.1, 0.9]) {
+            if reached.is_none() && scaled >= level {
+                let crossed = self.last.map(|last| crossing(last, sample, level));
+                *reached = Some(crossed.unwrap_or(time));
+            }
+        }
+        for band in &mut self.bands {
+            band.take(self.last, sample);
+        }
+        self.highest = self.highest.max(scaled);
+        if time >= self.end - STEADY_SHARE * (self.end - begin) {
+            self.steady = (self.steady.0 + value, self.steady.1 + 1);
+        }
+        if let Some(last) = self.last {
+            let weighted = |s: Sample| (s.time - begin) * (1.0 - s.scaled).abs();
+            self.itae += 0.5 * (weighted(last) + weighted(sample)) * (time - last.time);
+        }
+        self.last = Some(sample);
+        Ok(())
+    }
+
+    /// The metrics of what was taken.
+    ///
+    /// # Errors
+    /// [`Error::Empty`] without a sample in the last tenth before the end; [`Error::NotFinite`] when a figure is
+    /// beyond all numbers.
+    pub fn metrics(&self) -> Result<StepMetrics, Error> {
+        let (Some(begin), Some(last)) = (self.begin, self.last) else {
+            return Err(Error::Empty {
+                what: "the response",
+            });
+        };
+        let (sum, count) = self.steady;
+        if count == 0 {
+            return Err(Error::Empty {
+                what: "the response's last tenth",
+            });
+        }
+        let settled = |band: Band| Some(band.settled(last)? - begin);
+        let [low, high] = self.reached;
+        let metrics = StepMetrics {
+            rise_time: high.zip(low).map(|(high, low)| high - low),
+            overshoot: 100.0 * (self.highest - 1.0).max(0.0),
+            settling_time: settled(self.bands[0]),
+            settling_time_5: settled(self.bands[1]),
+            steady_error: self.to - sum / count as f64,
+            itae: self.itae,
+        };
+        // Sums of numbers near the ends of their range.
+        finite(
+            "a figure of the step",
+            &[metrics.overshoot, metrics.steady_error, metrics.itae],
+        )?;
+        Ok(metrics)
+    }
 }
 
-/// When the line from sample `i` to the next passes `level`, which lies between them.
-fn crossing(times: &[f64], scaled: &[f64], i: usize, level: f64) -> f64 {
-    let share = (level - scaled[i]) / (scaled[i + 1] - scaled[i]);
-    times[i] + share * (times[i + 1] - times[i])
+impl Band {
+    fn holds(self, sample: Sample) -> bool {
+        (sample.scaled - 1.0).abs() <= self.half_width
+    }
+
+    fn take(&mut self, last: Option<Sample>, sample: Sample) {
+        if !self.holds(sample) {
+            return;
+        }
+        match last {
+            None => self.entered = Some(sample.time),
+            Some(last) if !self.holds(last) => {
+                let above = last.scaled > 1.0;
+                let edge = 1.0
+                    + if above {
+                        self.half_width
+                    } else {
+                        -self.half_width
+                    };
+                self.entered = Some(crossing(last, sample, edge));
+            }
+            Some(_) => {}
+        }
+    }
+
+    /// When the response came into it to stay; `None` when it ends outside.
+    fn settled(self, last: Sample) -> Option<f64> {
+        self.entered.filter(|_| self.holds(last))
+    }
 }
 
-/// `int t |1 - y| dt` by the trapezoidal rule.
-fn itae(times: &[f64], scaled: &[f64]) -> f64 {
-    let weighted = |i: usize| (times[i] - times[0]) * (1.0 - scaled[i]).abs();
-    (1..times.len())
-        .map(|i| 0.5 * (weighted(i - 1) + weighted(i)) * (times[i] - times[i - 1]))
-        .sum()
-}
-
-fn final_value(times: &[f64], values: &[f64]) -> f64 {
-    let last = times[times.len() - 1];
-    let since = last - STEADY_SHARE * (last - times[0]);
-    let start = times.partition_point(|&t| t < since);
-    let steady = &values[start..];
-    steady.iter().sum::<f64>() / steady.len() as f64
+/// When the line from one sample to the next passes `level`, which lies between them.
+fn crossing(from: Sample, to: Sample, level: f64) -> f64 {
+    let share = (level - from.scaled) / (to.scaled - from.scaled);
+    from.time + share * (to.time - from.time)
 }
 
 #[cfg(test)]
@@ -231,5 +324,26 @@ mod tests {
         assert!(of(&[0.0, 0.0], &[0.0, 1.0], 0.0, 1.0).is_err());
         assert!(of(&[0.0, 1.0], &[0.0, f64::NAN], 0.0, 1.0).is_err());
         assert!(of(&[0.0, 1.0], &[0.0, 1.0], 1.0, 1.0).is_err());
+    }
+
+    #[test]
+    fn figures_beyond_all_numbers_are_refused() {
+        assert!(of(&[0.0, 1.0], &[0.0, 1e308], 0.0, 1.0).is_err());
+    }
+
+    #[test]
+    fn a_sample_that_is_refused_leaves_the_response_as_it_was() {
+        let mut meter = StepMeter::new(0.0, 1.0, 2.0).unwrap();
+        assert!(meter.metrics().is_err());
+        meter.take(0.0, 0.0).unwrap();
+        meter.take(1.0, 1.0).unwrap();
+        assert!(meter.take(1.0, 5.0).is_err());
+        assert!(meter.take(1.5, f64::NAN).is_err());
+        assert!(meter.metrics().is_err(), "the last tenth has not come");
+        meter.take(2.0, 1.0).unwrap();
+        assert_eq!(
+            meter.metrics().unwrap(),
+            of(&[0.0, 1.0, 2.0], &[0.0, 1.0, 1.0], 0.0, 1.0).unwrap()
+        );
     }
 }

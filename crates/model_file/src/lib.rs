@@ -12,7 +12,7 @@
 use std::fs;
 use std::path::Path;
 
-use planesman_parameters::file;
+use planesman_text::yaml;
 use serde::{Deserialize, Serialize};
 use serde_yaml_ng::Value as Yaml;
 
@@ -206,10 +206,10 @@ impl ModelFile {
     /// The model in a `*.json`, `*.yaml` or `*.yml` file.
     ///
     /// # Errors
-    /// A file that cannot be read, is larger than [`file::LARGEST`], is no model file, or does not pass
+    /// A file that cannot be read, is larger than [`planesman_text::LARGEST`], is no model file, or does not pass
     /// [`check`](Self::check).
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let text = file::read(path).map_err(|reason| Error::of(path, reason))?;
+        let text = planesman_text::read(path).map_err(|reason| Error::of(path, reason))?;
         Self::parse(path, &text)
     }
 
@@ -356,7 +356,7 @@ impl Syntax {
     fn parse<'de, T: Deserialize<'de>>(self, text: &'de str) -> Result<T, String> {
         match self {
             Self::Json => serde_json::from_str(text).map_err(|reason| reason.to_string()),
-            Self::Yaml => serde_yaml_ng::from_str(text).map_err(|reason| reason.to_string()),
+            Self::Yaml => yaml::from_str(text).map_err(|reason| reason.to_string()),
         }
     }
 

@@ -96,6 +96,8 @@ mod watchdog;
 
 use std::process::ExitCode;
 
+use planesman_text::shown;
+
 pub use action_client::ActionClient;
 pub use action_server::{Goal, GoalId, GoalStatus};
 pub use args::RosArguments;
@@ -117,7 +119,7 @@ pub fn exit_code(program: &str, run: impl FnOnce() -> anyhow::Result<()>) -> Exi
     match run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            complain!("{program}: {error:#}");
+            complain!("{program}: {}", shown(format_args!("{error:#}")));
             ExitCode::FAILURE
         }
     }
@@ -146,14 +148,15 @@ pub fn write_complaint(text: std::fmt::Arguments<'_>) {
     let _ = std::io::stderr().write_fmt(text);
 }
 
-/// Prints what a command has to say. A reader that has heard enough (`| head`) is no error.
+/// Prints what a command has to say, whatever names and texts of others are in it ([`shown`]). A reader that has heard
+/// enough (`| head`) is no error.
 ///
 /// # Errors
 /// When standard output cannot be written, as on a full disk.
 pub fn print(text: impl std::fmt::Display) -> std::io::Result<()> {
     use std::io::Write as _;
     let mut out = std::io::BufWriter::new(std::io::stdout().lock());
-    match write!(out, "{text}").and_then(|()| out.flush()) {
+    match write!(out, "{}", shown(text)).and_then(|()| out.flush()) {
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
         result => result,
     }

@@ -160,7 +160,7 @@ impl Log for Logger {
                 "[{level}] [{}.{:09}] [{name}]: {}\n",
                 now.as_secs(),
                 now.subsec_nanos(),
-                record.args(),
+                planesman_text::shown(record.args()),
             );
             // A closed stderr is no reason to stop.
             let _ = std::io::stderr().write_all(line.as_bytes());

@@ -1,35 +1,11 @@
 //! ROS 2 parameter files: node name patterns over `ros__parameters`, nested names.
 
-use std::io::Read as _;
-use std::path::Path;
-use std::{fs, io};
-
+use planesman_text::yaml;
 use serde_yaml_ng::Value as Yaml;
 
 use crate::{Refusal, Value};
 
-/// The largest file that [`read`] takes, bytes: hundreds of times what people write.
-pub const LARGEST: u64 = 1 << 20;
-
-/// The text of a file that people write: a parameter file, a scenario, an actuator.
-///
-/// # Errors
-/// When it cannot be read, is no regular file (a pipe would be waited for, and a device may have no
-/// end), is larger than [`LARGEST`], or is not UTF-8 text.
-pub fn read(path: &Path) -> io::Result<String> {
-    let refuse = |reason: String| io::Error::new(io::ErrorKind::InvalidData, reason);
-    if !fs::metadata(path)?.is_file() {
-        return Err(refuse("it is not a regular file".to_owned()));
-    }
-    let mut bytes = Vec::new();
-    fs::File::open(path)?
-        .take(LARGEST + 1)
-        .read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > LARGEST {
-        return Err(refuse(format!("it is larger than {LARGEST} bytes")));
-    }
-    String::from_utf8(bytes).map_err(|_| refuse("it is not UTF-8 text".to_owned()))
-}
+pub use planesman_text::{LARGEST, read};
 
 /// The parameters that a ROS 2 parameter file sets for the node `full_name`
 /// (`/auv/plant_sim`), later entries last. Keys may be the full name, the bare name,
@@ -42,7 +18,7 @@ pub fn overrides_for(text: &str, full_name: &str) -> Result<Vec<(String, Value)>
         name: String::new(),
         reason,
     };
-    let yaml: Yaml = serde_yaml_ng::from_str(text).map_err(|e| bad(format!("not YAML: {e}")))?;
+    let yaml: Yaml = yaml::from_str(text).map_err(|e| bad(format!("not YAML: {e}")))?;
     let mut found = Vec::new();
     walk(&yaml, "", full_name, &mut found)?;
     Ok(found)
@@ -53,7 +29,7 @@ pub fn overrides_for(text: &str, full_name: &str) -> Result<Vec<(String, Value)>
 /// # Errors
 /// A [`Refusal`] when the text is no YAML value of a ROS type.
 pub fn parse_value(name: &str, text: &str) -> Result<Value, Refusal> {
-    let yaml: Yaml = serde_yaml_ng::from_str(text).map_err(|e| Refusal {
+    let yaml: Yaml = yaml::from_str(text).map_err(|e| Refusal {
         name: name.to_owned(),
         reason: format!("'{text}' is not YAML: {e}"),
     })?;
@@ -248,28 +224,6 @@ auv:
   sysid:
     ros__parameters: {order: 3}
 ";
-
-    #[test]
-    fn only_a_regular_file_of_text_and_reasonable_size_is_read() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let path = folder.path().join("file.yaml");
-        for (content, refusal) in [
-            (vec![b'#'; LARGEST as usize], None),
-            (vec![b'#'; LARGEST as usize + 1], Some("larger")),
-            (vec![0xff, 0xd8], Some("UTF-8")),
-        ] {
-            fs::write(&path, &content).expect("written");
-            let read = read(&path).map_err(|error| error.to_string());
-            match refusal {
-                None => assert_eq!(read.expect("text").into_bytes(), content),
-                Some(part) => assert!(read.expect_err(part).contains(part)),
-            }
-        }
-        for path in [folder.path(), Path::new("/dev/zero")] {
-            let refusal = read(path).expect_err("no file").to_string();
-            assert!(refusal.contains("regular file"), "{refusal}");
-        }
-    }
 
     #[test]
     fn a_node_gets_the_entries_whose_pattern_names_it() {

@@ -79,7 +79,7 @@ pub fn load(name: &str) -> Result<ActuatorSet, ActuatorFileError> {
 /// [`ActuatorFileError`], naming file, field, value and rule.
 pub fn parse(file: &str, text: &str) -> Result<ActuatorSet, ActuatorFileError> {
     let written: File =
-        serde_yaml_ng::from_str(text).map_err(|error| ActuatorFileError::Malformed {
+        planesman_text::yaml::from_str(text).map_err(|error| ActuatorFileError::Malformed {
             file: file.to_owned(),
             reason: error.to_string(),
         })?;

@@ -140,7 +140,7 @@ fn text_of(name_or_path: &str) -> Result<String, VehicleError> {
         file: name_or_path.to_owned(),
         reason,
     };
-    planesman_parameters::file::read(Path::new(name_or_path)).map_err(unreadable)
+    planesman_text::read(Path::new(name_or_path)).map_err(unreadable)
 }
 
 /// The vehicle in `text`; `file` is named in errors.
@@ -158,7 +158,7 @@ pub fn parse(file: &str, text: &str) -> Result<Vehicle, VehicleError> {
 }
 
 fn written(file: &str, text: &str) -> Result<VehicleFile, VehicleError> {
-    serde_yaml_ng::from_str(text).map_err(|e| VehicleError::Malformed {
+    planesman_text::yaml::from_str(text).map_err(|e| VehicleError::Malformed {
         file: file.to_owned(),
         reason: e.to_string(),
     })

@@ -3,12 +3,14 @@
 //! Cells are parted by commas, semicolons or tabs, whichever the header has most of (RFC 4180 quotes are
 //! understood). A cell that is no number is a sample that is not there.
 
+use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{self, BufRead, BufReader, Read};
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
 use csv::{ByteRecord, Reader, ReaderBuilder};
+use planesman_text::unmarked;
 
 use crate::source::{Reading, Request, Role, Take, TimeUnit};
 
@@ -17,6 +19,9 @@ const LONGEST_LINE: usize = 1 << 20;
 
 /// Names under which the time is looked for.
 const TIMES: [&str; 4] = ["time", "t", "stamp", "timestamp"];
+
+/// Names that are listed in an error at most.
+const LISTED: usize = 20;
 
 /// How often progress is told, in rows.
 const TELL: u64 = 4096;
@@ -47,9 +52,8 @@ impl CsvSource {
             bail!("{shown} is no regular file; a table is");
         }
         let bytes = about.len();
-        let file = File::open(path).with_context(unreadable)?;
         let mut header = Vec::new();
-        BufReader::new(ShortLines::new(file))
+        BufReader::new(ShortLines::new(text_at(path)?))
             .read_until(b'\n', &mut header)
             .with_context(unreadable)?;
         let count = |sign: u8| header.iter().filter(|byte| **byte == sign).count();
@@ -67,17 +71,13 @@ impl CsvSource {
             unit,
         };
         let header = table.reader()?.byte_headers()?.clone();
-        let text = |cell: &[u8]| {
-            String::from_utf8_lossy(cell)
-                .trim_start_matches('\u{feff}')
-                .to_owned()
-        };
+        let text = |cell| String::from_utf8_lossy(cell).into_owned();
         table.columns = header.iter().map(text).collect();
         if table.columns.len() < 2 {
             bail!("{shown}: its first line has no two columns parted by ',', ';' or tabs");
         }
         table.time = match time {
-            Some(name) => table.column(name)?,
+            Some(name) => table.place(&table.places(), name)?,
             None => TIMES
                 .iter()
                 .find_map(|name| {
@@ -114,27 +114,36 @@ impl CsvSource {
         others.map(|(_, name)| name.as_str()).collect()
     }
 
-    fn column(&self, name: &str) -> Result<usize> {
-        self.columns
-            .iter()
-            .position(|it| it == name)
-            .ok_or_else(|| {
-                anyhow!(
-                    "{}: it has no column '{name}'; it has {}",
-                    self.path.display(),
-                    self.columns.join(", ")
-                )
-            })
+    /// Where each column is, by its name; of several of one name the first.
+    fn places(&self) -> BTreeMap<&str, usize> {
+        let columns = self.columns.iter().enumerate().rev();
+        columns
+            .map(|(place, name)| (name.as_str(), place))
+            .collect()
+    }
+
+    fn place(&self, places: &BTreeMap<&str, usize>, name: &str) -> Result<usize> {
+        places.get(name).copied().ok_or_else(|| {
+            let names = self.columns.iter().take(LISTED);
+            let more = self.columns.len().saturating_sub(LISTED);
+            anyhow!(
+                "{}: it has no column '{name}'; it has {}{}",
+                self.path.display(),
+                names.cloned().collect::<Vec<_>>().join(", "),
+                match more {
+                    0 => String::new(),
+                    more => format!(" and {more} more"),
+                }
+            )
+        })
     }
 
     fn reader(&self) -> Result<Reader<ShortLines<File>>> {
-        let file = File::open(&self.path)
-            .with_context(|| format!("{} cannot be read", self.path.display()))?;
         Ok(ReaderBuilder::new()
             .delimiter(self.delimiter)
             .trim(csv::Trim::All)
             .flexible(true)
-            .from_reader(ShortLines::new(file)))
+            .from_reader(ShortLines::new(text_at(&self.path)?)))
     }
 
     /// Hands every cell of the columns to `take`, row by row.
@@ -147,9 +156,10 @@ impl CsvSource {
         take: &mut Take<'_>,
         progress: &dyn Fn(u64),
     ) -> Result<Reading> {
+        let places = self.places();
         let columns = requests
             .iter()
-            .map(|request| self.column(&request.name))
+            .map(|request| self.place(&places, &request.name))
             .collect::<Result<Vec<_>>>()?;
         let mut reading = Reading {
             stamps: format!("of the column '{}'", self.columns[self.time]),
@@ -209,6 +219,21 @@ impl CsvSource {
         };
         self.signals().into_iter().map(request).collect()
     }
+}
+
+/// The file at `path`, from behind its byte-order mark if it has one.
+fn text_at(path: &Path) -> Result<File> {
+    let unreadable = || format!("{} cannot be read", path.display());
+    let mut file = File::open(path).with_context(unreadable)?;
+    let mut first = Vec::new();
+    let count = (&mut file)
+        .take(4)
+        .read_to_end(&mut first)
+        .with_context(unreadable)?;
+    let text = unmarked(&first).map_err(|reason| anyhow!("{}: {reason}", path.display()))?;
+    file.seek(SeekFrom::Start((count - text.len()) as u64))
+        .with_context(unreadable)?;
+    Ok(file)
 }
 
 /// A decimal number of time units in nanoseconds, exactly where it is written with digits and a point; 64-bit

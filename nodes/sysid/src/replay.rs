@@ -54,7 +54,7 @@ pub struct Replay {
 }
 
 /// Replayed estimates beside published ones, stamp by stamp.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Comparison {
     /// Estimates with the same stamp.
     pub compared: usize,
@@ -113,19 +113,32 @@ pub fn replay(args: &ReplayArgs) -> Result<Replay> {
     let values = values(args)?;
     let mut identifier = Identifier::new(&values).map_err(|e| anyhow!(e))?;
     let bag = BagReader::open(&args.bag)?;
-    let published = published(&bag)?;
-    for (name, scheduled) in changes(&published) {
+    for (name, scheduled) in changes(&bag) {
         identifier.schedule(&name, scheduled);
     }
-    let mut replayed: Vec<ModelEstimate> = Vec::new();
-    let mut refused: Option<(usize, String)> = None;
+    let has_models = bag.topics().iter().any(|it| is_of_models(&it.topic));
+    let mut live = has_models.then(Beside::default);
+    let mut refused = Refused::default();
+    let mut damage = None;
     let mut seen: BTreeSet<String> = BTreeSet::new();
-    // By the topic's address, which is kept beside it.
-    let mut readers: BTreeMap<usize, (Arc<Topic>, TopicReader)> = BTreeMap::new();
+    // By the topic's address, which is kept beside it; without a reader for messages of another type.
+    let mut readers: BTreeMap<usize, (Arc<Topic>, Option<TopicReader>)> = BTreeMap::new();
     let mut last = Time::default();
     for message in bag.messages(Order::File) {
-        let message = message?;
+        let message = match message {
+            Ok(message) => message,
+            Err(error) => {
+                damage = Some(error.to_string());
+                break;
+            }
+        };
         let topic = message.topic.name.as_str();
+        if is_of_models(&message.topic) {
+            match cdr::from_bytes(&message.payload) {
+                Ok(estimate) => live.iter_mut().for_each(|it| it.published(&estimate)),
+                Err(error) => refused.note(topic, &error.to_string()),
+            }
+        }
         if !identifier.concerns(topic) {
             continue;
         }
@@ -133,61 +146,105 @@ pub fn replay(args: &ReplayArgs) -> Result<Replay> {
         let (_, reader) = match readers.entry(key) {
             Entry::Occupied(known) => known.into_mut(),
             Entry::Vacant(new) => {
-                let types = bag_source::types(&message.topic)?;
-                let reader = identifier.reader(topic, &types).map_err(|e| anyhow!(e))?;
-                seen.insert(topic.to_owned());
+                let reader = bag_source::types(&message.topic)
+                    .and_then(|types| identifier.reader(topic, &types).map_err(|e| anyhow!(e)));
+                let reader = match reader {
+                    Ok(reader) => Some(reader),
+                    Err(reason) => {
+                        refused.note(topic, &reason.to_string());
+                        None
+                    }
+                };
                 new.insert((Arc::clone(&message.topic), reader))
             }
         };
+        let Some(reader) = reader else {
+            refused.count += 1;
+            continue;
+        };
+        if !seen.contains(topic) {
+            seen.insert(topic.to_owned());
+        }
         let log_time = Time::from_nanos(message.log_time);
         let heard = identifier.on_payload(reader, &log_time, &message.payload);
         last = heard.stamp.unwrap_or(last);
-        replayed.extend(heard.estimates);
+        if let Some(live) = &mut live {
+            let again = heard.estimates.iter();
+            again.for_each(|again| live.replayed(again));
+        }
         for reason in heard.refused {
-            let (count, _) = refused.get_or_insert_with(|| (0, format!("{topic}: {reason}")));
-            *count += 1;
+            refused.note(topic, &reason);
         }
     }
-    replayed.extend(identifier.finish());
+    let rest = identifier.finish();
+    if let Some(live) = &mut live {
+        rest.iter().for_each(|again| live.replayed(again));
+    }
     for pair in identifier.pairs() {
         for signal in [&pair.config().input, &pair.config().output] {
             if !seen.iter().any(|topic| signal.is_on(topic)) {
                 bail!(
-                    "bag '{}': no messages on the topic of {signal}; it holds {}",
+                    "bag '{}': no messages on the topic of {signal}; it holds {}{}",
                     args.bag.display(),
-                    bag_source::topics(&bag)
+                    bag_source::topics(&bag),
+                    refused
+                        .first
+                        .map_or_else(String::new, |it| format!(" ({it})"))
                 );
             }
         }
     }
     let pairs = identifier.pairs().iter();
+    let whole = bag.completeness().is_whole();
     Ok(Replay {
         estimates: pairs.map(|pair| pair.estimate(last.clone())).collect(),
-        live: (!published.is_empty()).then(|| compare(&replayed, &published)),
-        refused,
-        incomplete: (!bag.completeness().is_whole()).then(|| bag.completeness().to_string()),
+        live: live.and_then(Beside::finish),
+        refused: refused.first.map(|first| (refused.count, first)),
+        incomplete: damage.or_else(|| (!whole).then(|| bag.completeness().to_string())),
     })
 }
 
-/// What the node published itself.
-fn published(bag: &BagReader) -> Result<Vec<ModelEstimate>> {
-    let mut published = Vec::new();
-    for message in bag.messages(Order::File) {
-        let message = message?;
-        let topic = &message.topic;
-        if topic.kind.type_name == ModelEstimate::TYPE_NAME && topic.name.ends_with("/model") {
-            published.push(cdr::from_bytes(&message.payload).with_context(|| topic.name.clone())?);
-        }
+/// Messages that are passed over.
+#[derive(Default)]
+struct Refused {
+    count: usize,
+    first: Option<String>,
+}
+
+impl Refused {
+    fn note(&mut self, topic: &str, reason: &str) {
+        self.count += 1;
+        self.first
+            .get_or_insert_with(|| format!("{topic}: {reason}"));
     }
-    Ok(published)
+}
+
+/// Whether a node published its estimates there.
+fn is_of_models(topic: &Topic) -> bool {
+    topic.kind.type_name == ModelEstimate::TYPE_NAME && topic.name.ends_with("/model")
 }
 
 /// What was done to the node while it learnt: its estimates say when it was frozen, let go and reset.
-fn changes(published: &[ModelEstimate]) -> Vec<(String, Scheduled)> {
+fn changes(bag: &BagReader) -> Vec<(String, Scheduled)> {
+    struct Before {
+        frozen: bool,
+        samples: u64,
+        restarts: u32,
+    }
     let mut changes = Vec::new();
-    let mut last: BTreeMap<&str, &ModelEstimate> = BTreeMap::new();
-    for estimate in published {
-        let before = last.insert(&estimate.name, estimate);
+    let mut last: BTreeMap<String, Before> = BTreeMap::new();
+    // What ends the bag early, or does not decode, is told by the second reading.
+    let messages = bag.messages_of(is_of_models, Order::File).flatten();
+    for message in messages {
+        let Ok(estimate) = cdr::from_bytes::<ModelEstimate>(&message.payload) else {
+            continue;
+        };
+        let now = Before {
+            frozen: estimate.frozen,
+            samples: estimate.samples,
+            restarts: estimate.restarts,
+        };
+        let before = last.insert(estimate.name.clone(), now);
         let mut note = |change| {
             let scheduled = Scheduled {
                 restarts: estimate.restarts,
@@ -196,7 +253,7 @@ fn changes(published: &[ModelEstimate]) -> Vec<(String, Scheduled)> {
             };
             changes.push((estimate.name.clone(), scheduled));
         };
-        let was_frozen = before.is_some_and(|before| before.frozen);
+        let was_frozen = before.as_ref().is_some_and(|before| before.frozen);
         if estimate.frozen != was_frozen {
             note(Change::Freeze(estimate.frozen));
         }
@@ -228,30 +285,66 @@ fn values(args: &ReplayArgs) -> Result<Values> {
     Ok(Values::defaults(parameters::declarations()).with(changes)?)
 }
 
-fn compare(replayed: &[ModelEstimate], published: &[ModelEstimate]) -> Comparison {
-    let replayed: BTreeMap<Key, &ModelEstimate> =
-        replayed.iter().map(|again| (key(again), again)).collect();
-    let mut comparison = Comparison {
-        compared: 0,
-        missing: 0,
-        largest_difference: 0.0,
-    };
-    for live in published {
-        let Some(again) = replayed.get(&key(live)) else {
-            comparison.missing += 1;
-            continue;
-        };
+/// An estimate's coefficients: a, b, c.
+type Coefficients = [Vec<f64>; 3];
+
+fn coefficients(estimate: &ModelEstimate) -> Coefficients {
+    [&estimate.a, &estimate.b, &estimate.c].map(Clone::clone)
+}
+
+/// Replayed and published estimates on their way to each other. One that has met its counterpart is forgotten, so what is
+/// kept does not grow with a bag whose estimates all have one.
+#[derive(Default)]
+struct Beside {
+    comparison: Option<Comparison>,
+    published: BTreeMap<Key, Coefficients>,
+    replayed: BTreeMap<Key, Coefficients>,
+    /// By pair: the last replayed estimate that had a counterpart, for one that is published again.
+    met: BTreeMap<String, (Key, Coefficients)>,
+}
+
+impl Beside {
+    fn published(&mut self, live: &ModelEstimate) {
+        let (key, live) = (key(live), coefficients(live));
+        if let Some(again) = self.replayed.remove(&key) {
+            self.compare(key, again, &live);
+        } else if let Some((_, again)) = self.met.get(&key.0).filter(|(met, _)| *met == key) {
+            let again = again.clone();
+            self.compare(key, again, &live);
+        } else {
+            self.published.insert(key, live);
+        }
+    }
+
+    fn replayed(&mut self, again: &ModelEstimate) {
+        let (key, again) = (key(again), coefficients(again));
+        match self.published.remove(&key) {
+            Some(live) => self.compare(key, again, &live),
+            None => drop(self.replayed.insert(key, again)),
+        }
+    }
+
+    fn compare(&mut self, key: Key, again: Coefficients, live: &Coefficients) {
+        let comparison = self.comparison.get_or_insert_default();
         comparison.compared += 1;
-        for (ours, theirs) in [
-            (&again.a, &live.a),
-            (&again.b, &live.b),
-            (&again.c, &live.c),
-        ] {
+        for (ours, theirs) in again.iter().zip(live) {
             let difference = relative_difference(ours, theirs);
             comparison.largest_difference = comparison.largest_difference.max(difference);
         }
+        self.met.insert(key.0.clone(), (key, again));
     }
-    comparison
+
+    /// The comparison; `None` when nothing was published.
+    fn finish(self) -> Option<Comparison> {
+        let missing = self.published.len();
+        match self.comparison {
+            None if missing == 0 => None,
+            comparison => Some(Comparison {
+                missing,
+                ..comparison.unwrap_or_default()
+            }),
+        }
+    }
 }
 
 /// The largest difference between two lists, relative to their largest element; infinite

@@ -13,6 +13,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 use planesman_node::{Connections, Direction, Flow, NodeSpec, Qos, Runtime, args};
 use planesman_parameters::Values;
+use planesman_text::shown;
 
 use crate::estimators::{Error, Estimate};
 use crate::sparkline::sparkline;
@@ -24,6 +25,9 @@ pub const DRAW: Duration = Duration::from_millis(250);
 
 /// Estimates whose fit and pole are shown.
 const COURSE: usize = 40;
+
+/// Pairs that are shown; any publisher may name more.
+const PAIRS: usize = 64;
 
 /// Watch what a running identifier learns.
 #[derive(Clone, Debug, Parser)]
@@ -130,7 +134,7 @@ impl Screen {
     pub fn take(&mut self, model: &ModelEstimate) {
         if !self.is_drawn() {
             // A closed stdout is no reason to stop.
-            let _ = self.term.write_line(&line(model));
+            let _ = self.term.write_line(&shown(line(model)).to_string());
             let _ = self.term.flush();
         }
         self.view.take(model);
@@ -147,7 +151,8 @@ impl Screen {
         lines.truncate(usize::from(height).saturating_sub(1).max(1));
         let _ = self.term.clear_last_lines(self.drawn);
         for line in &lines {
-            let line = console::truncate_str(line, usize::from(width), "…");
+            let line = shown(line).to_string();
+            let line = console::truncate_str(&line, usize::from(width), "…");
             let _ = self.term.write_line(&line);
         }
         let _ = self.term.flush();
@@ -189,6 +194,9 @@ impl View {
     /// Takes an estimate.
     pub fn take(&mut self, model: &ModelEstimate) {
         let key = [&model.name, &model.input, &model.output].map(Clone::clone);
+        if self.pairs.len() == PAIRS && !self.pairs.contains_key(&key) {
+            return;
+        }
         let track = self.pairs.entry(key).or_default();
         if track.last.restarts != model.restarts {
             *track = Track::default();
@@ -416,6 +424,18 @@ mod tests {
         let text = view.lines().join("\n");
         assert!(text.contains("fit       92.00 %  ▁"), "{text}");
         assert!(!text.contains("0.9000"), "{text}");
+    }
+
+    #[test]
+    fn however_many_pairs_are_named_the_view_stays_small() {
+        let mut view = View::default();
+        for k in 0..10_000 {
+            view.take(&ModelEstimate {
+                name: format!("pair {k}"),
+                ..model(1, 0.8)
+            });
+        }
+        assert_eq!(view.pairs.len(), PAIRS);
     }
 
     #[test]

@@ -147,6 +147,21 @@ fn a_tables_blanks_are_absent_and_its_faults_are_told() {
 }
 
 #[test]
+fn a_table_is_read_from_behind_its_byte_order_mark_and_utf_16_is_refused_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("a.csv");
+    fs::write(&table, "\u{feff}\"time\",u,y\n0,1,2\n0.1,2,3\n").unwrap();
+    let survey_of = survey(&table).unwrap();
+    assert_eq!(survey_of.topics[0].stamps, "of the column 'time'");
+    assert_eq!(survey_of.topics[0].timing.samples, 2);
+    for bytes in [&b"\xff\xfet\0,\0"[..], b"\xfe\xff\0t\0,"] {
+        fs::write(&table, bytes).unwrap();
+        let refusal = survey(&table).unwrap_err();
+        assert!(refusal.contains("UTF-16"), "{refusal}");
+    }
+}
+
+#[test]
 fn the_stamps_are_the_messages_own_where_all_have_them() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.mcap");

@@ -91,6 +91,9 @@ fn sysid(case: &str, arguments: &str, data: &[&Path]) -> Ended {
     );
     assert_eq!(status.signal(), None, "{case}");
     assert!(!complaint.contains("panicked"), "{case}");
+    // Nothing that a terminal would obey is passed on.
+    let acts = |text: &str| text.contains(|c: char| c.is_control() && !"\n\t".contains(c));
+    assert!(!acts(&told) && !acts(&complaint), "{case}");
     if status.success() {
         assert!(!told.is_empty(), "{case}");
         assert!(complaint.is_empty(), "{case}");
@@ -619,6 +622,8 @@ fn tables_made_to_hurt_are_refused_or_read_in_part() {
         ("a line without an end", vec![b'9'; 3 << 20]),
         ("a header without an end", vec![b','; 3 << 20]),
         ("many columns", [&b"t,u,y"[..], &b",x".repeat(400_000), b"\n1,2,3\n"].concat()),
+        ("many columns with names", (0..100_000).map(|k| format!("c{k},")).collect::<String>().into_bytes()),
+        ("names that colour, move and retitle", ["t,u,y,\u{1b}[31m,\u{1b}]0;x\u{7},\u{9b}2J,\r,\u{202e}\n", &rows(50)].concat().into_bytes()),
         ("zeros", vec![0; 4 << 20]),
         ("zeros in a row", ["t,u,y\n", &rows(50), "0,\0\0,\0\n", &rows(50)].concat().into_bytes()),
         ("no UTF-8", [b"t,u,y\n", rows(50).as_bytes(), &[0xff, 0xfe, b',', 0xc3, b',', b'1', b'\n']].concat()),

@@ -1,0 +1,170 @@
+//! YAML of others, parsed within bounds.
+//!
+//! The parser proper takes time as the square of how deep braces and brackets nest and of how many tags are declared, and unfolds
+//! what aliases refer to wherever they stand: a file of a megabyte can so take minutes, or all memory. So the text
+//! is first passed over by a scanner that does none of that, and refused where it goes beyond what people write.
+
+use std::collections::BTreeMap;
+
+use saphyr_parser::{Event, Parser};
+use serde::Deserialize;
+
+/// How deep lists and mappings may nest; the deepest of this project's own files nests five deep.
+const DEPTH: usize = 64;
+
+/// How many values there may be once aliases are unfolded: more than the largest text that is read can write out.
+const VALUES: usize = 1_000_000;
+
+/// Directives (`%YAML`, `%TAG`) that a text may begin with.
+const DIRECTIVES: usize = 16;
+
+/// Braces and brackets that cannot nest too deep even if all of them did.
+const HARMLESS: usize = 256;
+
+/// Why a text is no YAML that is taken.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// Lists and mappings nest deeper than anybody writes.
+    #[error("lists and mappings nest more than {DEPTH} deep at line {0}")]
+    Deep(usize),
+    /// Aliases unfold to more than anybody writes.
+    #[error("it unfolds to more than {VALUES} values at line {0}")]
+    Large(usize),
+    /// More directives than anybody writes.
+    #[error("it has more than {DIRECTIVES} directives")]
+    Directives,
+    /// No YAML.
+    #[error("{0}")]
+    Scan(String),
+    /// No YAML, or not of the form that is wanted.
+    #[error(transparent)]
+    Parse(#[from] serde_yaml_ng::Error),
+}
+
+/// The value that a YAML text describes.
+///
+/// # Errors
+/// [`Error`]: a text beyond the bounds, no YAML, or one that is no `T`.
+pub fn from_str<'de, T: Deserialize<'de>>(text: &'de str) -> Result<T, Error> {
+    check(text)?;
+    Ok(serde_yaml_ng::from_str(text)?)
+}
+
+/// What an anchored value unfolds to.
+struct Open {
+    anchor: usize,
+    /// Values before it.
+    before: usize,
+}
+
+/// Passes over the text and refuses what is beyond the bounds.
+fn check(text: &str) -> Result<(), Error> {
+    let directives = text.lines().filter(|line| line.starts_with('%')).count();
+    if directives > DIRECTIVES {
+        return Err(Error::Directives);
+    }
+    let mut open: Vec<Open> = Vec::new();
+    let mut unfolded: BTreeMap<usize, usize> = BTreeMap::new();
+    let mut values = 0_usize;
+    for event in Parser::new_from_str(text) {
+        let (event, at) = match event {
+            Ok(event) => event,
+            // The parser proper has the last word on what YAML is, where it can do no harm.
+            Err(_) if is_harmless(text) => return Ok(()),
+            Err(error) => return Err(Error::Scan(error.to_string())),
+        };
+        let line = at.start.line();
+        let before = values;
+        match event {
+            Event::Scalar(_, _, anchor, _) => {
+                values += 1;
+                unfolded.insert(anchor, 1);
+            }
+            Event::Alias(anchor) => {
+                values = values.saturating_add(unfolded.get(&anchor).copied().unwrap_or(1));
+            }
+            Event::SequenceStart(anchor, ..) | Event::MappingStart(anchor, ..) => {
+                values += 1;
+                open.push(Open { anchor, before });
+            }
+            Event::SequenceEnd | Event::MappingEnd => {
+                if let Some(Open { anchor, before }) = open.pop() {
+                    unfolded.insert(anchor, values - before);
+                }
+            }
+            _ => {}
+        }
+        if open.len() > DEPTH {
+            return Err(Error::Deep(line));
+        }
+        if values > VALUES {
+            return Err(Error::Large(line));
+        }
+    }
+    Ok(())
+}
+
+/// Whether the text has no anchors, and too few braces and brackets to nest deep.
+fn is_harmless(text: &str) -> bool {
+    let count = |signs: &[u8]| text.bytes().filter(|byte| signs.contains(byte)).count();
+    count(b"&") == 0 && count(b"[{") <= HARMLESS
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_yaml_ng::Value;
+
+    fn refusal(text: &str) -> String {
+        from_str::<Value>(text).expect_err("refused").to_string()
+    }
+
+    #[test]
+    fn what_people_write_is_taken() {
+        let text = "%YAML 1.1\n---\n# a comment\na: {b: [1, 2], c: \"}\"}\nd: &x [1]\ne: *x\n...\n";
+        let value: Value = from_str(text).expect("taken");
+        assert_eq!(value["e"], value["d"]);
+        let list = format!("[{}]", "{a: 1}, ".repeat(20_000));
+        let value: Vec<Value> = from_str(&list).expect("taken");
+        assert_eq!(value.len(), 20_000);
+    }
+
+    #[test]
+    fn a_deep_text_is_refused_before_it_is_parsed() {
+        for part in ["{a: ", "{a:\n ", "[", "[1, ", "{? ", "- ", "? ", "{\"}\": "] {
+            let text = part.repeat((1 << 20) / part.len());
+            let error = from_str::<Value>(&text).expect_err(part);
+            // The scanner itself stops where it must look far ahead.
+            assert!(matches!(error, Error::Deep(_) | Error::Scan(_)), "{part}");
+        }
+    }
+
+    #[test]
+    fn aliases_that_unfold_to_more_than_the_memory_are_refused() {
+        let ten = |of: &str| [of; 10].join(", ");
+        let mut laughs = format!("a0: &a0 [{}]\n", ten("x"));
+        for k in 1..9 {
+            laughs += &format!("a{k}: &a{k} [{}]\n", ten(&format!("*a{}", k - 1)));
+        }
+        assert!(refusal(&laughs).contains("1000000 values"));
+        let (list, uses) = ("1, ".repeat(50_000), "*a, ".repeat(50_000));
+        assert!(refusal(&format!("a: &a [{list}]\nb: [{uses}]")).contains("1000000 values"));
+        assert!(from_str::<Value>("a: &a [*a]").is_err());
+    }
+
+    #[test]
+    fn thousands_of_tags_are_not_declared() {
+        let text: String = (0..60_000)
+            .map(|k| format!("%TAG !a{k}! b:{k}\n"))
+            .collect();
+        assert!(refusal(&(text + "---\na: 1")).contains("directives"));
+    }
+
+    #[test]
+    fn what_only_the_scanner_refuses_is_left_to_the_parser() {
+        let value: Value = from_str("a: \"two\nlines\"").expect("YAML 1.1");
+        assert_eq!(value["a"], "two lines");
+        let deep = format!("a: \"two\nlines\"\nb: {}", "[".repeat(1000));
+        assert!(from_str::<Value>(&deep).is_err());
+    }
+}

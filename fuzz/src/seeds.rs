@@ -1,0 +1,191 @@
+//! Writes the seeds that are bytes and not text, a folder for each target, into the folder that `SEEDS` names. Built as a
+//! target is, since the same instrumented crates are in it.
+#![no_main]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use planesman_bag::{BagWriter, Compression, OfferedQos, Topic, WriterOptions};
+use planesman_model_file::ModelFile;
+use planesman_msgs::builtin_interfaces::msg::Time;
+use planesman_msgs::planesman_msgs::msg::{
+    ControlState, DhaState, ModelEstimate, PlaneCommand, PlaneMotion, VehicleState,
+};
+use planesman_msgs::sensor_msgs::msg::JointState;
+use planesman_msgs::std_msgs::msg::{Float64, Header};
+use planesman_msgs::{Message, cdr};
+
+libfuzzer_sys::fuzz_target!(
+    init: {
+        write();
+        std::process::exit(0)
+    },
+    |_data: &[u8]| {}
+);
+
+fn write() {
+    let folder = std::env::var_os("SEEDS").map(PathBuf::from);
+    let folder = folder.expect("SEEDS=FOLDER");
+    for target in ["bag", "cdr", "schema", "flight", "yaml"] {
+        fs::create_dir_all(folder.join(target)).expect("a folder");
+    }
+    for (name, compression) in [
+        ("plain.mcap", Compression::None),
+        ("zstd.mcap", Compression::Zstd),
+    ] {
+        floats(&folder.join("bag").join(name), compression);
+    }
+    let (num, den) = (vec![0.1, 0.2], vec![1.0, -0.9, 0.1]);
+    let model = ModelFile::exact("planes:x", "state:y", 0.05, num, den);
+    for name in ["model.yaml", "model.json"] {
+        model
+            .write(&folder.join("yaml").join(name))
+            .expect("a model file");
+    }
+    flight(&folder.join("flight/three_ticks.mcap"));
+    payload(&folder, 0, &state(0));
+    payload(&folder, 1, &motion(0));
+    payload(&folder, 2, &self::model(0));
+    payload(&folder, 4, &JointState::default());
+    for (name, language, text) in [
+        ("model", 0_u8, ModelEstimate::DEFINITION),
+        ("motion", 0, PlaneMotion::DEFINITION),
+        ("idl", 1, IDL),
+    ] {
+        let bytes = [&[language], text.as_bytes()].concat();
+        fs::write(folder.join("schema").join(name), bytes).expect("a seed");
+    }
+}
+
+const IDL: &str = "module a { module msg {
+  typedef double double__3[3];
+  module A_Constants { const long SIZE = 3; };
+  @verbatim (language=\"comment\", text=\"a message\")
+  struct A { double__3 x; @unit(value=\"m\") sequence<float, 4> y; string<8> z; boolean w; };
+}; };
+";
+
+fn writer(path: &Path, compression: Compression) -> BagWriter {
+    let _ = fs::remove_file(path);
+    let options = WriterOptions {
+        compression,
+        chunk_size: 256,
+        flush_interval: None,
+    };
+    BagWriter::create_file(path, options).expect("a bag")
+}
+
+fn floats(path: &Path, compression: Compression) {
+    let mut bag = writer(path, compression);
+    let topic = Topic::of::<Float64>("/a", OfferedQos::reliable(1));
+    let topic = bag.add_topic(&topic).expect("a topic");
+    for k in 0..8 {
+        let message = Float64 { data: k as f64 };
+        bag.write(topic, &message, k * 100).expect("written");
+    }
+    bag.close().expect("closed");
+}
+
+fn flight(path: &Path) {
+    let mut bag = writer(path, Compression::None);
+    let mut put = |name: &str, messages: Vec<(i64, Vec<u8>)>, topic: Topic| {
+        let topic = bag.add_topic(&topic).expect(name);
+        for (time, payload) in messages {
+            bag.write_raw(topic, &payload, time, time).expect(name);
+        }
+    };
+    fn three<M: Message>(of: fn(i64) -> M) -> Vec<(i64, Vec<u8>)> {
+        let times = (0..3).map(|k| k * 50_000_000);
+        times.map(|at| (at, cdr::to_bytes(&of(at)))).collect()
+    }
+    let qos = || OfferedQos::reliable(1);
+    put(
+        "state",
+        three(state),
+        Topic::of::<VehicleState>("/auv/state", qos()),
+    );
+    let control = |at| ControlState {
+        header: header(at),
+        mode: ControlState::MODE_DEPTH,
+        depth_target: 1.0,
+        ..ControlState::default()
+    };
+    put(
+        "control",
+        three(control),
+        Topic::of::<ControlState>("/auv/control_state", qos()),
+    );
+    let command = |at| PlaneCommand {
+        header: header(at),
+        ..PlaneCommand::default()
+    };
+    put(
+        "command",
+        three(command),
+        Topic::of::<PlaneCommand>("/auv/plane_command", qos()),
+    );
+    put(
+        "motion",
+        three(motion),
+        Topic::of::<PlaneMotion>("/auv/plane_motion", qos()),
+    );
+    let ram = |at| DhaState {
+        header: header(at),
+        group: "planes".to_owned(),
+        ..DhaState::default()
+    };
+    put(
+        "ram",
+        three(ram),
+        Topic::of::<DhaState>("/auv/dha_state", qos()),
+    );
+    put(
+        "model",
+        three(model),
+        Topic::of::<ModelEstimate>("/auv/model", qos()),
+    );
+    bag.close().expect("closed");
+}
+
+fn header(at: i64) -> Header {
+    Header {
+        stamp: Time::from_nanos(at),
+        ..Header::default()
+    }
+}
+
+fn state(at: i64) -> VehicleState {
+    VehicleState {
+        header: header(at),
+        depth: at as f64 * 1e-9,
+        ..VehicleState::default()
+    }
+}
+
+fn motion(at: i64) -> PlaneMotion {
+    PlaneMotion {
+        header: header(at),
+        dive_planes: vec![0.0, 0.1],
+        ..PlaneMotion::default()
+    }
+}
+
+fn model(at: i64) -> ModelEstimate {
+    ModelEstimate {
+        header: header(at),
+        name: "model".to_owned(),
+        input: "plane_motion:dive_planes".to_owned(),
+        output: "state:pitch_rate".to_owned(),
+        valid: true,
+        a: vec![-0.9],
+        b: vec![0.1],
+        s_poles_re: vec![-0.5],
+        s_poles_im: vec![0.0],
+        ..ModelEstimate::default()
+    }
+}
+
+fn payload(folder: &Path, kind: u8, message: &impl Message) {
+    let bytes = [&[kind], &cdr::to_bytes(message)[..]].concat();
+    fs::write(folder.join("cdr").join(kind.to_string()), bytes).expect("a seed");
+}

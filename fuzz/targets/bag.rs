@@ -1,0 +1,32 @@
+//! An `.mcap` file, whole or damaged: opened, told of, read through in both orders.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use planesman_bag::reader::Limits;
+use planesman_bag::{BagInfo, BagReader, Order};
+use planesman_fuzz::InMemory;
+
+/// Small enough that what is refused for its size is met often.
+const LIMITS: Limits = Limits {
+    chunk: 1 << 20,
+    definitions: 1 << 16,
+};
+
+fuzz_target!(|data: &[u8]| {
+    let file = InMemory::file(data);
+    let Ok(bag) = BagReader::open_within(&file.path(), LIMITS) else {
+        return;
+    };
+    let _ = BagInfo::of(&bag).to_string();
+    let told: u64 = bag.topics().iter().map(|it| it.messages).sum();
+    for order in [Order::File, Order::LogTimeInChunk] {
+        let mut count = 0;
+        let mut is_damaged = false;
+        for message in bag.messages(order) {
+            count += u64::from(message.is_ok());
+            is_damaged |= message.is_err();
+        }
+        // What is told of a bag is in it, or an error says that it is not.
+        assert!(is_damaged || count == told, "{count} of {told}");
+    }
+});

@@ -1,0 +1,26 @@
+//! The bag of a dive, whole or damaged: what the report and the replay make of it.
+#![no_main]
+
+use std::sync::LazyLock;
+
+use libfuzzer_sys::fuzz_target;
+use planesman::flight::Flight;
+use planesman::page;
+use planesman::scenario::Scenario;
+use planesman::summary::Summary;
+use planesman_fuzz::InMemory;
+
+static SCENARIO: LazyLock<Scenario> = LazyLock::new(|| Scenario::load("dive").expect("built in"));
+
+fuzz_target!(|data: &[u8]| {
+    let file = InMemory::file(data);
+    let Ok(flight) = Flight::read(&file.path()) else {
+        return;
+    };
+    // A bag without a state has nothing to tell; any other has a page.
+    if let Ok(summary) = Summary::of(&flight, &SCENARIO) {
+        let counts = Default::default();
+        let page = page::page(&flight, &SCENARIO, "", &summary, &counts);
+        assert!(page.ends_with("</html>"));
+    }
+});

@@ -1,0 +1,19 @@
+//! The files that say what is flown: a scenario, a vehicle, an actuator.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use planesman::scenario::Scenario;
+
+fuzz_target!(|data: &[u8]| {
+    let Ok(text) = planesman_text::decoded(data) else {
+        return;
+    };
+    if let Ok(scenario) = Scenario::parse(text) {
+        let _ = scenario.ticks();
+        scenario
+            .parameter_file("/auv", &[], true)
+            .expect("a scenario that was taken can be written");
+    }
+    let _ = plant_sim::vehicle_file::parse("fuzz", text);
+    let _ = dha_actuator::actuator_file::parse("fuzz", text);
+});

@@ -1,0 +1,90 @@
+//! `planesman bag info`: what a bag holds, and what it lacks of what was published.
+//!
+//! A bag alone knows only what its recorder missed. The bag of a dive lies beside the accounts that the nodes left of what
+//! they published; it is held against those.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use anyhow::Result;
+use planesman_bag::{BagInfo, BagReader};
+
+use crate::page::Count;
+use crate::run_folder::{Loss, RunFolder};
+use crate::scenario::NODES;
+
+/// Prints what the bag at `path` holds and lacks.
+///
+/// # Errors
+/// When there is no bag that can be read.
+pub fn info(path: &Path) -> Result<()> {
+    let bag = BagReader::open(path)?;
+    planesman_node::say!("{}", BagInfo::of(&bag))?;
+    if let Some(run) = run_of(path) {
+        let silent = NODES
+            .iter()
+            .filter(|node| !run.exit_report(node).is_file())
+            .copied();
+        let silent: Vec<&str> = silent.collect();
+        planesman_node::say!("{}", lack(&run.counts(&recorded(&bag))?, &silent))?;
+    }
+    Ok(())
+}
+
+/// The messages that a bag holds, by topic.
+pub(crate) fn recorded(bag: &BagReader) -> BTreeMap<String, u64> {
+    let mut counts = BTreeMap::new();
+    for count in bag.topics() {
+        *counts.entry(count.topic.name.clone()).or_insert(0) += count.messages;
+    }
+    counts
+}
+
+/// The dive whose whole bag is at `path`.
+fn run_of(path: &Path) -> Option<RunFolder> {
+    let path = fs::canonicalize(path).ok()?;
+    let bag = if path.is_dir() { &path } else { path.parent()? };
+    let is_one_file_of_it = path.extension().is_some_and(|it| it == "mcap");
+    let run = RunFolder::open(bag.parent()?).ok()?;
+    (!is_one_file_of_it && run.bag() == bag).then_some(run)
+}
+
+/// What of the messages that were published is not in the bag; `silent` nodes did not say what they published.
+fn lack(counts: &BTreeMap<String, Count>, silent: &[&str]) -> String {
+    let published: u64 = counts.values().filter_map(|count| count.published).sum();
+    let mut said = match Loss::of(counts) {
+        Some(loss) => loss.to_string(),
+        None if published == 0 => "published unknown: no node left an account".to_owned(),
+        None => format!("published {published}, all of which it holds"),
+    };
+    if published > 0 && !silent.is_empty() {
+        said += &format!("\nno account of {}", silent.join(", "));
+    }
+    said
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_the_bag_lacks_is_told_by_topic_and_who_said_nothing_is_named() {
+        let count = |published, recorded| Count {
+            published,
+            recorded,
+        };
+        let whole = BTreeMap::from([
+            ("/a".to_owned(), count(Some(3), 3)),
+            ("/b".to_owned(), count(None, 7)),
+        ]);
+        assert_eq!(lack(&whole, &[]), "published 3, all of which it holds");
+        let mut holed = whole;
+        holed.insert("/c".to_owned(), count(Some(10), 8));
+        assert_eq!(
+            lack(&holed, &["sysid"]),
+            "the bag lacks 2 of 13 messages that were published: /c 2 of 10\nno account of sysid"
+        );
+        assert!(lack(&BTreeMap::new(), &NODES).contains("unknown"));
+    }
+}

@@ -1,0 +1,183 @@
+//! The course of a quantity, kept as finely as a page can show it.
+//!
+//! However long the course, at most [`COLUMNS`] columns of equal width are kept, of each the first, the least, the
+//! greatest and the last point: a line through them covers the same pixels as the line through all
+//! points, as long as a column is no wider than a pixel (Jugel et al., *M4*, VLDB 2014). A course of so
+//! few points is kept as it is. When there are more columns than that, they become twice as wide.
+
+/// Columns kept at most; the widest plot has some 750 pixels, and no less than half the columns are in use.
+pub const COLUMNS: usize = 2048;
+
+/// What lies in one column, in the order of x.
+#[derive(Clone, Copy, Debug)]
+struct Column {
+    first: Point,
+    least: Point,
+    greatest: Point,
+    last: Point,
+}
+
+type Point = (f64, f64);
+
+impl Column {
+    fn of(point: Point) -> Self {
+        Self {
+            first: point,
+            least: point,
+            greatest: point,
+            last: point,
+        }
+    }
+
+    /// This column and the next as one.
+    fn with(self, next: Self) -> Self {
+        Self {
+            first: self.first,
+            least: if next.least.1 < self.least.1 {
+                next.least
+            } else {
+                self.least
+            },
+            greatest: if next.greatest.1 > self.greatest.1 {
+                next.greatest
+            } else {
+                self.greatest
+            },
+            last: next.last,
+        }
+    }
+
+    /// Its points, each once.
+    fn points(self) -> impl Iterator<Item = Point> {
+        let (mut low, mut high) = (self.least, self.greatest);
+        if high.0 < low.0 {
+            (low, high) = (high, low);
+        }
+        let mut points = vec![self.first, low, high, self.last];
+        points.dedup();
+        points.into_iter()
+    }
+}
+
+/// A course that grows point by point, x never falling. What is not finite is left out.
+#[derive(Clone, Debug, Default)]
+pub struct Course {
+    columns: Vec<Column>,
+    /// How wide a column is; 0 while each holds one point.
+    width: f64,
+}
+
+impl Course {
+    /// Takes the next point.
+    pub fn take(&mut self, x: f64, y: f64) {
+        if !(x.is_finite() && y.is_finite()) {
+            return;
+        }
+        let next = Column::of((x, y));
+        match self.columns.last().copied() {
+            Some(last) if self.width > 0.0 && self.place(x) <= self.place(last.first.0) => {
+                self.columns.pop();
+                self.columns.push(last.with(next));
+            }
+            _ => self.columns.push(next),
+        }
+        while self.columns.len() > COLUMNS {
+            self.widen();
+        }
+    }
+
+    /// The points to be drawn, x never falling.
+    pub fn points(&self) -> impl Iterator<Item = (f64, f64)> {
+        self.columns.iter().flat_map(|column| column.points())
+    }
+
+    /// The number of the column that x lies in.
+    fn place(&self, x: f64) -> f64 {
+        let origin = self.columns.first().map_or(x, |column| column.first.0);
+        ((x - origin) / self.width).floor()
+    }
+
+    /// Makes columns twice as wide. Columns side by side become one, and those that were points join by their places.
+    fn widen(&mut self) {
+        let (Some(first), Some(last)) = (self.columns.first(), self.columns.last()) else {
+            return;
+        };
+        let finest = (last.last.0 - first.first.0) / COLUMNS as f64;
+        self.width = (2.0 * self.width).max(finest);
+        let mut wide: Vec<Column> = Vec::with_capacity(COLUMNS + 1);
+        for column in &self.columns {
+            match wide.last().copied() {
+                // Without any width all points have one x.
+                Some(before)
+                    if self.width == 0.0
+                        || self.place(column.first.0) <= self.place(before.first.0) =>
+                {
+                    wide.pop();
+                    wide.push(before.with(*column));
+                }
+                _ => wide.push(*column),
+            }
+        }
+        self.columns = wide;
+    }
+}
+
+impl FromIterator<(f64, f64)> for Course {
+    fn from_iter<I: IntoIterator<Item = (f64, f64)>>(points: I) -> Self {
+        let mut course = Self::default();
+        points.into_iter().for_each(|(x, y)| course.take(x, y));
+        course
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn drawn(points: impl IntoIterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
+        points.into_iter().collect::<Course>().points().collect()
+    }
+
+    #[test]
+    fn a_short_course_is_kept_as_it_is() {
+        let points: Vec<_> = (0..COLUMNS as u32)
+            .map(|k| (f64::from(k * k), f64::from(k % 7)))
+            .collect();
+        assert_eq!(drawn(points.clone()), points);
+    }
+
+    #[test]
+    fn every_peak_of_a_long_course_is_drawn_where_it_was() {
+        let peaks = [(77_777, 5.0), (123_456, -3.0), (999_999, 9.0)];
+        let at = |k: u32| peaks.iter().find(|peak| peak.0 == k).map_or(0.0, |p| p.1);
+        let points = drawn((0..1_000_000).map(|k| (f64::from(k), at(k))));
+        assert!(points.len() <= 4 * COLUMNS, "{}", points.len());
+        assert!(points.len() >= COLUMNS / 2, "{}", points.len());
+        assert!(points.is_sorted_by(|a, b| a.0 <= b.0));
+        assert_eq!(points[0], (0.0, 0.0));
+        for (k, value) in peaks {
+            assert!(points.contains(&(f64::from(k), value)), "{k}");
+        }
+    }
+
+    #[test]
+    fn columns_stay_narrower_than_a_pixel_however_often_they_were_widened() {
+        for count in [2049_u32, 5000, 40_000, 300_001] {
+            let points = drawn((0..count).map(|k| (f64::from(k), f64::from(k % 2))));
+            let widest = points.windows(2).map(|p| p[1].0 - p[0].0);
+            let widest = widest.fold(0.0, f64::max);
+            assert!(widest <= f64::from(count) / 740.0, "{count}: {widest}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_finite_or_stands_still_is_no_trouble() {
+        assert_eq!(drawn([(0.0, f64::NAN), (f64::INFINITY, 1.0)]), []);
+        let still = drawn((0..10_000).map(|k| (3.0, f64::from(k % 10))));
+        assert!(still.len() <= 4 * COLUMNS);
+        assert!(still.contains(&(3.0, 9.0)));
+        // As far apart as numbers go.
+        let ends = drawn((0..10_000).map(|k| (f64::from(k) * 1e304, 0.0)));
+        assert!(ends.len() <= 4 * COLUMNS && ends.len() >= 2);
+    }
+}

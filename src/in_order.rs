@@ -1,0 +1,161 @@
+//! One topic's messages in the order of their stamps, looked at one ahead.
+//!
+//! A loop that was held up says a tick again, a foreign message may bear any stamp, and a vehicle that was reset
+//! begins at zero once more. One message ahead is enough to tell these apart without keeping the flight.
+
+/// Messages of one topic on their way into the order of their stamps.
+#[derive(Clone, Debug)]
+pub struct InOrder<M> {
+    /// The stamp of the last message handed on, ns.
+    last: Option<i64>,
+    /// The message that waits for the next one.
+    held: Option<(i64, M)>,
+    /// What was met beside plain order.
+    pub met: Met,
+}
+
+/// What was met beside plain order.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Met {
+    /// Messages with the stamp of another: said again, and counted once.
+    pub repeated: u64,
+    /// Single messages whose stamps are out of line with those about them, and which are left out.
+    pub out_of_line: u64,
+    /// How often time went back for good.
+    pub restarts: u64,
+}
+
+/// A message whose place is clear.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Next<M> {
+    /// It follows the last one.
+    On(i64, M),
+    /// Time has gone back: a new flight begins with it.
+    Anew(i64, M),
+}
+
+impl<M> Default for InOrder<M> {
+    fn default() -> Self {
+        Self {
+            last: None,
+            held: None,
+            met: Met::default(),
+        }
+    }
+}
+
+impl<M> InOrder<M> {
+    /// Takes the message with the stamp `stamp` (ns), as it lies in the bag; the one before may then be clear.
+    pub fn take(&mut self, stamp: i64, message: M) -> Option<Next<M>> {
+        let Some((held, _)) = self.held else {
+            self.held = Some((stamp, message));
+            return None;
+        };
+        if stamp == held || Some(stamp) == self.last {
+            self.met.repeated += 1;
+            return None;
+        }
+        let follows_held = stamp > held;
+        let follows_last = self.last.is_none_or(|last| stamp > last);
+        let held_follows_last = self.last.is_none_or(|last| held > last);
+        let (held, before) = self.held.replace((stamp, message))?;
+        match (held_follows_last, follows_held) {
+            (true, true) => self.hand_on(held, before),
+            // Back behind one that came too early; or behind both, which the next shows.
+            (true, false) if follows_last => self.leave_out(),
+            (true, false) => self.hand_on(held, before),
+            // The one before went back: alone, or for good.
+            (false, true) if follows_last => self.leave_out(),
+            (false, true) => {
+                self.met.restarts += 1;
+                self.last = Some(held);
+                Some(Next::Anew(held, before))
+            }
+            (false, false) => self.leave_out(),
+        }
+    }
+
+    /// Whether any message has come.
+    #[must_use]
+    pub fn has_begun(&self) -> bool {
+        self.last.is_some() || self.held.is_some()
+    }
+
+    /// The message that waited for another.
+    pub fn finish(&mut self) -> Option<Next<M>> {
+        let (held, message) = self.held.take()?;
+        if self.last.is_none_or(|last| held > last) {
+            self.hand_on(held, message)
+        } else {
+            self.leave_out()
+        }
+    }
+
+    fn hand_on(&mut self, stamp: i64, message: M) -> Option<Next<M>> {
+        self.last = Some(stamp);
+        Some(Next::On(stamp, message))
+    }
+
+    fn leave_out(&mut self) -> Option<Next<M>> {
+        self.met.out_of_line += 1;
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The stamps handed on, a restart as a list of its own; and what was met.
+    fn ordered(stamps: &[i64]) -> (Vec<Vec<i64>>, Met) {
+        let mut order = InOrder::default();
+        let mut runs = vec![Vec::new()];
+        let mut next: Vec<_> = stamps.iter().map(|s| order.take(*s, ())).collect();
+        next.push(order.finish());
+        for next in next.into_iter().flatten() {
+            match next {
+                Next::On(stamp, ()) => runs.last_mut().expect("a run").push(stamp),
+                Next::Anew(stamp, ()) => runs.push(vec![stamp]),
+            }
+        }
+        (runs, order.met)
+    }
+
+    fn met(repeated: u64, out_of_line: u64, restarts: u64) -> Met {
+        Met {
+            repeated,
+            out_of_line,
+            restarts,
+        }
+    }
+
+    #[test]
+    fn a_tick_said_again_counts_once() {
+        let (runs, found) = ordered(&[0, 1, 1, 2, 2, 2, 3, 3]);
+        assert_eq!((runs, found), (vec![vec![0, 1, 2, 3]], met(4, 0, 0)));
+    }
+
+    #[test]
+    fn a_single_message_from_another_time_is_left_out() {
+        let stamps = [0, 1, 900, 2, 3, -900, 4, 5, 900];
+        let (runs, found) = ordered(&stamps);
+        assert_eq!(runs, [vec![0, 1, 2, 3, 4, 5, 900]]);
+        assert_eq!(found, met(0, 2, 0));
+        // The first and the last one have a neighbour on one side only.
+        assert_eq!(ordered(&[900, 0, 1, 2]).0, [vec![0, 1, 2]]);
+        assert_eq!(ordered(&[0, 1, 2, -900]).0, [vec![0, 1, 2]]);
+    }
+
+    #[test]
+    fn a_stranger_who_speaks_in_turn_with_the_vehicle_is_not_heard() {
+        let (runs, found) = ordered(&[0, 1, 900, 2, 901, 3, 902, 4, 903, 5]);
+        assert_eq!((runs, found), (vec![vec![0, 1, 2, 3, 4, 5]], met(0, 4, 0)));
+    }
+
+    #[test]
+    fn a_vehicle_that_begins_again_begins_a_new_flight() {
+        let (runs, found) = ordered(&[0, 1, 2, 3, 0, 1, 2, 0, 1]);
+        let expected = vec![vec![0, 1, 2, 3], vec![0, 1, 2], vec![0, 1]];
+        assert_eq!((runs, found), (expected, met(0, 0, 2)));
+    }
+}
