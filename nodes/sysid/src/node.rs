@@ -392,7 +392,7 @@ mod tests {
         );
         let member = ("answer", true.into());
         assert_eq!(
-            reliable(&[member.clone()]),
+            reliable(std::slice::from_ref(&member)),
             is(&[("plane_motion", true), ("state", true)])
         );
         let foreign = "gyro: plane_motion:dive_planes -> /gyro:data output_type=std_msgs/msg/Float64 reliability=best_effort";
