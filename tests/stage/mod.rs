@@ -112,10 +112,23 @@ impl Stage {
 
     /// As [`start`](Self::start), with more in the environment.
     pub(crate) fn start_as(&self, arguments: &[&str], variables: &[(&str, &str)]) -> Process {
+        self.start_at(&[], arguments, variables)
+    }
+
+    /// As [`start_as`](Self::start_as), behind the words of a command that becomes the program somewhere else.
+    pub(crate) fn start_at(
+        &self,
+        place: &[String],
+        arguments: &[&str],
+        variables: &[(&str, &str)],
+    ) -> Process {
         let number = self.programs.replace(self.programs.get() + 1);
         let out = |stream: &str| PathBuf::from(self.path(&format!("program-{number}.{stream}")));
         let (stdout, stderr) = (out("stdout"), out("stderr"));
-        let child = Command::new(env!("CARGO_BIN_EXE_planesman"))
+        let program = env!("CARGO_BIN_EXE_planesman").to_owned();
+        let words: Vec<String> = place.iter().cloned().chain([program]).collect();
+        let child = Command::new(&words[0])
+            .args(&words[1..])
             .args(arguments)
             .current_dir(self.folder.path())
             .envs(self.domain.variables())
@@ -188,7 +201,7 @@ impl Outcome {
 }
 
 impl Process {
-    fn pid(&self) -> Pid {
+    pub(crate) fn pid(&self) -> Pid {
         Pid::from_child(&self.child)
     }
 

@@ -1,0 +1,153 @@
+//! What a flight left: whether its vehicle stayed within its envelope, its data are complete, its bag is readable, its
+//! exit code is true, and nobody is left behind.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use planesman::flight::Flight;
+use planesman::run_folder::RunFolder;
+use planesman::scenario::NODES;
+use planesman_bag::BagReader;
+use planesman_msgs::Message as _;
+use planesman_msgs::planesman_msgs::msg::VehicleState;
+use planesman_node::ExitReport;
+use recorder::loop_topics::{self, Delivery};
+use rustix::process::Pid;
+
+use super::stage::{self, Outcome, eventually};
+
+/// The sampling time, ns.
+pub(crate) const TICK: i64 = 50_000_000;
+/// Where a vehicle that is sent three feet down must stay, m.
+const DEPTHS: std::ops::RangeInclusive<f64> = -0.5..=3.0;
+/// What `planesman dive` ends with when its bag lacks what was published.
+const DATA_LOST: i32 = 3;
+
+pub(crate) fn stamp(state: &VehicleState) -> i64 {
+    state.header.stamp.nanos()
+}
+
+/// The flight in a bag that reads to its end, whole or not; the vehicle was within its envelope all the time.
+pub(crate) fn flight(bag: &Path) -> Flight {
+    let flight = Flight::read(bag).unwrap();
+    for state in &flight.states {
+        assert_eq!(state.first_non_finite(), None, "{state:?}");
+        assert!(DEPTHS.contains(&state.depth), "{state:?}");
+    }
+    flight
+}
+
+/// As [`flight`], of a bag that was closed.
+pub(crate) fn whole_flight(bag: &Path) -> Flight {
+    let flight = flight(bag);
+    assert_eq!(flight.truncated, None);
+    flight
+}
+
+/// The states of a lockstep flight, tick by tick from the first without a gap; what was said again is the same.
+/// Returns the number of ticks.
+pub(crate) fn each_tick_is_there(flight: &Flight) -> usize {
+    let mut states = flight.states.clone();
+    states.dedup();
+    let stamps: Vec<i64> = states.iter().map(stamp).collect();
+    let first = stamps.first().copied().unwrap_or(0);
+    let expected: Vec<i64> = (0..).map(|k| first + k * TICK).take(stamps.len()).collect();
+    if let Some(wrong) = (0..stamps.len()).find(|k| stamps[*k] != expected[*k]) {
+        panic!(
+            "tick {wrong} is missing or differs when said again: {:?}",
+            &states[wrong.saturating_sub(1)..=wrong]
+        );
+    }
+    assert_eq!(first, 0);
+    stamps.len()
+}
+
+/// Messages that were published and are not in the bag, by topic; those of best effort aside.
+fn lost(out: &Path) -> BTreeMap<String, u64> {
+    let run = RunFolder::open(out).unwrap();
+    let flight = Flight::read(&run.bag()).unwrap();
+    let mut lost = BTreeMap::new();
+    for node in NODES {
+        let text = fs::read(run.exit_report(node)).unwrap();
+        let report: ExitReport = serde_json::from_slice(&text).unwrap();
+        for (topic, published) in report.published {
+            *lost.entry(topic).or_insert(0) += published;
+        }
+    }
+    let of_sensors = |topic: &str| {
+        loop_topics::ALL
+            .iter()
+            .any(|t| t.delivery == Delivery::BestEffort && topic == format!("/auv/{}", t.name))
+    };
+    lost.retain(|topic, published| {
+        *published = published.saturating_sub(flight.counts.get(topic).copied().unwrap_or(0));
+        *published > 0 && !of_sensors(topic)
+    });
+    lost
+}
+
+/// The flight came to its end. It says so if all that was published is in the bag; otherwise what is lost, in its
+/// exit code and in its last line.
+pub(crate) fn ends_and_says_what_it_lost(outcome: &Outcome, out: &Path) {
+    let lost = lost(out);
+    match outcome.status.code() {
+        Some(0) => assert!(lost.is_empty(), "lost, and not a word of it: {lost:?}"),
+        Some(DATA_LOST) => {
+            let told = outcome.complaints();
+            let last = told.last().copied().unwrap_or_default();
+            let number = lost.values().sum::<u64>();
+            assert!(
+                last.contains(&number.to_string()),
+                "lost {lost:?}, told: {last}"
+            );
+        }
+        _ => panic!("{outcome:#?}"),
+    }
+}
+
+/// The bag was closed.
+pub(crate) fn is_whole(bag: &Path) -> bool {
+    BagReader::open(bag).unwrap().completeness().is_whole()
+}
+
+/// Nobody of a flight runs on.
+pub(crate) fn nobody_is_left(nodes: &BTreeMap<String, Pid>) {
+    for (name, pid) in nodes {
+        eventually(&format!("the end of {name}"), || {
+            (!stage::runs(*pid)).then_some(())
+        });
+    }
+}
+
+/// In the last second everybody took part: the vehicle was seen, steered and answered, and its model learnt.
+pub(crate) fn the_loop_is_closed_at_the_end(flight: &Flight) {
+    let end = flight.states.last().map(stamp).unwrap_or_default();
+    let recent = |stamp: i64| stamp > end - 20 * TICK;
+    let is_answered = |state: &&VehicleState| {
+        recent(stamp(state)) && state.planes_source == VehicleState::PLANES_ANSWERED
+    };
+    assert!(
+        flight.states.iter().any(|state| is_answered(&state)),
+        "the planes are not answered for"
+    );
+    assert!(
+        flight
+            .commands
+            .iter()
+            .any(|command| recent(command.header.stamp.nanos())),
+        "the controller is silent"
+    );
+    let mut actuators = flight.actuators.values().flatten();
+    assert!(
+        actuators.any(|state| recent(state.header.stamp.nanos()) && !state.command_stale),
+        "the actuator hears no commands"
+    );
+    assert!(
+        flight
+            .models
+            .iter()
+            .any(|model| model.header.stamp.nanos() > end - 60 * TICK),
+        "the identifier is silent"
+    );
+}

@@ -1,0 +1,179 @@
+//! What becomes of the loop when one of its nodes is behind a bad link.
+
+use std::collections::BTreeMap;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use libtest_mimic::Trial;
+use planesman::scenario::NODES;
+
+use super::crew::Crew;
+use super::evidence;
+use super::link::{Counts, Link};
+use super::network::{ETHERNET, Network, Place};
+use super::pace::Pace;
+use super::stage::Stage;
+use super::trial;
+
+/// What happens to the link once the loop flies over it.
+#[derive(Clone, Copy)]
+enum Trouble {
+    /// It stays so to the end.
+    Lasting(Link),
+    /// It is so for a while (s), then good again.
+    Passing(Link, f64),
+    /// Packets longer than this many bytes have always gone in parts.
+    Narrow(u16),
+}
+
+/// A node at the far end, and how time goes on: the loop stands still without it, or it flies on.
+const FAR: [(&str, Pace); 2] = [
+    ("sysid", Pace::Lockstep),
+    ("depth_controller", Pace::Real(1)),
+];
+
+const TO_FAR: Link = Link {
+    cut_to_far: true,
+    ..Link::GOOD
+};
+const TO_NEAR: Link = Link {
+    cut_to_near: true,
+    ..Link::GOOD
+};
+
+const TROUBLES: [(&str, Trouble); 13] = {
+    use Trouble::{Lasting, Narrow, Passing};
+    [
+        (
+            "loss_1",
+            Lasting(Link {
+                loss: 0.01,
+                ..Link::GOOD
+            }),
+        ),
+        (
+            "loss_5",
+            Lasting(Link {
+                loss: 0.05,
+                ..Link::GOOD
+            }),
+        ),
+        (
+            "loss_20",
+            Lasting(Link {
+                loss: 0.2,
+                ..Link::GOOD
+            }),
+        ),
+        (
+            "delay_50_20_ms",
+            Lasting(Link {
+                delay: 0.05,
+                jitter: 0.02,
+                ..Link::GOOD
+            }),
+        ),
+        (
+            "reorder_25",
+            Lasting(Link {
+                reorder: 0.25,
+                ..Link::GOOD
+            }),
+        ),
+        (
+            "duplicate_25",
+            Lasting(Link {
+                duplicate: 0.25,
+                ..Link::GOOD
+            }),
+        ),
+        ("mtu_576", Narrow(576)),
+        ("cut_3_s", Passing(Link::CUT, 3.0)),
+        ("cut_5_s", Passing(Link::CUT, 5.0)),
+        ("cut_12_s", Passing(Link::CUT, 12.0)),
+        ("cut_30_s", Passing(Link::CUT, 30.0)),
+        ("cut_to_far_12_s", Passing(TO_FAR, 12.0)),
+        ("cut_to_near_12_s", Passing(TO_NEAR, 12.0)),
+    ]
+};
+
+/// Those that every run of the tests tries.
+const ALWAYS: [&str; 0] = [];
+
+/// Ticks before the link turns bad, and after it is good again (or while it stays bad).
+const BEFORE: u64 = 40;
+const AFTER: u64 = 100;
+
+pub(crate) fn trials() -> Vec<Trial> {
+    let mut trials = Vec::new();
+    for (far, pace) in FAR {
+        for (name, trouble) in TROUBLES {
+            let name = format!("links/{far}/{name}/{}", pace.name());
+            let always = ALWAYS.contains(&name.as_str());
+            let told = name.clone();
+            trials.push(trial(name, always, move || {
+                flies(&told, far, pace, trouble)
+            }));
+        }
+    }
+    trials
+}
+
+fn flies(name: &str, far: &'static str, pace: Pace, trouble: Trouble) {
+    let mtu = match trouble {
+        Trouble::Narrow(mtu) => mtu,
+        _ => ETHERNET,
+    };
+    let stage = Stage::new();
+    let mut network = Network::new(mtu, 1);
+    let place = |node: &'static str| {
+        (
+            node,
+            if node == far {
+                network.far()
+            } else {
+                network.near()
+            },
+        )
+    };
+    let places: BTreeMap<&'static str, Place> = NODES.into_iter().map(place).collect();
+    let mut crew = Crew::start(&stage, pace, 1_000_000, places);
+    crew.wait_for("plane_command", BEFORE);
+
+    let mended = match trouble {
+        Trouble::Lasting(link) => {
+            network.set(link);
+            None
+        }
+        Trouble::Passing(link, seconds) => {
+            network.set(link);
+            sleep(Duration::from_secs_f64(seconds));
+            Some(())
+        }
+        Trouble::Narrow(_) => None,
+    };
+    let counts = mended.map(|()| network.set(Link::GOOD));
+    let began = Instant::now();
+    // In lockstep nothing moves without the far node; in real time the commands are its own.
+    let before = crew.recorded("plane_command");
+    crew.wait_for("plane_command", before + 1);
+    let first = began.elapsed();
+    crew.wait_for("plane_command", before + AFTER);
+    let last = began.elapsed();
+    let counts = counts.unwrap_or_else(|| network.set(Link::GOOD));
+    let [to_far, to_near] = counts;
+    let told = |counts: Counts| format!("{} of {} frames", counts.lost, counts.sent);
+    println!(
+        "{name}: next tick after {:.1} s, {AFTER} after {:.1} s; lost {} to the far end, {} to the near one",
+        first.as_secs_f64(),
+        last.as_secs_f64(),
+        told(to_far),
+        told(to_near),
+    );
+    let bags = crew.stop();
+    let flight = evidence::whole_flight(&bags[0]);
+    match pace {
+        Pace::Lockstep => drop(evidence::each_tick_is_there(&flight)),
+        Pace::Real(_) => evidence::the_loop_is_closed_at_the_end(&flight),
+    }
+}
