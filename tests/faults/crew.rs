@@ -113,11 +113,6 @@ impl<'s> Crew<'s> {
         &self.bags[self.bags.len() - 1]
     }
 
-    /// All bags, in the order in which they were begun.
-    pub(crate) fn bags(&self) -> &[PathBuf] {
-        &self.bags
-    }
-
     /// Messages of `/auv/topic` in the bag so far.
     pub(crate) fn recorded(&self, topic: &str) -> u64 {
         let counts = Flight::read(self.bag()).map(|flight| flight.counts);
@@ -130,34 +125,9 @@ impl<'s> Crew<'s> {
 
     /// Waits until the bag holds so many messages of a topic.
     pub(crate) fn wait_for(&self, topic: &str, number: u64) {
-        let seen = std::cell::Cell::new(0);
-        let in_time = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
-            eventually(&format!("{number} messages of {topic}"), || {
-                seen.set(self.recorded(topic));
-                (seen.get() >= number).then_some(())
-            });
-        }));
-        if in_time.is_err() {
-            panic!(
-                "{number} messages of {topic} expected, {} came; {:?}",
-                seen.get(),
-                self.complaints()
-            );
-        }
-    }
-
-    fn complaints(&self) -> BTreeMap<&str, String> {
-        self.nodes
-            .iter()
-            .map(|(name, process)| {
-                let text = process.stderr();
-                let lines: Vec<&str> = text
-                    .lines()
-                    .filter(|line| !line.starts_with("[INFO]"))
-                    .collect();
-                (*name, lines[lines.len().saturating_sub(3)..].join("\n"))
-            })
-            .collect()
+        eventually(&format!("{number} messages of {topic}"), || {
+            (self.recorded(topic) >= number).then_some(())
+        });
     }
 
     /// Stops everybody, the recorder last; each ends well, and the last bag is whole.

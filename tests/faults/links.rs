@@ -137,7 +137,7 @@ fn flies(name: &str, far: &'static str, pace: Pace, trouble: Trouble) {
         )
     };
     let places: BTreeMap<&'static str, Place> = NODES.into_iter().map(place).collect();
-    let mut crew = Crew::start(&stage, pace, 1_000_000, places);
+    let crew = Crew::start(&stage, pace, 1_000_000, places);
     crew.wait_for("plane_command", BEFORE);
 
     let mended = match trouble {

@@ -4,16 +4,15 @@ use std::path::Path;
 use std::time::Duration;
 
 use libtest_mimic::Trial;
-use planesman::scenario::NODES;
 
 use super::crew::Crew;
 use super::evidence::{self, stamp};
 use super::pace::{PACES, Pace};
-use super::stage::{Process, Signal, Stage, eventually, kill, runs, scenario};
+use super::stage::{Process, Signal, Stage, kill, scenario};
 use super::trial;
 
 /// What happens to a process.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 enum Fault {
     Terminate,
     Kill,
@@ -121,7 +120,7 @@ impl Cell {
         evidence::nobody_is_left(&nodes);
         let bag = Path::new(&flight.out).join("bag");
         // Who is killed cannot close what it writes.
-        let is_closed = (self.who, &self.fault_name()) != ("recorder", &"kill");
+        let is_closed = self.who != "recorder" || self.fault != Fault::Kill;
         assert_eq!(evidence::is_whole(&bag), is_closed);
         self.check(&bag, 1);
     }
@@ -268,13 +267,6 @@ impl Cell {
         stage.start_as(&arguments, &[(planesman::crew::LAUNCHED, "1")])
     }
 
-    fn fault_name(self) -> &'static str {
-        match self.fault {
-            Fault::Kill => "kill",
-            _ => "",
-        }
-    }
-
     /// Does to the process what is to happen to it.
     fn strike(self, flight: &Dive) {
         let pid = match self.who {
@@ -292,7 +284,6 @@ impl Cell {
             }
             Fault::Restart | Fault::Twin => unreachable!("not done to a process"),
         }
-        let _ = runs;
     }
 }
 
