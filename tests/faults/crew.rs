@@ -3,15 +3,19 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use planesman::crew::LAUNCHED;
-use planesman::flight::Flight;
 use planesman::scenario::NODES;
+use planesman_bag::BagReader;
 
 use super::evidence::{self, TICK};
 use super::network::Place;
 use super::pace::Pace;
 use super::stage::{Process, Signal, Stage, eventually};
+
+/// Time between two looks into the bag.
+const LOOK: Duration = Duration::from_millis(100);
 
 /// Nodes without a launcher.
 pub(crate) struct Crew<'s> {
@@ -115,17 +119,19 @@ impl<'s> Crew<'s> {
 
     /// Messages of `/auv/topic` in the bag so far.
     pub(crate) fn recorded(&self, topic: &str) -> u64 {
-        let counts = Flight::read(self.bag()).map(|flight| flight.counts);
+        let Ok(bag) = BagReader::open(self.bag()) else {
+            return 0; // It is not begun yet.
+        };
         let name = format!("/auv/{topic}");
-        counts
-            .ok()
-            .and_then(|counts| counts.get(&name).copied())
-            .unwrap_or(0)
+        let of_it = bag.topics().iter().find(|count| count.topic.name == name);
+        of_it.map_or(0, |count| count.messages)
     }
 
     /// Waits until the bag holds so many messages of a topic.
     pub(crate) fn wait_for(&self, topic: &str, number: u64) {
         eventually(&format!("{number} messages of {topic}"), || {
+            // A look reads the whole bag.
+            std::thread::sleep(LOOK);
             (self.recorded(topic) >= number).then_some(())
         });
     }

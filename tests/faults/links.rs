@@ -10,10 +10,10 @@ use planesman::scenario::NODES;
 use super::crew::Crew;
 use super::evidence;
 use super::link::{Counts, Link};
-use super::network::{ETHERNET, Network, Place};
+use super::network::{self, ETHERNET, Network, Place};
 use super::pace::Pace;
 use super::stage::Stage;
-use super::trial;
+use super::trial_where;
 
 /// What happens to the link once the loop flies over it.
 #[derive(Clone, Copy)]
@@ -111,7 +111,7 @@ pub(crate) fn trials() -> Vec<Trial> {
             let name = format!("links/{far}/{name}/{}", pace.name());
             let always = ALWAYS.contains(&name.as_str());
             let told = name.clone();
-            trials.push(trial(name, always, move || {
+            trials.push(trial_where(network::is_possible, name, always, move || {
                 flies(&told, far, pace, trouble)
             }));
         }

@@ -13,12 +13,14 @@ mod links;
 mod network;
 mod nodes;
 mod pace;
+#[path = "../foreign/peers.rs"]
+mod peers;
 #[path = "../stage/mod.rs"]
 mod stage;
 
 use std::process::ExitCode;
 
-use libtest_mimic::{Arguments, Trial};
+use libtest_mimic::{Arguments, Completion, Trial};
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().collect();
@@ -35,10 +37,26 @@ fn main() -> ExitCode {
 
 /// A test that always runs, or only when all are asked for.
 fn trial(name: String, always: bool, run: impl FnOnce() + Send + 'static) -> Trial {
+    trial_where(|| Ok(()), name, always, run)
+}
+
+/// As [`trial`], skipped with the reason where it is not possible.
+fn trial_where(
+    possible: fn() -> Result<(), String>,
+    name: String,
+    always: bool,
+    run: impl FnOnce() + Send + 'static,
+) -> Trial {
     let all = std::env::var("PLANESMAN_FAULTS").is_ok_and(|value| value == "all");
-    Trial::test(name, move || {
-        run();
-        Ok(())
+    Trial::ignorable_test(name, move || match possible() {
+        Err(reason) => {
+            peers::skip(&reason);
+            Ok(Completion::ignored_with(reason))
+        }
+        Ok(()) => {
+            run();
+            Ok(Completion::Completed)
+        }
     })
     .with_ignored_flag(!always && !all)
 }

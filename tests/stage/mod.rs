@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 use planesman_msgs::Service;
 use planesman_msgs::diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus};
 use planesman_msgs::planesman_msgs::action::ManoeuvreFeedback;
-use planesman_msgs::planesman_msgs::msg::{ControlState, DhaState, VehicleState};
+use planesman_msgs::planesman_msgs::msg::{ControlState, DhaState, ModelEstimate, VehicleState};
 use planesman_msgs::rcl_interfaces::msg::{
     Parameter, ParameterType, ParameterValue, SetParametersResult,
 };
@@ -302,6 +302,7 @@ pub(crate) enum Heard {
     State(VehicleState),
     Control(ControlState),
     Actuator(DhaState),
+    Model(Box<ModelEstimate>),
     Diagnostics(DiagnosticArray),
     Progress(GoalId, ManoeuvreFeedback),
     Parameters,
@@ -336,6 +337,8 @@ impl Operator {
         rt.subscribe("state", qos, Heard::State).unwrap();
         rt.subscribe("control_state", qos, Heard::Control).unwrap();
         rt.subscribe("dha_state", qos, Heard::Actuator).unwrap();
+        rt.subscribe("model", qos, |model| Heard::Model(Box::new(model)))
+            .unwrap();
         rt.subscribe("/diagnostics", qos, Heard::Diagnostics)
             .unwrap();
         Self { rt }
