@@ -1,13 +1,15 @@
 //! Faults, cell by cell of two tables: a process that dies, freezes, comes back or is there twice (`nodes`), and a node
-//! behind a bad link (`links`). Each cell is a test of its own with a fate that the table names.
+//! behind a bad link (`links`); then many vehicles at once (`crowd`) and packets that nobody should send (`garbage`).
+//! Each cell is a test of its own, with a fate that the table names.
 //!
-//! A few always run. With `PLANESMAN_FAULTS=all` in the environment all do, and `--include-ignored` does the same;
-//! words choose among them by name, as with every test.
+//! A few always run. With `PLANESMAN_FAULTS=all` in the environment all do; a word chooses by name, as with every test.
 #![allow(clippy::unwrap_used)]
 
 mod crew;
+mod crowd;
 mod evidence;
 mod forwarder;
+mod garbage;
 mod link;
 mod links;
 mod network;
@@ -32,6 +34,8 @@ fn main() -> ExitCode {
     let mut trials = link_trials();
     trials.extend(nodes::trials());
     trials.extend(links::trials());
+    trials.extend(crowd::trials());
+    trials.extend(garbage::trials());
     libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
 }
 

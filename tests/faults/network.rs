@@ -80,7 +80,7 @@ impl Network {
 }
 
 /// In the namespaces of the process `pid`.
-fn inside(pid: u32) -> Place {
+pub(crate) fn inside(pid: u32) -> Place {
     let mut words = vec!["nsenter".to_owned()];
     if !rustix::process::geteuid().is_root() {
         words.extend(["--user", "--preserve-credentials"].map(str::to_owned));
