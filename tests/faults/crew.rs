@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use planesman::crew::LAUNCHED;
+use planesman::flight::Flight;
 use planesman::scenario::NODES;
 use planesman_bag::BagReader;
 
-use super::evidence::{self, TICK};
+use super::evidence::{self, Part};
 use super::network::Place;
 use super::pace::Pace;
 use super::stage::{Process, Signal, Stage, eventually};
@@ -21,8 +22,6 @@ const LOOK: Duration = Duration::from_millis(100);
 pub(crate) struct Crew<'s> {
     stage: &'s Stage,
     pace: Pace,
-    /// Ticks that the vehicle flies.
-    ticks: u64,
     /// Where a node runs, if not with the test.
     places: BTreeMap<&'static str, Place>,
     nodes: BTreeMap<&'static str, Process>,
@@ -35,13 +34,11 @@ impl<'s> Crew<'s> {
     pub(crate) fn start(
         stage: &'s Stage,
         pace: Pace,
-        ticks: u64,
         places: BTreeMap<&'static str, Place>,
     ) -> Self {
         let mut crew = Self {
             stage,
             pace,
-            ticks,
             places,
             nodes: BTreeMap::new(),
             bags: Vec::new(),
@@ -96,12 +93,7 @@ impl<'s> Crew<'s> {
                 "flush_interval:=0.0".to_owned(),
             ],
         };
-        if node == "plant_sim" {
-            parameters.push(format!(
-                "duration:={:?}",
-                self.ticks as f64 * TICK as f64 * 1e-9
-            ));
-        } else {
+        if node != "plant_sim" {
             parameters.push(format!("use_sim_time:={}", self.pace.owns_time()));
         }
         parameters
@@ -133,6 +125,15 @@ impl<'s> Crew<'s> {
             // A look reads the whole bag.
             std::thread::sleep(LOOK);
             (self.recorded(topic) >= number).then_some(())
+        });
+    }
+
+    /// Waits until the bag shows that all take part after the stamp `since`, ns.
+    pub(crate) fn wait_for_part(&self, since: i64) {
+        eventually("everybody's part", || {
+            std::thread::sleep(LOOK);
+            let flight = Flight::read(self.bag()).ok()?;
+            (Part::of(&flight, since) == Part::ALL).then_some(())
         });
     }
 

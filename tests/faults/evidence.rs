@@ -10,7 +10,7 @@ use planesman::run_folder::RunFolder;
 use planesman::scenario::NODES;
 use planesman_bag::BagReader;
 use planesman_msgs::Message as _;
-use planesman_msgs::planesman_msgs::msg::VehicleState;
+use planesman_msgs::planesman_msgs::msg::{ControlState, DhaState, ModelEstimate, VehicleState};
 use planesman_node::ExitReport;
 use recorder::loop_topics::{self, Delivery};
 use rustix::process::Pid;
@@ -120,34 +120,58 @@ pub(crate) fn nobody_is_left(nodes: &BTreeMap<String, Pid>) {
     }
 }
 
-/// In the last second everybody took part: the vehicle was seen, steered and answered, and its model learnt.
-pub(crate) fn the_loop_is_closed_at_the_end(flight: &Flight) {
-    let end = flight.states.last().map(stamp).unwrap_or_default();
-    let recent = |stamp: i64| stamp > end - 20 * TICK;
-    let is_answered = |state: &&VehicleState| {
-        recent(stamp(state)) && state.planes_source == VehicleState::PLANES_ANSWERED
+/// What shows that all take part in the loop: the planes are answered for, the vehicle is steered, the actuator hears
+/// it, and a model is learnt.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Part {
+    pub(crate) answered: bool,
+    pub(crate) steered: bool,
+    pub(crate) heard: bool,
+    pub(crate) learnt: bool,
+}
+
+impl Part {
+    pub(crate) const ALL: Self = Self {
+        answered: true,
+        steered: true,
+        heard: true,
+        learnt: true,
     };
-    assert!(
-        flight.states.iter().any(|state| is_answered(&state)),
-        "the planes are not answered for"
-    );
-    assert!(
+
+    /// What a flight shows of it after the stamp `since`, ns.
+    pub(crate) fn of(flight: &Flight, since: i64) -> Self {
+        let mut part = Self::default();
         flight
-            .commands
+            .states
             .iter()
-            .any(|command| recent(command.header.stamp.nanos())),
-        "the controller is silent"
-    );
-    let mut actuators = flight.actuators.values().flatten();
-    assert!(
-        actuators.any(|state| recent(state.header.stamp.nanos()) && !state.command_stale),
-        "the actuator hears no commands"
-    );
-    assert!(
+            .for_each(|state| part.see_state(state, since));
+        flight
+            .controls
+            .iter()
+            .for_each(|control| part.see_control(control, since));
+        let actuators = flight.actuators.values().flatten();
+        actuators.for_each(|state| part.see_actuator(state, since));
         flight
             .models
             .iter()
-            .any(|model| model.header.stamp.nanos() > end - 60 * TICK),
-        "the identifier is silent"
-    );
+            .for_each(|model| part.see_model(model, since));
+        part
+    }
+
+    pub(crate) fn see_state(&mut self, state: &VehicleState, since: i64) {
+        self.answered |=
+            stamp(state) > since && state.planes_source == VehicleState::PLANES_ANSWERED;
+    }
+
+    pub(crate) fn see_control(&mut self, control: &ControlState, since: i64) {
+        self.steered |= control.header.stamp.nanos() > since;
+    }
+
+    pub(crate) fn see_actuator(&mut self, state: &DhaState, since: i64) {
+        self.heard |= state.header.stamp.nanos() > since && !state.command_stale;
+    }
+
+    pub(crate) fn see_model(&mut self, model: &ModelEstimate, since: i64) {
+        self.learnt |= model.header.stamp.nanos() > since;
+    }
 }

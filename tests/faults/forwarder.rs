@@ -4,7 +4,7 @@
 //! the near and the far end, each with a TAP device, whose other sides it holds. Kernels without `netem` do as well.
 //!
 //! It prints one line with both ends' process ids, by which others enter them. Then each line it reads is the
-//! link's new state ([`Link`], JSON), answered by what has become of the frames so far ([`Counts`]). It ends with its
+//! link's new state ([`Link`], JSON) or `null`, answered by what has become of the frames so far ([`Counts`]). It ends with its
 //! input, and the namespaces with it, once those within have ended.
 
 use std::cmp::Reverse;
@@ -67,7 +67,9 @@ fn run(mtu: &str, seed: &str) -> Result<()> {
     };
     println!("{}", serde_json::to_string(&ends)?);
     for line in std::io::stdin().lines() {
-        *lock(&link) = serde_json::from_str(&line?)?;
+        if let Some(new) = serde_json::from_str(&line?)? {
+            *lock(&link) = new;
+        }
         let counts = [&wires[0], &wires[1]].map(|wire| lock(wire).counts);
         println!("{}", serde_json::to_string::<[Counts; 2]>(&counts)?);
         std::io::stdout().flush()?;

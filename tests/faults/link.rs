@@ -1,5 +1,6 @@
 //! What a link does to the frames that pass it, in each direction by itself: a model, without a clock or a network.
 
+use std::fmt;
 use std::time::Duration;
 
 use rand::{RngExt as _, SeedableRng as _};
@@ -62,6 +63,12 @@ pub(crate) struct Counts {
     pub(crate) sent: u64,
     /// Frames that it kept.
     pub(crate) lost: u64,
+}
+
+impl fmt::Display for Counts {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} of {} frames", self.lost, self.sent)
+    }
 }
 
 /// One direction of a link. What happens to its n-th frame follows from the seed, n and the link's state then.

@@ -59,9 +59,17 @@ impl Network {
         })
     }
 
-    /// Puts the link into this state, and tells what has become of the frames before: those to the far end, then
-    /// those to the near one.
-    pub(crate) fn set(&mut self, link: Link) -> [Counts; 2] {
+    /// Puts the link into this state.
+    pub(crate) fn set(&mut self, link: Link) {
+        self.order(Some(link));
+    }
+
+    /// What has become of the frames so far: those to the far end, then those to the near one.
+    pub(crate) fn counts(&mut self) -> [Counts; 2] {
+        self.order(None)
+    }
+
+    fn order(&mut self, link: Option<Link>) -> [Counts; 2] {
         writeln!(self.orders, "{}", serde_json::to_string(&link).unwrap()).unwrap();
         let mut line = String::new();
         self.answers.read_line(&mut line).unwrap();

@@ -1,14 +1,18 @@
 //! What becomes of a flight when one of its processes is stopped, killed, frozen, comes back, or is there twice.
 
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use libtest_mimic::Trial;
+use planesman::flight::Flight;
+use planesman_node::{Direction, Next};
+use rustix::process::Pid;
 
 use super::crew::Crew;
-use super::evidence::{self, stamp};
+use super::evidence::{self, Part, stamp};
 use super::pace::{PACES, Pace};
-use super::stage::{Process, Signal, Stage, kill, scenario};
+use super::stage::{Heard, Operator, Process, Signal, Stage, eventually, kill, scenario};
 use super::trial;
 
 /// What happens to a process.
@@ -91,7 +95,34 @@ pub(crate) fn trials() -> Vec<Trial> {
             }
         }
     }
+    for pace in PACES {
+        let name = format!("nodes/{LAUNCHER}/at_once/{}", pace.name());
+        let always = ALWAYS.contains(&name.as_str());
+        trials.push(trial(name, always, move || two_at_once(pace)));
+    }
     trials
+}
+
+/// Of two flights begun at the same moment in the same place each comes to its end or is refused, and one flies.
+fn two_at_once(pace: Pace) {
+    let stage = Stage::new();
+    let dives = ["one", "other"].map(|name| Dive::start(&stage, pace, pace.duration(), name));
+    let mut flown = 0;
+    for (launcher, out) in dives {
+        let outcome = launcher.finish();
+        if outcome.status.code() == Some(1) {
+            assert!(outcome.stderr.contains("already"), "{outcome:#?}");
+        } else {
+            evidence::ends_and_says_what_it_lost(&outcome, Path::new(&out));
+            let flight = evidence::whole_flight(&bag(&out));
+            if pace == Pace::Lockstep {
+                evidence::each_tick_is_there(&flight);
+            }
+            assert_eq!(Part::of(&flight, 0), Part::ALL);
+            flown += 1;
+        }
+    }
+    assert!(flown > 0, "each has refused the other");
 }
 
 impl Cell {
@@ -109,94 +140,84 @@ impl Cell {
 
     fn is_given_up(self) {
         let stage = Stage::new();
-        let flight = Dive::in_flight(&stage, self.pace, Length::Endless);
-        let nodes = flight.launcher.nodes();
+        let flight = Dive::in_flight(&stage, self.pace);
         self.strike(&flight);
         let outcome = flight.launcher.finish();
         assert_eq!(outcome.status.code(), Some(1), "{outcome:#?}");
         assert!(!outcome.stdout.contains("Flew "), "{outcome:#?}");
         let told = format!("the node {} stopped by itself", self.who);
         assert!(outcome.complaints()[0].contains(&told), "{outcome:#?}");
-        evidence::nobody_is_left(&nodes);
-        let bag = Path::new(&flight.out).join("bag");
+        evidence::nobody_is_left(&flight.nodes);
         // Who is killed cannot close what it writes.
         let is_closed = self.who != "recorder" || self.fault != Fault::Kill;
-        assert_eq!(evidence::is_whole(&bag), is_closed);
-        self.check(&bag, 1);
+        assert_eq!(evidence::is_whole(&bag(&flight.out)), is_closed);
+        self.check(&bag(&flight.out));
     }
 
     fn is_interrupted(self) {
         let stage = Stage::new();
-        let flight = Dive::in_flight(&stage, self.pace, Length::Endless);
-        let nodes = flight.launcher.nodes();
+        let flight = Dive::in_flight(&stage, self.pace);
         self.strike(&flight);
-        let out = flight.out.clone();
-        let outcome = flight.launcher.finish();
-        assert!(outcome.stdout.contains("Interrupted after"), "{outcome:#?}");
-        evidence::ends_and_says_what_it_lost(&outcome, Path::new(&out));
-        evidence::nobody_is_left(&nodes);
-        self.check(&Path::new(&out).join("bag"), 1);
+        let out = flight.ends_interrupted();
+        self.check(&bag(&out));
     }
 
     fn is_abandoned(self) {
         let stage = Stage::new();
-        let flight = Dive::in_flight(&stage, self.pace, Length::Endless);
-        let nodes = flight.launcher.nodes();
+        let flight = Dive::in_flight(&stage, self.pace);
         self.strike(&flight);
-        let out = flight.out.clone();
         assert!(!flight.launcher.finish().status.success());
-        evidence::nobody_is_left(&nodes);
-        let bag = Path::new(&out).join("bag");
-        assert!(evidence::is_whole(&bag));
-        self.check(&bag, 1);
+        evidence::nobody_is_left(&flight.nodes);
+        assert!(evidence::is_whole(&bag(&flight.out)));
+        self.check(&bag(&flight.out));
     }
 
     fn goes_on(self) {
         let stage = Stage::new();
-        let flight = Dive::in_flight(&stage, self.pace, Length::Finite);
-        let nodes = flight.launcher.nodes();
+        let flight = Dive::in_flight(&stage, self.pace);
         let twin = match self.fault {
-            Fault::Twin => Some(self.twin(&stage, &flight)),
+            Fault::Twin => {
+                let before = flight.participants();
+                let twin = self.twin(&stage, &flight);
+                eventually("the twin", || {
+                    (flight.participants() > before).then_some(())
+                });
+                Some(twin)
+            }
             _ => {
                 self.strike(&flight);
                 None
             }
         };
-        let out = flight.out.clone();
-        self.comes_to_its_end(flight.launcher, &out);
-        evidence::nobody_is_left(&nodes);
+        self.flies_on(flight);
         if let Some(twin) = twin {
             twin.signal(Signal::TERM);
             twin.finish().success();
         }
     }
 
-    /// The launcher ends well, and its bag shows a loop that was closed to the end.
-    fn comes_to_its_end(self, launcher: Process, out: &str) {
-        let outcome = launcher.finish();
-        evidence::ends_and_says_what_it_lost(&outcome, Path::new(out));
-        assert!(outcome.stdout.contains("Flew "), "{outcome:#?}");
-        let ticks = (self.pace.duration() / 0.05).round() as usize;
-        self.check(&Path::new(out).join("bag"), ticks);
+    /// Everybody takes part again, and the bag shows it.
+    fn flies_on(self, flight: Dive) {
+        let since = flight.everybody_takes_part();
+        flight.launcher.signal(Signal::TERM);
+        let out = flight.ends_interrupted();
+        let flown = self.check(&bag(&out));
+        assert_eq!(Part::of(&flown, since), Part::ALL);
     }
 
-    /// The flight reached at least so many ticks, and at its end everybody took part.
-    fn check(self, bag: &Path, least: usize) {
+    /// What was flown is readable, within the envelope, and in lockstep complete.
+    fn check(self, bag: &Path) -> Flight {
         let flight = evidence::flight(bag);
-        let ticks = match self.pace {
-            Pace::Lockstep => evidence::each_tick_is_there(&flight),
-            Pace::Real(_) => flight.states.len(),
-        };
-        assert!(ticks >= least, "{ticks} of {least} ticks");
-        if least > 1 {
-            evidence::the_loop_is_closed_at_the_end(&flight);
+        assert!(!flight.states.is_empty());
+        if self.pace == Pace::Lockstep {
+            evidence::each_tick_is_there(&flight);
         }
+        flight
     }
 
     fn resumes(self) {
         let stage = Stage::new();
-        // No flight ends before all is seen.
-        let mut crew = Crew::start(&stage, self.pace, 1_000_000, Default::default());
+        let mut crew = Crew::start(&stage, self.pace, BTreeMap::new());
         let early = self.pace.early() as u64;
         crew.wait_for("state", early);
         crew.kill(self.who);
@@ -224,26 +245,27 @@ impl Cell {
 
     fn flies_again(self) {
         let stage = Stage::new();
-        let flight = Dive::in_flight(&stage, self.pace, Length::Endless);
+        let flight = Dive::in_flight(&stage, self.pace);
         flight.launcher.kill();
-        let (launcher, out) = Dive::start(&stage, self.pace, Length::Finite, "again");
-        self.comes_to_its_end(launcher, &out);
+        let (launcher, out) = Dive::start(&stage, self.pace, self.pace.duration(), "again");
+        let outcome = launcher.finish();
+        evidence::ends_and_says_what_it_lost(&outcome, Path::new(&out));
+        assert_eq!(Part::of(&self.check(&bag(&out)), 0), Part::ALL);
     }
 
     fn second_is_refused(self) {
         let stage = Stage::new();
-        let flight = Dive::in_flight(&stage, self.pace, Length::Finite);
+        let flight = Dive::in_flight(&stage, self.pace);
         let second = if self.who == LAUNCHER {
-            Dive::start(&stage, self.pace, Length::Finite, "second").0
+            Dive::start(&stage, self.pace, ENDLESS, "second").0
         } else {
             self.twin(&stage, &flight)
         };
-        let out = flight.out.clone();
-        self.comes_to_its_end(flight.launcher, &out);
         // It needs no asking to end.
         let outcome = second.finish();
         assert_eq!(outcome.status.code(), Some(1), "{outcome:#?}");
         assert!(outcome.stderr.contains("already"), "{outcome:#?}");
+        self.flies_on(flight);
     }
 
     /// The node once more, started as the launcher starts it, but let go.
@@ -271,7 +293,7 @@ impl Cell {
     fn strike(self, flight: &Dive) {
         let pid = match self.who {
             LAUNCHER => flight.launcher.pid(),
-            node => flight.launcher.nodes()[node],
+            node => flight.nodes[node],
         };
         let signal = |signal| rustix::process::kill_process(pid, signal).unwrap();
         match self.fault {
@@ -287,26 +309,25 @@ impl Cell {
     }
 }
 
-enum Length {
-    /// Until the test ends it.
-    Endless,
-    Finite,
+/// Longer than any test, s.
+const ENDLESS: f64 = 86_400.0;
+
+fn bag(out: &str) -> PathBuf {
+    Path::new(out).join("bag")
 }
 
-/// A flight with a launcher.
+/// A flight with a launcher, and somebody who watches it.
 struct Dive {
     launcher: Process,
     out: String,
+    nodes: BTreeMap<String, Pid>,
+    operator: Operator,
 }
 
 impl Dive {
-    fn start(stage: &Stage, pace: Pace, length: Length, name: &str) -> (Process, String) {
-        let duration = match length {
-            Length::Endless => 3600.0,
-            Length::Finite => pace.duration(),
-        };
-        let parameters = "  recorder: {flush_interval: 0.1}\n  sysid: {start: 2.0}\n  \
-             depth_controller: {depth_setpoint: 0.9144, identification: {signal: prbs, amplitude: 0.0349, period: 1.0}}\n";
+    fn start(stage: &Stage, pace: Pace, duration: f64, name: &str) -> (Process, String) {
+        let parameters = "  recorder: {flush_interval: 0.1}\n  sysid: {start: 0.0}\n  \
+             depth_controller: {identification: {signal: prbs, amplitude: 0.0349, period: 1.0}}\n";
         let file = stage.file(&format!("{name}.yaml"), scenario(duration, parameters));
         let out = stage.path(name);
         let mut arguments = vec!["dive".to_owned(), file, "--out".to_owned(), out.clone()];
@@ -315,13 +336,57 @@ impl Dive {
         (stage.start(&arguments), out)
     }
 
-    /// One that has left its first ticks behind.
-    fn in_flight(stage: &Stage, pace: Pace, length: Length) -> Self {
-        let (launcher, out) = Self::start(stage, pace, length, "flight");
+    /// One that has left its first ticks behind, and does not end by itself.
+    fn in_flight(stage: &Stage, pace: Pace) -> Self {
+        let (launcher, out) = Self::start(stage, pace, ENDLESS, "flight");
         let operator = stage.operator();
         let first = operator.state("the first state", |_| true);
         let early = stamp(&first) + pace.early() * evidence::TICK;
         operator.state("a flight", |state| stamp(state) >= early);
-        Self { launcher, out }
+        let nodes = launcher.nodes();
+        Self {
+            launcher,
+            out,
+            nodes,
+            operator,
+        }
+    }
+
+    /// How many nodes the watcher knows.
+    fn participants(&self) -> usize {
+        self.operator.rt.next(Duration::ZERO);
+        let connections = self.operator.rt.connections();
+        let told = connections.find(Direction::Subscription, "/diagnostics");
+        told.map_or(0, |end| end.peers)
+    }
+
+    /// Waits until everybody has taken part after the newest state that is on its way now, and returns its stamp.
+    fn everybody_takes_part(&self) -> i64 {
+        let mut since = stamp(&self.operator.state("a state", |_| true));
+        while let Next::Event(heard) = self.operator.rt.next(Duration::ZERO) {
+            if let Heard::State(state) = heard {
+                since = since.max(stamp(&state));
+            }
+        }
+        let mut part = Part::default();
+        self.operator.until("everybody's part", |heard| {
+            match heard {
+                Heard::State(state) => part.see_state(&state, since),
+                Heard::Control(control) => part.see_control(&control, since),
+                Heard::Actuator(state) => part.see_actuator(&state, since),
+                Heard::Model(model) => part.see_model(&model, since),
+                _ => {}
+            }
+            (part == Part::ALL).then_some(since)
+        })
+    }
+
+    /// It ends as one who was asked to, and leaves nobody behind. Returns its folder.
+    fn ends_interrupted(self) -> String {
+        let outcome = self.launcher.finish();
+        assert!(outcome.stdout.contains("Interrupted after"), "{outcome:#?}");
+        evidence::ends_and_says_what_it_lost(&outcome, Path::new(&self.out));
+        evidence::nobody_is_left(&self.nodes);
+        self.out
     }
 }

@@ -31,11 +31,11 @@ impl Pace {
         }
     }
 
-    /// Vehicle time in which a fault and what follows it find room, s: several seconds of wall time on a fast machine.
+    /// The length of a short flight, s of vehicle time.
     pub(crate) fn duration(self) -> f64 {
         match self {
-            Self::Lockstep => 150.0,
-            Self::Real(factor) => 8.0 * f64::from(factor),
+            Self::Real(1) => 5.0,
+            _ => 20.0,
         }
     }
 
