@@ -220,6 +220,38 @@ pub(crate) fn status(
     }
 }
 
+/// Sets the status `name` of the node, which goes out soon if its level changes.
+pub(crate) fn set_status(
+    shared: &Shared,
+    name: &str,
+    level: Level,
+    message: &str,
+    values: &[(&str, String)],
+) {
+    let new = status(&shared.names.full(), name, level, message, values);
+    let level = new.level;
+    let old = shared.statuses.borrow_mut().insert(name.to_owned(), new);
+    if old.is_none_or(|old| old.level != level) {
+        shared.announce_news();
+    }
+}
+
+/// Shows what the middleware has refused of that which came from the network: `now` in
+/// all, `before` when it was last shown.
+pub(crate) fn set_refusals<const N: usize>(
+    shared: &Shared,
+    before: [(&str, u64); N],
+    now: [(&str, u64); N],
+) {
+    let (level, message) = if before == now {
+        (Level::Ok, "running")
+    } else {
+        (Level::Warn, "malformed or excessive traffic is refused")
+    };
+    let values = now.map(|(what, count)| (what, count.to_string()));
+    set_status(shared, "middleware", level, message, &values);
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

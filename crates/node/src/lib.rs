@@ -60,6 +60,7 @@
 //! | [`report`] | the account at exit |
 //! | [`memory`], [`shutdown`] | the ceiling; the signals |
 //! | `shared` | what these parts share |
+//! | `watchdog` | whether the middleware still runs |
 //! | [`testing`] | a DDS domain of one's own |
 
 pub mod action_client;
@@ -84,6 +85,7 @@ mod shared;
 pub mod shutdown;
 mod subscription;
 pub mod testing;
+mod watchdog;
 
 use std::process::ExitCode;
 

@@ -35,7 +35,10 @@ use planesman_parameters::{Declaration, Values};
 use ros2_client::{
     Context, MessageInfo, Name, NodeName, NodeOptions, ServiceTypeName, service::ServiceMapping,
 };
-use rustdds::{DomainParticipantBuilder, StatusEvented as _, discovery::announce_type_hash};
+use rustdds::{
+    DomainParticipantBuilder, StatusEvented as _, ThreadWatch, discovery::announce_type_hash,
+    refusals,
+};
 use smol::{
     LocalExecutor, Timer as SmolTimer,
     channel::{Receiver, Sender, bounded},
@@ -61,6 +64,7 @@ use crate::{
     shared::{Shared, package_and_name, types_of},
     shutdown,
     subscription::{non_finite, pump},
+    watchdog::Watchdog,
 };
 
 /// Events that wait for the handler; more wait in the middleware's histories.
@@ -142,6 +146,10 @@ pub struct Runtime<E> {
     sender: Sender<E>,
     receiver: Receiver<E>,
     stop: Receiver<()>,
+    /// Why the node cannot go on.
+    failed: Receiver<String>,
+    /// The same, once [`Runtime::next`] has met it.
+    failure: RefCell<Option<String>>,
 }
 
 impl<E: 'static> Runtime<E> {
@@ -221,6 +229,7 @@ impl<E: 'static> Runtime<E> {
             }
         });
         let (sender, receiver) = bounded(QUEUE);
+        let (fail, failed) = bounded(1);
         let runtime = Self {
             shared,
             executor,
@@ -230,10 +239,13 @@ impl<E: 'static> Runtime<E> {
             sender,
             receiver,
             stop,
+            failed,
+            failure: RefCell::default(),
         };
         clock::set_source(&runtime.shared, runtime.values().bool(USE_SIM_TIME))?;
         runtime.serve_parameters(spec.on_parameters)?;
         runtime.send_diagnostics(heard)?;
+        runtime.watch_middleware(participant.thread_watch(), fail);
         log::info!(
             "up in domain {}{}",
             runtime.context.domain_id(),
@@ -487,11 +499,18 @@ impl<E: 'static> Runtime<E> {
     /// Waits for the next event, for programs that are not only a node.
     pub fn next(&self, timeout: Duration) -> Next<E> {
         self.block_on(async {
-            let (stop, event) = (self.stop.recv(), self.receiver.recv());
+            let (stop, event) = (self.asked_to_stop(), self.receiver.recv());
             let due = SmolTimer::after(timeout);
             futures::pin_mut!(event, stop);
             match select(stop, select(event, due)).await {
-                Either::Left(_) | Either::Right((Either::Left((Err(_), _)), _)) => Next::Stop,
+                Either::Left((asked, _)) => {
+                    if let Err(failure) = asked {
+                        log::error!("{failure}");
+                        *self.failure.borrow_mut() = Some(failure);
+                    }
+                    Next::Stop
+                }
+                Either::Right((Either::Left((Err(_), _)), _)) => Next::Stop,
                 Either::Right((Either::Left((Ok(event), _)), _)) => Next::Event(event),
                 Either::Right((Either::Right(_), _)) => Next::Nothing,
             }
@@ -500,17 +519,7 @@ impl<E: 'static> Runtime<E> {
 
     /// Sets the status `name` in the diagnostics, which go out soon if its level changes.
     pub fn set_status(&self, name: &str, level: Level, message: &str, values: &[(&str, String)]) {
-        let node = self.full_name();
-        let new = diagnostics::status(&node, name, level, message, values);
-        let level = new.level;
-        let old = self
-            .shared
-            .statuses
-            .borrow_mut()
-            .insert(name.to_owned(), new);
-        if old.is_none_or(|old| old.level != level) {
-            self.shared.announce_news();
-        }
+        diagnostics::set_status(&self.shared, name, level, message, values);
     }
 
     /// The node's topics and their peers now, as its diagnostics tell them.
@@ -532,10 +541,11 @@ impl<E: 'static> Runtime<E> {
         let outcome = smol::block_on(executor.run(async {
             loop {
                 let event = {
-                    let (event, stop) = (self.receiver.recv(), self.stop.recv());
+                    let (event, stop) = (self.receiver.recv(), self.asked_to_stop());
                     futures::pin_mut!(event, stop);
                     match select(stop, event).await {
-                        Either::Left(_) | Either::Right((Err(_), _)) => return Ok(()),
+                        Either::Left((asked, _)) => return asked.map_err(|e| anyhow!(e)),
+                        Either::Right((Err(_), _)) => return Ok(()),
                         Either::Right((Ok(event), _)) => event,
                     }
                 };
@@ -551,10 +561,20 @@ impl<E: 'static> Runtime<E> {
         outcome.and(self.shutdown())
     }
 
+    /// Waits until the process is asked to stop, `Err` when the node cannot go on.
+    async fn asked_to_stop(&self) -> Result<(), String> {
+        let (stop, failed) = (self.stop.recv(), self.failed.recv());
+        futures::pin_mut!(stop, failed);
+        match select(stop, failed).await {
+            Either::Right((Ok(failure), _)) => Err(failure),
+            _ => Ok(()),
+        }
+    }
+
     /// Shuts the node down, so that its peers know at once.
     ///
     /// # Errors
-    /// When the exit report cannot be written.
+    /// When the exit report cannot be written, or the node could not go on.
     pub fn shutdown(self) -> anyhow::Result<()> {
         log::info!("shutting down");
         self.receiver.close();
@@ -564,7 +584,10 @@ impl<E: 'static> Runtime<E> {
         drop(self.executor); // With the tasks, which hold the readers.
         self.shared.close();
         drop(self.context);
-        outcome
+        match self.failure.into_inner() {
+            Some(failure) => Err(anyhow!(failure)),
+            None => outcome,
+        }
     }
 }
 
@@ -731,6 +754,28 @@ impl<E: 'static> Runtime<E> {
             }
         });
         Ok(())
+    }
+
+    /// Once a second: shows what the middleware has refused, and fails when one of its
+    /// threads has ended.
+    fn watch_middleware(&self, threads: ThreadWatch, fail: Sender<String>) {
+        let shared = Rc::downgrade(&self.shared);
+        self.shared.spawn(async move {
+            let mut watchdog = Watchdog::default();
+            let mut before = refusals();
+            loop {
+                SmolTimer::after(DIAGNOSTICS_PERIOD).await;
+                let Some(shared) = shared.upgrade() else {
+                    return;
+                };
+                if let Some(trouble) = watchdog.look(threads.threads()) {
+                    let _ = fail.try_send(format!("{trouble}: this node hears nothing any more"));
+                }
+                let now = refusals();
+                diagnostics::set_refusals(&shared, before, now);
+                before = now;
+            }
+        });
     }
 }
 
