@@ -27,9 +27,10 @@ enum Trouble {
 }
 
 /// A node at the far end, and how time goes on: the loop stands still without it, or it flies on.
-const FAR: [(&str, Pace); 2] = [
+const FAR: [(&str, Pace); 3] = [
     ("sysid", Pace::Lockstep),
     ("depth_controller", Pace::Real(1)),
+    ("dha_actuator", Pace::Real(1)),
 ];
 
 const TO_FAR: Link = Link {
@@ -144,11 +145,15 @@ fn flies(name: &str, far: &'static str, pace: Pace, trouble: Trouble) {
     };
     network.set(now);
     let (began, since) = (Instant::now(), SystemTime::now());
-    // In lockstep nothing moves without the far node; in real time the commands are its own.
-    let before = crew.recorded("plane_command");
-    crew.wait_for("plane_command", before + 1);
+    // In lockstep nothing moves without the far node; in real time this is its own.
+    let own = match far {
+        "dha_actuator" => "plane_motion",
+        _ => "plane_command",
+    };
+    let before = crew.recorded(own);
+    crew.wait_for(own, before + 1);
     let first = began.elapsed().as_secs_f64();
-    crew.wait_for("plane_command", before + AFTER);
+    crew.wait_for(own, before + AFTER);
     let last = began.elapsed().as_secs_f64();
     let [to_far, to_near] = counts.unwrap_or_else(|| network.counts());
     println!(
