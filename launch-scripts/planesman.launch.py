@@ -95,7 +95,7 @@ def node_parameters(given):
         nodes['recorder'] = {**follow, 'answer': lockstep, 'output': given['bag']}
     nodes['sysid'] = {**follow, 'answer': lockstep}
     nodes['dha_actuator'] = {**follow, 'lockstep': lockstep}
-    nodes['depth_controller'] = {**follow}
+    nodes['depth_controller'] = {**follow, 'lockstep': lockstep}
     nodes['plant_sim'] = {
         'time': given['time'],
         'factor': factor,

@@ -19,7 +19,7 @@ pub fn launched(node: impl FnOnce() -> ExitCode) -> ExitCode {
     if std::env::var_os(LAUNCHED).is_some()
         && let Err(error) = set_parent_process_death_signal(Some(Signal::TERM))
     {
-        eprintln!("this node will outlive its launcher if that is killed: {error}");
+        planesman_node::complain!("this node will outlive its launcher if that is killed: {error}");
     }
     node()
 }

@@ -8,18 +8,20 @@ use std::collections::BTreeMap;
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
-use anyhow::{Result, bail};
+use anyhow::{Context as _, Result, bail};
 use depth_controller::gains::pitch_model::is_of_pitch;
 use indicatif::{ProgressBar, ProgressStyle};
-use planesman_msgs::diagnostic_msgs::msg::DiagnosticArray;
+use planesman_msgs::diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus};
 use planesman_msgs::planesman_msgs::msg::{ModelEstimate, VehicleState};
 use planesman_msgs::std_srvs::srv::{SetBool, SetBoolRequest, SetBoolResponse};
+use planesman_node::claim::{Claim, Stage};
 use planesman_node::{Client, Connections, Direction, Flow, Next, NodeSpec, Qos, Runtime, args};
 use planesman_parameters::Value;
 use recorder::loop_topics::{self, Delivery};
+use recorder::node::BAG;
 
 use crate::crew::Crew;
-use crate::run_folder::RunFolder;
+use crate::run_folder::{Loss, RunFolder};
 use crate::scenario::{NODES, Scenario};
 use crate::sink::full_name;
 use crate::summary::{identified, pole_text};
@@ -32,6 +34,10 @@ const LISTENING: Duration = Duration::from_millis(500);
 const FORGETTING: Duration = Duration::from_secs(7);
 /// How long the last messages may take to reach everybody.
 const LANDING: Duration = Duration::from_secs(10);
+/// How long the vehicle may take to say that it stands.
+const STOPPING: Duration = Duration::from_secs(10);
+/// The same two when somebody has asked to stop: who is deaf is not waited for long.
+const SOON: Duration = Duration::from_secs(3);
 
 /// Who decides when a tick is over.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,11 +74,11 @@ pub struct Options {
     pub namespace: String,
 }
 
-/// Flies `scenario` into `run` and prints what it showed.
+/// Flies `scenario` into `run` and prints what it showed. Returns what the bag lacks of it.
 ///
 /// # Errors
 /// When a node cannot start, does not find the others, or fails in flight.
-pub fn run(scenario: &Scenario, run: &RunFolder, options: &Options) -> Result<()> {
+pub fn run(scenario: &Scenario, run: &RunFolder, options: &Options) -> Result<Option<Loss>> {
     let parameters = scenario.parameter_file(
         &options.namespace,
         &extra(run, options),
@@ -96,20 +102,21 @@ pub fn run(scenario: &Scenario, run: &RunFolder, options: &Options) -> Result<()
     })?;
     let go = rt.client::<SetBool>("plant_sim/pause")?;
     planesman_node::say!("{}", scenario.description)?;
-    be_alone(&rt)?;
+    let claims = be_alone(&rt, options)?;
     // All that can be refused has been: now there is something to keep.
     run.create(scenario, &parameters)?;
-    fly(rt, go, scenario, run, options).inspect_err(|error| run.note_failure(error))
+    fly(rt, go, claims, scenario, run, options).inspect_err(|error| run.note_failure(error))
 }
 
 /// Starts the nodes and flies them to the end.
 fn fly(
     rt: Runtime<Event>,
     go: Client<SetBool>,
+    claims: Vec<Claim>,
     scenario: &Scenario,
     run: &RunFolder,
     options: &Options,
-) -> Result<()> {
+) -> Result<Option<Loss>> {
     let crew = Crew::start(run, &options.namespace, &NODES)?;
     drop(rt.every(Duration::from_millis(20), || Event::Look));
     let mut captain = Captain {
@@ -117,6 +124,7 @@ fn fly(
         options: options.clone(),
         crew,
         go,
+        claims,
         phase: Phase::Gathering(Instant::now()),
         connections: BTreeMap::new(),
         bar: bar(scenario.ticks()),
@@ -129,10 +137,13 @@ fn fly(
     let flown = captain.command(&rt);
     captain.bar.finish_and_clear();
     flown.and(rt.shutdown())?;
-    // Who talks stops first, so that the recorder hears the last word.
-    for node in NODES.iter().rev() {
-        captain.crew.stop(node)?;
-    }
+    // Who talks stops first, so that the recorder hears the last word, also when one of them does not stop.
+    let stopped: Vec<Result<()>> = NODES
+        .iter()
+        .rev()
+        .map(|node| captain.crew.stop(node))
+        .collect();
+    stopped.into_iter().collect::<Result<()>>()?;
     if captain.interrupted {
         planesman_node::say!(
             "Interrupted after {} ticks; the bag is closed.",
@@ -147,22 +158,32 @@ fn fly(
         )?;
     }
     planesman_node::say!("{}", run.report()?)?;
-    Ok(())
+    run.loss()
 }
 
-/// Nothing flies here yet: a second loop's nodes would answer the first one's vehicle.
-fn be_alone(rt: &Runtime<Event>) -> Result<()> {
+/// Nothing flies here yet: a second loop's nodes would answer the first one's vehicle. Returns the claim to
+/// the namespace, and that to `/clock` if it is made.
+fn be_alone(rt: &Runtime<Event>, options: &Options) -> Result<Vec<Claim>> {
     let began = Instant::now();
+    let mut subjects = vec![format!("launch {}", options.namespace)];
+    if options.pace.owns_time() {
+        subjects.push("launch what follows /clock".to_owned());
+    }
+    let claims = rt.claims(&subjects)?;
     loop {
         if matches!(rt.next(Duration::from_millis(50)), Next::Stop) {
             bail!("interrupted");
         }
+        give_way(&claims, options)?;
         let connections = rt.connections();
         let taken = connections.list.iter().find(|end| {
             end.direction == Direction::Subscription && end.topic != "/diagnostics" && end.peers > 0
         });
         match taken {
-            None if began.elapsed() > LISTENING => return Ok(()),
+            None if began.elapsed() > LISTENING => {
+                claims.iter().for_each(|claim| claim.rise_to(Stage::Held));
+                return Ok(claims);
+            }
             Some(end) if began.elapsed() > FORGETTING => bail!(
                 "somebody publishes {} already: is another loop running? Stop it, or choose \
                  another ROS_DOMAIN_ID or --namespace",
@@ -171,6 +192,27 @@ fn be_alone(rt: &Runtime<Event>) -> Result<()> {
             _ => {}
         }
     }
+}
+
+/// Of several dives at once one flies, the same in everybody's eyes; the others end.
+fn give_way(claims: &[Claim], options: &Options) -> Result<()> {
+    if let Some(holder) = claims.iter().find_map(Claim::holder) {
+        bail!(
+            "another dive, {holder}, holds the loop of {} here{}; wait for its end, or choose another ROS_DOMAIN_ID{}",
+            options.namespace,
+            if options.pace.owns_time() {
+                ", or its /clock"
+            } else {
+                ""
+            },
+            if options.pace.owns_time() {
+                ""
+            } else {
+                " or --namespace"
+            },
+        );
+    }
+    Ok(())
 }
 
 /// What only the launcher knows.
@@ -185,6 +227,7 @@ fn extra(run: &RunFolder, options: &Options) -> Vec<(&'static str, &'static str,
         ("recorder", "answer", lockstep.into()),
         ("sysid", "answer", lockstep.into()),
         ("dha_actuator", "lockstep", lockstep.into()),
+        ("depth_controller", "lockstep", lockstep.into()),
         ("plant_sim", "start_paused", true.into()),
         (
             "plant_sim",
@@ -233,6 +276,7 @@ struct Captain {
     options: Options,
     crew: Crew,
     go: Client<SetBool>,
+    claims: Vec<Claim>,
     phase: Phase,
     /// What each node says of its endpoints.
     connections: BTreeMap<String, Connections>,
@@ -272,6 +316,9 @@ impl Captain {
     fn on(&mut self, rt: &Runtime<Event>, event: Event) -> Result<Flow> {
         match event {
             Event::Diagnostics(array) => {
+                if let Some(trouble) = self.trouble_of_the_bag(&array) {
+                    bail!("the recorder has stopped: {trouble}");
+                }
                 if let Some(connections) = Connections::from_diagnostics(&array) {
                     self.connections
                         .insert(connections.node.clone(), connections);
@@ -286,7 +333,7 @@ impl Captain {
             Event::Model(_) => {}
             Event::Going(outcome) => drop(outcome?),
             Event::Stopped(outcome) => {
-                outcome?;
+                outcome.context("the vehicle does not stop")?;
                 // What counts is what the nodes say from now on.
                 self.connections.clear();
                 self.phase = Phase::Landing(Instant::now());
@@ -294,6 +341,16 @@ impl Captain {
             Event::Look => return self.look(rt),
         }
         Ok(Flow::Continue)
+    }
+
+    /// Why nothing more is recorded. The recorder's log may stand on the disk that is full.
+    fn trouble_of_the_bag<'a>(&self, array: &'a DiagnosticArray) -> Option<&'a str> {
+        let bag = format!("{}: {BAG}", full_name(&self.options.namespace, "recorder"));
+        let failed = |status: &&DiagnosticStatus| {
+            status.name == bag && status.level == DiagnosticStatus::ERROR
+        };
+        let status = array.status.iter().find(failed)?;
+        Some(&status.message)
     }
 
     fn on_state(&mut self, state: &VehicleState) {
@@ -313,9 +370,13 @@ impl Captain {
 
     fn look(&mut self, rt: &Runtime<Event>) -> Result<Flow> {
         self.crew.check()?;
+        give_way(&self.claims, &self.options)?;
         match self.phase {
             Phase::Gathering(since) => match self.missing(rt) {
                 None => {
+                    self.claims
+                        .iter()
+                        .for_each(|claim| claim.rise_to(Stage::Used));
                     self.say("all nodes have discovered each other; diving");
                     self.began = Instant::now();
                     let go = self.go.clone();
@@ -337,7 +398,7 @@ impl Captain {
             }
             Phase::Landing(since) => match self.on_its_way() {
                 None => return Ok(Flow::Stop),
-                Some(missing) if since.elapsed() > LANDING => {
+                Some(missing) if since.elapsed() > self.patience(LANDING) => {
                     self.say(&format!("gave up waiting: {missing}"));
                     return Ok(Flow::Stop);
                 }
@@ -350,10 +411,14 @@ impl Captain {
 
     fn stop_the_vehicle(&mut self, rt: &Runtime<Event>) {
         self.phase = Phase::Stopping;
-        let go = self.go.clone();
+        let (go, timeout) = (self.go.clone(), self.patience(STOPPING));
         rt.when_done(async move {
-            Event::Stopped(go.call(SetBoolRequest { data: true }, GATHERING).await)
+            Event::Stopped(go.call(SetBoolRequest { data: true }, timeout).await)
         });
+    }
+
+    fn patience(&self, usual: Duration) -> Duration {
+        if self.interrupted { SOON } else { usual }
     }
 
     fn say(&self, text: &str) {
@@ -382,8 +447,16 @@ impl Captain {
             Ok(all) => all,
             Err(missing) => return Some(missing),
         };
+        let lockstep = self.options.pace == Pace::Lockstep;
         let reliable: Vec<String> = loop_topics::ALL
             .iter()
+            .map(|topic| {
+                if lockstep {
+                    topic.in_lockstep()
+                } else {
+                    *topic
+                }
+            })
             .filter(|topic| topic.delivery != Delivery::BestEffort)
             .map(|topic| full_name(&self.options.namespace, topic.name))
             .collect();
@@ -414,6 +487,9 @@ impl Captain {
     /// Every node must have reported; every endpoint must be matched with as many others as all
     /// nodes together, this one included, have on its topic.
     fn missing(&self, rt: &Runtime<Event>) -> Option<String> {
+        if let Some(rival) = self.claims.iter().find_map(Claim::rival) {
+            return Some(format!("another dive, {rival}, is giving way"));
+        }
         let own = rt.connections();
         let mut all = match self.reports() {
             Ok(all) => all,

@@ -13,17 +13,28 @@ use planesman::design::{self, DesignCommand};
 use planesman::dha::{self, DhaCommand};
 use planesman::dive::{self, Pace};
 use planesman::reproduce::{self, ReproduceArgs};
-use planesman::run_folder::RunFolder;
+use planesman::run_folder::{Loss, RunFolder};
 use planesman::scenario::Scenario;
 use planesman::{nodes, sim, tf_command};
 use planesman_parameters::Values;
+
+/// The exit status of a dive whose bag lacks something.
+const LOST: u8 = 3;
+
+/// What a script is told.
+const EXIT_CODES: &str = "\
+Exit status of a dive:
+  0  flown, and the bag holds all that was published
+  1  it could not be flown, or not to its end; the last line says why
+  2  the command line is wrong
+  3  flown, but the bag lacks what was published; the last line says how much of which topic";
 
 /// Dives, breaks and identifies an underwater vehicle: a ROS 2 Jazzy node suite.
 ///
 /// Without a command it dives: it starts the simulated vehicle, its controller, its hydraulic
 /// actuator, an identifier and a recorder as separate processes over DDS, and shows what came of it.
 #[derive(Parser)]
-#[command(name = "planesman", version, args_conflicts_with_subcommands = true)]
+#[command(name = "planesman", version, args_conflicts_with_subcommands = true, after_help = EXIT_CODES)]
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
@@ -34,6 +45,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     /// Fly a scenario as separate processes over DDS (the default)
+    #[command(after_help = EXIT_CODES)]
     Dive(DiveArgs),
     /// Fly a scenario in one process, without DDS, into a bag or a table
     Sim(SimArgs),
@@ -176,7 +188,7 @@ fn main() -> ExitCode {
             | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => error.exit(),
             _ => {
                 let command = command_of(std::env::args().skip(1));
-                eprintln!("planesman: {} (see {command} --help)", one_line(&error));
+                planesman_node::complain!("planesman: {} (see {command} --help)", one_line(&error));
                 return ExitCode::from(2);
             }
         },
@@ -185,15 +197,23 @@ fn main() -> ExitCode {
         Some(command) => command,
         None if Scenario::is_there(&cli.dive.scenario) => Command::Dive(cli.dive),
         None => {
-            eprintln!(
+            planesman_node::complain!(
                 "planesman: '{}' is no command and no scenario (see planesman --help)",
                 cli.dive.scenario
             );
             return ExitCode::from(2);
         }
     };
+    planesman_node::file_size::limit_is_an_error();
     let outcome = match command {
-        Command::Dive(args) => dive(&args),
+        Command::Dive(args) => match dive(&args) {
+            Ok(None) => Ok(()),
+            Ok(Some(loss)) => {
+                planesman_node::complain!("planesman: {loss}");
+                return ExitCode::from(LOST);
+            }
+            Err(error) => Err(error),
+        },
         Command::Sim(args) => simulate(&args),
         Command::Report { folder } => RunFolder::open(&folder)
             .and_then(|run| run.report())
@@ -221,7 +241,7 @@ fn main() -> ExitCode {
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("planesman: {error:#}");
+            planesman_node::complain!("planesman: {error:#}");
             ExitCode::FAILURE
         }
     }
@@ -241,7 +261,7 @@ fn stay_local() -> Result<()> {
         .into())
 }
 
-fn dive(args: &DiveArgs) -> Result<()> {
+fn dive(args: &DiveArgs) -> Result<Option<Loss>> {
     stay_local()?;
     let scenario = Scenario::load(&args.scenario)?;
     let pace = match (args.factor, args.sim_time) {
@@ -263,8 +283,7 @@ fn dive(args: &DiveArgs) -> Result<()> {
             keep_running: args.keep_running,
             namespace: args.namespace.clone(),
         },
-    )?;
-    Ok(())
+    )
 }
 
 fn simulate(args: &SimArgs) -> Result<()> {

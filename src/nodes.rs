@@ -23,7 +23,7 @@ pub fn run(name: &str, args: Vec<String>) -> ExitCode {
         "sysid" => sysid::node::main(args),
         "recorder" => recorder::node::main(args),
         other => {
-            eprintln!(
+            planesman_node::complain!(
                 "planesman: there is no node '{other}'; there are {}",
                 NODES.join(", ")
             );

@@ -1,10 +1,11 @@
 //! The folder of one flight: scenario, parameters, bag, logs, page.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
+use std::{fmt, fs};
 
 use anyhow::{Context, Result, bail};
+use planesman_bag::reader::BagReader;
 
 use crate::flight::Flight;
 use crate::page::{self, Count};
@@ -126,7 +127,7 @@ impl RunFolder {
         let scenario = Scenario::parse(&text)?;
         let flight = Flight::read(&self.bag())?;
         let summary = Summary::of(&flight, &scenario)?;
-        let counts = self.counts(&flight);
+        let counts = self.counts(&flight.counts, &scenario)?;
         let html = page::page(&flight, &scenario, &text, &summary, &counts)?;
         let draft = self.path.join(".report.html.part");
         fs::write(&draft, html)
@@ -145,10 +146,30 @@ impl RunFolder {
         Ok(out)
     }
 
-    /// Messages per topic: in the bag, and as the publishers counted them when they stopped.
-    fn counts(&self, flight: &Flight) -> BTreeMap<String, Count> {
-        let mut counts: BTreeMap<String, Count> = flight
-            .counts
+    /// What was published and is not in the bag; `None` when nothing is missing.
+    ///
+    /// # Errors
+    /// When the folder or the bag cannot be read.
+    pub fn loss(&self) -> Result<Option<Loss>> {
+        let scenario = Scenario::parse(&fs::read_to_string(self.scenario_file())?)?;
+        let bag = BagReader::open(&self.bag())?;
+        let recorded = bag
+            .topics()
+            .iter()
+            .map(|counted| (counted.topic.name.clone(), counted.messages));
+        Ok(Loss::of(&self.counts(&recorded.collect(), &scenario)?))
+    }
+
+    /// Messages per topic: in the bag, and as the publishers counted them when they stopped. Those
+    /// that could not be sent count as published: they are lost likewise.
+    fn counts(
+        &self,
+        recorded: &BTreeMap<String, u64>,
+        scenario: &Scenario,
+    ) -> Result<BTreeMap<String, Count>> {
+        let recorder = scenario.values("recorder")?;
+        let selected = recorder.strings("topics");
+        let mut counts: BTreeMap<String, Count> = recorded
             .iter()
             .map(|(topic, n)| {
                 (
@@ -165,14 +186,68 @@ impl RunFolder {
                 continue;
             };
             for (topic, n) in published {
-                if is_counted(&topic) {
+                if is_counted(&topic) && is_selected(&topic, selected) {
                     let count = counts.entry(topic).or_default();
                     count.published = Some(count.published.unwrap_or(0) + n);
                 }
             }
         }
-        counts
+        Ok(counts)
     }
+}
+
+/// What was published and is not in the bag.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Loss {
+    /// By topic: messages missing, of how many.
+    topics: BTreeMap<String, (u64, u64)>,
+    /// Messages published on all topics.
+    published: u64,
+}
+
+impl Loss {
+    fn of(counts: &BTreeMap<String, Count>) -> Option<Self> {
+        let known = || {
+            let known =
+                |(topic, count): (_, &Count)| Some((topic, count.published?, count.recorded));
+            counts.iter().filter_map(known)
+        };
+        let missing = known().filter(|(_, published, recorded)| published > recorded);
+        let topics: BTreeMap<String, (u64, u64)> = missing
+            .map(|(topic, published, recorded)| {
+                (String::clone(topic), (published - recorded, published))
+            })
+            .collect();
+        (!topics.is_empty()).then(|| Self {
+            topics,
+            published: known().map(|(_, published, _)| published).sum(),
+        })
+    }
+}
+
+impl fmt::Display for Loss {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let missing: u64 = self.topics.values().map(|(missing, _)| missing).sum();
+        write!(
+            f,
+            "the bag lacks {missing} of {} messages that were published: ",
+            self.published
+        )?;
+        for (i, (topic, (missing, of))) in self.topics.iter().enumerate() {
+            let comma = if i == 0 { "" } else { ", " };
+            write!(f, "{comma}{topic} {missing} of {of}")?;
+        }
+        Ok(())
+    }
+}
+
+/// Whether the recorder was to record a topic; all, if it was given no names.
+fn is_selected(topic: &str, names: &[String]) -> bool {
+    let last = topic.rsplit('/').next();
+    names.is_empty()
+        || names
+            .iter()
+            .any(|name| name == topic || Some(name.as_str()) == last)
 }
 
 /// Whether loss on a topic means anything: the others are spoken before the recorder listens.
@@ -180,11 +255,15 @@ fn is_counted(topic: &str) -> bool {
     !["/diagnostics", "/rosout", "/parameter_events"].contains(&topic)
 }
 
-/// The counts in a node's exit report, `None` when there is no such report.
+/// What a node was to send, by its exit report; `None` when there is no such report.
 fn published(path: &Path) -> Option<BTreeMap<String, u64>> {
     let text = fs::read_to_string(path).ok()?;
     let report: planesman_node::ExitReport = serde_json::from_str(&text).ok()?;
-    Some(report.published)
+    let mut sent = report.published;
+    for (topic, dropped) in report.dropped {
+        *sent.entry(topic).or_default() += dropped;
+    }
+    Some(sent)
 }
 
 fn count_table(counts: &BTreeMap<String, Count>) -> String {
@@ -205,4 +284,76 @@ fn count_table(counts: &BTreeMap<String, Count>) -> String {
         );
     }
     out + &format!("{:width$}  {:>9}  {:>10}  {lost:>4}\n", "all", "", "")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn count(published: Option<u64>, recorded: u64) -> Count {
+        Count {
+            published,
+            recorded,
+        }
+    }
+
+    #[test]
+    fn what_was_published_and_is_not_in_the_bag_is_lost() {
+        let mut counts = BTreeMap::from([
+            ("/auv/state".to_owned(), count(Some(1800), 1800)),
+            ("/auv/depth_setpoint".to_owned(), count(None, 1)),
+        ]);
+        assert_eq!(Loss::of(&counts), None);
+        counts.insert("/auv/imu".to_owned(), count(Some(1800), 1775));
+        counts.insert("/auv/daq".to_owned(), count(Some(1800), 0));
+        // Somebody else publishes there too: more is in the bag than our nodes sent.
+        counts.insert("/tf".to_owned(), count(Some(1800), 2000));
+        let loss = Loss::of(&counts).expect("lost").to_string();
+        assert_eq!(
+            loss,
+            "the bag lacks 1825 of 7200 messages that were published: /auv/daq 1800 of 1800, /auv/imu 25 of 1800"
+        );
+    }
+
+    #[test]
+    fn a_topic_that_was_not_to_be_recorded_is_not_lost() {
+        let names = ["state", "/tf"].map(str::to_owned);
+        assert!(is_selected("/auv/state", &names));
+        assert!(is_selected("/tf", &names));
+        assert!(!is_selected("/auv/imu", &names));
+        assert!(is_selected("/auv/imu", &[]));
+    }
+
+    /// A flight in one process into a flight's folder, with the reports of nodes that sent so much.
+    #[test]
+    fn a_flight_folder_tells_what_its_bag_lacks() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let run = RunFolder {
+            path: folder.path().join("flight"),
+        };
+        let text = "description: A test\nduration: 1.0\n";
+        let scenario = Scenario::parse(text).expect("a scenario");
+        run.create(&scenario, "").expect("made");
+        crate::sim::run(&scenario, &run.path.join("flown.mcap"), "/auv").expect("flown");
+        fs::create_dir(run.bag()).expect("made");
+        fs::rename(run.path.join("flown.mcap"), run.bag().join("bag_0.mcap")).expect("moved");
+        let tell = |published: u64, dropped: u64| {
+            let topic = "/auv/state".to_owned();
+            let report = planesman_node::ExitReport {
+                node: "/auv/plant_sim".to_owned(),
+                published: BTreeMap::from([(topic.clone(), published)]),
+                dropped: BTreeMap::from([(topic, dropped)]),
+                ..planesman_node::ExitReport::default()
+            };
+            let text = serde_json::to_vec(&report).expect("plain");
+            fs::write(run.exit_report("plant_sim"), text).expect("written");
+        };
+        tell(20, 0);
+        assert_eq!(run.loss().expect("readable"), None);
+        for (published, dropped) in [(23, 0), (20, 3)] {
+            tell(published, dropped);
+            let loss = run.loss().expect("readable").expect("lost").to_string();
+            assert!(loss.ends_with("/auv/state 3 of 23"), "{loss}");
+        }
+    }
 }

@@ -22,7 +22,7 @@ pub fn fit(args: &FitArgs) -> Result<()> {
     if let Some(path) = &args.html {
         std::fs::write(path, page::page(&found.analysis, &found.record)?)
             .with_context(|| format!("{}", path.display()))?;
-        eprintln!("{}: the page", path.display());
+        planesman_node::complain!("{}: the page", path.display());
     }
     Ok(())
 }

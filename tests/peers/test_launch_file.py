@@ -113,7 +113,8 @@ class LaunchFile(unittest.TestCase):
             members = decided(nodes, "plant_sim")["lockstep.members"]
             answering = [name for name in nodes if decided(nodes, name).get("answer")]
             self.assertEqual(sorted(members), sorted(answering))
-            self.assertIs(decided(nodes, "dha_actuator")["lockstep"], True)
+            for name in ("dha_actuator", "depth_controller"):
+                self.assertIs(decided(nodes, name)["lockstep"], True, name)
             followers = [name for name in nodes if name != "plant_sim"]
             self.assertTrue(all(decided(nodes, name)["use_sim_time"] is True for name in followers))
 

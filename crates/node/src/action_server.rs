@@ -36,15 +36,18 @@ use ros2_client::{
         SendGoalResponse,
     },
     action_msgs, builtin_interfaces,
+    error::WriteError,
     service::ServiceMapping,
 };
 use rustdds::discovery::announce_type_hash;
 
 pub use crate::goals::REMEMBERED;
 use crate::{
+    answers,
     goals::{Goals, Outcome},
     qos::Qos,
-    service::{Wire, answer_when_heard},
+    service::Wire,
+    share::Turn,
     shared::Shared,
 };
 
@@ -139,14 +142,14 @@ impl<A: Action> ActionServer<A> {
         shared: &Rc<Shared>,
         name: &str,
         mapping: ServiceMapping,
-        mut on_goal: impl AsyncFnMut(Goal<A>) + 'static,
+        mut on_goal: impl AsyncFnMut(Goal<A>, Turn) + 'static,
         mut on_cancel: impl AsyncFnMut(GoalId) + 'static,
     ) -> anyhow::Result<()> {
         let name = shared.service_name(name)?;
         let type_name = announce_action::<A>()?;
         let parsed = Name::parse(&name).map_err(|e| anyhow!("{name}: {e}"))?;
         let [service, feedback, status] =
-            [Qos::reliable(10), Qos::reliable(10), Qos::latched(1)].map(Qos::profile);
+            [Qos::reliable(10), Qos::reliable(10), Qos::latched(1)].map(Qos::impatient_profile);
         let qos = ActionServerQosPolicies {
             goal_service: service.clone(),
             result_service: service.clone(),
@@ -167,10 +170,11 @@ impl<A: Action> ActionServer<A> {
             loop {
                 let request =
                     poll_fn(|cx| next_request::<A>(&mut middleware.borrow_mut(), cx)).await;
+                let turn = server.shared.share.turn().await;
                 match request {
                     Request::Goal(asker, request) => {
                         if let Some(goal) = server.accept(asker, request) {
-                            on_goal(goal).await;
+                            on_goal(goal, turn).await;
                         }
                     }
                     Request::Cancel(asker, request) => {
@@ -203,7 +207,7 @@ impl<A: Action> ActionServer<A> {
         };
         let name = format!("{}/_action/send_goal", self.name);
         self.answer(&name, asker, move |middleware| {
-            middleware.send_goal_response(asker, response)
+            middleware.send_goal_response(asker, response.clone())
         });
         if !accepted {
             self.warn(&format!("goal {goal_id:?} is rejected"));
@@ -246,7 +250,7 @@ impl<A: Action> ActionServer<A> {
         };
         let name = format!("{}/_action/cancel_goal", self.name);
         self.answer(&name, asker, move |middleware| {
-            middleware.send_cancel_response(asker, response)
+            middleware.send_cancel_response(asker, response.clone())
         });
         self.publish_statuses();
         cancelled.into_iter().map(|(id, _)| id).collect()
@@ -270,22 +274,22 @@ impl<A: Action> ActionServer<A> {
         };
         let name = format!("{}/_action/get_result", self.name);
         self.answer(&name, asker, move |middleware| {
-            middleware.send_result(asker, response)
+            middleware.send_result(asker, response.clone())
         });
     }
 
     /// Sends an answer as soon as its asker is known to listen.
-    fn answer<E: std::fmt::Debug>(
+    fn answer(
         self: &Rc<Self>,
         service: &str,
         asker: RmwRequestId,
-        send: impl FnOnce(&Middleware<A>) -> Result<(), E> + 'static,
+        send: impl Fn(&Middleware<A>) -> Result<(), WriteError<()>> + 'static,
     ) {
-        let server = Rc::clone(self);
-        answer_when_heard(&self.shared, service, asker, move || {
-            if let Some(middleware) = server.middleware.upgrade() {
-                let sent = send(&middleware.borrow());
-                server.warn_of(sent);
+        let middleware = Weak::clone(&self.middleware);
+        answers::answer(&self.shared, service, asker, move || {
+            match middleware.upgrade() {
+                Some(middleware) => send(&middleware.borrow()),
+                None => Ok(()), // The node is shutting down.
             }
         });
     }

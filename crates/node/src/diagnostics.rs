@@ -169,7 +169,11 @@ pub(crate) fn connections(shared: &Shared) -> Connections {
 /// Everything the node has to say now.
 pub(crate) fn array(shared: &Shared) -> DiagnosticArray {
     let Connections { node, list } = connections(shared);
-    let mut status = vec![connections_status(&node, &list)];
+    let shared_topics = topics_of_others_too(shared);
+    for topic in &shared_topics {
+        shared.complain(topic, "another node publishes here too; only one is to");
+    }
+    let mut status = vec![connections_status(&node, &list, &shared_topics)];
     status.extend(shared.statuses.borrow().values().cloned());
     DiagnosticArray {
         header: Header {
@@ -180,18 +184,43 @@ pub(crate) fn array(shared: &Shared) -> DiagnosticArray {
     }
 }
 
-fn connections_status(node: &str, connections: &[Connection]) -> DiagnosticStatus {
+/// Topics on which others publish although this node is to be the only one.
+fn topics_of_others_too(shared: &Shared) -> Vec<String> {
+    let Some(participant) = shared.participant() else {
+        return Vec::new();
+    };
+    let endpoints = shared.endpoints.borrow();
+    let sole = endpoints.iter().filter(|endpoint| endpoint.sole.get());
+    sole.filter(|endpoint| endpoint.others(&participant) > 0)
+        .map(|endpoint| endpoint.topic.clone())
+        .collect()
+}
+
+fn connections_status(
+    node: &str,
+    connections: &[Connection],
+    shared_topics: &[String],
+) -> DiagnosticStatus {
     let total = |count: fn(&Connection) -> u64| connections.iter().map(count).sum::<u64>();
     let (refused, dropped) = (total(|c| c.refused), total(|c| c.dropped));
-    let trouble = refused + dropped > 0;
+    let (level, message) = if !shared_topics.is_empty() {
+        let topics = shared_topics.join(", ");
+        (
+            Level::Error,
+            format!("another node publishes here too: {topics}"),
+        )
+    } else if refused + dropped > 0 {
+        (
+            Level::Warn,
+            format!("{refused} messages refused, {dropped} dropped"),
+        )
+    } else {
+        (Level::Ok, "ok".to_owned())
+    };
     DiagnosticStatus {
-        level: if trouble { Level::Warn } else { Level::Ok }.into(),
+        level: level.into(),
         name: format!("{node}{CONNECTIONS}"),
-        message: if trouble {
-            format!("{refused} messages refused, {dropped} dropped")
-        } else {
-            "ok".to_owned()
-        },
+        message,
         hardware_id: node.to_owned(),
         values: connections.iter().map(Connection::to_pair).collect(),
     }
@@ -276,7 +305,7 @@ mod tests {
                 dropped: 0,
             },
         ];
-        let status = connections_status("/auv/plant_sim", &list);
+        let status = connections_status("/auv/plant_sim", &list, &[]);
         assert_eq!(status.level, DiagnosticStatus::WARN);
         let array = DiagnosticArray {
             status: vec![DiagnosticStatus::default(), status],
@@ -286,5 +315,8 @@ mod tests {
         assert_eq!(read.node, "/auv/plant_sim");
         assert_eq!(read.list, list);
         assert!(read.find(Direction::Subscription, "/auv/state").is_none());
+        let both = connections_status("/auv/plant_sim", &list, &["/auv/state".to_owned()]);
+        assert_eq!(both.level, DiagnosticStatus::ERROR);
+        assert!(both.message.ends_with("/auv/state"), "{}", both.message);
     }
 }

@@ -3,7 +3,9 @@
 use std::cell::Cell;
 
 use ros2_client::Gid;
-use rustdds::{DomainParticipant, GUID, QosPolicies, discovery::DiscoveredWriterData};
+use rustdds::{
+    DomainParticipant, GUID, QosPolicies, RTPSEntity as _, discovery::DiscoveredWriterData,
+};
 
 use crate::qos::Qos;
 
@@ -41,6 +43,8 @@ pub(crate) struct Endpoint {
     pub(crate) refused: Cell<u64>,
     /// Messages the middleware had no room for.
     pub(crate) dropped: Cell<u64>,
+    /// Whether nobody else is to publish here.
+    pub(crate) sole: Cell<bool>,
 }
 
 impl Endpoint {
@@ -53,6 +57,7 @@ impl Endpoint {
             passed: Cell::new(0),
             refused: Cell::new(0),
             dropped: Cell::new(0),
+            sole: Cell::new(false),
         }
     }
 
@@ -62,13 +67,16 @@ impl Endpoint {
     }
 
     /// How many endpoints of other participants it exchanges data with: same topic, same
-    /// type, and what is offered meets what is requested.
+    /// type, what is offered meets what is requested, and the middleware has matched them.
     pub(crate) fn peers(&self, participant: &DomainParticipant) -> usize {
         let topic = self.dds_topic();
         match self.direction {
             Direction::Publisher => participant
                 .discovered_readers()
                 .iter()
+                .filter(|reader| {
+                    participant.is_matched_with(reader.reader_proxy.remote_reader_guid)
+                })
                 .map(|reader| &reader.subscription_topic_data)
                 .filter(|reader| {
                     *reader.topic_name() == topic
@@ -79,6 +87,9 @@ impl Endpoint {
             Direction::Subscription => participant
                 .discovered_writers()
                 .iter()
+                .filter(|writer| {
+                    participant.is_matched_with(writer.writer_proxy.remote_writer_guid)
+                })
                 .map(|writer| &writer.publication_topic_data)
                 .filter(|writer| {
                     writer.topic_name == topic
@@ -87,6 +98,16 @@ impl Endpoint {
                 })
                 .count(),
         }
+    }
+
+    /// How many publishers other participants have on the topic, of whatever type.
+    pub(crate) fn others(&self, participant: &DomainParticipant) -> usize {
+        let (topic, own) = (self.dds_topic(), participant.guid().prefix);
+        let writers = participant.discovered_writers();
+        let writers = writers.iter().map(|writer| &writer.publication_topic_data);
+        writers
+            .filter(|writer| writer.topic_name == topic && writer.key.prefix != own)
+            .count()
     }
 
     /// What is wrong with the type of the writer `gid`, empty if nothing; `None` while the

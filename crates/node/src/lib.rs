@@ -51,25 +51,30 @@
 //! | `parameters` | the six parameter services |
 //! | [`qos`] | quality of service as ROS conventions have it |
 //! | [`publisher`], `subscription`, [`raw`] | topics out, in, and undecoded |
-//! | [`service`] | services served and called |
+//! | [`service`], `answers` | services served and called; answers on their way |
+//! | `share` | how much of its time a node gives to requests |
 //! | [`action_server`], [`action_client`], `goals` | actions served and asked; the server's book |
 //! | `endpoint` | one end of a topic: peers and counts |
 //! | `clock` | wall time or `/clock` |
 //! | [`logging`] | stderr and `/rosout` |
 //! | [`diagnostics`] | `/diagnostics`, written and read |
+//! | [`claim`] | being the only one that does something |
 //! | [`report`] | the account at exit |
-//! | [`memory`], [`shutdown`] | the ceiling; the signals |
+//! | [`memory`], [`file_size`], [`shutdown`] | the ceilings; the signals |
 //! | `shared` | what these parts share |
 //! | `watchdog` | whether the middleware still runs |
 //! | [`testing`] | a DDS domain of one's own |
 
 pub mod action_client;
 pub mod action_server;
+mod answers;
 pub mod args;
+pub mod claim;
 mod clock;
 pub mod diagnostics;
 pub mod domain;
 mod endpoint;
+pub mod file_size;
 mod goals;
 pub mod logging;
 pub mod memory;
@@ -81,6 +86,7 @@ pub mod raw;
 pub mod report;
 pub mod runtime;
 pub mod service;
+mod share;
 mod shared;
 pub mod shutdown;
 mod subscription;
@@ -92,6 +98,7 @@ use std::process::ExitCode;
 pub use action_client::ActionClient;
 pub use action_server::{Goal, GoalId, GoalStatus};
 pub use args::RosArguments;
+pub use claim::Claim;
 pub use diagnostics::{Connection, Connections, Level};
 pub use domain::Domain;
 pub use endpoint::Direction;
@@ -109,7 +116,7 @@ pub fn exit_code(program: &str, run: impl FnOnce() -> anyhow::Result<()>) -> Exi
     match run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("{program}: {error:#}");
+            complain!("{program}: {error:#}");
             ExitCode::FAILURE
         }
     }
@@ -121,6 +128,21 @@ macro_rules! say {
     ($($argument:tt)*) => {
         $crate::print(format_args!("{}\n", format_args!($($argument)*)))
     };
+}
+
+/// Writes a line to standard error, as `eprintln!` does; where that cannot be written, as on a full
+/// disk, nobody is left to tell, and the program goes on.
+#[macro_export]
+macro_rules! complain {
+    ($($argument:tt)*) => {
+        $crate::write_complaint(format_args!("{}\n", format_args!($($argument)*)))
+    };
+}
+
+/// Writes to standard error what [`complain!`] has to say.
+pub fn write_complaint(text: std::fmt::Arguments<'_>) {
+    use std::io::Write as _;
+    let _ = std::io::stderr().write_fmt(text);
 }
 
 /// Prints what a command has to say. A reader that has heard enough (`| head`) is no error.

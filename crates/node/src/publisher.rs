@@ -70,6 +70,21 @@ impl<M: Message> Publisher<M> {
             .map_or(0, |participant| self.endpoint.peers(&participant))
     }
 
+    /// Nobody else is to publish here: whoever does shows as an error in the diagnostics and the log.
+    #[must_use]
+    pub fn sole(self) -> Self {
+        self.endpoint.sole.set(true);
+        self
+    }
+
+    /// How many publishers other nodes have on the topic.
+    #[must_use]
+    pub fn others(&self) -> usize {
+        self.shared
+            .participant()
+            .map_or(0, |participant| self.endpoint.others(&participant))
+    }
+
     /// How many messages have gone out.
     #[must_use]
     pub fn published(&self) -> u64 {

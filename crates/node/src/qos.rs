@@ -90,6 +90,16 @@ impl Qos {
         self.depth
     }
 
+    /// The same in the middleware's words, for a writer that fails at once when there is no room.
+    pub(crate) fn impatient_profile(self) -> QosProfile {
+        QosProfile {
+            reliability: Reliability::Reliable {
+                when_full: WhenFull::Fail,
+            },
+            ..self.profile()
+        }
+    }
+
     /// The same in the middleware's words.
     pub(crate) fn profile(self) -> QosProfile {
         QosProfile {

@@ -49,11 +49,12 @@ use crate::{
     action_client::ActionClient,
     action_server::{ActionServer, Goal, GoalId},
     args::RosArguments,
+    claim::Claim,
     clock,
     diagnostics::{self, Connections, Level},
     domain::Domain,
     endpoint::{Direction, Endpoint, TypeNames},
-    logging, memory,
+    file_size, logging, memory,
     names::NodeNames,
     parameters::{Parameters, USE_SIM_TIME, Validate},
     publisher::Publisher,
@@ -61,6 +62,7 @@ use crate::{
     raw::{Payload, RawSample},
     report::ExitReport,
     service::{self, Client, Responder, Server, Wire},
+    share::Turn,
     shared::{Shared, package_and_name, types_of},
     shutdown,
     subscription::{non_finite, pump},
@@ -135,6 +137,18 @@ impl Drop for Timer {
     }
 }
 
+/// An event on its way to the handler; a request's with its turn.
+struct Queued<E> {
+    event: E,
+    turn: Option<Turn>,
+}
+
+impl<E> From<E> for Queued<E> {
+    fn from(event: E) -> Self {
+        Self { event, turn: None }
+    }
+}
+
 /// A running node whose events are of type `E`.
 pub struct Runtime<E> {
     shared: Rc<Shared>,
@@ -143,8 +157,10 @@ pub struct Runtime<E> {
     mapping: ServiceMapping,
     /// Goes last of all: its end tells the peers.
     context: Context,
-    sender: Sender<E>,
-    receiver: Receiver<E>,
+    sender: Sender<Queued<E>>,
+    receiver: Receiver<Queued<E>>,
+    /// The request that is being handled, if one is.
+    turn: RefCell<Option<Turn>>,
     stop: Receiver<()>,
     /// Why the node cannot go on.
     failed: Receiver<String>,
@@ -178,6 +194,7 @@ impl<E: 'static> Runtime<E> {
             log::info!("ignored: {ignored}");
         }
         memory::limit()?;
+        file_size::limit_is_an_error();
         let stop = shutdown::requested()?;
         let parameters =
             Parameters::at_start(spec.declarations, spec.validate, &names, &arguments)?;
@@ -238,6 +255,7 @@ impl<E: 'static> Runtime<E> {
             context,
             sender,
             receiver,
+            turn: RefCell::default(),
             stop,
             failed,
             failure: RefCell::default(),
@@ -311,7 +329,7 @@ impl<E: 'static> Runtime<E> {
         let (shared, sender) = (Rc::clone(&self.shared), self.sender.clone());
         self.shared.spawn(async move {
             let deliver = async |message, _: &MessageInfo| {
-                let _ = sender.send(event(message)).await; // Fails only at shutdown.
+                let _ = sender.send(event(message).into()).await; // Fails only at shutdown.
             };
             pump(shared, endpoint, reader.async_stream(), non_finite, deliver).await;
         });
@@ -349,9 +367,8 @@ impl<E: 'static> Runtime<E> {
         self.shared.spawn(async move {
             let samples = reader.async_stream_seed(Payload);
             let deliver = async |bytes, info: &MessageInfo| {
-                let _ = sender
-                    .send(event(RawSample::new(&topic, bytes, info)))
-                    .await;
+                let sample = RawSample::new(&topic, bytes, info);
+                let _ = sender.send(event(sample).into()).await;
             };
             pump(shared, endpoint, samples, |_| None, deliver).await;
         });
@@ -370,13 +387,17 @@ impl<E: 'static> Runtime<E> {
     ) -> anyhow::Result<()> {
         let (shared, sender) = (Rc::clone(&self.shared), self.sender.clone());
         let subject = self.shared.service_name(name)?;
-        self.serve_with::<S, _>(name, async move |request, responder| {
+        self.serve_with::<S, _>(name, async move |request, responder, turn| {
             if let Some(reason) = non_finite(&request) {
                 shared.warn(&subject, &format!("a request is refused: {reason}"));
                 return;
             }
+            let queued = Queued {
+                event: event(request, responder),
+                turn: Some(turn),
+            };
             // Fails only when the node is shutting down.
-            let _ = sender.send(event(request, responder)).await;
+            let _ = sender.send(queued).await;
         })
     }
 
@@ -405,6 +426,32 @@ impl<E: 'static> Runtime<E> {
         })
     }
 
+    /// Claims to be the only one that does these things in the domain (whatever names all claimants
+    /// use for them), and hears who else does.
+    ///
+    /// # Errors
+    /// When the middleware refuses.
+    pub fn claims(&self, subjects: &[String]) -> anyhow::Result<Vec<Claim>> {
+        let claim = |subject: &String| Claim::new(&self.shared, subject);
+        let claims: Vec<Claim> = subjects.iter().map(claim).collect();
+        let types = types_of::<DiagnosticArray>();
+        let topic = self.shared.topic_name("/diagnostics")?;
+        let (endpoint, dds) =
+            self.shared
+                .endpoint(Direction::Subscription, &topic, types, Qos::reliable(100))?;
+        let reader = self
+            .shared
+            .with_node(|node| node.create_subscription::<DiagnosticArray>(&dds, None))?;
+        let (shared, heard) = (Rc::clone(&self.shared), claims.clone());
+        self.shared.spawn(async move {
+            let deliver = async |array: DiagnosticArray, _: &MessageInfo| {
+                heard.iter().for_each(|claim| claim.hear(&array));
+            };
+            pump(shared, endpoint, reader.async_stream(), |_| None, deliver).await;
+        });
+        Ok(claims)
+    }
+
     /// Serves the action `name`: each goal becomes an event, and so does each one that is to be
     /// cancelled. Which goals there may be, and how they end, is for the node to say through the
     /// [`Goal`].
@@ -422,11 +469,15 @@ impl<E: 'static> Runtime<E> {
             &self.shared,
             name,
             self.mapping,
-            async move |goal| {
-                let _ = goals.send(on_goal(goal)).await; // Fails only at shutdown.
+            async move |goal, turn| {
+                let queued = Queued {
+                    event: on_goal(goal),
+                    turn: Some(turn),
+                };
+                let _ = goals.send(queued).await; // Fails only at shutdown.
             },
             async move |id| {
-                let _ = cancels.send(on_cancel(id)).await;
+                let _ = cancels.send(on_cancel(id).into()).await;
             },
         )
     }
@@ -446,7 +497,7 @@ impl<E: 'static> Runtime<E> {
             name,
             self.mapping,
             async move |id, feedback| {
-                let _ = sender.send(on_feedback(id, feedback)).await;
+                let _ = sender.send(on_feedback(id, feedback).into()).await;
             },
         )
     }
@@ -466,7 +517,7 @@ impl<E: 'static> Runtime<E> {
                     due += period * u32::try_from(late).unwrap_or(u32::MAX);
                 }
                 SmolTimer::at(due).await;
-                if sender.send(event()).await.is_err() {
+                if sender.send(event().into()).await.is_err() {
                     return;
                 }
             }
@@ -478,7 +529,7 @@ impl<E: 'static> Runtime<E> {
         let sender = self.sender.clone();
         self.timer(async move {
             SmolTimer::after(delay).await;
-            let _ = sender.send(event()).await;
+            let _ = sender.send(event().into()).await;
         })
     }
 
@@ -487,12 +538,13 @@ impl<E: 'static> Runtime<E> {
     pub fn when_done(&self, work: impl Future<Output = E> + 'static) {
         let sender = self.sender.clone();
         self.shared.spawn(async move {
-            let _ = sender.send(work.await).await;
+            let _ = sender.send(work.await.into()).await;
         });
     }
 
     /// Waits for `work` while the node's communication goes on. Events queue up.
     pub fn block_on<T>(&self, work: impl Future<Output = T>) -> T {
+        self.take_up(None);
         smol::block_on(self.executor.run(work))
     }
 
@@ -511,10 +563,21 @@ impl<E: 'static> Runtime<E> {
                     Next::Stop
                 }
                 Either::Right((Either::Left((Err(_), _)), _)) => Next::Stop,
-                Either::Right((Either::Left((Ok(event), _)), _)) => Next::Event(event),
+                Either::Right((Either::Left((Ok(queued), _)), _)) => {
+                    self.take_up(queued.turn);
+                    Next::Event(queued.event)
+                }
                 Either::Right((Either::Right(_), _)) => Next::Nothing,
             }
         })
+    }
+
+    /// What was handled until now is done; if the next is a request, its handling begins.
+    fn take_up(&self, mut turn: Option<Turn>) {
+        if let Some(turn) = &mut turn {
+            turn.begin();
+        }
+        drop(self.turn.replace(turn));
     }
 
     /// Sets the status `name` in the diagnostics, which go out soon if its level changes.
@@ -540,18 +603,20 @@ impl<E: 'static> Runtime<E> {
         let executor = Rc::clone(&self.executor);
         let outcome = smol::block_on(executor.run(async {
             loop {
-                let event = {
+                let queued = {
                     let (event, stop) = (self.receiver.recv(), self.asked_to_stop());
                     futures::pin_mut!(event, stop);
                     match select(stop, event).await {
                         Either::Left((asked, _)) => return asked.map_err(|e| anyhow!(e)),
                         Either::Right((Err(_), _)) => return Ok(()),
-                        Either::Right((Ok(event), _)) => event,
+                        Either::Right((Ok(queued), _)) => queued,
                     }
                 };
-                if handler(&mut self, event)? == Flow::Stop {
+                self.take_up(queued.turn);
+                if handler(&mut self, queued.event)? == Flow::Stop {
                     return Ok(());
                 }
+                self.take_up(None);
             }
         }));
         drop((executor, handler));
@@ -624,11 +689,11 @@ impl<E: 'static> Runtime<E> {
         })
     }
 
-    /// Hands each request of the service `name` to `answer`, one after the other.
+    /// Hands each request of the service `name` to `answer`, one after the other, each in its turn.
     fn serve_with<S, A>(&self, name: &str, mut answer: A) -> anyhow::Result<()>
     where
         S: Service,
-        A: AsyncFnMut(S::Request, Responder<S>) + 'static,
+        A: AsyncFnMut(S::Request, Responder<S>, Turn) + 'static,
     {
         let name = self.shared.service_name(name)?;
         let (type_name, qos) = announce_service::<S>()?;
@@ -639,7 +704,7 @@ impl<E: 'static> Runtime<E> {
                 &parsed,
                 &type_name,
                 qos.profile(),
-                qos.profile(),
+                qos.impatient_profile(),
             )
         })?;
         let server = Rc::new(server);
@@ -656,7 +721,8 @@ impl<E: 'static> Runtime<E> {
                             server: Rc::downgrade(&server),
                             request: id,
                         };
-                        answer(request, responder).await;
+                        let turn = shared.share.turn().await;
+                        answer(request, responder, turn).await;
                     }
                     Err(error) => shared.warn(&name, &format!("a request is refused: {error}")),
                 }
@@ -691,19 +757,19 @@ impl<E: 'static> Runtime<E> {
                 changed_parameters: changed,
                 ..ParameterEvent::default()
             });
-            let _ = sender.send(on_parameters(values)).await;
+            let _ = sender.send(on_parameters(values).into()).await;
         });
 
         let of = || Rc::clone(&self.parameters);
         let parameters = of();
-        self.serve_with::<GetParameters, _>("~/get_parameters", async move |request, r| {
+        self.serve_with::<GetParameters, _>("~/get_parameters", async move |request, r, _turn| {
             let values = parameters.borrow().get(&request.names);
             r.answer(GetParametersResponse { values });
         })?;
         let parameters = of();
         self.serve_with::<GetParameterTypes, _>(
             "~/get_parameter_types",
-            async move |request, r| {
+            async move |request, r, _turn| {
                 let types = parameters.borrow().types(&request.names);
                 r.answer(GetParameterTypesResponse { types });
             },
@@ -711,18 +777,21 @@ impl<E: 'static> Runtime<E> {
         let parameters = of();
         self.serve_with::<DescribeParameters, _>(
             "~/describe_parameters",
-            async move |request, r| {
+            async move |request, r, _turn| {
                 let descriptors = parameters.borrow().describe(&request.names);
                 r.answer(DescribeParametersResponse { descriptors });
             },
         )?;
         let parameters = of();
-        self.serve_with::<ListParameters, _>("~/list_parameters", async move |request, r| {
-            let result = parameters.borrow().list(&request);
-            r.answer(ListParametersResponse { result });
-        })?;
+        self.serve_with::<ListParameters, _>(
+            "~/list_parameters",
+            async move |request, r, _turn| {
+                let result = parameters.borrow().list(&request);
+                r.answer(ListParametersResponse { result });
+            },
+        )?;
         let (parameters, told) = (of(), Rc::clone(&announce));
-        self.serve_with::<SetParameters, _>("~/set_parameters", async move |request, r| {
+        self.serve_with::<SetParameters, _>("~/set_parameters", async move |request, r, _turn| {
             let (results, changed) = parameters.borrow_mut().set_each(request);
             r.answer(SetParametersResponse { results });
             told(changed).await;
@@ -730,7 +799,7 @@ impl<E: 'static> Runtime<E> {
         let (parameters, told) = (of(), announce);
         self.serve_with::<SetParametersAtomically, _>(
             "~/set_parameters_atomically",
-            async move |request, r| {
+            async move |request, r, _turn| {
                 let (result, changed) = parameters.borrow_mut().set_together(request.parameters);
                 r.answer(SetParametersAtomicallyResponse { result });
                 told(changed).await;

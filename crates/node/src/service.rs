@@ -11,11 +11,10 @@ use anyhow::{Context as _, anyhow, bail};
 use futures::future::{Either, select};
 use planesman_msgs::{Message, Service};
 use ros2_client::{RmwRequestId, service::ServiceMapping};
-use rustdds::GUID;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use smol::{Timer, lock::Mutex};
 
-use crate::shared::Shared;
+use crate::{answers, shared::Shared};
 
 /// A message in the middleware's eyes, which takes only types that carry its mark.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -54,99 +53,48 @@ pub struct Responder<S: Service> {
 impl<S: Service> Responder<S> {
     /// Sends the answer. A client that has gone is no error.
     ///
-    /// A client may ask before we have discovered where it listens; then the answer
-    /// waits for that, up to five seconds, while the node goes on.
+    /// A client may ask before we have discovered where it listens, or leave no room for answers
+    /// by acknowledging none; then the answer waits, up to five seconds, while the node goes on.
     pub fn answer(self, response: S::Response) {
         if let Some(field) = response.first_non_finite() {
             let text = format!("no answer sent: {field} is not finite");
             self.shared.warn(&self.name, &text);
             return;
         }
-        let (shared, name) = (Rc::clone(&self.shared), Rc::clone(&self.name));
-        answer_when_heard(&shared, &name, self.request, move || self.send(response));
-    }
-
-    fn send(self, response: S::Response) {
-        let Some(server) = self.server.upgrade() else {
-            return; // The node is shutting down.
-        };
-        if let Err(error) = server.send_response(self.request, Wire(response)) {
-            let text = format!("no answer sent: {error}");
-            self.shared.warn(&self.name, &text);
-        }
-    }
-}
-
-/// Sends an answer of the service `name` as soon as who asked is known to listen, or after a while.
-///
-/// A client asks as soon as it knows of us. That it listens we may learn a little later, and our writer a little after
-/// that; what is written before is lost. So the first answer to a client waits for one look more.
-pub(crate) fn answer_when_heard(
-    shared: &Rc<Shared>,
-    name: &str,
-    request: RmwRequestId,
-    send: impl FnOnce() + 'static,
-) {
-    /// Time between two looks for the client, and how many there are.
-    const LOOK: Duration = Duration::from_millis(10);
-    const LOOKS: usize = 500;
-
-    let (client, replies) = (GUID::from(request.writer_gid), replies_topic(name));
-    if shared.is_heard_by(client) {
-        return send();
-    }
-    let ours = Rc::clone(shared);
-    shared.spawn(async move {
-        for _ in 0..LOOKS {
-            let listens = client_listens(&ours, &replies, client);
-            Timer::after(LOOK).await;
-            if listens {
-                ours.heard_by(client);
-                break;
+        let (server, request) = (self.server, self.request);
+        answers::answer(&self.shared, &self.name, request, move || {
+            match server.upgrade() {
+                Some(server) => server.send_response(request, Wire(response.clone())),
+                None => Ok(()), // The node is shutting down.
             }
-        }
-        send();
-    });
+        });
+    }
 }
 
-/// Whether a reader of the topic `replies` is known in the client's participant.
-fn client_listens(shared: &Shared, replies: &str, client: GUID) -> bool {
-    shared.participant().is_some_and(|participant| {
-        participant
-            .discovered_readers()
-            .iter()
-            .map(|reader| &reader.subscription_topic_data)
-            .any(|reader| *reader.topic_name() == replies && reader.key().prefix == client.prefix)
-    })
-}
-
-/// Whether a server of the service `name` has been discovered.
+/// Whether we are matched with a server of the service `name`: what is written before that is lost.
 pub(crate) fn is_served(shared: &Shared, name: &str) -> bool {
     let (requests, replies) = (requests_topic(name), replies_topic(name));
     let Some(participant) = shared.participant() else {
         return false;
     };
-    let listens = participant
-        .discovered_readers()
-        .iter()
-        .any(|reader| *reader.subscription_topic_data.topic_name() == requests);
-    let speaks = participant
-        .discovered_writers()
-        .iter()
-        .any(|writer| writer.publication_topic_data.topic_name == replies);
+    let listens = participant.discovered_readers().iter().any(|reader| {
+        *reader.subscription_topic_data.topic_name() == requests
+            && participant.is_matched_with(reader.reader_proxy.remote_reader_guid)
+    });
+    let speaks = participant.discovered_writers().iter().any(|writer| {
+        writer.publication_topic_data.topic_name == replies
+            && participant.is_matched_with(writer.writer_proxy.remote_writer_guid)
+    });
     listens && speaks
 }
 
-/// Waits until a server of the service `name` is known to us, and we to it.
+/// Waits until there is a server of the service `name`.
 pub(crate) async fn settle(shared: &Shared, name: &str) {
-    /// Time between two looks for the server, and for our writer to take note of it
-    /// once it is discovered: what is written before that is lost.
-    const SETTLING: Duration = Duration::from_millis(50);
+    /// Time between two looks for the server.
+    const LOOK: Duration = Duration::from_millis(10);
 
-    let mut settled = false;
-    while !settled {
-        settled = is_served(shared, name);
-        Timer::after(SETTLING).await;
+    while !is_served(shared, name) {
+        Timer::after(LOOK).await;
     }
 }
 

@@ -11,16 +11,18 @@ use std::{
 use anyhow::anyhow;
 use planesman_msgs::{Message, diagnostic_msgs::msg::DiagnosticStatus};
 use ros2_client::{MessageTypeName, Name, Node};
-use rustdds::{DomainParticipant, GUID, Topic, discovery::announce_type_hash};
+use rustdds::{DomainParticipant, GUID, RTPSEntity as _, Topic, discovery::announce_type_hash};
 use smol::{LocalExecutor, channel::Sender};
 
 use crate::{
+    answers::Answers,
     args::{Remap, RemapKind},
     clock::Clock,
     endpoint::{Direction, Endpoint, TypeNames},
     logging::Throttle,
     names::NodeNames,
     qos::Qos,
+    share::Share,
 };
 
 /// Time between two warnings about one topic, s.
@@ -44,6 +46,10 @@ pub(crate) struct Shared {
     pub(crate) clock: Clock,
     /// Makes the diagnostics go out soon.
     pub(crate) news: Sender<()>,
+    /// What requests get of the node's time.
+    pub(crate) share: Rc<Share>,
+    /// Answers on their way.
+    pub(crate) answers: Answers,
     /// The request writers of clients that are known to hear the answers.
     hearers: RefCell<HashSet<GUID>>,
 }
@@ -72,6 +78,8 @@ impl Shared {
             statuses: RefCell::default(),
             clock: Clock::default(),
             news,
+            share: Rc::default(),
+            answers: Answers::default(),
             hearers: RefCell::default(),
         }
     }
@@ -100,6 +108,13 @@ impl Shared {
             .as_mut()
             .ok_or_else(|| anyhow!("the node has shut down"))?;
         work(node).map_err(|e| anyhow!("the middleware refuses: {e:?}"))
+    }
+
+    /// What tells this node from all others.
+    pub(crate) fn identity(&self) -> String {
+        self.participant()
+            .map(|participant| format!("{:?}", participant.guid().prefix))
+            .unwrap_or_default()
     }
 
     /// The participant, to ask for what it has discovered.
@@ -163,6 +178,13 @@ impl Shared {
     /// Warns about `subject`, not too often.
     pub(crate) fn warn(&self, subject: &str, text: &str) {
         self.throttle.borrow_mut().warn(subject, text);
+    }
+
+    /// Says that something is wrong with `subject`, not too often.
+    pub(crate) fn complain(&self, subject: &str, text: &str) {
+        if self.throttle.borrow_mut().admit(subject).is_some() {
+            log::error!("{subject}: {text}");
+        }
     }
 
     /// Makes the diagnostics go out soon.

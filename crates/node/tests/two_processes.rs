@@ -10,7 +10,7 @@ use std::{
 };
 
 use planesman_msgs::{
-    Message,
+    Message, Service,
     diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus},
     rcl_interfaces::{
         msg::{Parameter, ParameterEvent, ParameterType, ParameterValue},
@@ -27,6 +27,7 @@ use planesman_node::{
     Connections, Direction, ExitReport, Next, NodeSpec, Publisher, Qos, RawSample, RosArguments,
     Runtime, testing::OwnDomain,
 };
+use rustdds::{DomainParticipantBuilder, QosPolicyBuilder, StatusEvented as _};
 use serde::{Deserialize, Serialize};
 
 /// Longest that anything here may take; reached only when something is broken.
@@ -479,4 +480,49 @@ fn a_bad_argument_is_one_line_and_a_failure() {
         assert_eq!(said.lines().count(), 1, "{said}");
         assert!(said.contains(reason), "{said}");
     }
+}
+
+#[test]
+fn requests_of_somebody_who_never_listens_hold_up_nobody() {
+    let domain = OwnDomain::claim().unwrap();
+    let _doubler = Doubler::start(&domain, &[]);
+    let (rt, input) = joined(&domain);
+    let get = rt
+        .client::<GetParameters>("/doubler/get_parameters")
+        .unwrap();
+    let gain = || {
+        let names = vec!["gain".to_owned()];
+        let call = get.call(GetParametersRequest { names }, PATIENCE);
+        rt.block_on(call).unwrap().values[0].double_value
+    };
+    assert_eq!(gain(), 2.0);
+
+    // A writer of requests without a reader of answers.
+    let qos = QosPolicyBuilder::new()
+        .reliable(rustdds::Duration::from_secs(10))
+        .history(rustdds::policy::History::KeepLast { depth: 10 })
+        .build();
+    let loopback = [std::net::Ipv4Addr::LOCALHOST];
+    let stranger = DomainParticipantBuilder::new(domain.id())
+        .with_only_networks(loopback)
+        .build()
+        .unwrap();
+    let (name, type_name) = (
+        "rq/doubler/get_parametersRequest".to_owned(),
+        GetParameters::REQUEST_DDS_TYPE_NAME.to_owned(),
+    );
+    let topic = stranger
+        .create_topic(name, type_name, &qos, rustdds::TopicKind::NoKey)
+        .unwrap();
+    let publisher = stranger.create_publisher(&qos).unwrap();
+    let writer = publisher
+        .create_datawriter_no_key_cdr::<GetParametersRequest>(&topic, None)
+        .unwrap();
+    until(&rt, |_| writer.try_recv_status().is_some());
+    for _ in 0..3000 {
+        writer.write(GetParametersRequest::default(), None).unwrap();
+    }
+    assert_eq!(answer(&rt, &input, 21.0), 42.0);
+    assert_eq!(gain(), 2.0);
+    assert_eq!(answer(&rt, &input, 7.0), 14.0);
 }

@@ -48,3 +48,4 @@ pub mod schedule;
 pub mod setpoint;
 pub mod speed_loop;
 pub mod t6;
+pub mod waiting;

@@ -18,6 +18,7 @@ use planesman_parameters::Values;
 
 use crate::core::{Answer, Controller, Quantity};
 use crate::parameters;
+use crate::waiting::Waiting;
 
 enum Event {
     State(VehicleState),
@@ -57,12 +58,12 @@ fn run(args: Vec<String>) -> Result<()> {
     let mut node = Node {
         controller,
         values,
-        waiting: None,
+        waiting: Waiting::default(),
         estimate: match on_instruments {
             true => Some(rt.publisher("estimate", Qos::reliable(100))?),
             false => None,
         },
-        command: rt.publisher("plane_command", Qos::reliable(100))?,
+        command: rt.publisher("plane_command", Qos::reliable(100))?.sole(),
         inside: rt.publisher("control_state", Qos::reliable(100))?,
         flown: None,
         heard: None,
@@ -71,9 +72,13 @@ fn run(args: Vec<String>) -> Result<()> {
     rt.subscribe("state", Qos::reliable(100), Event::State)?;
     rt.subscribe("model", Qos::reliable(10), Event::Model)?;
     if on_instruments {
-        rt.subscribe("imu", Qos::sensor(), Event::Imu)?;
-        rt.subscribe("depth_pressure", Qos::sensor(), Event::DepthPressure)?;
-        rt.subscribe("speed_pressure", Qos::sensor(), Event::SpeedPressure)?;
+        let sensor = match rt.values().bool("lockstep") {
+            true => Qos::reliable(100),
+            false => Qos::sensor(),
+        };
+        rt.subscribe("imu", sensor, Event::Imu)?;
+        rt.subscribe("depth_pressure", sensor, Event::DepthPressure)?;
+        rt.subscribe("speed_pressure", sensor, Event::SpeedPressure)?;
     }
     for quantity in Quantity::ALL {
         let topic = format!("{}_setpoint", quantity.name());
@@ -113,7 +118,7 @@ struct Node {
     /// There when the loops work on the instruments.
     estimate: Option<Publisher<MotionEstimate>>,
     /// A state whose instruments have not all spoken yet.
-    waiting: Option<VehicleState>,
+    waiting: Waiting,
     /// The manoeuvre under way.
     flown: Option<Flown>,
     /// When the last state came, by the node's clock (ns): a paused simulation is not silence.
@@ -126,15 +131,9 @@ impl Node {
         match event {
             Event::State(state) => {
                 self.heard = Some(rt.now().nanos());
-                // Said again: its instruments' words are lost, and it is answered without.
-                let again = self
-                    .waiting
-                    .as_ref()
-                    .is_some_and(|waiting| waiting.header.stamp == state.header.stamp);
-                if again || self.controller.ready_for(&state.header.stamp) {
+                let ready = self.controller.ready_for(&state.header.stamp);
+                if let Some(state) = self.waiting.on_state(state, ready) {
                     self.answer(&state);
-                } else {
-                    self.waiting = Some(state);
                 }
             }
             Event::Manoeuvre(goal) => self.begin(goal),
@@ -184,14 +183,15 @@ impl Node {
 
     /// Answers the state that waits once all its instruments have spoken.
     fn answer_the_waiting(&mut self) {
-        let ready = |state: &mut VehicleState| self.controller.ready_for(&state.header.stamp);
-        if let Some(state) = self.waiting.take_if(ready) {
+        let waiting = self
+            .waiting
+            .on_word(|stamp| self.controller.ready_for(stamp));
+        if let Some(state) = waiting {
             self.answer(&state);
         }
     }
 
     fn answer(&mut self, state: &VehicleState) {
-        self.waiting = None;
         match self.controller.on_state(state) {
             Ok(answer) => {
                 self.say(&answer);

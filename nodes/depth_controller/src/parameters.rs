@@ -96,6 +96,12 @@ fn setpoints() -> Part {
         .unit("s")
         .range(0.0, 1e6),
         Declaration::new(
+            "lockstep",
+            false,
+            "Every tick waits for the instruments, asked for until they have come: for a plant_sim in lockstep.",
+        )
+        .read_only(),
+        Declaration::new(
             "state_timeout",
             0.5,
             "Silence of the state topic after which the planes are put to neutral.",

@@ -103,6 +103,8 @@ struct Run {
     /// The last command, clipped.
     command: Option<Held>,
     output: Output,
+    /// What the tick before was answered with.
+    before: Option<Output>,
 }
 
 /// A command as far as it is obeyed, and its stamp, ns.
@@ -301,6 +303,13 @@ impl Actuator {
         Ok(self.go_on(stamp, Some(held)))
     }
 
+    /// What the tick before the last one was answered with, in the same run: said again when a command is, to
+    /// whoever waits for the motion that led to the present state.
+    #[must_use]
+    pub fn before(&self) -> Option<&Output> {
+        self.run.as_ref()?.before.as_ref()
+    }
+
     /// The motion over a tick for which no command has come. A stamp already answered gets its
     /// answer again.
     pub fn on_silence(&mut self, stamp: Time) -> Output {
@@ -325,6 +334,7 @@ impl Actuator {
             .zip(&self.sets)
             .map(|(member, set)| ActuatorModel::new(member.model, set, self.config.lag))
             .collect();
+        self.run = None;
         self.answer(stamp, stamp, models, command)
     }
 
@@ -388,6 +398,7 @@ impl Actuator {
             states,
         };
         self.run = Some(Run {
+            before: self.run.take().map(|last| last.output),
             began,
             stamp,
             now,
@@ -645,6 +656,22 @@ mod tests {
             answer(&mut actuator, 2 * TICK, 0.1),
             answer(&mut undisturbed, 2 * TICK, 0.1)
         );
+    }
+
+    #[test]
+    fn the_tick_before_can_be_told_again_until_a_new_run_begins() {
+        let mut actuator = actuator(&[]);
+        assert_eq!(actuator.before(), None);
+        let first = answer(&mut actuator, 0, 0.1);
+        assert_eq!(actuator.before(), None);
+        let second = answer(&mut actuator, TICK, 0.1);
+        assert_eq!(actuator.before(), Some(&first));
+        answer(&mut actuator, TICK, 0.1);
+        assert_eq!(actuator.before(), Some(&first), "a repeat changes nothing");
+        answer(&mut actuator, 2 * TICK, 0.1);
+        assert_eq!(actuator.before(), Some(&second));
+        answer(&mut actuator, 0, 0.1);
+        assert_eq!(actuator.before(), None, "a new run");
     }
 
     #[test]

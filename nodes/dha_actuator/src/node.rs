@@ -11,6 +11,7 @@ use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, Runtime, args};
 use planesman_parameters::Values;
 
 use crate::core::{Actuator, Output};
+use crate::groups::Group;
 use crate::parameters;
 
 enum Event {
@@ -38,22 +39,18 @@ fn run(args: Vec<String>) -> Result<()> {
         },
         args::only(args)?,
     )?;
+    let actuator = actuator(&rt.values()).map_err(|e| anyhow!(e))?;
+    let groups = actuator.groups();
     let mut node = Node {
-        actuator: actuator(&rt.values()).map_err(|e| anyhow!(e))?,
+        actuator,
         lockstep: rt.values().bool("lockstep"),
         timeout: rt.values().double("command_timeout"),
-        motion: rt.publisher("plane_motion", Qos::reliable(100))?,
-        planes: rt.publisher("planes", Qos::reliable(100))?,
+        publishers: Publishers::new(&rt, groups)?,
         limits: Vec::new(),
-        states: Vec::new(),
         begun: None,
         commanded: None,
         heard: None,
     };
-    for group in node.actuator.groups() {
-        let publisher = rt.publisher(group.topic(), Qos::reliable(100))?;
-        node.states.push(publisher);
-    }
     rt.subscribe("plane_command", Qos::reliable(100), Event::Command)?;
     if !node.lockstep {
         rt.subscribe("state", Qos::reliable(100), Event::State)?;
@@ -72,12 +69,9 @@ struct Node {
     lockstep: bool,
     /// Silence after which neutral is asked for, s.
     timeout: f64,
-    motion: Publisher<PlaneMotion>,
-    planes: Publisher<JointState>,
+    publishers: Publishers,
     /// What limited the planes in the last tick.
     limits: Vec<String>,
-    /// A topic for each group.
-    states: Vec<Publisher<DhaState>>,
     /// The last tick that the vehicle began, and the last one commanded, ns.
     begun: Option<i64>,
     commanded: Option<i64>,
@@ -92,8 +86,16 @@ impl Node {
                 self.heard = Some(rt.now().nanos());
                 match self.actuator.on_command(&command) {
                     Ok(output) => {
-                        self.commanded = Some(command.header.stamp.nanos());
-                        self.say(&output);
+                        let stamp = command.header.stamp.nanos();
+                        // Said again, somebody lacks an answer: this one, or that of the tick before.
+                        if self.commanded == Some(stamp)
+                            && let Some(before) = self.actuator.before()
+                        {
+                            self.publishers.say(before);
+                        }
+                        self.commanded = Some(stamp);
+                        self.limits = output.limits();
+                        self.publishers.say(&output);
                     }
                     Err(reason) => log::warn!("{reason}"),
                 }
@@ -121,18 +123,10 @@ impl Node {
             .is_some_and(|begun| begun < stamp && self.commanded.is_none_or(|at| at < begun));
         if silent {
             let output = self.actuator.on_silence(Time::from_nanos(stamp));
-            self.say(&output);
+            self.limits = output.limits();
+            self.publishers.say(&output);
         }
         self.begun = Some(stamp);
-    }
-
-    fn say(&mut self, output: &Output) {
-        self.limits = output.limits();
-        self.motion.publish(&output.motion);
-        self.planes.publish(&output.planes);
-        for (publisher, state) in self.states.iter().zip(&output.states) {
-            publisher.publish(state);
-        }
     }
 
     fn look(&mut self, rt: &Runtime<Event>) {
@@ -157,6 +151,34 @@ impl Node {
             rt.set_status("faults", Level::Ok, "none", &[]);
         } else {
             rt.set_status("faults", Level::Warn, &faults.join(", "), &[]);
+        }
+    }
+}
+
+struct Publishers {
+    motion: Publisher<PlaneMotion>,
+    planes: Publisher<JointState>,
+    /// A topic for each group.
+    states: Vec<Publisher<DhaState>>,
+}
+
+impl Publishers {
+    fn new(rt: &Runtime<Event>, groups: &[Group]) -> Result<Self> {
+        let states = groups
+            .iter()
+            .map(|group| rt.publisher(group.topic(), Qos::reliable(100)));
+        Ok(Self {
+            motion: rt.publisher("plane_motion", Qos::reliable(100))?.sole(),
+            planes: rt.publisher("planes", Qos::reliable(100))?,
+            states: states.collect::<Result<_>>()?,
+        })
+    }
+
+    fn say(&self, output: &Output) {
+        self.motion.publish(&output.motion);
+        self.planes.publish(&output.planes);
+        for (publisher, state) in self.states.iter().zip(&output.states) {
+            publisher.publish(state);
         }
     }
 }

@@ -6,7 +6,7 @@
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use anyhow::{Result, anyhow};
+use anyhow::{Result, anyhow, bail};
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::nav_msgs::msg::Odometry;
 use planesman_msgs::planesman_msgs::msg::{DaqSample, PlaneMotion, TickAnswer, VehicleState};
@@ -17,6 +17,7 @@ use planesman_msgs::std_srvs::srv::{
     SetBool, SetBoolRequest, SetBoolResponse, Trigger, TriggerResponse,
 };
 use planesman_msgs::tf2_msgs::msg::TFMessage;
+use planesman_node::claim::{Claim, Stage};
 use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, Responder, Runtime, args};
 use planesman_parameters::Values;
 
@@ -25,9 +26,15 @@ use crate::lockstep::Lockstep;
 use crate::parameters;
 use crate::tank::Boundary;
 
-/// In lockstep, `state` is published again after this long without all answers: a member that
-/// came back has not heard it.
+/// In lockstep, everything is said again after this long without all answers: a member that
+/// came back, or whose link was cut, has not heard it.
 const REPEAT_AFTER: Duration = Duration::from_secs(1);
+
+/// How long to listen for another vehicle here before the first tick; a running peer is found within 0.2 s.
+const LISTENING: Duration = Duration::from_millis(500);
+
+/// How long another that says nothing of itself may take to go: the nodes of a launcher that is gone.
+const LEAVING: Duration = Duration::from_secs(7);
 
 enum Event {
     Motion(PlaneMotion),
@@ -68,7 +75,6 @@ fn run(args: Vec<String>) -> Result<()> {
     rt.serve::<Step>("~/step", Event::Step)?;
     rt.serve::<Trigger>("~/reset", |_, responder| Event::Reset(responder))?;
     drop(rt.every(Duration::from_millis(100), || Event::Look));
-    node.begin_tick(&rt)?;
     rt.run(|rt, event| node.on(rt, event))
 }
 
@@ -119,6 +125,10 @@ struct Node {
     late: u64,
     /// The latest contact, its time \[ns\] by the stamps.
     contact: Option<(Boundary, i64)>,
+    /// Being the only vehicle here, and the only one that makes the time.
+    claims: Vec<Claim>,
+    /// Since when others were listened for, `None` once nobody was found.
+    listening: Option<Instant>,
 }
 
 impl Node {
@@ -147,8 +157,18 @@ impl Node {
         };
         let duration = values.double("duration");
         let ticks = (duration * 1e9 / plant.tick_nanos() as f64).round() as i64;
+        let publishers = Publishers::new(rt, owns_time, matches!(pace, Pace::Lockstep { .. }))?;
+        let mut subjects = vec![publishers.state.topic().to_owned()];
+        subjects.extend(
+            publishers
+                .clock
+                .as_ref()
+                .map(|clock| clock.topic().to_owned()),
+        );
         Ok(Self {
-            publishers: Publishers::new(rt, owns_time)?,
+            claims: rt.claims(&subjects)?,
+            listening: Some(Instant::now()),
+            publishers,
             start: if owns_time { 0 } else { rt.now().nanos() },
             pace,
             k: 0,
@@ -249,9 +269,14 @@ impl Node {
     /// Says what the next tick begins with, unless one is on, or none is due.
     fn begin_tick(&mut self, rt: &Runtime<Event>) -> Result<()> {
         let flown = self.ticks.is_some_and(|ticks| self.k >= ticks);
-        if self.observation.is_some() || flown || (self.paused && self.stepping.is_none()) {
+        if self.listening.is_some()
+            || self.observation.is_some()
+            || flown
+            || (self.paused && self.stepping.is_none())
+        {
             return Ok(());
         }
+        self.rise_to(Stage::Used);
         let stamp = self.stamp();
         let observation = self.plant.observe(stamp.clone());
         self.publishers.say(&stamp, &observation);
@@ -279,6 +304,36 @@ impl Node {
                 drop(rt.after(*deadline - now, || Event::Look));
             }
             Pace::External => {}
+        }
+        Ok(())
+    }
+
+    fn rise_to(&self, stage: Stage) {
+        self.claims.iter().for_each(|claim| claim.rise_to(stage));
+    }
+
+    /// Nobody else is to be the vehicle: two would answer for each other's ticks.
+    fn be_alone(&mut self, rt: &Runtime<Event>) -> Result<()> {
+        let topic = self.publishers.state.topic();
+        if let Some(holder) = self.claims.iter().find_map(Claim::holder) {
+            bail!(
+                "{holder} is the vehicle on {topic} or makes /clock already; stop it, or choose another \
+                 namespace or ROS_DOMAIN_ID"
+            );
+        }
+        let Some(since) = self.listening else {
+            return Ok(());
+        };
+        if self.publishers.state.others() == 0 {
+            if since.elapsed() >= LISTENING {
+                self.listening = None;
+                self.rise_to(Stage::Held);
+                self.begin_tick(rt)?;
+            }
+        } else if since.elapsed() >= LEAVING && self.claims.iter().all(|c| c.rival().is_none()) {
+            bail!(
+                "somebody publishes {topic} already; stop it, or choose another namespace or ROS_DOMAIN_ID"
+            );
         }
         Ok(())
     }
@@ -335,8 +390,11 @@ impl Node {
 
     /// Ten times a second, and when the wall clock says that a tick is over.
     fn look(&mut self, rt: &Runtime<Event>) -> Result<()> {
+        self.be_alone(rt)?;
         let mut status = (Level::Ok, "flying".to_owned());
-        if self.observation.is_none() {
+        if self.listening.is_some() {
+            status.1 = "listening for another vehicle".to_owned();
+        } else if self.observation.is_none() {
             let flown = self.ticks.is_some_and(|ticks| self.k >= ticks);
             status.1 = if flown { "flown" } else { "paused" }.to_owned();
         } else if let (
@@ -355,7 +413,8 @@ impl Node {
             if said.elapsed() >= REPEAT_AFTER {
                 log::warn!("tick {} waits for {missing}", self.k);
                 *said = Instant::now();
-                self.publishers.state.publish(&observation.state);
+                let stamp = &observation.state.header.stamp;
+                self.publishers.say(stamp, observation);
             }
         }
         rt.set_status(
@@ -385,18 +444,23 @@ struct Publishers {
 }
 
 impl Publishers {
-    fn new(rt: &Runtime<Event>, owns_time: bool) -> Result<Self> {
+    /// Sensors are best effort, but for members of lockstep, who wait for what they have missed.
+    fn new(rt: &Runtime<Event>, owns_time: bool, lockstep: bool) -> Result<Self> {
+        let sensor = match lockstep {
+            true => Qos::reliable(100),
+            false => Qos::sensor(),
+        };
         Ok(Self {
             clock: owns_time
                 .then(|| rt.publisher("/clock", Qos::reliable(100)))
                 .transpose()?,
-            state: rt.publisher("state", Qos::reliable(100))?,
+            state: rt.publisher("state", Qos::reliable(100))?.sole(),
             odometry: rt.publisher("odom", Qos::reliable(100))?,
             transforms: rt.publisher("/tf", Qos::reliable(100))?,
-            imu: rt.publisher("imu", Qos::sensor())?,
-            depth_pressure: rt.publisher("depth_pressure", Qos::sensor())?,
-            speed_pressure: rt.publisher("speed_pressure", Qos::sensor())?,
-            daq: rt.publisher("daq", Qos::sensor())?,
+            imu: rt.publisher("imu", sensor)?,
+            depth_pressure: rt.publisher("depth_pressure", sensor)?,
+            speed_pressure: rt.publisher("speed_pressure", sensor)?,
+            daq: rt.publisher("daq", sensor)?,
         })
     }
 

@@ -54,6 +54,20 @@ impl LoopTopic {
         }
     }
 
+    /// The topic as it is in lockstep, where everything is delivered until it has arrived: whoever waits for a
+    /// lost message waits for ever.
+    #[must_use]
+    pub fn in_lockstep(self) -> Self {
+        match self.delivery {
+            Delivery::BestEffort => Self {
+                delivery: Delivery::Reliable,
+                depth: 100,
+                ..self
+            },
+            Delivery::Reliable | Delivery::Latched => self,
+        }
+    }
+
     /// What the publishers offer.
     #[must_use]
     pub fn offered_qos(&self) -> OfferedQos {
@@ -156,6 +170,17 @@ mod tests {
     fn all_topics_are_selected_by_naming_none() {
         let selected = selected(&[]).expect("all");
         assert_eq!(names(&selected), names(ALL));
+    }
+
+    #[test]
+    fn in_lockstep_every_topic_is_reliable() {
+        for topic in ALL {
+            let kept = topic.in_lockstep();
+            assert_ne!(kept.delivery, Delivery::BestEffort, "{}", topic.name);
+            if topic.delivery != Delivery::BestEffort {
+                assert_eq!(kept.offered_qos(), topic.offered_qos(), "{}", topic.name);
+            }
+        }
     }
 
     #[test]

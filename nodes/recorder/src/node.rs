@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
-use planesman_bag::writer::{BagWriter, TopicId};
+use planesman_bag::writer::{BagWriter, TopicId, WriteError};
 use planesman_msgs::cdr;
 use planesman_msgs::planesman_msgs::msg::{TickAnswer, VehicleState};
 use planesman_node::{Level, Next, NodeSpec, Publisher, Qos, RawSample, Runtime, args};
@@ -19,6 +19,11 @@ const PERIOD: Duration = Duration::from_millis(100);
 const SILENCE: Duration = Duration::from_millis(50);
 /// Longest that others who go on talking are listened to at the end.
 const LAST_WORDS: Duration = Duration::from_secs(2);
+/// How long everybody is told that the bag takes nothing more, before the node ends.
+const TOLD: Duration = Duration::from_secs(2);
+
+/// The status that tells how the bag does; an error means that nothing more is recorded.
+pub const BAG: &str = "bag";
 
 enum Event {
     /// A sample of the topic with this index.
@@ -60,9 +65,15 @@ fn run(args: Vec<String>) -> Result<()> {
             .bool("answer")
             .then(|| rt.publisher("tick_answer", Qos::reliable(100)))
             .transpose()?,
-        failed: false,
+        unfit: 0,
+        failed: None,
     };
-    let selected = loop_topics::selected(values.strings("topics"))?;
+    let mut selected = loop_topics::selected(values.strings("topics"))?;
+    if node.answer.is_some() {
+        selected
+            .iter_mut()
+            .for_each(|topic| *topic = topic.in_lockstep());
+    }
     for (index, topic) in selected.iter().enumerate() {
         node.subscribe(&rt, index, topic)?;
     }
@@ -77,6 +88,9 @@ fn run(args: Vec<String>) -> Result<()> {
             Next::Event(event) => node.on(&rt, event),
             Next::Stop => break,
             Next::Nothing => {}
+        }
+        if node.failed.is_some_and(|at| at.elapsed() > TOLD) {
+            break;
         }
     }
     // What was sent before the recorder was told to stop belongs into the bag.
@@ -99,7 +113,10 @@ struct Node {
     /// The subscription whose samples begin a tick.
     state: Option<usize>,
     answer: Option<Publisher<TickAnswer>>,
-    failed: bool,
+    /// Messages kept at another time than they came with, or not at all.
+    unfit: u64,
+    /// Since when the bag takes nothing more.
+    failed: Option<Instant>,
 }
 
 impl Node {
@@ -133,14 +150,20 @@ impl Node {
                 }
             }
             Event::Look => {
-                let outcome = self.writer.flush_if_due().map_err(Into::into);
+                let outcome = self.writer.flush_if_due();
                 self.note(rt, outcome);
             }
             Event::Parameters => {}
         }
     }
 
-    fn record(&mut self, rt: &Runtime<Event>, index: usize, sample: &RawSample) -> Result<()> {
+    /// A bag has no times before its epoch: what claims one, as a `/clock` may, is kept at its beginning.
+    fn record(
+        &mut self,
+        rt: &Runtime<Event>,
+        index: usize,
+        sample: &RawSample,
+    ) -> Result<(), WriteError> {
         let Some((topic, id)) = self.topics.get_mut(index) else {
             return Ok(());
         };
@@ -150,35 +173,54 @@ impl Node {
         };
         let received = rt.now().nanos();
         let published = sample.published.as_ref().map_or(received, |t| t.nanos());
+        if received.min(published) < 0 {
+            self.unfit += 1;
+        }
         self.writer
-            .write_raw(id, &sample.bytes, received, published)?;
-        Ok(())
+            .write_raw(id, &sample.bytes, received.max(0), published.max(0))
     }
 
-    /// The bag takes nothing more once it has failed; everybody is told, once.
-    fn note(&mut self, rt: &Runtime<Event>, outcome: Result<()>) {
-        match outcome {
-            Err(error) if !self.failed => {
-                self.failed = true;
-                log::error!("recording has stopped: {error:#}");
-                rt.set_status("bag", Level::Error, &format!("{error:#}"), &[]);
-            }
-            Ok(()) if !self.failed => {
-                let health = self.writer.health();
-                rt.set_status(
-                    "bag",
-                    Level::Ok,
-                    "recording",
-                    &[
-                        ("file", self.writer.file().display().to_string()),
-                        ("bytes", health.bytes.to_string()),
-                        ("messages", health.messages().to_string()),
-                        ("lost", health.dropped().to_string()),
-                    ],
-                );
-            }
-            _ => {}
+    /// A file that cannot be written takes nothing more: everybody is told, once. Whatever else one message
+    /// is refused for, the others are recorded.
+    fn note(&mut self, rt: &Runtime<Event>, outcome: Result<(), WriteError>) {
+        if self.failed.is_some() {
+            return;
         }
+        match outcome {
+            Err(error @ WriteError::Failed { .. }) => {
+                self.failed = Some(Instant::now());
+                log::error!("recording has stopped: {error}");
+                rt.set_status(BAG, Level::Error, &error.to_string(), &[]);
+                return;
+            }
+            Err(error) => {
+                if self.unfit == 0 {
+                    log::warn!("a message is not recorded: {error}; further such are counted");
+                }
+                self.unfit += 1;
+            }
+            Ok(()) => {}
+        }
+        let health = self.writer.health();
+        let (level, message) = match self.unfit {
+            0 => (Level::Ok, "recording".to_owned()),
+            n => (
+                Level::Warn,
+                format!("recording; {n} messages with times that no bag has, or refused"),
+            ),
+        };
+        rt.set_status(
+            BAG,
+            level,
+            &message,
+            &[
+                ("file", self.writer.file().display().to_string()),
+                ("bytes", health.bytes.to_string()),
+                ("messages", health.messages().to_string()),
+                ("lost", health.dropped().to_string()),
+                ("unfit", self.unfit.to_string()),
+            ],
+        );
     }
 
     /// A node does not hear itself: its own answers go into the bag by hand.
@@ -208,6 +250,9 @@ impl Node {
         let Some(answer) = &self.answer else {
             return;
         };
+        if self.failed.is_some() {
+            return; // What is not in the bag is not answered for.
+        }
         match cdr::from_bytes::<VehicleState>(&sample.bytes) {
             Ok(state) => {
                 let message = TickAnswer {

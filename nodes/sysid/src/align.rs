@@ -28,6 +28,9 @@ use crate::regression::Input;
 /// How many intervals a message may be late against the newest.
 pub const WINDOW: i64 = 16;
 
+/// How often an output comes before the input that led to it is given up, in lockstep.
+pub const SAYINGS: u32 = 3;
+
 /// An output and the input that led to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
@@ -78,6 +81,8 @@ pub struct Aligner {
     /// Nothing more will come: do not wait.
     finished: bool,
     answered: Option<i64>,
+    /// How often the newest output has come.
+    heard: u32,
 }
 
 impl Aligner {
@@ -99,6 +104,7 @@ impl Aligner {
             continuing: false,
             finished: false,
             answered: None,
+            heard: 0,
         }
     }
 
@@ -160,10 +166,17 @@ impl Aligner {
             return Offer::WentBack;
         }
         if k < self.next || self.outputs.contains_key(&k) {
+            if self.newest_output == Some(k) {
+                self.heard += 1;
+                self.answer(k);
+            }
             return Offer::LeftOut;
         }
         self.outputs.insert(k, (stamp, output));
-        self.newest_output = self.newest_output.max(Some(k));
+        if self.newest_output < Some(k) {
+            self.newest_output = Some(k);
+            self.heard = 1;
+        }
         self.answer(k);
         Offer::Taken
     }
@@ -248,7 +261,8 @@ impl Aligner {
     }
 
     /// The latest output's stamp (ns) with which all that lockstep lets one expect has come: the input
-    /// over the interval before it, unless the output that began that interval was never seen.
+    /// over the interval before it, unless the output that began that interval was never seen. An output that
+    /// has come [`SAYINGS`] times is answered without: nobody has that input any more.
     #[must_use]
     pub fn answered(&self) -> Option<i64> {
         self.answered
@@ -256,8 +270,9 @@ impl Aligner {
 
     /// Notes that the output at instant k, if it is there, has all it needs, if it has.
     fn answer(&mut self, k: i64) {
+        let given_up = self.newest_output == Some(k) && self.heard >= SAYINGS;
         let waits_for_input =
-            self.outputs.contains_key(&(k - 1)) && !self.inputs.contains_key(&(k - 1));
+            !given_up && self.outputs.contains_key(&(k - 1)) && !self.inputs.contains_key(&(k - 1));
         if let Some((stamp, _)) = self.outputs.get(&k)
             && !waits_for_input
             && self.answered.is_none_or(|latest| latest < *stamp)
@@ -499,6 +514,31 @@ mod tests {
                 aligner.offer_input(stamp, Input::default());
                 while aligner.take().is_some() {}
             }
+        }
+    }
+
+    #[test]
+    fn a_lost_motion_is_waited_for_until_the_state_has_come_three_times() {
+        let mut aligner = Aligner::new(PERIOD);
+        let mut answered = |message| {
+            offer(&mut aligner, message);
+            while aligner.take().is_some() {}
+            aligner.answered().map(|stamp| (stamp - START) / PERIOD)
+        };
+        for (message, answer) in [
+            (O(0), Some(0)),
+            (O(1), Some(0)), // the motion over 0 is lost
+            (O(1), Some(0)),
+            (I(0), Some(1)), // and said again
+            (I(1), Some(1)),
+            (O(2), Some(2)),
+            (O(3), Some(2)), // that over 2 never comes
+            (O(3), Some(2)),
+            (O(3), Some(3)),
+            (I(3), Some(3)),
+            (O(4), Some(4)),
+        ] {
+            assert_eq!(answered(message), answer, "{message:?}");
         }
     }
 

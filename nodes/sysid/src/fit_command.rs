@@ -247,7 +247,7 @@ pub fn tell(args: &FitArgs, found: &Found) -> Result<()> {
     if let Some(path) = &args.model {
         let file = found.analysis.file().map_err(|reason| anyhow!(reason))?;
         file.write(path)?;
-        eprintln!("{}: the model", path.display());
+        planesman_node::complain!("{}: the model", path.display());
     }
     Ok(())
 }

@@ -75,8 +75,8 @@ fn run(mut args: Vec<String>) -> Result<()> {
         topics: Vec::new(),
         screen,
     };
-    for (place, (topic, type_name)) in topics(&values)?.into_iter().enumerate() {
-        let found = message_types::find(&type_name).map_err(|e| anyhow!(e))?;
+    for (place, (topic, listened)) in topics(&values)?.into_iter().enumerate() {
+        let found = message_types::find(&listened.type_name).map_err(|e| anyhow!(e))?;
         let reader = node.identifier.reader(&topic, &found.types);
         node.topics.push(Topic {
             reader: reader.map_err(|e| anyhow!(e))?,
@@ -84,9 +84,12 @@ fn run(mut args: Vec<String>) -> Result<()> {
         });
         rt.subscribe_raw(
             &topic,
-            &type_name,
+            &listened.type_name,
             Some(&found.hash),
-            Qos::record(),
+            match listened.reliable {
+                true => Qos::record_reliable(),
+                false => Qos::record(),
+            },
             move |sample| Event::Sample(place, sample),
         )?;
     }
@@ -103,11 +106,23 @@ fn run(mut args: Vec<String>) -> Result<()> {
     rt.run(|rt, event| node.on(rt, event))
 }
 
-/// The topics of all pairs with their types.
-fn topics(values: &Values) -> Result<BTreeMap<String, String>> {
-    let mut topics: BTreeMap<String, String> = BTreeMap::new();
+/// How a topic is listened to.
+#[derive(Debug, PartialEq, Eq)]
+struct Listened {
+    type_name: String,
+    /// Whether what is lost is asked for again; then only publishers that offer it are heard.
+    reliable: bool,
+}
+
+/// The topics of all pairs, and how they are listened to.
+fn topics(values: &Values) -> Result<BTreeMap<String, Listened>> {
+    let mut topics: BTreeMap<String, Listened> = BTreeMap::new();
     for (name, values) in pair::described(values).map_err(|e| anyhow!(e))? {
         let config = parameters::Config::from_values(&values).map_err(|e| anyhow!(e))?;
+        let reliable = match values.string("reliability") {
+            "auto" => values.bool("answer"),
+            choice => choice == "reliable",
+        };
         for (signal, parameter) in [
             (&config.input, "input_type"),
             (&config.output, "output_type"),
@@ -115,12 +130,17 @@ fn topics(values: &Values) -> Result<BTreeMap<String, String>> {
             let type_name = values.string(parameter).to_owned();
             let known = topics
                 .entry(signal.topic().to_owned())
-                .or_insert_with(|| type_name.clone());
-            if *known != type_name {
+                .or_insert_with(|| Listened {
+                    type_name: type_name.clone(),
+                    reliable,
+                });
+            known.reliable |= reliable;
+            if known.type_name != type_name {
                 bail!(
-                    "pair '{name}': parameter '{parameter}': {} refused: on the topic '{}' another signal expects {known}",
+                    "pair '{name}': parameter '{parameter}': {} refused: on the topic '{}' another signal expects {}",
                     type_name,
-                    signal.topic()
+                    signal.topic(),
+                    known.type_name
                 );
             }
         }
@@ -337,5 +357,53 @@ impl Node {
             });
             self.answered = Some(learnt);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn reliable(changes: &[(&str, planesman_parameters::Value)]) -> Vec<(String, bool)> {
+        let changes = changes
+            .iter()
+            .map(|(name, value)| ((*name).to_owned(), value.clone()));
+        let values = Values::defaults(parameters::declarations())
+            .with(changes)
+            .expect("declared");
+        let topics = topics(&values).expect("good pairs").into_iter();
+        topics
+            .map(|(topic, listened)| (topic, listened.reliable))
+            .collect()
+    }
+
+    fn is(topics: &[(&str, bool)]) -> Vec<(String, bool)> {
+        topics
+            .iter()
+            .map(|(topic, reliable)| ((*topic).to_owned(), *reliable))
+            .collect()
+    }
+
+    #[test]
+    fn a_member_of_lockstep_asks_again_for_what_is_lost_and_anybody_else_hears_everybody() {
+        assert_eq!(
+            reliable(&[]),
+            is(&[("plane_motion", false), ("state", false)])
+        );
+        let member = ("answer", true.into());
+        assert_eq!(
+            reliable(&[member.clone()]),
+            is(&[("plane_motion", true), ("state", true)])
+        );
+        let foreign = "gyro: plane_motion:dive_planes -> /gyro:data output_type=std_msgs/msg/Float64 reliability=best_effort";
+        assert_eq!(
+            reliable(&[member, ("pairs", [foreign].as_slice().into())]),
+            is(&[("/gyro", false), ("plane_motion", true), ("state", true)])
+        );
+        let asked = ("reliability", "reliable".into());
+        assert_eq!(
+            reliable(&[asked]),
+            is(&[("plane_motion", true), ("state", true)])
+        );
     }
 }

@@ -66,6 +66,13 @@ pub fn declarations() -> Vec<Declaration> {
         )
         .read_only(),
         Declaration::new(
+            "reliability",
+            "auto",
+            "How the signals' topics are listened to. reliable: lost messages are asked for again, of publishers that offer it, and no others are heard; best_effort: everybody is heard, and what is lost is lost; auto: reliable for a member of lockstep (answer), else best_effort. A topic of several pairs is reliable if one of them asks for it.",
+        )
+        .choices(&["auto", "reliable", "best_effort"])
+        .read_only(),
+        Declaration::new(
             "sample_time",
             0.05,
             "The interval between samples; 0.05 s is the report's (Brunner 1988, ch. V).",

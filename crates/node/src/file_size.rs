@@ -1,0 +1,15 @@
+//! A file that may not grow any more is an error to whoever writes it, not the end of the process.
+//!
+//! Beyond `RLIMIT_FSIZE` (`ulimit -f`) the system sends SIGXFSZ, which kills. With a handler in
+//! place the write fails with "File too large" instead, and can be told by name.
+
+use std::sync::OnceLock;
+
+use async_signal::{Signal, Signals};
+
+/// Makes writes beyond the file size limit fail, for as long as the process runs.
+pub fn limit_is_an_error() {
+    static SIGNALS: OnceLock<Option<Signals>> = OnceLock::new();
+    // Without the handler such a write kills, as it does in other programs.
+    SIGNALS.get_or_init(|| Signals::new([Signal::Xfsz]).ok());
+}

@@ -1,0 +1,82 @@
+//! A state that waits until its instruments have spoken.
+//!
+//! Their words come on topics of their own, in any order. A state said again says that an answer is
+//! missed, and brings the instruments' words again; on another topic, so perhaps after it. A state said
+//! [`SAYINGS`] times is answered without what is still missing.
+
+use planesman_msgs::builtin_interfaces::msg::Time;
+use planesman_msgs::planesman_msgs::msg::VehicleState;
+
+/// How often a state is heard before its instruments' words are given up.
+pub const SAYINGS: u32 = 3;
+
+/// The state that waits, and how often it was heard.
+#[derive(Clone, Debug, Default)]
+pub struct Waiting {
+    state: Option<VehicleState>,
+    heard: u32,
+}
+
+impl Waiting {
+    /// Takes a state, and gives it back when it is to be answered now. One that waited before is given up: the
+    /// vehicle has moved on.
+    pub fn on_state(&mut self, state: VehicleState, ready: bool) -> Option<VehicleState> {
+        let stamp = |state: &VehicleState| state.header.stamp.nanos();
+        let again = self
+            .state
+            .as_ref()
+            .is_some_and(|s| stamp(s) == stamp(&state));
+        self.heard = if again { self.heard + 1 } else { 1 };
+        if ready || self.heard >= SAYINGS {
+            self.state = None;
+            return Some(state);
+        }
+        self.state = Some(state);
+        None
+    }
+
+    /// An instrument has spoken: the state that waits, if it is to be answered now.
+    pub fn on_word(&mut self, ready: impl FnOnce(&Time) -> bool) -> Option<VehicleState> {
+        self.state.take_if(|state| ready(&state.header.stamp))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn state(k: i64) -> VehicleState {
+        let mut state = VehicleState::default();
+        state.header.stamp = Time::from_nanos(k);
+        state
+    }
+
+    #[test]
+    fn a_state_is_answered_with_its_instruments_last_word() {
+        let mut waiting = Waiting::default();
+        assert_eq!(waiting.on_state(state(1), true), Some(state(1)));
+        assert_eq!(waiting.on_state(state(2), false), None);
+        assert_eq!(waiting.on_word(|_| false), None);
+        assert_eq!(waiting.on_word(|stamp| stamp.nanos() == 2), Some(state(2)));
+        assert_eq!(waiting.on_word(|_| true), None);
+    }
+
+    #[test]
+    fn a_lost_word_is_waited_for_until_the_state_has_been_said_three_times() {
+        let mut waiting = Waiting::default();
+        assert_eq!(waiting.on_state(state(1), false), None);
+        assert_eq!(waiting.on_state(state(1), false), None);
+        let mut found = waiting.clone();
+        assert_eq!(
+            found.on_word(|_| true),
+            Some(state(1)),
+            "the word said again"
+        );
+        assert_eq!(waiting.on_state(state(1), false), Some(state(1)));
+        // Another state begins anew.
+        assert_eq!(waiting.on_state(state(2), false), None);
+        assert_eq!(waiting.on_state(state(3), false), None);
+        assert_eq!(waiting.on_state(state(3), false), None);
+        assert_eq!(waiting.on_state(state(3), false), Some(state(3)));
+    }
+}

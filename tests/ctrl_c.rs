@@ -1,0 +1,28 @@
+//! One Ctrl-C ends a dive, whatever becomes of its nodes, and says which of them does not listen.
+#![allow(clippy::unwrap_used)]
+
+mod stage;
+
+use stage::{Stage, eventually, freeze};
+
+#[test]
+fn one_ctrl_c_ends_a_dive_with_a_frozen_node_and_names_it() {
+    for node in ["plant_sim", "sysid"] {
+        let stage = Stage::new();
+        let out = stage.path("out");
+        let launcher = stage.start(&["dive", "--keep-running", "--out", &out]);
+        eventually("a flight", || {
+            launcher.stdout().contains("diving").then_some(())
+        });
+        let nodes = launcher.nodes();
+        freeze(nodes[node]);
+        launcher.press_ctrl_c();
+        let outcome = launcher.finish();
+        assert_eq!(outcome.status.code(), Some(1), "{outcome:#?}");
+        let complaint = outcome.complaints().join("\n");
+        assert!(complaint.contains(node), "{complaint}");
+        for (name, pid) in nodes {
+            assert!(!stage::runs(pid), "{name} is left behind");
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! The recorder goes on recording whatever one message says.
+#![allow(clippy::unwrap_used)]
+
+mod stage;
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use planesman_bag::{BagReader, Order};
+use planesman_msgs::Message;
+use planesman_msgs::builtin_interfaces::msg::Time;
+use planesman_msgs::rosgraph_msgs::msg::Clock;
+use planesman_msgs::std_msgs::msg::Float64;
+use planesman_node::{Domain, NodeSpec, Publisher, Qos, RosArguments, Runtime};
+use stage::{PATIENCE, Signal, Stage};
+
+fn heard<M: Message>(rt: &Runtime<()>, topic: &str) -> Publisher<M> {
+    let publisher = rt.publisher(topic, Qos::reliable(100)).unwrap();
+    let deadline = Instant::now() + PATIENCE;
+    // The recorder, and its clock.
+    let readers = if topic == "/clock" { 2 } else { 1 };
+    while publisher.readers() < readers {
+        rt.next(Duration::from_millis(10));
+        assert!(Instant::now() < deadline, "nobody listens to {topic}");
+    }
+    publisher
+}
+
+#[test]
+fn a_clock_before_its_epoch_ends_no_recording() {
+    let stage = Stage::new();
+    let out = stage.path("bag");
+    let output = format!("output:={out}");
+    let recorder = stage.node("recorder", &[&output, "use_sim_time:=true"]);
+    let spec = NodeSpec {
+        name: "peer",
+        namespace: "/auv",
+        declarations: Vec::new(),
+        validate: |_| Ok(()),
+        on_parameters: |_| (),
+    };
+    let domain = Domain {
+        id: stage.domain(),
+        local: true,
+    };
+    let rt = Runtime::start_in(domain, spec, RosArguments::default()).unwrap();
+    let clock = heard::<Clock>(&rt, "/clock");
+    let setpoint = heard::<Float64>(&rt, "depth_setpoint");
+    let operator = stage.operator();
+    let mut sent = 0;
+    for seconds in [-5, 5] {
+        clock.publish(&Clock {
+            clock: Time::from_nanos(seconds * 1_000_000_000),
+        });
+        // Until the recorder has told of one at that time, and of all that were sent before.
+        let before = sent;
+        operator.until("a report of the recorder's", |heard| {
+            setpoint.publish(&Float64::default());
+            sent += 1;
+            let status = heard.status("/auv/recorder: bag")?;
+            let value = |key: &str| status.values.iter().find(|v| v.key == key);
+            let number = |key: &str| value(key).unwrap().value.parse::<u64>().unwrap();
+            (number("unfit") > 0 && number("messages") > before).then_some(())
+        });
+    }
+    recorder.signal(Signal::TERM);
+    recorder.finish().success();
+    let bag = BagReader::open(Path::new(&out)).unwrap();
+    assert!(bag.completeness().is_whole(), "{}", bag.completeness());
+    let count = |topic: &str| {
+        let messages = bag.messages(Order::File);
+        let messages = messages.map(|message| message.unwrap().topic.name.clone());
+        messages.filter(|name| name == topic).count()
+    };
+    assert_eq!(u64::try_from(count("/auv/depth_setpoint")).unwrap(), sent);
+    assert_eq!(count("/clock"), 2);
+}
