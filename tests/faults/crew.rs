@@ -83,6 +83,7 @@ impl<'s> Crew<'s> {
                 vec!["time:=real".to_owned(), format!("factor:={factor}.0")]
             }
             ("depth_controller", _) => vec![
+                format!("lockstep:={lockstep}"),
                 "depth_setpoint:=0.9144".to_owned(),
                 "identification.signal:=prbs".to_owned(),
             ],

@@ -69,6 +69,9 @@ fn flies_on(maker: Maker) {
     let sender = Sender::start(stage.domain(), maker, announced.take());
     let during = rate(&operator, DURATION);
     let memory_during = memory(&nodes);
+    for name in nodes.keys() {
+        operator.status(&format!("/auv/{name}: middleware"), "is refused");
+    }
     let sent = sender.stop();
     println!(
         "{sent} packets in {DURATION:?}: {during:.0} of {before:.0} ticks a second; memory of {memory_before:?} became {memory_during:?} B"

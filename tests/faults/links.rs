@@ -99,7 +99,13 @@ const TROUBLES: [(&str, Trouble); 13] = {
 };
 
 /// Those that every run of the tests tries.
-const ALWAYS: [&str; 0] = [];
+pub(crate) const ALWAYS: [&str; 5] = [
+    "links/sysid/loss_5/lockstep",
+    "links/sysid/cut_12_s/lockstep",
+    "links/depth_controller/cut_to_near_12_s/factor_1",
+    "links/dha_actuator/cut_5_s/factor_1",
+    "links/dha_actuator/mtu_576/factor_1",
+];
 
 /// Ticks before the link turns bad, and after it is good again (or while it stays bad).
 const BEFORE: u64 = 40;

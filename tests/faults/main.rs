@@ -36,6 +36,12 @@ fn main() -> ExitCode {
     trials.extend(links::trials());
     trials.extend(crowd::trials());
     trials.extend(garbage::trials());
+    for name in nodes::ALWAYS.iter().chain(&links::ALWAYS) {
+        assert!(
+            trials.iter().any(|trial| trial.name() == *name),
+            "no cell {name}"
+        );
+    }
     libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
 }
 
