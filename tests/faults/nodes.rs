@@ -412,7 +412,9 @@ impl Dive {
     fn ends_interrupted(self) -> String {
         let outcome = self.launcher.finish();
         assert!(outcome.stdout.contains("Interrupted after"), "{outcome:#?}");
-        assert!(!outcome.stdout.contains("gave up"), "{outcome:#?}");
+        // A launcher that hears its nodes has their reports.
+        let deaf = outcome.stdout.contains("gave up waiting: waiting for");
+        assert!(!deaf, "{outcome:#?}");
         evidence::ends_and_says_what_it_lost(&outcome, Path::new(&self.out));
         evidence::nobody_is_left(&self.nodes);
         self.out
