@@ -11,7 +11,7 @@ use super::stage::{Process, Stage, eventually, scenario};
 use super::trial;
 
 pub(crate) fn trials() -> Vec<Trial> {
-    let names = [("crowd/6_vehicles", 6), ("crowd/10_vehicles", 10)];
+    let names = [("crowd/six_vehicles", 6), ("crowd/ten_vehicles", 10)];
     let crowd =
         |(name, vehicles): (&str, u32)| trial(name.to_owned(), false, move || all_fly(vehicles));
     names.into_iter().map(crowd).collect()

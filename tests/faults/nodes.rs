@@ -21,7 +21,7 @@ enum Fault {
     Terminate,
     Kill,
     /// Stopped and continued, as by a debugger or `docker pause`, for so long.
-    Freeze(Duration),
+    Stop(Duration),
     /// Killed and started again.
     Restart,
     /// Started once more.
@@ -50,8 +50,8 @@ enum Fate {
 const FAULTS: [(&str, Fault); 6] = [
     ("terminate", Fault::Terminate),
     ("kill", Fault::Kill),
-    ("freeze_10_ms", Fault::Freeze(Duration::from_millis(10))),
-    ("freeze_3_s", Fault::Freeze(Duration::from_secs(3))),
+    ("stopped_10_ms", Fault::Stop(Duration::from_millis(10))),
+    ("stopped_3_s", Fault::Stop(Duration::from_secs(3))),
     ("restart", Fault::Restart),
     ("twin", Fault::Twin),
 ];
@@ -75,23 +75,23 @@ const FATES: [(&str, [Fate; 6]); 6] = {
 /// Those that every run of the tests tries: each process, each fault, each pace.
 pub(crate) const ALWAYS: [&str; 20] = [
     "nodes/plant_sim/terminate/factor_10",
-    "nodes/plant_sim/freeze_10_ms/factor_1",
+    "nodes/plant_sim/stopped_10_ms/factor_1",
     "nodes/plant_sim/restart/lockstep",
     "nodes/plant_sim/twin/lockstep",
     "nodes/depth_controller/kill/lockstep",
-    "nodes/depth_controller/freeze_3_s/lockstep",
+    "nodes/depth_controller/stopped_3_s/lockstep",
     "nodes/depth_controller/restart/factor_10",
-    "nodes/dha_actuator/freeze_10_ms/factor_10",
+    "nodes/dha_actuator/stopped_10_ms/factor_10",
     "nodes/dha_actuator/restart/factor_1",
     "nodes/dha_actuator/twin/lockstep",
-    "nodes/sysid/freeze_3_s/lockstep",
+    "nodes/sysid/stopped_3_s/lockstep",
     "nodes/sysid/restart/lockstep",
     "nodes/recorder/kill/factor_1",
-    "nodes/recorder/freeze_3_s/factor_10",
+    "nodes/recorder/stopped_3_s/factor_10",
     "nodes/recorder/restart/lockstep",
     "nodes/launcher/terminate/lockstep",
     "nodes/launcher/kill/factor_10",
-    "nodes/launcher/freeze_3_s/factor_1",
+    "nodes/launcher/stopped_3_s/factor_1",
     "nodes/launcher/restart/lockstep",
     "nodes/launcher/at_once/lockstep",
 ];
@@ -326,7 +326,7 @@ impl Cell {
         match self.fault {
             Fault::Terminate => signal(Signal::TERM),
             Fault::Kill => kill(pid),
-            Fault::Freeze(time) => {
+            Fault::Stop(time) => {
                 signal(Signal::STOP);
                 std::thread::sleep(time);
                 signal(Signal::CONT);
