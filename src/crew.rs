@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, bail};
 use rustix::process::{Pid, Signal, kill_process, set_parent_process_death_signal};
 
+use crate::dive::NAMESPACE;
 use crate::run_folder::RunFolder;
 
 /// Set for a node that a launcher started: it stops when the launcher is gone.
@@ -57,6 +58,7 @@ impl Crew {
             let child = Command::new(&program)
                 .args(["node", name, "--ros-args", "-r"])
                 .arg(format!("__ns:={namespace}"))
+                .args(own_clock(namespace))
                 .arg("--params-file")
                 .arg(run.parameter_file())
                 .env(LAUNCHED, "1")
@@ -160,6 +162,14 @@ impl Drop for Crew {
                 }
             }
         }
+    }
+}
+
+/// The remapping of a vehicle's time that is not the domain's.
+fn own_clock(namespace: &str) -> Vec<String> {
+    match namespace.trim_end_matches('/') {
+        NAMESPACE => Vec::new(),
+        other => vec!["-r".to_owned(), format!("/clock:={other}/clock")],
     }
 }
 

@@ -17,7 +17,7 @@ use planesman_msgs::std_srvs::srv::{SetBool, SetBoolRequest, SetBoolResponse};
 use planesman_node::claim::{Claim, Stage};
 use planesman_node::{Client, Connections, Direction, Flow, Next, NodeSpec, Qos, Runtime, args};
 use planesman_parameters::Value;
-use recorder::loop_topics::{self, Delivery};
+use recorder::loop_topics;
 use recorder::node::BAG;
 
 use crate::crew::Crew;
@@ -26,6 +26,9 @@ use crate::scenario::{NODES, Scenario};
 use crate::sink::full_name;
 use crate::summary::{identified, pole_text};
 
+/// Where a vehicle is, unless it is told otherwise. Its time is on `/clock`; that of vehicles in other
+/// namespaces is on a topic there, so that several may fly in one domain.
+pub const NAMESPACE: &str = "/auv";
 /// How long the nodes may take to find each other.
 const GATHERING: Duration = Duration::from_secs(30);
 /// How long to listen for a loop that runs already; a running peer is found within 0.2 s.
@@ -37,7 +40,7 @@ const LANDING: Duration = Duration::from_secs(10);
 /// How long the vehicle may take to say that it stands.
 const STOPPING: Duration = Duration::from_secs(10);
 /// The same two when somebody has asked to stop: who is deaf is not waited for long.
-const SOON: Duration = Duration::from_secs(3);
+const SOON: Duration = Duration::from_secs(5);
 
 /// Who decides when a tick is over.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -102,17 +105,17 @@ pub fn run(scenario: &Scenario, run: &RunFolder, options: &Options) -> Result<Op
     })?;
     let go = rt.client::<SetBool>("plant_sim/pause")?;
     planesman_node::say!("{}", scenario.description)?;
-    let claims = be_alone(&rt, options)?;
+    let claim = be_alone(&rt, options)?;
     // All that can be refused has been: now there is something to keep.
     run.create(scenario, &parameters)?;
-    fly(rt, go, claims, scenario, run, options).inspect_err(|error| run.note_failure(error))
+    fly(rt, go, claim, scenario, run, options).inspect_err(|error| run.note_failure(error))
 }
 
 /// Starts the nodes and flies them to the end.
 fn fly(
     rt: Runtime<Event>,
     go: Client<SetBool>,
-    claims: Vec<Claim>,
+    claim: Claim,
     scenario: &Scenario,
     run: &RunFolder,
     options: &Options,
@@ -124,7 +127,7 @@ fn fly(
         options: options.clone(),
         crew,
         go,
-        claims,
+        claim,
         phase: Phase::Gathering(Instant::now()),
         connections: BTreeMap::new(),
         bar: bar(scenario.ticks()),
@@ -162,27 +165,23 @@ fn fly(
 }
 
 /// Nothing flies here yet: a second loop's nodes would answer the first one's vehicle. Returns the claim to
-/// the namespace, and that to `/clock` if it is made.
-fn be_alone(rt: &Runtime<Event>, options: &Options) -> Result<Vec<Claim>> {
+/// the namespace.
+fn be_alone(rt: &Runtime<Event>, options: &Options) -> Result<Claim> {
     let began = Instant::now();
-    let mut subjects = vec![format!("launch {}", options.namespace)];
-    if options.pace.owns_time() {
-        subjects.push("launch what follows /clock".to_owned());
-    }
-    let claims = rt.claims(&subjects)?;
+    let claim = rt.claim(&format!("launch {}", options.namespace))?;
     loop {
         if matches!(rt.next(Duration::from_millis(50)), Next::Stop) {
             bail!("interrupted");
         }
-        give_way(&claims, options)?;
+        give_way(&claim, options)?;
         let connections = rt.connections();
         let taken = connections.list.iter().find(|end| {
             end.direction == Direction::Subscription && end.topic != "/diagnostics" && end.peers > 0
         });
         match taken {
             None if began.elapsed() > LISTENING => {
-                claims.iter().for_each(|claim| claim.rise_to(Stage::Held));
-                return Ok(claims);
+                claim.rise_to(Stage::Held);
+                return Ok(claim);
             }
             Some(end) if began.elapsed() > FORGETTING => bail!(
                 "somebody publishes {} already: is another loop running? Stop it, or choose \
@@ -195,21 +194,12 @@ fn be_alone(rt: &Runtime<Event>, options: &Options) -> Result<Vec<Claim>> {
 }
 
 /// Of several dives at once one flies, the same in everybody's eyes; the others end.
-fn give_way(claims: &[Claim], options: &Options) -> Result<()> {
-    if let Some(holder) = claims.iter().find_map(Claim::holder) {
+fn give_way(claim: &Claim, options: &Options) -> Result<()> {
+    if let Some(holder) = claim.holder() {
         bail!(
-            "another dive, {holder}, holds the loop of {} here{}; wait for its end, or choose another ROS_DOMAIN_ID{}",
-            options.namespace,
-            if options.pace.owns_time() {
-                ", or its /clock"
-            } else {
-                ""
-            },
-            if options.pace.owns_time() {
-                ""
-            } else {
-                " or --namespace"
-            },
+            "another dive, {holder}, holds the loop of {} here; wait for its end, or choose another ROS_DOMAIN_ID or \
+             --namespace",
+            options.namespace
         );
     }
     Ok(())
@@ -228,6 +218,8 @@ fn extra(run: &RunFolder, options: &Options) -> Vec<(&'static str, &'static str,
         ("sysid", "answer", lockstep.into()),
         ("dha_actuator", "lockstep", lockstep.into()),
         ("depth_controller", "lockstep", lockstep.into()),
+        ("recorder", "reliable_sensors", true.into()),
+        ("plant_sim", "reliable_sensors", true.into()),
         ("plant_sim", "start_paused", true.into()),
         (
             "plant_sim",
@@ -276,7 +268,7 @@ struct Captain {
     options: Options,
     crew: Crew,
     go: Client<SetBool>,
-    claims: Vec<Claim>,
+    claim: Claim,
     phase: Phase,
     /// What each node says of its endpoints.
     connections: BTreeMap<String, Connections>,
@@ -370,13 +362,11 @@ impl Captain {
 
     fn look(&mut self, rt: &Runtime<Event>) -> Result<Flow> {
         self.crew.check()?;
-        give_way(&self.claims, &self.options)?;
+        give_way(&self.claim, &self.options)?;
         match self.phase {
             Phase::Gathering(since) => match self.missing(rt) {
                 None => {
-                    self.claims
-                        .iter()
-                        .for_each(|claim| claim.rise_to(Stage::Used));
+                    self.claim.rise_to(Stage::Used);
                     self.say("all nodes have discovered each other; diving");
                     self.began = Instant::now();
                     let go = self.go.clone();
@@ -441,28 +431,19 @@ impl Captain {
     }
 
     /// What somebody has sent and another has not received yet, `None` when there is
-    /// nothing. Only reliable topics: of the others nothing more comes.
+    /// nothing. Only topics of the loop, which are all reliable here.
     fn on_its_way(&self) -> Option<String> {
         let all = match self.reports() {
             Ok(all) => all,
             Err(missing) => return Some(missing),
         };
-        let lockstep = self.options.pace == Pace::Lockstep;
-        let reliable: Vec<String> = loop_topics::ALL
+        let recorded: Vec<String> = loop_topics::ALL
             .iter()
-            .map(|topic| {
-                if lockstep {
-                    topic.in_lockstep()
-                } else {
-                    *topic
-                }
-            })
-            .filter(|topic| topic.delivery != Delivery::BestEffort)
             .map(|topic| full_name(&self.options.namespace, topic.name))
             .collect();
         for node in &all {
             for end in &node.list {
-                if end.direction == Direction::Publisher || !reliable.contains(&end.topic) {
+                if end.direction == Direction::Publisher || !recorded.contains(&end.topic) {
                     continue;
                 }
                 let sent: u64 = all
@@ -487,7 +468,7 @@ impl Captain {
     /// Every node must have reported; every endpoint must be matched with as many others as all
     /// nodes together, this one included, have on its topic.
     fn missing(&self, rt: &Runtime<Event>) -> Option<String> {
-        if let Some(rival) = self.claims.iter().find_map(Claim::rival) {
+        if let Some(rival) = self.claim.rival() {
             return Some(format!("another dive, {rival}, is giving way"));
         }
         let own = rt.connections();

@@ -109,8 +109,8 @@ struct DiveArgs {
     /// Leave the loop running until Ctrl-C, for `ros2 topic echo` and friends
     #[arg(long)]
     keep_running: bool,
-    /// The namespace of all nodes
-    #[arg(long, default_value = "/auv", value_parser = NonEmptyStringValueParser::new())]
+    /// The namespace of all nodes; in another than the default, simulated time is on NAMESPACE/clock
+    #[arg(long, default_value = dive::NAMESPACE, value_parser = NonEmptyStringValueParser::new())]
     namespace: String,
 }
 
@@ -122,7 +122,7 @@ struct SimArgs {
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// The namespace of the topics in the bag
-    #[arg(long, default_value = "/auv", value_parser = NonEmptyStringValueParser::new())]
+    #[arg(long, default_value = dive::NAMESPACE, value_parser = NonEmptyStringValueParser::new())]
     namespace: String,
 }
 

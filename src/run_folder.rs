@@ -247,7 +247,7 @@ fn is_selected(topic: &str, names: &[String]) -> bool {
     names.is_empty()
         || names
             .iter()
-            .any(|name| name == topic || Some(name.as_str()) == last)
+            .any(|name| Some(name.trim_start_matches('/')) == last)
 }
 
 /// Whether loss on a topic means anything: the others are spoken before the recorder listens.

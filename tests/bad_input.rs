@@ -333,3 +333,20 @@ fn a_command_bears_that_nobody_reads_it_and_says_that_it_cannot_write() {
         "{said}"
     );
 }
+
+#[test]
+fn a_node_that_is_to_enforce_security_does_not_speak_in_the_clear() {
+    let stage = Stage::new();
+    let enforce = [
+        ("ROS_SECURITY_ENABLE", "true"),
+        ("ROS_SECURITY_STRATEGY", "Enforce"),
+    ];
+    for arguments in [&["node", "plant_sim"][..], &["dive"]] {
+        let outcome = stage.start_as(arguments, &enforce).finish();
+        assert_eq!(outcome.status.code(), Some(1), "{outcome:#?}");
+        let complaints = outcome.complaints();
+        assert_eq!(complaints.len(), 1, "{outcome:#?}");
+        assert!(complaints[0].contains("ROS_SECURITY_STRATEGY=Enforce"));
+        assert_eq!(stage.content(), [""; 0]);
+    }
+}

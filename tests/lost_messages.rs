@@ -93,9 +93,20 @@ impl Peer {
         assert_eq!(heard, expected);
     }
 
-    fn answers(&self, expected: &[i64]) {
-        let expected: Vec<Heard> = expected.iter().map(|k| Heard::Answer(*k)).collect();
-        self.hears(&expected, |heard| matches!(heard, Heard::Answer(_)));
+    /// Says something now and then until `expected` is heard: the first words of a publisher may be spoken
+    /// before it knows who listens.
+    fn until_heard(&self, expected: Heard, say: impl Fn()) {
+        let deadline = Instant::now() + PATIENCE;
+        loop {
+            say();
+            let look = Instant::now();
+            while look.elapsed() < Duration::from_millis(200) {
+                if self.rt.next(Duration::from_millis(10)) == Next::Event(expected) {
+                    return;
+                }
+            }
+            assert!(Instant::now() < deadline, "waited in vain: {expected:?}");
+        }
     }
 
     fn listen(&self) {
@@ -143,23 +154,25 @@ fn an_identifier_that_lacks_a_motion_answers_when_it_comes_again_and_at_last_wit
     let motions = peer.heard("plane_motion");
     peer.wait_until_said("/auv/tick_answer");
 
-    states.publish(&state(0));
-    peer.answers(&[0]);
-    motions.publish(&motion(0));
-    states.publish(&state(1));
-    peer.answers(&[1]);
+    peer.until_heard(Heard::Answer(0), || {
+        states.publish(&state(0));
+    });
+    peer.until_heard(Heard::Answer(1), || {
+        motions.publish(&motion(0));
+        states.publish(&state(1));
+    });
 
     // The motion over tick 1 is lost; the vehicle says its state again, the actuator the motion.
     states.publish(&state(2));
     states.publish(&state(2));
     motions.publish(&motion(1));
-    peer.answers(&[2]);
+    peer.until_heard(Heard::Answer(2), || ());
 
     // That over tick 2 is lost for good.
     for _ in 0..3 {
         states.publish(&state(3));
     }
-    peer.answers(&[3]);
+    peer.until_heard(Heard::Answer(3), || ());
 }
 
 #[test]
@@ -170,12 +183,16 @@ fn an_actuator_whose_command_comes_again_says_the_motion_before_it_too() {
     peer.listen();
     let commands = peer.heard("plane_command");
     peer.wait_until_said("/auv/plane_motion");
-    for k in [0, 1, 1] {
+    let command = |k: i64| {
         let mut command = PlaneCommand::default();
         command.header.stamp = stamp(k);
         commands.publish(&command);
-    }
-    let motions = [0, 1, 0, 1].map(Heard::Motion);
+    };
+    peer.until_heard(Heard::Motion(0), || command(0));
+    command(1);
+    peer.until_heard(Heard::Motion(1), || ());
+    command(1);
+    let motions = [0, 1].map(Heard::Motion);
     peer.hears(&motions, |heard| matches!(heard, Heard::Motion(_)));
 }
 

@@ -3,6 +3,9 @@
 
 mod stage;
 
+use std::path::Path;
+
+use planesman::flight::Flight;
 use planesman_msgs::diagnostic_msgs::msg::DiagnosticStatus;
 use planesman_msgs::planesman_msgs::msg::VehicleState;
 use stage::{Heard, Process, Stage, eventually, scenario};
@@ -71,5 +74,33 @@ fn two_controllers_or_actuators_are_an_error_that_each_of_them_tells() {
                 .any(|line| line.starts_with("[ERROR]") && line.contains(topic))
         };
         eventually("both logs", || both.iter().all(tells).then_some(()));
+    }
+}
+
+#[test]
+fn dives_in_two_namespaces_fly_side_by_side_each_by_its_own_clock() {
+    let stage = Stage::new();
+    let file = stage.file("short.yaml", scenario(5.0, "  sysid: {start: 1.0}\n"));
+    let dives = ["auv", "auv2"].map(|name| {
+        let namespace = format!("/{name}");
+        let out = stage.path(name);
+        stage.start(&["dive", &file, "--namespace", &namespace, "--out", &out])
+    });
+    for dive in dives {
+        dive.finish().success();
+    }
+    for (name, clock, other) in [
+        ("auv", "/clock", "/auv2/clock"),
+        ("auv2", "/auv2/clock", "/clock"),
+    ] {
+        let flight = Flight::read(&Path::new(&stage.path(name)).join("bag")).unwrap();
+        assert!(flight.counts.contains_key(clock) && !flight.counts.contains_key(other));
+        let mut stamps: Vec<i64> = flight
+            .states
+            .iter()
+            .map(|s| s.header.stamp.nanos())
+            .collect();
+        stamps.dedup();
+        assert_eq!(stamps.len(), 100);
     }
 }

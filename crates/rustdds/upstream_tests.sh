@@ -3,15 +3,16 @@
 #
 #     crates/rustdds/upstream_tests.sh [ARGUMENT OF cargo test ...]
 #
-# The published crate is taken from where `cargo fetch` has put it. Loopback only.
+# The published crate is taken from where building this crate has put it. Loopback only.
 set -euo pipefail
 cd "$(dirname "$0")"
 
-published=$(cargo metadata --format-version 1 --offline --manifest-path "$(find ../../target -path '*/out/published/Cargo.toml' | head -n 1)" |
-    python3 -c 'import json, sys; print(next(p["manifest_path"] for p in json.load(sys.stdin)["packages"] if p["name"] == "rustdds"))')
+version=$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml)
+published=$(find "${CARGO_HOME:-$HOME/.cargo}/registry/src" -maxdepth 2 -name "rustdds-$version" | head -n 1)
+[[ -n $published ]] || { echo "rustdds $version is not in Cargo's registry: build the workspace first" >&2; exit 1; }
 work=$(mktemp --directory)
 trap 'rm -rf "$work"' EXIT
-cp -r "$(dirname "$published")/." "$work"
+cp -r "$published/." "$work"
 for patch in patches/*.patch; do
     patch --directory "$work" --strip 1 --quiet --fuzz 0 <"$patch"
 done

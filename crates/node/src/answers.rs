@@ -3,7 +3,7 @@
 //! A client asks as soon as it knows of us. Our writer may be matched with its reader a little later; what is written
 //! before that is lost. So the first answer to a client waits for it. And a client that acknowledges nothing fills the
 //! send window; an answer then waits for room. The node goes on meanwhile: one task looks after all that wait, at
-//! most [`MOST`].
+//! most [`MOST`], and [`MOST_EACH`] of a client.
 
 use std::{cell::RefCell, collections::VecDeque, rc::Rc, time::Duration};
 
@@ -11,25 +11,28 @@ use ros2_client::{RmwRequestId, error::WriteError};
 use rustdds::GUID;
 use smol::Timer;
 
-use crate::shared::Shared;
+use crate::{
+    service::{replies_topic, requests_topic},
+    shared::Shared,
+};
 
 /// Time between two looks, and how many there are for an answer.
 const LOOK: Duration = Duration::from_millis(10);
 const LOOKS: u32 = 500;
 
-/// Answers that wait; a further one is not sent.
+/// Answers that wait, in all and for one client; a further one is not sent.
 const MOST: usize = 100;
+const MOST_EACH: usize = 10;
 
 /// An attempt to send an answer, again if there was no room.
 type Send = Box<dyn FnMut() -> Result<(), WriteError<()>>>;
 
 /// One that waits.
 struct Waiting {
-    /// The service's name, and the DDS topic that its answers go by.
+    /// The service's name.
     service: String,
-    replies: String,
     client: GUID,
-    /// Whether the client is known to listen.
+    /// Whether our writer is matched with the client's reader.
     heard: bool,
     looks: u32,
     send: Send,
@@ -59,16 +62,18 @@ pub(crate) fn answer(
     }
     let waiting = Waiting {
         service: name.to_owned(),
-        replies: format!("rr{name}Reply"),
         client,
         heard,
         looks: 0,
         send: Box::new(send),
     };
     let mut all = shared.answers.waiting.borrow_mut();
-    if all.len() >= MOST {
-        let text =
-            format!("no answer sent: {MOST} others wait for clients that do not take theirs");
+    let of_the_client = all.iter().filter(|other| other.client == client).count();
+    if all.len() >= MOST || of_the_client >= MOST_EACH {
+        let text = format!(
+            "no answer sent: {of_the_client} wait for this client, {} for all, to listen or to have room",
+            all.len()
+        );
         return shared.warn(name, &text);
     }
     all.push_back(waiting);
@@ -86,17 +91,10 @@ pub(crate) fn answer(
 /// Sends what can be sent now.
 fn look(shared: &Rc<Shared>) {
     let mut all = shared.answers.waiting.take();
-    if all.iter().any(|waiting| !waiting.heard)
-        && let Some(participant) = shared.participant()
-    {
-        let readers = participant.discovered_readers();
+    if all.iter().any(|waiting| !waiting.heard) {
+        let known = Known::to(shared);
         for waiting in all.iter_mut().filter(|waiting| !waiting.heard) {
-            waiting.heard = readers.iter().any(|reader| {
-                let guid = reader.reader_proxy.remote_reader_guid;
-                guid.prefix == waiting.client.prefix
-                    && *reader.subscription_topic_data.topic_name() == waiting.replies
-                    && participant.is_matched_with(guid)
-            });
+            waiting.heard = known.listens(waiting.client, &waiting.service);
         }
     }
     let mut full: Vec<String> = Vec::new();
@@ -127,5 +125,81 @@ fn look(shared: &Rc<Shared>) {
 fn told(shared: &Shared, service: &str, outcome: Result<(), WriteError<()>>) {
     if let Err(error) = outcome {
         shared.warn(service, &format!("no answer sent: {error}"));
+    }
+}
+
+/// The ends of services now, DDS topic and identity: readers that our writers are matched with, and writers.
+#[derive(Default)]
+struct Known {
+    readers: Vec<(String, GUID)>,
+    writers: Vec<(String, GUID)>,
+}
+
+impl Known {
+    fn to(shared: &Shared) -> Self {
+        let Some(participant) = shared.participant() else {
+            return Self::default();
+        };
+        let readers = participant.discovered_readers();
+        let readers = readers.iter().map(|found| &found.subscription_topic_data);
+        let writers = participant.discovered_writers();
+        let writers = writers.iter().map(|found| &found.publication_topic_data);
+        Self {
+            readers: readers
+                .filter(|end| participant.is_matched_with(end.key()))
+                .map(|end| (end.topic_name().clone(), end.key()))
+                .collect(),
+            writers: writers
+                .map(|end| (end.topic_name.clone(), end.key))
+                .collect(),
+        }
+    }
+
+    /// Whether the reader of this client's answers is known. A client names itself by that reader (Fast DDS), or by the
+    /// writer of its requests; then each such writer of its participant's needs a reader of answers there, since any of
+    /// them may be its own.
+    fn listens(&self, client: GUID, service: &str) -> bool {
+        let (requests, replies) = (requests_topic(service), replies_topic(service));
+        if self.readers.contains(&(replies.clone(), client)) {
+            return true;
+        }
+        let of_the_client = |ends: &[(String, GUID)], topic: &str| {
+            let ends = ends.iter().filter(|(name, _)| name == topic);
+            ends.filter(|(_, end)| end.prefix == client.prefix).count()
+        };
+        let readers = of_the_client(&self.readers, &replies);
+        readers > 0 && readers >= of_the_client(&self.writers, &requests)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rustdds::GUID;
+
+    use super::Known;
+
+    fn end(participant: u8, key: u8) -> GUID {
+        let mut bytes = [participant; 16];
+        bytes[15] = key;
+        GUID::from_bytes(bytes)
+    }
+
+    #[test]
+    fn a_client_listens_once_its_own_reader_is_known_and_not_only_an_older_ones() {
+        let (requests, replies) = ("rq/aRequest".to_owned(), "rr/aReply".to_owned());
+        let mut known = Known {
+            writers: vec![(requests.clone(), end(1, 1)), (requests, end(2, 1))],
+            readers: vec![("rr/bReply".to_owned(), end(1, 9))],
+        };
+        assert!(!known.listens(end(1, 1), "/a"));
+        known.readers.push((replies.clone(), end(1, 2)));
+        assert!(known.listens(end(1, 1), "/a"));
+        assert!(!known.listens(end(2, 1), "/a"));
+        // A second client of the same process asks; its reader follows.
+        known.writers.push(("rq/aRequest".to_owned(), end(1, 3)));
+        assert!(!known.listens(end(1, 3), "/a"));
+        assert!(known.listens(end(1, 2), "/a"), "named by its reader");
+        known.readers.push((replies, end(1, 4)));
+        assert!(known.listens(end(1, 3), "/a"));
     }
 }

@@ -47,7 +47,7 @@
 //! | [`runtime`] | the node: one thread, one event at a time |
 //! | [`args`] | `--ros-args` |
 //! | [`names`] | expanding and remapping names |
-//! | [`domain`] | `ROS_DOMAIN_ID` and the discovery range |
+//! | [`domain`], `unsupported` | `ROS_DOMAIN_ID` and the discovery range; what of ROS's variables there is not |
 //! | `parameters` | the six parameter services |
 //! | [`qos`] | quality of service as ROS conventions have it |
 //! | [`publisher`], `subscription`, [`raw`] | topics out, in, and undecoded |
@@ -91,6 +91,7 @@ mod shared;
 pub mod shutdown;
 mod subscription;
 pub mod testing;
+mod unsupported;
 mod watchdog;
 
 use std::process::ExitCode;

@@ -66,6 +66,7 @@ use crate::{
     shared::{Shared, package_and_name, types_of},
     shutdown,
     subscription::{non_finite, pump},
+    unsupported,
     watchdog::Watchdog,
 };
 
@@ -192,6 +193,9 @@ impl<E: 'static> Runtime<E> {
         logging::install(&names.logger(), &arguments);
         for ignored in &arguments.ignored {
             log::info!("ignored: {ignored}");
+        }
+        for missing in unsupported::check(|name| std::env::var(name).ok())? {
+            log::warn!("{missing}");
         }
         memory::limit()?;
         file_size::limit_is_an_error();
@@ -426,14 +430,13 @@ impl<E: 'static> Runtime<E> {
         })
     }
 
-    /// Claims to be the only one that does these things in the domain (whatever names all claimants
-    /// use for them), and hears who else does.
+    /// Claims to be the only one that does something in the domain (`subject`, whatever all claimants name it),
+    /// and hears who else does.
     ///
     /// # Errors
     /// When the middleware refuses.
-    pub fn claims(&self, subjects: &[String]) -> anyhow::Result<Vec<Claim>> {
-        let claim = |subject: &String| Claim::new(&self.shared, subject);
-        let claims: Vec<Claim> = subjects.iter().map(claim).collect();
+    pub fn claim(&self, subject: &str) -> anyhow::Result<Claim> {
+        let claim = Claim::new(&self.shared, subject);
         let types = types_of::<DiagnosticArray>();
         let topic = self.shared.topic_name("/diagnostics")?;
         let (endpoint, dds) =
@@ -442,14 +445,12 @@ impl<E: 'static> Runtime<E> {
         let reader = self
             .shared
             .with_node(|node| node.create_subscription::<DiagnosticArray>(&dds, None))?;
-        let (shared, heard) = (Rc::clone(&self.shared), claims.clone());
+        let (shared, heard) = (Rc::clone(&self.shared), claim.clone());
         self.shared.spawn(async move {
-            let deliver = async |array: DiagnosticArray, _: &MessageInfo| {
-                heard.iter().for_each(|claim| claim.hear(&array));
-            };
+            let deliver = async |array: DiagnosticArray, _: &MessageInfo| heard.hear(&array);
             pump(shared, endpoint, reader.async_stream(), |_| None, deliver).await;
         });
-        Ok(claims)
+        Ok(claim)
     }
 
     /// Serves the action `name`: each goal becomes an event, and so does each one that is to be

@@ -115,12 +115,12 @@ pub(crate) async fn within<T>(
 }
 
 /// The DDS topic that a service's requests go by.
-fn requests_topic(service: &str) -> String {
+pub(crate) fn requests_topic(service: &str) -> String {
     format!("rq{service}Request")
 }
 
 /// The DDS topic that a service's answers go by.
-fn replies_topic(service: &str) -> String {
+pub(crate) fn replies_topic(service: &str) -> String {
     format!("rr{service}Reply")
 }
 

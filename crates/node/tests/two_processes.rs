@@ -524,5 +524,12 @@ fn requests_of_somebody_who_never_listens_hold_up_nobody() {
     }
     assert_eq!(answer(&rt, &input, 21.0), 42.0);
     assert_eq!(gain(), 2.0);
+    // Nor somebody who is new here.
+    let describe = rt
+        .client::<DescribeParameters>("/doubler/describe_parameters")
+        .unwrap();
+    let names = vec!["gain".to_owned()];
+    let call = describe.call(DescribeParametersRequest { names }, PATIENCE);
+    assert_eq!(rt.block_on(call).unwrap().descriptors.len(), 1);
     assert_eq!(answer(&rt, &input, 7.0), 14.0);
 }

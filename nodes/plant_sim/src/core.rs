@@ -240,6 +240,16 @@ impl Plant {
         Ok(())
     }
 
+    /// As [`Plant::advance`], along a motion that was to be an earlier tick's; the next state says so.
+    ///
+    /// # Errors
+    /// As [`Plant::advance`].
+    pub fn advance_late(&mut self, motion: &PlaneMotion) -> Result<(), String> {
+        self.advance(Some(motion))?;
+        self.planes_source = VehicleState::PLANES_LATE;
+        Ok(())
+    }
+
     /// Back to the initial state, planes neutral, the noise from its beginning.
     pub fn reset(&mut self) {
         self.take_next_settings();
@@ -497,6 +507,8 @@ mod tests {
         assert_eq!(source(&plant), (0.2, VehicleState::PLANES_ANSWERED));
         plant.advance(None).expect("a tick");
         assert_eq!(source(&plant), (0.2, VehicleState::PLANES_HELD));
+        plant.advance_late(&motion(0.2, 0.1)).expect("a tick");
+        assert_eq!(source(&plant), (0.1, VehicleState::PLANES_LATE));
     }
 
     #[test]

@@ -33,11 +33,13 @@
 //! - [`parameters`]: the node's declared parameters.
 //! - `settings`: the parameters in the models' own types.
 //! - `messages`: what the models give, in messages.
+//! - [`answers`], [`lockstep`]: the actuator's answers where no tick waits for them, and where it does.
 //! - [`core`]: messages in, messages out, one tick at a time.
 //!
 //! Depth is positive down, pitch bow up, plane angles to dive; SI throughout. No clock and no
 //! input or output, but for reading a vehicle file when one is named.
 
+pub mod answers;
 pub mod attitude;
 pub mod axis;
 pub mod body;

@@ -21,6 +21,7 @@ use planesman_node::claim::{Claim, Stage};
 use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, Responder, Runtime, args};
 use planesman_parameters::Values;
 
+use crate::answers::Answers;
 use crate::core::{Observation, Plant};
 use crate::lockstep::Lockstep;
 use crate::parameters;
@@ -116,17 +117,20 @@ struct Node {
     /// What the present tick shows, to be said again to a member that comes back; `None`
     /// between ticks, while paused and at the end.
     observation: Option<Observation>,
-    /// The actuator's answer for the present tick.
-    motion: Option<PlaneMotion>,
+    /// The actuator's answers where no tick waits for them.
+    answers: Answers,
     paused: bool,
     stepping: Option<Stepping>,
-    /// Ticks without the actuator's answer, and ticks begun late.
+    /// Ticks without the actuator's answer, ticks flown on an older one, and ticks begun late.
     held: u64,
+    delayed: u64,
     late: u64,
+    /// How many ticks old the answer was that the last tick was flown on.
+    age: i64,
     /// The latest contact, its time \[ns\] by the stamps.
     contact: Option<(Boundary, i64)>,
-    /// Being the only vehicle here, and the only one that makes the time.
-    claims: Vec<Claim>,
+    /// Being the only vehicle here.
+    claim: Claim,
     /// Since when others were listened for, `None` once nobody was found.
     listening: Option<Instant>,
 }
@@ -157,16 +161,11 @@ impl Node {
         };
         let duration = values.double("duration");
         let ticks = (duration * 1e9 / plant.tick_nanos() as f64).round() as i64;
-        let publishers = Publishers::new(rt, owns_time, matches!(pace, Pace::Lockstep { .. }))?;
-        let mut subjects = vec![publishers.state.topic().to_owned()];
-        subjects.extend(
-            publishers
-                .clock
-                .as_ref()
-                .map(|clock| clock.topic().to_owned()),
-        );
+        let lockstep = matches!(pace, Pace::Lockstep { .. });
+        let reliable = lockstep || values.bool("reliable_sensors");
+        let publishers = Publishers::new(rt, owns_time, reliable)?;
         Ok(Self {
-            claims: rt.claims(&subjects)?,
+            claim: rt.claim(publishers.state.topic())?,
             listening: Some(Instant::now()),
             publishers,
             start: if owns_time { 0 } else { rt.now().nanos() },
@@ -174,11 +173,13 @@ impl Node {
             k: 0,
             ticks: (duration > 0.0).then_some(ticks),
             observation: None,
-            motion: None,
+            answers: Answers::new(plant.tick_nanos(), values.integer("delay_budget")),
             paused: values.bool("start_paused"),
             stepping: None,
             held: 0,
+            delayed: 0,
             late: 0,
+            age: 0,
             contact: None,
             plant,
         })
@@ -218,6 +219,7 @@ impl Node {
             }
             Event::Parameters(values) => {
                 self.plant.set_values(&values).map_err(|e| anyhow!(e))?;
+                self.answers.set_budget(values.integer("delay_budget"));
             }
         }
         while self.tick_is_over(rt) {
@@ -234,8 +236,8 @@ impl Node {
     fn on_motion(&mut self, motion: PlaneMotion) {
         if let Pace::Lockstep { answers, .. } = &mut self.pace {
             answers.on_motion(motion);
-        } else if motion.header.stamp == self.stamp() {
-            self.motion = Some(motion);
+        } else {
+            self.answers.take(motion, self.stamp().nanos());
         }
     }
 
@@ -276,12 +278,11 @@ impl Node {
         {
             return Ok(());
         }
-        self.rise_to(Stage::Used);
+        self.claim.rise_to(Stage::Used);
         let stamp = self.stamp();
         let observation = self.plant.observe(stamp.clone());
         self.publishers.say(&stamp, &observation);
         self.observation = Some(observation);
-        self.motion = None;
         match &mut self.pace {
             Pace::Lockstep {
                 answers,
@@ -308,17 +309,12 @@ impl Node {
         Ok(())
     }
 
-    fn rise_to(&self, stage: Stage) {
-        self.claims.iter().for_each(|claim| claim.rise_to(stage));
-    }
-
     /// Nobody else is to be the vehicle: two would answer for each other's ticks.
     fn be_alone(&mut self, rt: &Runtime<Event>) -> Result<()> {
         let topic = self.publishers.state.topic();
-        if let Some(holder) = self.claims.iter().find_map(Claim::holder) {
+        if let Some(holder) = self.claim.holder() {
             bail!(
-                "{holder} is the vehicle on {topic} or makes /clock already; stop it, or choose another \
-                 namespace or ROS_DOMAIN_ID"
+                "{holder} is the vehicle on {topic} already; stop it, or choose another namespace or ROS_DOMAIN_ID"
             );
         }
         let Some(since) = self.listening else {
@@ -327,10 +323,10 @@ impl Node {
         if self.publishers.state.others() == 0 {
             if since.elapsed() >= LISTENING {
                 self.listening = None;
-                self.rise_to(Stage::Held);
+                self.claim.rise_to(Stage::Held);
                 self.begin_tick(rt)?;
             }
-        } else if since.elapsed() >= LEAVING && self.claims.iter().all(|c| c.rival().is_none()) {
+        } else if since.elapsed() >= LEAVING && self.claim.rival().is_none() {
             bail!(
                 "somebody publishes {topic} already; stop it, or choose another namespace or ROS_DOMAIN_ID"
             );
@@ -351,12 +347,19 @@ impl Node {
 
     /// Moves the vehicle over the present tick.
     fn end_tick(&mut self, rt: &Runtime<Event>) -> Result<()> {
-        let motion = match &self.pace {
-            Pace::Lockstep { answers, .. } => answers.complete().cloned(),
-            _ => self.motion.take(),
+        let answer = match &self.pace {
+            Pace::Lockstep { answers, .. } => answers.complete().map(|motion| (motion.clone(), 0)),
+            _ => self.answers.fly(self.stamp().nanos()),
         };
-        self.held += u64::from(motion.is_none());
-        match self.plant.advance(motion.as_ref()) {
+        self.age = answer.as_ref().map_or(0, |(_, age)| *age);
+        self.held += u64::from(answer.is_none());
+        self.delayed += u64::from(self.age > 0);
+        let advanced = match &answer {
+            Some((motion, 1..)) => self.plant.advance_late(motion),
+            Some((motion, _)) => self.plant.advance(Some(motion)),
+            None => self.plant.advance(None),
+        };
+        match advanced {
             Ok(()) => {
                 if let Some(contact) = self.plant.contact() {
                     let time = self.stamp().nanos() + (contact.time * 1e9).round() as i64;
@@ -397,6 +400,11 @@ impl Node {
         } else if self.observation.is_none() {
             let flown = self.ticks.is_some_and(|ticks| self.k >= ticks);
             status.1 = if flown { "flown" } else { "paused" }.to_owned();
+        } else if self.age > 0 {
+            status = (
+                Level::Warn,
+                format!("flying on an answer {} ticks old", self.age),
+            );
         } else if let (
             Pace::Lockstep {
                 answers,
@@ -424,6 +432,7 @@ impl Node {
             &[
                 ("ticks", self.k.to_string()),
                 ("ticks without the actuator's answer", self.held.to_string()),
+                ("ticks on an older answer", self.delayed.to_string()),
                 ("ticks begun late", self.late.to_string()),
                 ("latest contact", contact_of(self.contact)),
             ],
@@ -444,15 +453,15 @@ struct Publishers {
 }
 
 impl Publishers {
-    /// Sensors are best effort, but for members of lockstep, who wait for what they have missed.
-    fn new(rt: &Runtime<Event>, owns_time: bool, lockstep: bool) -> Result<Self> {
-        let sensor = match lockstep {
+    /// Sensors are best effort, but for those who must miss nothing, as members of lockstep.
+    fn new(rt: &Runtime<Event>, owns_time: bool, reliable: bool) -> Result<Self> {
+        let sensor = match reliable {
             true => Qos::reliable(100),
             false => Qos::sensor(),
         };
         Ok(Self {
             clock: owns_time
-                .then(|| rt.publisher("/clock", Qos::reliable(100)))
+                .then(|| anyhow::Ok(rt.publisher("/clock", Qos::reliable(100))?.sole()))
                 .transpose()?,
             state: rt.publisher("state", Qos::reliable(100))?.sole(),
             odometry: rt.publisher("odom", Qos::reliable(100))?,

@@ -502,12 +502,25 @@ fn node() -> Vec<Declaration> {
         .range(0.0, 1e7)
         .read_only(),
         Declaration::new(
+            "reliable_sensors",
+            false,
+            "Offer the sensors' topics reliably, for a recorder that is to miss nothing, rather than best effort, as by convention; always in lockstep",
+        )
+        .read_only(),
+        Declaration::new(
             "actuator_answer",
             "plane_motion",
             "The topic on which the actuator answers: plane_motion, or planes alone (a foreign actuator's angle, held over the tick)",
         )
         .choices(&["plane_motion", "planes"])
         .read_only(),
+        Declaration::new(
+            "delay_budget",
+            0_i64,
+            "How old an actuator's answer may be to be flown when the tick's own has not come in time, for a loop over a slow link; 0: the planes are held at once. Not in lockstep, which waits",
+        )
+        .unit("ticks")
+        .range(0.0, 100.0),
         Declaration::new(
             "lockstep.members",
             Value::StringArray(Vec::new()),

@@ -54,10 +54,9 @@ impl LoopTopic {
         }
     }
 
-    /// The topic as it is in lockstep, where everything is delivered until it has arrived: whoever waits for a
-    /// lost message waits for ever.
+    /// The topic where nothing may be lost, as in lockstep: everything is delivered until it has arrived.
     #[must_use]
-    pub fn in_lockstep(self) -> Self {
+    pub fn without_loss(self) -> Self {
         match self.delivery {
             Delivery::BestEffort => Self {
                 delivery: Delivery::Reliable,
@@ -173,9 +172,9 @@ mod tests {
     }
 
     #[test]
-    fn in_lockstep_every_topic_is_reliable() {
+    fn without_loss_every_topic_is_reliable() {
         for topic in ALL {
-            let kept = topic.in_lockstep();
+            let kept = topic.without_loss();
             assert_ne!(kept.delivery, Delivery::BestEffort, "{}", topic.name);
             if topic.delivery != Delivery::BestEffort {
                 assert_eq!(kept.offered_qos(), topic.offered_qos(), "{}", topic.name);

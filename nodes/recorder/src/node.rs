@@ -69,10 +69,10 @@ fn run(args: Vec<String>) -> Result<()> {
         failed: None,
     };
     let mut selected = loop_topics::selected(values.strings("topics"))?;
-    if node.answer.is_some() {
+    if node.answer.is_some() || values.bool("reliable_sensors") {
         selected
             .iter_mut()
-            .for_each(|topic| *topic = topic.in_lockstep());
+            .for_each(|topic| *topic = topic.without_loss());
     }
     for (index, topic) in selected.iter().enumerate() {
         node.subscribe(&rt, index, topic)?;

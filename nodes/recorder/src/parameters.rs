@@ -49,6 +49,12 @@ pub fn declarations() -> Vec<Declaration> {
         .range(0.0, 3600.0)
         .read_only(),
         Declaration::new(
+            "reliable_sensors",
+            false,
+            "Listen to the sensors' topics reliably, so that none of their messages is lost; plant_sim must offer it (its reliable_sensors). Always as a member of lockstep.",
+        )
+        .read_only(),
+        Declaration::new(
             "answer",
             false,
             "Whether each tick is answered once its state is recorded, as a member of lockstep.",
