@@ -136,13 +136,17 @@ fn a_killed_actuator_leaves_the_planes_where_they_are_and_the_state_says_so() {
     let stage = Stage::new();
     let (_plant, actuator, _controller, operator) = in_real_time(&stage);
     actuator.kill();
-    let held = operator.state("held planes", |state| {
-        state.planes_source == VehicleState::PLANES_HELD
+    // A busy machine makes the vehicle hold its planes for a tick or two as well.
+    let mut in_a_row = 0;
+    let mut last = VehicleState::default();
+    let held = operator.state("planes held for good", |state| {
+        let goes_on = state.planes_source == VehicleState::PLANES_HELD
+            && stamp(state) == stamp(&last) + TICK
+            && state.dive_planes == last.dive_planes;
+        in_a_row = if goes_on { in_a_row + 1 } else { 0 };
+        last = state.clone();
+        in_a_row == 40
     });
-    let still = operator.state("the next state", |_| true);
-    assert_eq!(stamp(&still), stamp(&held) + TICK);
-    assert_eq!(still.planes_source, VehicleState::PLANES_HELD);
-    assert_eq!(still.dive_planes, held.dive_planes);
 
     // Another one begins with its ram at rest in the middle.
     let _actuator = stage.node("dha_actuator", &[]);
@@ -197,7 +201,8 @@ fn a_killed_vehicle_that_comes_back_at_time_zero_is_identified_anew_and_counted(
             (value("restarts")?.value == restarts && rows >= least).then_some(rows)
         })
     };
-    let before = learnt("0", 100);
+    // Far more than it learns between two reports.
+    let before = learnt("0", 400);
     plant.kill();
     let _plant = stage.node("plant_sim", &fast);
     assert!(learnt("1", 1) < before);

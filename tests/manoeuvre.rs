@@ -4,7 +4,8 @@
 
 mod stage;
 
-use std::time::Duration;
+use std::cell::Cell;
+use std::collections::BTreeMap;
 
 use planesman_msgs::planesman_msgs::action::{
     Manoeuvre, ManoeuvreFeedback, ManoeuvreGoal, ManoeuvreResult,
@@ -13,11 +14,16 @@ use planesman_msgs::planesman_msgs::srv::{Step, StepRequest};
 use planesman_node::{ActionClient, Client, GoalId, GoalStatus};
 use stage::{Heard, Operator, PATIENCE, Process, Stage, text};
 
+/// The sampling time, ns.
+const TICK: i64 = 50_000_000;
+
 /// The loop in lockstep, paused between steps, and its controller's action.
 struct Flight {
     operator: Operator,
     step: Client<Step>,
     action: ActionClient<Manoeuvre>,
+    /// Ticks flown.
+    flown: Cell<i64>,
     _nodes: [Process; 3],
 }
 
@@ -38,6 +44,7 @@ impl Flight {
                 .action_client("depth_controller/manoeuvre", Heard::Progress)
                 .unwrap(),
             operator,
+            flown: Cell::new(0),
             _nodes: nodes,
         };
         flight.fly(1);
@@ -47,6 +54,7 @@ impl Flight {
     fn fly(&self, ticks: u32) {
         let answer = self.operator.call(&self.step, StepRequest { ticks });
         assert!(answer.success, "{}", answer.message);
+        self.flown.set(self.flown.get() + i64::from(ticks));
     }
 
     fn send(&self, goal: ManoeuvreGoal) -> GoalId {
@@ -59,24 +67,18 @@ impl Flight {
         self.operator.rt.block_on(result).unwrap()
     }
 
-    /// What the manoeuvre adds to the planes at the next ticks.
+    /// What the manoeuvre adds to the planes at the next ticks. An answer that is said again counts once.
     fn offsets(&self, ticks: u32) -> Vec<f64> {
+        let first = self.flown.get() * TICK;
         self.fly(ticks);
-        let mut offsets = Vec::new();
+        let mut offsets = BTreeMap::new();
         self.operator.until("as many answers", |heard| {
             if let Heard::Control(control) = heard {
-                offsets.push(control.manoeuvre);
+                offsets.insert(control.header.stamp.nanos(), control.manoeuvre);
             }
-            (offsets.len() == ticks as usize).then_some(())
+            (offsets.range(first..).count() == ticks as usize).then_some(())
         });
-        offsets
-    }
-
-    /// Hears everything that has been said so far.
-    fn listen(&self) {
-        while let planesman_node::Next::Event(_) = self.operator.rt.next(Duration::from_millis(200))
-        {
-        }
+        offsets.split_off(&first).into_values().collect()
     }
 }
 
@@ -94,7 +96,6 @@ fn pulse() -> ManoeuvreGoal {
 fn a_pulse_is_flown_told_of_and_completed() {
     let stage = Stage::new();
     let flight = Flight::begin(&stage, &["mode:=open_loop"]);
-    flight.listen();
     let id = flight.send(pulse());
     assert_eq!(flight.offsets(6), [0.1, 0.1, 0.1, 0.1, 0.0, 0.0]);
     let (status, result) = flight.result(id);
@@ -131,7 +132,6 @@ fn a_manoeuvre_tells_how_far_it_has_come_and_stops_when_it_is_cancelled() {
     let (status, result) = flight.result(id);
     assert_eq!(status, GoalStatus::Canceled);
     assert!(!result.completed);
-    flight.listen();
     assert_eq!(flight.offsets(2), [0.0, 0.0]);
     let again = flight.action.cancel(id, PATIENCE);
     assert!(!flight.operator.rt.block_on(again).unwrap(), "it has ended");
@@ -149,7 +149,6 @@ fn a_newer_goal_takes_the_place_of_an_older_one() {
     let (status, result) = flight.result(older);
     assert_eq!(status, GoalStatus::Aborted);
     assert!(result.message.contains("newer"), "{}", result.message);
-    flight.listen();
     assert_eq!(flight.offsets(5), [-0.1, -0.1, -0.1, -0.1, 0.0]);
     assert_eq!(flight.result(newer).0, GoalStatus::Succeeded);
 }

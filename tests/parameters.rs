@@ -274,3 +274,24 @@ fn a_fault_in_mid_dive_acts_from_the_next_tick_on_is_told_and_can_be_mended() {
     assert!((state.plane_angle - state.commanded_angle).abs() < 2.0_f64.to_radians());
     assert_eq!(dive.operator.status(&status, "none"), DiagnosticStatus::OK);
 }
+
+#[test]
+fn a_client_that_has_just_come_is_answered_as_well_as_an_old_one() {
+    let stage = Stage::new();
+    let controller = stage.node("depth_controller", &[]);
+    let operator = stage.operator();
+    for depth in 1..=20 {
+        // Each with a client of its own, whose request and answer go by ways nobody has gone before.
+        let answer = operator.set(
+            "depth_controller",
+            &[double("depth_setpoint", depth.into())],
+        );
+        assert!(answer.successful, "{}", answer.reason);
+    }
+    let taken = controller.stderr();
+    assert_eq!(
+        taken.matches("depth_setpoint changed").count(),
+        20,
+        "{taken}"
+    );
+}

@@ -9,7 +9,7 @@ use std::path::Path;
 use clap::Parser;
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 use planesman_msgs::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerRequest};
-use stage::{Stage, scenario};
+use stage::{Heard, Signal, Stage, scenario};
 use sysid::replay::{Replay, ReplayArgs, replay};
 
 fn replayed(arguments: &[&str]) -> Replay {
@@ -61,24 +61,29 @@ fn what_was_frozen_and_forgotten_in_flight_is_so_in_the_replay_for_every_pair() 
       - \"heave: plane_motion:dive_planes -> state:heave order=2\"
       - \"vehicle: plane_motion:dive_planes -> state:pitch_rate estimator=kalman\"
 ";
-    let file = stage.file("frozen.yaml", scenario(20.0, dive));
+    // Until enough has been learnt, however many ticks a busy machine leaves without an answer.
+    let file = stage.file("frozen.yaml", scenario(3600.0, dive));
     let out = stage.path("run");
     let launcher = stage.start(&["dive", &file, "--factor", "4", "--out", &out]);
     let operator = stage.operator();
-    let after = |seconds: i64| {
-        operator.state("some seconds flown", |state| {
-            state.header.stamp.nanos() > seconds * 1_000_000_000
-        });
+    let learnt = |estimates: usize| {
+        for _ in 0..estimates {
+            operator.until("an estimate", |heard| {
+                matches!(heard, Heard::Model(_)).then_some(())
+            });
+        }
     };
     let freeze = operator.rt.client::<SetBool>("/auv/sysid/freeze").unwrap();
     let reset = operator.rt.client::<Trigger>("/auv/sysid/reset").unwrap();
-    for (seconds, data) in [(5, true), (8, false)] {
-        after(seconds);
+    for (estimates, data) in [(15, true), (9, false)] {
+        learnt(estimates);
         let answer = operator.call(&freeze, SetBoolRequest { data });
         assert!(answer.success, "{}", answer.message);
     }
-    after(12);
+    learnt(12);
     assert!(operator.call(&reset, TriggerRequest::default()).success);
+    learnt(30);
+    launcher.signal(Signal::TERM);
     launcher.finish().success();
 
     let (bag, parameters) = (format!("{out}/bag"), format!("{out}/parameters.yaml"));

@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 use planesman_msgs::Service;
 use planesman_msgs::diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus};
 use planesman_msgs::planesman_msgs::action::ManoeuvreFeedback;
-use planesman_msgs::planesman_msgs::msg::{ControlState, DhaState, VehicleState};
+use planesman_msgs::planesman_msgs::msg::{ControlState, DhaState, ModelEstimate, VehicleState};
 use planesman_msgs::rcl_interfaces::msg::{
     Parameter, ParameterType, ParameterValue, SetParametersResult,
 };
@@ -112,10 +112,23 @@ impl Stage {
 
     /// As [`start`](Self::start), with more in the environment.
     pub(crate) fn start_as(&self, arguments: &[&str], variables: &[(&str, &str)]) -> Process {
+        self.start_at(&[], arguments, variables)
+    }
+
+    /// As [`start_as`](Self::start_as), behind the words of a command that becomes the program somewhere else.
+    pub(crate) fn start_at(
+        &self,
+        place: &[String],
+        arguments: &[&str],
+        variables: &[(&str, &str)],
+    ) -> Process {
         let number = self.programs.replace(self.programs.get() + 1);
         let out = |stream: &str| PathBuf::from(self.path(&format!("program-{number}.{stream}")));
         let (stdout, stderr) = (out("stdout"), out("stderr"));
-        let child = Command::new(env!("CARGO_BIN_EXE_planesman"))
+        let program = env!("CARGO_BIN_EXE_planesman").to_owned();
+        let words: Vec<String> = place.iter().cloned().chain([program]).collect();
+        let child = Command::new(&words[0])
+            .args(&words[1..])
             .args(arguments)
             .current_dir(self.folder.path())
             .envs(self.domain.variables())
@@ -188,7 +201,7 @@ impl Outcome {
 }
 
 impl Process {
-    fn pid(&self) -> Pid {
+    pub(crate) fn pid(&self) -> Pid {
         Pid::from_child(&self.child)
     }
 
@@ -298,6 +311,7 @@ pub(crate) enum Heard {
     State(VehicleState),
     Control(ControlState),
     Actuator(DhaState),
+    Model(Box<ModelEstimate>),
     Diagnostics(DiagnosticArray),
     Progress(GoalId, ManoeuvreFeedback),
     Parameters,
@@ -332,6 +346,8 @@ impl Operator {
         rt.subscribe("state", qos, Heard::State).unwrap();
         rt.subscribe("control_state", qos, Heard::Control).unwrap();
         rt.subscribe("dha_state", qos, Heard::Actuator).unwrap();
+        rt.subscribe("model", qos, |model| Heard::Model(Box::new(model)))
+            .unwrap();
         rt.subscribe("/diagnostics", qos, Heard::Diagnostics)
             .unwrap();
         Self { rt }

@@ -1,0 +1,96 @@
+//! Faults, cell by cell of two tables: a process that dies, freezes, comes back or is there twice (`nodes`), and a node
+//! behind a bad link (`links`); then many vehicles at once (`crowd`) and packets that nobody should send (`garbage`).
+//! Each cell is a test of its own, with a fate that the table names.
+//!
+//! A few always run. With `PLANESMAN_FAULTS=all` in the environment all do; a word chooses by name, as with every test.
+#![allow(clippy::unwrap_used)]
+
+mod crew;
+mod crowd;
+mod evidence;
+mod forwarder;
+mod garbage;
+mod link;
+mod links;
+mod network;
+mod nodes;
+mod pace;
+#[path = "../foreign/peers.rs"]
+mod peers;
+#[path = "../stage/mod.rs"]
+mod stage;
+
+use std::process::ExitCode;
+
+use libtest_mimic::{Arguments, Completion, Trial};
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().collect();
+    if let [_, flag, mtu, seed] = arguments.as_slice()
+        && flag == forwarder::FLAG
+    {
+        return forwarder::main(mtu, seed);
+    }
+    let mut trials = link_trials();
+    trials.extend(nodes::trials());
+    trials.extend(links::trials());
+    trials.extend(crowd::trials());
+    trials.extend(garbage::trials());
+    for name in nodes::ALWAYS.iter().chain(&links::ALWAYS) {
+        assert!(
+            trials.iter().any(|trial| trial.name() == *name),
+            "no cell {name}"
+        );
+    }
+    libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
+}
+
+/// A test that always runs, or only when all are asked for.
+fn trial(name: String, always: bool, run: impl FnOnce() + Send + 'static) -> Trial {
+    trial_where(|| Ok(()), name, always, run)
+}
+
+/// As [`trial`], skipped with the reason where it is not possible.
+fn trial_where(
+    possible: fn() -> Result<(), String>,
+    name: String,
+    always: bool,
+    run: impl FnOnce() + Send + 'static,
+) -> Trial {
+    let all = std::env::var("PLANESMAN_FAULTS").is_ok_and(|value| value == "all");
+    Trial::ignorable_test(name, move || match possible() {
+        Err(reason) => {
+            peers::skip(&reason);
+            Ok(Completion::ignored_with(reason))
+        }
+        Ok(()) => {
+            run();
+            Ok(Completion::Completed)
+        }
+    })
+    .with_ignored_flag(!always && !all)
+}
+
+/// What the link's model claims of itself.
+fn link_trials() -> Vec<Trial> {
+    use link::claims::*;
+    let claims: [(&str, fn()); 4] = [
+        (
+            "a_good_link_passes_each_frame_once_and_at_once",
+            a_good_link_passes_each_frame_once_and_at_once,
+        ),
+        (
+            "the_same_seed_loses_the_same_frames_and_another_others",
+            the_same_seed_loses_the_same_frames_and_another_others,
+        ),
+        (
+            "shares_and_delays_are_those_asked_for",
+            shares_and_delays_are_those_asked_for,
+        ),
+        ("a_one_way_cut_stops_one_way", a_one_way_cut_stops_one_way),
+    ];
+    claims
+        .into_iter()
+        .map(|(name, claim)| trial(format!("link/{name}"), true, claim))
+        .collect()
+}
