@@ -79,9 +79,12 @@ impl<'s> Crew<'s> {
                 "time:=lockstep".to_owned(),
                 "lockstep.members:=[sysid,recorder]".to_owned(),
             ],
-            ("plant_sim", Pace::Real(factor)) => {
-                vec!["time:=real".to_owned(), format!("factor:={factor}.0")]
-            }
+            ("plant_sim", Pace::Real(factor)) => vec![
+                "time:=real".to_owned(),
+                format!("factor:={factor}.0"),
+                // For links that take longer than a tick.
+                "delay_budget:=4".to_owned(),
+            ],
             ("depth_controller", _) => vec![
                 format!("lockstep:={lockstep}"),
                 "depth_setpoint:=0.9144".to_owned(),

@@ -160,8 +160,7 @@ impl Part {
     }
 
     pub(crate) fn see_state(&mut self, state: &VehicleState, since: i64) {
-        self.answered |=
-            stamp(state) > since && state.planes_source == VehicleState::PLANES_ANSWERED;
+        self.answered |= stamp(state) > since && state.planes_source != VehicleState::PLANES_HELD;
     }
 
     pub(crate) fn see_control(&mut self, control: &ControlState, since: i64) {

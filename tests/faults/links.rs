@@ -178,10 +178,14 @@ fn flies(name: &str, far: &'static str, pace: Pace, trouble: Trouble) {
             network.set(Link::GOOD);
             let bags = crew.stop();
             let flight = evidence::whole_flight(&bags[0]);
-            let is_held = |state: &&VehicleState| state.planes_source == VehicleState::PLANES_HELD;
-            let held = flight.states.iter().filter(is_held).count();
+            let of = |source| {
+                let states = flight.states.iter();
+                states.filter(|state| state.planes_source == source).count()
+            };
             println!(
-                "{name}: planes held in {held} of {} ticks",
+                "{name}: planes held in {}, late in {} of {} ticks",
+                of(VehicleState::PLANES_HELD),
+                of(VehicleState::PLANES_LATE),
                 flight.states.len()
             );
         }
