@@ -6,11 +6,10 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use planesman::crew::LAUNCHED;
-use planesman::flight::Flight;
 use planesman::scenario::NODES;
 use planesman_bag::BagReader;
 
-use super::evidence::{self, Part};
+use super::evidence::{self, Flight, Part};
 use super::network::Place;
 use super::pace::Pace;
 use super::stage::{Process, Signal, Stage, eventually};
@@ -136,7 +135,7 @@ impl<'s> Crew<'s> {
     pub(crate) fn wait_for_part(&self, since: i64) {
         eventually("everybody's part", || {
             std::thread::sleep(LOOK);
-            let flight = Flight::read(self.bag()).ok()?;
+            let flight = Flight::read(self.bag())?;
             (Part::of(&flight, since) == Part::ALL).then_some(())
         });
     }

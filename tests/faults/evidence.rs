@@ -6,15 +6,15 @@ use std::fs;
 use std::ops::RangeInclusive;
 use std::path::Path;
 
-use planesman::flight::Flight;
 use planesman::run_folder::RunFolder;
 use planesman::scenario::NODES;
 use planesman_bag::BagReader;
-use planesman_msgs::Message as _;
+use planesman_msgs::Message;
 use planesman_msgs::planesman_msgs::msg::{ControlState, DhaState, ModelEstimate, VehicleState};
 use planesman_node::ExitReport;
 use rustix::process::Pid;
 
+use super::recorded;
 use super::stage::{self, Outcome, eventually};
 
 /// The sampling time, ns.
@@ -30,6 +30,38 @@ const DATA_LOST: i32 = 3;
 
 pub(crate) fn stamp(state: &VehicleState) -> i64 {
     state.header.stamp.nanos()
+}
+
+/// What a bag holds of a flight.
+pub(crate) struct Flight {
+    pub(crate) states: Vec<VehicleState>,
+    controls: Vec<ControlState>,
+    actuators: Vec<DhaState>,
+    models: Vec<ModelEstimate>,
+    is_whole: bool,
+}
+
+impl Flight {
+    /// The messages in a bag as it is now; `None` while it cannot be read.
+    pub(crate) fn read(bag: &Path) -> Option<Self> {
+        Some(Self {
+            states: messages(bag, "state")?,
+            controls: messages(bag, "control_state")?,
+            actuators: messages(bag, "dha_state")?,
+            models: messages(bag, "model")?,
+            is_whole: BagReader::open(bag).ok()?.completeness().is_whole(),
+        })
+    }
+}
+
+/// The messages of the one vehicle's topic `name`.
+fn messages<M: Message>(bag: &Path, name: &str) -> Option<Vec<M>> {
+    let topics = BagReader::open(bag).ok()?.topics().to_vec();
+    let topic = topics
+        .iter()
+        .map(|counted| &counted.topic.name)
+        .find(|topic| topic.rsplit('/').next() == Some(name));
+    topic.map_or(Some(Vec::new()), |topic| recorded::messages(bag, topic))
 }
 
 /// The flight in a bag that reads to its end, whole or not; the vehicle was within its envelope all the time.
@@ -50,7 +82,7 @@ pub(crate) fn flight(bag: &Path) -> Flight {
 /// As [`flight`], of a bag that was closed.
 pub(crate) fn whole_flight(bag: &Path) -> Flight {
     let flight = flight(bag);
-    assert_eq!(flight.truncated, None);
+    assert!(flight.is_whole);
     flight
 }
 
@@ -75,7 +107,12 @@ pub(crate) fn each_tick_is_there(flight: &Flight) -> usize {
 /// Messages that were published and are not in the bag, by topic.
 fn lost(out: &Path) -> BTreeMap<String, u64> {
     let run = RunFolder::open(out).unwrap();
-    let recorded = Flight::read(&run.bag()).unwrap().counts;
+    let bag = BagReader::open(&run.bag()).unwrap();
+    let recorded: BTreeMap<&str, u64> = bag
+        .topics()
+        .iter()
+        .map(|counted| (counted.topic.name.as_str(), counted.messages))
+        .collect();
     let mut lost = BTreeMap::new();
     for node in NODES {
         let text = fs::read(run.exit_report(node)).unwrap();
@@ -85,7 +122,7 @@ fn lost(out: &Path) -> BTreeMap<String, u64> {
         }
     }
     lost.retain(|topic, messages| {
-        *messages = messages.saturating_sub(recorded.get(topic).copied().unwrap_or(0));
+        *messages = messages.saturating_sub(recorded.get(topic.as_str()).copied().unwrap_or(0));
         *messages > 0 && !OF_HEALTH.contains(&topic.as_str())
     });
     lost
@@ -150,8 +187,10 @@ impl Part {
             .controls
             .iter()
             .for_each(|control| part.see_control(control, since));
-        let actuators = flight.actuators.values().flatten();
-        actuators.for_each(|state| part.see_actuator(state, since));
+        flight
+            .actuators
+            .iter()
+            .for_each(|state| part.see_actuator(state, since));
         flight
             .models
             .iter()

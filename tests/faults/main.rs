@@ -17,6 +17,8 @@ mod nodes;
 mod pace;
 #[path = "../foreign/peers.rs"]
 mod peers;
+#[path = "../recorded/mod.rs"]
+mod recorded;
 #[path = "../stage/mod.rs"]
 mod stage;
 

@@ -5,12 +5,11 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use libtest_mimic::Trial;
-use planesman::flight::Flight;
 use planesman_node::{Direction, Next};
 use rustix::process::Pid;
 
 use super::crew::Crew;
-use super::evidence::{self, Part, stamp};
+use super::evidence::{self, Flight, Part, stamp};
 use super::pace::{PACES, Pace};
 use super::stage::{Heard, Operator, Process, Signal, Stage, eventually, kill, scenario};
 use super::trial;
