@@ -14,6 +14,8 @@ use super::network::Place;
 use super::pace::Pace;
 use super::stage::{Process, Signal, Stage, eventually};
 
+/// For links, and machines, that take longer than a tick.
+const DELAY_BUDGET: &str = "delay_budget:=20";
 /// Time between two looks into the bag.
 const LOOK: Duration = Duration::from_millis(100);
 
@@ -81,8 +83,7 @@ impl<'s> Crew<'s> {
             ("plant_sim", Pace::Real(factor)) => vec![
                 "time:=real".to_owned(),
                 format!("factor:={factor}.0"),
-                // For links that take longer than a tick.
-                "delay_budget:=4".to_owned(),
+                DELAY_BUDGET.to_owned(),
             ],
             ("depth_controller", _) => vec![
                 format!("lockstep:={lockstep}"),
@@ -90,7 +91,11 @@ impl<'s> Crew<'s> {
                 "identification.signal:=prbs".to_owned(),
             ],
             ("dha_actuator", _) => vec![format!("lockstep:={lockstep}")],
-            ("sysid", _) => vec![format!("answer:={lockstep}"), "start:=0.0".to_owned()],
+            // It learns from what was late, too.
+            ("sysid", Pace::Real(_)) => vec!["start:=0.0".to_owned(), "break_on:=''".to_owned()],
+            ("sysid", Pace::Lockstep) => {
+                vec![format!("answer:={lockstep}"), "start:=0.0".to_owned()]
+            }
             _ => vec![
                 format!("answer:={lockstep}"),
                 "flush_interval:=0.0".to_owned(),

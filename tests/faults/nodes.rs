@@ -352,7 +352,9 @@ struct Dive {
 
 impl Dive {
     fn start(stage: &Stage, pace: Pace, duration: f64, name: &str) -> (Process, String) {
-        let parameters = "  recorder: {flush_interval: 0.1}\n  sysid: {start: 0.0}\n  \
+        // A busy machine is late with its answers; then they are flown late, and learnt from.
+        let parameters = "  recorder: {flush_interval: 0.1}\n  sysid: {start: 0.0, break_on: ''}\n  \
+             plant_sim: {delay_budget: 20}\n  \
              depth_controller: {identification: {signal: prbs, amplitude: 0.0349, period: 1.0}}\n";
         let file = stage.file(&format!("{name}.yaml"), scenario(duration, parameters));
         let out = stage.path(name);
