@@ -6,7 +6,8 @@
 /// Messages of one topic on their way into the order of their stamps.
 #[derive(Clone, Debug)]
 pub struct InOrder<M> {
-    /// The stamp of the last message handed on, ns.
+    /// The stamps of the first and the last message handed on since time last went back, ns.
+    first: Option<i64>,
     last: Option<i64>,
     /// The message that waits for the next one.
     held: Option<(i64, M)>,
@@ -37,6 +38,7 @@ pub enum Next<M> {
 impl<M> Default for InOrder<M> {
     fn default() -> Self {
         Self {
+            first: None,
             last: None,
             held: None,
             met: Met::default(),
@@ -66,11 +68,13 @@ impl<M> InOrder<M> {
             (true, false) => self.hand_on(held, before),
             // The one before went back: alone, or for good.
             (false, true) if follows_last => self.leave_out(),
-            (false, true) => {
+            (false, true) if self.is_nearer_to_the_first(held) => {
                 self.met.restarts += 1;
-                self.last = Some(held);
+                (self.first, self.last) = (Some(held), Some(held));
                 Some(Next::Anew(held, before))
             }
+            // A sender that has been behind catches up.
+            (false, true) => self.leave_out(),
             (false, false) => self.leave_out(),
         }
     }
@@ -91,7 +95,15 @@ impl<M> InOrder<M> {
         }
     }
 
+    /// Whether a stamp that is behind looks like a new beginning.
+    fn is_nearer_to_the_first(&self, stamp: i64) -> bool {
+        self.first
+            .zip(self.last)
+            .is_some_and(|(first, last)| stamp.saturating_sub(first) < last.saturating_sub(stamp))
+    }
+
     fn hand_on(&mut self, stamp: i64, message: M) -> Option<Next<M>> {
+        self.first.get_or_insert(stamp);
         self.last = Some(stamp);
         Some(Next::On(stamp, message))
     }
@@ -150,6 +162,13 @@ mod tests {
     fn a_stranger_who_speaks_in_turn_with_the_vehicle_is_not_heard() {
         let (runs, found) = ordered(&[0, 1, 900, 2, 901, 3, 902, 4, 903, 5]);
         assert_eq!((runs, found), (vec![vec![0, 1, 2, 3, 4, 5]], met(0, 4, 0)));
+    }
+
+    #[test]
+    fn a_sender_that_catches_up_begins_no_new_flight() {
+        let (runs, found) = ordered(&[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 6, 7, 8, 9, 10, 11]);
+        assert_eq!(runs, [(0..=11).collect::<Vec<_>>()]);
+        assert_eq!(found, met(1, 3, 0));
     }
 
     #[test]
