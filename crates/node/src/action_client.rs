@@ -60,6 +60,10 @@ enum Part {
     Result,
 }
 
+impl Part {
+    const ALL: [Self; 3] = [Self::Send, Self::Cancel, Self::Result];
+}
+
 impl<A: Action> ActionClient<A> {
     /// Opens the action, and hands feedback on as it comes, of whosever goal.
     pub(crate) fn open(
@@ -89,6 +93,9 @@ impl<A: Action> ActionClient<A> {
             middleware: Rc::downgrade(&middleware),
             turns: Rc::default(),
         };
+        for part in Part::ALL {
+            shared.client_opened(&client.service(part));
+        }
         let (ours, subject) = (Rc::clone(shared), Rc::clone(&client.name));
         shared.spawn(async move {
             let mut told = Box::pin(middleware.feedback_subscription().async_stream());
@@ -113,7 +120,7 @@ impl<A: Action> ActionClient<A> {
     /// Whether a server of it has been discovered.
     #[must_use]
     pub fn is_served(&self) -> bool {
-        [Part::Send, Part::Cancel, Part::Result]
+        Part::ALL
             .into_iter()
             .all(|part| is_served(&self.shared, &self.service(part)))
     }

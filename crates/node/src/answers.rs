@@ -146,7 +146,7 @@ impl Known {
         let writers = writers.iter().map(|found| &found.publication_topic_data);
         Self {
             readers: readers
-                .filter(|end| participant.is_matched_with(end.key()))
+                .filter(|end| participant.matches_with(end.key()) > 0)
                 .map(|end| (end.topic_name().clone(), end.key()))
                 .collect(),
             writers: writers

@@ -75,7 +75,7 @@ impl Endpoint {
                 .discovered_readers()
                 .iter()
                 .filter(|reader| {
-                    participant.is_matched_with(reader.reader_proxy.remote_reader_guid)
+                    participant.matches_with(reader.reader_proxy.remote_reader_guid) > 0
                 })
                 .map(|reader| &reader.subscription_topic_data)
                 .filter(|reader| {
@@ -88,7 +88,7 @@ impl Endpoint {
                 .discovered_writers()
                 .iter()
                 .filter(|writer| {
-                    participant.is_matched_with(writer.writer_proxy.remote_writer_guid)
+                    participant.matches_with(writer.writer_proxy.remote_writer_guid) > 0
                 })
                 .map(|writer| &writer.publication_topic_data)
                 .filter(|writer| {

@@ -422,6 +422,7 @@ impl<E: 'static> Runtime<E> {
                 qos.profile(),
             )
         })?;
+        self.shared.client_opened(&name);
         Ok(Client {
             name,
             shared: Rc::clone(&self.shared),

@@ -71,19 +71,20 @@ impl<S: Service> Responder<S> {
     }
 }
 
-/// Whether we are matched with a server of the service `name`: what is written before that is lost.
+/// Whether all our clients of the service `name` are matched with a server: what is written before that is lost.
 pub(crate) fn is_served(shared: &Shared, name: &str) -> bool {
     let (requests, replies) = (requests_topic(name), replies_topic(name));
     let Some(participant) = shared.participant() else {
         return false;
     };
+    let clients = shared.clients_of(name);
     let listens = participant.discovered_readers().iter().any(|reader| {
         *reader.subscription_topic_data.topic_name() == requests
-            && participant.is_matched_with(reader.reader_proxy.remote_reader_guid)
+            && participant.matches_with(reader.reader_proxy.remote_reader_guid) >= clients
     });
     let speaks = participant.discovered_writers().iter().any(|writer| {
         writer.publication_topic_data.topic_name == replies
-            && participant.is_matched_with(writer.writer_proxy.remote_writer_guid)
+            && participant.matches_with(writer.writer_proxy.remote_writer_guid) >= clients
     });
     listens && speaks
 }

@@ -52,6 +52,8 @@ pub(crate) struct Shared {
     pub(crate) answers: Answers,
     /// The request writers of clients that are known to hear the answers.
     hearers: RefCell<HashSet<GUID>>,
+    /// How many clients of each service this node has opened. They live as long as the node.
+    clients: RefCell<BTreeMap<String, usize>>,
 }
 
 /// Clients remembered at most; then all are met anew.
@@ -81,6 +83,7 @@ impl Shared {
             share: Rc::default(),
             answers: Answers::default(),
             hearers: RefCell::default(),
+            clients: RefCell::default(),
         }
     }
 
@@ -96,6 +99,20 @@ impl Shared {
             hearers.clear();
         }
         hearers.insert(client);
+    }
+
+    /// Notes that another client of the service `name` is open.
+    pub(crate) fn client_opened(&self, name: &str) {
+        *self
+            .clients
+            .borrow_mut()
+            .entry(name.to_owned())
+            .or_default() += 1;
+    }
+
+    /// How many clients of the service `name` are open.
+    pub(crate) fn clients_of(&self, name: &str) -> usize {
+        self.clients.borrow().get(name).copied().unwrap_or(0)
     }
 
     /// Works on the middleware's node.
