@@ -8,10 +8,9 @@ use planesman_msgs::{
     diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus, KeyValue},
     std_msgs::msg::Header,
 };
-use rustdds::DomainParticipant;
 
 use crate::{
-    endpoint::{Direction, Endpoint},
+    endpoint::{Direction, Endpoint, Matched},
     shared::Shared,
 };
 
@@ -60,11 +59,11 @@ pub struct Connection {
 }
 
 impl Connection {
-    fn of(endpoint: &Endpoint, participant: Option<&DomainParticipant>) -> Self {
+    fn of(endpoint: &Endpoint, matched: &Matched) -> Self {
         Self {
             direction: endpoint.direction,
             topic: endpoint.topic.clone(),
-            peers: participant.map_or(0, |participant| endpoint.peers(participant)),
+            peers: endpoint.peers(matched),
             messages: endpoint.passed.get(),
             refused: endpoint.refused.get(),
             dropped: endpoint.dropped.get(),
@@ -154,11 +153,13 @@ impl Connections {
 
 /// The node's topics as they are now.
 pub(crate) fn connections(shared: &Shared) -> Connections {
+    let participant = shared.participant();
+    let matched = participant.as_ref().map(Matched::with).unwrap_or_default();
     let list = shared
         .endpoints
         .borrow()
         .iter()
-        .map(|endpoint| Connection::of(endpoint, shared.participant().as_ref()))
+        .map(|endpoint| Connection::of(endpoint, &matched))
         .collect();
     Connections {
         node: shared.names.full(),

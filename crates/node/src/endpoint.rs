@@ -4,7 +4,8 @@ use std::cell::Cell;
 
 use ros2_client::Gid;
 use rustdds::{
-    DomainParticipant, GUID, QosPolicies, RTPSEntity as _, discovery::DiscoveredWriterData,
+    DomainParticipant, GUID, QosPolicies, RTPSEntity as _,
+    discovery::{DiscoveredReaderData, DiscoveredWriterData},
 };
 
 use crate::qos::Qos;
@@ -68,15 +69,12 @@ impl Endpoint {
 
     /// How many endpoints of other participants it exchanges data with: same topic, same
     /// type, what is offered meets what is requested, and the middleware has matched them.
-    pub(crate) fn peers(&self, participant: &DomainParticipant) -> usize {
+    pub(crate) fn peers(&self, matched: &Matched) -> usize {
         let topic = self.dds_topic();
         match self.direction {
-            Direction::Publisher => participant
-                .discovered_readers()
+            Direction::Publisher => matched
+                .readers
                 .iter()
-                .filter(|reader| {
-                    participant.matches_with(reader.reader_proxy.remote_reader_guid) > 0
-                })
                 .map(|reader| &reader.subscription_topic_data)
                 .filter(|reader| {
                     *reader.topic_name() == topic
@@ -84,12 +82,9 @@ impl Endpoint {
                         && self.qos.compliance_failure_wrt(&reader.qos()).is_none()
                 })
                 .count(),
-            Direction::Subscription => participant
-                .discovered_writers()
+            Direction::Subscription => matched
+                .writers
                 .iter()
-                .filter(|writer| {
-                    participant.matches_with(writer.writer_proxy.remote_writer_guid) > 0
-                })
                 .map(|writer| &writer.publication_topic_data)
                 .filter(|writer| {
                     writer.topic_name == topic
@@ -131,6 +126,28 @@ impl Endpoint {
             _ => String::new(),
         };
         Some(objection)
+    }
+}
+
+/// The endpoints of others that this participant's are matched with. Asked for once for all
+/// endpoints: the middleware copies everything it has discovered.
+#[derive(Default)]
+pub(crate) struct Matched {
+    readers: Vec<DiscoveredReaderData>,
+    writers: Vec<DiscoveredWriterData>,
+}
+
+impl Matched {
+    pub(crate) fn with(participant: &DomainParticipant) -> Self {
+        let (mut readers, mut writers) = (
+            participant.discovered_readers(),
+            participant.discovered_writers(),
+        );
+        readers
+            .retain(|reader| participant.matches_with(reader.reader_proxy.remote_reader_guid) > 0);
+        writers
+            .retain(|writer| participant.matches_with(writer.writer_proxy.remote_writer_guid) > 0);
+        Self { readers, writers }
     }
 }
 

@@ -5,7 +5,7 @@ use std::rc::{Rc, Weak};
 use planesman_msgs::Message;
 
 use crate::{
-    endpoint::{Endpoint, count},
+    endpoint::{Endpoint, Matched, count},
     shared::Shared,
 };
 
@@ -65,9 +65,9 @@ impl<M: Message> Publisher<M> {
     /// How many readers of other nodes get what is published.
     #[must_use]
     pub fn readers(&self) -> usize {
-        self.shared
-            .participant()
-            .map_or(0, |participant| self.endpoint.peers(&participant))
+        self.shared.participant().map_or(0, |participant| {
+            self.endpoint.peers(&Matched::with(&participant))
+        })
     }
 
     /// Nobody else is to publish here: whoever does shows as an error in the diagnostics and the log.
