@@ -4,7 +4,7 @@ use std::cell::Cell;
 
 use ros2_client::Gid;
 use rustdds::{
-    DomainParticipant, GUID, QosPolicies, RTPSEntity as _,
+    DomainParticipant, GUID, QosPolicies,
     discovery::{DiscoveredReaderData, DiscoveredWriterData},
 };
 
@@ -95,13 +95,14 @@ impl Endpoint {
         }
     }
 
-    /// How many publishers other participants have on the topic, of whatever type.
-    pub(crate) fn others(&self, participant: &DomainParticipant) -> usize {
-        let (topic, own) = (self.dds_topic(), participant.guid().prefix);
-        let writers = participant.discovered_writers();
-        let writers = writers.iter().map(|writer| &writer.publication_topic_data);
+    /// How many of the `discovered` writers on the topic, of whatever type, are not of the participant `own`.
+    pub(crate) fn others(&self, discovered: &[DiscoveredWriterData], own: GUID) -> usize {
+        let topic = self.dds_topic();
+        let writers = discovered
+            .iter()
+            .map(|writer| &writer.publication_topic_data);
         writers
-            .filter(|writer| writer.topic_name == topic && writer.key.prefix != own)
+            .filter(|writer| writer.topic_name == topic && writer.key.prefix != own.prefix)
             .count()
     }
 

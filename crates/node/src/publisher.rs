@@ -3,6 +3,7 @@
 use std::rc::{Rc, Weak};
 
 use planesman_msgs::Message;
+use rustdds::RTPSEntity as _;
 
 use crate::{
     endpoint::{Endpoint, Matched, count},
@@ -80,9 +81,10 @@ impl<M: Message> Publisher<M> {
     /// How many publishers other nodes have on the topic.
     #[must_use]
     pub fn others(&self) -> usize {
-        self.shared
-            .participant()
-            .map_or(0, |participant| self.endpoint.others(&participant))
+        self.shared.participant().map_or(0, |participant| {
+            let discovered = participant.discovered_writers();
+            self.endpoint.others(&discovered, participant.guid())
+        })
     }
 
     /// How many messages have gone out.
