@@ -12,9 +12,16 @@ def parser(doc: str, timeout: float = 10.0) -> argparse.ArgumentParser:
     return made
 
 
+def endpoint(text: str) -> tuple[str, str, str]:
+    """Kind (publication or subscription), topic and type of KIND:TOPIC=TYPE."""
+    kind, _, rest = text.partition(":")
+    topic, _, type_name = rest.partition("=")
+    return kind, topic, type_name
+
+
 def topics(doc: str) -> argparse.Namespace:
     made = parser(doc, timeout=5.0)
-    made.add_argument("--expect", nargs="*", default=[], metavar="TOPIC=TYPE")
+    made.add_argument("--expect", nargs="*", type=endpoint, default=[], metavar="KIND:TOPIC=TYPE")
     made.add_argument("--quiet", type=float, default=0.0, help="s (default %(default)s)")
     return made.parse_args()
 

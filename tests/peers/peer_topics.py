@@ -1,11 +1,10 @@
 #!/usr/bin/env python3
 """Lists the topics of a domain as a Cyclone DDS peer discovers them, one JSON line per endpoint.
 
-    peer_topics.py --domain 0 --expect /auv/state=planesman_msgs/msg/VehicleState
+    peer_topics.py --domain 0 --expect publication:/auv/state=planesman_msgs/msg/VehicleState
 
-Ends as soon as every expected topic was seen with its type and nothing new came for --quiet seconds, otherwise
-after --timeout seconds with exit status 1. Every line: kind, topic, type, reliability, durability, type_hash (null
-if not told).
+Ends as soon as every expected endpoint was seen and nothing new came for --quiet seconds, otherwise after --timeout
+seconds with exit status 1. Every line: kind, topic, type, reliability, durability, type_hash (null if not told).
 """
 
 import json
@@ -54,7 +53,7 @@ def main() -> int:
     args = arguments.topics(__doc__)
 
     peer = Peer(args.domain)
-    missing = {tuple(expected.split("=", 1)) for expected in args.expect}
+    missing = set(args.expect)
     readers = {
         "publication": BuiltinDataReader(peer.participant, BuiltinTopicDcpsPublication),
         "subscription": BuiltinDataReader(peer.participant, BuiltinTopicDcpsSubscription),
@@ -75,12 +74,12 @@ def main() -> int:
                 line = describe(kind, endpoint)
                 latest = time.monotonic()
                 print(json.dumps(line), flush=True)
-                missing.discard((line["topic"], line["type"]))
+                missing.discard((line["kind"], line["topic"], line["type"]))
         return bool(args.expect) and not missing and time.monotonic() - latest >= args.quiet
 
     seen = wait_until(all_seen, args.timeout)
-    for topic, type_name in sorted(missing):
-        print(f"not discovered within {args.timeout:g} s: {topic} of {type_name}", file=sys.stderr)
+    for kind, topic, type_name in sorted(missing):
+        print(f"not discovered within {args.timeout:g} s: {kind} of {topic}, {type_name}", file=sys.stderr)
     return 0 if seen or not args.expect else 1
 
 

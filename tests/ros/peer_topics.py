@@ -1,11 +1,10 @@
 #!/usr/bin/env python3
 """Lists a domain's nodes and topics as rclpy discovers them, one JSON line per endpoint, as ../peers/peer_topics.py does.
 
-    peer_topics.py --domain 0 --expect /auv/state=planesman_msgs/msg/VehicleState
+    peer_topics.py --domain 0 --expect publication:/auv/state=planesman_msgs/msg/VehicleState
 
-Ends as soon as every expected topic was seen with its type, published and subscribed or at least one of the two, and nothing
-changed for --quiet seconds, otherwise after --timeout seconds with exit status 1. Every line: kind, topic, type, node,
-reliability, durability, type_hash.
+Ends as soon as every expected endpoint was seen and nothing changed for --quiet seconds, otherwise after --timeout
+seconds with exit status 1. Every line: kind, topic, type, node, reliability, durability, type_hash.
 """
 
 import json
@@ -50,7 +49,7 @@ def endpoints(node) -> list[dict]:
 
 def main() -> int:
     args = arguments.topics(__doc__)
-    expected = {tuple(text.split("=", 1)) for text in args.expect}
+    expected = set(args.expect)
 
     with ros.node(args.domain) as node:
         seen, since, missing = [], time.monotonic(), expected
@@ -60,14 +59,14 @@ def main() -> int:
             now = endpoints(node)
             if now != seen:
                 seen, since = now, time.monotonic()
-            missing = expected - {(line["topic"], line["type"]) for line in seen}
+            missing = expected - {(line["kind"], line["topic"], line["type"]) for line in seen}
             return bool(expected) and not missing and time.monotonic() - since >= args.quiet
 
         complete = ros.spin_until(node, all_seen, args.timeout)
     for line in seen:
         print(json.dumps(line))
-    for topic, type_name in sorted(missing):
-        print(f"not discovered within {args.timeout:g} s: {topic} of {type_name}", file=sys.stderr)
+    for kind, topic, type_name in sorted(missing):
+        print(f"not discovered within {args.timeout:g} s: {kind} of {topic}, {type_name}", file=sys.stderr)
     return 0 if complete or not expected else 1
 
 
