@@ -359,7 +359,7 @@ fn the_identifier_tells_its_model_and_forgets_it_when_asked(python: &Python, sta
     mode: open_loop
     identification: {signal: square, amplitude: 0.1, period: 4.0}
 ";
-    let _loop = keep_flying(stage, square_wave, &["--factor", "8"]);
+    let _loop = keep_flying(stage, square_wave, &["--factor", "2"]);
     let call = |service: &str, type_name: &str, request: &str| {
         let arguments = [service, type_name, "--json", request];
         python

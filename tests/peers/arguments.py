@@ -4,7 +4,7 @@ import argparse
 import json
 
 
-def parser(doc: str, timeout: float = 10.0) -> argparse.ArgumentParser:
+def parser(doc: str, timeout: float = 60.0) -> argparse.ArgumentParser:
     """What every program takes."""
     made = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
     made.add_argument("--domain", type=int, required=True)
@@ -56,7 +56,7 @@ def call(doc: str) -> argparse.Namespace:
 
 
 def action(doc: str) -> argparse.Namespace:
-    made = parser(doc, timeout=60.0)
+    made = parser(doc)
     made.add_argument("action")
     made.add_argument("type", help="package/action/Name")
     made.add_argument("--json", type=json.loads, default={}, help="the goal; fields left out are zero")
@@ -74,7 +74,7 @@ def params(doc: str) -> argparse.Namespace:
 
 
 def actuator(doc: str) -> argparse.Namespace:
-    made = parser(doc, timeout=60.0)
+    made = parser(doc)
     made.add_argument("--namespace", default="/auv")
     made.add_argument("--rate", type=float, default=0.2, help="rad/s (default %(default)s)")
     return made.parse_args()
