@@ -26,6 +26,8 @@ const DURATION: Duration = Duration::from_secs(60);
 const CEILING: u32 = 1_500_000;
 /// By how much a process may grow, B.
 const GROWTH: u64 = 32 << 20;
+/// Ticks after which no queue grows any more.
+const QUEUES_FULL: i64 = 11_000;
 /// Participants whose ports are tried; without multicast there are no more.
 const PARTICIPANTS: u16 = 12;
 /// A port where nobody listens.
@@ -72,7 +74,11 @@ fn lives_through(maker: Maker, time: Duration) -> [f64; 2] {
     .map(str::to_owned);
     let launcher = stage.start_at(&limited, &["dive", &file, "--lockstep", "--out", &out], &[]);
     let operator = stage.operator();
-    operator.state("a flight", |_| true);
+    // The recorder keeps the last 10,000 messages of each topic: what it holds is not to grow any more.
+    let first = stamp(&operator.state("a flight", |_| true));
+    operator.state("full queues", |state| {
+        stamp(state) >= first + QUEUES_FULL * evidence::TICK
+    });
     let nodes = launcher.nodes();
     let before = rate(&operator, time / 6);
     let memory_before = memory(&nodes);
@@ -118,13 +124,20 @@ fn rate(operator: &Operator, time: Duration) -> f64 {
     let first = stamp(&operator.state("the loop", |_| true));
     let began = Instant::now();
     let mut last = first;
+    let mut per: Vec<u32> = vec![];
     while began.elapsed() < time {
         if let planesman_node::Next::Event(super::stage::Heard::State(state)) =
             operator.rt.next(Duration::from_millis(100))
         {
             last = stamp(&state);
+            let sec = began.elapsed().as_secs() as usize;
+            if per.len() <= sec {
+                per.resize(sec + 1, 0);
+            }
+            per[sec] += 1;
         }
     }
+    eprintln!("{per:?}");
     (last - first) as f64 / evidence::TICK as f64 / began.elapsed().as_secs_f64()
 }
 

@@ -140,13 +140,18 @@ impl Known {
         let Some(participant) = shared.participant() else {
             return Self::default();
         };
-        let readers = participant.discovered_readers();
+        let readers = participant.discovered_readers_where(|reader| {
+            let end = &reader.subscription_topic_data;
+            end.topic_name().starts_with("rr/") && participant.matches_with(end.key()) > 0
+        });
         let readers = readers.iter().map(|found| &found.subscription_topic_data);
-        let writers = participant.discovered_writers();
+        let writers = participant.discovered_writers_where(|writer| {
+            let end = &writer.publication_topic_data;
+            end.topic_name.starts_with("rq/")
+        });
         let writers = writers.iter().map(|found| &found.publication_topic_data);
         Self {
             readers: readers
-                .filter(|end| participant.matches_with(end.key()) > 0)
                 .map(|end| (end.topic_name().clone(), end.key()))
                 .collect(),
             writers: writers

@@ -8,7 +8,6 @@ use planesman_msgs::{
     diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus, KeyValue},
     std_msgs::msg::Header,
 };
-use rustdds::RTPSEntity as _;
 
 use crate::{
     endpoint::{Direction, Endpoint, Matched},
@@ -192,16 +191,8 @@ fn topics_of_others_too(shared: &Shared) -> Vec<String> {
         return Vec::new();
     };
     let endpoints = shared.endpoints.borrow();
-    let mut sole = endpoints
-        .iter()
-        .filter(|endpoint| endpoint.sole.get())
-        .peekable();
-    if sole.peek().is_none() {
-        return Vec::new();
-    }
-    // Once for all topics: the middleware copies everything it has discovered.
-    let (discovered, own) = (participant.discovered_writers(), participant.guid());
-    sole.filter(|endpoint| endpoint.others(&discovered, own) > 0)
+    let sole = endpoints.iter().filter(|endpoint| endpoint.sole.get());
+    sole.filter(|endpoint| endpoint.others(&participant) > 0)
         .map(|endpoint| endpoint.topic.clone())
         .collect()
 }

@@ -4,7 +4,7 @@ use std::cell::Cell;
 
 use ros2_client::Gid;
 use rustdds::{
-    DomainParticipant, GUID, QosPolicies,
+    DomainParticipant, GUID, QosPolicies, RTPSEntity as _,
     discovery::{DiscoveredReaderData, DiscoveredWriterData},
 };
 
@@ -95,15 +95,15 @@ impl Endpoint {
         }
     }
 
-    /// How many of the `discovered` writers on the topic, of whatever type, are not of the participant `own`.
-    pub(crate) fn others(&self, discovered: &[DiscoveredWriterData], own: GUID) -> usize {
-        let topic = self.dds_topic();
-        let writers = discovered
-            .iter()
-            .map(|writer| &writer.publication_topic_data);
-        writers
-            .filter(|writer| writer.topic_name == topic && writer.key.prefix != own.prefix)
-            .count()
+    /// How many writers on the topic, of whatever type, are not of `participant`.
+    pub(crate) fn others(&self, participant: &DomainParticipant) -> usize {
+        let (topic, own) = (self.dds_topic(), participant.guid().prefix);
+        participant
+            .discovered_writers_where(|writer| {
+                let writer = &writer.publication_topic_data;
+                writer.topic_name == topic && writer.key.prefix != own
+            })
+            .len()
     }
 
     /// What is wrong with the type of the writer `gid`, empty if nothing; `None` while the
@@ -111,9 +111,8 @@ impl Endpoint {
     pub(crate) fn objection_to(&self, gid: Gid, participant: &DomainParticipant) -> Option<String> {
         let guid = GUID::from(gid);
         let writer = participant
-            .discovered_writers()
-            .into_iter()
-            .find(|writer| writer.publication_topic_data.key == guid)?;
+            .discovered_writers_where(|writer| writer.publication_topic_data.key == guid)
+            .pop()?;
         let theirs = &writer.publication_topic_data.type_name;
         if *theirs != self.types.dds {
             let reason = format!("a publisher sends {theirs}, not {}", self.types.dds);
@@ -131,7 +130,7 @@ impl Endpoint {
 }
 
 /// The endpoints of others that this participant's are matched with. Asked for once for all
-/// endpoints: the middleware copies everything it has discovered.
+/// endpoints: the middleware looks through everything it has discovered.
 #[derive(Default)]
 pub(crate) struct Matched {
     readers: Vec<DiscoveredReaderData>,
@@ -140,15 +139,14 @@ pub(crate) struct Matched {
 
 impl Matched {
     pub(crate) fn with(participant: &DomainParticipant) -> Self {
-        let (mut readers, mut writers) = (
-            participant.discovered_readers(),
-            participant.discovered_writers(),
-        );
-        readers
-            .retain(|reader| participant.matches_with(reader.reader_proxy.remote_reader_guid) > 0);
-        writers
-            .retain(|writer| participant.matches_with(writer.writer_proxy.remote_writer_guid) > 0);
-        Self { readers, writers }
+        Self {
+            readers: participant.discovered_readers_where(|reader| {
+                participant.matches_with(reader.reader_proxy.remote_reader_guid) > 0
+            }),
+            writers: participant.discovered_writers_where(|writer| {
+                participant.matches_with(writer.writer_proxy.remote_writer_guid) > 0
+            }),
+        }
     }
 }
 

@@ -3,7 +3,6 @@
 use std::rc::{Rc, Weak};
 
 use planesman_msgs::Message;
-use rustdds::RTPSEntity as _;
 
 use crate::{
     endpoint::{Endpoint, Matched, count},
@@ -81,10 +80,9 @@ impl<M: Message> Publisher<M> {
     /// How many publishers other nodes have on the topic.
     #[must_use]
     pub fn others(&self) -> usize {
-        self.shared.participant().map_or(0, |participant| {
-            let discovered = participant.discovered_writers();
-            self.endpoint.others(&discovered, participant.guid())
-        })
+        self.shared
+            .participant()
+            .map_or(0, |participant| self.endpoint.others(&participant))
     }
 
     /// How many messages have gone out.

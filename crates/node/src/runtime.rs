@@ -76,7 +76,8 @@ const QUEUE: usize = 64;
 /// Time between two diagnostics, s.
 const DIAGNOSTICS_PERIOD: Duration = Duration::from_secs(1);
 
-/// Time for further news to come before the diagnostics go out because of the first, s.
+/// Time without further news after which the diagnostics go out because of the latest, s. While there is always more,
+/// as where many nodes start at once, they go out every [`DIAGNOSTICS_PERIOD`].
 const DIAGNOSTICS_SETTLING: Duration = Duration::from_millis(100);
 
 /// Time given to the last messages at shutdown, s: a reader that misses one asks within
@@ -815,13 +816,20 @@ impl<E: 'static> Runtime<E> {
             self.unlisted_publisher::<DiagnosticArray>("/diagnostics", Qos::reliable(10))?;
         let shared = Rc::clone(&self.shared);
         self.shared.spawn(async move {
+            let mut due = Instant::now() + DIAGNOSTICS_PERIOD;
+            let mut settled = due;
             loop {
                 let heard = news.recv();
                 futures::pin_mut!(heard);
-                if let Either::Left(_) = select(heard, SmolTimer::after(DIAGNOSTICS_PERIOD)).await {
-                    SmolTimer::after(DIAGNOSTICS_SETTLING).await;
+                let next = select(heard, SmolTimer::at(due.min(settled))).await;
+                let now = Instant::now();
+                if matches!(next, Either::Left(_)) && now < due {
+                    settled = now + DIAGNOSTICS_SETTLING;
+                } else {
+                    publisher.publish(&diagnostics::array(&shared));
+                    due = now + DIAGNOSTICS_PERIOD;
+                    settled = due;
                 }
-                publisher.publish(&diagnostics::array(&shared));
             }
         });
         Ok(())

@@ -78,15 +78,15 @@ pub(crate) fn is_served(shared: &Shared, name: &str) -> bool {
         return false;
     };
     let clients = shared.clients_of(name);
-    let listens = participant.discovered_readers().iter().any(|reader| {
+    let listening = participant.discovered_readers_where(|reader| {
         *reader.subscription_topic_data.topic_name() == requests
             && participant.matches_with(reader.reader_proxy.remote_reader_guid) >= clients
     });
-    let speaks = participant.discovered_writers().iter().any(|writer| {
+    let speaking = participant.discovered_writers_where(|writer| {
         writer.publication_topic_data.topic_name == replies
             && participant.matches_with(writer.writer_proxy.remote_writer_guid) >= clients
     });
-    listens && speaks
+    !listening.is_empty() && !speaking.is_empty()
 }
 
 /// Waits until there is a server of the service `name`.
