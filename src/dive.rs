@@ -29,7 +29,7 @@ use crate::summary::{identified, pole_text};
 /// Where a vehicle is, unless it is told otherwise. Its time is on `/clock`; that of vehicles in other
 /// namespaces is on a topic there, so that several may fly in one domain.
 pub const NAMESPACE: &str = "/auv";
-/// How long the nodes may take to find each other.
+/// How long the nodes may find nobody new while they look for each other, and for how long one may owe an answer.
 const GATHERING: Duration = Duration::from_secs(30);
 /// How long to listen for a loop that runs already; a running peer is found within 0.2 s.
 const LISTENING: Duration = Duration::from_millis(500);
@@ -128,7 +128,10 @@ fn fly(
         crew,
         go,
         claim,
-        phase: Phase::Gathering(Instant::now()),
+        phase: Phase::Gathering {
+            found: 0,
+            since: Instant::now(),
+        },
         connections: BTreeMap::new(),
         bar: bar(scenario.ticks()),
         first: None,
@@ -253,8 +256,8 @@ enum Event {
 }
 
 enum Phase {
-    /// Waiting until all have discovered each other, since then.
-    Gathering(Instant),
+    /// Waiting until all have discovered each other: the pairs found at most, since then.
+    Gathering { found: usize, since: Instant },
     /// The vehicle was told to go.
     Flying,
     /// It was told to stop.
@@ -364,7 +367,7 @@ impl Captain {
         self.crew.check()?;
         give_way(&self.claim, &self.options)?;
         match self.phase {
-            Phase::Gathering(since) => match self.missing(rt) {
+            Phase::Gathering { found, since } => match self.missing(rt) {
                 None => {
                     self.claim.rise_to(Stage::Used);
                     self.say("all nodes have discovered each other; diving");
@@ -375,13 +378,21 @@ impl Captain {
                     });
                     self.phase = Phase::Flying;
                 }
-                Some(missing) if since.elapsed() > GATHERING => {
-                    bail!(
-                        "the nodes did not find each other within {} s: {missing}",
-                        GATHERING.as_secs()
-                    );
+                Some(missing) => {
+                    let now_found = self.found(rt);
+                    if now_found > found {
+                        self.phase = Phase::Gathering {
+                            found: now_found,
+                            since: Instant::now(),
+                        };
+                    } else if since.elapsed() > GATHERING {
+                        bail!(
+                            "the nodes do not find each other, nothing new for {} s: {missing}",
+                            GATHERING.as_secs()
+                        );
+                    }
+                    self.bar.set_message(missing);
                 }
-                Some(missing) => self.bar.set_message(missing),
             },
             Phase::Flying if !self.options.keep_running && self.ticks >= self.scenario.ticks() => {
                 self.stop_the_vehicle(rt);
@@ -461,6 +472,15 @@ impl Captain {
             }
         }
         None
+    }
+
+    /// How many connections the nodes and the launcher have found.
+    fn found(&self, rt: &Runtime<Event>) -> usize {
+        let own = rt.connections();
+        let all = self.connections.values().chain([&own]);
+        all.flat_map(|node| &node.list)
+            .map(|end| 1 + end.peers)
+            .sum()
     }
 
     /// What is still missing before everybody hears everybody, `None` when nothing is.
