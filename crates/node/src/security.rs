@@ -7,6 +7,17 @@
 use anyhow::bail;
 use rustdds::DomainParticipantBuilder;
 
+/// What an enclave's folder must hold.
+#[cfg(feature = "security")]
+const FILES: [&str; 6] = [
+    "identity_ca.cert.pem",
+    "cert.pem",
+    "key.pem",
+    "permissions_ca.cert.pem",
+    "governance.p7s",
+    "permissions.p7s",
+];
+
 /// How a node is to speak.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Security {
@@ -58,14 +69,6 @@ impl Security {
         enclave: &str,
         variable: impl Fn(&str) -> Option<String>,
     ) -> Result<Self, String> {
-        const FILES: [&str; 6] = [
-            "identity_ca.cert.pem",
-            "cert.pem",
-            "key.pem",
-            "permissions_ca.cert.pem",
-            "governance.p7s",
-            "permissions.p7s",
-        ];
         let given = |name| variable(name).filter(|text| !text.is_empty());
         let keystore =
             given("ROS_SECURITY_KEYSTORE").ok_or("ROS_SECURITY_KEYSTORE names no keystore")?;
@@ -157,5 +160,50 @@ mod tests {
             refusal.to_string().contains("Cargo feature 'security'"),
             "{refusal}"
         );
+    }
+
+    #[cfg(feature = "security")]
+    #[test]
+    fn the_enclave_is_looked_for_where_rcl_looks_for_it() {
+        use std::{fs, path::Path};
+
+        let keystore =
+            std::env::temp_dir().join(format!("planesman-keystore-{}", std::process::id()));
+        for enclave in ["", "auv/plant_sim"] {
+            let folder = keystore.join("enclaves").join(enclave);
+            fs::create_dir_all(&folder).expect("a folder");
+            for file in FILES {
+                fs::write(folder.join(file), "").expect("a file");
+            }
+        }
+        let store = keystore.to_str().expect("a path of UTF-8");
+        let given = ("ROS_SECURITY_KEYSTORE", store);
+        let found = |enclave: &str, variables: &[_]| match asked_for(
+            enclave,
+            &[&[ENABLE, ENFORCE, given], variables].concat(),
+        ) {
+            Ok(Security::Enclave(folder)) => Ok(folder
+                .strip_prefix(&keystore)
+                .map(Path::to_owned)
+                .expect("within it")),
+            Ok(clear) => panic!("{clear:?}"),
+            Err(refusal) => Err(refusal.to_string()),
+        };
+        let replaced = |name| [("ROS_SECURITY_ENCLAVE_OVERRIDE", name)];
+        let own = Ok(Path::new("enclaves/auv/plant_sim").to_owned());
+        assert_eq!(found("/", &[]), Ok("enclaves".into()));
+        assert_eq!(found("/auv/plant_sim", &[]), own);
+        assert_eq!(found("/auv/plant_sim", &replaced("")), own);
+        assert_eq!(found("/", &replaced("/auv/plant_sim")), own);
+        for (name, reason) in [
+            ("/auv", "identity_ca.cert.pem is no file"),
+            ("/../enclaves", "tokens"),
+            ("auv", "slash"),
+        ] {
+            let refusal = found("/", &replaced(name)).expect_err(name);
+            assert!(refusal.contains(reason), "{name}: {refusal}");
+        }
+        fs::remove_dir_all(&keystore).expect("the folder is gone");
+        assert!(asked_for("/", &[ENABLE, ENFORCE]).is_err(), "no keystore");
     }
 }
