@@ -127,7 +127,19 @@ impl Python {
 
     /// Runs a peer to its end.
     pub(crate) fn run(&self, program: &str, domain: u16, arguments: &[&str]) -> Told {
-        let output = self.command(program, domain, arguments).output().unwrap();
+        self.run_as(program, domain, arguments, &[])
+    }
+
+    /// As [`run`](Self::run), with more in the environment.
+    pub(crate) fn run_as(
+        &self,
+        program: &str,
+        domain: u16,
+        arguments: &[&str],
+        variables: &[(&str, &str)],
+    ) -> Told {
+        let mut command = self.command(program, domain, arguments);
+        let output = command.envs(variables.iter().copied()).output().unwrap();
         let text = String::from_utf8(output.stdout).unwrap();
         Told {
             lines: text.lines().map(json).collect(),

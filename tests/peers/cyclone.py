@@ -1,14 +1,17 @@
 """A Cyclone DDS participant that speaks ROS 2 names and QoS on the loopback interface.
 
-Everything that concerns DDS itself is here: the configuration that keeps all traffic on `lo`, how
+Everything that concerns DDS itself is here: the configuration that keeps all traffic on `lo`, DDS Security, how
 ROS names and types are written in DDS, the QoS of ROS topics, and waiting with a deadline. What a
 message consists of is in `ros_types.py`.
 """
 
 import fcntl
+import os
 import socket
 import struct
+import sysconfig
 import time
+from pathlib import Path
 
 from cyclonedds.core import DDSStatus, Policy, Qos
 from cyclonedds.domain import Domain, DomainParticipant
@@ -23,6 +26,9 @@ SIOCGIFFLAGS = 0x8913
 IFF_MULTICAST = 0x1000
 """The flag of an interface with multicast; most machines' `lo` does not have it."""
 
+PLUGINS = Path("/usr/lib") / str(sysconfig.get_config_var("MULTIARCH")) / "libddsc0debian"
+"""Where Debian's libddsc0debian has the plugins of DDS Security."""
+
 SETTLE_SECONDS = 0.2
 """How long a matched writer waits before its first sample: the other side learns of it a little later."""
 
@@ -33,6 +39,35 @@ def lo_has_multicast() -> bool:
         name_and_flags = fcntl.ioctl(any_socket, SIOCGIFFLAGS, struct.pack("16sH14x", b"lo", 0))
     (flags,) = struct.unpack_from("H", name_and_flags, 16)
     return bool(flags & IFF_MULTICAST)
+
+
+def security() -> str:
+    """Cyclone's configuration of the enclave that ROS's variables name, as `rmw_cyclonedds_cpp` makes it."""
+    if os.environ.get("ROS_SECURITY_ENABLE") != "true":
+        return ""
+    name = os.environ.get("ROS_SECURITY_ENCLAVE_OVERRIDE", "/").lstrip("/")
+    enclave = Path(os.environ["ROS_SECURITY_KEYSTORE"]).absolute() / "enclaves" / name
+
+    def library(name: str, functions: str) -> str:
+        path = PLUGINS / f"libdds_security_{name}.so"
+        return f'<Library path="{path}" initFunction="init_{functions}" finalizeFunction="finalize_{functions}"/>'
+
+    return f"""
+      <Security>
+        <Authentication>
+          {library("auth", "authentication")}
+          <IdentityCA>file:{enclave}/identity_ca.cert.pem</IdentityCA>
+          <IdentityCertificate>file:{enclave}/cert.pem</IdentityCertificate>
+          <PrivateKey>file:{enclave}/key.pem</PrivateKey>
+        </Authentication>
+        <Cryptographic>{library("crypto", "crypto")}</Cryptographic>
+        <AccessControl>
+          {library("ac", "access_control")}
+          <PermissionsCA>file:{enclave}/permissions_ca.cert.pem</PermissionsCA>
+          <Governance>file:{enclave}/governance.p7s</Governance>
+          <Permissions>file:{enclave}/permissions.p7s</Permissions>
+        </AccessControl>
+      </Security>"""
 
 
 def configuration() -> str:
@@ -49,7 +84,7 @@ def configuration() -> str:
         <MaxAutoParticipantIndex>40</MaxAutoParticipantIndex>
         <Peers><Peer address="127.0.0.1"/></Peers>
         <SPDPInterval>1s</SPDPInterval>
-      </Discovery>
+      </Discovery>{security()}
     </Domain></CycloneDDS>"""
 
 

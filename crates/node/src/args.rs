@@ -8,6 +8,8 @@ use std::{path::PathBuf, str::FromStr};
 use log::LevelFilter;
 use planesman_parameters::{Value, file};
 
+use crate::names::check_namespace;
+
 /// An argument that cannot be used, and why.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("'{argument}': {reason}")]
@@ -122,6 +124,8 @@ pub struct RosArguments {
     pub rosout: bool,
     /// Whether the log goes to stderr (`--disable-stdout-logs`, which in ROS means the console).
     pub console: bool,
+    /// The enclave whose keys and permissions the node has under DDS Security (`--enclave /NAME`).
+    pub enclave: String,
     /// What was given but has no effect here, in words for the log.
     pub ignored: Vec<String>,
 }
@@ -135,6 +139,7 @@ impl Default for RosArguments {
             logger_levels: Vec::new(),
             rosout: true,
             console: true,
+            enclave: "/".to_owned(),
             ignored: Vec::new(),
         }
     }
@@ -212,10 +217,8 @@ fn take_section(
                     .push(format!("{argument}: no log files are written"));
             }
             "-e" | "--enclave" => {
-                let enclave = value()?;
-                ros.ignored.push(format!(
-                    "{argument} {enclave}: DDS security is not built in"
-                ));
+                ros.enclave = value()?;
+                check_namespace(&ros.enclave)?;
             }
             "--log-config-file" | "--log-file-name" => {
                 let file = value()?;
@@ -286,7 +289,7 @@ mod tests {
         let (own, ros) = split_words(
             "sysid replay --ros-args -r state:=truth -r __ns:=/b -p depth.kp:=0.5 \
              --params-file a.yaml -p other:rate:=20 --log-level warn --log-level auv.x:=debug \
-             --disable-rosout-logs --enclave / -- bag --ros-args --remap a:=b",
+             --disable-rosout-logs --enclave /auv --log-file-name b -- bag --ros-args --remap a:=b",
         )
         .expect("good arguments");
         assert_eq!(own, ["sysid", "replay", "bag"]);
@@ -314,6 +317,7 @@ mod tests {
             [("auv.x".to_owned(), LevelFilter::Debug)]
         );
         assert!(!ros.rosout && ros.console);
+        assert_eq!(ros.enclave, "/auv");
         assert_eq!(ros.ignored.len(), 1);
     }
 
@@ -327,6 +331,8 @@ mod tests {
             ("x --ros-args -p kp", "name:=value"),
             ("x --ros-args -p kp:=[1,", "not YAML"),
             ("x --ros-args --log-level loud", "debug, info"),
+            ("x --ros-args --enclave auv", "slash"),
+            ("x --ros-args --enclave /../auv", "tokens"),
         ] {
             let refusal = split_words(line).expect_err(line).to_string();
             assert!(refusal.contains(reason), "{line}: {refusal}");

@@ -48,6 +48,7 @@
 //! | [`args`] | `--ros-args` |
 //! | [`names`] | expanding and remapping names |
 //! | [`domain`], `unsupported` | `ROS_DOMAIN_ID` and the discovery range; what of ROS's variables there is not |
+//! | `security` | `ROS_SECURITY_*` and enclaves |
 //! | `parameters` | the six parameter services |
 //! | [`qos`] | quality of service as ROS conventions have it |
 //! | [`publisher`], `subscription`, [`raw`] | topics out, in, and undecoded |
@@ -85,6 +86,7 @@ pub mod qos;
 pub mod raw;
 pub mod report;
 pub mod runtime;
+mod security;
 pub mod service;
 mod share;
 mod shared;

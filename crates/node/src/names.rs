@@ -33,9 +33,7 @@ impl NodeNames {
             return Err(BadArgument::new(name, "it is no node name"));
         }
         let namespace = format!("/{}", namespace.trim_matches('/'));
-        if namespace != "/" {
-            check(&namespace)?;
-        }
+        check_namespace(&namespace)?;
         Ok(Self {
             name: name.to_owned(),
             namespace,
@@ -122,6 +120,15 @@ fn check(absolute: &str) -> Result<(), BadArgument> {
         "a name consists of tokens between slashes: letters, digits and single underscores, \
          not beginning with a digit",
     ))
+}
+
+/// Refuses what is no absolute ROS namespace; an enclave's name has the same form.
+pub(crate) fn check_namespace(name: &str) -> Result<(), BadArgument> {
+    match name {
+        "/" => Ok(()),
+        _ if name.starts_with('/') => check(name),
+        _ => Err(BadArgument::new(name, "it does not begin with a slash")),
+    }
 }
 
 #[cfg(test)]

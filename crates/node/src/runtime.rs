@@ -61,6 +61,7 @@ use crate::{
     qos::Qos,
     raw::{Payload, RawSample},
     report::ExitReport,
+    security::Security,
     service::{self, Client, Responder, Server, Wire},
     share::Turn,
     shared::{Shared, package_and_name, types_of},
@@ -195,8 +196,10 @@ impl<E: 'static> Runtime<E> {
         for ignored in &arguments.ignored {
             log::info!("ignored: {ignored}");
         }
-        for missing in unsupported::check(|name| std::env::var(name).ok())? {
-            log::warn!("{missing}");
+        let variable = |name: &str| std::env::var(name).ok();
+        let security = Security::asked_for(&arguments.enclave, variable)?;
+        for missing in [security.lack(), unsupported::check(variable)] {
+            missing.inspect(|missing| log::warn!("{missing}"));
         }
         memory::limit()?;
         file_size::limit_is_an_error();
@@ -214,7 +217,8 @@ impl<E: 'static> Runtime<E> {
         if let Some(networks) = domain.networks() {
             builder = builder.with_only_networks(networks);
         }
-        let participant = builder
+        let participant = security
+            .applied(builder)
             .build()
             .with_context(|| format!("no participant in domain {}", domain.id))?;
         let context = Context::from_domain_participant(participant.clone())

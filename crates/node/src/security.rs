@@ -1,0 +1,209 @@
+//! SROS2: whether a node speaks under DDS Security, and in which enclave.
+//!
+//! The variables are read as `rcl` reads them (`rcl/security.c`), and the enclave's folder
+//! must hold what `rmw_dds_common` looks for there. DDS Security itself is built in with the
+//! Cargo feature `security` (`docs/security.md`).
+
+use anyhow::bail;
+use rustdds::DomainParticipantBuilder;
+
+/// What an enclave's folder must hold.
+#[cfg(feature = "security")]
+const FILES: [&str; 6] = [
+    "identity_ca.cert.pem",
+    "cert.pem",
+    "key.pem",
+    "permissions_ca.cert.pem",
+    "governance.p7s",
+    "permissions.p7s",
+];
+
+/// How a node is to speak.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) enum Security {
+    /// In the clear. What is to be told of that, if security was asked for.
+    Clear(Option<String>),
+    /// As the files in this folder say.
+    #[cfg(feature = "security")]
+    Enclave(std::path::PathBuf),
+}
+
+impl Security {
+    /// What the variables ask for, for a node in `enclave`.
+    ///
+    /// # Errors
+    /// When security is to be enforced and cannot be had: a node that went on would speak in the clear.
+    pub(crate) fn asked_for(
+        enclave: &str,
+        variable: impl Fn(&str) -> Option<String>,
+    ) -> anyhow::Result<Self> {
+        // Both count only as they are written here.
+        let is = |name: &str, value: &str| variable(name).as_deref() == Some(value);
+        if !is("ROS_SECURITY_ENABLE", "true") {
+            return Ok(Self::Clear(None));
+        }
+        match Self::of_enclave(enclave, &variable) {
+            Ok(found) => Ok(found),
+            Err(why) if is("ROS_SECURITY_STRATEGY", "Enforce") => bail!(
+                "ROS_SECURITY_ENABLE=true, ROS_SECURITY_STRATEGY=Enforce: {why}; this node would speak in the \
+                 clear; unset ROS_SECURITY_ENABLE to run it so"
+            ),
+            Err(why) => Ok(Self::Clear(Some(format!(
+                "ROS_SECURITY_ENABLE=true: {why}; this node speaks in the clear, and anybody on the network can \
+                 read and command it"
+            )))),
+        }
+    }
+
+    #[cfg(not(feature = "security"))]
+    fn of_enclave(_: &str, _: impl Fn(&str) -> Option<String>) -> Result<Self, String> {
+        Err(
+            "DDS security (SROS2) is not built in, the Cargo feature 'security' brings it"
+                .to_owned(),
+        )
+    }
+
+    /// The enclave's folder, when all its files are there.
+    #[cfg(feature = "security")]
+    fn of_enclave(
+        enclave: &str,
+        variable: impl Fn(&str) -> Option<String>,
+    ) -> Result<Self, String> {
+        let given = |name| variable(name).filter(|text| !text.is_empty());
+        let keystore =
+            given("ROS_SECURITY_KEYSTORE").ok_or("ROS_SECURITY_KEYSTORE names no keystore")?;
+        let name = given("ROS_SECURITY_ENCLAVE_OVERRIDE").unwrap_or_else(|| enclave.to_owned());
+        crate::names::check_namespace(&name).map_err(|e| format!("the enclave {e}"))?;
+        let folder = std::path::Path::new(&keystore)
+            .join("enclaves")
+            .join(name.trim_start_matches('/'));
+        match FILES.iter().find(|file| !folder.join(file).is_file()) {
+            None => Ok(Self::Enclave(folder)),
+            Some(absent) => Err(format!("{} is no file", folder.join(absent).display())),
+        }
+    }
+
+    /// What was asked for and is not to be had.
+    pub(crate) fn lack(&self) -> Option<String> {
+        match self {
+            Self::Clear(told) => told.clone(),
+            #[cfg(feature = "security")]
+            Self::Enclave(_) => None,
+        }
+    }
+
+    /// A participant that speaks so.
+    pub(crate) fn applied(&self, builder: DomainParticipantBuilder) -> DomainParticipantBuilder {
+        match self {
+            Self::Clear(_) => builder,
+            #[cfg(feature = "security")]
+            Self::Enclave(folder) => {
+                use rustdds::DomainParticipantSecurityConfigFiles as Files;
+                // As sros2 makes them, private keys have no password.
+                builder.builtin_security(Files::with_ros_default_names(folder, String::new()))
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ENABLE: (&str, &str) = ("ROS_SECURITY_ENABLE", "true");
+    const ENFORCE: (&str, &str) = ("ROS_SECURITY_STRATEGY", "Enforce");
+
+    fn asked_for(enclave: &str, variables: &[(&str, &str)]) -> anyhow::Result<Security> {
+        Security::asked_for(enclave, |name| {
+            let found = variables.iter().find(|(n, _)| *n == name)?;
+            Some(found.1.to_owned())
+        })
+    }
+
+    #[test]
+    fn security_that_cannot_be_had_is_refused_if_enforced_and_told_otherwise() {
+        let refusal = asked_for("/", &[ENABLE, ENFORCE])
+            .expect_err("enforced")
+            .to_string();
+        assert!(
+            refusal.contains("ROS_SECURITY_STRATEGY=Enforce"),
+            "{refusal}"
+        );
+        for strategy in ["", "Permissive", "enforce"] {
+            let asked = asked_for("/", &[ENABLE, ("ROS_SECURITY_STRATEGY", strategy)]);
+            let Ok(Security::Clear(Some(told))) = asked else {
+                panic!("{strategy}: {asked:?}")
+            };
+            assert!(told.contains("in the clear"), "{told:?}");
+        }
+        let asked = asked_for("/", &[ENABLE]);
+        assert!(matches!(asked, Ok(Security::Clear(Some(_)))), "{asked:?}");
+    }
+
+    #[test]
+    fn security_that_rcl_takes_for_switched_off_is_off_here() {
+        for off in ["", "false", "True", "1"] {
+            let asked = asked_for("/", &[("ROS_SECURITY_ENABLE", off), ENFORCE]);
+            assert_eq!(asked.expect("off"), Security::Clear(None), "{off}");
+        }
+        assert_eq!(
+            asked_for("/", &[ENFORCE]).expect("off"),
+            Security::Clear(None)
+        );
+    }
+
+    #[cfg(not(feature = "security"))]
+    #[test]
+    fn a_build_without_security_names_the_feature_that_brings_it() {
+        let refusal = asked_for("/", &[ENABLE, ENFORCE]).expect_err("enforced");
+        assert!(
+            refusal.to_string().contains("Cargo feature 'security'"),
+            "{refusal}"
+        );
+    }
+
+    #[cfg(feature = "security")]
+    #[test]
+    fn the_enclave_is_looked_for_where_rcl_looks_for_it() {
+        use std::{fs, path::Path};
+
+        let keystore =
+            std::env::temp_dir().join(format!("planesman-keystore-{}", std::process::id()));
+        for enclave in ["", "auv/plant_sim"] {
+            let folder = keystore.join("enclaves").join(enclave);
+            fs::create_dir_all(&folder).expect("a folder");
+            for file in FILES {
+                fs::write(folder.join(file), "").expect("a file");
+            }
+        }
+        let store = keystore.to_str().expect("a path of UTF-8");
+        let given = ("ROS_SECURITY_KEYSTORE", store);
+        let found = |enclave: &str, variables: &[_]| match asked_for(
+            enclave,
+            &[&[ENABLE, ENFORCE, given], variables].concat(),
+        ) {
+            Ok(Security::Enclave(folder)) => Ok(folder
+                .strip_prefix(&keystore)
+                .map(Path::to_owned)
+                .expect("within it")),
+            Ok(clear) => panic!("{clear:?}"),
+            Err(refusal) => Err(refusal.to_string()),
+        };
+        let replaced = |name| [("ROS_SECURITY_ENCLAVE_OVERRIDE", name)];
+        let own = Ok(Path::new("enclaves/auv/plant_sim").to_owned());
+        assert_eq!(found("/", &[]), Ok("enclaves".into()));
+        assert_eq!(found("/auv/plant_sim", &[]), own);
+        assert_eq!(found("/auv/plant_sim", &replaced("")), own);
+        assert_eq!(found("/", &replaced("/auv/plant_sim")), own);
+        for (name, reason) in [
+            ("/auv", "identity_ca.cert.pem is no file"),
+            ("/../enclaves", "tokens"),
+            ("auv", "slash"),
+        ] {
+            let refusal = found("/", &replaced(name)).expect_err(name);
+            assert!(refusal.contains(reason), "{name}: {refusal}");
+        }
+        fs::remove_dir_all(&keystore).expect("the folder is gone");
+        assert!(asked_for("/", &[ENABLE, ENFORCE]).is_err(), "no keystore");
+    }
+}

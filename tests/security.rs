@@ -1,0 +1,179 @@
+//! SROS2: the loop under DDS Security. What it says nobody hears who has no enclave of its keystore, nor does it
+//! hear them; and who has one takes part, another DDS too.
+//!
+//! Built with the feature `security` alone (tests/README.md).
+#![cfg(feature = "security")]
+#![allow(clippy::unwrap_used)]
+
+mod foreign;
+mod stage;
+
+use std::process::{Command, Stdio};
+
+use foreign::{CYCLONE, root};
+use stage::{Heard, Process, Stage, scenario};
+
+/// A dive that is over soon.
+const DIVE: &str = "  plant_sim: {speed: 0.36576}
+  depth_controller: {depth_setpoint: 0.5}
+";
+
+/// What puts a process under security in one enclave.
+struct Credentials {
+    keystore: String,
+    enclave: &'static str,
+}
+
+impl Credentials {
+    /// Those of a keystore of its own in the stage's folder, for the stage's domain.
+    fn make(stage: &Stage, keystore: &str, enclave: &'static str) -> Self {
+        let made = Self {
+            keystore: stage.path(keystore),
+            enclave,
+        };
+        let status = Command::new(root().join("tests/keystore.sh"))
+            .args([&made.keystore, enclave])
+            .env("ROS_DOMAIN_ID", stage.domain().to_string())
+            .stdin(Stdio::null())
+            .status()
+            .unwrap();
+        assert!(status.success());
+        made
+    }
+
+    fn variables(&self) -> [(&'static str, &str); 4] {
+        [
+            ("ROS_SECURITY_ENABLE", "true"),
+            ("ROS_SECURITY_STRATEGY", "Enforce"),
+            ("ROS_SECURITY_KEYSTORE", &self.keystore),
+            ("ROS_SECURITY_ENCLAVE_OVERRIDE", self.enclave),
+        ]
+    }
+}
+
+/// A vehicle that waits at this depth, m.
+fn vehicle(stage: &Stage, depth: f64, variables: &[(&str, &str)]) -> Process {
+    let depth = format!("initial_depth:={depth}");
+    let arguments = ["node", "plant_sim", "--ros-args", "-p", &depth];
+    let variables = [&[(planesman::crew::LAUNCHED, "1")], variables].concat();
+    stage.start_as(&arguments, &variables)
+}
+
+#[test]
+fn a_dive_is_flown_among_strangers_who_neither_hear_it_nor_are_heard() {
+    let stage = Stage::new();
+    let ours = Credentials::make(&stage, "ours", "/");
+    let theirs = Credentials::make(&stage, "theirs", "/");
+
+    // Either vehicle would be refused for the other, and the dive for both, if they heard each other.
+    let mut in_the_clear = vehicle(&stage, 5.0, &[]);
+    let mut of_another_authority = vehicle(&stage, 7.0, &theirs.variables());
+    let listener = stage.operator();
+    let depth = |heard| match heard {
+        Heard::State(state) => Some(state.depth),
+        _ => None,
+    };
+    let heard = listener.until("a vehicle in the clear", depth);
+    assert!((heard - 5.0).abs() < 1.0, "{heard} m");
+
+    let file = stage.file("dive.yaml", scenario(20.0, DIVE));
+    let out = stage.path("out");
+    let arguments = ["dive", &file, "--out", &out];
+    let mut dive = stage.start_as(&arguments, &ours.variables());
+    while dive.is_running() {
+        let heard = listener.until("the vehicle in the clear", depth);
+        assert!((heard - 5.0).abs() < 1.0, "{heard} m");
+    }
+    let told = dive.finish().success().stdout;
+    assert!(told.contains("6 processes over DDS"), "{told}");
+    assert!(in_the_clear.is_running() && of_another_authority.is_running());
+}
+
+#[test]
+fn a_node_without_its_enclave_is_refused_under_enforce_and_speaks_in_the_clear_otherwise() {
+    let stage = Stage::new();
+    let ours = Credentials::make(&stage, "ours", "/auv");
+    let elsewhere = Credentials {
+        enclave: "/elsewhere",
+        keystore: ours.keystore.clone(),
+    };
+    let refused = vehicle(&stage, 0.0, &elsewhere.variables()).finish();
+    assert_eq!(refused.status.code(), Some(1), "{refused:?}");
+    assert!(
+        refused
+            .stderr
+            .contains("enclaves/elsewhere/identity_ca.cert.pem is no file"),
+        "{refused:?}"
+    );
+
+    let mut permissive = elsewhere.variables();
+    permissive[1] = ("ROS_SECURITY_STRATEGY", "");
+    let vehicle = vehicle(&stage, 3.0, &permissive);
+    let state = stage.operator().state("the vehicle", |_| true);
+    assert!((state.depth - 3.0).abs() < 1.0, "{state:?}");
+    assert!(
+        vehicle.stderr().contains("in the clear"),
+        "{}",
+        vehicle.stderr()
+    );
+}
+
+#[test]
+fn a_certificate_that_no_authority_of_the_keystore_has_signed_is_refused() {
+    let stage = Stage::new();
+    let ours = Credentials::make(&stage, "ours", "/auv");
+    Credentials::make(&stage, "theirs", "/auv");
+    for file in ["cert.pem", "key.pem"] {
+        let of = |keystore: &str| stage.path(&format!("{keystore}/enclaves/auv/{file}"));
+        std::fs::copy(of("theirs"), of("ours")).unwrap();
+    }
+    let refused = vehicle(&stage, 0.0, &ours.variables()).finish();
+    assert_eq!(refused.status.code(), Some(1), "{refused:?}");
+    assert!(refused.stderr.contains("identity"), "{refused:?}");
+}
+
+#[test]
+fn another_dds_with_an_enclave_hears_commands_and_calls_the_nodes_and_without_one_nothing() {
+    let Some(peer) = CYCLONE.found() else { return };
+    // Who begins the handshake follows from the enclaves' names: one peer that does, one that does not.
+    for enclave in ["/a", "/peer"] {
+        let stage = Stage::with(peer.middleware);
+        let ours = Credentials::make(&stage, "keystore", "/auv");
+        let theirs = Credentials::make(&stage, "keystore", enclave);
+        let controller = ["node", "depth_controller"];
+        let _nodes = [
+            vehicle(&stage, 0.0, &ours.variables()),
+            stage.start_as(&controller, &ours.variables()),
+        ];
+        let variables = theirs.variables();
+        let with = |program: &str, arguments: &[&str]| {
+            peer.run_as(program, stage.domain(), arguments, &variables)
+        };
+
+        let speed = with("peer_params.py", &["/auv/plant_sim", "get", "speed"]).answer();
+        assert_eq!(speed["value"], 0.3048, "{speed}");
+
+        let setpoint = [
+            "/auv/depth_setpoint",
+            "std_msgs/msg/Float64",
+            "--json",
+            "{\"data\": 0.75}",
+        ];
+        with(
+            "peer_pub.py",
+            &[&setpoint[..], &["--rate", "5", "--duration", "2"]].concat(),
+        )
+        .well();
+        let said = [
+            "/auv/control_state",
+            "planesman_msgs/msg/ControlState",
+            "--count",
+            "1",
+        ];
+        let said = with("peer_echo.py", &[&said[..], &["--timeout", "30"]].concat()).answer();
+        assert_eq!(said["depth_target"], 0.75, "{said}");
+
+        let topics = peer.run("peer_topics.py", stage.domain(), &["--timeout", "3"]);
+        assert_eq!(topics.well(), [serde_json::Value::Null; 0]);
+    }
+}
