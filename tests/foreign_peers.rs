@@ -220,9 +220,14 @@ fn a_depth_setpoint_published_from_there_moves_the_vehicle(python: &Python, stag
         "std_msgs/msg/Float64",
         "--json",
         r#"{"data": 2.5}"#,
+        // The recorder may listen before the controller does.
+        "--rate",
+        "2",
+        "--duration",
+        "10",
     ];
     let sent = python.run("peer_pub.py", domain, &arguments).answer();
-    assert_eq!(sent["sent"], 1);
+    assert_eq!(sent["sent"], 20);
 
     let arrived = states
         .by_ref()
