@@ -27,7 +27,8 @@ pub fn info(path: &Path) -> Result<()> {
             .filter(|node| !run.exit_report(node).is_file())
             .copied();
         let silent: Vec<&str> = silent.collect();
-        planesman_node::say!("{}", lack(&run.counts(&recorded(&bag))?, &silent))?;
+        let counts = run.counts(&recorded(&bag), &run.scenario()?)?;
+        planesman_node::say!("{}", lack(&counts, &silent))?;
     }
     Ok(())
 }

@@ -58,7 +58,6 @@ pub fn document(title: &str, own_style: &str, body: &Markup) -> String {
 pub fn page(
     flight: &Flight,
     scenario: &Scenario,
-    scenario_text: &str,
     summary: &Summary,
     counts: &BTreeMap<String, Count>,
 ) -> String {
@@ -80,7 +79,7 @@ pub fn page(
         }
         (count_table(counts))
         h2 { "Scenario" }
-        pre { (scenario_text) }
+        pre { (scenario.source()) }
     };
     let title = format!("Planesman: {}", scenario.description);
     document(&title, "", &body)

@@ -119,17 +119,24 @@ impl RunFolder {
         self.path.join("scenario.yaml")
     }
 
+    /// What was to be flown.
+    ///
+    /// # Errors
+    /// When the scenario cannot be read.
+    pub(crate) fn scenario(&self) -> Result<Scenario> {
+        Scenario::parse(&fs::read_to_string(self.scenario_file())?)
+    }
+
     /// Reads the bag, writes the page, and returns the flight's summary with the counts.
     ///
     /// # Errors
     /// When the bag cannot be read or the page cannot be written.
     pub fn report(&self) -> Result<String> {
-        let text = fs::read_to_string(self.scenario_file())?;
-        let scenario = Scenario::parse(&text)?;
+        let scenario = self.scenario()?;
         let flight = Flight::read(&self.bag())?;
         let summary = Summary::of(&flight, &scenario)?;
-        let counts = self.counts(&flight.counts)?;
-        let html = page::page(&flight, &scenario, &text, &summary, &counts);
+        let counts = self.counts(&flight.counts, &scenario)?;
+        let html = page::page(&flight, &scenario, &summary, &counts);
         let draft = self.path.join(".report.html.part");
         fs::write(&draft, html)
             .and_then(|()| fs::rename(&draft, self.page()))
@@ -153,19 +160,20 @@ impl RunFolder {
     /// When the folder or the bag cannot be read.
     pub fn loss(&self) -> Result<Option<Loss>> {
         let bag = BagReader::open(&self.bag())?;
-        Ok(Loss::of(&self.counts(&recorded(&bag))?))
+        let counts = self.counts(&recorded(&bag), &self.scenario()?)?;
+        Ok(Loss::of(&counts))
     }
 
     /// Messages per topic: in the bag, and as the publishers counted them when they stopped. Those
     /// that could not be sent count as published: they are lost likewise.
     ///
     /// # Errors
-    /// When the scenario cannot be read.
+    /// When the scenario's parameters are refused.
     pub(crate) fn counts(
         &self,
         recorded: &BTreeMap<String, u64>,
+        scenario: &Scenario,
     ) -> Result<BTreeMap<String, Count>> {
-        let scenario = Scenario::parse(&fs::read_to_string(self.scenario_file())?)?;
         let recorder = scenario.values("recorder")?;
         let selected = recorder.strings("topics");
         let mut counts: BTreeMap<String, Count> = recorded
