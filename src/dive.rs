@@ -367,33 +367,7 @@ impl Captain {
         self.crew.check()?;
         give_way(&self.claim, &self.options)?;
         match self.phase {
-            Phase::Gathering { found, since } => match self.missing(rt) {
-                None => {
-                    self.claim.rise_to(Stage::Used);
-                    self.say("all nodes have discovered each other; diving");
-                    self.began = Instant::now();
-                    let go = self.go.clone();
-                    rt.when_done(async move {
-                        Event::Going(go.call(SetBoolRequest { data: false }, GATHERING).await)
-                    });
-                    self.phase = Phase::Flying;
-                }
-                Some(missing) => {
-                    let now_found = self.found(rt);
-                    if now_found > found {
-                        self.phase = Phase::Gathering {
-                            found: now_found,
-                            since: Instant::now(),
-                        };
-                    } else if since.elapsed() > GATHERING {
-                        bail!(
-                            "the nodes do not find each other, nothing new for {} s: {missing}",
-                            GATHERING.as_secs()
-                        );
-                    }
-                    self.bar.set_message(missing);
-                }
-            },
+            Phase::Gathering { found, since } => self.gather(rt, found, since)?,
             Phase::Flying if !self.options.keep_running && self.ticks >= self.scenario.ticks() => {
                 self.stop_the_vehicle(rt);
             }
@@ -408,6 +382,36 @@ impl Captain {
             _ => {}
         }
         Ok(Flow::Continue)
+    }
+
+    /// Lets the vehicle go once all have discovered each other; gives up when nothing new was found for long.
+    fn gather(&mut self, rt: &Runtime<Event>, found: usize, since: Instant) -> Result<()> {
+        let own = rt.connections();
+        let Some(missing) = self.missing(&own) else {
+            self.claim.rise_to(Stage::Used);
+            self.say("all nodes have discovered each other; diving");
+            self.began = Instant::now();
+            let go = self.go.clone();
+            rt.when_done(async move {
+                Event::Going(go.call(SetBoolRequest { data: false }, GATHERING).await)
+            });
+            self.phase = Phase::Flying;
+            return Ok(());
+        };
+        let now_found = self.found(&own);
+        if now_found > found {
+            self.phase = Phase::Gathering {
+                found: now_found,
+                since: Instant::now(),
+            };
+        } else if since.elapsed() > GATHERING {
+            bail!(
+                "the nodes do not find each other, nothing new for {} s: {missing}",
+                GATHERING.as_secs()
+            );
+        }
+        self.bar.set_message(missing);
+        Ok(())
     }
 
     fn stop_the_vehicle(&mut self, rt: &Runtime<Event>) {
@@ -475,9 +479,8 @@ impl Captain {
     }
 
     /// How many connections the nodes and the launcher have found.
-    fn found(&self, rt: &Runtime<Event>) -> usize {
-        let own = rt.connections();
-        let all = self.connections.values().chain([&own]);
+    fn found(&self, own: &Connections) -> usize {
+        let all = self.connections.values().chain([own]);
         all.flat_map(|node| &node.list)
             .map(|end| 1 + end.peers)
             .sum()
@@ -487,16 +490,15 @@ impl Captain {
     ///
     /// Every node must have reported; every endpoint must be matched with as many others as all
     /// nodes together, this one included, have on its topic.
-    fn missing(&self, rt: &Runtime<Event>) -> Option<String> {
+    fn missing(&self, own: &Connections) -> Option<String> {
         if let Some(rival) = self.claim.rival() {
             return Some(format!("another dive, {rival}, is giving way"));
         }
-        let own = rt.connections();
         let mut all = match self.reports() {
             Ok(all) => all,
             Err(missing) => return Some(missing),
         };
-        all.push(&own);
+        all.push(own);
         let others_with = |own: &str, direction: Direction, topic: &str| {
             all.iter()
                 .filter(|other| other.node != own && other.find(direction, topic).is_some())
