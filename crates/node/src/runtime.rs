@@ -198,8 +198,9 @@ impl<E: 'static> Runtime<E> {
         }
         let variable = |name: &str| std::env::var(name).ok();
         let security = Security::asked_for(&arguments.enclave, variable)?;
-        for missing in [security.lack(), unsupported::check(variable)] {
-            missing.inspect(|missing| log::warn!("{missing}"));
+        let missing = [security.lack(), unsupported::check(variable)];
+        for missing in missing.iter().flatten() {
+            log::warn!("{missing}");
         }
         memory::limit()?;
         file_size::limit_is_an_error();
