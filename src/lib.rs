@@ -22,7 +22,7 @@ pub mod flight;
 pub mod in_order;
 pub mod nodes;
 pub mod page;
-pub mod plot;
+
 pub mod reproduce;
 pub mod run_folder;
 pub mod scenario;

@@ -9,9 +9,9 @@ use planesman_linear::Complex;
 use planesman_text::shown;
 
 use crate::flight::{Flight, Points};
-use crate::plot::{Plot, Style};
 use crate::scenario::Scenario;
 use crate::summary::{Summary, pole_text};
+use planesman_plot::{Plot, Style};
 
 /// Messages of one topic, as sent and as recorded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

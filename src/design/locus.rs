@@ -8,7 +8,7 @@ use clap::Args;
 use planesman_linear::Complex;
 
 use super::subject::{GainArgs, Subject, Varied, poles_text, within};
-use crate::plot::{Plot, Style};
+use planesman_plot::{Plot, Style};
 
 /// How finely the drawing is dotted.
 const DOTS: u32 = 600;

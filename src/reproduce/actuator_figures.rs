@@ -19,7 +19,7 @@ use dha_actuator::frequency_response::{self, Periods};
 use dha_actuator::linearised::{FlightControl, Ram};
 use dha_actuator::units::{DEGREE, INCH};
 
-use crate::plot::{Plot, Style};
+use planesman_plot::{Plot, Style};
 
 /// The missile of all figures.
 const SURROGATE: Surrogate = Surrogate::Ps2;

@@ -7,7 +7,7 @@ use planesman_book::{Book, Reckoning, Verdict};
 use super::listing::{number, totals, verdict};
 use super::reports::{Chapter, Report};
 use crate::page::{self, document};
-use crate::plot::Plot;
+use planesman_plot::Plot;
 
 const OWN_STYLE: &str = "
 td.contradicts { background: #fde2d4; } td.approximate { background: #fff4d6; }

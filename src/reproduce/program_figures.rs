@@ -6,7 +6,7 @@
 
 use plant_sim::programs::{FEET_PER_LENGTH, Program, STEP, T2, T3, T4, T5};
 
-use crate::plot::Plot;
+use planesman_plot::Plot;
 
 /// How long the programs run \[L/U\].
 const DURATION: f64 = 20.0;

@@ -7,7 +7,7 @@ use super::{
     actuator_figures, identification, program_figures, root_loci, run_figures, shares,
     time_responses,
 };
-use crate::plot::Plot;
+use planesman_plot::Plot;
 
 /// A report.
 #[derive(Clone, Copy)]

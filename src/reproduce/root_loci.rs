@@ -11,7 +11,7 @@ use depth_controller::design::{
 };
 use planesman_linear::{Complex, Error, polynomial};
 
-use crate::plot::{Plot, Style};
+use planesman_plot::{Plot, Style};
 
 /// `B` \[ft lbf s\] with rate feedback of 2, and of 4.71 (p. 19).
 const DAMPING: [f64; 2] = [0.34, pitch::MORE_DAMPING];

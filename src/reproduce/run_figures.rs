@@ -10,7 +10,7 @@ use sysid::procedure::{Comparison, Detrend, Identification};
 use sysid::synthetic::Run;
 
 use super::identification::{Relation, nearness, roots};
-use crate::plot::{Plot, Style};
+use planesman_plot::{Plot, Style};
 
 /// A model that runs away is drawn to so many times the largest of the record.
 const RUNS_AWAY: f64 = 3.0;

@@ -9,7 +9,7 @@ use depth_controller::design::{axis::Gains, depth::DepthDesign, pitch, step};
 use depth_controller::t6::{self, Program};
 use planesman_linear::Error;
 
-use crate::plot::Plot;
+use planesman_plot::Plot;
 
 /// The step of Figs. 11 to 16, ft.
 const STEP: f64 = 3.0;

@@ -11,7 +11,7 @@ use sysid::uncertainty::{SIGMAS_95, Uncertain};
 use sysid::validation::residuals::Correlation;
 
 use crate::page::{self, document};
-use crate::plot::{Plot, Series, Style};
+use planesman_plot::{Plot, Series, Style};
 
 /// Points drawn of a line at most.
 const POINTS: usize = 2000;

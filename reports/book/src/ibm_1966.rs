@@ -4,7 +4,7 @@ use crate::{Book, BookError};
 
 /// What is wrong with the report or with the scan of it (I), and what the simulation leaves open (D):
 /// text by number, as JSON.
-const ERRATA: &str = include_str!("../data/ibm_1966_errata.json");
+const ERRATA: &str = include_str!("../../ibm_1966/data/errata.json");
 
 /// The report's numbers, a JSON list of [entries](crate::Entry), with its errata.
 ///
