@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::{Declaration, Value};
+use crate::{Declaration, ParameterType, Parameters, Value};
 
 /// Why a parameter, or a parameter file, was not accepted.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -26,7 +26,7 @@ fn parameter(name: &str) -> String {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Values {
     declarations: Vec<Declaration>,
-    values: BTreeMap<&'static str, Value>,
+    values: BTreeMap<String, Value>,
 }
 
 impl Values {
@@ -35,12 +35,18 @@ impl Values {
     pub fn defaults(declarations: Vec<Declaration>) -> Self {
         let values = declarations
             .iter()
-            .map(|d| (d.name, d.default.clone()))
+            .map(|d| (d.name.clone(), d.default.clone()))
             .collect();
         Self {
             declarations,
             values,
         }
+    }
+
+    /// The defaults of a struct of parameters.
+    #[must_use]
+    pub fn of<P: Parameters>() -> Self {
+        Self::defaults(P::declarations())
     }
 
     /// The declarations, in declared order.
@@ -104,7 +110,7 @@ impl Values {
                     reason: "it is read-only: set it when the node starts".to_owned(),
                 });
             }
-            new.values.insert(declaration.name, value);
+            new.values.insert(name, value);
         }
         Ok(new)
     }
@@ -156,20 +162,82 @@ impl Values {
             other => panic!("no string-array parameter '{name}' is declared ({other:?})"),
         }
     }
+
+    /// The value of `name` in its Rust type.
+    ///
+    /// # Errors
+    /// A [`Refusal`] when the name is not declared, or declared with another type.
+    pub fn read<T: ParameterType>(&self, name: &str) -> Result<T, Refusal> {
+        let refuse = |reason: String| Refusal {
+            name: name.to_owned(),
+            reason,
+        };
+        let value = self
+            .get(name)
+            .ok_or_else(|| refuse("it is not declared".to_owned()))?;
+        T::from_value(value)
+            .ok_or_else(|| refuse(format!("{value} refused: it is a {}", value.type_name())))
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Choice;
+
+    #[derive(Clone, Copy, Debug, PartialEq, Choice)]
+    enum Mode {
+        Off,
+        Depth,
+    }
+
+    #[derive(Clone, Debug, PartialEq, Parameters)]
+    struct Gains {
+        depth: Depth,
+        /// control rate
+        #[parameter(default = 20.0, read_only)]
+        rate: f64,
+        /// what is held
+        #[parameter(default = Mode::Depth)]
+        mode: Mode,
+        /// samples
+        #[parameter(default = 3, range = 1..=6)]
+        order: usize,
+    }
+
+    #[derive(Clone, Debug, PartialEq, Parameters)]
+    struct Depth {
+        /// depth gain
+        #[parameter(default = 0.25, unit = "rad/m", range = 0.0..=10.0)]
+        kp: f64,
+    }
 
     fn gains() -> Values {
-        Values::defaults(vec![
-            Declaration::new("depth.kp", 0.25, "depth gain")
-                .unit("rad/m")
-                .range(0.0, 10.0),
-            Declaration::new("rate", 20.0, "control rate").read_only(),
-            Declaration::new("mode", "depth", "what is held").choices(&["off", "depth"]),
-        ])
+        Values::of::<Gains>()
+    }
+
+    fn read(values: &Values) -> Gains {
+        Gains::from_values(values).expect("declared")
+    }
+
+    #[test]
+    fn a_struct_is_declared_and_read_by_its_fields() {
+        let values = gains();
+        let names: Vec<&str> = values
+            .declarations()
+            .iter()
+            .map(|d| d.name.as_str())
+            .collect();
+        assert_eq!(names, ["depth.kp", "rate", "mode", "order"]);
+        assert_eq!(read(&gains()), Gains::default());
+        let changed = gains()
+            .with([
+                ("mode".to_owned(), Value::from("off")),
+                ("order".to_owned(), Value::Integer(6)),
+            ])
+            .expect("accepted");
+        assert_eq!((read(&changed).mode, read(&changed).order), (Mode::Off, 6));
+        assert!(Gains::from_values(&Values::of::<Depth>()).is_err());
     }
 
     #[test]
@@ -200,7 +268,7 @@ mod tests {
             ("rate".to_owned(), Value::Double(10.0)),
         ]);
         assert!(outcome.is_err());
-        assert_eq!(before.double("depth.kp"), 0.25);
+        assert_eq!(read(&before).depth.kp, 0.25);
     }
 
     #[test]
@@ -208,6 +276,6 @@ mod tests {
         let values = gains()
             .with([("depth.kp".to_owned(), Value::Integer(2))])
             .expect("accepted");
-        assert_eq!(values.double("depth.kp"), 2.0);
+        assert_eq!(read(&values).depth.kp, 2.0);
     }
 }

@@ -6,7 +6,7 @@ use crate::first_order::{FirstOrder, Lag};
 use crate::hydraulics::Reading;
 
 /// Which actuator stands behind the messages.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
 pub enum Model {
     /// The digital hydraulic actuator.
     Dha,

@@ -34,7 +34,7 @@ pub enum StuckValve {
 }
 
 /// What measures the ram's position.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
 pub enum Encoder {
     /// It tells the position.
     Sound,

@@ -30,7 +30,6 @@ use planesman_msgs::builtin_interfaces::msg::{Duration, Time};
 use planesman_msgs::planesman_msgs::msg::{DhaState, PlaneCommand, PlaneMotion};
 use planesman_msgs::sensor_msgs::msg::JointState;
 use planesman_msgs::std_msgs::msg::Header;
-use planesman_parameters::Values;
 
 use crate::actuator_file;
 use crate::actuator_model::{ActuatorModel, Model, Planes, Request};
@@ -38,7 +37,7 @@ use crate::actuator_set::{ActuatorSet, MOST_CYCLES_IN_FLIGHT};
 use crate::dha::Demand;
 use crate::groups::{Group, Grouping};
 use crate::modes::Load;
-use crate::parameters::{Config, Member};
+use crate::parameters::{ActuatorParameters, Config, Member};
 
 /// The frame the plane angles are given in: forward, right, down.
 const FRAME: &str = "base_link_frd";
@@ -218,8 +217,8 @@ impl Actuator {
     ///
     /// # Errors
     /// The line to show: an actuator file that is refused, or a tick that is not positive.
-    pub fn new(values: &Values, tick_nanos: i64) -> Result<Self, String> {
-        let config = Config::from_values(values);
+    pub fn new(parameters: &ActuatorParameters, tick_nanos: i64) -> Result<Self, String> {
+        let config = Config::new(parameters);
         if tick_nanos <= 0 {
             return Err(format!(
                 "tick of {tick_nanos} ns refused: it must be positive"
@@ -261,8 +260,8 @@ impl Actuator {
     /// # Errors
     /// When `groups` or what moves them differs, which is fixed from the start, or when the
     /// parameters do not fit the actuators. Nothing changes then.
-    pub fn set_values(&mut self, values: &Values) -> Result<(), String> {
-        let new = Config::from_values(values);
+    pub fn set_parameters(&mut self, parameters: &ActuatorParameters) -> Result<(), String> {
+        let new = Config::new(parameters);
         if new.members != self.config.members {
             return Err(
                 "groups, actuators and models are fixed once the actuator has started".to_owned(),
@@ -563,22 +562,16 @@ impl Actuator {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use planesman_parameters::Value;
+    use planesman_parameters::{Parameters as _, Value};
 
     const TICK: i64 = 50_000_000;
 
-    fn values(changes: &[(&str, Value)]) -> Values {
-        Values::defaults(crate::parameters::declarations())
-            .with(
-                changes
-                    .iter()
-                    .map(|(name, value)| ((*name).to_owned(), value.clone())),
-            )
-            .expect("declared")
+    fn with(changes: &[(&str, Value)]) -> ActuatorParameters {
+        ActuatorParameters::with(changes).expect("declared")
     }
 
     fn actuator(changes: &[(&str, Value)]) -> Actuator {
-        Actuator::new(&values(changes), TICK).expect("valid")
+        Actuator::new(&with(changes), TICK).expect("valid")
     }
 
     fn command(nanos: i64, angle: f64) -> PlaneCommand {
@@ -689,8 +682,8 @@ mod tests {
 
     #[test]
     fn a_stamp_within_the_tick_cuts_it_short() {
-        let mut whole = Actuator::new(&values(&[]), TICK).expect("valid");
-        let mut long = Actuator::new(&values(&[]), 10 * TICK).expect("valid");
+        let mut whole = Actuator::new(&with(&[]), TICK).expect("valid");
+        let mut long = Actuator::new(&with(&[]), 10 * TICK).expect("valid");
         for k in 0..30 {
             let angle = 0.3 * (k as f64).sin();
             let a = answer(&mut whole, k * TICK, angle);
@@ -872,12 +865,12 @@ mod tests {
         let mut actuator = each(&[]);
         answer(&mut actuator, 0, 0.3);
         assert!(actuator.faults().is_empty());
-        let ill = values(&[
+        let ill = with(&[
             ("groups", Value::from("each")),
             ("fault.group", Value::from("stern")),
             ("fault.lost_supply", Value::from(0.9)),
         ]);
-        actuator.set_values(&ill).expect("accepted");
+        actuator.set_parameters(&ill).expect("accepted");
         assert_eq!(actuator.faults(), ["stern: supply pressure low by 90.0 %"]);
         let states = (1..40)
             .map(|k| answer(&mut actuator, k * TICK, 0.3).states)
@@ -886,8 +879,8 @@ mod tests {
         assert!(states[0].faults.is_empty() && states[0].plane_angle > 0.29);
         assert_eq!(states[1].faults, "supply pressure low by 90.0 %");
         assert!(states[1].plane_angle < 0.1, "{}", states[1].plane_angle);
-        let sound = values(&[("groups", Value::from("each"))]);
-        actuator.set_values(&sound).expect("accepted");
+        let sound = with(&[("groups", Value::from("each"))]);
+        actuator.set_parameters(&sound).expect("accepted");
         let mended = (40..80)
             .map(|k| answer(&mut actuator, k * TICK, 0.3).states)
             .last()
@@ -923,13 +916,8 @@ mod tests {
                 "fault.stuck_valve",
             ),
         ] {
-            let set = Values::defaults(crate::parameters::declarations()).with(
-                changes
-                    .iter()
-                    .map(|(name, value)| ((*name).to_owned(), value.clone())),
-            );
-            let error = match set {
-                Ok(values) => Actuator::new(&values, TICK).expect_err(rule),
+            let error = match ActuatorParameters::with(&changes) {
+                Ok(parameters) => Actuator::new(&parameters, TICK).expect_err(rule),
                 Err(refusal) => refusal.to_string(),
             };
             assert!(error.contains(rule), "{error}");
@@ -976,19 +964,19 @@ mod tests {
         let mut actuator = actuator(&[]);
         answer(&mut actuator, 0, 0.5);
         actuator
-            .set_values(&values(&[("command_limit", Value::Double(0.1))]))
+            .set_parameters(&with(&[("command_limit", Value::Double(0.1))]))
             .expect("accepted");
         let next = answer(&mut actuator, TICK, 0.5);
         assert_eq!(next.states[0].commanded_angle, 0.1);
-        let changed = values(&[("model", Value::from("ideal"))]);
-        assert!(actuator.set_values(&changed).is_err());
-        let two_speed = values(&[("logic.mode", Value::from("two_speed"))]);
-        let error = actuator.set_values(&two_speed).expect_err("refused");
+        let changed = with(&[("model", Value::from("ideal"))]);
+        assert!(actuator.set_parameters(&changed).is_err());
+        let two_speed = with(&[("logic.mode", Value::from("two_speed"))]);
+        let error = actuator.set_parameters(&two_speed).expect_err("refused");
         assert!(error.contains("small_volume"), "{error}");
         assert!(Actuator::new(&two_speed, TICK).is_err());
-        let unknown = values(&[("actuator", Value::from("no/such.yaml"))]);
+        let unknown = with(&[("actuator", Value::from("no/such.yaml"))]);
         let error = Actuator::new(&unknown, TICK).expect_err("refused");
         assert!(error.contains("no/such.yaml"), "{error}");
-        assert!(Actuator::new(&values(&[]), 0).is_err());
+        assert!(Actuator::new(&with(&[]), 0).is_err());
     }
 }

@@ -72,7 +72,7 @@ impl Group {
 }
 
 /// How the planes are divided among actuators.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
 pub enum Grouping {
     /// One actuator moves bow and stern planes.
     Together,

@@ -8,18 +8,17 @@ use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::{DhaState, PlaneCommand, PlaneMotion, VehicleState};
 use planesman_msgs::sensor_msgs::msg::JointState;
 use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, Runtime, args};
-use planesman_parameters::Values;
 
 use crate::core::{Actuator, Output};
 use crate::groups::Group;
-use crate::parameters;
+use crate::parameters::ActuatorParameters;
 
 enum Event {
     Command(PlaneCommand),
     State(VehicleState),
     /// Time to ask whether everybody has gone silent.
     Look,
-    Parameters(Values),
+    Parameters(Box<ActuatorParameters>),
 }
 
 /// Runs the node with its command-line arguments until it is told to stop.
@@ -29,22 +28,21 @@ pub fn main(args: Vec<String>) -> ExitCode {
 }
 
 fn run(args: Vec<String>) -> Result<()> {
-    let rt = Runtime::start(
+    let (rt, parameters) = Runtime::start(
         NodeSpec {
             name: "dha_actuator",
             namespace: "/auv",
-            declarations: parameters::declarations(),
-            validate: |values| actuator(values).map(drop),
-            on_parameters: Event::Parameters,
+            validate: |parameters: &ActuatorParameters| actuator(parameters).map(drop),
+            on_parameters: |parameters| Event::Parameters(Box::new(parameters)),
         },
         args::only(args)?,
     )?;
-    let actuator = actuator(&rt.values()).map_err(|e| anyhow!(e))?;
+    let actuator = actuator(&parameters).map_err(|e| anyhow!(e))?;
     let groups = actuator.groups();
     let mut node = Node {
         actuator,
-        lockstep: rt.values().bool("lockstep"),
-        timeout: rt.values().double("command_timeout"),
+        lockstep: parameters.lockstep,
+        timeout: parameters.command_timeout,
         publishers: Publishers::new(&rt, groups)?,
         limits: Vec::new(),
         begun: None,
@@ -59,8 +57,8 @@ fn run(args: Vec<String>) -> Result<()> {
     rt.run(|rt, event| node.on(rt, event))
 }
 
-fn actuator(values: &Values) -> Result<Actuator, String> {
-    Actuator::new(values, (values.double("tick") * 1e9).round() as i64)
+fn actuator(parameters: &ActuatorParameters) -> Result<Actuator, String> {
+    Actuator::new(parameters, (parameters.tick * 1e9).round() as i64)
 }
 
 struct Node {
@@ -102,9 +100,11 @@ impl Node {
             }
             Event::State(state) => self.on_state(state.header.stamp.nanos()),
             Event::Look => self.look(rt),
-            Event::Parameters(values) => {
-                self.actuator.set_values(&values).map_err(|e| anyhow!(e))?;
-                self.timeout = values.double("command_timeout");
+            Event::Parameters(parameters) => {
+                self.actuator
+                    .set_parameters(&parameters)
+                    .map_err(|e| anyhow!(e))?;
+                self.timeout = parameters.command_timeout;
                 log::info!("parameters changed");
                 for fault in self.actuator.faults() {
                     log::warn!("fault: {fault}");

@@ -72,7 +72,7 @@ pub enum DriftOption {
 }
 
 /// What becomes of a volume that is commanded together with a change of sign.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
 pub enum SignChange {
     /// It moves, by the sign valve's switching (Appendix A): nothing is lost.
     MovesVolume,
