@@ -101,14 +101,16 @@ impl Loop {
     /// When a vehicle, actuator or parameter set is refused.
     pub fn new(scenario: &Scenario) -> Result<Self> {
         let named = |node: &'static str| move |e: String| anyhow!("node {node}: {e}");
-        let plant = Plant::new(&scenario.values("plant_sim")?).map_err(named("plant_sim"))?;
+        let plant =
+            Plant::new(&scenario.parameters_of("plant_sim")?).map_err(named("plant_sim"))?;
         let tick_nanos = plant.tick_nanos();
         Ok(Self {
-            controller: Controller::new(&scenario.values("depth_controller")?)
+            controller: Controller::new(&scenario.parameters_of("depth_controller")?)
                 .map_err(named("depth_controller"))?,
-            actuator: Actuator::new(&scenario.values("dha_actuator")?, tick_nanos)
+            actuator: Actuator::new(&scenario.parameters_of("dha_actuator")?, tick_nanos)
                 .map_err(named("dha_actuator"))?,
-            identifier: Identifier::new(&scenario.values("sysid")?).map_err(named("sysid"))?,
+            identifier: Identifier::new(&scenario.parameters_of("sysid")?)
+                .map_err(named("sysid"))?,
             plant,
             tick_nanos,
             k: 0,

@@ -5,8 +5,8 @@ use clap::{Args, ValueEnum};
 use depth_controller::design::dive_loop::{DiveLoop, DivePlant, Path};
 use depth_controller::design::pitch;
 use depth_controller::gains::{LoopGains, PitchModel};
+use depth_controller::parameters::ControllerParameters;
 use planesman_linear::{Complex, DMatrix, StateSpace};
-use planesman_parameters::Values;
 use plant_sim::Vehicle;
 use plant_sim::linearised;
 use plant_sim::quantity::FOOT;
@@ -79,13 +79,12 @@ impl GainArgs {
     /// The gains, and the controller's declared defaults for the rest.
     #[must_use]
     pub fn gains(&self) -> LoopGains {
-        let defaults = Values::defaults(depth_controller::parameters::declarations());
-        let or = |given: Option<f64>, name| given.unwrap_or_else(|| defaults.double(name));
+        let ControllerParameters { depth, pitch, .. } = ControllerParameters::default();
         LoopGains {
-            depth_p: or(self.depth_p, "depth.p"),
-            depth_d: or(self.depth_d, "depth.d"),
-            pitch_p: or(self.pitch_p, "pitch.p"),
-            pitch_rate: or(self.pitch_rate, "pitch.rate"),
+            depth_p: self.depth_p.unwrap_or(depth.p),
+            depth_d: self.depth_d.unwrap_or(depth.d),
+            pitch_p: self.pitch_p.unwrap_or(pitch.p),
+            pitch_rate: self.pitch_rate.unwrap_or(pitch.rate),
         }
     }
 }

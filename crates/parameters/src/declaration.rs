@@ -36,26 +36,6 @@ impl Declaration {
         }
     }
 
-    /// A parameter without unit, range or choices, changeable at run time.
-    pub fn new(name: &'static str, default: impl Into<Value>, description: &'static str) -> Self {
-        Self {
-            name: name.to_owned(),
-            default: default.into(),
-            description,
-            unit: "",
-            range: None,
-            choices: &[],
-            read_only: false,
-        }
-    }
-
-    /// The only texts it accepts.
-    #[must_use]
-    pub fn choices(mut self, choices: &'static [&'static str]) -> Self {
-        self.choices = choices;
-        self
-    }
-
     /// The unit its numbers are in.
     #[must_use]
     pub fn unit(mut self, unit: &'static str) -> Self {
@@ -91,11 +71,7 @@ impl Declaration {
             })
         };
         if std::mem::discriminant(&value) != std::mem::discriminant(&self.default) {
-            return refuse(format!(
-                "it is a {}, a {} is declared",
-                value.type_name(),
-                self.default.type_name()
-            ));
+            return refuse(format!("{} is expected", self.default.type_with_article()));
         }
         for number in value.numbers() {
             if !number.is_finite() {

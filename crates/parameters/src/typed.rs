@@ -40,8 +40,9 @@ use crate::{Declaration, Refusal, Value, Values};
 /// `default`, the `unit`, the closed interval `range` of its numbers, and `read_only` for a parameter that is set
 /// at start-up only. A field without the attribute is a group: its parameters are named `field.parameter`.
 pub trait Parameters: Default {
-    /// Appends the declarations of all fields, in their order; `under` is the name of the group, `""` at the top.
-    fn declare(under: &str, declarations: &mut Vec<Declaration>);
+    /// Appends the declarations of all fields, in their order, with the present values as defaults; `under` is
+    /// the name of the group, `""` at the top.
+    fn declare(&self, under: &str, declarations: &mut Vec<Declaration>);
 
     /// The fields out of `values`.
     ///
@@ -53,19 +54,27 @@ pub trait Parameters: Default {
     #[must_use]
     fn declarations() -> Vec<Declaration> {
         let mut declarations = Vec::new();
-        Self::declare("", &mut declarations);
+        Self::default().declare("", &mut declarations);
         declarations
     }
 
-    /// The defaults with these changes, as the node would take them at its start.
+    /// These parameters by name.
+    #[must_use]
+    fn values(&self) -> Values {
+        let mut present = Vec::new();
+        self.declare("", &mut present);
+        Values::defaults(present)
+    }
+
+    /// These parameters with changes by name, as a node would take them at its start.
     ///
     /// # Errors
     /// The first [`Refusal`]: a name that is not declared, or a value against its declaration.
-    fn with(changes: &[(&str, Value)]) -> Result<Self, Refusal> {
+    fn with(&self, changes: &[(&str, Value)]) -> Result<Self, Refusal> {
         let changes = changes
             .iter()
             .map(|(name, value)| ((*name).to_owned(), value.clone()));
-        Self::from_values(&Values::of::<Self>().with(changes)?)
+        Self::from_values(&self.values().with(changes)?)
     }
 
     /// The struct out of `values`.
@@ -79,7 +88,7 @@ pub trait Parameters: Default {
 
 /// No parameters.
 impl Parameters for () {
-    fn declare(_: &str, _: &mut Vec<Declaration>) {}
+    fn declare(&self, _: &str, _: &mut Vec<Declaration>) {}
 
     fn read(_: &str, _: &Values) -> Result<Self, Refusal> {
         Ok(())

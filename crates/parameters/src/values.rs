@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use planesman_text::did_you_mean;
+
 use crate::{Declaration, ParameterType, Parameters, Value};
 
 /// Why a parameter, or a parameter file, was not accepted.
@@ -97,10 +99,9 @@ impl Values {
         let mut new = self.clone();
         for (name, value) in changes {
             let Some(declaration) = self.declaration(&name) else {
-                return Err(Refusal {
-                    name,
-                    reason: "it is not declared".to_owned(),
-                });
+                let declared = self.declarations.iter().map(|d| d.name.as_str());
+                let reason = format!("it is not declared{}", did_you_mean(&name, declared));
+                return Err(Refusal { name, reason });
             };
             let value = declaration.accept(value)?;
             if declaration.read_only && !starting && self.values.get(name.as_str()) != Some(&value)
@@ -113,54 +114,6 @@ impl Values {
             new.values.insert(name, value);
         }
         Ok(new)
-    }
-
-    /// The double `name`.
-    ///
-    /// # Panics
-    /// When no double of that name is declared: a mistake in the program, not in its input.
-    #[must_use]
-    pub fn double(&self, name: &str) -> f64 {
-        match self.values.get(name) {
-            Some(Value::Double(v)) => *v,
-            other => panic!("no double parameter '{name}' is declared ({other:?})"),
-        }
-    }
-
-    /// The integer `name`. Panics as [`Values::double`] does.
-    #[must_use]
-    pub fn integer(&self, name: &str) -> i64 {
-        match self.values.get(name) {
-            Some(Value::Integer(v)) => *v,
-            other => panic!("no integer parameter '{name}' is declared ({other:?})"),
-        }
-    }
-
-    /// The boolean `name`. Panics as [`Values::double`] does.
-    #[must_use]
-    pub fn bool(&self, name: &str) -> bool {
-        match self.values.get(name) {
-            Some(Value::Bool(v)) => *v,
-            other => panic!("no bool parameter '{name}' is declared ({other:?})"),
-        }
-    }
-
-    /// The text `name`. Panics as [`Values::double`] does.
-    #[must_use]
-    pub fn string(&self, name: &str) -> &str {
-        match self.values.get(name) {
-            Some(Value::String(v)) => v,
-            other => panic!("no string parameter '{name}' is declared ({other:?})"),
-        }
-    }
-
-    /// The list of texts `name`. Panics as [`Values::double`] does.
-    #[must_use]
-    pub fn strings(&self, name: &str) -> &[String] {
-        match self.values.get(name) {
-            Some(Value::StringArray(v)) => v,
-            other => panic!("no string-array parameter '{name}' is declared ({other:?})"),
-        }
     }
 
     /// The value of `name` in its Rust type.
@@ -176,7 +129,7 @@ impl Values {
             .get(name)
             .ok_or_else(|| refuse("it is not declared".to_owned()))?;
         T::from_value(value)
-            .ok_or_else(|| refuse(format!("{value} refused: it is a {}", value.type_name())))
+            .ok_or_else(|| refuse(format!("{value} refused: another type is declared")))
     }
 }
 
@@ -245,7 +198,7 @@ mod tests {
         for (name, value, rule) in [
             ("depth.kp", Value::Double(f64::NAN), "finite"),
             ("depth.kp", Value::Double(-1.0), "[0, 10] rad/m"),
-            ("depth.kp", Value::Bool(true), "a double is declared"),
+            ("depth.kp", Value::Bool(true), "a number is expected"),
             ("mode", Value::from("climb"), "one of off, depth"),
             ("kp", Value::Double(1.0), "not declared"),
         ] {

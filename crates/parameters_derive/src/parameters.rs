@@ -78,11 +78,10 @@ pub(crate) fn expand(input: &DeriveInput) -> Result<TokenStream> {
 
         impl ::planesman_parameters::Parameters for #name {
             fn declare(
+                &self,
                 under: &str,
                 declarations: &mut ::std::vec::Vec<::planesman_parameters::Declaration>,
             ) {
-                #[allow(unused_variables)] // a struct of groups alone
-                let defaults = <Self as ::core::default::Default>::default();
                 #(#declared)*
             }
 
@@ -100,10 +99,10 @@ pub(crate) fn expand(input: &DeriveInput) -> Result<TokenStream> {
 fn declared(entry: &Entry<'_>) -> TokenStream {
     let Entry {
         ident,
-        ty,
         name,
         description,
         kind,
+        ..
     } = entry;
     match kind {
         Kind::Leaf {
@@ -122,7 +121,7 @@ fn declared(entry: &Entry<'_>) -> TokenStream {
                 declarations.push(
                     ::planesman_parameters::Declaration::of(
                         ::planesman_parameters::dotted(under, #name),
-                        &defaults.#ident,
+                        &self.#ident,
                         #description,
                     )
                         #(#unit)*
@@ -132,7 +131,8 @@ fn declared(entry: &Entry<'_>) -> TokenStream {
             }
         }
         Kind::Group => quote! {
-            <#ty as ::planesman_parameters::Parameters>::declare(
+            ::planesman_parameters::Parameters::declare(
+                &self.#ident,
                 &::planesman_parameters::dotted(under, #name),
                 declarations,
             );

@@ -41,17 +41,12 @@ pub struct Gains {
 }
 
 /// What the depth loop's derivative acts on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
 pub enum Derivative {
     /// The depth: a step of the setpoint makes no impulse.
     Measurement,
     /// The error.
     Error,
-}
-
-impl Derivative {
-    /// The names, as the parameter takes them.
-    pub const NAMES: &'static [&'static str] = &["measurement", "error"];
 }
 
 /// Everything about the dive autopilot but its gains.

@@ -32,7 +32,6 @@ use planesman_msgs::planesman_msgs::msg::{
 };
 use planesman_msgs::sensor_msgs::msg::{FluidPressure, Imu};
 use planesman_msgs::std_msgs::msg::Header;
-use planesman_parameters::Values;
 
 use crate::angle_loop::short_way;
 use crate::autopilot::{Asked, Autopilot, Gains};
@@ -41,7 +40,7 @@ use crate::feedback::Feedback;
 use crate::gains::Follower;
 use crate::goal::{Progress, Underway};
 use crate::limits::bounded;
-use crate::parameters::{Config, Mode};
+use crate::parameters::{Config, ControllerParameters, Mode};
 use crate::safety::{Fault, Reaction, Safety};
 use crate::setpoint::{Bounds, Setpoint};
 
@@ -161,10 +160,10 @@ impl Controller {
     /// A controller with the parameters' gains and setpoints, before its first state.
     ///
     /// # Errors
-    /// As [`Config::from_values`].
-    pub fn new(values: &Values) -> Result<Self, String> {
+    /// As [`Config::new`].
+    pub fn new(parameters: &ControllerParameters) -> Result<Self, String> {
         Ok(Self {
-            config: Config::from_values(values)?,
+            config: Config::new(parameters)?,
             setpoints: Setpoints::default(),
             autopilot: Autopilot::default(),
             estimator: Estimator::default(),
@@ -182,9 +181,9 @@ impl Controller {
     /// Takes changed parameters, whole or not at all; they take effect at the next stamp.
     ///
     /// # Errors
-    /// As [`Config::from_values`]; the present parameters then stay.
-    pub fn set_values(&mut self, values: &Values) -> Result<(), String> {
-        let new = Config::from_values(values)?;
+    /// As [`Config::new`]; the present parameters then stay.
+    pub fn set_parameters(&mut self, parameters: &ControllerParameters) -> Result<(), String> {
+        let new = Config::new(parameters)?;
         let old = std::mem::replace(&mut self.config, new);
         let new = &self.config;
         if new.schedule != old.schedule {
@@ -708,24 +707,17 @@ fn header(stamp: Time) -> Header {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::parameters::declarations;
-    use planesman_parameters::Value;
+    use planesman_parameters::{Choice as _, Parameters as _, Value};
     use std::f64::consts::FRAC_PI_6;
 
     const TICK: i64 = 50_000_000;
 
-    fn values(changes: &[(&str, Value)]) -> Values {
-        Values::defaults(declarations())
-            .with(
-                changes
-                    .iter()
-                    .map(|(name, value)| ((*name).to_owned(), value.clone())),
-            )
-            .unwrap()
+    fn with(changes: &[(&str, Value)]) -> ControllerParameters {
+        ControllerParameters::default().with(changes).unwrap()
     }
 
     fn controller(changes: &[(&str, Value)]) -> Controller {
-        Controller::new(&values(changes)).unwrap()
+        Controller::new(&with(changes)).unwrap()
     }
 
     fn state(tick: i64) -> VehicleState {
@@ -753,7 +745,7 @@ mod tests {
         let first = controller.on_state(&state(0)).unwrap();
         controller.set_setpoint(Quantity::Depth, 0.2).unwrap();
         controller
-            .set_values(&values(&[("pitch.p", Value::Double(0.1))]))
+            .set_parameters(&with(&[("pitch.p", Value::Double(0.1))]))
             .unwrap();
         assert_eq!(controller.on_state(&state(0)).unwrap(), first);
         assert_ne!(
@@ -788,7 +780,7 @@ mod tests {
         let mut controller = controller(&[]);
         controller.set_setpoint(Quantity::Depth, 0.7).unwrap();
         let changed = [("depth_setpoint", Value::Double(0.2))];
-        controller.set_values(&values(&changed)).unwrap();
+        controller.set_parameters(&with(&changed)).unwrap();
         assert_eq!(
             controller.on_state(&state(0)).unwrap().1.depth_setpoint,
             0.2
@@ -798,7 +790,7 @@ mod tests {
             ("schedule.times", Value::DoubleArray(vec![0.0])),
             ("schedule.depths", Value::DoubleArray(vec![0.3])),
         ];
-        controller.set_values(&values(&scheduled)).unwrap();
+        controller.set_parameters(&with(&scheduled)).unwrap();
         assert_eq!(
             controller.on_state(&state(1)).unwrap().1.depth_setpoint,
             0.3
@@ -850,7 +842,7 @@ mod tests {
             ("mode", Value::from("off")),
             ("identification.signal", Value::from("step")),
         ];
-        controller.set_values(&values(&off)).unwrap();
+        controller.set_parameters(&with(&off)).unwrap();
         adrift.header.stamp = Time::from_nanos(TICK);
         let (command, control) = controller.on_state(&adrift).unwrap();
         let neutral = PlaneCommand {

@@ -28,29 +28,33 @@ pub enum AntiWindup {
 }
 
 impl AntiWindup {
-    /// The names, as the parameter takes them.
-    pub const NAMES: &'static [&'static str] = &["none", "clamping", "back_calculation"];
-
-    /// The strategy of that name, with its tracking time (s).
+    /// The strategy with its tracking time (s).
     ///
     /// # Errors
-    /// A sentence, when there is no such strategy, or a tracking time it needs is not positive.
-    pub fn named(name: &str, tracking_time: f64) -> Result<Self, String> {
-        match name {
-            "none" => Ok(Self::None),
-            "clamping" => Ok(Self::Clamping),
-            "back_calculation" if tracking_time > 0.0 => {
+    /// A sentence, when the tracking time that it needs is not positive.
+    pub fn new(strategy: Strategy, tracking_time: f64) -> Result<Self, String> {
+        match strategy {
+            Strategy::None => Ok(Self::None),
+            Strategy::Clamping => Ok(Self::Clamping),
+            Strategy::BackCalculation if tracking_time > 0.0 => {
                 Ok(Self::BackCalculation { tracking_time })
             }
-            "back_calculation" => Err(format!(
+            Strategy::BackCalculation => Err(format!(
                 "a tracking time of {tracking_time} s refused: back-calculation needs a positive one"
-            )),
-            other => Err(format!(
-                "strategy '{other}' refused: it must be one of {}",
-                Self::NAMES.join(", ")
             )),
         }
     }
+}
+
+/// The anti-windup strategies by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
+pub enum Strategy {
+    /// Only the share's own limit.
+    None,
+    /// No integration further into saturation.
+    Clamping,
+    /// The saturation's cut is fed back.
+    BackCalculation,
 }
 
 /// An integral share: where it stands, and where it goes until the next tick.
@@ -132,12 +136,7 @@ mod tests {
 
     #[test]
     fn back_calculation_needs_a_tracking_time() {
-        assert!(AntiWindup::named("back_calculation", 0.0).is_err());
-        assert!(AntiWindup::named("clamping", 0.0).is_ok());
-        assert!(
-            AntiWindup::named("hope", 1.0)
-                .unwrap_err()
-                .contains("clamping")
-        );
+        assert!(AntiWindup::new(Strategy::BackCalculation, 0.0).is_err());
+        assert!(AntiWindup::new(Strategy::Clamping, 0.0).is_ok());
     }
 }

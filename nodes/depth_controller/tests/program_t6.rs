@@ -6,11 +6,10 @@
 #![allow(clippy::unwrap_used)]
 
 use depth_controller::core::{Controller, Quantity};
-use depth_controller::parameters::{METRES_PER_FOOT as FOOT, declarations};
+use depth_controller::parameters::{ControllerParameters, METRES_PER_FOOT as FOOT};
 use depth_controller::t6::{Motion, Program};
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::VehicleState;
-use planesman_parameters::Values;
 
 #[test]
 fn the_trajectory_is_the_programs() {
@@ -86,7 +85,7 @@ fn reached(depths: &[f64], level: f64) -> f64 {
 
 #[test]
 fn sampled_at_twenty_hertz_the_controllers_defaults_fly_the_program() {
-    let mut controller = Controller::new(&Values::defaults(declarations())).unwrap();
+    let mut controller = Controller::new(&ControllerParameters::default()).unwrap();
     controller
         .set_setpoint(Quantity::Depth, 3.0 * FOOT)
         .unwrap();

@@ -567,7 +567,9 @@ mod tests {
     const TICK: i64 = 50_000_000;
 
     fn with(changes: &[(&str, Value)]) -> ActuatorParameters {
-        ActuatorParameters::with(changes).expect("declared")
+        ActuatorParameters::default()
+            .with(changes)
+            .expect("declared")
     }
 
     fn actuator(changes: &[(&str, Value)]) -> Actuator {
@@ -916,7 +918,7 @@ mod tests {
                 "fault.stuck_valve",
             ),
         ] {
-            let error = match ActuatorParameters::with(&changes) {
+            let error = match ActuatorParameters::default().with(&changes) {
                 Ok(parameters) => Actuator::new(&parameters, TICK).expect_err(rule),
                 Err(refusal) => refusal.to_string(),
             };

@@ -402,7 +402,9 @@ mod tests {
     use std::f64::consts::FRAC_PI_6;
 
     fn with(changes: &[(&str, Value)]) -> PlantParameters {
-        PlantParameters::with(changes).expect("valid parameters")
+        PlantParameters::default()
+            .with(changes)
+            .expect("valid parameters")
     }
 
     fn plant(changes: &[(&str, Value)]) -> Plant {

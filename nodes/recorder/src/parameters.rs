@@ -70,7 +70,8 @@ mod tests {
     use planesman_parameters::Value;
 
     fn with(name: &str, value: Value) -> Result<WriterOptions, String> {
-        RecorderParameters::with(&[(name, value)])
+        RecorderParameters::default()
+            .with(&[(name, value)])
             .map_err(|refusal| refusal.to_string())
             .and_then(|parameters| writer_options(&parameters))
     }

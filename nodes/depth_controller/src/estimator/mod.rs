@@ -18,7 +18,7 @@ pub use integrator::{DeadBand, Integrator};
 pub use kalman::{Kalman, Tuning};
 
 /// Where the loops take pitch, its rate, depth and its rate from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
 pub enum Source {
     /// The vehicle's true state.
     Truth,
@@ -26,20 +26,6 @@ pub enum Source {
     Integrator,
     /// The Kalman filter.
     Kalman,
-}
-
-impl Source {
-    /// The names, as the parameter takes them.
-    pub const NAMES: &'static [&'static str] = &["truth", "integrator", "kalman"];
-
-    /// The source of that name.
-    #[must_use]
-    pub fn named(name: &str) -> Option<Self> {
-        [Self::Truth, Self::Integrator, Self::Kalman]
-            .into_iter()
-            .zip(Self::NAMES)
-            .find_map(|(source, known)| (*known == name).then_some(source))
-    }
 }
 
 /// What the instruments read at one stamp.
