@@ -7,7 +7,7 @@ use anyhow::{Result, bail};
 use depth_controller::core::Controller;
 use dha_actuator::core::Actuator;
 use planesman_parameters::{Declaration, Value, Values};
-use plant_sim::core::Plant;
+use plant_sim::Plant;
 use sysid::core::Identifier;
 
 use crate::crew::launched;
@@ -17,7 +17,7 @@ use crate::scenario::{NODES, Scenario};
 #[must_use]
 pub fn run(name: &str, args: Vec<String>) -> ExitCode {
     launched(|| match name {
-        "plant_sim" => plant_sim::node::main(args),
+        "plant_sim" => plant_sim::main(args),
         "depth_controller" => depth_controller::node::main(args),
         "dha_actuator" => dha_actuator::node::main(args),
         "sysid" => sysid::node::main(args),

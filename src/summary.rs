@@ -97,9 +97,9 @@ impl Summary {
 /// The vehicle's own sampled model between plane angle and pitch rate.
 fn truth(scenario: &Scenario) -> Result<Fingerprint> {
     let values = scenario.values("plant_sim")?;
-    let vehicle = plant_sim::core::vehicle(&values).map_err(|e| anyhow!(e))?;
-    let model = plant_sim::linearised::true_model_of(
-        &plant_sim::core::derivatives(&values, &vehicle),
+    let vehicle = plant_sim::vehicle(&values).map_err(|e| anyhow!(e))?;
+    let model = planesman_vehicle::linearised::true_model_of(
+        &plant_sim::derivatives(&values, &vehicle),
         scenario.tick,
     )
     .map_err(|e| anyhow!("{e}"))?;

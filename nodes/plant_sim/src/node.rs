@@ -25,7 +25,7 @@ use crate::answers::Answers;
 use crate::core::{Observation, Plant};
 use crate::lockstep::Lockstep;
 use crate::parameters;
-use crate::tank::Boundary;
+use planesman_vehicle::Boundary;
 
 /// In lockstep, everything is said again after this long without all answers: a member that
 /// came back, or whose link was cut, has not heard it.

@@ -4,18 +4,15 @@
 
 use planesman_parameters::{Declaration, Value, Values};
 
-use crate::{
-    sensors::{
-        Channel, Sensors,
-        adc::Adc,
-        conditioning::Conditioning,
-        gyro,
-        plane_signal::{self, PlaneSignal},
-        pressure_cell::{self, DepthPort, PressureCell},
-    },
-    variant::{BRUNNER_SECANT_RATE, BRUNNER_VISCOUS_DAMPING},
-    vehicle_file::BRUNNER,
+use crate::sensors::{
+    Channel, Sensors,
+    adc::Adc,
+    conditioning::Conditioning,
+    gyro,
+    plane_signal::{self, PlaneSignal},
+    pressure_cell::{self, DepthPort, PressureCell},
 };
+use planesman_vehicle::{BRUNNER_SECANT_RATE, BRUNNER_VISCOUS_DAMPING, vehicle_file::BRUNNER};
 
 /// Every parameter of `plant_sim`.
 #[must_use]

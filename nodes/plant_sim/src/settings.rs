@@ -3,20 +3,11 @@
 use planesman_linear::LARGEST_POLE_STEP;
 use planesman_parameters::Values;
 
-use crate::{
-    Restoring, State, Vehicle,
-    axis::Axis,
-    body::{Body, BodyMotion, Drive, Turning},
-    environment::Environment,
+use crate::{parameters, sensors::Sensors};
+use planesman_vehicle::{
+    Axis, Body, BodyMotion, Derivatives, Drive, Environment, Motion, PitchDamping, Restoring,
+    Seaway, ShapingFilter, State, Tank, Tether, Turning, Variant, Vehicle,
     linearised::{self, Output},
-    motion::Motion,
-    parameters,
-    seaway::{Seaway, ShapingFilter},
-    sensors::Sensors,
-    tank::Tank,
-    tether::Tether,
-    variant::{PitchDamping, Variant},
-    vehicle::Derivatives,
 };
 
 /// The parameters, checked and in the models' own types.
