@@ -545,8 +545,8 @@ mod tests {
             ),
             ("19.6 lbf", "inf lbf", ["particulars.weight", "finite"]),
             (
-                "0.5 in",
-                "40 in",
+                "forward: 0.5 in",
+                "forward: 40 in",
                 ["depth_port.forward", "reference length"],
             ),
             ("bow: 7.6", "bow: -20", ["planes.bow", "ahead of the stern"]),
