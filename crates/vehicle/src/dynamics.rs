@@ -110,6 +110,28 @@ impl InverseInertia {
     }
 }
 
+/// The slopes of heave force and pitch moment about a state that does not turn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Slopes {
+    /// Of the heave force \[N\].
+    pub heave: Slope,
+    /// Of the pitch moment \[N m\].
+    pub pitch: Slope,
+}
+
+/// The slopes of one force or moment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Slope {
+    /// By heave velocity, per m/s.
+    pub w: f64,
+    /// By pitch rate, per rad/s.
+    pub q: f64,
+    /// By pitch, per rad.
+    pub theta: f64,
+    /// By plane angle, per rad.
+    pub delta: f64,
+}
+
 impl Derivatives {
     /// The inertia matrix's inverse.
     #[must_use]
@@ -147,6 +169,27 @@ impl Derivatives {
         Load {
             heave: self.z_delta * delta + self.z_differential * differential,
             pitch: self.m_delta * delta + self.m_differential * differential,
+        }
+    }
+
+    /// The slopes of [`hull_load`](Self::hull_load) and [`plane_load`](Self::plane_load) at the heave velocity
+    /// and pitch of `state`, its pitch rate taken as 0, under the hydrostatic restoring moment.
+    #[must_use]
+    pub fn slopes(&self, state: &State) -> Slopes {
+        let (w, theta) = (state.heave, state.pitch);
+        Slopes {
+            heave: Slope {
+                w: self.z_w + 2.0 * self.z_ww * w.abs(),
+                q: self.z_q_plus_m_u,
+                theta: -self.excess_weight * theta.sin(),
+                delta: self.z_delta,
+            },
+            pitch: Slope {
+                w: self.m_w + 2.0 * self.m_ww * w.abs(),
+                q: self.m_q - self.first_moment * w,
+                theta: -self.restoring * theta.cos(),
+                delta: self.m_delta,
+            },
         }
     }
 
@@ -226,7 +269,7 @@ impl From<[f64; 5]> for State {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::vehicle_file::brunner;
+    use crate::vehicle_file::{brunner, remus_100};
     use planesman_units::FOOT;
 
     #[test]
@@ -254,6 +297,52 @@ mod tests {
         };
         let d = brunner().derivatives(0.0);
         assert!(d.pitch_acceleration(&state, 0.0, Restoring::Sine) < 0.0);
+    }
+
+    #[test]
+    fn the_slopes_are_those_of_the_loads() {
+        let d = remus_100().derivatives(1.54);
+        let (w, theta) = (0.12, -0.08);
+        let load = |w, q, theta, delta| {
+            d.hull_load(w, q, Angle::new(theta), Restoring::Sine) + d.plane_load(delta, 0.0)
+        };
+        let h = 1e-6;
+        let state = State {
+            heave: w,
+            pitch: theta,
+            ..State::default()
+        };
+        let Slopes { heave, pitch } = d.slopes(&state);
+        for (above, below, force, moment) in [
+            (
+                load(w + h, 0.0, theta, 0.0),
+                load(w - h, 0.0, theta, 0.0),
+                heave.w,
+                pitch.w,
+            ),
+            (
+                load(w, h, theta, 0.0),
+                load(w, -h, theta, 0.0),
+                heave.q,
+                pitch.q,
+            ),
+            (
+                load(w, 0.0, theta + h, 0.0),
+                load(w, 0.0, theta - h, 0.0),
+                heave.theta,
+                pitch.theta,
+            ),
+            (
+                load(w, 0.0, theta, h),
+                load(w, 0.0, theta, -h),
+                heave.delta,
+                pitch.delta,
+            ),
+        ] {
+            let slope = |above: f64, below: f64| (above - below) / (2.0 * h);
+            assert!((slope(above.heave, below.heave) - force).abs() < 1e-3);
+            assert!((slope(above.pitch, below.pitch) - moment).abs() < 1e-3);
+        }
     }
 
     #[test]

@@ -5,7 +5,7 @@
 //! - `body`, `tick`, `motion`: the whole [`Body`] integrated over a tick; [`Motion`] of the vertical plane alone.
 //! - `attitude`, `planes`: rotations: [`Attitude`]; the plane angle over a tick: [`PlanePath`].
 //! - `environment`, `tank`, `seaway`, `tether`: what surrounds the vehicle. [`Variant`]: parts of it left out.
-//! - `trim`: [`LevelFlight`]; [`linearised`]: linear models about it, and `pitch`: the [`PitchEquation`].
+//! - `trim`: [`LevelFlight`]; [`linearised`]: linear models about it, and [`pitch`]: its pitch equation alone.
 //! - [`vehicle_file`], [`identified`]: vehicles from YAML, from an identified model; [`coefficients`]: from geometry.
 //!
 //! Depth is positive down, pitch positive bow up, plane angles positive dive.
@@ -19,6 +19,7 @@ mod environment;
 pub mod identified;
 pub mod linearised;
 mod motion;
+pub mod pitch;
 mod planes;
 mod propulsion;
 mod seaway;
@@ -33,7 +34,7 @@ pub mod vehicle_file;
 pub use attitude::{Angle, Attitude, Rotation};
 pub use axis::{Axis, HeldAxis, Turn};
 pub use body::{Body, BodyMotion, Drive, Inputs, Turning};
-pub use dynamics::{InverseInertia, Load, Restoring, State};
+pub use dynamics::{InverseInertia, Load, Restoring, Slope, Slopes, State};
 pub use environment::{Environment, SURFACE};
 pub use motion::{Diverged, Motion};
 pub use planes::{MotionError, PlanePath};

@@ -1,6 +1,8 @@
 //! The vehicle about level flight at a constant speed, as a linear system.
 //!
-//! With `x = (w, q, theta, z)`, the plane angle `delta` in and `(q, theta, z, w)` out:
+//! The states are `(w, q, theta, z)`, the input is the plane angle `delta`, the outputs are `(q, theta, z, w)`.
+//! The equations are those of `dynamics`, with the forces' slopes ([`Derivatives::slopes`]) in level flight
+//! (`trim`). A neutral vehicle flies level on an even keel, and without coupling of the inertias that is
 //!
 //! ```text
 //! w'     = (Z_w w + (Z_q + m U) q + Z_delta delta) / (m - Z_wdot)
@@ -9,12 +11,8 @@
 //! z'     = w - U theta
 //! ```
 //!
-//! and where the inertias `Z_qdot`, `M_wdot` couple the first two, both solved for `w'` and `q'`.
-//!
-//! That is how a neutral vehicle flies. One that is lighter than the water it displaces flies level
-//! at a small angle to its path (`trim`), and there its cross-flow drag
-//! has a slope: `Z_w + 2 Z_ww |w0|` stands for `Z_w`, and so on ([`Slopes`]). All variables are then
-//! departures from level flight. Where there is no level flight the slopes are those on an even keel.
+//! A vehicle lighter than the water it displaces flies level at a small angle to its path. All variables
+//! are then departures from level flight. Where there is no level flight the slopes are those on an even keel.
 //!
 //! Brunner 1988 forms such models in eq. (7) and Table 8, but prints `z' = w + U theta`, and
 //! samples every 0.05 of the unit of time `L / U` where 0.05 s is meant. Here both are put right.
@@ -23,7 +21,11 @@ use planesman_linear::{
     Complex, DMatrix, Domain, Error, StateSpace, TransferFunction, discrete_to_continuous,
 };
 
-use crate::{State, Vehicle, dynamics::Load, vehicle::Derivatives};
+use crate::{
+    Vehicle,
+    dynamics::{Load, Slopes},
+    vehicle::Derivatives,
+};
 
 /// What the plane angle is seen to move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,50 +75,6 @@ pub fn state_space(vehicle: &Vehicle, speed: f64) -> Result<StateSpace, Error> {
     state_space_of(&vehicle.derivatives(speed))
 }
 
-/// How heave force and pitch moment change about a state that does not turn.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Slopes {
-    /// Of the heave force \[N\].
-    pub heave: Slope,
-    /// Of the pitch moment \[N m\].
-    pub pitch: Slope,
-}
-
-/// The slopes of one force or moment.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Slope {
-    /// By heave velocity, per m/s.
-    pub w: f64,
-    /// By pitch rate, per rad/s.
-    pub q: f64,
-    /// By pitch, per rad.
-    pub theta: f64,
-    /// By plane angle, per rad.
-    pub delta: f64,
-}
-
-impl Slopes {
-    /// At the heave velocity and pitch of `state`; its pitch rate is taken as 0.
-    #[must_use]
-    pub fn about(d: &Derivatives, state: &State) -> Self {
-        let (w, theta) = (state.heave, state.pitch);
-        Self {
-            heave: Slope {
-                w: d.z_w + 2.0 * d.z_ww * w.abs(),
-                q: d.z_q_plus_m_u,
-                theta: -d.excess_weight * theta.sin(),
-                delta: d.z_delta,
-            },
-            pitch: Slope {
-                w: d.m_w + 2.0 * d.m_ww * w.abs(),
-                q: d.m_q - d.first_moment * w,
-                theta: -d.restoring * theta.cos(),
-                delta: d.m_delta,
-            },
-        }
-    }
-}
-
 /// The same from derivatives, say of a [`Variant`](crate::Variant), under the
 /// hydrostatic restoring moment.
 ///
@@ -126,7 +84,7 @@ pub fn state_space_of(derivatives: &Derivatives) -> Result<StateSpace, Error> {
     let d = derivatives;
     let level = d.level_flight().unwrap_or_default().state();
     let (w, pitch) = (level.heave, level.pitch);
-    let Slopes { heave: z, pitch: m } = Slopes::about(d, &level);
+    let Slopes { heave: z, pitch: m } = d.slopes(&level);
     let inverse = d.inverse_inertia();
     let accelerations = |heave: f64, pitch: f64| inverse.accelerations(Load { heave, pitch });
     let heave = |z: f64, m: f64| accelerations(z, m).0;

@@ -1,4 +1,4 @@
-//! Level flight: the pitch and the plane angle at which the vehicle keeps its depth by itself.
+//! Trim: the pitch and the plane angle of level flight, at which the vehicle keeps its depth by itself.
 //!
 //! With `w = U tan(theta)` the path is level, and with `q = 0` nothing turns. What remains are two
 //! equations, heave force and pitch moment both 0, in pitch and plane angle. The plane angle is
@@ -9,7 +9,10 @@
 //! by its planes, which hold the bow against the Munk moment.
 
 use crate::{
-    Restoring, State, attitude::Angle, dynamics::Load, linearised::Slopes, vehicle::Derivatives,
+    Restoring, State,
+    attitude::Angle,
+    dynamics::{Load, Slopes},
+    vehicle::Derivatives,
 };
 
 /// A steady flight at one depth.
@@ -67,7 +70,7 @@ impl Derivatives {
             // The planes take up the moment; what they then leave of the force must vanish.
             let ratio = self.z_delta / self.m_delta;
             flight.planes = -moment / self.m_delta;
-            let Slopes { heave, pitch } = Slopes::about(self, &state);
+            let Slopes { heave, pitch } = self.slopes(&state);
             let heaving = self.speed / state.pitch.cos().powi(2);
             let slope = (heave.w - ratio * pitch.w) * heaving + heave.theta - ratio * pitch.theta;
             let change = -(force - ratio * moment) / slope;

@@ -75,9 +75,17 @@ pub enum VehicleError {
         /// The value and the rule.
         reason: String,
     },
-    /// An identified model's file is not well formed, or no vehicle follows the model.
-    #[error("{0}")]
+    /// An identified model's file is not well formed.
+    #[error(transparent)]
     Model(#[from] planesman_model_file::Error),
+    /// No vehicle follows the identified model.
+    #[error("model file '{file}': {reason}")]
+    Identified {
+        /// Its path.
+        file: String,
+        /// Why not.
+        reason: identified::Error,
+    },
 }
 
 /// A built-in vehicle by its name, or else the one in the file at that path; as [`load_on`] the
@@ -102,11 +110,9 @@ pub fn load_on(name_or_path: &str, base: &str) -> Result<Vehicle, VehicleError> 
     }
     let model = ModelFile::parse(path, &text)?;
     let base = parse(base, &text_of(base)?)?;
-    identified::vehicle(&base, &model).map_err(|reason| {
-        VehicleError::Model(planesman_model_file::Error {
-            path: name_or_path.to_owned(),
-            reason,
-        })
+    identified::vehicle(&base, &model).map_err(|reason| VehicleError::Identified {
+        file: name_or_path.to_owned(),
+        reason,
     })
 }
 

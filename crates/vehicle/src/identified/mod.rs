@@ -12,10 +12,13 @@
 //! rate or pitch, those `kappa`, `beta`, `mu` are sought that with the base's heave come nearest to it
 //! (`nearest`).
 
+mod error;
 mod nearest;
 mod target;
 
 use planesman_model_file::ModelFile;
+
+pub use error::Error;
 
 use crate::{Vehicle, linearised::Output};
 use nearest::nearest;
@@ -24,23 +27,26 @@ use target::Target;
 /// The base vehicle with the pitch dynamics of an identified model.
 ///
 /// # Errors
-/// A sentence: signals that are not dive planes and pitch or pitch rate, a file without speed, a model that
+/// [`enum@Error`]: signals that are not dive planes and pitch or pitch rate, a file without speed, a model that
 /// no such vehicle follows (and by how much), or one that would turn over.
-pub fn vehicle(base: &Vehicle, model: &ModelFile) -> Result<Vehicle, String> {
+pub fn vehicle(base: &Vehicle, model: &ModelFile) -> Result<Vehicle, Error> {
     let output = signals(model)?;
-    let speed = model.told_speed()?;
+    let speed = model.told_speed().map_err(Error::Speed)?;
     let target = match &model.physical {
         Some(physical) => Target::of(physical, speed),
         None => nearest(base, model, output, speed)?,
     };
     let mut found = target.reached_from(base)?;
-    for (name, value, refused) in [
+    for (coefficient, value, consequence) in [
         ("beta", -found.coefficients.m_q, "swing up by itself"),
         ("mu", found.restoring_arm, "turn over"),
         ("zeta", -found.coefficients.z_w, "heave up by itself"),
     ] {
         if value < 0.0 {
-            return Err(format!("{name} is below zero: the vehicle would {refused}"));
+            return Err(Error::Unstable {
+                coefficient,
+                consequence,
+            });
         }
     }
     found.name += ", pitch as identified";
@@ -48,7 +54,7 @@ pub fn vehicle(base: &Vehicle, model: &ModelFile) -> Result<Vehicle, String> {
 }
 
 /// What the model's output is, if its signals are the vehicle's in rad and s.
-fn signals(model: &ModelFile) -> Result<Output, String> {
+fn signals(model: &ModelFile) -> Result<Output, Error> {
     // Where these fields are in rad; on `daq` they are volts.
     let on = |signal: &str, topics: &[&str], field: &str| {
         let (topic, name) = signal.rsplit_once(':').unwrap_or(("", signal));
@@ -62,10 +68,9 @@ fn signals(model: &ModelFile) -> Result<Output, String> {
         .find(|output| on(&model.output, &["state"], output.name()));
     match output {
         Some(output) if planes => Ok(output),
-        _ => Err(format!(
-            "it goes from '{}' to '{}'; a vehicle is made of a model from plane_motion:dive_planes (rad) \
-             to state:pitch_rate (rad/s) or state:pitch (rad)",
-            model.input, model.output
-        )),
+        _ => Err(Error::Signals {
+            input: model.input.clone(),
+            output: model.output.clone(),
+        }),
     }
 }

@@ -10,30 +10,24 @@ use nalgebra::DVector;
 use planesman_linear::{Complex, DMatrix, StateSpace, polynomial};
 use planesman_model_file::ModelFile;
 
-use super::target::Target;
+use super::{
+    error::{Error, FREQUENCIES, KNOWN, POOR},
+    target::Target,
+};
 use crate::{
     Vehicle,
     linearised::{self, Output},
 };
 
-/// Frequencies that are compared, evenly spaced in their logarithm.
-const FREQUENCIES: usize = 60;
-
 /// The lowest and the highest of them, as shares of the Nyquist frequency `pi / T`: a period of 2000
 /// samples, and one of 10.
 const COMPARED: [f64; 2] = [1e-3, 0.2];
-
-/// The largest relative standard deviation of a response that counts as known.
-const KNOWN: f64 = 0.25;
 
 /// How many known responses it takes for three numbers.
 const FEWEST: usize = 10;
 
 /// No transfer function is taken to be truer than this share of itself.
 const TRUEST: f64 = 0.01;
-
-/// The largest root mean square of the relative error at which a vehicle still is the model's.
-const POOR: f64 = 0.2;
 
 /// Rounds after which a search has long been at its end.
 const ROUNDS: usize = 50;
@@ -103,14 +97,10 @@ pub(super) fn nearest(
     model: &ModelFile,
     output: Output,
     speed: f64,
-) -> Result<Target, String> {
+) -> Result<Target, Error> {
     let known = known_responses(model);
     if known.len() < FEWEST {
-        return Err(format!(
-            "it knows its own response to {:.0} % at {} of {FREQUENCIES} frequencies only",
-            100.0 * KNOWN,
-            known.len()
-        ));
+        return Err(Error::Uncertain { known: known.len() });
     }
     let target = |pitch: Pitch| Target {
         speed,
@@ -119,14 +109,13 @@ pub(super) fn nearest(
         heave: None,
     };
     // The real and imaginary parts of what a vehicle is off, by response, each times a weight.
-    let off = |pitch: Pitch, weight: fn(&Response) -> f64| -> Result<DVector<f64>, String> {
+    let off = |pitch: Pitch, weight: fn(&Response) -> f64| -> Result<DVector<f64>, Error> {
         let vehicle = target(pitch).reached_from(base)?;
-        let response = linearised::response(&vehicle.derivatives(speed), output)
-            .and_then(|it| {
+        let response =
+            linearised::response(&vehicle.derivatives(speed), output).and_then(|it| {
                 it.zero_order_hold(model.sample_time)?
                     .transfer_function(0, 0)
-            })
-            .map_err(|reason| reason.to_string())?;
+            })?;
         let parts = known.iter().flat_map(|it| {
             let off = (response.value_at(it.z) - it.value) * weight(it);
             [off.re, off.im]
@@ -143,14 +132,12 @@ pub(super) fn nearest(
     let relative = off(pitch, |it| 1.0 / it.value.norm())?;
     let error = relative.norm() / (known.len() as f64).sqrt();
     if error.is_nan() || error > POOR {
-        let (slowest, fastest) = (known[0].frequency, known[known.len() - 1].frequency);
-        return Err(format!(
-            "no vehicle with the heave of '{}' is like it: at {speed} m/s the nearest is off by {:.0} % \
-             (root mean square, {slowest:.2} to {fastest:.1} rad/s), {:.0} % are taken",
-            base.name,
-            100.0 * error,
-            100.0 * POOR
-        ));
+        return Err(Error::Unlike {
+            base: base.name.clone(),
+            speed,
+            error,
+            frequencies: [known[0].frequency, known[known.len() - 1].frequency],
+        });
     }
     Ok(target(pitch))
 }
@@ -167,9 +154,8 @@ fn first_guess(
     output: Output,
     speed: f64,
     known: &[Response],
-) -> Result<Pitch, String> {
-    let StateSpace { a, b, .. } =
-        linearised::state_space(base, speed).map_err(|reason| reason.to_string())?;
+) -> Result<Pitch, Error> {
+    let StateSpace { a, b, .. } = linearised::state_space(base, speed)?;
     let mut rows = Vec::with_capacity(6 * known.len());
     let mut right = Vec::with_capacity(2 * known.len());
     for it in known {
@@ -196,8 +182,8 @@ fn first_guess(
 /// The least squares of `errors`, from `start` on by Gauss-Newton steps, each halved until it helps.
 fn least_squares(
     start: Pitch,
-    errors: impl Fn(Pitch) -> Result<DVector<f64>, String>,
-) -> Result<Pitch, String> {
+    errors: impl Fn(Pitch) -> Result<DVector<f64>, Error>,
+) -> Result<Pitch, Error> {
     let mut x = start;
     let mut at = errors(x)?;
     for _ in 0..ROUNDS {
@@ -227,16 +213,15 @@ fn least_squares(
 }
 
 /// The least squares of `rows x = right`; the decomposition would not end on what is not finite.
-fn solved(rows: DMatrix<f64>, right: &DVector<f64>) -> Result<Pitch, String> {
-    let none = || "its response determines no pitch equation".to_owned();
+fn solved(rows: DMatrix<f64>, right: &DVector<f64>) -> Result<Pitch, Error> {
     if !rows.iter().chain(right).all(|it| it.is_finite()) {
-        return Err(none());
+        return Err(Error::Undetermined);
     }
     let solution = rows
         .svd(true, true)
         .solve(right, f64::EPSILON)
-        .map_err(str::to_owned)?;
+        .map_err(|_| Error::Undetermined)?;
     let found = [solution[0], solution[1], solution[2]];
     let finite = found.iter().all(|it| it.is_finite());
-    finite.then_some(found).ok_or_else(none)
+    finite.then_some(found).ok_or(Error::Undetermined)
 }

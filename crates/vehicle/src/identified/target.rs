@@ -2,7 +2,8 @@
 
 use planesman_model_file::{Heave, Physical};
 
-use crate::{Vehicle, dynamics::Load, linearised, vehicle::Derivatives};
+use super::error::Error;
+use crate::{Vehicle, dynamics::Load, pitch, vehicle::Derivatives};
 
 /// Accelerations that differ by less (1/s^2, 1/s) are the same.
 const CLOSE: f64 = 1e-11;
@@ -36,26 +37,34 @@ impl Target {
     /// The base with the coefficients that make it so: what its accelerations lack is made up by the loads that
     /// accelerate this inertia by as much. On an even keel that is exact; where level flight moves with the
     /// coefficients it takes a few rounds.
-    pub(super) fn reached_from(&self, base: &Vehicle) -> Result<Vehicle, String> {
+    pub(super) fn reached_from(&self, base: &Vehicle) -> Result<Vehicle, Error> {
         let u = self.speed;
         let (m0, l) = (base.reference_mass, base.reference_length);
         let [kappa, beta, mu] = self.pitch;
         let mut found = base.clone();
         for _ in 0..ROUNDS {
             let d = found.derivatives(u);
-            let now = linearised::state_space_of(&d).map_err(|reason| reason.to_string())?;
-            let (a, b) = (&now.a, &now.b);
+            let now = pitch::coefficients(&d)?;
+            let [
+                kappa_now,
+                beta_now,
+                mu_now,
+                nu_now,
+                zeta_now,
+                eta_now,
+                epsilon_now,
+            ] = now;
             let pitch = [
-                self.to_pitch.map_or(0.0, |nu| nu - a[(1, 0)]),
-                -beta - a[(1, 1)],
-                -mu - a[(1, 2)],
-                kappa - b[(1, 0)],
+                self.to_pitch.map_or(0.0, |nu| nu - nu_now),
+                beta_now - beta,
+                mu_now - mu,
+                kappa - kappa_now,
             ];
             let heave = self.heave.map(|it| {
                 [
-                    -it.damping - a[(0, 0)],
-                    it.from_rate - a[(0, 1)],
-                    it.from_input - b[(0, 0)],
+                    zeta_now - it.damping,
+                    it.from_rate - eta_now,
+                    it.from_input - epsilon_now,
                 ]
             });
             let lacking = pitch.iter().chain(heave.iter().flatten());
@@ -79,10 +88,10 @@ impl Target {
                 roll.restoring = found.weight * found.restoring_arm;
             }
         }
-        Err(format!(
-            "no coefficients of vehicle '{}' give this pitch equation about level flight at {u} m/s",
-            base.name
-        ))
+        Err(Error::Unreachable {
+            base: base.name.clone(),
+            speed: u,
+        })
     }
 }
 
