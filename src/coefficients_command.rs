@@ -3,9 +3,9 @@
 use std::fmt::Write as _;
 
 use anyhow::{Result, bail};
-use plant_sim::coefficients::Table;
-use plant_sim::quantity::FOOT;
-use plant_sim::vehicle_file;
+use planesman_units::FOOT;
+use planesman_vehicle::coefficients::Table;
+use planesman_vehicle::vehicle_file;
 
 use crate::design::subject::within;
 

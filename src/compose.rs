@@ -13,7 +13,7 @@ use planesman_msgs::planesman_msgs::msg::{
     ControlState, ModelEstimate, MotionEstimate, PlaneCommand,
 };
 use planesman_msgs::rosgraph_msgs::msg::Clock;
-use plant_sim::core::{Observation, Plant};
+use plant_sim::{Observation, Plant};
 use sysid::core::Identifier;
 
 use crate::scenario::Scenario;

@@ -18,7 +18,7 @@ use planesman::scenario::{BUILTIN, Scenario};
 use planesman::{bag_command, nodes, sim, tf_command};
 use planesman_parameters::Parameters as _;
 use planesman_text::{did_you_mean, shown};
-use plant_sim::parameters::PlantParameters;
+use plant_sim::PlantParameters;
 
 /// The exit status of a dive whose bag lacks something.
 const LOST: u8 = 3;

@@ -9,8 +9,7 @@ use depth_controller::parameters::ControllerParameters;
 use dha_actuator::core::Actuator;
 use dha_actuator::parameters::ActuatorParameters;
 use planesman_parameters::{Declaration, Parameters, Value, Values};
-use plant_sim::core::Plant;
-use plant_sim::parameters::PlantParameters;
+use plant_sim::{Plant, PlantParameters};
 use recorder::parameters::{RecorderParameters, writer_options};
 use sysid::core::Identifier;
 use sysid::parameters::IdentifierParameters;
@@ -22,7 +21,7 @@ use crate::scenario::{NODES, Scenario};
 #[must_use]
 pub fn run(name: &str, args: Vec<String>) -> ExitCode {
     launched(|| match name {
-        "plant_sim" => plant_sim::node::main(args),
+        "plant_sim" => plant_sim::main(args),
         "depth_controller" => depth_controller::node::main(args),
         "dha_actuator" => dha_actuator::node::main(args),
         "sysid" => sysid::node::main(args),

@@ -1,18 +1,18 @@
 //! `planesman tf`: the transfer functions of a vehicle about level flight.
 //!
-//! For any vehicle and speed, from [`plant_sim::linearised`], in SI units; or for the thesis' vehicle
-//! as Brunner 1988 prints them (eq. 7 and Table 8), from [`plant_sim::predicted`], with its errors.
+//! For any vehicle and speed, from [`planesman_vehicle::linearised`], in SI units; or for the thesis' vehicle
+//! as Brunner 1988 prints them (eq. 7 and Table 8), from [`brunner_1988::predicted`], with its errors.
 
 use std::fmt::{self, Display, Write as _};
 
 use anyhow::{Context as _, Result, anyhow, bail};
+use brunner_1988::predicted::{D2_ANOMALY, DepthRate, PRINTED, SAMPLING_TIME, table_8};
 use clap::{Args, ValueEnum};
 use planesman_linear::{Complex, Domain, TransferFunction};
-use plant_sim::level_flight::LevelFlight;
-use plant_sim::linearised::{self, Output};
-use plant_sim::predicted::{self, D2_ANOMALY, DepthRate, PRINTED, SAMPLING_TIME, table_8};
-use plant_sim::quantity::FOOT;
-use plant_sim::vehicle_file;
+use planesman_units::FOOT;
+use planesman_vehicle::LevelFlight;
+use planesman_vehicle::linearised::{self, Output};
+use planesman_vehicle::vehicle_file;
 
 use crate::design::subject::within;
 
@@ -130,7 +130,7 @@ fn corrected(args: &TfArgs) -> Result<Models> {
             let g = TransferFunction::new(of(Output::Depth)?.num, trimmed(den))
                 .map_err(|_| anyhow!("the planes do not turn this vehicle"))?;
             let g = monic(g);
-            let sampled = predicted::zero_order_hold(&trimmed_num(&g), dt).with_context(context)?;
+            let sampled = trimmed_num(&g).zero_order_hold(dt).with_context(context)?;
             (g, tidy(sampled), "m s/rad")
         }
         (InputName::PitchRate, _) => bail!("from pitch_rate there is a model to depth alone"),

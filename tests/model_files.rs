@@ -14,9 +14,9 @@ use planesman::compose::Loop;
 use planesman::scenario::Scenario;
 use planesman_linear::Complex;
 use planesman_model_file::{ModelFile, Place};
-use plant_sim::Vehicle;
-use plant_sim::linearised;
-use plant_sim::vehicle_file::{brunner, load_on};
+use planesman_vehicle::Vehicle;
+use planesman_vehicle::linearised;
+use planesman_vehicle::vehicle_file::{brunner, load_on};
 use stage::{Stage, text};
 
 /// The speed of the scenario `dive`, m/s.

@@ -5,7 +5,7 @@ use planesman::compose::{Loop, Tick};
 use planesman::scenario::Scenario;
 use planesman::summary::{Fingerprint, identified};
 use planesman_linear::Complex;
-use plant_sim::{linearised, vehicle_file};
+use planesman_vehicle::{linearised, vehicle_file};
 
 /// The scenario's flight with a test signal of that amplitude.
 fn flown(amplitude: &str) -> Vec<Tick> {

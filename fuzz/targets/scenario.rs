@@ -14,6 +14,6 @@ fuzz_target!(|data: &[u8]| {
             .parameter_file("/auv", &[], true)
             .expect("a scenario that was taken can be written");
     }
-    let _ = plant_sim::vehicle_file::parse("fuzz", text);
+    let _ = planesman_vehicle::vehicle_file::parse("fuzz", text);
     let _ = dha_actuator::actuator_file::parse("fuzz", text);
 });

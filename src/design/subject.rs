@@ -7,10 +7,10 @@ use depth_controller::design::pitch;
 use depth_controller::gains::{LoopGains, PitchModel};
 use depth_controller::parameters::ControllerParameters;
 use planesman_linear::{Complex, DMatrix, StateSpace};
-use plant_sim::Vehicle;
-use plant_sim::linearised;
-use plant_sim::quantity::FOOT;
-use plant_sim::vehicle_file;
+use planesman_units::FOOT;
+use planesman_vehicle::Vehicle;
+use planesman_vehicle::linearised;
+use planesman_vehicle::vehicle_file;
 
 /// The report's vehicle in pitch alone (Table 3): it goes where it points, and its planes' moment does not know
 /// the speed.

@@ -4,8 +4,8 @@
 use std::fmt::Write as _;
 
 use anyhow::{Result, anyhow};
+use brunner_1988::predicted::{scaled, table_8};
 use planesman_linear::TransferFunction;
-use plant_sim::predicted::{scaled, table_8};
 use sysid::book::table_9;
 use sysid::model::Model;
 use sysid::procedure::{Comparison, Detrend, Identification, Orders, Prepared};
@@ -88,7 +88,7 @@ impl Relation {
                     "predicted, second order (1 ft/s)",
                     // Its sign is that of the records already: Table 8 drops the minus of Ky.
                     table_8::pitch_rate_second_order(
-                        plant_sim::predicted::PitchAlone::TABLE_8.restoring,
+                        brunner_1988::predicted::PitchAlone::TABLE_8.restoring,
                     )?,
                 ),
                 (

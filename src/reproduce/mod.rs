@@ -4,7 +4,6 @@
 //! - [`shares`]: which node recomputes which numbers of the 1988 report.
 //! - [`listing`]: the numbers as text.
 //! - [`page`]: the numbers, errata and figures as one HTML page.
-//! - [`program_figures`]: the lost figures B1 to B10, from the report's programs.
 //! - [`identification`]: the procedure of ch. V, step by step on synthetic runs.
 //! - [`run_figures`]: Figs. 45 to 56, what comes of it.
 //! - [`root_loci`]: the root loci of Figs. 5 to 21.
@@ -21,7 +20,6 @@ pub mod actuator_figures;
 pub mod identification;
 pub mod listing;
 pub mod page;
-pub mod program_figures;
 pub mod reports;
 pub mod root_loci;
 pub mod run_figures;

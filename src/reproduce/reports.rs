@@ -3,10 +3,7 @@
 use anyhow::{Result, anyhow};
 use planesman_book::Book;
 
-use super::{
-    actuator_figures, identification, program_figures, root_loci, run_figures, shares,
-    time_responses,
-};
+use super::{actuator_figures, identification, root_loci, run_figures, shares, time_responses};
 use planesman_plot::Plot;
 
 /// A report.
@@ -64,7 +61,7 @@ fn brunner_1988() -> Result<Vec<Chapter>> {
         Chapter {
             title: "Figures B1 to B10",
             note: "The copy of the report has lost them. These are what programs T2 to T5 put out, with the errors they had.",
-            figures: program_figures::figures(),
+            figures: brunner_1988::program_figures::figures(),
         },
         Chapter {
             title: "Root loci",

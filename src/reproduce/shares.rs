@@ -15,8 +15,8 @@ struct Share {
 const SHARES: &[Share] = &[
     Share {
         node: "plant_sim",
-        book: plant_sim::book::brunner_1988,
-        recomputed: plant_sim::book::recomputed,
+        book: brunner_1988::vehicle::book,
+        recomputed: brunner_1988::vehicle::recomputed,
     },
     Share {
         node: "depth_controller",

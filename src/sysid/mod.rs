@@ -3,8 +3,8 @@
 //! - [`page`]: a model with everything there is to know of it, as one HTML page.
 
 use anyhow::{Context, Result, anyhow};
-use plant_sim::linearised;
-use plant_sim::vehicle_file;
+use planesman_vehicle::linearised;
+use planesman_vehicle::vehicle_file;
 use sysid::fit_command::{self, FitArgs};
 
 pub mod page;

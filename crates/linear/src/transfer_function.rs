@@ -126,6 +126,16 @@ impl TransferFunction {
         )
     }
 
+    /// This continuous system seen through a zero-order hold and a sampler of `dt` \[s\]: in `z`.
+    ///
+    /// # Errors
+    /// Those of [`companion`](Self::companion) and [`StateSpace::zero_order_hold`].
+    pub fn zero_order_hold(&self, dt: f64) -> Result<Self, Error> {
+        self.companion()?
+            .zero_order_hold(dt)?
+            .transfer_function(0, 0)
+    }
+
     /// The response of this discrete system, at rest before the first sample:
     ///
     /// ```text

@@ -9,7 +9,7 @@ use planesman_msgs::planesman_msgs::msg::PlaneMotion;
 
 /// Answers that have come and may still be flown.
 #[derive(Clone, Debug)]
-pub struct Answers {
+pub(crate) struct Answers {
     /// Sampling time, ns.
     tick: i64,
     /// The oldest answer that is flown, in ticks before the present one.
@@ -23,7 +23,7 @@ pub struct Answers {
 impl Answers {
     /// None yet, for ticks of `tick` ns.
     #[must_use]
-    pub fn new(tick: i64, budget: i64) -> Self {
+    pub(crate) fn new(tick: i64, budget: i64) -> Self {
         Self {
             tick: tick.max(1),
             budget,
@@ -33,12 +33,12 @@ impl Answers {
     }
 
     /// Takes another budget.
-    pub fn set_budget(&mut self, budget: i64) {
+    pub(crate) fn set_budget(&mut self, budget: i64) {
         self.budget = budget;
     }
 
     /// Takes an answer, while the tick at `now` (ns) is flown.
-    pub fn take(&mut self, motion: PlaneMotion, now: i64) {
+    pub(crate) fn take(&mut self, motion: PlaneMotion, now: i64) {
         let stamp = motion.header.stamp.nanos();
         if self.is_due(stamp, now) {
             self.waiting.insert(stamp, motion);
@@ -51,7 +51,7 @@ impl Answers {
     }
 
     /// What the tick at `now` (ns) is flown on, and how many ticks old that is.
-    pub fn fly(&mut self, now: i64) -> Option<(PlaneMotion, i64)> {
+    pub(crate) fn fly(&mut self, now: i64) -> Option<(PlaneMotion, i64)> {
         let waiting = std::mem::take(&mut self.waiting);
         let (stamp, motion) = waiting.into_iter().next_back()?;
         if !self.is_due(stamp, now) {

@@ -15,20 +15,15 @@ use planesman_msgs::{
     tf2_msgs::msg::TFMessage,
 };
 
-pub use crate::settings::derivatives;
 use crate::{
-    Vehicle,
-    body::{Body, BodyMotion, Inputs},
-    dynamics::Load,
     messages::Frames,
     odometry::{self, wrapped},
     parameters::PlantParameters,
-    planes::{self, PlanePath},
-    seaway::Waves,
     sensors::{self, Memory, Readings, Truth},
     settings::Settings,
-    tank::{Boundary, Contact},
-    vehicle_file,
+};
+use planesman_vehicle::{
+    Body, BodyMotion, Boundary, Contact, Inputs, Load, PlanePath, Vehicle, Waves, vehicle_file,
 };
 
 /// The fixed frame of `VehicleState`: x along the first course, y to starboard, z down from the
@@ -388,7 +383,7 @@ fn or_neutral<'a>(
     tick: i64,
 ) -> Result<PlanePath<'a>, String> {
     if samples.is_empty() {
-        return Ok(PlanePath::held(&planes::NEUTRAL));
+        return Ok(PlanePath::NEUTRAL);
     }
     PlanePath::new(samples, duration, tick).map_err(|e| format!("{name}: {e}"))
 }
@@ -396,9 +391,10 @@ fn or_neutral<'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{State, quantity::FOOT};
     use planesman_msgs::{Message, builtin_interfaces::msg::Duration, cdr, std_msgs::msg::Header};
     use planesman_parameters::{Parameters as _, Value};
+    use planesman_units::FOOT;
+    use planesman_vehicle::State;
     use std::f64::consts::FRAC_PI_6;
 
     fn with(changes: &[(&str, Value)]) -> PlantParameters {

@@ -11,7 +11,7 @@ use planesman_msgs::planesman_msgs::msg::{PlaneMotion, TickAnswer};
 
 /// The answers to one tick.
 #[derive(Clone, Debug)]
-pub struct Lockstep {
+pub(crate) struct Lockstep {
     members: BTreeSet<String>,
     stamp: Time,
     answered: BTreeSet<String>,
@@ -20,7 +20,7 @@ pub struct Lockstep {
 
 impl Lockstep {
     /// Waits for `members` beside the actuator, from the tick at `stamp` on.
-    pub fn new(members: impl IntoIterator<Item = String>, stamp: Time) -> Self {
+    pub(crate) fn new(members: impl IntoIterator<Item = String>, stamp: Time) -> Self {
         Self {
             members: members.into_iter().collect(),
             stamp,
@@ -30,35 +30,35 @@ impl Lockstep {
     }
 
     /// Goes on to the tick at `stamp`: nobody has answered yet.
-    pub fn begin(&mut self, stamp: Time) {
+    pub(crate) fn begin(&mut self, stamp: Time) {
         self.stamp = stamp;
         self.answered.clear();
         self.motion = None;
     }
 
     /// The actuator's answer.
-    pub fn on_motion(&mut self, motion: PlaneMotion) {
+    pub(crate) fn on_motion(&mut self, motion: PlaneMotion) {
         if motion.header.stamp == self.stamp {
             self.motion = Some(motion);
         }
     }
 
     /// A member's answer.
-    pub fn on_answer(&mut self, answer: &TickAnswer) {
+    pub(crate) fn on_answer(&mut self, answer: &TickAnswer) {
         if answer.header.stamp == self.stamp && self.members.contains(&answer.member) {
             self.answered.insert(answer.member.clone());
         }
     }
 
     /// The plane motion of the tick once everybody has answered.
-    pub fn complete(&self) -> Option<&PlaneMotion> {
+    pub(crate) fn complete(&self) -> Option<&PlaneMotion> {
         self.motion
             .as_ref()
             .filter(|_| self.answered.len() == self.members.len())
     }
 
     /// Who has not answered yet.
-    pub fn waiting_for(&self) -> Vec<&str> {
+    pub(crate) fn waiting_for(&self) -> Vec<&str> {
         let actuator = self.motion.is_none().then_some("the actuator");
         actuator
             .into_iter()

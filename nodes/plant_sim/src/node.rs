@@ -24,7 +24,7 @@ use crate::answers::Answers;
 use crate::core::{Observation, Plant};
 use crate::lockstep::Lockstep;
 use crate::parameters::{ActuatorAnswer, PlantParameters, TimeSource};
-use crate::tank::Boundary;
+use planesman_vehicle::Boundary;
 
 /// In lockstep, everything is said again after this long without all answers: a member that
 /// came back, or whose link was cut, has not heard it.

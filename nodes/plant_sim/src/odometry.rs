@@ -13,11 +13,11 @@
 //! The velocity is over ground, the current's with it; without roll, turn and current it is
 //! `(U, 0, -w)` and the angular velocity `(0, -q, 0)`.
 
-use crate::body::Body;
+use planesman_vehicle::Body;
 
 /// Where `base_link` is in `odom`, and its velocity in `base_link`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Odometry {
+pub(crate) struct Odometry {
     /// In `odom` \[m\].
     pub position: [f64; 3],
     /// The quaternion (x, y, z, w) that turns `base_link` vectors into `odom`.
@@ -32,7 +32,7 @@ impl Odometry {
     /// The state in ROS frames; `current` \[m/s\] is the water's velocity, forward, right, down in
     /// the fixed frame.
     #[must_use]
-    pub fn of(body: &Body, current: [f64; 3]) -> Self {
+    pub(crate) fn of(body: &Body, current: [f64; 3]) -> Self {
         let attitude = body.attitude();
         let [qx, qy, qz, qw] = attitude.quaternion();
         let drift = attitude.to_body(current);
@@ -58,7 +58,7 @@ fn up_rates([p, q, r]: [f64; 3]) -> [f64; 3] {
 
 /// The same angle in `[-pi, pi]`.
 #[must_use]
-pub fn wrapped(angle: f64) -> f64 {
+pub(crate) fn wrapped(angle: f64) -> f64 {
     use std::f64::consts::{PI, TAU};
     if (-PI..=PI).contains(&angle) {
         return angle;
@@ -70,7 +70,7 @@ pub fn wrapped(angle: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{State, axis::Turn};
+    use planesman_vehicle::{State, Turn};
 
     /// `v` turned by the quaternion: `v + 2 u x (u x v + s v)`.
     fn turned([x, y, z, s]: [f64; 4], v: [f64; 3]) -> [f64; 3] {

@@ -4,18 +4,15 @@ use std::f64::consts::PI;
 
 use planesman_parameters::{Choice, Parameters};
 
-use crate::{
-    sensors::{
-        Channel, Sensors,
-        adc::Adc,
-        conditioning::Conditioning,
-        gyro,
-        plane_signal::{self, PlaneSignal},
-        pressure_cell::{self, DepthPort, PressureCell},
-    },
-    variant::{BRUNNER_SECANT_RATE, BRUNNER_VISCOUS_DAMPING},
-    vehicle_file::BRUNNER,
+use crate::sensors::{
+    Channel, Sensors,
+    adc::Adc,
+    conditioning::Conditioning,
+    gyro,
+    plane_signal::{self, PlaneSignal},
+    pressure_cell::{self, DepthPort, PressureCell},
 };
+use planesman_vehicle::{BRUNNER_SECANT_RATE, BRUNNER_VISCOUS_DAMPING, vehicle_file::BRUNNER};
 
 /// Every parameter of `plant_sim`: those of [`crate::core`] first, then those that only the node reads (`time`
 /// and after).
@@ -399,7 +396,7 @@ pub enum ActuatorAnswer {
 
 /// The instruments that the parameters describe.
 #[must_use]
-pub fn sensors_of(parameters: &PlantParameters) -> Sensors {
+pub(crate) fn sensors_of(parameters: &PlantParameters) -> Sensors {
     let PlantParameters { sensors, daq, .. } = parameters;
     let gyros = match sensors.gyro.calibration {
         GyroCalibration::Preliminary => gyro::PRELIMINARY,

@@ -1,20 +1,15 @@
 //! The parameters, checked and in the models' own types: what a [`Plant`](crate::core::Plant) flies by.
 
-use crate::{
-    Restoring, State, Vehicle,
-    axis::Axis,
-    body::{Body, BodyMotion, Drive, Turning},
-    environment::Environment,
-    integrator::LARGEST_POLE_STEP,
+use planesman_linear::LARGEST_POLE_STEP;
+use planesman_vehicle::{
+    Axis, Body, BodyMotion, Derivatives, Drive, Environment, Motion, PitchDamping, Restoring,
+    Seaway, ShapingFilter, State, Tank, Tether, Turning, Variant, Vehicle,
     linearised::{self, Output},
-    motion::Motion,
+};
+
+use crate::{
     parameters::{self, DampingLaw, PlantParameters, Propulsion, RestoringMoment},
-    seaway::{Seaway, ShapingFilter},
     sensors::Sensors,
-    tank::Tank,
-    tether::Tether,
-    variant::{PitchDamping, Variant},
-    vehicle::Derivatives,
 };
 
 /// The parameters, checked and in the models' own types.

@@ -2,20 +2,12 @@
 //! less gravity, under every load that the plant knows.
 #![allow(clippy::unwrap_used)]
 
-use plant_sim::{
-    Restoring, State, Vehicle,
-    axis::Turn,
-    body::{Body, BodyMotion, Drive, Inputs, Turning},
-    dynamics::Load,
-    environment::Environment,
-    motion::Motion,
-    planes::PlanePath,
-    sensors::specific_force,
-    tank::Tank,
-    tether::Tether,
-    variant::Variant,
+use planesman_vehicle::{
+    Body, BodyMotion, Drive, Environment, Inputs, Load, Motion, PlanePath, Restoring, State, Tank,
+    Tether, Turn, Turning, Variant, Vehicle,
     vehicle_file::{brunner, remus_100},
 };
+use plant_sim::sensors::specific_force;
 
 /// Short enough for second differences, long enough for their rounding.
 const STEP: f64 = 1e-3;

@@ -2,3 +2,15 @@
 //! its programs, numbers, procedure and figures, computed again.
 //!
 //! Nothing of the product depends on this crate; only `planesman reproduce` and the report's own commands do.
+//!
+//! - [`programs`]: programs T2 to T5, as printed; [`program_figures`]: the lost figures B1 to B10.
+//! - [`predicted`]: the predicted transfer functions, as printed and corrected.
+//! - [`plane_forces`]: the report's estimate of the planes' size; [`track`]: a recorded manoeuvre.
+//! - [`vehicle`]: the book of the vehicle's numbers, recomputed.
+
+pub mod plane_forces;
+pub mod predicted;
+pub mod program_figures;
+pub mod programs;
+pub mod track;
+pub mod vehicle;

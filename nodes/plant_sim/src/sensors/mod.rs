@@ -31,12 +31,12 @@ pub mod noise;
 pub mod plane_signal;
 pub mod pressure_cell;
 
-use crate::{body::Body, environment::Environment, tick::Acceleration, vehicle::Port};
 use adc::Adc;
 use conditioning::Conditioning;
 use gyro::Calibrations;
 use noise::{Source, Stream};
 use plane_signal::PlaneSignal;
+use planesman_vehicle::{Acceleration, Body, Environment, Port};
 use pressure_cell::{DepthPort, PressureCell};
 
 /// A channel's imperfections, in the unit of what it measures.
@@ -303,10 +303,8 @@ pub fn specific_force(body: &Body, acceleration: &Acceleration, g: f64) -> [f64;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{
-        quantity::{FOOT, INCH},
-        vehicle_file::brunner,
-    };
+    use planesman_units::{FOOT, INCH};
+    use planesman_vehicle::vehicle_file::brunner;
 
     const FRESH: Environment = Environment {
         density: 999.835,

@@ -1,0 +1,146 @@
+//! What one integration step of the vehicle costs.
+//!
+//! ```text
+//! cargo bench -p planesman_vehicle --bench step                  the step alone
+//! python crates/vehicle/benches/peers.py                beside scipy and python-control
+//! ```
+//!
+//! The problem is program T2 in consistent units: the vehicle `brunner` at 1 ft/s, planes at 30
+//! degrees for 10 s and then neutral, until 60 s, in steps of 1 ms. Times are the best of several
+//! rounds: what else the machine does only ever adds.
+
+use std::{hint::black_box, time::Instant};
+
+use planesman_units::FOOT;
+use planesman_vehicle::{
+    Body, BodyMotion, Drive, Environment, Inputs, Load, Motion, PlanePath, Restoring, State,
+    Turning, Variant, Vehicle, linearised,
+    vehicle_file::{brunner, remus_100},
+};
+
+const ROUNDS: usize = 2000;
+const STEPS: u32 = 1000;
+
+/// The shortest of some rounds \[s\].
+fn best(rounds: usize, mut work: impl FnMut()) -> f64 {
+    (0..rounds)
+        .map(|_| {
+            let start = Instant::now();
+            work();
+            start.elapsed().as_secs_f64()
+        })
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// A vehicle's vertical plane at a held speed \[m/s\].
+fn vertical(vehicle: &Vehicle, speed: f64) -> Motion {
+    Motion {
+        derivatives: vehicle.derivatives(speed),
+        restoring: Restoring::Sine,
+        environment: Environment {
+            density: 999.835,
+            gravity: 9.81456,
+            atmospheric_pressure: 101_325.0,
+        },
+        step: 0.001,
+    }
+}
+
+/// One step \[ns\] with every actuator at an angle, as a tick does: many in one call, so that the
+/// call itself does not count.
+fn step_of(motion: &BodyMotion, angle: f64) -> f64 {
+    let path = PlanePath::held(&angle);
+    let inputs = Inputs {
+        dive_planes: path,
+        bow_stern_differential: path,
+        roll_differential: path,
+        rudder: path,
+        thrust: path,
+    };
+    // Below the surface: at it every step asks for the time of contact.
+    let submerged = State {
+        depth: 1.0,
+        ..State::default()
+    };
+    let start = Body::upright(submerged, motion.vertical.derivatives.speed);
+    let seconds = best(ROUNDS, || {
+        let end = motion.advance(black_box(&start), black_box(&inputs), Load::NONE, STEPS);
+        assert!(black_box(end).is_ok());
+    });
+    seconds / f64::from(STEPS) * 1e9
+}
+
+fn main() {
+    let vehicle = brunner();
+    let motion = vertical(&vehicle, FOOT);
+    let planes = 30.0_f64.to_radians();
+    let plane_alone = BodyMotion::of_the_plane(motion);
+    let turning = |axis| Turning::new(axis, motion.step).ok();
+    let all_axes = BodyMotion {
+        roll: vehicle.roll.and_then(turning),
+        course: vehicle.course.and_then(turning),
+        ..plane_alone.clone()
+    };
+    let under_thrust = BodyMotion {
+        drive: vehicle.propulsion.map(|propulsion| Drive {
+            propulsion,
+            vehicle: vehicle.clone(),
+            variant: Variant::default(),
+        }),
+        ..all_axes.clone()
+    };
+    let remus = BodyMotion::of_the_plane(vertical(&remus_100(), 1.54));
+    for (what, motion, angle) in [
+        ("brunner", &plane_alone, planes),
+        ("remus_100", &remus, 0.1),
+        ("brunner with roll and course", &all_axes, 0.1),
+        ("brunner with roll, course and thrust", &under_thrust, 0.1),
+    ] {
+        println!(
+            "planesman_vehicle, one Runge-Kutta step, {what}: {:.1} ns",
+            step_of(motion, angle)
+        );
+    }
+
+    let dive = best(ROUNDS / 10, || {
+        let mut states = Vec::with_capacity(60_001);
+        let mut state = State::default();
+        for k in 0..60_000 {
+            states.push(state);
+            let angle = if k < 10_000 { planes } else { 0.0 };
+            let after = black_box(&motion).advance(&state, &PlanePath::held(&angle), 1);
+            state = after.expect("it dives");
+        }
+        black_box(states);
+    });
+    println!("planesman_vehicle, dive of 60 s: {:.3} ms", dive * 1e3);
+
+    let held = linearised::state_space(&brunner(), FOOT)
+        .and_then(|s| s.zero_order_hold(0.05))
+        .and_then(|s| s.transfer_function(2, 0));
+    let Ok(depth) = held else {
+        eprintln!("the linear model could not be formed");
+        return;
+    };
+    let input: Vec<f64> = (0..1200)
+        .map(|k| if k < 200 { planes } else { 0.0 })
+        .collect();
+    let linear = best(ROUNDS / 10, || {
+        assert!(black_box(depth.simulate(black_box(&input))).is_ok())
+    });
+    println!(
+        "planesman_linear, linear dive of 60 s at 20 Hz: {:.3} ms",
+        linear * 1e3
+    );
+
+    let path = PlanePath::held(&planes);
+    let Ok(end) = motion.advance(&State::default(), &path, 10_000) else {
+        eprintln!("the vehicle diverged");
+        return;
+    };
+    println!(
+        "after 10 s: pitch {:.6} deg, depth {:.6} ft",
+        end.pitch.to_degrees(),
+        end.depth / FOOT
+    );
+}

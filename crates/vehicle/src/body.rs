@@ -1,0 +1,452 @@
+//! The whole body's motion over a tick: the vertical plane, roll, course and speed together.
+//!
+//! ```text
+//! vertical plane:  the equations of `dynamics`, by Runge-Kutta          (w, q, theta, depth)
+//! roll, course:    the plants of `axis`, exactly                         (angle, rate)
+//! speed:           held, or the balance of `propulsion`                   (U)
+//! position' = Rz(yaw) Ry(pitch) Rx(roll) (U, 0, w) + current
+//! ```
+//!
+//! As in the report (ch. II) the axes do not act on each other but through the speed and the
+//! way their attitude gives: no sideslip, no roll in a turn, no drag of turning. `tick`
+//! integrates.
+//!
+//! With everything left off (speed held, no roll, no rudder, no current, no bottom, no waves, no
+//! tether) what comes out is the vertical plane alone.
+
+use crate::{
+    State, Vehicle,
+    attitude::Attitude,
+    axis::{Axis, HeldAxis, Turn},
+    motion::Motion,
+    planes::PlanePath,
+    propulsion::Propulsion,
+    tank::{Sounding, Tank},
+    tether::Tether,
+    variant::Variant,
+    vehicle::Derivatives,
+};
+
+/// Where the whole body is and how it moves.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Body {
+    /// Its motion in the vertical plane; `distance` is `x` in the fixed frame.
+    pub plane: State,
+    /// `y` \[m\] in the fixed frame, positive to starboard of the first course.
+    pub across: f64,
+    /// `U` \[m/s\] through the water.
+    pub speed: f64,
+    /// Roll, positive starboard side down.
+    pub roll: Turn,
+    /// Yaw from the first course, positive to starboard.
+    pub course: Turn,
+}
+
+impl Body {
+    /// Upright and on its first course.
+    #[must_use]
+    pub fn upright(plane: State, speed: f64) -> Self {
+        Self {
+            plane,
+            speed,
+            ..Self::default()
+        }
+    }
+
+    /// The three angles.
+    #[must_use]
+    pub fn attitude(&self) -> Attitude {
+        Attitude {
+            roll: self.roll.angle,
+            pitch: self.plane.pitch,
+            yaw: self.course.angle,
+        }
+    }
+
+    /// Their rates.
+    #[must_use]
+    pub fn attitude_rates(&self) -> Attitude {
+        Attitude {
+            roll: self.roll.rate,
+            pitch: self.plane.pitch_rate,
+            yaw: self.course.rate,
+        }
+    }
+
+    /// `p`, `q`, `r` \[rad/s\] about the body's axes forward, right, down: what its rate gyros turn by.
+    #[must_use]
+    pub fn rates(&self) -> [f64; 3] {
+        // `+ 0.0`: no negative zero.
+        self.attitude()
+            .body_rates(&self.attitude_rates())
+            .map(|rate| rate + 0.0)
+    }
+
+    /// `z'` \[m/s\], positive down, with `current` \[m/s\] in the fixed frame.
+    #[must_use]
+    pub fn depth_rate(&self, current: [f64; 3]) -> f64 {
+        let [_, _, down] = self
+            .attitude()
+            .to_fixed([self.speed, 0.0, self.plane.heave]);
+        down + current[2]
+    }
+
+    /// Depth and depth rate.
+    pub(crate) fn sounding(&self, current: [f64; 3]) -> Sounding {
+        Sounding {
+            depth: self.plane.depth,
+            rate: self.depth_rate(current),
+        }
+    }
+}
+
+/// What the actuators do over a tick.
+#[derive(Clone, Copy, Debug)]
+pub struct Inputs<'a> {
+    /// The dive planes \[rad\], positive dive.
+    pub dive_planes: PlanePath<'a>,
+    /// What the bow planes have more, and the stern planes less \[rad\].
+    pub bow_stern_differential: PlanePath<'a>,
+    /// What the starboard bow plane has more, and the port one less \[rad\].
+    pub roll_differential: PlanePath<'a>,
+    /// The rudder \[rad\], positive to starboard.
+    pub rudder: PlanePath<'a>,
+    /// The share of full thrust, in \[-1, 1\].
+    pub thrust: PlanePath<'a>,
+}
+
+/// A plant of one axis with its exact half step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Turning {
+    axis: Axis,
+    half_step: HeldAxis,
+}
+
+impl Turning {
+    /// The plant in steps of `step` \[s\].
+    ///
+    /// # Errors
+    /// What is wrong with its numbers.
+    pub fn new(axis: Axis, step: f64) -> Result<Self, planesman_linear::Error> {
+        Ok(Self {
+            half_step: axis.held_over(0.5 * step)?,
+            axis,
+        })
+    }
+
+    /// Half a step on, at a speed \[m/s\] and a plane angle \[rad\].
+    pub(crate) fn half_step(&self, turn: Turn, speed: f64, delta: f64) -> Turn {
+        self.half_step.step(turn, self.axis.moment(speed, delta))
+    }
+}
+
+/// What drives the vehicle by thrust.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Drive {
+    /// Thrust and drag.
+    pub propulsion: Propulsion,
+    /// Whose derivatives change with the speed.
+    pub vehicle: Vehicle,
+    /// What of its equations is changed.
+    pub variant: Variant,
+}
+
+impl Drive {
+    /// The derivatives at the speed `u` \[m/s\].
+    pub(crate) fn derivatives(&self, u: f64) -> Derivatives {
+        self.variant.of(self.vehicle.derivatives(u))
+    }
+}
+
+/// What a tick's motion depends on besides the state, the actuators and the waves.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyMotion {
+    /// The vertical plane at the held speed, and the step.
+    pub vertical: Motion,
+    /// Roll; `None`: it stays as it is.
+    pub roll: Option<Turning>,
+    /// Course; `None`: it stays as it is.
+    pub course: Option<Turning>,
+    /// `None`: the speed is held at the vertical plane's.
+    pub drive: Option<Drive>,
+    /// The water's velocity \[m/s\]: forward, right, down in the fixed frame.
+    pub current: [f64; 3],
+    /// How deep the water is.
+    pub tank: Tank,
+    /// What the vehicle draws behind it.
+    pub tether: Tether,
+}
+
+impl BodyMotion {
+    /// The vertical plane alone.
+    #[must_use]
+    pub fn of_the_plane(vertical: Motion) -> Self {
+        Self {
+            vertical,
+            roll: None,
+            course: None,
+            drive: None,
+            current: [0.0; 3],
+            tank: Tank::default(),
+            tether: Tether::default(),
+        }
+    }
+
+    /// The derivatives at the body's speed.
+    #[must_use]
+    pub fn derivatives(&self, body: &Body) -> Derivatives {
+        match &self.drive {
+            Some(drive) => drive.derivatives(body.speed),
+            None => self.vertical.derivatives,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use planesman_linear::runge_kutta_step;
+    use planesman_units::FOOT;
+
+    use super::*;
+    use crate::{Boundary, Contact, Environment, Load, Restoring, vehicle_file::brunner};
+
+    fn vertical(speed: f64, step: f64) -> Motion {
+        Motion {
+            derivatives: brunner().derivatives(speed),
+            restoring: Restoring::Sine,
+            environment: Environment {
+                density: 999.835,
+                gravity: 9.81456,
+                atmospheric_pressure: 101_325.0,
+            },
+            step,
+        }
+    }
+
+    /// All axes and the propulsion, in still and open water.
+    fn whole(step: f64) -> BodyMotion {
+        let vehicle = brunner();
+        let turning = |axis: Option<Axis>| Turning::new(axis.expect("the report's"), step).ok();
+        BodyMotion {
+            roll: turning(vehicle.roll),
+            course: turning(vehicle.course),
+            drive: Some(Drive {
+                propulsion: vehicle.propulsion.expect("the report's"),
+                vehicle,
+                variant: Variant::default(),
+            }),
+            ..BodyMotion::of_the_plane(vertical(FOOT, step))
+        }
+    }
+
+    /// What four held values do over `seconds`.
+    fn go(
+        motion: &BodyMotion,
+        from: &Body,
+        [dive, roll, rudder, thrust]: [f64; 4],
+        seconds: f64,
+    ) -> (Body, Option<Contact>) {
+        let inputs = Inputs {
+            dive_planes: PlanePath::held(&dive),
+            bow_stern_differential: PlanePath::held(&0.0),
+            roll_differential: PlanePath::held(&roll),
+            rudder: PlanePath::held(&rudder),
+            thrust: PlanePath::held(&thrust),
+        };
+        let steps = (seconds / motion.vertical.step).round() as u32;
+        motion
+            .advance(from, &inputs, Load::NONE, steps)
+            .expect("it moves")
+    }
+
+    fn deep(speed: f64) -> Body {
+        let plane = State {
+            depth: 50.0,
+            ..State::default()
+        };
+        Body::upright(plane, speed)
+    }
+
+    #[test]
+    fn with_all_off_it_is_the_vertical_plane_alone() {
+        // Brunner's equations as they stand, without a word of drag, coupling or attitude.
+        let motion = vertical(FOOT, 0.001);
+        let d = motion.derivatives;
+        let mut y = [0.0, 1.0, 0.0, 0.0, 0.0];
+        for k in 0..20_000 {
+            let delta = if k % 8000 < 4000 { 0.4 } else { -0.3 };
+            y = runge_kutta_step(
+                &y,
+                0.001,
+                [&(); 3],
+                |(), &[_, _, theta, w, q]: &[f64; 5]| {
+                    [
+                        d.speed * theta.cos() + w * theta.sin(),
+                        w * theta.cos() - d.speed * theta.sin(),
+                        q,
+                        (d.z_w * w + d.z_q_plus_m_u * q + d.z_delta * delta) / d.heave_inertia,
+                        (d.m_w * w + d.m_q * q + d.m_delta * delta - d.restoring * theta.sin())
+                            / d.pitch_inertia,
+                    ]
+                },
+            );
+        }
+        let start = State {
+            depth: 1.0,
+            ..State::default()
+        };
+        let mut body = Body::upright(start, FOOT);
+        let held = BodyMotion {
+            drive: None,
+            ..whole(0.001)
+        };
+        for k in 0..5 {
+            let delta = if k % 2 == 0 { 0.4 } else { -0.3 };
+            (body, _) = go(&held, &body, [delta, 0.0, 0.0, 0.0], 4.0);
+        }
+        for (found, expected) in <[f64; 5]>::from(body.plane).into_iter().zip(y) {
+            assert!(
+                (found - expected).abs() < 1e-12,
+                "{found} is not {expected}"
+            );
+        }
+        assert_eq!((body.across, body.roll, body.course), Default::default());
+        assert_eq!(body.speed, FOOT);
+    }
+
+    #[test]
+    fn mirrored_rudder_and_roll_give_the_mirrored_track() {
+        let motion = whole(0.01);
+        let start = deep(FOOT);
+        let (right, _) = go(&motion, &start, [0.1, 0.2, 0.3, 0.2], 30.0);
+        let (left, _) = go(&motion, &start, [0.1, -0.2, -0.3, 0.2], 30.0);
+        assert_eq!(right.plane, left.plane);
+        assert_eq!(right.across, -left.across);
+        assert_eq!(right.course.angle, -left.course.angle);
+        assert_eq!(right.roll.angle, -left.roll.angle);
+        assert!(right.course.angle > 0.0 && right.roll.angle > 0.0);
+    }
+
+    /// How far a flight with every input ends from where a fine step leads, in m.
+    fn error(of: impl Fn(f64) -> BodyMotion, step: f64) -> f64 {
+        let at = |step: f64| go(&of(step), &deep(0.8), [0.2, 0.1, 0.2, 0.7], 8.0).0;
+        let (body, exact) = (at(step), at(0.001));
+        (body.plane.distance - exact.plane.distance).hypot(body.across - exact.across)
+            + (body.plane.depth - exact.plane.depth).abs()
+    }
+
+    fn at_held_speed(step: f64) -> BodyMotion {
+        BodyMotion {
+            drive: None,
+            ..whole(step)
+        }
+    }
+
+    #[test]
+    fn halving_the_step_divides_the_error_by_sixteen_at_a_held_speed() {
+        let ratio = error(at_held_speed, 0.1) / error(at_held_speed, 0.05);
+        assert!((12.0..20.0).contains(&ratio), "{ratio}");
+        assert!(error(at_held_speed, 0.01) < 1e-9);
+        // The axes are exact: no step is too long for them.
+        let at = |step: f64| go(&at_held_speed(step), &deep(FOOT), [0.0, 0.1, 0.2, 0.0], 8.0).0;
+        assert!((at(0.5).course.angle - at(0.001).course.angle).abs() < 1e-11);
+        assert!((at(0.5).roll.angle - at(0.001).roll.angle).abs() < 1e-11);
+    }
+
+    #[test]
+    fn halving_the_step_divides_the_error_by_four_while_the_speed_changes() {
+        // The rudder's moment is held at the mean of both ends' speeds.
+        let ratio = error(whole, 0.1) / error(whole, 0.05);
+        assert!((3.5..5.0).contains(&ratio), "{ratio}");
+        assert!(error(whole, 0.01) < 1e-5);
+    }
+
+    #[test]
+    fn a_steady_turn_is_a_circle_of_the_speed_over_the_rate() {
+        let motion = BodyMotion {
+            drive: None,
+            ..whole(0.01)
+        };
+        let (turning, _) = go(&motion, &deep(FOOT), [0.0, 0.0, 0.1, 0.0], 200.0);
+        let rate = turning.course.rate;
+        let half = std::f64::consts::PI / rate;
+        let steps = (half / 0.01).round() * 0.01;
+        let (opposite, _) = go(&motion, &turning, [0.0, 0.0, 0.1, 0.0], steps);
+        let diameter = (opposite.plane.distance - turning.plane.distance)
+            .hypot(opposite.across - turning.across);
+        assert!((diameter - 2.0 * FOOT / rate).abs() < 1e-4, "{diameter}");
+    }
+
+    #[test]
+    fn full_thrust_and_the_drag_make_the_design_speed() {
+        let (body, _) = go(&whole(0.05), &deep(0.0), [0.0, 0.0, 0.0, 1.0], 300.0);
+        assert!((body.speed - 5.0 * FOOT).abs() < 1e-6, "{}", body.speed);
+        // A tether holds it back and turns its bow up.
+        let towing = BodyMotion {
+            tether: Tether {
+                diameter: 0.003,
+                drag_coefficient: 1.2,
+                above: 0.05,
+            },
+            ..whole(0.05)
+        };
+        let shallow = Body {
+            plane: State {
+                depth: 1.0,
+                ..State::default()
+            },
+            ..deep(1.0)
+        };
+        let (held_back, _) = go(&towing, &shallow, [0.0, 0.0, 0.0, 1.0], 2.0);
+        let (free, _) = go(&whole(0.05), &shallow, [0.0, 0.0, 0.0, 1.0], 2.0);
+        assert!(held_back.speed < free.speed);
+        assert!(held_back.plane.pitch > 0.0 && free.plane.pitch == 0.0);
+    }
+
+    #[test]
+    fn a_current_carries_the_vehicle_and_changes_nothing_else() {
+        let drifting = BodyMotion {
+            current: [0.1, -0.2, 0.05],
+            ..whole(0.01)
+        };
+        let input = [0.2, 0.1, 0.2, 0.3];
+        let (still, _) = go(&whole(0.01), &deep(FOOT), input, 10.0);
+        let (carried, _) = go(&drifting, &deep(FOOT), input, 10.0);
+        assert!((carried.plane.distance - still.plane.distance - 1.0).abs() < 1e-9);
+        assert!((carried.across - still.across + 2.0).abs() < 1e-9);
+        assert!((carried.plane.depth - still.plane.depth - 0.5).abs() < 1e-9);
+        assert_eq!(carried.plane.pitch, still.plane.pitch);
+        assert_eq!(carried.course, still.course);
+    }
+
+    #[test]
+    fn a_diving_vehicle_stops_at_the_bottom_at_the_time_it_gets_there() {
+        let time = |step: f64| {
+            let motion = BodyMotion {
+                tank: Tank { bottom: Some(0.3) },
+                drive: None,
+                ..whole(step)
+            };
+            let (body, contact) = go(&motion, &Body::default(), [0.5, 0.0, 0.0, 0.0], 8.0);
+            assert_eq!(body.plane.depth, 0.3);
+            let contact = contact.expect("it touches");
+            assert_eq!(contact.boundary, Boundary::Bottom);
+            contact.time
+        };
+        assert!((time(0.1) - time(0.001)).abs() < 1e-5, "{}", time(0.1));
+    }
+
+    #[test]
+    fn a_step_that_would_blow_up_is_refused() {
+        let inputs = Inputs {
+            dive_planes: PlanePath::held(&0.5),
+            bow_stern_differential: PlanePath::held(&0.5),
+            roll_differential: PlanePath::held(&0.5),
+            rudder: PlanePath::held(&0.5),
+            thrust: PlanePath::held(&0.5),
+        };
+        let refused = whole(5.0).advance(&deep(1.5), &inputs, Load::NONE, 1000);
+        let diverged = refused.expect_err("too long a step");
+        assert!(!(-diverged.limit..=diverged.limit).contains(&diverged.value));
+    }
+}

@@ -1,0 +1,48 @@
+//! An underwater vehicle: its equations of motion and the models made of them. SI units, no clock, no messages.
+//!
+//! - `dynamics`: the equations of the vertical plane: [`State`], [`Load`]; `vehicle`: [`Vehicle`], its [`Derivatives`].
+//! - `axis`, `propulsion`: roll and course, one axis each: [`Axis`]; thrust and drag: [`Propulsion`].
+//! - `body`, `tick`, `motion`: the whole [`Body`] integrated over a tick; [`Motion`] of the vertical plane alone.
+//! - `attitude`, `planes`: rotations: [`Attitude`]; the plane angle over a tick: [`PlanePath`].
+//! - `environment`, `tank`, `seaway`, `tether`: what surrounds the vehicle. [`Variant`]: parts of it left out.
+//! - `trim`: [`LevelFlight`]; [`linearised`]: linear models about it, and [`pitch`]: its pitch equation alone.
+//! - [`vehicle_file`], [`identified`]: vehicles from YAML, from an identified model; [`coefficients`]: from geometry.
+//!
+//! Depth is positive down, pitch positive bow up, plane angles positive dive.
+
+mod attitude;
+mod axis;
+mod body;
+pub mod coefficients;
+mod dynamics;
+mod environment;
+pub mod identified;
+pub mod linearised;
+mod motion;
+pub mod pitch;
+mod planes;
+mod propulsion;
+mod seaway;
+mod tank;
+mod tether;
+mod tick;
+mod trim;
+mod variant;
+mod vehicle;
+pub mod vehicle_file;
+
+pub use attitude::{Angle, Attitude, Rotation};
+pub use axis::{Axis, HeldAxis, Turn};
+pub use body::{Body, BodyMotion, Drive, Inputs, Turning};
+pub use dynamics::{InverseInertia, Load, Restoring, Slope, Slopes, State};
+pub use environment::{Environment, SURFACE};
+pub use motion::{Diverged, Motion};
+pub use planes::{MotionError, PlanePath};
+pub use propulsion::Propulsion;
+pub use seaway::{Seaway, ShapingFilter, Waves};
+pub use tank::{Boundary, Contact, Tank};
+pub use tether::Tether;
+pub use tick::Acceleration;
+pub use trim::LevelFlight;
+pub use variant::{BRUNNER_SECANT_RATE, BRUNNER_VISCOUS_DAMPING, PitchDamping, Variant};
+pub use vehicle::{Coefficients, Derivatives, PlaneArms, Port, Vehicle};

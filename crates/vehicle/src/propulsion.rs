@@ -1,0 +1,173 @@
+//! Thrust, drag and power: how fast the vehicle goes.
+//!
+//! ```text
+//! (m + m_x) U' = n T_full - D(U)              D = rho A C_D U^2 / 2
+//! C_D = C_fb + C_db       C_fb = C_f S_fb / A        C_db = 0.029 / sqrt(C_fb)
+//! C_f = 0.043 / Re^(1/6)                      Re = U l / nu
+//! ```
+//!
+//! Brunner 1988, II.E, Tables 5 and 6 (p. 58), turbulent, in fresh water, without the rounding of
+//! each column that the table carries on to the next. `n` in \[-1, 1\] is the share of full thrust, and full
+//! thrust is what the drag is at the speed the vehicle was designed for (5 ft/s, p. 57). The
+//! thesis' motor curves are lost: the motors are taken to answer at once. What turning and
+//! pitching add to the drag is left out, as in the report.
+//!
+//! The other coefficients are those of a vehicle under way, so it does not go astern: a thrust
+//! backwards brakes it until it stands.
+
+use planesman_linear::runge_kutta_step;
+
+use planesman_units::{FOOT, SLUG};
+
+/// `rho` \[kg/m^3\] of the report's fresh water, 1.94 slug/ft^3.
+pub(crate) const DENSITY: f64 = 1.94 * SLUG / (FOOT * FOOT * FOOT);
+
+/// `nu` \[m^2/s\]: 1.25e-5 ft^2/s, with which Table 6 has Re = 1.4e5 at 1 ft/s over 21 in.
+pub(crate) const KINEMATIC_VISCOSITY: f64 = 1.25e-5 * FOOT * FOOT;
+
+/// What drives the vehicle and what it drives against, in SI units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Propulsion {
+    /// `A` \[m^2\], the cross section.
+    pub frontal_area: f64,
+    /// `S_fb` \[m^2\], the wetted surface of the forebody.
+    pub wetted_area: f64,
+    /// `l` \[m\], the plate's length in the Reynolds number.
+    pub plate_length: f64,
+    /// `m_x` \[kg\], the water that moves along.
+    pub added_mass: f64,
+    /// \[m/s\], reached with full thrust.
+    pub design_speed: f64,
+}
+
+impl Propulsion {
+    /// `C_f` at a speed \[m/s\] above zero.
+    #[must_use]
+    pub fn friction_coefficient(&self, speed: f64) -> f64 {
+        let reynolds = speed * self.plate_length / KINEMATIC_VISCOSITY;
+        0.043 / reynolds.powf(1.0 / 6.0)
+    }
+
+    /// `C_fb` and `C_db` at a speed \[m/s\] above zero.
+    #[must_use]
+    pub fn drag_coefficients(&self, speed: f64) -> (f64, f64) {
+        let forebody = self.friction_coefficient(speed) * self.wetted_area / self.frontal_area;
+        (forebody, 0.029 / forebody.sqrt())
+    }
+
+    /// `D` \[N\] at a speed \[m/s\]; none at rest.
+    #[must_use]
+    pub fn drag(&self, speed: f64) -> f64 {
+        if speed <= 0.0 {
+            return 0.0;
+        }
+        let (forebody, base) = self.drag_coefficients(speed);
+        0.5 * DENSITY * self.frontal_area * (forebody + base) * speed * speed
+    }
+
+    /// What the drag takes \[W\] at a speed \[m/s\].
+    #[must_use]
+    pub fn power(&self, speed: f64) -> f64 {
+        self.drag(speed) * speed
+    }
+
+    /// `T_full` \[N\].
+    #[must_use]
+    pub fn full_thrust(&self) -> f64 {
+        self.drag(self.design_speed)
+    }
+
+    /// The speed \[m/s\] at which the drag takes up a share of full thrust; 0 for none.
+    #[must_use]
+    pub fn balanced_speed(&self, thrust: f64) -> f64 {
+        let wanted = thrust * self.full_thrust();
+        if wanted <= 0.0 {
+            return 0.0;
+        }
+        // The drag grows with the speed: halve an interval that holds it.
+        let (mut low, mut high) = (0.0, self.design_speed);
+        while self.drag(high) < wanted {
+            high *= 2.0;
+        }
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if self.drag(middle) < wanted {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        0.5 * (low + high)
+    }
+
+    /// `U'` \[m/s^2\] at a speed \[m/s\] under a thrust \[N\], for a vehicle of `mass` \[kg\] with
+    /// `k` U^2 \[N\] of further drag. At rest a thrust backwards moves nothing.
+    #[must_use]
+    pub fn acceleration(&self, speed: f64, thrust: f64, mass: f64, k: f64) -> f64 {
+        let force = thrust - self.drag(speed) - k * speed * speed.abs();
+        if speed <= 0.0 && force < 0.0 {
+            return 0.0;
+        }
+        force / (mass + self.added_mass)
+    }
+
+    /// The speed \[m/s\] after `dt` \[s\] of [`Self::acceleration`]; never below 0.
+    #[must_use]
+    pub fn speed_after(&self, speed: f64, dt: f64, thrust: f64, mass: f64, k: f64) -> f64 {
+        let [after] = runge_kutta_step(&[speed], dt, [&(); 3], |(), &[u]| {
+            [self.acceleration(u, thrust, mass, k)]
+        });
+        after.max(0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vehicle_file::brunner;
+
+    fn propulsion() -> Propulsion {
+        brunner().propulsion.expect("the report's")
+    }
+
+    #[test]
+    fn the_coefficients_round_to_those_of_table_6() {
+        let p = propulsion();
+        for (feet, friction) in [(1.0, 0.006), (2.0, 0.005), (3.0, 0.005), (5.0, 0.005)] {
+            assert!((p.friction_coefficient(feet * FOOT) - friction).abs() < 5e-4);
+        }
+        let (forebody, base) = p.drag_coefficients(FOOT);
+        assert!((forebody - 0.11).abs() < 6e-3 && (base - 0.09).abs() < 5e-3);
+        let (forebody, base) = p.drag_coefficients(5.0 * FOOT);
+        assert!((forebody - 0.09).abs() < 5e-3 && (base - 0.10).abs() < 7e-3);
+    }
+
+    #[test]
+    fn at_five_feet_per_second_the_drag_takes_some_five_watts() {
+        // Forebody and base, without the stern's share in the thesis' 6.5 W; with C_D = 0.2
+        // in their place the thesis prints 5.8 W and 5.59 W come out.
+        let watts = propulsion().power(5.0 * FOOT);
+        assert!((4.8..5.6).contains(&watts), "{watts}");
+    }
+
+    #[test]
+    fn full_thrust_brings_the_vehicle_to_its_design_speed() {
+        let p = propulsion();
+        let mut speed = 0.0;
+        for _ in 0..60_000 {
+            speed = p.speed_after(speed, 0.01, p.full_thrust(), brunner().mass, 0.0);
+        }
+        assert!((speed - p.design_speed).abs() < 1e-6, "{speed}");
+        assert!((p.balanced_speed(1.0) - p.design_speed).abs() < 1e-12);
+        assert_eq!(p.balanced_speed(0.0), 0.0);
+    }
+
+    #[test]
+    fn a_thrust_backwards_stops_the_vehicle_and_no_more() {
+        let p = propulsion();
+        let speed = (0..10_000).fold(0.5, |u, _| {
+            p.speed_after(u, 0.01, -p.full_thrust(), 9.0, 0.0)
+        });
+        assert_eq!(speed, 0.0);
+    }
+}
