@@ -6,6 +6,7 @@
 //! - [`transfer_function`]: ratios of polynomials in `s` or `z`; difference equations.
 //! - [`frequency`]: open loops with dead time: crossovers, gain and phase margins.
 //! - [`poles`]: from the `z` plane to the `s` plane and back; eigenvalues.
+//! - [`runge_kutta_step`]: the fourth-order Runge-Kutta integrator, for any equations.
 //! - [`step_metrics`]: rise time, overshoot, settling time and steady error of a sampled response.
 //!
 //! Nothing here knows of vehicles, messages or clocks. Coefficient lists have the highest power
@@ -17,6 +18,7 @@ pub mod frequency;
 pub mod poles;
 pub mod polynomial;
 pub mod routh;
+mod runge_kutta;
 pub mod state_space;
 pub mod step_metrics;
 pub mod transfer_function;
@@ -26,6 +28,7 @@ pub use frequency::DelayedLoop;
 pub use nalgebra::{Complex, DMatrix};
 pub use poles::discrete_to_continuous;
 pub use routh::RouthColumn;
+pub use runge_kutta::{LARGEST_POLE_STEP, runge_kutta_step};
 pub use state_space::StateSpace;
 pub use step_metrics::{StepMeter, StepMetrics};
 pub use transfer_function::TransferFunction;

@@ -232,10 +232,11 @@ impl BodyMotion {
 
 #[cfg(test)]
 mod tests {
+    use planesman_linear::runge_kutta_step;
+
     use super::*;
     use crate::{
-        Restoring, environment::Environment, integrator, quantity::FOOT, tank::Boundary,
-        vehicle_file::brunner,
+        Restoring, environment::Environment, quantity::FOOT, tank::Boundary, vehicle_file::brunner,
     };
 
     fn vertical(speed: f64, step: f64) -> Motion {
@@ -303,7 +304,7 @@ mod tests {
         let mut y = [0.0, 1.0, 0.0, 0.0, 0.0];
         for k in 0..20_000 {
             let delta = if k % 8000 < 4000 { 0.4 } else { -0.3 };
-            y = integrator::step(
+            y = runge_kutta_step(
                 &y,
                 0.001,
                 [&(); 3],

@@ -10,7 +10,6 @@
 //! - [`axis`]: roll and course, plants of one axis each.
 //! - [`propulsion`]: thrust, drag and power.
 //! - [`attitude`]: how the body lies in the fixed frame.
-//! - [`integrator`]: the fixed-step fourth-order Runge-Kutta method.
 //! - [`planes`]: the plane angle over a tick.
 //! - [`body`]: the whole body and what its motion depends on.
 //! - [`tick`]: a tick of that motion, step by step.
@@ -49,7 +48,6 @@ pub mod core;
 pub mod dynamics;
 pub mod environment;
 pub mod identified;
-pub mod integrator;
 pub mod level_flight;
 pub mod linearised;
 pub mod lockstep;

@@ -23,10 +23,9 @@
 //! there are [`dynamics`](crate::dynamics) and the vehicle `brunner`. The vehicle file
 //! `brunner_as_printed` makes the node fly these programs.
 
-use crate::{
-    integrator,
-    track::{Sample, Track},
-};
+use planesman_linear::runge_kutta_step;
+
+use crate::track::{Sample, Track};
 
 /// Feet in a body length `L`: 28 in. The only unit the programs convert, at output.
 pub const FEET_PER_LENGTH: f64 = 28.0 / 12.0;
@@ -135,7 +134,7 @@ impl Program {
         let mut samples = vec![Sample::default()];
         for k in 0..steps {
             let delta = if k < held_steps { PLANE_ANGLE } else { 0.0 };
-            y = integrator::step(&y, STEP, [&delta; 3], |delta, y| self.rates(y, *delta));
+            y = runge_kutta_step(&y, STEP, [&delta; 3], |delta, y| self.rates(y, *delta));
             let [_, pitch_rate, pitch, depth] = y;
             samples.push(Sample {
                 depth,

@@ -15,7 +15,9 @@
 //! The other coefficients are those of a vehicle under way, so it does not go astern: a thrust
 //! backwards brakes it until it stands.
 
-use crate::{integrator, quantity::FOOT, quantity::SLUG};
+use planesman_linear::runge_kutta_step;
+
+use crate::{quantity::FOOT, quantity::SLUG};
 
 /// `rho` \[kg/m^3\] of the report's fresh water, 1.94 slug/ft^3.
 pub const DENSITY: f64 = 1.94 * SLUG / (FOOT * FOOT * FOOT);
@@ -112,7 +114,7 @@ impl Propulsion {
     /// The speed \[m/s\] after `dt` \[s\] of [`Self::acceleration`]; never below 0.
     #[must_use]
     pub fn speed_after(&self, speed: f64, dt: f64, thrust: f64, mass: f64, k: f64) -> f64 {
-        let [after] = integrator::step(&[speed], dt, [&(); 3], |(), &[u]| {
+        let [after] = runge_kutta_step(&[speed], dt, [&(); 3], |(), &[u]| {
             [self.acceleration(u, thrust, mass, k)]
         });
         after.max(0.0)

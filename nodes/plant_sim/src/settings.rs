@@ -1,5 +1,6 @@
 //! The parameters, checked and in the models' own types: what a [`Plant`](crate::core::Plant) flies by.
 
+use planesman_linear::LARGEST_POLE_STEP;
 use planesman_parameters::Values;
 
 use crate::{
@@ -7,7 +8,6 @@ use crate::{
     axis::Axis,
     body::{Body, BodyMotion, Drive, Turning},
     environment::Environment,
-    integrator::LARGEST_POLE_STEP,
     linearised::{self, Output},
     motion::Motion,
     parameters,

@@ -8,13 +8,14 @@
 //! does not change between the method's four looks once per time (the planes' load, the sines of roll
 //! and course, the derivatives at the speed), and the end of one step is the start of the next.
 
+use planesman_linear::runge_kutta_step;
+
 use crate::{
     State,
     attitude::{Angle, Rotation},
     axis::Turn,
     body::{Body, BodyMotion, Drive, Inputs, Turning},
     dynamics::{InverseInertia, Load},
-    integrator,
     motion::Diverged,
     planes::PlanePath,
     tank::Contact,
@@ -179,7 +180,7 @@ impl<'a> Tick<'a> {
                 driven.each_ref()
             }
         };
-        let [distance, across, depth, pitch, heave, pitch_rate] = integrator::step(
+        let [distance, across, depth, pitch, heave, pitch_rate] = runge_kutta_step(
             &vector(from),
             h,
             [

@@ -8,21 +8,21 @@
 //! Error per unit time of order `h^4` where `f` is smooth. For a decaying mode `exp(s t)` it is
 //! stable up to `|s| h = 2.78` on the real axis and 2.83 on the imaginary one.
 
-/// The largest `|s| h` at which a mode is well clear of instability, and still resolved.
+/// The largest `|s| h` at which a mode is stable with margin and still resolved.
 pub const LARGEST_POLE_STEP: f64 = 1.0;
 
-/// One step of length `h` of `y' = f(s, y)`, where `s` is whatever `f` depends on besides `y`:
-/// at the start, in the middle and at the end of the step.
+/// One step of length `h` of `y' = f(s, y)`. `s` holds the inputs of `f` besides `y`: at the start, in the
+/// middle and at the end of the step; `[&(); 3]` when there are none.
 #[inline(always)]
-pub fn step<S, const N: usize>(
+pub fn runge_kutta_step<S, const N: usize>(
     y: &[f64; N],
     h: f64,
     [start, middle, end]: [&S; 3],
     f: impl Fn(&S, &[f64; N]) -> [f64; N],
 ) -> [f64; N] {
-    // How far each slope leads to the next look, and how much it counts. One call of `f`, so that it is
-    // compiled in line.
-    let looks = [
+    // Each stage: its inputs, the distance to the next stage, its weight. A loop with one call of `f`, so
+    // that the compiler inlines it.
+    let stages = [
         (start, h / 2.0, h / 6.0),
         (middle, h / 2.0, h / 3.0),
         (middle, h, h / 3.0),
@@ -30,7 +30,7 @@ pub fn step<S, const N: usize>(
     ];
     let mut at = *y;
     let mut after = *y;
-    for (s, ahead, weight) in looks {
+    for (s, ahead, weight) in stages {
         let k = f(s, &at);
         for i in 0..N {
             at[i] = y[i] + ahead * k[i];
@@ -48,7 +48,7 @@ mod tests {
         let h = 1.0 / f64::from(steps);
         let mut y = [1.0];
         for _ in 0..steps {
-            y = step(&y, h, [&(); 3], |(), y| [-y[0]]);
+            y = runge_kutta_step(&y, h, [&(); 3], |(), y| [-y[0]]);
         }
         y[0]
     }
@@ -62,7 +62,7 @@ mod tests {
 
     #[test]
     fn a_cubic_in_time_is_integrated_exactly() {
-        let y = step(&[0.0], 2.0, [&0.0, &1.0, &2.0], |t: &f64, _| [t * t * t]);
+        let y = runge_kutta_step(&[0.0], 2.0, [&0.0, &1.0, &2.0], |t: &f64, _| [t * t * t]);
         assert!((y[0] - 4.0).abs() < 1e-14);
     }
 }
