@@ -6,14 +6,14 @@ use std::fmt::Write as _;
 use anyhow::{Result, anyhow};
 use dha_actuator::actuator_file;
 use dha_actuator::actuator_set::ActuatorSet;
-use dha_actuator::bench::autopilot::Gains;
-use dha_actuator::bench::missile::Surrogate;
 use dha_actuator::depth_loop::Loop;
 use dha_actuator::describing_function::toggling;
 use dha_actuator::dha::Demand;
-use dha_actuator::linearised::{FlightControl, Ram, yaw_plant};
+use dha_actuator::linearised::Ram;
 use dha_actuator::sizing::{Load, for_load, sizes};
 use dha_actuator::units::{DEGREE, Dimension, INCH, Written};
+use ibm_1966::flight_control::FlightControl;
+use ibm_1966::{Gains, Surrogate};
 use planesman_linear::Complex;
 
 /// What the command takes. A quantity is a number and its unit, as in an actuator file.
@@ -202,7 +202,7 @@ fn yaw_cycle(set: &ActuatorSet) -> String {
         return "none".to_owned();
     };
     let cycle = toggling(&control.open_loop, set.quantum, set.threshold);
-    let Ok(plant) = yaw_plant(&plant) else {
+    let Ok(plant) = plant.transfer_function() else {
         return "none".to_owned();
     };
     if cycle.residual > super::MOST_RESIDUAL {

@@ -8,7 +8,6 @@
 //! - [`identification`]: the procedure of ch. V, step by step on synthetic runs.
 //! - [`run_figures`]: Figs. 45 to 56, what comes of it.
 //! - [`root_loci`]: the root loci of Figs. 5 to 21.
-//! - [`actuator_figures`]: those of the 1966 actuator study.
 //! - [`time_responses`]: the depth loop's, Figs. 11 to 16 and C2 to C9.
 
 use std::path::PathBuf;
@@ -17,7 +16,6 @@ use anyhow::{Context, Result, bail};
 use planesman_book::Reckoning;
 use reports::REPORTS;
 
-pub mod actuator_figures;
 pub mod identification;
 pub mod listing;
 pub mod page;

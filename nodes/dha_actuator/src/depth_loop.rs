@@ -347,7 +347,7 @@ impl Loop {
     ) -> Prediction {
         let periods = Periods {
             settling: 1,
-            heard: 3,
+            measured: 3,
         };
         let describing_function = |amplitude: f64, frequency: f64| {
             frequency_response::actuator(set, asked(amplitude), frequency, periods)

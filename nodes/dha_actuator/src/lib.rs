@@ -24,8 +24,7 @@
 //! - [`limit_cycle`]: the limit cycle it is in.
 //! - [`first_order`]: an analog servo to compare with.
 //! - [`actuator_model`]: the DHA, a first-order or an ideal actuator, behind one interface.
-//! - [`mod@bench`]: the study's flight-control simulation around it.
-//! - [`book`]: the study's printed numbers, computed again.
+//! - [`pulse_train`]: the hydraulics alone under given pulses.
 //!
 //! Design and analysis:
 //! - [`sizing`]: quantum, rates, frequencies, power of an actuator; an actuator for a load.
@@ -42,8 +41,6 @@
 pub mod actuator_file;
 pub mod actuator_model;
 pub mod actuator_set;
-pub mod bench;
-pub mod book;
 pub mod condition;
 pub mod core;
 pub mod cycle_clock;
@@ -63,6 +60,7 @@ pub mod node;
 pub mod parameters;
 pub mod position_loop;
 pub mod pulse_logic;
+pub mod pulse_train;
 pub mod ram;
 pub mod sizing;
 pub mod units;

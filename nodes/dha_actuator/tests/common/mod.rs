@@ -5,10 +5,10 @@ pub(crate) mod depth;
 
 use dha_actuator::actuator_file::load;
 use dha_actuator::actuator_set::ActuatorSet;
-use dha_actuator::bench::pulse_train::PulseTrain;
 use dha_actuator::condition::{Condition, Leakages, Sound};
 use dha_actuator::hydraulics::Reading;
 use dha_actuator::modes::Constants;
+use dha_actuator::pulse_train::PulseTrain;
 use dha_actuator::units::{INCH, PSI};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};

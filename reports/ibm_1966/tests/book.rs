@@ -1,6 +1,6 @@
 //! The numbers of IBM 66-L03-005: every one comes out again, with its verdict.
 
-use dha_actuator::book::{ibm_1966, recomputed};
+use ibm_1966::{book, recomputed};
 use planesman_book::{Reckoning, Verdict};
 
 /// Printed, and nothing to compute it from: measurements, the runs of Phase I, and parameters that no
@@ -33,7 +33,7 @@ fn score(reckoning: &Reckoning<'_>, table: &str) -> (usize, usize) {
 
 #[test]
 fn every_number_of_the_study_comes_out_again_with_its_verdict() {
-    let book = ibm_1966().expect("the book is valid");
+    let book = book().expect("the book is valid");
     let values = recomputed();
     let reckoning = Reckoning::of(&book, values.iter().map(|(id, v)| (id.as_str(), *v)));
     let faults: Vec<String> = reckoning

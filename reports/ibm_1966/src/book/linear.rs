@@ -2,10 +2,11 @@
 
 use planesman_linear::Error;
 
-use super::Recomputed;
-use crate::bench::case::Case;
-use crate::linearised::{FlightControl, Ram};
-use crate::units::DEGREE;
+use crate::case::Case;
+use crate::flight_control::FlightControl;
+use dha_actuator::linearised::Ram;
+use dha_actuator::units::DEGREE;
+use planesman_book::Recomputed;
 
 /// Frequencies, rad/s, between which both gain limits lie,
 const MARGINS: (f64, f64) = (0.5, 150.0);
@@ -18,7 +19,7 @@ const BANDWIDTH: (f64, f64) = (6.0, 15.0);
 ///
 /// # Errors
 /// Those of the linear model.
-pub fn recomputed(case: &Case) -> Result<Recomputed, Error> {
+pub(super) fn recomputed(case: &Case) -> Result<Recomputed, Error> {
     let plant = case.surrogate.plant();
     let linear = FlightControl::new(&plant, &case.gains, &case.set, Ram::Rigid)?;
     let (frequency, magnitude) = linear.peak(RESONANCE.0, RESONANCE.1);

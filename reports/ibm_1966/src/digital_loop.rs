@@ -5,11 +5,11 @@
 //! the logic commands at most one volume; in between the missile is integrated under the nozzle
 //! angle of the exactly integrated ram.
 
-use super::autopilot::DigitalAutopilot;
-use super::case::Case;
-use super::missile::{Yaw, YawPlant};
-use crate::hydraulics::Hydraulics;
-use crate::pulse_logic::PulseLogic;
+use crate::autopilot::DigitalAutopilot;
+use crate::case::Case;
+use crate::missile::{Yaw, YawPlant};
+use dha_actuator::hydraulics::Hydraulics;
+use dha_actuator::pulse_logic::PulseLogic;
 
 /// Runge-Kutta steps of the missile in a valve cycle. The missile's poles are two orders of
 /// magnitude below the sampling frequency; it is the ram's motion, at 50 Hz, that has to be resolved.
@@ -54,6 +54,14 @@ pub struct DigitalLoop {
     /// Ram position at the begin of the next cycle, m.
     ram: f64,
     cycles: u32,
+}
+
+impl Case {
+    /// The loop, ready to fly.
+    #[must_use]
+    pub fn fly(&self, start: Start) -> DigitalLoop {
+        DigitalLoop::new(self, start)
+    }
 }
 
 impl DigitalLoop {

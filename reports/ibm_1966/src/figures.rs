@@ -6,19 +6,21 @@
 
 use std::f64::consts::TAU;
 
+use crate::analog_loop::AnalogLoop;
+use crate::autopilot::{Gains, PULSE};
+use crate::case::Case;
+use crate::digital_loop::Start;
+use crate::flight_control::{self, FlightControl};
+use crate::missile::Surrogate;
+use crate::tables::{Row, TABLE_3_2, TABLE_4_2};
 use anyhow::Result;
-use dha_actuator::bench::analog_loop::AnalogLoop;
-use dha_actuator::bench::autopilot::{Gains, PULSE};
-use dha_actuator::bench::case::Case;
-use dha_actuator::bench::digital_loop::Start;
-use dha_actuator::bench::missile::Surrogate;
-use dha_actuator::bench::pulse_train::PulseTrain;
-use dha_actuator::bench::tables::{Row, TABLE_3_2, TABLE_4_2};
 use dha_actuator::condition::Condition;
-use dha_actuator::frequency_response::{self, Periods};
-use dha_actuator::linearised::{FlightControl, Ram};
+use dha_actuator::frequency_response::Periods;
+use dha_actuator::linearised::Ram;
+use dha_actuator::pulse_train::PulseTrain;
 use dha_actuator::units::{DEGREE, INCH};
 
+use planesman_book::Chapter;
 use planesman_plot::{Plot, Style};
 
 /// The missile of all figures.
@@ -57,11 +59,35 @@ const HALF_A_DEGREE: Input = Input::Yaw(-0.5);
 const YAW: [&str; 2] = ["time [s]", "psi [deg]"];
 const RAM: [&str; 2] = ["time [s]", "X_1 [in]"];
 
+/// Every figure, by the report's sections.
+///
+/// # Errors
+/// When a built-in actuator cannot be read.
+pub fn figures() -> Result<Vec<Chapter>> {
+    Ok(vec![
+        Chapter {
+            title: "Section III: mathematical model and hardware",
+            note: "The copy of the report has lost its records. These are flights of the surrogate missile PS-2 with the actuator of Table 3-1; the report's own missile is lost, and so is the hardware's behaviour. Figures 3-3 and 3-4 are block diagrams: the loop closed on the hardware or on the model, with the other flown along under the same commands; and the equations of the ram with its load.",
+            figures: section_3()?,
+        },
+        Chapter {
+            title: "Section IV: digital and analog flight control",
+            note: "Flights of the surrogate missile PS-2 with the actuator of Table 4-1.",
+            figures: section_4()?,
+        },
+        Chapter {
+            title: "Section V: linear model",
+            note: "Of the surrogate missile PS-2.",
+            figures: section_5()?,
+        },
+    ])
+}
+
 /// The figures of Section III: the hardware's parameters.
 ///
 /// # Errors
 /// When a built-in actuator cannot be read.
-pub fn section_3() -> Result<Vec<Plot<'static>>> {
+fn section_3() -> Result<Vec<Plot<'static>>> {
     let base = Case::table_3_1(SURROGATE)?;
     let row = |id: &str| changed(&TABLE_3_2, id, &base);
     let (supple, damped) = (row("C=6"), row("C=18"));
@@ -143,7 +169,7 @@ pub fn section_3() -> Result<Vec<Plot<'static>>> {
 ///
 /// # Errors
 /// When a built-in actuator cannot be read.
-pub fn section_4() -> Result<Vec<Plot<'static>>> {
+fn section_4() -> Result<Vec<Plot<'static>>> {
     let base = Case::table_4_1(SURROGATE)?;
     let row = |id: &str| changed(&TABLE_4_2, id, &base);
     let of = |number, what, note: &'static str, case: &Case, input| {
@@ -234,7 +260,7 @@ pub fn section_4() -> Result<Vec<Plot<'static>>> {
 ///
 /// # Errors
 /// When a built-in actuator cannot be read or the model cannot be made.
-pub fn section_5() -> Result<Vec<Plot<'static>>> {
+fn section_5() -> Result<Vec<Plot<'static>>> {
     let base = Case::table_4_1(SURROGATE)?;
     let linear = FlightControl::new(&SURROGATE.plant(), &base.gains, &base.set, Ram::Rigid)?;
     let response = (1..=200)
@@ -389,7 +415,7 @@ fn frequency_curves(case: &Case) -> Vec<Curve> {
             points: FREQUENCIES
                 .iter()
                 .map(|hertz| {
-                    let response = frequency_response::flight_control(
+                    let response = flight_control::full_response(
                         case,
                         pulses,
                         TAU * hertz,

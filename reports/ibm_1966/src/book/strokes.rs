@@ -1,16 +1,16 @@
 //! One calibrated volume alone, and drift against friction: by simulation.
 
-use super::Recomputed;
-use crate::actuator_file::{ActuatorFileError, load};
-use crate::actuator_set::ActuatorSet;
-use crate::bench::pulse_train::PulseTrain;
-use crate::units::INCH;
+use dha_actuator::actuator_file::{ActuatorFileError, load};
+use dha_actuator::actuator_set::ActuatorSet;
+use dha_actuator::pulse_train::PulseTrain;
+use dha_actuator::units::INCH;
+use planesman_book::Recomputed;
 
 /// Every value of the families `quantum` and `drift`.
 ///
 /// # Errors
 /// [`ActuatorFileError`] for a built-in actuator that cannot be read.
-pub fn recomputed() -> Result<Recomputed, ActuatorFileError> {
+pub(super) fn recomputed() -> Result<Recomputed, ActuatorFileError> {
     let mut all = Recomputed::new();
     for (id, actuator, friction, sign) in [
         ("T31+", "table_3_1", true, 1),

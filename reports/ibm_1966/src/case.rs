@@ -1,11 +1,10 @@
 //! A digital flight control as it is put to the test: missile, actuator, autopilot, pulse logic.
 
-use super::autopilot::Gains;
-use super::digital_loop::{DigitalLoop, Start};
-use super::missile::Surrogate;
-use crate::actuator_set::ActuatorSet;
-use crate::condition::Condition;
-use crate::pulse_logic::Options;
+use crate::autopilot::Gains;
+use crate::missile::Surrogate;
+use dha_actuator::actuator_set::ActuatorSet;
+use dha_actuator::condition::Condition;
+use dha_actuator::pulse_logic::Options;
 
 /// A digital flight control to be tested.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,7 +17,7 @@ pub struct Case {
     pub gains: Gains,
     /// The pulse logic's options.
     pub options: Options,
-    /// What is the matter with the actuator.
+    /// Wear and faults of the actuator.
     pub condition: Condition,
 }
 
@@ -45,11 +44,5 @@ impl Case {
             },
             ..self.clone()
         }
-    }
-
-    /// The loop, ready to fly.
-    #[must_use]
-    pub fn fly(&self, start: Start) -> DigitalLoop {
-        DigitalLoop::new(self, start)
     }
 }

@@ -9,10 +9,10 @@
 //! the list of symbols a T_D without a value) and 8 % more friction. It is a conjecture, and an open
 //! discrepancy.
 
-use super::case::Case;
-use super::missile::Surrogate;
-use crate::actuator_file::{self, ActuatorFileError};
-use crate::units::{INCH, POUND, PSI};
+use crate::case::Case;
+use crate::missile::Surrogate;
+use dha_actuator::actuator_file::{self, ActuatorFileError};
+use dha_actuator::units::{INCH, POUND, PSI};
 
 /// A row of a table.
 #[derive(Clone, Copy, Debug)]

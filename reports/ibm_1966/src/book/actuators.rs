@@ -1,11 +1,11 @@
 //! Tables 3-1 and 4-1, and what follows from them by algebra.
 
-use super::Recomputed;
-use crate::actuator_file::{ActuatorFileError, load};
-use crate::actuator_set::ActuatorSet;
-use crate::bench::autopilot::{COMPENSATION, PULSE};
-use crate::bench::missile::Surrogate;
-use crate::units::{DEGREE, INCH, POUND, PSI};
+use crate::autopilot::{COMPENSATION, PULSE};
+use crate::missile::Surrogate;
+use dha_actuator::actuator_file::{ActuatorFileError, load};
+use dha_actuator::actuator_set::ActuatorSet;
+use dha_actuator::units::{DEGREE, INCH, POUND, PSI};
+use planesman_book::Recomputed;
 
 const CUBIC_INCH: f64 = INCH * INCH * INCH;
 /// q_LC of both tables, in^3/s.
@@ -19,7 +19,7 @@ const FOOT: f64 = 12.0;
 ///
 /// # Errors
 /// [`ActuatorFileError`] for a built-in actuator that cannot be read.
-pub fn recomputed() -> Result<Recomputed, ActuatorFileError> {
+pub(super) fn recomputed() -> Result<Recomputed, ActuatorFileError> {
     let (hardware, polaris, auv) = (load("table_3_1")?, load("table_4_1")?, load("auv")?);
     let mut all = table("T3-1", &hardware);
     all.extend(table("T4-1", &polaris));

@@ -11,15 +11,15 @@
 //! is read from the list of symbols and Section V. The report's list gives N_yFB = +(K_B/K_2) psi, but
 //! only negative feedback flies.
 
-use super::missile::Surrogate;
-use crate::units::DEGREE;
+use crate::missile::Surrogate;
+use dha_actuator::units::DEGREE;
 
 /// K_2, rad per pulse: 0.075 degrees, because 12 pulses against 11 are "0.075 degree larger, a
 /// difference of 8 percent" (Section IV.B.3).
 pub const PULSE: f64 = 0.075 * DEGREE;
 
 /// K of Tables 3-1 and 4-1.
-pub const COMPENSATION: f64 = 1.0 / 128.0;
+pub(crate) const COMPENSATION: f64 = 1.0 / 128.0;
 
 /// The autopilot's gains.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,7 +52,7 @@ impl Gains {
 
 /// The autopilot with what it remembers of the last cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DigitalAutopilot {
+pub(crate) struct DigitalAutopilot {
     gains: Gains,
     error: f64,
     yaw_rate: f64,
@@ -61,7 +61,7 @@ pub struct DigitalAutopilot {
 impl DigitalAutopilot {
     /// Without a past: the first error counts as a change from none.
     #[must_use]
-    pub fn new(gains: Gains) -> Self {
+    pub(crate) fn new(gains: Gains) -> Self {
         Self {
             gains,
             error: 0.0,
@@ -71,7 +71,7 @@ impl DigitalAutopilot {
 
     /// Input, rad: by how much the nozzle angle is to change, for `steering` pulses, psi, rad, and
     /// psi', rad/s.
-    pub fn input(&mut self, steering: f64, yaw: f64, yaw_rate: f64) -> f64 {
+    pub(crate) fn input(&mut self, steering: f64, yaw: f64, yaw_rate: f64) -> f64 {
         let g = &self.gains;
         let error = steering - g.yaw / PULSE * yaw;
         let input = g.overall

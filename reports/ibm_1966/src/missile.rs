@@ -1,4 +1,4 @@
-//! The missile the actuator steers: a surrogate of its yaw dynamics.
+//! The yaw dynamics of the missile that the actuator steers: a surrogate.
 //!
 //! ```text
 //! psi'' = mu_beta beta + mu_delta delta
@@ -14,8 +14,10 @@
 
 use std::fmt;
 
-use crate::actuator_set::ActuatorSet;
-use crate::units::{DEGREE, INCH};
+use planesman_linear::{Error, TransferFunction, runge_kutta_step};
+
+use dha_actuator::actuator_set::ActuatorSet;
+use dha_actuator::units::{DEGREE, INCH};
 
 /// The constants of a yaw plant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,38 +44,51 @@ pub struct Yaw {
 }
 
 impl Yaw {
-    /// This plus `h` times `by`.
-    pub(super) fn plus(self, h: f64, by: Self) -> Self {
+    /// psi, psi' and beta, as they are integrated.
+    pub(crate) fn state(self) -> [f64; 3] {
+        [self.angle, self.rate, self.sideslip]
+    }
+
+    pub(crate) fn of_state([angle, rate, sideslip]: [f64; 3]) -> Self {
         Self {
-            angle: self.angle + h * by.angle,
-            rate: self.rate + h * by.rate,
-            sideslip: self.sideslip + h * by.sideslip,
+            angle,
+            rate,
+            sideslip,
         }
     }
 }
 
 impl YawPlant {
-    /// The yaw's rates of change under a `nozzle` angle, rad.
+    /// The rates of change of psi, psi' and beta under a `nozzle` angle, rad.
     #[must_use]
-    pub fn rates(&self, yaw: Yaw, nozzle: f64) -> Yaw {
-        Yaw {
-            angle: yaw.rate,
-            rate: self.sideslip_moment * yaw.sideslip + self.nozzle_moment * nozzle,
-            sideslip: yaw.rate - self.sideslip_force * yaw.sideslip + self.nozzle_force * nozzle,
-        }
+    pub fn rates(&self, [_, rate, sideslip]: [f64; 3], nozzle: f64) -> [f64; 3] {
+        [
+            rate,
+            self.sideslip_moment * sideslip + self.nozzle_moment * nozzle,
+            rate - self.sideslip_force * sideslip + self.nozzle_force * nozzle,
+        ]
     }
 
-    /// A Runge-Kutta step of `h` s, with the nozzle's angles, rad, at its begin, middle and end.
+    /// The yaw `h` s later, with the nozzle's angles, rad, at begin, middle and end of the step.
     #[must_use]
     pub fn step(&self, yaw: Yaw, [begin, middle, end]: [f64; 3], h: f64) -> Yaw {
-        let k1 = self.rates(yaw, begin);
-        let k2 = self.rates(yaw.plus(0.5 * h, k1), middle);
-        let k3 = self.rates(yaw.plus(0.5 * h, k2), middle);
-        let k4 = self.rates(yaw.plus(h, k3), end);
-        yaw.plus(h / 6.0, k1)
-            .plus(h / 3.0, k2)
-            .plus(h / 3.0, k3)
-            .plus(h / 6.0, k4)
+        let nozzles = [&begin, &middle, &end];
+        Yaw::of_state(runge_kutta_step(&yaw.state(), h, nozzles, |nozzle, x| {
+            self.rates(*x, *nozzle)
+        }))
+    }
+
+    /// P = psi/delta.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`].
+    pub fn transfer_function(&self) -> Result<TransferFunction, Error> {
+        let (mu_d, mu_b) = (self.nozzle_moment, self.sideslip_moment);
+        let (y_b, y_d) = (self.sideslip_force, self.nozzle_force);
+        TransferFunction::new(
+            vec![mu_d, mu_d * y_b + mu_b * y_d],
+            vec![1.0, y_b, -mu_b, 0.0],
+        )
     }
 }
 

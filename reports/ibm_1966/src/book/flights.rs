@@ -1,20 +1,20 @@
 //! Tables 2-1, 3-2, 4-2 and 4-3 and the limit cycles of Section IV, by simulated flights.
 
-use super::Recomputed;
-use crate::actuator_file::ActuatorFileError;
-use crate::bench::case::Case;
-use crate::bench::missile::Surrogate;
-use crate::bench::procedure::{
+use crate::case::Case;
+use crate::missile::Surrogate;
+use crate::procedure::{
     ANALOG_GAIN_TESTS, GAIN_STEP, LimitCycle, analog_gain_limit, analog_step_limit,
 };
-use crate::bench::tables::{Outcome, Row, TABLE_2_1, TABLE_3_2, TABLE_4_2};
-use crate::units::DEGREE;
+use crate::tables::{Outcome, Row, TABLE_2_1, TABLE_3_2, TABLE_4_2};
+use dha_actuator::actuator_file::ActuatorFileError;
+use dha_actuator::units::DEGREE;
+use planesman_book::Recomputed;
 
 /// Every value of the tables, and the limit cycles.
 ///
 /// # Errors
 /// [`ActuatorFileError`] for a built-in actuator that cannot be read.
-pub fn recomputed() -> Result<Recomputed, ActuatorFileError> {
+pub(super) fn recomputed() -> Result<Recomputed, ActuatorFileError> {
     let mut all = Recomputed::new();
     for surrogate in [Surrogate::Ps2, Surrogate::Ps1] {
         let hardware = Case::table_3_1(surrogate)?;

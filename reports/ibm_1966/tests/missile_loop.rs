@@ -2,11 +2,9 @@
 //! around the missile's surrogate (IBM 66-L03-005, Figures 2-4 and 2-5), against another simulation
 //! of the same loop.
 
-use dha_actuator::bench::case::Case;
-use dha_actuator::bench::digital_loop::{DigitalLoop, Start};
-use dha_actuator::bench::missile::Surrogate;
 use dha_actuator::pulse_logic::{Options, SignChange};
 use dha_actuator::units::{DEGREE, INCH};
+use ibm_1966::{Case, DigitalLoop, Start, Surrogate};
 use serde_json::Value;
 
 fn missile(start: Start) -> DigitalLoop {

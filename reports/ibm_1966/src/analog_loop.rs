@@ -12,8 +12,10 @@
 //! 0.7, and K_i is that of the digital K = 2^-9, with which the report finds "similar performance and
 //! transient characteristics" (Section IV.B.3).
 
-use super::autopilot::{Gains, PULSE};
-use super::missile::{Surrogate, Yaw, YawPlant};
+use planesman_linear::runge_kutta_step;
+
+use crate::autopilot::{Gains, PULSE};
+use crate::missile::{Surrogate, Yaw, YawPlant};
 
 /// zeta of the analog actuator.
 const DAMPING: f64 = 0.7;
@@ -35,28 +37,8 @@ pub struct AnalogLoop {
     steps: u32,
 }
 
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct State {
-    yaw: Yaw,
-    /// int e dt, rad s.
-    integral: f64,
-    /// delta, rad.
-    nozzle: f64,
-    /// v, rad/s.
-    valve: f64,
-}
-
-impl State {
-    /// This plus `h` times `by`.
-    fn plus(self, h: f64, by: Self) -> Self {
-        Self {
-            yaw: self.yaw.plus(h, by.yaw),
-            integral: self.integral + h * by.integral,
-            nozzle: self.nozzle + h * by.nozzle,
-            valve: self.valve + h * by.valve,
-        }
-    }
-}
+/// psi, psi', beta as in [`Yaw`], then int e dt (rad s), delta (rad) and v (rad/s).
+type State = [f64; 6];
 
 impl AnalogLoop {
     /// A loop at rest, psi_0 = `yaw`, rad, without sideslip. K of `gains` has no part in it.
@@ -67,13 +49,7 @@ impl AnalogLoop {
             plant: surrogate.plant(),
             frequency: surrogate.analog_frequency(),
             rate_limit: surrogate.analog_rate_limit(),
-            state: State {
-                yaw: Yaw {
-                    angle: yaw,
-                    ..Yaw::default()
-                },
-                ..State::default()
-            },
+            state: [yaw, 0.0, 0.0, 0.0, 0.0, 0.0],
             steps: 0,
         }
     }
@@ -87,48 +63,49 @@ impl AnalogLoop {
     /// The missile.
     #[must_use]
     pub fn yaw(&self) -> Yaw {
-        self.state.yaw
+        let [angle, rate, sideslip, ..] = self.state;
+        Yaw {
+            angle,
+            rate,
+            sideslip,
+        }
     }
 
     /// delta, rad.
     #[must_use]
     pub fn nozzle(&self) -> f64 {
-        self.state.nozzle
+        self.state[4]
     }
 
     /// delta', rad/s.
     #[must_use]
     pub fn nozzle_rate(&self) -> f64 {
-        self.state.valve.clamp(-self.rate_limit, self.rate_limit)
+        self.state[5].clamp(-self.rate_limit, self.rate_limit)
     }
 
     /// One integration step under `steering` pulses.
     pub fn step(&mut self, steering: f64) {
-        let h = STEP;
-        let x = self.state;
-        let k1 = self.rates(x, steering);
-        let k2 = self.rates(x.plus(0.5 * h, k1), steering);
-        let k3 = self.rates(x.plus(0.5 * h, k2), steering);
-        let k4 = self.rates(x.plus(h, k3), steering);
-        self.state = x
-            .plus(h / 6.0, k1)
-            .plus(h / 3.0, k2)
-            .plus(h / 3.0, k3)
-            .plus(h / 6.0, k4);
+        let held = [&steering; 3];
+        self.state = runge_kutta_step(&self.state, STEP, held, |steering, x| {
+            self.rates(x, *steering)
+        });
         self.steps += 1;
     }
 
-    fn rates(&self, x: State, steering: f64) -> State {
+    fn rates(&self, x: &State, steering: f64) -> State {
+        let [angle, rate, sideslip, integral, nozzle, valve] = *x;
         let g = &self.gains;
-        let error = PULSE * steering - g.yaw * x.yaw.angle;
-        let command =
-            g.overall * (g.attitude * (error + INTEGRAL_GAIN * x.integral) - g.rate * x.yaw.rate);
+        let error = PULSE * steering - g.yaw * angle;
+        let command = g.overall * (g.attitude * (error + INTEGRAL_GAIN * integral) - g.rate * rate);
         let omega = self.frequency;
-        State {
-            yaw: self.plant.rates(x.yaw, x.nozzle),
-            integral: error,
-            nozzle: x.valve.clamp(-self.rate_limit, self.rate_limit),
-            valve: omega * omega * (command - x.nozzle) - 2.0 * DAMPING * omega * x.valve,
-        }
+        let [angle, rate, sideslip] = self.plant.rates([angle, rate, sideslip], nozzle);
+        [
+            angle,
+            rate,
+            sideslip,
+            error,
+            valve.clamp(-self.rate_limit, self.rate_limit),
+            omega * omega * (command - nozzle) - 2.0 * DAMPING * omega * valve,
+        ]
     }
 }

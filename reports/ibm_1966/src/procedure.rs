@@ -11,12 +11,12 @@
 //! 4), and stable when it has not in half a minute. Near its threshold the loop is chaotic: a row is
 //! to be held against the report to one test step, never closer.
 
-use super::analog_loop::AnalogLoop;
-use super::autopilot::Gains;
-use super::case::Case;
-use super::digital_loop::Start;
-use super::missile::Surrogate;
-use crate::units::{DEGREE, INCH};
+use crate::analog_loop::AnalogLoop;
+use crate::autopilot::Gains;
+use crate::case::Case;
+use crate::digital_loop::Start;
+use crate::missile::Surrogate;
+use dha_actuator::units::{DEGREE, INCH};
 
 /// How long a missile must stay on course to count as stable, s.
 const TRIAL: f64 = 30.0;
