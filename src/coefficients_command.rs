@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use anyhow::{Result, bail};
+use planesman_units::FOOT;
 use plant_sim::coefficients::Table;
-use plant_sim::quantity::FOOT;
 use plant_sim::vehicle_file;
 
 use crate::design::subject::within;

@@ -8,10 +8,10 @@ use std::fmt::{self, Display, Write as _};
 use anyhow::{Context as _, Result, anyhow, bail};
 use clap::{Args, ValueEnum};
 use planesman_linear::{Complex, Domain, TransferFunction};
+use planesman_units::FOOT;
 use plant_sim::level_flight::LevelFlight;
 use plant_sim::linearised::{self, Output};
 use plant_sim::predicted::{self, D2_ANOMALY, DepthRate, PRINTED, SAMPLING_TIME, table_8};
-use plant_sim::quantity::FOOT;
 use plant_sim::vehicle_file;
 
 use crate::design::subject::within;

@@ -123,7 +123,7 @@ fn step_text(step: &StepMetrics) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use plant_sim::quantity::FOOT;
+    use planesman_units::FOOT;
 
     fn args(vehicle: &str, depth_d: f64, feet_per_second: f64) -> AnalyseArgs {
         AnalyseArgs {

@@ -7,9 +7,9 @@ use depth_controller::design::pitch;
 use depth_controller::gains::{LoopGains, PitchModel};
 use planesman_linear::{Complex, DMatrix, StateSpace};
 use planesman_parameters::Values;
+use planesman_units::FOOT;
 use plant_sim::Vehicle;
 use plant_sim::linearised;
-use plant_sim::quantity::FOOT;
 use plant_sim::vehicle_file;
 
 /// The report's vehicle in pitch alone (Table 3): it goes where it points, and its planes' moment does not know

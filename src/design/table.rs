@@ -8,7 +8,7 @@
 use anyhow::{Context as _, Result};
 use clap::Args;
 use planesman_linear::step_metrics;
-use plant_sim::quantity::FOOT;
+use planesman_units::FOOT;
 
 use super::subject::within;
 use crate::compose::Loop;

@@ -11,10 +11,10 @@ use dha_actuator::describing_function::toggling;
 use dha_actuator::dha::Demand;
 use dha_actuator::linearised::Ram;
 use dha_actuator::sizing::{Load, for_load, sizes};
-use dha_actuator::units::{DEGREE, Dimension, INCH, Written};
 use ibm_1966::flight_control::FlightControl;
 use ibm_1966::{Gains, Surrogate};
 use planesman_linear::Complex;
+use planesman_units::{DEGREE, Dimension, INCH, Quantity};
 
 /// What the command takes. A quantity is a number and its unit, as in an actuator file.
 #[derive(Clone, Debug, clap::Args)]
@@ -84,8 +84,7 @@ impl SizeArgs {
         };
         let stop = given.stop / given.moment_arm;
         let slew = match &self.slew {
-            // A rate is an angle over a second.
-            Some(text) => quantity("slew", text.trim_end_matches("/s"), D::Angle)?,
+            Some(slew) => quantity("slew", slew, D::Rate)?,
             None => given.slew_rate() / given.moment_arm,
         };
         Ok(Load {
@@ -124,8 +123,8 @@ impl SizeArgs {
 }
 
 fn quantity(name: &str, text: &str, dimension: Dimension) -> Result<f64> {
-    dimension
-        .read(&Written(text.to_owned()), None)
+    text.parse::<Quantity>()?
+        .argument(dimension)
         .map_err(|rule| anyhow!("--{name}: '{text}' refused: {rule}"))
 }
 

@@ -7,10 +7,10 @@
 use std::path::Path;
 
 use planesman_parameters::file;
+use planesman_units::{DEGREE, Dimension, Quantity, Unit};
 use serde::Deserialize;
 
 use crate::actuator_set::{ActuatorSet, LimitOption, MOST_CYCLES_IN_FLIGHT, SmallVolume};
-use crate::units::{Dimension, Written};
 
 /// The built-in actuators: name and file.
 pub const BUILT_IN: [(&str, &str); 4] = [
@@ -103,66 +103,66 @@ struct File {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Load {
-    mass: Written,
-    viscous: Written,
-    coulomb: Written,
-    moment_arm: Written,
+    mass: Quantity,
+    viscous: Quantity,
+    coulomb: Quantity,
+    moment_arm: Quantity,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Ram {
-    area: Written,
+    area: Quantity,
     area_ratio: f64,
-    volume_limit: Option<Written>,
-    stop: Option<Written>,
+    volume_limit: Option<Quantity>,
+    stop: Option<Quantity>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Oil {
-    stiffness: Written,
-    supply: Written,
+    stiffness: Quantity,
+    supply: Quantity,
     #[serde(rename = "return")]
-    return_pressure: Written,
-    clamp_positive: Written,
-    clamp_negative: Written,
+    return_pressure: Quantity,
+    clamp_positive: Quantity,
+    clamp_negative: Quantity,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Valves {
-    volume: Written,
-    frequency: Written,
-    valve_time: Written,
-    flow_time: Written,
-    extra_delay: Written,
+    volume: Quantity,
+    frequency: Quantity,
+    valve_time: Quantity,
+    flow_time: Quantity,
+    extra_delay: Quantity,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Small {
-    volume: Written,
-    flow_time: Written,
-    quantum: Written,
-    threshold: Written,
+    volume: Quantity,
+    flow_time: Quantity,
+    quantum: Quantity,
+    threshold: Quantity,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Leakage {
-    rate_gain: Written,
-    error_rate: Written,
+    rate_gain: Quantity,
+    error_rate: Quantity,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Logic {
-    quantum: Written,
-    threshold: Written,
-    inhibit_beyond: Option<Written>,
+    quantum: Quantity,
+    threshold: Quantity,
+    inhibit_beyond: Option<Quantity>,
     limit_option: u8,
-    limit_feedback: Option<Written>,
+    limit_feedback: Option<Quantity>,
 }
 
 /// What a value must be, apart from its unit.
@@ -174,7 +174,20 @@ enum Sign {
 }
 
 /// One written field: its name, its text, its dimension.
-struct Field<'a>(&'static str, &'a Written, Dimension);
+struct Field<'a>(&'static str, &'a Quantity, Dimension);
+
+/// The units of a quantity given as the plane angle it makes, or the turning rate, for a flow.
+/// `per_radian` is the quantity that moves the planes by one radian (per second).
+fn angles(dimension: Dimension, per_radian: f64) -> [Unit; 2] {
+    let (radian, degree) = match dimension {
+        Dimension::Flow => ("rad/s", "deg/s"),
+        _ => ("rad", "deg"),
+    };
+    [
+        Unit::new(radian, per_radian),
+        Unit::new(degree, per_radian * DEGREE),
+    ]
+}
 
 struct Reader<'a> {
     file: &'a str,
@@ -196,11 +209,14 @@ impl Reader<'_> {
         sign: Sign,
         per_radian: Option<f64>,
     ) -> Result<f64, ActuatorFileError> {
-        let refuse = |rule: String| self.refused(name, &written.0, rule);
-        let value = dimension.read(written, per_radian).map_err(refuse)?;
+        let refuse = |rule: &str| self.refused(name, written, rule);
+        let angles = per_radian.map(|per_radian| angles(dimension, per_radian));
+        let value = written
+            .si_or(dimension, angles.as_ref().map_or(&[], |units| units))
+            .map_err(|error| refuse(&error.to_string()))?;
         match sign {
-            Sign::Positive if value <= 0.0 => Err(refuse("it must be positive".to_owned())),
-            Sign::NotNegative if value < 0.0 => Err(refuse("it must not be negative".to_owned())),
+            Sign::Positive if value <= 0.0 => Err(refuse("it must be positive")),
+            Sign::NotNegative if value < 0.0 => Err(refuse("it must not be negative")),
             _ => Ok(value),
         }
     }
@@ -209,7 +225,7 @@ impl Reader<'_> {
     fn limit(
         &self,
         name: &'static str,
-        written: Option<&Written>,
+        written: Option<&Quantity>,
         dimension: Dimension,
         per_radian: f64,
     ) -> Result<f64, ActuatorFileError> {
@@ -350,7 +366,7 @@ impl Reader<'_> {
         })
     }
 
-    fn millihertz(&self, written: &Written) -> Result<u32, ActuatorFileError> {
+    fn millihertz(&self, written: &Quantity) -> Result<u32, ActuatorFileError> {
         let field = "valves.frequency";
         let hertz = self.read(
             Field(field, written, Dimension::Frequency),
@@ -361,7 +377,7 @@ impl Reader<'_> {
         if (millihertz - hertz * 1e3).abs() > 1e-6 || !(1e2..=1e7).contains(&millihertz) {
             return Err(self.refused(
                 field,
-                &written.0,
+                written,
                 "it must be a whole number of millihertz in [0.1, 10000] Hz",
             ));
         }
@@ -374,7 +390,7 @@ impl Reader<'_> {
             (1, None) => Ok(LimitOption::Unaware),
             (1, Some(written)) => Err(self.refused(
                 field,
-                &written.0,
+                written,
                 "limit option 1 has no feedback from the actuator; leave the field out",
             )),
             (2, Some(written)) => self
@@ -414,7 +430,7 @@ impl Reader<'_> {
         check(
             set.return_pressure < set.supply,
             "oil.return",
-            &file.oil.return_pressure.0,
+            &file.oil.return_pressure,
             "it must be below oil.supply",
         )?;
         for (field, written, clamp) in [
@@ -432,7 +448,7 @@ impl Reader<'_> {
             check(
                 clamp * set.area > set.coulomb * 1.001,
                 field,
-                &written.0,
+                written,
                 "on ram.area it must overcome load.coulomb, or the ram never moves",
             )?;
         }
@@ -440,19 +456,19 @@ impl Reader<'_> {
             check(
                 small.volume < set.volume,
                 "small_volume.volume",
-                &written.volume.0,
+                &written.volume,
                 "it must be below valves.volume",
             )?;
             check(
                 small.threshold <= set.threshold && small.threshold > small.quantum / 2.0,
                 "small_volume.threshold",
-                &written.threshold.0,
+                &written.threshold,
                 "it must not exceed logic.threshold, and must exceed half of small_volume.quantum",
             )?;
             check(
                 small.flow_time <= set.flow_time,
                 "small_volume.flow_time",
-                &written.flow_time.0,
+                &written.flow_time,
                 "it must not exceed valves.flow_time",
             )?;
         }
@@ -460,26 +476,26 @@ impl Reader<'_> {
         check(
             reach <= set.cycle() * MOST_CYCLES_IN_FLIGHT as f64,
             "valves.flow_time",
-            &file.valves.flow_time.0,
+            &file.valves.flow_time,
             "extra_delay + valve_time + flow_time must end within 8 cycles of valves.frequency",
         )?;
         check(
             set.natural_frequency() * set.cycle() <= 1e4,
             "oil.stiffness",
-            &file.oil.stiffness.0,
+            &file.oil.stiffness,
             "the load must turn less than 10000 rad in a valve cycle",
         )?;
         check(
             set.threshold > set.quantum / 2.0,
             "logic.threshold",
-            &file.logic.threshold.0,
+            &file.logic.threshold,
             "it must exceed half of logic.quantum, or the logic never rests",
         )?;
-        let nothing = Written(String::new());
+        let nothing = Quantity::default();
         check(
             set.inhibit_beyond <= set.stop,
             "logic.inhibit_beyond",
-            &file.logic.inhibit_beyond.as_ref().unwrap_or(&nothing).0,
+            file.logic.inhibit_beyond.as_ref().unwrap_or(&nothing),
             "with a ram.stop it must be given and lie within it",
         )
     }
@@ -488,7 +504,7 @@ impl Reader<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::units::{DEGREE, INCH, POUND, PSI};
+    use planesman_units::{INCH, POUND_FORCE, PSI};
 
     fn auv_with(field: &str, replacement: &str) -> Result<ActuatorSet, ActuatorFileError> {
         let (_, text) = BUILT_IN[0];
@@ -506,7 +522,7 @@ mod tests {
             assert!(!set.source.is_empty());
         }
         let polaris = load("table_4_1").expect("built in");
-        assert!((polaris.mass - 0.296 * POUND / INCH).abs() < 1e-12);
+        assert!((polaris.mass - 0.296 * POUND_FORCE / INCH).abs() < 1e-12);
         assert!((polaris.clamp_negative / PSI - 750.0).abs() < 1e-9);
         assert_eq!(polaris.stop, f64::INFINITY);
         let auv = load("auv").expect("built in");
@@ -518,8 +534,16 @@ mod tests {
     fn a_refusal_names_the_file_the_field_the_value_and_the_rule() {
         for (field, line, rule) in [
             ("mass:", "  mass: -1 kg", "must be positive"),
-            ("mass:", "  mass: 0.002", "one of the units kg, lb s^2/in"),
-            ("mass:", "  mass: 2 stone", "one of the units kg, lb s^2/in"),
+            (
+                "mass:",
+                "  mass: 0.002",
+                "one of the units kg, slug, lb s^2/in",
+            ),
+            (
+                "mass:",
+                "  mass: 2 stone",
+                "one of the units kg, slug, lb s^2/in",
+            ),
             ("coulomb:", "  coulomb: 10 lb", "overcome load.coulomb"),
             ("frequency:", "  frequency: 0.01 Hz", "millihertz"),
             ("flow_time:", "  flow_time: 1 s", "within 8 cycles"),

@@ -11,6 +11,7 @@
 
 use std::{hint::black_box, time::Instant};
 
+use planesman_units::FOOT;
 use plant_sim::{
     Restoring, State, Vehicle,
     body::{Body, BodyMotion, Drive, Inputs, Turning},
@@ -19,7 +20,6 @@ use plant_sim::{
     linearised,
     motion::Motion,
     planes::PlanePath,
-    quantity::FOOT,
     track::Track,
     variant::Variant,
     vehicle_file::{brunner, remus_100},

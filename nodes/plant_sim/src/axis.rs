@@ -97,7 +97,8 @@ impl HeldAxis {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{quantity::FOOT, vehicle_file::brunner};
+    use crate::vehicle_file::brunner;
+    use planesman_units::FOOT;
 
     fn settled(axis: &Axis, delta: f64, dt: f64, seconds: f64) -> Turn {
         let held = axis.held_over(dt).expect("a plant");

@@ -235,9 +235,8 @@ mod tests {
     use planesman_linear::runge_kutta_step;
 
     use super::*;
-    use crate::{
-        Restoring, environment::Environment, quantity::FOOT, tank::Boundary, vehicle_file::brunner,
-    };
+    use crate::{Restoring, environment::Environment, tank::Boundary, vehicle_file::brunner};
+    use planesman_units::FOOT;
 
     fn vertical(speed: f64, step: f64) -> Motion {
         Motion {

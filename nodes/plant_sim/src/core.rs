@@ -396,9 +396,10 @@ fn or_neutral<'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{State, parameters, quantity::FOOT};
+    use crate::{State, parameters};
     use planesman_msgs::{Message, builtin_interfaces::msg::Duration, cdr, std_msgs::msg::Header};
     use planesman_parameters::Value;
+    use planesman_units::FOOT;
     use std::f64::consts::FRAC_PI_6;
 
     fn values(changes: &[(&str, Value)]) -> Values {

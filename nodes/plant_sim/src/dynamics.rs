@@ -226,8 +226,8 @@ impl From<[f64; 5]> for State {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::quantity::FOOT;
     use crate::vehicle_file::brunner;
+    use planesman_units::FOOT;
 
     #[test]
     fn bow_up_with_way_on_the_vehicle_climbs() {

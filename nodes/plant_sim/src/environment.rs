@@ -38,7 +38,7 @@ impl Environment {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::quantity::{FOOT, INCH};
+    use planesman_units::{FOOT, INCH};
 
     /// 1.94 slug/ft^3 and 32.2 ft/s^2, the report's.
     const FRESH: Environment = Environment {

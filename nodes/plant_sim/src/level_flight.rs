@@ -89,8 +89,8 @@ impl Derivatives {
 mod tests {
     use super::*;
     use crate::dynamics::Load;
-    use crate::quantity::FOOT;
     use crate::vehicle_file::{brunner, remus_100};
+    use planesman_units::FOOT;
 
     #[test]
     fn a_neutral_vehicle_flies_level_on_an_even_keel() {

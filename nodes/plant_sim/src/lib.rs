@@ -2,7 +2,6 @@
 //!
 //! From the equations outwards:
 //!
-//! - [`quantity`]: numbers with their units, converted to SI.
 //! - [`vehicle`]: what a vehicle is; its dimensional derivatives at a speed.
 //! - [`vehicle_file`]: vehicles from YAML, and the one built in.
 //! - [`identified`]: a vehicle out of an identified model.
@@ -61,7 +60,6 @@ pub mod planes;
 pub mod predicted;
 pub mod programs;
 pub mod propulsion;
-pub mod quantity;
 pub mod seaway;
 pub mod sensors;
 mod settings;

@@ -234,13 +234,10 @@ pub fn true_model_of(derivatives: &Derivatives, dt: f64) -> Result<TrueModel, Er
 mod tests {
     use super::*;
     use crate::{
-        Restoring, State,
-        environment::Environment,
-        motion::Motion,
-        planes::PlanePath,
-        quantity::{FOOT, POUND_FORCE},
+        Restoring, State, environment::Environment, motion::Motion, planes::PlanePath,
         vehicle_file::brunner,
     };
+    use planesman_units::{FOOT, POUND_FORCE};
 
     /// Gyro volts per degree per second over plane volts per degree (Brunner 1988, Table 8).
     const CF1: f64 = 0.0125 / 0.010;

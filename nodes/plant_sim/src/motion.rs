@@ -65,7 +65,8 @@ impl Motion {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{quantity::FOOT, vehicle_file::brunner};
+    use crate::vehicle_file::brunner;
+    use planesman_units::FOOT;
 
     /// 30 degrees as the programs write it \[rad\].
     #[allow(clippy::approx_constant)]

@@ -26,8 +26,8 @@ use crate::{
     Vehicle,
     linearised::{self, Output},
     programs::FEET_PER_LENGTH,
-    quantity::FOOT,
 };
+use planesman_units::FOOT;
 
 /// `Cf1`: gyro volts per deg/s, 0.0125, over plane command volts per degree, 0.010 (p. 93).
 pub const CF1: f64 = 0.0125 / 0.010;

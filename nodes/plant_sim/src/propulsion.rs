@@ -17,7 +17,7 @@
 
 use planesman_linear::runge_kutta_step;
 
-use crate::{quantity::FOOT, quantity::SLUG};
+use planesman_units::{FOOT, SLUG};
 
 /// `rho` \[kg/m^3\] of the report's fresh water, 1.94 slug/ft^3.
 pub const DENSITY: f64 = 1.94 * SLUG / (FOOT * FOOT * FOOT);

@@ -11,7 +11,8 @@
 //! whatever the speed; for linear analysis it is replaced at some rate `q0` by the secant `N q0`
 //! (By = 0.06 ft lbf s at 0.15 rad/s) or the tangent `2 N q0`.
 
-use crate::{axis::Axis, quantity::FOOT, quantity::POUND_FORCE, vehicle::Derivatives};
+use crate::{axis::Axis, vehicle::Derivatives};
+use planesman_units::{FOOT, POUND_FORCE};
 
 /// `N` \[N m s^2/rad^2\] of the thesis' vehicle in pitch: 0.4193 ft lbf s^2 from a plate of 28 in
 /// by 7 in with `C_D = 1.2` (Ch. II; it prints 0.418).

@@ -229,8 +229,8 @@ impl Vehicle {
 
 #[cfg(test)]
 mod tests {
-    use crate::quantity::{FOOT, POUND_FORCE};
     use crate::vehicle_file::brunner;
+    use planesman_units::{FOOT, POUND_FORCE};
 
     /// Brunner 1988, programs T2 to T5 made dimensional at 1 ft/s:
     ///

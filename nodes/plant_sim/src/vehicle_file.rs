@@ -18,9 +18,9 @@ use crate::{
     coefficients::Geometry,
     identified,
     propulsion::Propulsion,
-    quantity::{Dimension, Quantity},
     vehicle::{Coefficients, PlaneArms, Port},
 };
+use planesman_units::{Dimension, Quantity};
 
 /// The vehicle that needs no file: the NPS model of Brunner 1988.
 pub const BRUNNER: &str = "brunner";
@@ -292,7 +292,11 @@ impl VehicleFile {
             geometry: _,
         } = self;
         let length = above_zero("reference.length", &reference.length, Dimension::Length)?;
-        let restoring_arm = length_of("particulars.restoring_arm", &particulars.restoring_arm)?;
+        let restoring_arm = si(
+            "particulars.restoring_arm",
+            &particulars.restoring_arm,
+            Dimension::Length,
+        )?;
         require(
             restoring_arm >= 0.0,
             "particulars.restoring_arm",
@@ -458,17 +462,18 @@ impl CoefficientsSection {
 }
 
 fn above_zero(field: &'static str, q: &Quantity, dimension: Dimension) -> Result<f64, Refusal> {
-    let si = q.si(dimension).map_err(|reason| (field, reason))?;
+    let si = si(field, q, dimension)?;
     require(si > 0.0, field, q, "must be above zero")?;
     Ok(si)
 }
 
-fn length_of(field: &'static str, q: &Quantity) -> Result<f64, Refusal> {
-    q.si(Dimension::Length).map_err(|reason| (field, reason))
+fn si(field: &'static str, q: &Quantity, dimension: Dimension) -> Result<f64, Refusal> {
+    q.si(dimension)
+        .map_err(|rule| (field, format!("{q} refused: {rule}")))
 }
 
 fn on_the_hull(field: &'static str, q: &Quantity, length: f64) -> Result<f64, Refusal> {
-    let si = length_of(field, q)?;
+    let si = si(field, q, Dimension::Length)?;
     let rule = "must not be farther from the body's origin than the reference length";
     require(si.abs() <= length, field, q, rule)?;
     Ok(si)
@@ -508,6 +513,15 @@ mod tests {
     }
 
     #[test]
+    fn the_older_form_of_a_quantity_is_the_same_vehicle() {
+        let older = BRUNNER_FILE
+            .replace("0.04 ft lbf s^2", "{value: 0.04, unit: ft lbf s^2}")
+            .replace("28.0 in", "{value: 28.0, unit: in}");
+        assert_ne!(older, BRUNNER_FILE);
+        assert_eq!(parse("mine.yaml", &older).expect("taken"), brunner());
+    }
+
+    #[test]
     fn each_built_in_vehicle_is_called_as_its_file_says() {
         for (name, _) in BUILT_IN {
             assert_eq!(load(name).expect("built in").name, name);
@@ -517,37 +531,25 @@ mod tests {
     #[test]
     fn a_value_against_its_rule_is_refused_by_file_field_value_and_rule() {
         assert_eq!(
-            refusal("{value: 0.609444, unit: slug}", "{value: -2, unit: kg}"),
+            refusal("0.609444 slug", "-2 kg"),
             "vehicle file 'mine.yaml': particulars.mass: -2 kg refused: it must be above zero"
         );
         for (from, to, parts) in [
-            (
-                "0.1, unit: in",
-                "-0.1, unit: in",
-                ["restoring_arm", "turn over"],
-            ),
+            ("0.1 in", "-0.1 in", ["restoring_arm", "turn over"]),
             ("z_w: -1.295", "z_w: 1.295", ["coefficients.z_w:", "1.295"]),
             ("m_w: 0.088", "m_w: .nan", ["coefficients.m_w:", "finite"]),
             (
-                "28.0, unit: in",
-                "28.0, unit: kg",
+                "28.0 in",
+                "28.0 kg",
                 ["reference.length", "m, cm, mm, in, ft"],
             ),
+            ("19.6 lbf", "inf lbf", ["particulars.weight", "finite"]),
             (
-                "19.6, unit: lbf",
-                ".inf, unit: lbf",
-                ["particulars.weight", "finite"],
-            ),
-            (
-                "0.5, unit: in",
-                "40, unit: in",
+                "0.5 in",
+                "40 in",
                 ["depth_port.forward", "reference length"],
             ),
-            (
-                "bow: {value: 7.6,",
-                "bow: {value: -20,",
-                ["planes.bow", "ahead of the stern"],
-            ),
+            ("bow: 7.6", "bow: -20", ["planes.bow", "ahead of the stern"]),
             (
                 "q_dot: 0.072",
                 "q_dot: 0",
@@ -563,7 +565,7 @@ mod tests {
     fn a_misspelt_or_missing_field_is_refused_by_name() {
         assert!(refusal("restoring_arm", "restoring_harm").contains("restoring_harm"));
         assert!(refusal("name: brunner", "").contains("name"));
-        assert!(refusal("0.1, unit: in", "0.1").contains("unit"));
+        assert!(refusal("0.1 in", "0.1").contains("unit"));
     }
 
     #[test]

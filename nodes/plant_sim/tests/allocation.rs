@@ -4,8 +4,9 @@
 
 use std::alloc::System;
 
+use planesman_units::FOOT;
 use plant_sim::{
-    Restoring, State, environment::Environment, motion::Motion, planes::PlanePath, quantity::FOOT,
+    Restoring, State, environment::Environment, motion::Motion, planes::PlanePath,
     vehicle_file::brunner,
 };
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};

@@ -3,10 +3,10 @@
 
 use planesman_linear::{Complex, polynomial};
 use planesman_model_file::{Heave, ModelFile, Physical};
+use planesman_units::FOOT;
 use plant_sim::Vehicle;
 use plant_sim::identified;
 use plant_sim::linearised::{self, Output};
-use plant_sim::quantity::FOOT;
 use plant_sim::vehicle_file::{brunner, geometry_on, load_on, remus_100};
 
 const SAMPLE_TIME: f64 = 0.05;

@@ -8,6 +8,8 @@ use std::f64::consts::FRAC_PI_6;
 use planesman_book::Book;
 
 use super::Recomputed;
+use planesman_units::{FOOT, INCH, POUND_FORCE, PSI, SLUG};
+
 use crate::{
     Vehicle,
     coefficients::{
@@ -22,7 +24,6 @@ use crate::{
         swing::Swing,
         table,
     },
-    quantity::{FOOT, INCH, POUND_FORCE, SLUG},
     vehicle_file::{self, BRUNNER},
 };
 
@@ -30,7 +31,6 @@ const FOOT_POUND: f64 = POUND_FORCE * FOOT;
 const SQUARE_INCH: f64 = INCH * INCH;
 const CUBIC_INCH: f64 = SQUARE_INCH * INCH;
 const CUBIC_FOOT: f64 = FOOT * FOOT * FOOT;
-const PSI: f64 = POUND_FORCE / SQUARE_INCH;
 /// `g` \[m/s^2\] where masses in kg are weighed.
 const STANDARD_GRAVITY: f64 = 9.806_65;
 /// The report's plane angle of 30 degrees.

@@ -7,12 +7,12 @@ use crate::{
     environment::Environment,
     motion::{Diverged, Motion},
     programs::{FEET_PER_LENGTH, PLANE_ANGLE, T2, T3, T4, T5, derivation},
-    quantity::FOOT,
     track::Track,
     variant::Variant,
     vehicle::Derivatives,
     vehicle_file::brunner,
 };
+use planesman_units::FOOT;
 
 /// Long enough for every dive to have come to rest \[L/U\] or \[s\].
 const LONG: f64 = 60.0;

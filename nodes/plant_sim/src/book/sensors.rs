@@ -5,9 +5,10 @@
 use std::f64::consts::PI;
 
 use super::{BOOK, Recomputed};
+use planesman_units::{FOOT, INCH};
+
 use crate::{
     plane_forces,
-    quantity::{Dimension, FOOT, INCH, Quantity},
     sensors::{
         gyro, plane_signal,
         pressure_cell::{self, BOTTOM_PORT, FULL_SCALE, MANOMETER_WATER, SIDE_PORTS, TANK_WATER},
@@ -210,16 +211,9 @@ pub fn carried() -> Recomputed {
 }
 
 fn acquisition() -> Recomputed {
-    let tank = Quantity {
-        value: 40.0,
-        unit: "ft".to_owned(),
-    };
     vec![
         ("daq.fs", 1.0 / SAMPLING_TIME),
         ("daq.nyq", PI / SAMPLING_TIME),
-        (
-            "tank.len_SI",
-            tank.si(Dimension::Length).unwrap_or(f64::NAN),
-        ),
+        ("tank.len_SI", 40.0 * FOOT),
     ]
 }

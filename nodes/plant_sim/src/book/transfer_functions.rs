@@ -6,9 +6,9 @@ use crate::{
     predicted::{
         self, CF1, CF2, D2_ANOMALY, DepthRate, PRINTED, PitchAlone, SAMPLING_TIME, table_8,
     },
-    quantity::FOOT,
     vehicle_file::brunner,
 };
+use planesman_units::FOOT;
 
 /// Names and values.
 type Entries = Vec<(&'static str, f64)>;

@@ -6,7 +6,9 @@
 
 use serde::{Deserialize, Deserializer, de::Error};
 
-use crate::quantity::{Dimension, Quantity};
+use std::fmt::Display;
+
+use planesman_units::{Dimension, Quantity};
 
 /// The geometry of a vehicle, and the choices that the methods leave.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -271,11 +273,10 @@ fn si<'de, D: Deserializer<'de>>(
     positive: bool,
 ) -> Result<f64, D::Error> {
     let quantity = Quantity::deserialize(d)?;
-    let value = quantity.si(dimension).map_err(D::Error::custom)?;
+    let refused = |rule: &dyn Display| D::Error::custom(format!("{quantity} refused: {rule}"));
+    let value = quantity.si(dimension).map_err(|rule| refused(&rule))?;
     if positive && value <= 0.0 {
-        return Err(D::Error::custom(format!(
-            "{quantity} refused: it must be above zero"
-        )));
+        return Err(refused(&"it must be above zero"));
     }
     Ok(value)
 }

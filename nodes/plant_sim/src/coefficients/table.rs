@@ -9,10 +9,8 @@ use super::{
     restoring,
     swing::Swing,
 };
-use crate::{
-    Vehicle,
-    quantity::{FOOT, POUND_FORCE},
-};
+use crate::Vehicle;
+use planesman_units::{FOOT, POUND_FORCE};
 
 /// A unit in both systems.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -303,10 +303,8 @@ pub fn specific_force(body: &Body, acceleration: &Acceleration, g: f64) -> [f64;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{
-        quantity::{FOOT, INCH},
-        vehicle_file::brunner,
-    };
+    use crate::vehicle_file::brunner;
+    use planesman_units::{FOOT, INCH};
 
     const FRESH: Environment = Environment {
         density: 999.835,

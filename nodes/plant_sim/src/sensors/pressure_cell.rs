@@ -21,8 +21,8 @@
 //! The report writes the ranges as 0 to 100 cm and 0 to 2 cm of water, and elsewhere with a sign
 //! that may be a plus-minus; the cells here do not go below 0 V.
 
-use crate::quantity::{FOOT, INCH, POUND_FORCE};
 use crate::vehicle::Port;
+use planesman_units::{FOOT, INCH, POUND_FORCE};
 
 /// The full scale of both cells \[V\].
 pub const FULL_SCALE: f64 = 10.0;

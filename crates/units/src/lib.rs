@@ -1,0 +1,14 @@
+//! Physical quantities, written as a number with its unit (`28 in`) and converted to SI.
+//!
+//! - [`Quantity`]: a quantity as a file or the command line writes it.
+//! - [`Dimension`]: what a field measures; the units that it accepts.
+//! - [`Unit`]: a unit's symbol and its size in SI; [`Error`]: why a quantity is rejected.
+//! - [`FOOT`], [`INCH`], [`POUND_FORCE`], [`SLUG`], [`PSI`], [`DEGREE`]: imperial units and the degree in SI.
+//!
+//! Imperial values convert here and nowhere else.
+
+mod dimension;
+mod quantity;
+
+pub use dimension::{DEGREE, Dimension, FOOT, INCH, POUND_FORCE, PSI, SLUG, Unit};
+pub use quantity::{Error, Quantity};

@@ -1,0 +1,281 @@
+//! A quantity as it is written: `28 in`.
+//!
+//! The number comes first, then the unit; a space between them may be left out (`1ft/s`). Files also
+//! accept the older mapping `{value: 28, unit: in}`. On the command line a bare number is in SI.
+
+use std::{convert::Infallible, fmt, str::FromStr};
+
+use serde::de::{
+    self, Deserialize, Deserializer, MapAccess, Visitor, value::MapAccessDeserializer,
+};
+
+use crate::{Dimension, Unit};
+
+/// Why a quantity is rejected. The text states the rule; the caller adds the field and the value.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Error {
+    /// The unit is missing or belongs to another dimension.
+    #[error("it must be a number with one of the units {}", .0.join(", "))]
+    Unit(Vec<&'static str>),
+    /// There is no number before the unit.
+    #[error("'{0}' is not a number")]
+    Number(String),
+    /// The value in SI is infinite or NaN.
+    #[error("it must be finite")]
+    NotFinite,
+}
+
+/// A number with its unit, as written. The field that it is for decides the [`Dimension`].
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Quantity(String);
+
+impl Quantity {
+    /// The value in SI.
+    ///
+    /// # Errors
+    /// [`Error`]: no number, not finite, no unit of the dimension.
+    pub fn si(&self, dimension: Dimension) -> Result<f64, Error> {
+        self.si_or(dimension, &[])
+    }
+
+    /// The value in SI, with `further` units beside the dimension's own.
+    ///
+    /// # Errors
+    /// Those of [`si`](Self::si).
+    pub fn si_or(&self, dimension: Dimension, further: &[Unit]) -> Result<f64, Error> {
+        let (number, symbol) = self.parts();
+        let units = || dimension.units().iter().chain(further);
+        let unit = units()
+            .find(|unit| unit.symbol == symbol)
+            .ok_or_else(|| Error::Unit(units().map(|unit| unit.symbol).collect()))?;
+        finite(unit.si(parsed(number)?))
+    }
+
+    /// The value in SI of a command-line argument, where a bare number is in SI.
+    ///
+    /// # Errors
+    /// Those of [`si`](Self::si).
+    pub fn argument(&self, dimension: Dimension) -> Result<f64, Error> {
+        match self.parts() {
+            (number, "") if !number.is_empty() => finite(parsed(number)?),
+            _ => self.si(dimension),
+        }
+    }
+
+    /// The number and the unit.
+    fn parts(&self) -> (&str, &str) {
+        let text = self.0.trim();
+        let (number, unit) = match text.split_once(char::is_whitespace) {
+            // A unit may have spaces of its own: `1ft lbf`.
+            Some((number, unit)) if number.parse::<f64>().is_ok() => (number, unit),
+            _ => {
+                let in_number = |c: char| c.is_ascii_digit() || "+-.eE".contains(c);
+                text.split_at(text.find(|c| !in_number(c)).unwrap_or(text.len()))
+            }
+        };
+        (number, unit.trim())
+    }
+}
+
+fn parsed(number: &str) -> Result<f64, Error> {
+    number
+        .parse()
+        .map_err(|_| Error::Number(number.escape_debug().to_string()))
+}
+
+fn finite(value: f64) -> Result<f64, Error> {
+    if value.is_finite() {
+        Ok(value)
+    } else {
+        Err(Error::NotFinite)
+    }
+}
+
+impl fmt::Display for Quantity {
+    /// As written, control characters escaped.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.0.escape_debug())
+    }
+}
+
+impl FromStr for Quantity {
+    type Err = Infallible;
+
+    /// Accepts any text: [`si`](Self::si) checks it, once the dimension is known.
+    fn from_str(text: &str) -> Result<Self, Infallible> {
+        Ok(Self(text.to_owned()))
+    }
+}
+
+impl<'de> Deserialize<'de> for Quantity {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(Written)
+    }
+}
+
+/// The older form, with the unit in a field of its own.
+#[derive(serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Mapping {
+    value: f64,
+    unit: String,
+}
+
+/// Reads either form. A bare number passes: its rejection names the units of the field.
+struct Written;
+
+impl<'de> Visitor<'de> for Written {
+    type Value = Quantity;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a number with its unit, such as 28 in")
+    }
+
+    fn visit_str<E: de::Error>(self, text: &str) -> Result<Quantity, E> {
+        Ok(Quantity(text.to_owned()))
+    }
+
+    fn visit_i64<E: de::Error>(self, number: i64) -> Result<Quantity, E> {
+        Ok(Quantity(number.to_string()))
+    }
+
+    fn visit_u64<E: de::Error>(self, number: u64) -> Result<Quantity, E> {
+        Ok(Quantity(number.to_string()))
+    }
+
+    fn visit_f64<E: de::Error>(self, number: f64) -> Result<Quantity, E> {
+        Ok(Quantity(number.to_string()))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Quantity, A::Error> {
+        let Mapping { value, unit } = Mapping::deserialize(MapAccessDeserializer::new(map))?;
+        Ok(Quantity(format!("{value} {unit}")))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::{DEGREE, FOOT};
+
+    fn quantity(text: &str) -> Quantity {
+        text.parse().unwrap()
+    }
+
+    fn si(dimension: Dimension, text: &str) -> Result<f64, Error> {
+        quantity(text).si(dimension)
+    }
+
+    #[test]
+    fn the_report_s_values_in_si() {
+        let close = |dimension, text, expected: f64| {
+            let value = si(dimension, text).unwrap();
+            assert!((value / expected - 1.0).abs() < 5e-4, "{text}: {value}");
+        };
+        // IBM 66-L03-005, Table 4-1, and Brunner 1988, Fig. 23.
+        close(Dimension::Force, "600 lb", 2669.0);
+        close(Dimension::Mass, "0.296 lb s^2/in", 51.84);
+        close(Dimension::OilStiffness, "26600 lb/in^5", 1.1192e13);
+        close(Dimension::Damping, "12 lb s/in", 2101.5);
+        close(Dimension::Pressure, "750 psi", 5.171e6);
+        close(Dimension::Volume, "0.152 in^3", 2.4908e-6);
+        close(Dimension::Length, "28 in", 0.7112);
+        close(Dimension::Mass, "0.609 slug", 8.888);
+        assert_eq!(si(Dimension::Time, "5.5 ms"), Ok(0.0055));
+    }
+
+    #[test]
+    fn every_unit_is_read_with_and_without_a_space_and_from_the_older_mapping() {
+        use Dimension as D;
+        for dimension in [
+            D::Angle,
+            D::Rate,
+            D::Length,
+            D::Area,
+            D::Volume,
+            D::Flow,
+            D::Speed,
+            D::Acceleration,
+            D::Time,
+            D::Frequency,
+            D::Mass,
+            D::Inertia,
+            D::Density,
+            D::Viscosity,
+            D::Force,
+            D::Moment,
+            D::Damping,
+            D::RotaryDamping,
+            D::Pressure,
+            D::OilStiffness,
+        ] {
+            for unit in dimension.units() {
+                let symbol = unit.symbol;
+                let expected = Ok(unit.si(-12.5));
+                for text in [
+                    format!("-12.5 {symbol}"),
+                    format!(" -1.25e1  {symbol} "),
+                    format!("-12.5{symbol}"),
+                    format!("{{value: -12.5, unit: {symbol}}}"),
+                ] {
+                    let read: Quantity = serde_yaml_ng::from_str(&text).unwrap();
+                    assert_eq!(read.si(dimension), expected, "{text}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_quantity_without_its_unit_or_in_another_one_is_rejected_with_the_right_ones() {
+        let reason = si(Dimension::Mass, "1 lbf").unwrap_err().to_string();
+        let units = "kg, slug, lb s^2/in";
+        assert_eq!(
+            reason,
+            format!("it must be a number with one of the units {units}")
+        );
+        for text in [
+            "12",
+            "12 psi",
+            "twelve in",
+            "in",
+            "inf in",
+            "NaN m",
+            "1e999 m",
+            "1e m",
+            "",
+        ] {
+            assert!(si(Dimension::Length, text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_field_may_accept_further_units() {
+        let further = [Unit::new("rad", 2.0), Unit::new("deg", 2.0 * DEGREE)];
+        let degree = quantity("1 deg");
+        assert_eq!(degree.si_or(Dimension::Volume, &further), Ok(2.0 * DEGREE));
+        assert!(degree.si(Dimension::Volume).is_err());
+    }
+
+    #[test]
+    fn a_bare_argument_is_in_si() {
+        let speed = |text: &str| quantity(text).argument(Dimension::Speed);
+        assert_eq!(speed("0.5"), Ok(0.5));
+        assert_eq!(speed("1ft/s"), Ok(FOOT));
+        for text in ["", "fast", "1 kg", "inf", "1e999"] {
+            assert!(speed(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_quantity_is_rejected_by_what_is_missing() {
+        let reason = |text: &str| {
+            let read: Result<Quantity, _> = serde_yaml_ng::from_str(text);
+            read.unwrap_err().to_string()
+        };
+        assert!(reason("{value: 1}").contains("unit"));
+        assert!(reason("{value: 1, unit: m, per: s}").contains("per"));
+        assert!(reason("[1, m]").contains("such as 28 in"));
+        assert!(reason("true").contains("such as 28 in"));
+    }
+}
