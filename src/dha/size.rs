@@ -6,7 +6,6 @@ use std::fmt::Write as _;
 use anyhow::{Result, anyhow};
 use dha_actuator::actuator_file;
 use dha_actuator::actuator_set::ActuatorSet;
-use dha_actuator::depth_loop::Loop;
 use dha_actuator::describing_function::toggling;
 use dha_actuator::dha::Demand;
 use dha_actuator::linearised::Ram;
@@ -15,6 +14,8 @@ use ibm_1966::flight_control::FlightControl;
 use ibm_1966::{Gains, Surrogate};
 use planesman_linear::Complex;
 use planesman_units::{DEGREE, Dimension, INCH, Quantity};
+
+use super::depth_loop::Loop;
 
 /// What the command takes. A quantity is a number and its unit, as in an actuator file.
 #[derive(Clone, Debug, clap::Args)]
@@ -179,7 +180,7 @@ fn depth_cycle(set: &ActuatorSet) -> String {
         ..set.clone()
     };
     let amplitudes = (set.threshold, 4.0 * set.threshold);
-    let cycle = Loop::default().foresee(&tight, amplitudes, |angle| Demand {
+    let cycle = Loop::default().predict(&tight, amplitudes, |angle| Demand {
         position_loop: false,
         ..Demand::angle(angle)
     });

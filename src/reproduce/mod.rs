@@ -7,8 +7,6 @@
 //! - [`program_figures`]: the lost figures B1 to B10, from the report's programs.
 //! - [`identification`]: the procedure of ch. V, step by step on synthetic runs.
 //! - [`run_figures`]: Figs. 45 to 56, what comes of it.
-//! - [`root_loci`]: the root loci of Figs. 5 to 21.
-//! - [`time_responses`]: the depth loop's, Figs. 11 to 16 and C2 to C9.
 
 use std::path::PathBuf;
 
@@ -21,10 +19,8 @@ pub mod listing;
 pub mod page;
 pub mod program_figures;
 pub mod reports;
-pub mod root_loci;
 pub mod run_figures;
 pub mod shares;
-pub mod time_responses;
 
 /// What the command takes.
 #[derive(Clone, Debug, clap::Args)]

@@ -1,9 +1,10 @@
 //! The two reports that the suite brings back: their numbers, what these come to, and their figures.
 
-use anyhow::{Result, anyhow};
+use anyhow::Result;
+use brunner_1988::controllers;
 use planesman_book::{Chapter, Report};
 
-use super::{identification, program_figures, root_loci, run_figures, shares, time_responses};
+use super::{identification, program_figures, run_figures, shares};
 
 /// Both of them.
 pub const REPORTS: [Report; 2] = [
@@ -28,12 +29,12 @@ fn brunner_1988() -> Result<Vec<Chapter>> {
         Chapter {
             title: "Root loci",
             note: "",
-            figures: root_loci::figures()?,
+            figures: controllers::root_loci::figures()?,
         },
         Chapter {
             title: "Time responses of the depth loop",
             note: "",
-            figures: time_responses::figures().map_err(|reason| anyhow!(reason))?,
+            figures: controllers::time_responses::figures()?,
         },
         Chapter {
             title: "Identification: Figures 45 to 56",

@@ -9,7 +9,7 @@ use planesman_book::{Book, BookError};
 pub fn book() -> Result<Book, BookError> {
     Book::of_shares([
         plant_sim::book::brunner_1988()?,
-        depth_controller::book::brunner_1988()?,
+        brunner_1988::controllers::book()?,
         sysid::book::brunner_1988()?,
     ])
 }
@@ -17,13 +17,11 @@ pub fn book() -> Result<Book, BookError> {
 /// The numbers of all shares, computed again.
 #[must_use]
 pub fn recomputed() -> planesman_book::Recomputed {
-    [
-        plant_sim::book::recomputed(),
-        depth_controller::book::recomputed(),
-        sysid::book::recomputed(),
-    ]
-    .concat()
-    .into_iter()
-    .map(|(id, value)| (id.to_owned(), value))
-    .collect()
+    let named = |(id, value): (&str, f64)| (id.to_owned(), value);
+    let vehicle = plant_sim::book::recomputed().into_iter().map(named);
+    let identification = sysid::book::recomputed().into_iter().map(named);
+    vehicle
+        .chain(brunner_1988::controllers::recomputed())
+        .chain(identification)
+        .collect()
 }

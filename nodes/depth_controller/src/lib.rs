@@ -21,13 +21,10 @@
 //! - [`parameters`]: every tunable, its default, unit and source.
 //! - [`core`]: a vehicle state in, a plane command out.
 //! - [`design`]: the loops on paper: gains, stability, step responses.
-//! - [`t6`]: the report's program of the depth controller.
-//! - [`book`]: the report's numbers on the controllers, computed again.
 
 pub mod allocation;
 pub mod angle_loop;
 pub mod autopilot;
-pub mod book;
 pub mod core;
 pub mod depth_loop;
 pub mod design;
@@ -47,5 +44,10 @@ pub mod safety;
 pub mod schedule;
 pub mod setpoint;
 pub mod speed_loop;
-pub mod t6;
 pub mod waiting;
+
+pub use crate::core::{Controller, Quantity};
+pub use depth_loop::DepthLoop;
+pub use limits::{Limit, LimitError};
+pub use parameters::declarations;
+pub use pitch_loop::PitchLoop;

@@ -23,6 +23,11 @@ pub struct Limit {
     bound: f64,
 }
 
+/// A bound that is not positive and finite.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("a limit of ±{0} refused: it must be positive")]
+pub struct LimitError(pub f64);
+
 /// A value behind a [`Limit`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limited {
@@ -36,12 +41,12 @@ impl Limit {
     /// The limit `±bound`, in the unit of what it limits.
     ///
     /// # Errors
-    /// A sentence naming the bound, when it is not positive and finite.
-    pub fn new(bound: f64) -> Result<Self, String> {
+    /// [`LimitError`], when the bound is not positive and finite.
+    pub fn new(bound: f64) -> Result<Self, LimitError> {
         if bound.is_finite() && bound > 0.0 {
             Ok(Self { bound })
         } else {
-            Err(format!("a limit of ±{bound} refused: it must be positive"))
+            Err(LimitError(bound))
         }
     }
 

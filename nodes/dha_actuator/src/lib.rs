@@ -31,7 +31,6 @@
 //! - [`linearised`]: the actuator for small signals, and the flight control around it (Section V).
 //! - [`frequency_response`]: the full model under sinusoids.
 //! - [`describing_function`]: limit cycles predicted.
-//! - [`depth_loop`]: the AUV's depth loop: limit cycles predicted and simulated.
 //!
 //! Node:
 //! - [`groups`]: which planes have an actuator of their own.
@@ -44,7 +43,6 @@ pub mod actuator_set;
 pub mod condition;
 pub mod core;
 pub mod cycle_clock;
-pub mod depth_loop;
 pub mod describing_function;
 pub mod dha;
 pub mod events;

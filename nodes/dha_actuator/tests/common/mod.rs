@@ -1,8 +1,6 @@
 //! A bench for the hydraulics: pulse commands in, the report's units (in, lb, s) out.
 #![allow(dead_code)] // each test file uses its part
 
-pub(crate) mod depth;
-
 use dha_actuator::actuator_file::load;
 use dha_actuator::actuator_set::ActuatorSet;
 use dha_actuator::condition::{Condition, Leakages, Sound};

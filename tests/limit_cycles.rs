@@ -1,9 +1,9 @@
 //! The AUV's depth loop through the digital hydraulic actuator, against an independent simulation
-//! of the same loop (`data/limit_cycles.json`): what the quantum leaves of a dive.
+//! of the same loop (`src/dha/limit_cycles.json`): the limit cycles of the quantum.
 #![allow(clippy::unwrap_used)]
 
-use dha_actuator::depth_loop::{Case, Leakage, Logic, cases};
-use dha_actuator::units::INCH;
+use planesman::dha::depth_loop::{Case, Leakage, Logic, cases};
+use planesman_units::INCH;
 
 /// The row of the comparison with these options and M_theta = 0.
 fn case(logic: Logic, position_loop: bool, leakage: Leakage) -> Case {
@@ -68,10 +68,10 @@ fn the_open_loop_fails_with_leakage_that_the_position_loop_holds() {
 }
 
 #[test]
-fn harmonic_balance_foresees_the_tight_open_loops_cycle_within_half() {
+fn harmonic_balance_predicts_the_tight_open_loops_cycle_within_half() {
     let case = case(Logic::SingleSpeed, false, Leakage::None);
-    let (cycle, foreseen) = (case.run().unwrap(), case.predict().unwrap());
-    assert!(foreseen.residual < 0.1, "{foreseen:?}");
-    assert!((foreseen.frequency / cycle.frequency - 1.0).abs() < 0.2);
-    assert!((foreseen.depth / cycle.depth - 1.0).abs() < 0.5);
+    let (cycle, predicted) = (case.run().unwrap(), case.predict().unwrap());
+    assert!(predicted.residual < 0.1, "{predicted:?}");
+    assert!((predicted.frequency / cycle.frequency - 1.0).abs() < 0.2);
+    assert!((predicted.depth / cycle.depth - 1.0).abs() < 0.5);
 }

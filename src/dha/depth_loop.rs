@@ -1,52 +1,48 @@
-//! The AUV's depth loop through a digital hydraulic actuator: what its quantum, friction and leakage
-//! leave of a dive once it is over.
+//! The AUV's depth loop through a digital hydraulic actuator: the limit cycle that its quantum, friction and
+//! leakage leave after a dive.
 //!
-//! Vehicle and gains are those of program T6 (Brunner, NPS thesis, 1988, App. C), in feet, pounds
-//! and radians, here with theta and delta positive to dive:
+//! The vehicle is program T6's (Brunner, NPS thesis, 1988, App. C), with the thesis's righting moment where a case
+//! has one ([`Plant`]); the control computer is the depth controller with its default gains, which are the
+//! program's, at its sampling time of 0.05 s. The valves run on their own clock. Beside the simulation stands harmonic
+//! balance around
 //!
 //! ```text
-//! J theta'' = K_y delta - B_y theta' - M_theta sin theta,      z' = U sin theta
-//! theta_c = 0.25 (z_c - z) - 0.6 z',                           |theta_c| <= 45 degrees
-//! delta_c = 0.7 (1 + K_i/s)(theta_c - theta) - 2.0 theta',     |delta_c| <= 30 degrees
+//! H(s) = [Kpy (1 + K_i/s) (Kpz U/s + Kdz U + 1) + Kr s] K/(J s^2 + B s + M_theta) e^(-s T/2)
 //! ```
-//! J = 0.6, B_y = 0.06, K_y = 0.14 ft lb/rad, U = 1 ft/s, M_theta = 0 in the program and 0.163 with the
-//! thesis's righting moment. The control computer samples every 0.05 s; the valves run on their own clock.
-//!
-//! `data/limit_cycles.json` lists the configurations compared, each with what an independent simulation of
-//! the same loop found.
+//! `limit_cycles.json` lists the configurations compared, each with the results of an independent simulation of
+//! the same loop.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_2, TAU};
 
+use anyhow::{Result, anyhow};
+use brunner_1988::controllers::axis::DampedInertia;
+use brunner_1988::controllers::program_t6::{Motion, Plant};
+use depth_controller::{Controller, declarations};
+use dha_actuator::actuator_file::{ActuatorFileError, load};
+use dha_actuator::actuator_set::ActuatorSet;
+use dha_actuator::describing_function::{Search, balance};
+use dha_actuator::dha::{Demand, Dha};
+use dha_actuator::frequency_response::{self, Periods};
+use dha_actuator::pulse_logic::Options;
 use planesman_linear::Complex;
+use planesman_msgs::builtin_interfaces::msg::Time;
+use planesman_msgs::planesman_msgs::msg::VehicleState;
+use planesman_parameters::{Value, Values};
+use planesman_units::{DEGREE, FOOT, INCH};
 use serde::Deserialize;
 
-use crate::actuator_file::{ActuatorFileError, load};
-use crate::actuator_set::ActuatorSet;
-use crate::describing_function::{Search, balance};
-use crate::dha::{Demand, Dha};
-use crate::frequency_response::{self, Periods};
-use crate::pulse_logic::Options;
-use crate::units::{DEGREE, INCH};
+use crate::design::subject::default_gains;
 
 /// The control computer's sampling time, s.
 const TICK: f64 = 0.05;
 /// The vehicle's steps in a tick.
 const STEPS: i64 = 50;
-/// z_c, ft.
-const STEP: f64 = 3.0;
-/// When a dive is over, and when the watch ends, in ticks.
-const WATCH: (i64, i64) = (5_000, 10_000);
-
-const INERTIA: f64 = 0.6;
-const DAMPING: f64 = 0.06;
-const PLANES: f64 = 0.14;
-const SPEED: f64 = 1.0;
-const DEPTH_GAIN: f64 = 0.25;
-const DEPTH_RATE_GAIN: f64 = 0.6;
-const PITCH_GAIN: f64 = 0.7;
-const PITCH_RATE_GAIN: f64 = 2.0;
-const MOST_PITCH: f64 = 45.0 * DEGREE;
-const MOST_PLANES: f64 = 30.0 * DEGREE;
+/// The vehicle's step, ns.
+const STEP_NANOS: i64 = 1_000_000;
+/// z_c, m.
+const SETPOINT: f64 = 3.0 * FOOT;
+/// When a dive is over, and when the observation ends, in ticks.
+const OBSERVED: (i64, i64) = (5_000, 10_000);
 
 /// How much the actuator leaks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
@@ -78,7 +74,7 @@ pub enum Logic {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Case {
-    /// What it is called.
+    /// Its name.
     pub name: String,
     /// The actuator's file or built-in name.
     pub actuator: String,
@@ -94,11 +90,11 @@ pub struct Case {
     pub integral: f64,
     /// M_theta, ft lb.
     pub restoring: f64,
-    /// What the independent simulation found.
+    /// The results of the independent simulation.
     pub expected: Option<Expected>,
 }
 
-/// What a run is expected to show, in the units of the file; a figure that is not there is not expected.
+/// The results of the independent simulation, in the units of the file; `None` where it has none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Expected {
@@ -117,13 +113,13 @@ pub struct Expected {
 /// A figure found beside what was expected, in the file's units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Figure {
-    /// What, and its unit.
+    /// Its name and unit.
     pub name: &'static str,
     /// By this simulation; none where the run does not show it.
     pub found: Option<f64>,
     /// By the independent one.
     pub expected: Option<f64>,
-    /// What is too small to matter.
+    /// Smaller differences do not matter.
     floor: f64,
 }
 
@@ -142,7 +138,7 @@ impl Figure {
     }
 }
 
-/// What a dive leaves behind.
+/// The limit cycle after a dive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LimitCycle {
     /// Depth, peak to peak, m.
@@ -187,11 +183,11 @@ pub struct Prediction {
     pub frequency: f64,
     /// Depth, peak to peak, m.
     pub depth: f64,
-    /// What remains of 1 + N H: 0 where the balance holds.
+    /// |1 + N H|: 0 where the balance holds.
     pub residual: f64,
 }
 
-/// The cases of `data/limit_cycles.json`.
+/// The cases of `limit_cycles.json`.
 ///
 /// # Errors
 /// Where the file does not read, which a test excludes.
@@ -202,7 +198,7 @@ pub fn cases() -> Result<Vec<Case>, serde_json::Error> {
         _note: String,
         cases: Vec<Case>,
     }
-    let file: File = serde_json::from_str(include_str!("../data/limit_cycles.json"))?;
+    let file: File = serde_json::from_str(include_str!("limit_cycles.json"))?;
     Ok(file.cases)
 }
 
@@ -241,19 +237,22 @@ impl Case {
         }
     }
 
-    /// Dives by 3 ft and watches from 250 to 500 s.
-    ///
-    /// # Errors
-    /// Those of the actuator's file.
-    pub fn run(&self) -> Result<LimitCycle, ActuatorFileError> {
-        let loop_around = Loop {
+    fn around(&self) -> Loop {
+        Loop {
             integral: self.integral,
             restoring: self.restoring,
-        };
-        Ok(loop_around.dive(&self.set()?, |_| self.demand(0.0)))
+        }
     }
 
-    /// The cycle that [`Loop::foresee`] finds for the case.
+    /// Dives by 3 ft and observes from 250 to 500 s.
+    ///
+    /// # Errors
+    /// Those of the actuator's file and of [`Loop::dive`].
+    pub fn run(&self) -> Result<LimitCycle> {
+        self.around().dive(&self.set()?, |_| self.demand(0.0))
+    }
+
+    /// The cycle that [`Loop::predict`] finds for the case.
     ///
     /// # Errors
     /// Those of the actuator's file.
@@ -265,19 +264,14 @@ impl Case {
             Logic::TwoSpeed => finest,
             Logic::Precision | Logic::TwoSpeedPrecision => 0.1 * finest,
         };
-        let loop_around = Loop {
-            integral: self.integral,
-            restoring: self.restoring,
-        };
-        Ok(
-            loop_around.foresee(&set, (smallest, 4.0 * set.threshold), |amplitude| {
-                self.demand(amplitude)
-            }),
-        )
+        let amplitudes = (smallest, 4.0 * set.threshold);
+        Ok(self
+            .around()
+            .predict(&set, amplitudes, |amplitude| self.demand(amplitude)))
     }
 }
 
-/// What may be changed about the loop of program T6.
+/// The loop's integral gain and the vehicle's righting moment; program T6 has neither.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Loop {
     /// K_i, 1/s.
@@ -287,70 +281,77 @@ pub struct Loop {
 }
 
 impl Loop {
-    /// Dives by 3 ft with an actuator and watches from 250 to 500 s; `asked` is how it is asked for the
-    /// angle of the control computer, by the time in s.
-    #[must_use]
-    pub fn dive(&self, set: &ActuatorSet, asked: impl Fn(f64) -> Demand) -> LimitCycle {
+    /// Dives by 3 ft with an actuator and observes from 250 to 500 s; `demand` is the demand on the actuator but
+    /// for the angle, by the time in s.
+    ///
+    /// # Errors
+    /// A gain beyond the controller's range.
+    pub fn dive(&self, set: &ActuatorSet, demand: impl Fn(f64) -> Demand) -> Result<LimitCycle> {
+        const H: f64 = TICK / STEPS as f64;
         let mut dha = Dha::new(set);
-        let mut vehicle = Vehicle {
-            restoring: self.restoring,
-            ..Vehicle::default()
-        };
-        let mut control = Control {
-            integral_gain: self.integral,
-            integral: 0.0,
-        };
-        let mut watched = Watched::default();
+        let mut controller = self.controller()?;
+        let plant = self.plant();
+        let mut motion = Motion::default();
+        let mut observed = Observed::default();
         let (mut planes, mut reached, mut pulses_before) = (0.0, None, 0);
-        for k in 0..WATCH.1 {
-            if k == WATCH.0 {
+        for k in 0..OBSERVED.1 {
+            if k == OBSERVED.0 {
                 pulses_before = dha.pulses();
             }
+            let mut state = VehicleState {
+                depth: motion.depth,
+                depth_rate: plant.depth_rate(&motion),
+                pitch: motion.pitch,
+                pitch_rate: motion.pitch_rate,
+                ..VehicleState::default()
+            };
+            state.header.stamp = Time::from_nanos(k * STEPS * STEP_NANOS);
+            let (command, _) = controller.on_state(&state).map_err(|e| anyhow!(e))?;
             let demand = Demand {
-                angle: control.plane_command(&vehicle),
-                ..asked(k as f64 * TICK)
+                angle: command.dive_planes,
+                ..demand(k as f64 * TICK)
             };
             for j in 1..=STEPS {
-                let time = (k * STEPS + j) as f64 * (TICK / STEPS as f64);
-                let nanos = (k * STEPS + j) * 1_000_000;
+                let nanos = (k * STEPS + j) * STEP_NANOS;
                 dha.advance_to(nanos, demand);
                 let angle = dha.plane_angle(&dha.reading(nanos));
-                vehicle.advance(0.5 * (planes + angle), TICK / STEPS as f64);
+                let mean = 0.5 * (planes + angle);
+                motion = plant.after(motion, H, |_| mean);
                 planes = angle;
-                let error = vehicle.depth - STEP;
-                if reached.is_none() && error >= -0.05 * STEP {
-                    reached = Some(time);
+                let error = motion.depth - SETPOINT;
+                if reached.is_none() && error >= -0.05 * SETPOINT {
+                    reached = Some((k * STEPS + j) as f64 * H);
                 }
-                if k >= WATCH.0 {
-                    watched.add(error, angle);
+                if k >= OBSERVED.0 {
+                    observed.add(error, angle);
                 }
             }
         }
-        let seconds = (WATCH.1 - WATCH.0) as f64 * TICK;
-        LimitCycle {
+        let seconds = (OBSERVED.1 - OBSERVED.0) as f64 * TICK;
+        Ok(LimitCycle {
             pulses: (dha.pulses() - pulses_before) as f64 / seconds,
             reached,
-            ..watched.cycle(TICK / STEPS as f64)
-        }
+            ..observed.cycle(H)
+        })
     }
 
     /// The cycle for which harmonic balance holds best, 1 + N(A, w) H(jw) = 0, with amplitudes (rad, of
-    /// what is asked of the actuator) from and to. The actuator's describing function is taken from the
-    /// full model under a sinusoid, friction, leakage and delays included; `asked` is how it is asked for
+    /// the actuator's command) from and to. The actuator's describing function is taken from the
+    /// full model under a sinusoid, friction, leakage and delays included; `demand` is the demand for
     /// an amplitude.
     #[must_use]
-    pub fn foresee(
+    pub fn predict(
         &self,
         set: &ActuatorSet,
         amplitudes: (f64, f64),
-        asked: impl Fn(f64) -> Demand,
+        demand: impl Fn(f64) -> Demand,
     ) -> Prediction {
         let periods = Periods {
             settling: 1,
             measured: 3,
         };
         let describing_function = |amplitude: f64, frequency: f64| {
-            frequency_response::actuator(set, asked(amplitude), frequency, periods)
+            frequency_response::actuator(set, demand(amplitude), frequency, periods)
         };
         let search = Search {
             amplitudes,
@@ -358,90 +359,69 @@ impl Loop {
         };
         let found = balance(&search, describing_function, |w| self.around_the_planes(w));
         let planes = found.amplitude * describing_function(found.amplitude, found.frequency).norm();
-        let depth_feet = planes * (self.pitch(found.frequency) * SPEED).norm() / found.frequency;
+        let climb = self.pitch(found.frequency) * self.plant().speed;
         Prediction {
             frequency: found.frequency / TAU,
-            depth: 2.0 * depth_feet * 12.0 * INCH,
+            depth: 2.0 * planes * climb.norm() / found.frequency,
             residual: found.residual,
         }
+    }
+
+    fn plant(&self) -> Plant {
+        let plant = Plant::default();
+        Plant {
+            axis: DampedInertia {
+                restoring: self.restoring,
+                ..plant.axis
+            },
+            ..plant
+        }
+    }
+
+    /// The depth controller at its defaults, with an integral that may take all of the planes' travel.
+    fn controller(&self) -> Result<Controller> {
+        let gain = default_gains().pitch_p * self.integral;
+        let values = Values::defaults(declarations()).with(
+            [
+                ("depth_setpoint", SETPOINT),
+                ("pitch.i", gain),
+                ("pitch.i_limit", FRAC_PI_2),
+            ]
+            .map(|(name, value)| (name.to_owned(), Value::Double(value))),
+        )?;
+        Controller::new(&values).map_err(|e| anyhow!(e))
     }
 
     /// theta/delta of the vehicle in small motion, at a frequency, rad/s.
     fn pitch(&self, frequency: f64) -> Complex<f64> {
         let s = Complex::new(0.0, frequency);
-        Complex::from(PLANES) / (s * s * INERTIA + s * DAMPING + self.restoring)
+        let axis = self.plant().axis;
+        Complex::from(axis.plane_moment)
+            / (s * s * axis.inertia + s * axis.damping + axis.restoring)
     }
 
     /// H = -delta_c/delta of vehicle and control computer, at a frequency, rad/s: the loop without the
     /// actuator. The computer's sampling is a dead time of half a tick.
     fn around_the_planes(&self, frequency: f64) -> Complex<f64> {
         let s = Complex::new(0.0, frequency);
+        let (gains, speed) = (default_gains(), self.plant().speed);
         let integral = self.integral / s + 1.0;
-        let pitch_error = DEPTH_GAIN * SPEED / s + DEPTH_RATE_GAIN * SPEED + 1.0;
-        let feedback = PITCH_GAIN * integral * pitch_error + PITCH_RATE_GAIN * s;
+        let pitch_error = gains.depth_p * speed / s + gains.depth_d * speed + 1.0;
+        let feedback = gains.pitch_p * integral * pitch_error + gains.pitch_rate * s;
         feedback * self.pitch(frequency) * (-s * (0.5 * TICK)).exp()
     }
 }
 
-/// The vehicle of program T6, ft and rad.
-#[derive(Clone, Copy, Debug, Default)]
-struct Vehicle {
-    restoring: f64,
-    pitch: f64,
-    pitch_rate: f64,
-    depth: f64,
-}
-
-impl Vehicle {
-    /// Heun's step of `h` s with the planes at `delta`, rad.
-    fn advance(&mut self, delta: f64, h: f64) {
-        let rates = |pitch: f64, pitch_rate: f64| {
-            let moment = PLANES * delta - DAMPING * pitch_rate - self.restoring * pitch.sin();
-            [pitch_rate, moment / INERTIA, SPEED * pitch.sin()]
-        };
-        let k1 = rates(self.pitch, self.pitch_rate);
-        let k2 = rates(self.pitch + h * k1[0], self.pitch_rate + h * k1[1]);
-        let mean = |i: usize| 0.5 * h * (k1[i] + k2[i]);
-        self.pitch += mean(0);
-        self.pitch_rate += mean(1);
-        self.depth += mean(2);
-    }
-}
-
-/// The control computer of program T6, with an integral that the program does not have.
-#[derive(Clone, Copy, Debug)]
-struct Control {
-    /// K_i, 1/s.
-    integral_gain: f64,
-    /// rad s
-    integral: f64,
-}
-
-impl Control {
-    /// delta_c, rad.
-    fn plane_command(&mut self, vehicle: &Vehicle) -> f64 {
-        let pitch_command =
-            DEPTH_GAIN * (STEP - vehicle.depth) - DEPTH_RATE_GAIN * SPEED * vehicle.pitch.sin();
-        let pitch_error = pitch_command.clamp(-MOST_PITCH, MOST_PITCH) - vehicle.pitch;
-        let proportional_integral = pitch_error + self.integral_gain * self.integral;
-        let planes = PITCH_GAIN * proportional_integral - PITCH_RATE_GAIN * vehicle.pitch_rate;
-        if planes.abs() <= MOST_PLANES {
-            self.integral += pitch_error * TICK;
-        }
-        planes.clamp(-MOST_PLANES, MOST_PLANES)
-    }
-}
-
-/// What is watched.
+/// The samples observed.
 #[derive(Debug, Default)]
-struct Watched {
-    /// Depth errors, ft.
+struct Observed {
+    /// Depth errors, m.
     depths: Vec<f64>,
     /// Plane angles, rad: the least and the largest.
     planes: Option<(f64, f64)>,
 }
 
-impl Watched {
+impl Observed {
     fn add(&mut self, depth: f64, planes: f64) {
         self.depths.push(depth);
         let (low, high) = self.planes.unwrap_or((planes, planes));
@@ -450,7 +430,6 @@ impl Watched {
 
     /// Of samples `dt` s apart; what needs more than them is left 0.
     fn cycle(&self, dt: f64) -> LimitCycle {
-        let foot = 12.0 * INCH;
         let mean = self.depths.iter().sum::<f64>() / self.depths.len() as f64;
         let (low, high) = self
             .depths
@@ -471,8 +450,8 @@ impl Watched {
         };
         let planes = self.planes.map_or(0.0, |(low, high)| high - low);
         LimitCycle {
-            depth: (high - low) * foot,
-            error: mean * foot,
+            depth: high - low,
+            error: mean,
             planes,
             pulses: 0.0,
             frequency,

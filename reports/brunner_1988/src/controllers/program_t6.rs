@@ -1,9 +1,9 @@
 //! Program T6 (Brunner, NPS thesis, 1988, App. C, p. 132): the depth controller on the damped-inertia
-//! plant, flown through this crate's [`DepthLoop`] and [`PitchLoop`].
+//! plant, flown through the controller's own [`DepthLoop`] and [`PitchLoop`].
 //!
 //! ```text
-//! J T'' = Ky delta - By T'         T: pitch, dive-positive
-//! z'    = U sin T                  z: depth
+//! J T'' = Ky delta - By T' - Me sin T      T: pitch, dive-positive; Me = 0 in the program
+//! z'    = U sin T                          z: depth
 //! J = 0.6 ft lbf s^2, By = 0.06 ft lbf s, Ky = 0.14 ft lbf/rad, U = 1 ft/s
 //! Kpz = 0.25 rad/ft, Kpy = 0.7, Kr = 2 s
 //! ```
@@ -11,18 +11,17 @@
 //! The integrator is the classical fourth-order Runge-Kutta, every [`STEP`]. The program codes no
 //! limits; the report states them in prose.
 
-use crate::depth_loop::DepthLoop;
-use crate::design::pitch::{AXIS, GAINS};
-use crate::limits::Limit;
-use crate::parameters::METRES_PER_FOOT as FOOT;
-use crate::pitch_loop::PitchLoop;
+use depth_controller::{DepthLoop, Limit, LimitError, PitchLoop};
+use planesman_linear::runge_kutta_step;
+use planesman_units::FOOT;
+
+use super::axis::DampedInertia;
+use super::pitch::{AXIS, GAINS};
 
 /// Time between samples, s.
 pub const STEP: f64 = 0.005;
 /// How long the program is flown, s.
 pub const DURATION: f64 = 50.0;
-/// `U`, m/s.
-pub const SPEED: f64 = FOOT;
 /// `Kpz`, rad/ft.
 pub const DEPTH_GAIN: f64 = 0.25;
 /// The report's limit on the pitch command, deg.
@@ -41,47 +40,57 @@ pub struct Motion {
     pub depth: f64,
 }
 
-impl Motion {
+/// The program's vehicle: a damped inertia that moves in the direction it points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plant {
+    /// The vehicle in pitch.
+    pub axis: DampedInertia,
+    /// `U`, m/s.
+    pub speed: f64,
+    /// `z' = U T`.
+    pub small_angles: bool,
+}
+
+impl Default for Plant {
+    /// As the program has it.
+    fn default() -> Self {
+        Self {
+            axis: AXIS,
+            speed: FOOT,
+            small_angles: false,
+        }
+    }
+}
+
+impl Plant {
     /// `z'`, m/s down.
     #[must_use]
-    pub fn depth_rate(&self) -> f64 {
-        -SPEED * self.pitch.sin()
+    pub fn depth_rate(&self, motion: &Motion) -> f64 {
+        match self.small_angles {
+            true => -self.speed * motion.pitch,
+            false => -self.speed * motion.pitch.sin(),
+        }
     }
 
     /// The motion `dt` seconds later, under the dive-positive plane angle (rad) that `planes` gives at
     /// each stage.
     #[must_use]
-    pub fn after(self, dt: f64, planes: impl Fn(Self) -> f64) -> Self {
-        runge_kutta(self, dt, |m| m.rates(planes(m), m.depth_rate()))
+    pub fn after(&self, motion: Motion, dt: f64, planes: impl Fn(&Motion) -> f64) -> Motion {
+        let state = [motion.pitch, motion.pitch_rate, motion.depth];
+        let at = |&[pitch, pitch_rate, depth]: &[f64; 3]| Motion {
+            pitch,
+            pitch_rate,
+            depth,
+        };
+        let axis = &self.axis;
+        at(&runge_kutta_step(&state, dt, [&(); 3], |(), x| {
+            let m = at(x);
+            let moment = -axis.plane_moment * planes(&m)
+                - axis.damping * m.pitch_rate
+                - axis.restoring * m.pitch.sin();
+            [m.pitch_rate, moment / axis.inertia, self.depth_rate(&m)]
+        }))
     }
-
-    fn rates(&self, planes: f64, depth_rate: f64) -> Self {
-        Self {
-            pitch: self.pitch_rate,
-            pitch_rate: (-AXIS.plane_moment * planes - AXIS.damping * self.pitch_rate)
-                / AXIS.inertia,
-            depth: depth_rate,
-        }
-    }
-
-    fn plus(self, rates: Self, dt: f64) -> Self {
-        Self {
-            pitch: self.pitch + dt * rates.pitch,
-            pitch_rate: self.pitch_rate + dt * rates.pitch_rate,
-            depth: self.depth + dt * rates.depth,
-        }
-    }
-}
-
-fn runge_kutta(at: Motion, dt: f64, rates: impl Fn(Motion) -> Motion) -> Motion {
-    let k1 = rates(at);
-    let k2 = rates(at.plus(k1, dt / 2.0));
-    let k3 = rates(at.plus(k2, dt / 2.0));
-    let k4 = rates(at.plus(k3, dt));
-    at.plus(k1, dt / 6.0)
-        .plus(k2, dt / 3.0)
-        .plus(k3, dt / 3.0)
-        .plus(k4, dt / 6.0)
 }
 
 /// The program with its choices.
@@ -113,12 +122,20 @@ impl Program {
         }
     }
 
+    fn plant(&self) -> Plant {
+        Plant {
+            small_angles: self.small_angles,
+            ..Plant::default()
+        }
+    }
+
     /// Flies the program over [`DURATION`].
     ///
     /// # Errors
     /// Those of [`Limit::new`].
-    pub fn fly(&self) -> Result<Track, String> {
+    pub fn fly(&self) -> Result<Track, LimitError> {
         let law = Law::of(self)?;
+        let plant = self.plant();
         let mut motion = Motion::default();
         if self.impulse {
             let dive_rate = AXIS.plane_moment * GAINS.p * self.derivative * self.setpoint;
@@ -128,13 +145,7 @@ impl Program {
         let mut motions = Vec::with_capacity(steps + 1);
         motions.push(motion);
         for _ in 0..steps {
-            motion = runge_kutta(motion, STEP, |m| {
-                let depth_rate = match self.small_angles {
-                    true => -SPEED * m.pitch,
-                    false => m.depth_rate(),
-                };
-                m.rates(law.at(m, depth_rate).planes, depth_rate)
-            });
+            motion = plant.after(motion, STEP, |m| law.at(m, plant.depth_rate(m)).planes);
             motions.push(motion);
         }
         Ok(Track {
@@ -143,24 +154,25 @@ impl Program {
         })
     }
 
-    /// What the loops ask for as the step is made, the vehicle at rest.
+    /// The first command: the loops' answer to the step of the setpoint, the vehicle at rest.
     ///
     /// # Errors
     /// Those of [`Limit::new`].
-    pub fn first_command(&self) -> Result<Command, String> {
+    pub fn first_command(&self) -> Result<Command, LimitError> {
         self.command(Motion::default())
     }
 
-    /// What the loops ask for at a motion.
+    /// The loops' command at a motion.
     ///
     /// # Errors
     /// Those of [`Limit::new`].
-    pub fn command(&self, motion: Motion) -> Result<Command, String> {
-        Ok(Law::of(self)?.at(motion, motion.depth_rate()))
+    pub fn command(&self, motion: Motion) -> Result<Command, LimitError> {
+        let depth_rate = Plant::default().depth_rate(&motion);
+        Ok(Law::of(self)?.at(&motion, depth_rate))
     }
 }
 
-/// What the loops ask for.
+/// The loops' command.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Command {
     /// `TC`, rad, dive-positive.
@@ -178,7 +190,7 @@ struct Law {
 }
 
 impl Law {
-    fn of(program: &Program) -> Result<Self, String> {
+    fn of(program: &Program) -> Result<Self, LimitError> {
         // Without limits: far beyond anything the program asks for.
         let limit = |degrees: f64| match program.limited {
             true => Limit::new(degrees.to_radians()),
@@ -199,7 +211,7 @@ impl Law {
         })
     }
 
-    fn at(&self, motion: Motion, depth_rate: f64) -> Command {
+    fn at(&self, motion: &Motion, depth_rate: f64) -> Command {
         let depth = self
             .depth
             .evaluate(self.setpoint, motion.depth, depth_rate, 0.0);

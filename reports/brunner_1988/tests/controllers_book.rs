@@ -2,17 +2,20 @@
 
 use std::collections::BTreeMap;
 
-use depth_controller::book::{brunner_1988, recomputed};
+use brunner_1988::controllers::{book, recomputed};
 
 /// Printed, and nothing to compute it from: the report's judgement by eye.
 const CHOICES: [&str; 1] = ["T6.Kdz_opt"];
 
 #[test]
 fn every_number_of_the_controllers_comes_out_again_with_its_verdict() {
-    let book = brunner_1988().expect("the book is valid");
+    let book = book().expect("the book is valid");
     let mut values = BTreeMap::new();
     for (id, value) in recomputed() {
-        assert!(values.insert(id, value).is_none(), "{id} is given twice");
+        assert!(
+            values.insert(id.clone(), value).is_none(),
+            "{id} is given twice"
+        );
     }
     let mut faults = Vec::new();
     for entry in book.entries() {

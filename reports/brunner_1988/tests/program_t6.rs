@@ -1,16 +1,16 @@
-//! Program T6 (Brunner, NPS thesis, 1988, App. C), flown through this crate's control law.
+//! Program T6 (Brunner, NPS thesis, 1988, App. C), flown through the controller's loops.
 //!
 //! Expected values are the program's, recomputed from its listing; the thesis prints "optimum about 0.6,
-//! no overshoot, within 3.5 % after about 12.5 s". `tests/book.rs` has the rest of its numbers.
+//! no overshoot, within 3.5 % after about 12.5 s". `tests/controllers_book.rs` has the rest of its numbers.
 
 #![allow(clippy::unwrap_used)]
 
-use depth_controller::core::{Controller, Quantity};
-use depth_controller::parameters::{METRES_PER_FOOT as FOOT, declarations};
-use depth_controller::t6::{Motion, Program};
+use brunner_1988::controllers::program_t6::{Motion, Plant, Program};
+use depth_controller::{Controller, Quantity, declarations};
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::VehicleState;
 use planesman_parameters::Values;
+use planesman_units::FOOT;
 
 #[test]
 fn the_trajectory_is_the_programs() {
@@ -90,21 +90,21 @@ fn sampled_at_twenty_hertz_the_controllers_defaults_fly_the_program() {
     controller
         .set_setpoint(Quantity::Depth, 3.0 * FOOT)
         .unwrap();
-    let mut plant = Motion::default();
+    let (plant, mut motion) = (Plant::default(), Motion::default());
     let mut depths = vec![0.0];
     for tick in 0..1200_i64 {
         let mut state = VehicleState {
-            depth: plant.depth,
-            depth_rate: plant.depth_rate(),
-            pitch: plant.pitch,
-            pitch_rate: plant.pitch_rate,
+            depth: motion.depth,
+            depth_rate: plant.depth_rate(&motion),
+            pitch: motion.pitch,
+            pitch_rate: motion.pitch_rate,
             ..VehicleState::default()
         };
         state.header.stamp = Time::from_nanos(tick * 50_000_000);
         let (command, _) = controller.on_state(&state).unwrap();
         for _ in 0..5 {
-            plant = plant.after(0.01, |_| command.dive_planes);
-            depths.push(plant.depth / FOOT);
+            motion = plant.after(motion, 0.01, |_| command.dive_planes);
+            depths.push(motion.depth / FOOT);
         }
     }
     // The continuous law: 0.21 %, 9.79 s, 11.67 s. Holding the planes for a tick costs a little damping.

@@ -131,7 +131,9 @@ impl DepthDesign {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::design::pitch;
+    use crate::controllers::pitch;
+    use depth_controller::design::dive_loop::{DiveLoop, DivePlant, Path};
+    use depth_controller::gains::LoopGains;
 
     fn design() -> DepthDesign {
         DepthDesign {
@@ -168,5 +170,31 @@ mod tests {
         let critical = at.critical_speed().expect("one");
         straddles(&speed(critical * 0.999), &speed(critical * 1.001));
         assert_eq!(DepthDesign { d: 5.0, ..at }.critical_speed(), None);
+    }
+
+    #[test]
+    fn it_is_the_controllers_dive_loop_with_ideal_planes() {
+        let design = DepthDesign {
+            axis: pitch::AXIS,
+            speed: 1.0,
+            p: 0.25,
+            d: 0.6,
+            ..design()
+        };
+        let expected = design.closed_loop().expect("proper");
+        let dive = DiveLoop {
+            plant: DivePlant::of_pitch(&pitch::model(), 1.0).expect("finite"),
+            gains: LoopGains {
+                depth_p: 0.25,
+                depth_d: 0.6,
+                pitch_p: pitch::GAINS.p,
+                pitch_rate: pitch::GAINS.rate,
+            },
+            path: Path::default(),
+        };
+        let found = dive.closed_loop().expect("proper");
+        for point in [Complex::new(0.1, 0.7), Complex::new(-0.3, 2.0)] {
+            assert!((expected.value_at(point) - found.value_at(point)).norm() < 1e-12);
+        }
     }
 }

@@ -1,17 +1,14 @@
 //! The root loci of Figs. 5 to 10, 13, 14, 17, 20 and 21 (Brunner 1988, ch. II).
-//!
-//! The loops and their characteristic equations are the controller's [`design`].
 
 use std::borrow::Cow;
 
-use depth_controller::design::{
-    self,
-    axis::{DampedInertia, Gains},
-    course, pitch, roll,
-};
 use planesman_linear::{Complex, Error, polynomial};
 
 use planesman_plot::{Plot, Style};
+
+use super::axis::{DampedInertia, Gains};
+use super::depth::DepthDesign;
+use super::{course, pitch, roll};
 
 /// `B` \[ft lbf s\] with rate feedback of 2, and of 4.71 (p. 19).
 const DAMPING: [f64; 2] = [0.34, pitch::MORE_DAMPING];
@@ -24,7 +21,7 @@ enum Varied {
 }
 
 /// A locus of the depth loop: the figure's number, `Kpz`, what is fixed of `Kdz` and `U` \[ft/s\], what varies,
-/// which of [`DAMPING`], and what is to be said.
+/// which of [`DAMPING`], and a note.
 type DepthLocus = (u8, f64, f64, Varied, usize, &'static str);
 
 const DEPTH_LOCI: [DepthLocus; 9] = {
@@ -65,7 +62,7 @@ const DEPTH_LOCI: [DepthLocus; 9] = {
 
 /// Characteristic polynomial of the depth loop, highest power first.
 fn depth_loop(kpz: f64, kdz: f64, u: f64, b: f64) -> Vec<f64> {
-    let design = design::depth::DepthDesign {
+    let design = DepthDesign {
         axis: pitch::AXIS,
         pitch: Gains {
             rate: pitch::AXIS.rate_gain_for_damping(b),

@@ -1,8 +1,7 @@
 //! Program T6: the step of the setpoint under each derivative gain, and what the report says of it.
 
-use crate::t6::{Program, Track};
-
-use super::{Recomputed, or_nan};
+use super::program_t6::{Program, Track};
+use super::values::{Values, or_nan};
 
 /// A figure of a flown program, in the unit of its entries.
 type Figure = fn(&Track) -> Option<f64>;
@@ -181,7 +180,7 @@ const CHOSEN: Program = as_coded(5.0, 0.6);
 
 /// Every value of the family T6.
 #[must_use]
-pub fn recomputed() -> Recomputed {
+pub(super) fn recomputed() -> Values {
     let mut all = steps();
     all.extend(of_the_chosen());
     all.extend(first_commands());
@@ -189,7 +188,7 @@ pub fn recomputed() -> Recomputed {
     all
 }
 
-fn steps() -> Recomputed {
+fn steps() -> Values {
     FLOWN
         .iter()
         .flat_map(|(program, figures)| {
@@ -201,7 +200,7 @@ fn steps() -> Recomputed {
         .collect()
 }
 
-fn of_the_chosen() -> Recomputed {
+fn of_the_chosen() -> Values {
     let (Ok(track), Ok(linear)) = (
         CHOSEN.fly(),
         Program {
@@ -210,7 +209,7 @@ fn of_the_chosen() -> Recomputed {
         }
         .fly(),
     ) else {
-        return Recomputed::new();
+        return Values::new();
     };
     let rise = track.reached(0.98);
     vec![
@@ -236,9 +235,9 @@ fn of_the_chosen() -> Recomputed {
     ]
 }
 
-fn first_commands() -> Recomputed {
+fn first_commands() -> Values {
     let (Ok(five), Ok(three)) = (CHOSEN.first_command(), as_coded(3.0, 0.6).first_command()) else {
-        return Recomputed::new();
+        return Values::new();
     };
     vec![
         ("T6.TC0_ZC5", five.dive_angle.to_degrees()),

@@ -2,14 +2,19 @@
 //! (p. 47 f., program T6).
 //!
 //! The first four are of the linear loop after a step of three feet, its derivative that of the error; the others
-//! what program T6 puts out for four derivative gains. That the four are 0.25, 0.5, 0.6 and 1.0 is a reading: the
+//! program T6's output for four derivative gains. That the four are 0.25, 0.5, 0.6 and 1.0 is a reading: the
 //! report names the first, the last and the best.
 
-use depth_controller::design::{axis::Gains, depth::DepthDesign, pitch, step};
-use depth_controller::t6::{self, Program};
+use anyhow::Result;
+use depth_controller::design::step;
 use planesman_linear::Error;
 
 use planesman_plot::Plot;
+
+use super::axis::Gains;
+use super::depth::DepthDesign;
+use super::pitch;
+use super::program_t6::{self as t6, Program};
 
 /// The step of Figs. 11 to 16, ft.
 const STEP: f64 = 3.0;
@@ -20,7 +25,7 @@ const INTERVAL: f64 = 0.1;
 /// The setpoint of Figs. C2 to C9, ft: that of the listing, p. 132.
 const SETPOINT: f64 = 5.0;
 
-/// The figures of the linear loop: number, `Kdz`, `U` \[ft/s\], `B` \[ft lbf s\], and what is to be said.
+/// The figures of the linear loop: number, `Kdz`, `U` \[ft/s\], `B` \[ft lbf s\], and a note.
 const STEPS: [(u8, f64, f64, f64, &str); 4] = [
     (
         11,
@@ -52,8 +57,8 @@ const PROGRAMS: [(u8, f64); 4] = [(2, 0.25), (4, 0.5), (6, 0.6), (8, 1.0)];
 /// Every time response of the controllers.
 ///
 /// # Errors
-/// The text of [`Error`], or of a program that cannot be flown.
-pub fn figures() -> Result<Vec<Plot<'static>>, String> {
+/// A response that overflows, or a program that cannot be flown.
+pub fn figures() -> Result<Vec<Plot<'static>>> {
     let mut figures = Vec::new();
     for (number, derivative, speed, damping, note) in STEPS {
         let design = DepthDesign {
@@ -66,7 +71,7 @@ pub fn figures() -> Result<Vec<Plot<'static>>, String> {
             p: t6::DEPTH_GAIN,
             d: derivative,
         };
-        let depth = step_of(&design).map_err(|error| error.to_string())?;
+        let depth = step_of(&design)?;
         let title = format!("Fig. {number}: Kdz = {derivative}, U = {speed} ft/s, B = {damping}");
         figures.push(depth_figure(title, STEP, depth).note(note));
     }
@@ -83,7 +88,7 @@ fn step_of(design: &DepthDesign) -> Result<Vec<(f64, f64)>, Error> {
 }
 
 /// Depth and angles of program T6: Fig. C`number` and the next.
-fn program_t6(number: u8, derivative: f64) -> Result<[Plot<'static>; 2], String> {
+fn program_t6(number: u8, derivative: f64) -> Result<[Plot<'static>; 2]> {
     let program = Program::new(SETPOINT, derivative);
     let track = program.fly()?;
     let times: Vec<f64> = (0..=500).map(|k| f64::from(k) * INTERVAL).collect();

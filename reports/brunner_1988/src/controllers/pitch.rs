@@ -7,6 +7,8 @@
 //! ```
 //! The report leaves the restoring moment out until p. 48.
 
+use depth_controller::gains::PitchModel;
+
 use super::axis::{DampedInertia, Gains};
 
 /// `J = 0.6` ft lbf s^2, `By = 0.06` ft lbf s, `Ky = 0.14` ft lbf/rad (Table 3; `Ky` as program T6
@@ -17,6 +19,16 @@ pub const AXIS: DampedInertia = DampedInertia {
     plane_moment: 0.14,
     restoring: 0.0,
 };
+
+/// `K/J` and `B/J`, the vehicle as the controller's designs take it.
+#[must_use]
+pub fn model() -> PitchModel {
+    PitchModel {
+        plane: AXIS.plane_moment / AXIS.inertia,
+        damping: AXIS.damping / AXIS.inertia,
+        restoring: AXIS.restoring / AXIS.inertia,
+    }
+}
 
 /// `Me`, the restoring moment for small angles, ft lbf/rad (p. 48).
 pub const RESTORING: f64 = 0.163;

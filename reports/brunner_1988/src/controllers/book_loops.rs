@@ -4,18 +4,19 @@ use std::f64::consts::{FRAC_PI_4, TAU};
 
 use planesman_linear::{Domain, Error, StepMetrics, TransferFunction};
 
-use crate::design::axis::{DampedInertia, Gains, damping_for_ratio, damping_ratio};
-use crate::design::depth::{DepthDesign, p_for_limit};
-use crate::design::{course, pitch, roll, step};
+use depth_controller::design::step;
 
-use super::{Recomputed, or_nan};
+use super::axis::{DampedInertia, Gains, damping_for_ratio, damping_ratio};
+use super::depth::{DepthDesign, p_for_limit};
+use super::values::{Values, or_nan};
+use super::{course, pitch, roll};
 
 /// `wn` of the pitch loop as the report rounds it before it goes on, rad/s (p. 9).
 const ROUNDED_FREQUENCY: f64 = 0.4;
 
 /// Every value of the families pitch, depth, roll and yaw.
 #[must_use]
-pub fn recomputed() -> Recomputed {
+pub(super) fn recomputed() -> Values {
     let mut all = pitch_loop();
     all.extend(depth_bounds());
     all.extend(depth_damping());
@@ -25,7 +26,7 @@ pub fn recomputed() -> Recomputed {
     all
 }
 
-fn pitch_loop() -> Recomputed {
+fn pitch_loop() -> Values {
     let axis = pitch::AXIS;
     let critical = axis.p_for_damping_ratio(1.0, 0.0);
     let five_seconds = TAU / 5.0;
@@ -91,7 +92,7 @@ fn with_restoring() -> DepthDesign {
     }
 }
 
-fn depth_bounds() -> Recomputed {
+fn depth_bounds() -> Values {
     let smallest_d = |p, speed| DepthDesign { p, speed, ..DEPTH }.smallest_d();
     vec![
         ("depth.Kpz_45", p_for_limit(FRAC_PI_4, 3.0)),
@@ -109,7 +110,7 @@ fn depth_bounds() -> Recomputed {
     ]
 }
 
-fn depth_damping() -> Recomputed {
+fn depth_damping() -> Values {
     let ratio = |design: DepthDesign| or_nan(design.damping_ratio().ok().flatten());
     let restored = with_restoring();
     vec![
@@ -130,7 +131,7 @@ type Stepped = (
     &'static [(&'static str, Figure)],
 );
 
-fn depth_steps() -> Recomputed {
+fn depth_steps() -> Values {
     let damped = with_more_damping();
     let fig11 = DepthDesign { d: 5.0, ..DEPTH };
     let fig12 = DepthDesign { d: 0.5, ..DEPTH };
@@ -235,7 +236,7 @@ fn stepped(closed_loop: Result<TransferFunction, planesman_linear::Error>) -> Op
     step::response(&closed_loop.ok()?, 0.002, 120.0).ok()
 }
 
-fn roll_loop() -> Recomputed {
+fn roll_loop() -> Values {
     let axis = roll::AXIS;
     let restored = |restoring| DampedInertia { restoring, ..axis };
     let in_fig_20 = restored(roll::RESTORING);
@@ -261,7 +262,7 @@ fn roll_loop() -> Recomputed {
     ]
 }
 
-fn course_loop() -> Recomputed {
+fn course_loop() -> Values {
     let axis = course::AXIS;
     let Gains { p, rate } = course::GAINS;
     let step = stepped(axis.closed_loop_of_error_rate(course::GAINS));
