@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::process::ExitCode;
 
 use anyhow::{Result, bail};
-use depth_controller::core::Controller;
+use depth_controller::Controller;
 use dha_actuator::core::Actuator;
 use planesman_parameters::{Declaration, Value, Values};
 use plant_sim::core::Plant;
@@ -18,7 +18,7 @@ use crate::scenario::{NODES, Scenario};
 pub fn run(name: &str, args: Vec<String>) -> ExitCode {
     launched(|| match name {
         "plant_sim" => plant_sim::node::main(args),
-        "depth_controller" => depth_controller::node::main(args),
+        "depth_controller" => depth_controller::main(args),
         "dha_actuator" => dha_actuator::node::main(args),
         "sysid" => sysid::node::main(args),
         "recorder" => recorder::node::main(args),
@@ -37,7 +37,7 @@ pub fn run(name: &str, args: Vec<String>) -> ExitCode {
 pub fn declarations(name: &str) -> Option<Vec<Declaration>> {
     Some(match name {
         "plant_sim" => plant_sim::parameters::declarations(),
-        "depth_controller" => depth_controller::parameters::declarations(),
+        "depth_controller" => depth_controller::declarations(),
         "dha_actuator" => dha_actuator::parameters::declarations(),
         "sysid" => sysid::parameters::declarations(),
         "recorder" => recorder::parameters::declarations(),
@@ -52,10 +52,12 @@ pub fn declarations(name: &str) -> Option<Vec<Declaration>> {
 pub fn validate(name: &str, values: &Values) -> Result<(), String> {
     match name {
         "plant_sim" => Plant::new(values).map(drop),
-        "depth_controller" => Controller::new(values).map(drop),
+        "depth_controller" => Controller::new(values).map(drop).map_err(|e| e.to_string()),
         "dha_actuator" => {
             let tick = (values.double("tick") * 1e9).round() as i64;
-            Actuator::new(values, tick).map(drop)
+            Actuator::new(values, tick)
+                .map(drop)
+                .map_err(|e| e.to_string())
         }
         "sysid" => Identifier::new(values).map(drop),
         "recorder" => recorder::parameters::writer_options(values).map(drop),

@@ -243,7 +243,7 @@ fn parameters_are_listed_read_described_and_set_and_a_bad_value_is_refused(
 
     let listed = ask(&["list"]).well();
     let listed: BTreeSet<&str> = listed.iter().map(|line| text(&line["name"])).collect();
-    for declaration in depth_controller::parameters::declarations() {
+    for declaration in depth_controller::declarations() {
         assert!(listed.contains(declaration.name), "{}", declaration.name);
     }
 

@@ -14,7 +14,7 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use anyhow::{Result, anyhow};
+use anyhow::Result;
 use brunner_1988::controllers::axis::DampedInertia;
 use brunner_1988::controllers::program_t6::{Motion, Plant};
 use depth_controller::{Controller, declarations};
@@ -306,7 +306,7 @@ impl Loop {
                 ..VehicleState::default()
             };
             state.header.stamp = Time::from_nanos(k * STEPS * STEP_NANOS);
-            let (command, _) = controller.on_state(&state).map_err(|e| anyhow!(e))?;
+            let (command, _) = controller.on_state(&state)?;
             let demand = Demand {
                 angle: command.dive_planes,
                 ..demand(k as f64 * TICK)
@@ -389,7 +389,7 @@ impl Loop {
             ]
             .map(|(name, value)| (name.to_owned(), Value::Double(value))),
         )?;
-        Controller::new(&values).map_err(|e| anyhow!(e))
+        Ok(Controller::new(&values)?)
     }
 
     /// theta/delta of the vehicle in small motion, at a frequency, rad/s.

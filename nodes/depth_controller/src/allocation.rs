@@ -6,14 +6,14 @@
 
 /// Which share of the dive-plane angle each pair of planes takes, in \[0, 1\].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Allocation {
+pub(crate) struct Allocation {
     bow: f64,
     stern: f64,
 }
 
 /// One angle for both pairs, as a plane command carries it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Shared {
+pub(crate) struct Shared {
     /// Mean of bow and stern planes, rad, positive dive.
     pub mean: f64,
     /// Added to the bow and taken from the stern planes, rad.
@@ -23,20 +23,20 @@ pub struct Shared {
 impl Shared {
     /// The bow planes' angle, rad, positive dive.
     #[must_use]
-    pub fn bow(&self) -> f64 {
+    pub(crate) fn bow(&self) -> f64 {
         self.mean + self.differential
     }
 }
 
 impl Allocation {
     /// The names, as the parameter takes them.
-    pub const NAMES: &'static [&'static str] = &["together", "bow", "stern", "ratio"];
+    pub(crate) const NAMES: &'static [&'static str] = &["together", "bow", "stern", "ratio"];
 
     /// The allocation of that name; `ratio` is bow over stern, for the one that needs it.
     ///
     /// # Errors
     /// A sentence, when there is no such allocation.
-    pub fn named(name: &str, ratio: f64) -> Result<Self, String> {
+    pub(crate) fn named(name: &str, ratio: f64) -> Result<Self, String> {
         let (bow, stern) = match name {
             "together" => (1.0, 1.0),
             "bow" => (1.0, 0.0),
@@ -55,7 +55,7 @@ impl Allocation {
 
     /// The angle `planes` (rad, positive dive) shared out.
     #[must_use]
-    pub fn share(&self, planes: f64) -> Shared {
+    pub(crate) fn share(&self, planes: f64) -> Shared {
         Shared {
             mean: planes * (0.5 * (self.bow + self.stern)),
             differential: planes * (0.5 * (self.bow - self.stern)),

@@ -5,8 +5,8 @@
 //! | strategy | slope of the share, with `e` the error, `u` asked for, `u_lim` given |
 //! |---|---|
 //! | none | `Ki e` |
-//! | clamping | `Ki e`, but 0 while that would drive `u` further beyond its limit |
-//! | back-calculation | `Ki e + (u_lim - u) / T_t` |
+//! | conditional_integration | `Ki e`, but 0 while that would drive `u` further beyond its limit |
+//! | back_calculation | `Ki e + (u_lim - u) / T_t` |
 //!
 //! In each the share itself stays within its own limit (`i_clamp` there). It is held in the unit of
 //! the output, so a changed gain makes no step. (Astrom and Hagglund, *Advanced PID Control*, 2006, ch. 3.)
@@ -15,35 +15,36 @@ use crate::limits::{Limit, bounded};
 
 /// What keeps an integral from winding up.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum AntiWindup {
+pub(crate) enum AntiWindup {
     /// Only the share's own limit.
     None,
     /// No integration further into saturation.
-    Clamping,
+    ConditionalIntegration,
     /// The saturation's cut is fed back.
     BackCalculation {
         /// `T_t`, s, positive.
-        tracking_time: f64,
+        tracking_time_constant: f64,
     },
 }
 
 impl AntiWindup {
     /// The names, as the parameter takes them.
-    pub const NAMES: &'static [&'static str] = &["none", "clamping", "back_calculation"];
+    pub(crate) const NAMES: &'static [&'static str] =
+        &["none", "conditional_integration", "back_calculation"];
 
     /// The strategy of that name, with its tracking time (s).
     ///
     /// # Errors
     /// A sentence, when there is no such strategy, or a tracking time it needs is not positive.
-    pub fn named(name: &str, tracking_time: f64) -> Result<Self, String> {
+    pub(crate) fn named(name: &str, tracking_time_constant: f64) -> Result<Self, String> {
         match name {
             "none" => Ok(Self::None),
-            "clamping" => Ok(Self::Clamping),
-            "back_calculation" if tracking_time > 0.0 => {
-                Ok(Self::BackCalculation { tracking_time })
-            }
+            "conditional_integration" => Ok(Self::ConditionalIntegration),
+            "back_calculation" if tracking_time_constant > 0.0 => Ok(Self::BackCalculation {
+                tracking_time_constant,
+            }),
             "back_calculation" => Err(format!(
-                "a tracking time of {tracking_time} s refused: back-calculation needs a positive one"
+                "a tracking time of {tracking_time_constant} s refused: back-calculation needs a positive one"
             )),
             other => Err(format!(
                 "strategy '{other}' refused: it must be one of {}",
@@ -55,28 +56,28 @@ impl AntiWindup {
 
 /// An integral share: where it stands, and where it goes until the next tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Integral {
+pub(crate) struct Integral {
     value: f64,
     slope: f64,
 }
 
 impl Integral {
     /// The share after `dt` seconds along its slope, no further from zero than `limit`.
-    pub fn after(&mut self, dt: f64, limit: Limit) -> f64 {
+    pub(crate) fn after(&mut self, dt: f64, limit: Limit) -> f64 {
         self.value = limit.apply(self.value + bounded(self.slope * dt)).value;
         self.value
     }
 
     /// Sets the slope from now on: `drive` is `Ki e`, `excess` what the output's limit cuts off,
     /// `u - u_lim`, both with the share's sign.
-    pub fn lead(&mut self, drive: f64, excess: f64, anti_windup: AntiWindup) {
+    pub(crate) fn lead(&mut self, drive: f64, excess: f64, anti_windup: AntiWindup) {
         self.slope = match anti_windup {
             AntiWindup::None => drive,
-            AntiWindup::Clamping if drive * excess > 0.0 => 0.0,
-            AntiWindup::Clamping => drive,
-            AntiWindup::BackCalculation { tracking_time } => {
-                bounded(drive - excess / tracking_time)
-            }
+            AntiWindup::ConditionalIntegration if drive * excess > 0.0 => 0.0,
+            AntiWindup::ConditionalIntegration => drive,
+            AntiWindup::BackCalculation {
+                tracking_time_constant,
+            } => bounded(drive - excess / tracking_time_constant),
         };
     }
 }
@@ -114,8 +115,10 @@ mod tests {
     #[test]
     fn each_strategy_frees_the_output_when_the_error_turns() {
         for strategy in [
-            AntiWindup::Clamping,
-            AntiWindup::BackCalculation { tracking_time: 0.5 },
+            AntiWindup::ConditionalIntegration,
+            AntiWindup::BackCalculation {
+                tracking_time_constant: 0.5,
+            },
         ] {
             let (share, stuck) = wound_up(strategy);
             assert!(share < 1.0, "{strategy:?}: {share}");
@@ -131,13 +134,13 @@ mod tests {
     }
 
     #[test]
-    fn back_calculation_needs_a_tracking_time() {
+    fn back_calculation_needs_a_tracking_time_constant() {
         assert!(AntiWindup::named("back_calculation", 0.0).is_err());
-        assert!(AntiWindup::named("clamping", 0.0).is_ok());
+        assert!(AntiWindup::named("conditional_integration", 0.0).is_ok());
         assert!(
             AntiWindup::named("hope", 1.0)
                 .unwrap_err()
-                .contains("clamping")
+                .contains("conditional_integration")
         );
     }
 }

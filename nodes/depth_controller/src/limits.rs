@@ -13,7 +13,7 @@ const LARGEST_TERM: f64 = 1e300;
 /// A term of a control law, kept finite: products and differences of finite numbers can
 /// overflow, and an infinite term would leave the node or cancel into NaN.
 #[must_use]
-pub fn bounded(term: f64) -> f64 {
+pub(crate) fn bounded(term: f64) -> f64 {
     term.clamp(-LARGEST_TERM, LARGEST_TERM)
 }
 
@@ -68,7 +68,7 @@ impl Limit {
 
 /// From `from` towards `to`, at most `rate` per second for `dt` seconds; a `rate` of 0 is no limit.
 #[must_use]
-pub fn slewed(from: f64, to: f64, rate: f64, dt: f64) -> f64 {
+pub(crate) fn slewed(from: f64, to: f64, rate: f64, dt: f64) -> f64 {
     if rate == 0.0 {
         return to;
     }

@@ -25,14 +25,14 @@
 use std::f64::consts::TAU;
 
 /// Bits in the shift register.
-pub const REGISTER_LENGTH: u32 = 10;
+pub(crate) const REGISTER_LENGTH: u32 = 10;
 
 /// Intervals before the pseudo-random sequence repeats, `2^10 - 1`.
-pub const SEQUENCE_LENGTH: usize = (1 << REGISTER_LENGTH) - 1;
+pub(crate) const SEQUENCE_LENGTH: usize = (1 << REGISTER_LENGTH) - 1;
 
 /// The shape of a test signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Signal {
+pub(crate) enum Signal {
     /// No signal.
     None,
     /// A constant offset.
@@ -53,7 +53,7 @@ pub enum Signal {
 
 impl Signal {
     /// The names, as the parameter takes them.
-    pub const NAMES: &'static [&'static str] = &[
+    pub(crate) const NAMES: &'static [&'static str] = &[
         "none", "step", "pulse", "doublet", "square", "sinusoid", "prbs", "chirp",
     ];
 
@@ -61,7 +61,7 @@ impl Signal {
     ///
     /// # Errors
     /// A sentence with the name and the known ones.
-    pub fn named(name: &str) -> Result<Self, String> {
+    pub(crate) fn named(name: &str) -> Result<Self, String> {
         Ok(match name {
             "none" => Self::None,
             "step" => Self::Step,
@@ -87,7 +87,7 @@ impl Signal {
 
 /// A test signal with its numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Manoeuvre {
+pub(crate) struct Manoeuvre {
     /// The shape.
     pub signal: Signal,
     /// `A`, rad of plane, dive positive; may be negative.
@@ -106,7 +106,7 @@ pub struct Manoeuvre {
 
 /// A [`Manoeuvre`] ready to be evaluated: times in whole nanoseconds, the sequence drawn.
 #[derive(Clone, Debug, PartialEq)]
-pub struct TestSignal {
+pub(crate) struct TestSignal {
     signal: Signal,
     amplitude: f64,
     period: i64,
@@ -122,7 +122,7 @@ impl Manoeuvre {
     /// # Errors
     /// A sentence naming the number at fault: one that is not finite, a negative start or
     /// duration, a period below 2 ns for a signal that has one, or a chirp without end.
-    pub fn build(&self) -> Result<TestSignal, String> {
+    pub(crate) fn build(&self) -> Result<TestSignal, String> {
         for (name, number) in [
             ("amplitude", self.amplitude),
             ("period", self.period),
@@ -178,7 +178,7 @@ impl Manoeuvre {
 impl TestSignal {
     /// The plane offset, rad, dive positive, `elapsed` nanoseconds after the run began.
     #[must_use]
-    pub fn value(&self, elapsed: i64) -> f64 {
+    pub(crate) fn value(&self, elapsed: i64) -> f64 {
         if elapsed < self.start || elapsed >= self.end {
             return 0.0;
         }

@@ -6,12 +6,11 @@
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_6, PI};
 
-use planesman_msgs::planesman_msgs::msg::ControlState;
 use planesman_parameters::{Declaration, Value, Values};
 
 use crate::allocation::Allocation;
 use crate::angle_loop::AngleLoop;
-use crate::autopilot::{Derivative, DiveRules, Gains};
+use crate::autopilot::{Derivative, DiveRules, Gains, Mode};
 use crate::depth_loop::DepthLoop;
 use crate::estimator::{self, Calibration, DeadBand, Tuning};
 use crate::gains::{self, LoopGains, PitchModel, SpeedLaw};
@@ -28,7 +27,7 @@ use crate::speed_loop::SpeedLoop;
 const DESIGN_SPEED: f64 = 5.0 * METRES_PER_FOOT;
 
 /// Metres in a foot (exact, by definition).
-pub const METRES_PER_FOOT: f64 = 0.3048;
+pub(crate) const METRES_PER_FOOT: f64 = 0.3048;
 
 /// The declarations of one part of the controller.
 type Part = Vec<Declaration>;
@@ -218,14 +217,14 @@ fn pitch() -> Part {
         .range(0.0, 1e3),
         Declaration::new(
             "anti_windup.strategy",
-            "clamping",
-            "What keeps the integral shares from winding up: none, clamping (no integration further into a limit), or back_calculation.",
+            "conditional_integration",
+            "Anti-windup of the integrals, as in control_toolbox: none, conditional_integration (no integration further into a limit), or back_calculation.",
         )
         .choices(AntiWindup::NAMES),
         Declaration::new(
-            "anti_windup.tracking_time",
+            "anti_windup.tracking_time_constant",
             1.0,
-            "Time constant with which back_calculation leads an integral out of saturation.",
+            "Time constant of back_calculation: how fast it takes an integral out of saturation.",
         )
         .unit("s")
         .range(0.0, 1e3),
@@ -510,8 +509,8 @@ fn feedback() -> Part {
             .range(0.0, 100.0),
         Declaration::new(
             "feedback.depth_range",
-            0.827,
-            "Depth readings from here on are not used: the report's cell is at its end at 32.58 in; 0: all are used.",
+            0.0,
+            "Largest depth that the depth cell measures: readings from here on are not used; 0: all are used.",
         )
         .unit("m")
         .range(0.0, 11_000.0),
@@ -698,51 +697,9 @@ fn gains() -> Part {
     ]
 }
 
-/// What the controller holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mode {
-    /// Nothing: planes, rudder and thrust neutral.
-    Off,
-    /// Nothing by the planes: they follow the test signals.
-    OpenLoop,
-    /// Pitch.
-    Pitch,
-    /// Depth.
-    Depth,
-}
-
-impl Mode {
-    /// The names, as the parameter takes them.
-    pub const NAMES: &'static [&'static str] = &["off", "open_loop", "pitch", "depth"];
-
-    fn named(name: &str) -> Result<Self, String> {
-        match name {
-            "off" => Ok(Self::Off),
-            "open_loop" => Ok(Self::OpenLoop),
-            "pitch" => Ok(Self::Pitch),
-            "depth" => Ok(Self::Depth),
-            other => Err(format!(
-                "mode '{other}' refused: it must be one of {}",
-                Self::NAMES.join(", ")
-            )),
-        }
-    }
-
-    /// Its constant in `ControlState`.
-    #[must_use]
-    pub fn constant(self) -> u8 {
-        match self {
-            Self::Off => ControlState::MODE_OFF,
-            Self::OpenLoop => ControlState::MODE_OPEN_LOOP,
-            Self::Pitch => ControlState::MODE_PITCH,
-            Self::Depth => ControlState::MODE_DEPTH,
-        }
-    }
-}
-
 /// The parameters as the loops take them: checked each and together.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Config {
+pub(crate) struct Config {
     /// What is held.
     pub mode: Mode,
     /// The standing depth setpoint, m.
@@ -802,7 +759,7 @@ impl Config {
     /// A sentence naming the parameter, when values that are each in range do not go
     /// together: a limit of zero, setpoints beyond their bounds, a schedule whose lists do not match or do not
     /// increase, a test signal beyond the plane limit.
-    pub fn from_values(values: &Values) -> Result<Self, String> {
+    pub(crate) fn from_values(values: &Values) -> Result<Self, String> {
         let dive = dive_rules(values)?;
         let depth_bounds = Bounds {
             min: values.double("depth.min"),
@@ -889,7 +846,7 @@ fn dive_rules(values: &Values) -> Result<DiveRules, String> {
         pitch_i_limit: limit(values, "pitch.i_limit")?,
         anti_windup: AntiWindup::named(
             values.string("anti_windup.strategy"),
-            values.double("anti_windup.tracking_time"),
+            values.double("anti_windup.tracking_time_constant"),
         )
         .map_err(|reason| format!("parameters 'anti_windup.*': {reason}"))?,
         planes_limit: limit(values, "planes.limit")?,
@@ -1125,7 +1082,7 @@ mod tests {
             (
                 vec![
                     ("anti_windup.strategy", Value::from("back_calculation")),
-                    ("anti_windup.tracking_time", Value::Double(0.0)),
+                    ("anti_windup.tracking_time_constant", Value::Double(0.0)),
                 ],
                 "tracking time",
             ),

@@ -238,7 +238,7 @@ impl DiveLoop {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::gains::schedule::tests::T6 as PROGRAM_T6;
+    use crate::gains::T6 as PROGRAM_T6;
 
     const T6: LoopGains = PROGRAM_T6.reference;
 

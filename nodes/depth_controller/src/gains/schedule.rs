@@ -14,7 +14,7 @@
 //! larger angles keep it as fast. Below the lowest speed of the schedule planes and pitch do too little to be asked for
 //! more.
 
-use super::{PitchModel, SpeedLaw};
+use super::pitch_model::{PitchModel, SpeedLaw};
 
 /// The speed above which nothing changes any more, m/s: beyond any vehicle's, and all powers of it finite.
 const HIGHEST_SPEED: f64 = 1e3;
