@@ -1,11 +1,5 @@
 //! The controller: a vehicle state in, the plane command for the same stamp out.
 //!
-//! ```text
-//! depth setpoint -> depth PD -> [pitch limit] -> pitch P + rate -> (+ test signal) -> [plane limit] -> bow, stern
-//! level          -> roll PD -> bow planes, differentially
-//! course setpoint -> course PD -> rudder             speed setpoint -> feed-forward + P -> thrust
-//! ```
-//!
 //! **Time** is the states' own: elapsed time and distance run from the first state. A state
 //! with the last stamp again gets the last answer again; one with an earlier stamp begins a new
 //! run, with the elapsed time at zero, nothing in the loops, and the topics' setpoints forgotten.
@@ -14,9 +8,6 @@
 //! on, the parameter `depth_setpoint` before it. A setpoint from the topic, or a live
 //! change of the parameter, overrides the schedule from then on; a live change of the
 //! schedule puts the schedule in charge again. With `setpoint_timeout` a setpoint from a topic expires.
-//!
-//! **Course and speed** are held when their `active` parameter says so, or once a setpoint for them has
-//! come on its topic. Roll is held level. In mode off nothing is held.
 //!
 //! **Feedback** is the true state, or an [`Estimator`]'s estimate from the instruments, which must be received before
 //! the state of their stamp is answered. **Gains** are the parameters', or follow the vehicle ([`Follower`]).
@@ -33,9 +24,7 @@ use planesman_msgs::sensor_msgs::msg::{FluidPressure, Imu};
 use planesman_msgs::std_msgs::msg::Header;
 use planesman_parameters::Values;
 
-use crate::allocation::Shared;
-use crate::angle_loop::short_way;
-use crate::autopilot::{Asked, Autopilot, DiveTerms, Gains, Mode};
+use crate::autopilot::{Gains, Mode};
 use crate::error::Error;
 use crate::estimator::{Estimated, Estimator, Source};
 use crate::fault::Fault;
@@ -43,9 +32,10 @@ use crate::feedback::Feedback;
 use crate::gains::{Follower, LoopGains};
 use crate::goal::{Progress, Underway};
 use crate::limits::bounded;
+use crate::loops::{Answer, Loops, Tick};
 use crate::parameters::Config;
-use crate::safety::{Reaction, Safety};
-use crate::setpoint::{Bounds, Quantity, Setpoints};
+use crate::safety::Safety;
+use crate::setpoint::Quantity;
 
 /// The frame the commands are given in: forward, right, down.
 const FRAME: &str = "base_link_frd";
@@ -53,15 +43,11 @@ const FRAME: &str = "base_link_frd";
 /// The frame that depth and pitch are estimated in: forward, starboard, down from the surface.
 const ESTIMATE_FRAME: &str = "map_ned";
 
-/// The answer to a state.
-pub type Answer = (PlaneCommand, ControlState);
-
 /// The autopilots with their setpoints.
 #[derive(Clone, Debug)]
 pub struct Controller {
     config: Config,
-    setpoints: Setpoints,
-    autopilot: Autopilot,
+    loops: Loops,
     estimator: Estimator,
     follower: Follower,
     /// The estimate behind the last answer; `None` for the true state.
@@ -89,39 +75,6 @@ struct Run {
     answer: Answer,
 }
 
-/// A tick within its run.
-#[derive(Clone, Copy, Debug)]
-struct Tick {
-    /// Since the run began, ns.
-    elapsed: i64,
-    /// Since the run began, m along the first course.
-    distance: f64,
-    /// Since the last tick, s; 0 at the first.
-    dt: f64,
-}
-
-/// The dive loops at a tick.
-#[derive(Clone, Copy, Debug, Default)]
-struct Dive {
-    /// The depth to go to, m, and its source.
-    depth_target: f64,
-    depth_setpoint_source: u8,
-    /// On the way there, m.
-    depth_setpoint: f64,
-    /// Test signals on the planes, rad.
-    identification: f64,
-    manoeuvre: f64,
-    terms: DiveTerms,
-}
-
-/// Roll, course or speed at a tick; the command in the unit of its actuator.
-#[derive(Clone, Copy, Debug, Default)]
-struct Regulated {
-    setpoint: f64,
-    error: f64,
-    command: f64,
-}
-
 impl Controller {
     /// A controller with the parameters' gains and setpoints, before its first state.
     ///
@@ -130,8 +83,7 @@ impl Controller {
     pub fn new(values: &Values) -> Result<Self, Error> {
         Ok(Self {
             config: Config::from_values(values).map_err(Error::Parameters)?,
-            setpoints: Setpoints::default(),
-            autopilot: Autopilot::default(),
+            loops: Loops::default(),
             estimator: Estimator::default(),
             follower: Follower::default(),
             estimate: None,
@@ -153,19 +105,19 @@ impl Controller {
         let old = std::mem::replace(&mut self.config, new);
         let new = &self.config;
         if new.schedule != old.schedule {
-            self.setpoints.depth.forget();
+            self.loops.setpoints.depth.forget();
         } else if new.depth_setpoint != old.depth_setpoint {
-            self.setpoints.depth.change(new.depth_setpoint);
+            self.loops.setpoints.depth.change(new.depth_setpoint);
         }
         let switched_off = new.mode == Mode::Off && old.mode != Mode::Off;
         if new.pitch_setpoint != old.pitch_setpoint {
-            self.setpoints.pitch.forget();
+            self.loops.setpoints.pitch.forget();
         }
         if new.course_setpoint != old.course_setpoint || new.course_active != old.course_active {
-            self.setpoints.course.forget();
+            self.loops.setpoints.course.forget();
         }
         if new.speed_setpoint != old.speed_setpoint || new.speed_active != old.speed_active {
-            self.setpoints.speed.forget();
+            self.loops.setpoints.speed.forget();
         }
         if switched_off {
             self.break_off("the controller was switched off");
@@ -249,7 +201,7 @@ impl Controller {
             return Err(Error::Setpoint(quantity.name(), value));
         }
         let elapsed = self.run.as_ref().map_or(0, |run| run.last - run.began);
-        self.setpoints.of(quantity).command(value, elapsed);
+        self.loops.setpoints.of(quantity).command(value, elapsed);
         Ok(())
     }
 
@@ -278,8 +230,7 @@ impl Controller {
             Some(run) if stamp > run.last => (run.began, run.from, run.last),
             _ => {
                 if self.run.is_some() {
-                    self.setpoints = Setpoints::default();
-                    self.autopilot = Autopilot::default();
+                    self.loops = Loops::default();
                     self.estimator.restart();
                     self.follower = Follower::default();
                     self.break_off("the vehicle began a new run");
@@ -316,7 +267,7 @@ impl Controller {
 
     /// Everything neutral for want of feedback.
     fn neutral(&mut self, stamp: Time) -> Answer {
-        self.autopilot.neutralised();
+        self.loops.neutralised();
         let header = header(stamp);
         let command = PlaneCommand {
             header: header.clone(),
@@ -429,10 +380,10 @@ impl Controller {
         }
         let (gains, adapted) = self.gains(&feedback, stamp.nanos(), tick.dt);
         self.expire_setpoints(tick);
-        let header = header(stamp.clone());
         // What holds whether the loops are closed or set aside.
         let control = ControlState {
-            header: header.clone(),
+            header: header(stamp.clone()),
+            fault: self.fault_constant(),
             mode: self.config.mode.constant(),
             depth_rate: feedback.depth_rate,
             feedback_source: feedback_constant(self.config.feedback.source),
@@ -445,17 +396,27 @@ impl Controller {
             ..ControlState::default()
         };
         let envelope = self.config.envelope;
-        match self.safety.react(&envelope, &feedback, tick.dt) {
-            Some(reaction) => self.emergency(reaction, header, control),
-            None => self.control(&gains, &feedback, tick, header, control),
+        if let Some(reaction) = self.safety.react(&envelope, &feedback, tick.dt) {
+            return self.loops.emergency(&self.config, reaction, control);
         }
+        let manoeuvre = match self.config.mode {
+            Mode::Off => 0.0,
+            _ => self.manoeuvre_offset(tick.elapsed),
+        };
+        let law = (&self.config, &gains);
+        self.loops.step(law, &feedback, tick, manoeuvre, control)
     }
 
     /// Forgets setpoints from the topics that are too old.
     fn expire_setpoints(&mut self, tick: Tick) {
         let timeout = self.config.setpoint_timeout;
         for quantity in Quantity::ALL {
-            if self.setpoints.of(quantity).expire(timeout, tick.elapsed) {
+            if self
+                .loops
+                .setpoints
+                .of(quantity)
+                .expire(timeout, tick.elapsed)
+            {
                 let name = quantity.name();
                 self.news.push(format!(
                     "no {name} setpoint for {timeout} s: back to the parameters'"
@@ -464,162 +425,9 @@ impl Controller {
         }
     }
 
-    /// The answer with the loops closed.
-    fn control(
-        &mut self,
-        gains: &Gains,
-        feedback: &Feedback,
-        tick: Tick,
-        header: Header,
-        control: ControlState,
-    ) -> Answer {
-        let dive = self.dive(gains, feedback, tick);
-        let planes = self.config.allocation.share(dive.terms.planes);
-        let (mut roll, mut course, mut speed) = (None, None, None);
-        if self.config.mode == Mode::Off {
-            self.setpoints.course.release();
-            self.setpoints.speed.release();
-        } else {
-            roll = self.roll(feedback, planes.bow());
-            course = self.course(feedback, tick);
-            speed = self.speed(feedback, tick);
-        }
-        let held = [roll, course, speed].map(|regulated| regulated.is_some());
-        let [roll, course, speed] = [roll, course, speed].map(Option::unwrap_or_default);
-        let command = PlaneCommand {
-            header,
-            dive_planes: planes.mean,
-            bow_stern_differential: planes.differential,
-            roll_differential: roll.command,
-            rudder: course.command,
-            thrust: speed.command,
-        };
-        let DiveTerms {
-            depth_error,
-            depth_p,
-            depth_i,
-            depth_d,
-            pitch_command,
-            pitch_command_limited,
-            pitch_error,
-            planes_p,
-            planes_i,
-            planes_rate,
-            transfer,
-            planes_limited,
-            ..
-        } = dive.terms;
-        let control = ControlState {
-            depth_target: dive.depth_target,
-            depth_setpoint_source: dive.depth_setpoint_source,
-            depth_setpoint: dive.depth_setpoint,
-            identification: dive.identification,
-            manoeuvre: dive.manoeuvre,
-            depth_error,
-            depth_p,
-            depth_i,
-            depth_d,
-            pitch_command,
-            pitch_command_limited,
-            pitch_error,
-            planes_p,
-            planes_i,
-            planes_rate,
-            transfer,
-            dive_planes: planes.mean,
-            dive_planes_limited: planes_limited,
-            bow_stern_differential: planes.differential,
-            roll_held: held[0],
-            roll_error: roll.error,
-            roll_differential: roll.command,
-            course_held: held[1],
-            course_setpoint: course.setpoint,
-            course_error: course.error,
-            rudder: course.command,
-            speed_held: held[2],
-            speed_setpoint: speed.setpoint,
-            speed_error: speed.error,
-            thrust: speed.command,
-            ..control
-        };
-        (command, control)
-    }
-
-    /// The answer in a fault, with the loops set aside: the dive planes to climb or neutral.
-    fn emergency(&mut self, reaction: Reaction, header: Header, control: ControlState) -> Answer {
-        self.autopilot.neutralised();
-        self.setpoints.course.release();
-        self.setpoints.speed.release();
-        let climbing = reaction == Reaction::Climb;
-        let config = &self.config;
-        let planes = if climbing {
-            let climb = -config.envelope.climb_planes;
-            let limited = config.dive.planes_limit.apply(climb).value;
-            config.allocation.share(limited)
-        } else {
-            Shared::default()
-        };
-        let command = PlaneCommand {
-            header,
-            dive_planes: planes.mean,
-            bow_stern_differential: planes.differential,
-            ..PlaneCommand::default()
-        };
-        let control = ControlState {
-            fault: self.fault_constant(),
-            climbing,
-            dive_planes: planes.mean,
-            bow_stern_differential: planes.differential,
-            ..control
-        };
-        (command, control)
-    }
-
     fn fault_constant(&self) -> u8 {
         self.fault()
             .map_or(ControlState::FAULT_NONE, Fault::constant)
-    }
-
-    /// The dive loops.
-    fn dive(&mut self, gains: &Gains, feedback: &Feedback, tick: Tick) -> Dive {
-        let config = &self.config;
-        let mode = config.mode;
-        if self.autopilot.changes_to(mode) {
-            self.setpoints.depth.release();
-            self.setpoints.pitch.release();
-        }
-        let mut dive = Dive::default();
-        let mut pitch = 0.0;
-        if mode == Mode::Depth {
-            (dive.depth_target, dive.depth_setpoint_source) = self.depth_target(tick);
-            dive.depth_setpoint = self.setpoints.depth.follow(
-                dive.depth_target,
-                feedback.depth,
-                config.depth_bounds,
-                tick.dt,
-            );
-        }
-        if mode == Mode::Pitch {
-            let commanded = self.setpoints.pitch.commanded();
-            let target = commanded.unwrap_or(config.pitch_setpoint);
-            pitch =
-                self.setpoints
-                    .pitch
-                    .follow(target, feedback.pitch, config.pitch_bounds, tick.dt);
-        }
-        if mode != Mode::Off {
-            dive.identification = config.identification.value(tick.elapsed);
-            dive.manoeuvre = self.manoeuvre_offset(tick.elapsed);
-        }
-        let asked = Asked {
-            mode,
-            depth: dive.depth_setpoint,
-            pitch,
-            signal: dive.identification + dive.manoeuvre,
-        };
-        let law = (gains, &self.config.dive);
-        dive.terms = self.autopilot.step(law, asked, feedback, tick.dt);
-        dive
     }
 
     /// What the manoeuvre under way adds to the planes, rad; ends it when it is over.
@@ -631,77 +439,6 @@ impl Controller {
             self.manoeuvre = None;
             self.manoeuvre_end = Some(Ok(()));
             0.0
-        })
-    }
-
-    /// The depth to go to, m, and who says so.
-    fn depth_target(&self, tick: Tick) -> (f64, u8) {
-        let depth = &self.setpoints.depth;
-        let scheduled = self.config.schedule.depth(tick.elapsed, tick.distance);
-        match (depth.commanded(), scheduled) {
-            (Some(value), _) if depth.is_from_the_topic() => (value, ControlState::SETPOINT_TOPIC),
-            (Some(value), _) => (value, ControlState::SETPOINT_PARAMETER),
-            (None, Some(value)) => (value, ControlState::SETPOINT_SCHEDULE),
-            (None, None) => (self.config.depth_setpoint, ControlState::SETPOINT_PARAMETER),
-        }
-    }
-
-    /// Roll, held level by the bow planes' differential within the travel that the dive leaves of them; `bow` is
-    /// their angle in the dive, rad.
-    fn roll(&self, feedback: &Feedback, bow: f64) -> Option<Regulated> {
-        let config = &self.config;
-        let error = bounded(0.0 - feedback.roll);
-        let room = (config.dive.planes_limit.bound() - bow.abs()).max(0.0);
-        let asked = config.roll.evaluate(error, feedback.roll_rate);
-        config.roll_active.then(|| Regulated {
-            setpoint: 0.0,
-            error,
-            command: asked.clamp(-room, room),
-        })
-    }
-
-    /// Course, by the rudder; `None` while it is not held.
-    fn course(&mut self, feedback: &Feedback, tick: Tick) -> Option<Regulated> {
-        let config = &self.config;
-        let course = &mut self.setpoints.course;
-        if !config.course_active && course.commanded().is_none() {
-            course.release();
-            return None;
-        }
-        let target = course.commanded().unwrap_or(config.course_setpoint);
-        let from = course.stands().unwrap_or(feedback.yaw);
-        let bounds = Bounds {
-            rate: config.course_rate,
-            ..Bounds::NONE
-        };
-        let to = bounded(from + short_way(from, target));
-        let setpoint = course.follow(to, feedback.yaw, bounds, tick.dt);
-        let error = short_way(feedback.yaw, setpoint);
-        Some(Regulated {
-            setpoint,
-            error,
-            command: config.course.evaluate(error, feedback.yaw_rate),
-        })
-    }
-
-    /// Speed, by the thrust; `None` while it is not held.
-    fn speed(&mut self, feedback: &Feedback, tick: Tick) -> Option<Regulated> {
-        let config = &self.config;
-        let speed = &mut self.setpoints.speed;
-        if !config.speed_active && speed.commanded().is_none() {
-            speed.release();
-            return None;
-        }
-        let target = speed.commanded().unwrap_or(config.speed_setpoint);
-        let bounds = Bounds {
-            rate: config.speed_rate,
-            ..Bounds::NONE
-        };
-        let setpoint = speed.follow(target, feedback.speed, bounds, tick.dt);
-        Some(Regulated {
-            setpoint,
-            error: bounded(setpoint - feedback.speed),
-            command: config.speed.evaluate(setpoint, feedback.speed),
         })
     }
 }

@@ -3,7 +3,7 @@
 //!
 //! - [`Controller`]: a vehicle state in, a plane command out (`core`), from [`declarations`] (`parameters`);
 //!   [`main`]: the node around it.
-//! - [`DepthLoop`], [`PitchLoop`], `autopilot`: the dive loops, with integrals, filters and bumpless transfer.
+//! - `loops`: all loops at a tick. [`DepthLoop`], [`PitchLoop`], `autopilot`: the dive loops, with integrals, filters and bumpless transfer.
 //! - `angle_loop`, `speed_loop`: roll, course, speed. `allocation`: one angle to bow and stern planes.
 //! - `setpoint`, `schedule`, `manoeuvre`, `runs`, `goal`: setpoints and test signals.
 //! - [`Source`], `estimator`: pitch, depth rate and gyro bias from the instruments.
@@ -26,6 +26,7 @@ mod goal;
 mod integral;
 mod lag;
 mod limits;
+mod loops;
 mod manoeuvre;
 mod node;
 mod parameters;
@@ -37,13 +38,14 @@ mod setpoint;
 mod speed_loop;
 mod waiting;
 
-pub use crate::core::{Answer, Controller};
+pub use crate::core::Controller;
 pub use autopilot::Mode;
 pub use depth_loop::DepthLoop;
 pub use error::Error;
 pub use estimator::Source;
 pub use fault::Fault;
 pub use limits::{Limit, LimitError};
+pub use loops::Answer;
 pub use node::main;
 pub use parameters::declarations;
 pub use pitch_loop::PitchLoop;

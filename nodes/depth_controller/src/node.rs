@@ -16,7 +16,8 @@ use planesman_node::{
 };
 use planesman_parameters::Values;
 
-use crate::core::{Answer, Controller};
+use crate::core::Controller;
+use crate::loops::Answer;
 use crate::parameters;
 use crate::setpoint::Quantity;
 use crate::waiting::Waiting;
