@@ -7,8 +7,7 @@ use std::fmt::Display;
 
 use anyhow::{Result, anyhow};
 use depth_controller::Controller;
-use dha_actuator::core::{Actuator, Output};
-use dha_actuator::groups::Group;
+use dha_actuator::{Actuator, Group, Output};
 use planesman_msgs::Message;
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::{

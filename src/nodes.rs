@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use anyhow::{Result, bail};
 use depth_controller::Controller;
-use dha_actuator::core::Actuator;
+use dha_actuator::Actuator;
 use planesman_parameters::{Declaration, Value, Values};
 use plant_sim::core::Plant;
 use sysid::core::Identifier;
@@ -19,7 +19,7 @@ pub fn run(name: &str, args: Vec<String>) -> ExitCode {
     launched(|| match name {
         "plant_sim" => plant_sim::node::main(args),
         "depth_controller" => depth_controller::main(args),
-        "dha_actuator" => dha_actuator::node::main(args),
+        "dha_actuator" => dha_actuator::main(args),
         "sysid" => sysid::node::main(args),
         "recorder" => recorder::node::main(args),
         other => {
@@ -38,7 +38,7 @@ pub fn declarations(name: &str) -> Option<Vec<Declaration>> {
     Some(match name {
         "plant_sim" => plant_sim::parameters::declarations(),
         "depth_controller" => depth_controller::declarations(),
-        "dha_actuator" => dha_actuator::parameters::declarations(),
+        "dha_actuator" => dha_actuator::declarations(),
         "sysid" => sysid::parameters::declarations(),
         "recorder" => recorder::parameters::declarations(),
         _ => return None,

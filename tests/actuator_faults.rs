@@ -2,9 +2,7 @@
 //! actuator, in inches and degrees.
 
 use dha_actuator::actuator_file::load;
-use dha_actuator::condition::{Condition, Encoder, StuckValve};
-use dha_actuator::dha::Demand;
-use dha_actuator::pulse_logic::Options;
+use dha_actuator::{Condition, Demand, Encoder, Options, StuckValve};
 use planesman::dha::depth_loop::Loop;
 use planesman_units::{DEGREE, INCH};
 

@@ -4,12 +4,10 @@ use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
 use anyhow::{Result, anyhow};
-use dha_actuator::actuator_file;
-use dha_actuator::actuator_set::ActuatorSet;
-use dha_actuator::dha::Demand;
 use dha_actuator::frequency_response::{self, Periods};
 use dha_actuator::linearised::{self, Ram};
 use dha_actuator::units::DEGREE;
+use dha_actuator::{ActuatorSet, Demand, actuator_file};
 use ibm_1966::flight_control::{self, FlightControl};
 use ibm_1966::{Case, Gains, PULSE, Start, Surrogate};
 use planesman_linear::Complex;

@@ -4,12 +4,10 @@ use std::f64::consts::PI;
 use std::fmt::Write as _;
 
 use anyhow::{Result, anyhow};
-use dha_actuator::actuator_file;
-use dha_actuator::actuator_set::ActuatorSet;
 use dha_actuator::describing_function::toggling;
-use dha_actuator::dha::Demand;
 use dha_actuator::linearised::Ram;
 use dha_actuator::sizing::{Load, for_load, sizes};
+use dha_actuator::{ActuatorSet, Demand, actuator_file};
 use ibm_1966::flight_control::FlightControl;
 use ibm_1966::{Gains, Surrogate};
 use planesman_linear::Complex;

@@ -91,7 +91,7 @@ pub struct Mode {
 
 /// One of the ram's quantities, as a limit or an event watches it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Quantity {
+pub(crate) enum Quantity {
     /// X_1, m.
     Position,
     /// X_1', m/s.
@@ -105,7 +105,7 @@ pub enum Quantity {
 /// When a quantity's course turns: at `first` (s from the start) and then every `interval`,
 /// infinite where it does not.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Turns {
+pub(crate) struct Turns {
     /// The first turn.
     pub first: f64,
     /// From one turn to the next.
@@ -192,7 +192,7 @@ impl Constants {
 
 /// The motion within one mode and one constant flow, from the state it began in.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ClosedForm {
+pub(crate) struct ClosedForm {
     start: State,
     area: f64,
     limited: bool,
@@ -238,7 +238,7 @@ struct Riding {
 impl ClosedForm {
     /// The motion from `start` in `mode` under the net metered flow `flow`, m^3/s.
     #[must_use]
-    pub fn new(constants: &Constants, mode: Mode, flow: f64, start: State) -> Self {
+    pub(crate) fn new(constants: &Constants, mode: Mode, flow: f64, start: State) -> Self {
         let m = constants;
         let limited = mode.limited.is_some();
         let (q, k) = if limited {
@@ -273,7 +273,7 @@ impl ClosedForm {
 
     /// The state `t` seconds after the start.
     #[must_use]
-    pub fn at(&self, t: f64) -> State {
+    pub(crate) fn at(&self, t: f64) -> State {
         let start = &self.start;
         let (moved, velocity, squeezed_by) = match &self.law {
             Law::Stuck { q, a } => (0.0, 0.0, (q - a * start.squeezed) * decayed(*a, t)),
@@ -304,7 +304,7 @@ impl ClosedForm {
 
     /// `(v', V_e')` in a state on this motion, m/s^2 and m^3/s.
     #[must_use]
-    pub fn rates(&self, state: &State) -> (f64, f64) {
+    pub(crate) fn rates(&self, state: &State) -> (f64, f64) {
         let (v, w) = (state.velocity, state.squeezed);
         match &self.law {
             Law::Stuck { q, a } => (0.0, q - a * w),
@@ -318,13 +318,13 @@ impl ClosedForm {
 
     /// A quantity and its rate of change `t` seconds after the start, SI.
     #[must_use]
-    pub fn course(&self, quantity: Quantity, t: f64) -> (f64, f64) {
+    pub(crate) fn course(&self, quantity: Quantity, t: f64) -> (f64, f64) {
         self.course_at(quantity, &self.at(t))
     }
 
     /// As [`ClosedForm::course`], at the start.
     #[must_use]
-    pub fn course_at_start(&self, quantity: Quantity) -> (f64, f64) {
+    pub(crate) fn course_at_start(&self, quantity: Quantity) -> (f64, f64) {
         self.course_at(quantity, &self.start)
     }
 
@@ -341,7 +341,7 @@ impl ClosedForm {
 
     /// Two values between which a quantity surely stays for `horizon` seconds: cheap, not close.
     #[must_use]
-    pub fn range(&self, quantity: Quantity, horizon: f64) -> (f64, f64) {
+    pub(crate) fn range(&self, quantity: Quantity, horizon: f64) -> (f64, f64) {
         let start = &self.start;
         // The highest speed and the most that V_T changes in a second, then V_e's range.
         let (speeds, volume_rate, oil) = match &self.law {
@@ -377,7 +377,7 @@ impl ClosedForm {
     /// When a quantity turns, where the closed form says it: all but position and volume of a
     /// load that rides on the oil.
     #[must_use]
-    pub fn turns(&self, quantity: Quantity) -> Option<Turns> {
+    pub(crate) fn turns(&self, quantity: Quantity) -> Option<Turns> {
         let start = &self.start;
         match (&self.law, quantity) {
             (Law::Stuck { .. }, _) | (Law::Clamped { .. }, Quantity::Speed | Quantity::Volume) => {
@@ -409,7 +409,7 @@ impl ClosedForm {
 
     /// A time, s, short beside everything that happens on this motion.
     #[must_use]
-    pub fn short_time(&self) -> f64 {
+    pub(crate) fn short_time(&self) -> f64 {
         match &self.law {
             Law::Riding(law) => 0.5 / (law.a * law.c + self.area * law.b).sqrt(),
             Law::Stuck { .. } | Law::Clamped { .. } => f64::INFINITY,

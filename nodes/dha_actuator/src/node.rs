@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 use std::time::Duration;
 
-use anyhow::{Result, anyhow};
+use anyhow::Result;
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::{DhaState, PlaneCommand, PlaneMotion, VehicleState};
 use planesman_msgs::sensor_msgs::msg::JointState;
@@ -11,6 +11,7 @@ use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, Runtime, args};
 use planesman_parameters::Values;
 
 use crate::core::{Actuator, Output};
+use crate::error::Error;
 use crate::groups::Group;
 use crate::parameters;
 
@@ -34,12 +35,12 @@ fn run(args: Vec<String>) -> Result<()> {
             name: "dha_actuator",
             namespace: "/auv",
             declarations: parameters::declarations(),
-            validate: |values| actuator(values).map(drop),
+            validate: |values| actuator(values).map(drop).map_err(|e| e.to_string()),
             on_parameters: Event::Parameters,
         },
         args::only(args)?,
     )?;
-    let actuator = actuator(&rt.values()).map_err(|e| anyhow!(e))?;
+    let actuator = actuator(&rt.values())?;
     let groups = actuator.groups();
     let mut node = Node {
         actuator,
@@ -59,7 +60,7 @@ fn run(args: Vec<String>) -> Result<()> {
     rt.run(|rt, event| node.on(rt, event))
 }
 
-fn actuator(values: &Values) -> Result<Actuator, String> {
+fn actuator(values: &Values) -> Result<Actuator, Error> {
     Actuator::new(values, (values.double("tick") * 1e9).round() as i64)
 }
 
@@ -103,7 +104,7 @@ impl Node {
             Event::State(state) => self.on_state(state.header.stamp.nanos()),
             Event::Look => self.look(rt),
             Event::Parameters(values) => {
-                self.actuator.set_values(&values).map_err(|e| anyhow!(e))?;
+                self.actuator.set_values(&values)?;
                 self.timeout = values.double("command_timeout");
                 log::info!("parameters changed");
                 for fault in self.actuator.faults() {

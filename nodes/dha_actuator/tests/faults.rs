@@ -3,10 +3,8 @@
 mod common;
 
 use common::{Bench, actuator};
-use dha_actuator::condition::{Condition, StuckValve};
-use dha_actuator::dha::{Demand, Dha};
-use dha_actuator::modes::Load;
 use dha_actuator::units::{DEGREE, INCH, PSI};
+use dha_actuator::{Condition, Demand, Dha, Load, StuckValve};
 
 const SOUND: Condition = Condition::SOUND;
 

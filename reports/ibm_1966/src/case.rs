@@ -2,9 +2,7 @@
 
 use crate::autopilot::Gains;
 use crate::missile::Surrogate;
-use dha_actuator::actuator_set::ActuatorSet;
-use dha_actuator::condition::Condition;
-use dha_actuator::pulse_logic::Options;
+use dha_actuator::{ActuatorSet, Condition, Options};
 
 /// A digital flight control to be tested.
 #[derive(Clone, Debug, PartialEq)]

@@ -14,11 +14,10 @@ use crate::flight_control::{self, FlightControl};
 use crate::missile::Surrogate;
 use crate::tables::{Row, TABLE_3_2, TABLE_4_2};
 use anyhow::Result;
-use dha_actuator::condition::Condition;
 use dha_actuator::frequency_response::Periods;
 use dha_actuator::linearised::Ram;
-use dha_actuator::pulse_train::PulseTrain;
 use dha_actuator::units::{DEGREE, INCH};
+use dha_actuator::{Condition, PulseTrain};
 
 use planesman_book::Chapter;
 use planesman_plot::{Plot, Style};

@@ -13,7 +13,7 @@
 
 use std::f64::consts::TAU;
 
-use dha_actuator::actuator_set::ActuatorSet;
+use dha_actuator::ActuatorSet;
 use dha_actuator::frequency_response::{Harmonic, Periods};
 use dha_actuator::linearised::{Ram, actuator};
 use planesman_linear::{Complex, DelayedLoop, Error, TransferFunction, polynomial};

@@ -16,7 +16,7 @@ use std::fmt;
 
 use planesman_linear::{Error, TransferFunction, runge_kutta_step};
 
-use dha_actuator::actuator_set::ActuatorSet;
+use dha_actuator::ActuatorSet;
 use dha_actuator::units::{DEGREE, INCH};
 
 /// The constants of a yaw plant.

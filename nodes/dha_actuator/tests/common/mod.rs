@@ -2,12 +2,8 @@
 #![allow(dead_code)] // each test file uses its part
 
 use dha_actuator::actuator_file::load;
-use dha_actuator::actuator_set::ActuatorSet;
-use dha_actuator::condition::{Condition, Leakages, Sound};
-use dha_actuator::hydraulics::Reading;
-use dha_actuator::modes::Constants;
-use dha_actuator::pulse_train::PulseTrain;
 use dha_actuator::units::{INCH, PSI};
+use dha_actuator::{ActuatorSet, Condition, Constants, Leakages, PulseTrain, Reading, Sound};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 

@@ -2,8 +2,8 @@
 
 use crate::autopilot::{COMPENSATION, PULSE};
 use crate::missile::Surrogate;
+use dha_actuator::ActuatorSet;
 use dha_actuator::actuator_file::{ActuatorFileError, load};
-use dha_actuator::actuator_set::ActuatorSet;
 use dha_actuator::units::{DEGREE, INCH, POUND, PSI};
 use planesman_book::Recomputed;
 

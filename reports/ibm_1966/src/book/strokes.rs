@@ -1,9 +1,8 @@
 //! One calibrated volume alone, and drift against friction: by simulation.
 
 use dha_actuator::actuator_file::{ActuatorFileError, load};
-use dha_actuator::actuator_set::ActuatorSet;
-use dha_actuator::pulse_train::PulseTrain;
 use dha_actuator::units::INCH;
+use dha_actuator::{ActuatorSet, PulseTrain};
 use planesman_book::Recomputed;
 
 /// Every value of the families `quantum` and `drift`.
