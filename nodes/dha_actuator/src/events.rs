@@ -8,7 +8,8 @@
 //! Two margins are opened by a hair, so that an event is never its own cause: a break-away
 //! needs 1e-10 more than Delta F (or the report's "stepping"), and a clamp takes hold 1e-12 beyond its pressure.
 
-use crate::modes::{ClosedForm, Constants, Load, Mode, Quantity, Side, State, Turns};
+use crate::closed_form::{ClosedForm, Quantity, Turns};
+use crate::modes::{Constants, Load, Mode, Side, State};
 
 /// A change of the ram's law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -14,6 +14,7 @@
 pub mod actuator_file;
 mod actuator_model;
 mod actuator_set;
+mod closed_form;
 mod condition;
 mod core;
 mod cycle_clock;

@@ -6,8 +6,9 @@
 //! changing anything: where the ram is does not depend on when, or how often, it was asked.
 
 use crate::actuator_set::ActuatorSet;
+use crate::closed_form::ClosedForm;
 use crate::events::{Event, break_away_force, next_event, outward_flow};
-use crate::modes::{ClosedForm, Constants, Load, Mode, Side, State};
+use crate::modes::{Constants, Load, Mode, Side, State};
 
 /// More events than this in one piece of flow are no physics: the rest of the piece then runs in
 /// the mode it is in. It only keeps a program from hanging.
