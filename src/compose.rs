@@ -3,10 +3,11 @@
 //! It does per tick what ARCHITECTURE.md says the processes do, with the same messages,
 //! so its trajectories equal those of the lockstep loop over DDS bit for bit.
 
+use std::fmt::Display;
+
 use anyhow::{Result, anyhow};
-use depth_controller::core::Controller;
-use dha_actuator::core::{Actuator, Output};
-use dha_actuator::groups::Group;
+use depth_controller::Controller;
+use dha_actuator::{Actuator, Group, Output};
 use planesman_msgs::Message;
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::{
@@ -94,23 +95,25 @@ pub struct Loop {
     ticks: u64,
 }
 
+/// The error of a node, with its name.
+fn of<E: Display>(node: &'static str) -> impl Fn(E) -> anyhow::Error {
+    move |e| anyhow!("node {node}: {e}")
+}
+
 impl Loop {
     /// The loop of a scenario, before its first tick.
     ///
     /// # Errors
     /// When a vehicle, actuator or parameter set is refused.
     pub fn new(scenario: &Scenario) -> Result<Self> {
-        let named = |node: &'static str| move |e: String| anyhow!("node {node}: {e}");
-        let plant =
-            Plant::new(&scenario.parameters_of("plant_sim")?).map_err(named("plant_sim"))?;
+        let plant = Plant::new(&scenario.parameters_of("plant_sim")?).map_err(of("plant_sim"))?;
         let tick_nanos = plant.tick_nanos();
         Ok(Self {
             controller: Controller::new(&scenario.parameters_of("depth_controller")?)
-                .map_err(named("depth_controller"))?,
+                .map_err(of("depth_controller"))?,
             actuator: Actuator::new(&scenario.parameters_of("dha_actuator")?, tick_nanos)
-                .map_err(named("dha_actuator"))?,
-            identifier: Identifier::new(&scenario.parameters_of("sysid")?)
-                .map_err(named("sysid"))?,
+                .map_err(of("dha_actuator"))?,
+            identifier: Identifier::new(&scenario.parameters_of("sysid")?).map_err(of("sysid"))?,
             plant,
             tick_nanos,
             k: 0,

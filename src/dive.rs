@@ -9,7 +9,7 @@ use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result, bail};
-use depth_controller::gains::pitch_model::is_of_pitch;
+use depth_controller::gains::is_of_pitch;
 use indicatif::{ProgressBar, ProgressStyle};
 use planesman_msgs::diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus};
 use planesman_msgs::planesman_msgs::msg::{ModelEstimate, VehicleState};

@@ -4,10 +4,8 @@ use std::fmt::Write as _;
 use std::process::ExitCode;
 
 use anyhow::{Result, bail};
-use depth_controller::core::Controller;
-use depth_controller::parameters::ControllerParameters;
-use dha_actuator::core::Actuator;
-use dha_actuator::parameters::ActuatorParameters;
+use depth_controller::{Controller, ControllerParameters};
+use dha_actuator::{Actuator, ActuatorParameters};
 use planesman_parameters::{Declaration, Parameters, Value, Values};
 use plant_sim::{Plant, PlantParameters};
 use recorder::parameters::{RecorderParameters, writer_options};
@@ -22,8 +20,8 @@ use crate::scenario::{NODES, Scenario};
 pub fn run(name: &str, args: Vec<String>) -> ExitCode {
     launched(|| match name {
         "plant_sim" => plant_sim::main(args),
-        "depth_controller" => depth_controller::node::main(args),
-        "dha_actuator" => dha_actuator::node::main(args),
+        "depth_controller" => depth_controller::main(args),
+        "dha_actuator" => dha_actuator::main(args),
         "sysid" => sysid::node::main(args),
         "recorder" => recorder::node::main(args),
         other => {
@@ -56,11 +54,15 @@ pub fn declarations(name: &str) -> Option<Vec<Declaration>> {
 pub fn validate(name: &str, values: &Values) -> Result<(), String> {
     match name {
         "plant_sim" => Plant::new(&read(values)?).map(drop),
-        "depth_controller" => Controller::new(&read(values)?).map(drop),
+        "depth_controller" => Controller::new(&read(values)?)
+            .map(drop)
+            .map_err(|e| e.to_string()),
         "dha_actuator" => {
             let parameters: ActuatorParameters = read(values)?;
             let tick = (parameters.tick * 1e9).round() as i64;
-            Actuator::new(&parameters, tick).map(drop)
+            Actuator::new(&parameters, tick)
+                .map(drop)
+                .map_err(|e| e.to_string())
         }
         "sysid" => Identifier::new(&read(values)?).map(drop),
         "recorder" => writer_options(&read(values)?).map(drop),

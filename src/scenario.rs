@@ -274,7 +274,7 @@ fn read(path: &Path) -> Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use depth_controller::parameters::ControllerParameters;
+    use depth_controller::ControllerParameters;
 
     #[test]
     fn the_built_in_scenarios_are_valid() {

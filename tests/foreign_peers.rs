@@ -9,7 +9,7 @@ mod stage;
 
 use std::collections::BTreeSet;
 
-use depth_controller::parameters::ControllerParameters;
+use depth_controller::ControllerParameters;
 use foreign::{CYCLONE, Python, RCLPY, Running, full_name, root};
 use planesman_msgs::{Message, nav_msgs, planesman_msgs::msg::VehicleState, sensor_msgs};
 use planesman_parameters::Parameters as _;

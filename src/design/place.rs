@@ -4,12 +4,13 @@
 //! them is analysed below the gains.
 
 use anyhow::Result;
+use brunner_1988::controllers::pitch;
 use clap::Args;
 use depth_controller::design::placement::{self, Poles};
 use depth_controller::gains::PitchModel;
 
 use super::analyse::{described, judged};
-use super::subject::{Subject, TABLE_3, gains_text, speed_text, table_3, within};
+use super::subject::{Subject, TABLE_3, gains_text, speed_text, within};
 
 /// Which poles, for which vehicle.
 #[derive(Args)]
@@ -69,7 +70,7 @@ pub fn run(args: &PlaceArgs) -> Result<()> {
 /// The vehicle in pitch alone at a speed, m/s.
 fn pitch_model(subject: &Subject, speed: f64) -> Result<PitchModel> {
     if subject.vehicle == TABLE_3 {
-        return Ok(table_3());
+        return Ok(pitch::model());
     }
     let d = subject.loaded()?.derivatives(speed);
     Ok(PitchModel {

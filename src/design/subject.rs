@@ -1,11 +1,11 @@
 //! What is designed for: a vehicle, its gains, its actuator, as the command line names them.
 
 use anyhow::{Context as _, Result, anyhow};
+use brunner_1988::controllers::pitch;
 use clap::{Args, ValueEnum};
+use depth_controller::ControllerParameters;
 use depth_controller::design::dive_loop::{DiveLoop, DivePlant, Path};
-use depth_controller::design::pitch;
-use depth_controller::gains::{LoopGains, PitchModel};
-use depth_controller::parameters::ControllerParameters;
+use depth_controller::gains::LoopGains;
 use planesman_linear::{Complex, DMatrix, StateSpace};
 use planesman_units::FOOT;
 use planesman_vehicle::Vehicle;
@@ -75,16 +75,28 @@ pub fn within(least: f64, most: f64) -> impl Fn(&str) -> Result<f64, String> + C
     }
 }
 
+/// The depth controller's default gains: those of program T6.
+#[must_use]
+pub fn default_gains() -> LoopGains {
+    let ControllerParameters { depth, pitch, .. } = ControllerParameters::default();
+    LoopGains {
+        depth_p: depth.p,
+        depth_d: depth.d,
+        pitch_p: pitch.p,
+        pitch_rate: pitch.rate,
+    }
+}
+
 impl GainArgs {
     /// The gains, and the controller's declared defaults for the rest.
     #[must_use]
     pub fn gains(&self) -> LoopGains {
-        let ControllerParameters { depth, pitch, .. } = ControllerParameters::default();
+        let default = default_gains();
         LoopGains {
-            depth_p: self.depth_p.unwrap_or(depth.p),
-            depth_d: self.depth_d.unwrap_or(depth.d),
-            pitch_p: self.pitch_p.unwrap_or(pitch.p),
-            pitch_rate: self.pitch_rate.unwrap_or(pitch.rate),
+            depth_p: self.depth_p.unwrap_or(default.depth_p),
+            depth_d: self.depth_d.unwrap_or(default.depth_d),
+            pitch_p: self.pitch_p.unwrap_or(default.pitch_p),
+            pitch_rate: self.pitch_rate.unwrap_or(default.pitch_rate),
         }
     }
 }
@@ -104,7 +116,7 @@ impl Subject {
     /// A vehicle that is refused, or numbers that overflow.
     pub fn plant(&self, speed: f64) -> Result<DivePlant> {
         if self.vehicle == TABLE_3 {
-            return Ok(DivePlant::of_pitch(&table_3(), speed)?);
+            return Ok(DivePlant::of_pitch(&pitch::model(), speed)?);
         }
         let vehicle = self.loaded()?;
         let StateSpace { a, b, .. } = linearised::state_space(&vehicle, speed)
@@ -160,17 +172,6 @@ impl Subject {
             gains,
             path: self.path()?,
         })
-    }
-}
-
-/// `K/J`, `B/J` of Table 3, without a restoring moment, as the report designs.
-#[must_use]
-pub fn table_3() -> PitchModel {
-    let axis = pitch::AXIS;
-    PitchModel {
-        plane: axis.plane_moment / axis.inertia,
-        damping: axis.damping / axis.inertia,
-        restoring: axis.restoring / axis.inertia,
     }
 }
 

@@ -148,7 +148,6 @@ parameters:
     depth_setpoint: {step}
     feedback.source: {feedback}
     feedback.speed: {speed}
-    feedback.depth_range: 0.0
     gains.source: {gains}
     identification.signal: {signal}
     identification.amplitude: {amplitude}

@@ -4,14 +4,12 @@
 use std::fmt::Write as _;
 
 use anyhow::Result;
-use dha_actuator::bench::case::Case;
-use dha_actuator::bench::missile::Surrogate;
-use dha_actuator::bench::procedure::{
+use dha_actuator::units::DEGREE;
+use ibm_1966::procedure::{
     ANALOG_GAIN_TESTS, analog_gain_limit, analog_is_stable, analog_step_limit,
 };
-use dha_actuator::bench::tables::{Row, TABLE_2_1, TABLE_3_2, TABLE_4_2};
-use dha_actuator::book;
-use dha_actuator::units::DEGREE;
+use ibm_1966::tables::{Row, TABLE_2_1, TABLE_3_2, TABLE_4_2};
+use ibm_1966::{Case, Surrogate};
 use planesman_book::{Book, Verdict};
 
 /// What the command takes.
@@ -83,7 +81,7 @@ pub fn run(args: &BenchArgs) -> Result<()> {
         [] => &Table::ALL,
         some => some,
     };
-    let book = book::ibm_1966()?;
+    let book = ibm_1966::book()?;
     for table in wanted {
         planesman_node::say!("{}", text(*table, surrogate, &book)?)?;
     }
@@ -298,7 +296,7 @@ mod tests {
 
     #[test]
     fn the_analog_table_counts_what_agrees_and_says_that_the_missile_is_a_surrogate() {
-        let book = book::ibm_1966().expect("the book");
+        let book = ibm_1966::book().expect("the book");
         let text = text(Table::T43, Surrogate::Ps2, &book).expect("flown");
         assert!(text.contains("12 = 12"), "{text}");
         assert!(

@@ -4,16 +4,12 @@ use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
 use anyhow::{Result, anyhow};
-use dha_actuator::actuator_file;
-use dha_actuator::actuator_set::ActuatorSet;
-use dha_actuator::bench::autopilot::{Gains, PULSE};
-use dha_actuator::bench::case::Case;
-use dha_actuator::bench::digital_loop::Start;
-use dha_actuator::bench::missile::Surrogate;
-use dha_actuator::dha::Demand;
 use dha_actuator::frequency_response::{self, Periods};
-use dha_actuator::linearised::{self, FlightControl, Ram};
+use dha_actuator::linearised::{self, Ram};
 use dha_actuator::units::DEGREE;
+use dha_actuator::{ActuatorSet, Demand, actuator_file};
+use ibm_1966::flight_control::{self, FlightControl};
+use ibm_1966::{Case, Gains, PULSE, Start, Surrogate};
 use planesman_linear::Complex;
 
 /// What the command takes.
@@ -36,7 +32,7 @@ pub fn run(args: &FrequencyArgs) -> Result<()> {
     let text = if args.alone {
         alone(&set)
     } else {
-        flight_control(&set)
+        steered(&set)
     };
     planesman_node::print(format_args!("{}", text.map_err(|error| anyhow!(error))?))?;
     Ok(())
@@ -77,7 +73,7 @@ fn alone(set: &ActuatorSet) -> Result<String, planesman_linear::Error> {
 }
 
 /// The missile's closed loop.
-fn flight_control(set: &ActuatorSet) -> Result<String, planesman_linear::Error> {
+fn steered(set: &ActuatorSet) -> Result<String, planesman_linear::Error> {
     let surrogate = Surrogate::Ps2;
     let case = Case::new(surrogate, set.clone());
     let control = FlightControl::new(&surrogate.plant(), &case.gains, set, Ram::Rigid)?;
@@ -124,7 +120,7 @@ fn flight_control(set: &ActuatorSet) -> Result<String, planesman_linear::Error> 
         );
         for pulses in [2.0, 4.0] {
             let full =
-                frequency_response::flight_control(&case, pulses, TAU * hertz, Periods::default());
+                flight_control::full_response(&case, pulses, TAU * hertz, Periods::default());
             let _ = write!(text, " {:>20}", cell(full));
         }
         let _ = writeln!(text);

@@ -4,10 +4,10 @@
 use std::fmt::Write as _;
 
 use anyhow::Result;
-use dha_actuator::depth_loop::{Case, Figure, LimitCycle, Prediction, cases};
-use dha_actuator::units::INCH;
+use planesman_units::INCH;
 
 use super::MOST_RESIDUAL;
+use super::depth_loop::{Case, Figure, LimitCycle, Prediction, cases};
 
 /// What the command takes.
 #[derive(Clone, Debug, clap::Args)]

@@ -1,13 +1,15 @@
 //! `planesman dha`: the digital hydraulic actuator by itself.
 //!
 //! - [`mod@bench`]: the 1966 study's tables by simulation, beside the printed values.
-//! - [`size`]: what its constants come to, or an actuator for a load.
+//! - [`size`]: sizes and rates of an actuator, or an actuator for a load.
 //! - [`frequency`]: the linear model beside the full one.
-//! - [`limit_cycles`]: what the actuator leaves of a dive.
+//! - [`depth_loop`]: the AUV's depth loop through the actuator.
+//! - [`limit_cycles`]: its limit cycles, predicted and simulated.
 
 use anyhow::Result;
 
 pub mod bench;
+pub mod depth_loop;
 pub mod frequency;
 pub mod limit_cycles;
 pub mod size;

@@ -4,17 +4,16 @@ use std::f64::consts::PI;
 use std::fmt::Write as _;
 
 use anyhow::{Result, anyhow};
-use dha_actuator::actuator_file;
-use dha_actuator::actuator_set::ActuatorSet;
-use dha_actuator::bench::autopilot::Gains;
-use dha_actuator::bench::missile::Surrogate;
-use dha_actuator::depth_loop::Loop;
 use dha_actuator::describing_function::toggling;
-use dha_actuator::dha::Demand;
-use dha_actuator::linearised::{FlightControl, Ram, yaw_plant};
+use dha_actuator::linearised::Ram;
 use dha_actuator::sizing::{Load, for_load, sizes};
+use dha_actuator::{ActuatorSet, Demand, actuator_file};
+use ibm_1966::flight_control::FlightControl;
+use ibm_1966::{Gains, Surrogate};
 use planesman_linear::Complex;
 use planesman_units::{DEGREE, Dimension, INCH, Quantity};
+
+use super::depth_loop::Loop;
 
 /// What the command takes. A quantity is a number and its unit, as in an actuator file.
 #[derive(Clone, Debug, clap::Args)]
@@ -179,7 +178,7 @@ fn depth_cycle(set: &ActuatorSet) -> String {
         ..set.clone()
     };
     let amplitudes = (set.threshold, 4.0 * set.threshold);
-    let cycle = Loop::default().foresee(&tight, amplitudes, |angle| Demand {
+    let cycle = Loop::default().predict(&tight, amplitudes, |angle| Demand {
         position_loop: false,
         ..Demand::angle(angle)
     });
@@ -201,7 +200,7 @@ fn yaw_cycle(set: &ActuatorSet) -> String {
         return "none".to_owned();
     };
     let cycle = toggling(&control.open_loop, set.quantum, set.threshold);
-    let Ok(plant) = yaw_plant(&plant) else {
+    let Ok(plant) = plant.transfer_function() else {
         return "none".to_owned();
     };
     if cycle.residual > super::MOST_RESIDUAL {

@@ -2,10 +2,9 @@
 
 use anyhow::Result;
 use maud::{Markup, html};
-use planesman_book::{Book, Reckoning, Verdict};
+use planesman_book::{Book, Chapter, Reckoning, Report, Verdict};
 
 use super::listing::{number, totals, verdict};
-use super::reports::{Chapter, Report};
 use crate::page::{self, document};
 use planesman_plot::Plot;
 
@@ -23,7 +22,7 @@ pub struct Page {
 }
 
 impl Page {
-    /// Adds a report with its figures, what is told of it, numbers and errata.
+    /// Adds a report with its figures, account, numbers and errata.
     ///
     /// # Errors
     /// When a figure cannot be drawn.

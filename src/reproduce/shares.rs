@@ -1,54 +1,27 @@
-//! Which node recomputes which numbers of the 1988 report.
+//! Which crate recomputes which numbers of the 1988 report.
 
 use planesman_book::{Book, BookError};
-
-/// What a node has of the report.
-struct Share {
-    /// The node.
-    node: &'static str,
-    /// The numbers of the part of the report that it models.
-    book: fn() -> Result<Book, BookError>,
-    /// What they come to: name and value, in the entry's unit.
-    recomputed: fn() -> Vec<(&'static str, f64)>,
-}
-
-const SHARES: &[Share] = &[
-    Share {
-        node: "plant_sim",
-        book: brunner_1988::vehicle::book,
-        recomputed: brunner_1988::vehicle::recomputed,
-    },
-    Share {
-        node: "depth_controller",
-        book: depth_controller::book::brunner_1988,
-        recomputed: depth_controller::book::recomputed,
-    },
-    Share {
-        node: "sysid",
-        book: sysid::book::brunner_1988,
-        recomputed: sysid::book::recomputed,
-    },
-];
 
 /// All shares as one book.
 ///
 /// # Errors
 /// When a share cannot be read, or two of them hold a number of the same name.
-pub fn book() -> anyhow::Result<Book> {
-    let shares: Vec<Book> = SHARES
-        .iter()
-        .map(|share| {
-            (share.book)().map_err(|e| anyhow::anyhow!("the numbers of {}: {e}", share.node))
-        })
-        .collect::<anyhow::Result<_>>()?;
-    Ok(Book::of_shares(shares)?)
+pub fn book() -> Result<Book, BookError> {
+    Book::of_shares([
+        brunner_1988::vehicle::book()?,
+        brunner_1988::controllers::book()?,
+        sysid::book::brunner_1988()?,
+    ])
 }
 
-/// What all shares come to.
+/// The numbers of all shares, computed again.
 #[must_use]
-pub fn recomputed() -> Vec<(&'static str, f64)> {
-    SHARES
-        .iter()
-        .flat_map(|share| (share.recomputed)())
+pub fn recomputed() -> planesman_book::Recomputed {
+    let named = |(id, value): (&str, f64)| (id.to_owned(), value);
+    let vehicle = brunner_1988::vehicle::recomputed().into_iter().map(named);
+    let identification = sysid::book::recomputed().into_iter().map(named);
+    vehicle
+        .chain(brunner_1988::controllers::recomputed())
+        .chain(identification)
         .collect()
 }

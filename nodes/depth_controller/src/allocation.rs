@@ -8,14 +8,14 @@ use crate::parameters::DivePlanes;
 
 /// Which share of the dive-plane angle each pair of planes takes, in \[0, 1\].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Allocation {
+pub(crate) struct Allocation {
     bow: f64,
     stern: f64,
 }
 
 /// One angle for both pairs, as a plane command carries it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Shared {
+pub(crate) struct Shared {
     /// Mean of bow and stern planes, rad, positive dive.
     pub mean: f64,
     /// Added to the bow and taken from the stern planes, rad.
@@ -25,7 +25,7 @@ pub struct Shared {
 impl Shared {
     /// The bow planes' angle, rad, positive dive.
     #[must_use]
-    pub fn bow(&self) -> f64 {
+    pub(crate) fn bow(&self) -> f64 {
         self.mean + self.differential
     }
 }
@@ -33,7 +33,7 @@ impl Shared {
 impl Allocation {
     /// The allocation to `planes`; `ratio` is bow over stern, for [`DivePlanes::Ratio`].
     #[must_use]
-    pub fn new(planes: DivePlanes, ratio: f64) -> Self {
+    pub(crate) fn new(planes: DivePlanes, ratio: f64) -> Self {
         let (bow, stern) = match planes {
             DivePlanes::Together => (1.0, 1.0),
             DivePlanes::Bow => (1.0, 0.0),
@@ -46,7 +46,7 @@ impl Allocation {
 
     /// The angle `planes` (rad, positive dive) shared out.
     #[must_use]
-    pub fn share(&self, planes: f64) -> Shared {
+    pub(crate) fn share(&self, planes: f64) -> Shared {
         Shared {
             mean: planes * (0.5 * (self.bow + self.stern)),
             differential: planes * (0.5 * (self.bow - self.stern)),

@@ -13,7 +13,7 @@ use crate::limits::{Limit, bounded};
 
 /// A regulator of one angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AngleLoop {
+pub(crate) struct AngleLoop {
     /// Plane angle per angle of error.
     pub p: f64,
     /// Plane angle per rate, s.
@@ -25,7 +25,7 @@ pub struct AngleLoop {
 impl AngleLoop {
     /// The plane angle (rad) for an error (rad) and the angle's rate (rad/s), behind the limit.
     #[must_use]
-    pub fn evaluate(&self, error: f64, rate: f64) -> f64 {
+    pub(crate) fn evaluate(&self, error: f64, rate: f64) -> f64 {
         let asked = bounded(self.p * error) - bounded(self.rate * rate);
         self.limit.apply(asked).value
     }
@@ -33,7 +33,7 @@ impl AngleLoop {
 
 /// The way from `from` to `to` (rad) that is at most half a turn.
 #[must_use]
-pub fn short_way(from: f64, to: f64) -> f64 {
+pub(crate) fn short_way(from: f64, to: f64) -> f64 {
     use std::f64::consts::{PI, TAU};
     let turn = bounded(to - from).rem_euclid(TAU);
     match turn > PI {

@@ -24,12 +24,37 @@ use crate::feedback::Feedback;
 use crate::integral::{AntiWindup, Integral};
 use crate::lag::{Lag, faded};
 use crate::limits::{Limit, bounded, slewed};
-use crate::parameters::Mode;
 use crate::pitch_loop::PitchLoop;
+
+/// The loops that are closed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
+pub enum Mode {
+    /// Nothing: planes, rudder and thrust neutral.
+    Off,
+    /// Nothing by the planes: they follow the test signals.
+    OpenLoop,
+    /// Pitch.
+    Pitch,
+    /// Depth.
+    Depth,
+}
+
+impl Mode {
+    /// Its constant in `ControlState`.
+    #[must_use]
+    pub fn constant(self) -> u8 {
+        match self {
+            Self::Off => ControlState::MODE_OFF,
+            Self::OpenLoop => ControlState::MODE_OPEN_LOOP,
+            Self::Pitch => ControlState::MODE_PITCH,
+            Self::Depth => ControlState::MODE_DEPTH,
+        }
+    }
+}
 
 /// The gains in force at a tick: fixed, or from whatever follows the vehicle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Gains {
+pub(crate) struct Gains {
     /// The outer loop.
     pub depth: DepthLoop,
     /// `Kiz`, rad/(m s): dive angle per metre of depth error and second.
@@ -51,7 +76,7 @@ pub enum Derivative {
 
 /// Everything about the dive autopilot but its gains.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DiveRules {
+pub(crate) struct DiveRules {
     /// What the derivative acts on.
     pub derivative: Derivative,
     /// Time constant of the derivative's filter, s; 0 for none.
@@ -72,7 +97,7 @@ pub struct DiveRules {
 
 /// What is asked for at a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Asked {
+pub(crate) struct Asked {
     /// What is held.
     pub mode: Mode,
     /// The depth to hold, m, in mode depth.
@@ -83,9 +108,40 @@ pub struct Asked {
     pub signal: f64,
 }
 
+/// The terms of the dive loops at a tick; 0 for a loop that is open. Names and units as in [`ControlState`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct DiveTerms {
+    /// m
+    pub depth_error: f64,
+    /// rad, bow down
+    pub depth_p: f64,
+    /// rad, bow down
+    pub depth_i: f64,
+    /// rad, bow down
+    pub depth_d: f64,
+    /// rad, bow up, within its limit.
+    pub pitch_command: f64,
+    /// It is at the limit.
+    pub pitch_command_limited: bool,
+    /// rad
+    pub pitch_error: f64,
+    /// rad of plane, dive
+    pub planes_p: f64,
+    /// rad of plane, dive
+    pub planes_i: f64,
+    /// rad of plane, dive
+    pub planes_rate: f64,
+    /// The remainder of a bumpless transfer, rad of plane.
+    pub transfer: f64,
+    /// The commanded plane angle, rad, dive, within its limits.
+    pub planes: f64,
+    /// It is at one of them.
+    pub planes_limited: bool,
+}
+
 /// What the dive autopilot remembers from tick to tick.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Autopilot {
+pub(crate) struct Autopilot {
     /// The mode of the last tick; `None` before the first.
     mode: Option<Mode>,
     /// The depth setpoint of the last tick, m.
@@ -104,7 +160,7 @@ pub struct Autopilot {
 impl Autopilot {
     /// Takes note that the planes have been put to neutral: the loops come back from there without a
     /// bump, with nothing left in their integrals.
-    pub fn neutralised(&mut self) {
+    pub(crate) fn neutralised(&mut self) {
         *self = Self {
             mode: Some(Mode::Off),
             ..Self::default()
@@ -113,20 +169,18 @@ impl Autopilot {
 
     /// Whether this tick's mode is another one than the last tick's.
     #[must_use]
-    pub fn changes_to(&self, mode: Mode) -> bool {
+    pub(crate) fn changes_to(&self, mode: Mode) -> bool {
         self.mode != Some(mode)
     }
 
-    /// The planes' angle (rad, positive dive) `dt` seconds after the last tick. Every term is
-    /// written into `inside`.
-    pub fn planes(
+    /// The plane command `dt` seconds after the last tick, with every term that led to it.
+    pub(crate) fn step(
         &mut self,
         (gains, rules): (&Gains, &DiveRules),
         asked: Asked,
         feedback: &Feedback,
         dt: f64,
-        inside: &mut ControlState,
-    ) -> f64 {
+    ) -> DiveTerms {
         let changed = self.changes_to(asked.mode);
         if changed {
             self.depth_setpoint = None;
@@ -134,19 +188,23 @@ impl Autopilot {
             self.depth_integral = Integral::default();
             self.pitch_integral = Integral::default();
         }
-        let law = match asked.mode {
-            Mode::Off | Mode::OpenLoop => 0.0,
+        let terms = match asked.mode {
+            Mode::Off | Mode::OpenLoop => DiveTerms::default(),
             Mode::Pitch => {
                 let command = gains.depth.pitch_limit.apply(asked.pitch);
-                inside.pitch_command = command.value;
-                inside.pitch_command_limited = command.at_limit;
-                self.pitch_law(gains, rules, feedback, dt, inside)
+                let outer = DiveTerms {
+                    pitch_command: command.value,
+                    pitch_command_limited: command.at_limit,
+                    ..DiveTerms::default()
+                };
+                self.pitch_law(gains, rules, outer, feedback, dt)
             }
             Mode::Depth => {
-                self.depth_law(gains, rules, asked.depth, feedback, dt, inside);
-                self.pitch_law(gains, rules, feedback, dt, inside)
+                let outer = self.depth_law(gains, rules, asked.depth, feedback, dt);
+                self.pitch_law(gains, rules, outer, feedback, dt)
             }
         };
+        let law = terms.planes_p + terms.planes_rate + terms.planes_i;
         self.transfer = match self.mode {
             _ if asked.mode == Mode::Off || rules.transfer_time == 0.0 => 0.0,
             Some(_) if changed => bounded(self.loops - law),
@@ -163,18 +221,21 @@ impl Autopilot {
         let from = rules.planes_limit.apply(self.planes).value;
         let planes = slewed(from, limited.value, rules.planes_rate_limit, dt);
         self.pitch_integral.lead(
-            bounded(-gains.pitch_i * inside.pitch_error),
+            bounded(-gains.pitch_i * terms.pitch_error),
             wanted - planes,
             rules.anti_windup,
         );
         self.loops = rules.planes_limit.apply(loops).value;
         self.planes = planes;
-        inside.transfer = self.transfer;
-        inside.dive_planes_limited = limited.at_limit || planes != limited.value;
-        planes
+        DiveTerms {
+            transfer: self.transfer,
+            planes,
+            planes_limited: limited.at_limit || planes != limited.value,
+            ..terms
+        }
     }
 
-    /// The pitch to command, into `inside`.
+    /// The outer loop: the terms of depth and the pitch command.
     fn depth_law(
         &mut self,
         gains: &Gains,
@@ -182,8 +243,7 @@ impl Autopilot {
         setpoint: f64,
         feedback: &Feedback,
         dt: f64,
-        inside: &mut ControlState,
-    ) {
+    ) -> DiveTerms {
         let setpoint_rate = match (rules.derivative, self.depth_setpoint) {
             (Derivative::Error, Some(last)) if dt > 0.0 => bounded((setpoint - last) / dt),
             _ => 0.0,
@@ -202,31 +262,36 @@ impl Autopilot {
             terms.dive_angle + terms.pitch_command.value,
             rules.anti_windup,
         );
-        inside.depth_error = terms.error;
-        inside.depth_p = terms.p;
-        inside.depth_i = integral;
-        inside.depth_d = terms.d;
-        inside.pitch_command = terms.pitch_command.value;
-        inside.pitch_command_limited = terms.pitch_command.at_limit;
+        DiveTerms {
+            depth_error: terms.error,
+            depth_p: terms.p,
+            depth_i: integral,
+            depth_d: terms.d,
+            pitch_command: terms.pitch_command.value,
+            pitch_command_limited: terms.pitch_command.at_limit,
+            ..DiveTerms::default()
+        }
     }
 
-    /// What the pitch loop asks of the planes, rad, for the pitch command in `inside`.
+    /// The inner loop: the terms of the planes, beside those of the `outer` loop.
     fn pitch_law(
         &mut self,
         gains: &Gains,
         rules: &DiveRules,
+        outer: DiveTerms,
         feedback: &Feedback,
         dt: f64,
-        inside: &mut ControlState,
-    ) -> f64 {
+    ) -> DiveTerms {
         let integral = self.pitch_integral.after(dt, rules.pitch_i_limit);
         let terms = gains
             .pitch
-            .evaluate(inside.pitch_command, feedback.pitch, feedback.pitch_rate);
-        inside.pitch_error = terms.error;
-        inside.planes_p = terms.p;
-        inside.planes_i = integral;
-        inside.planes_rate = terms.rate;
-        terms.dive_planes() + integral
+            .evaluate(outer.pitch_command, feedback.pitch, feedback.pitch_rate);
+        DiveTerms {
+            pitch_error: terms.error,
+            planes_p: terms.p,
+            planes_i: integral,
+            planes_rate: terms.rate,
+            ..outer
+        }
     }
 }

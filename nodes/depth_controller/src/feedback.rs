@@ -8,7 +8,7 @@ use planesman_msgs::planesman_msgs::msg::VehicleState;
 
 /// The vehicle as the loops see it. Signs and units as in `VehicleState`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Feedback {
+pub(crate) struct Feedback {
     /// m, down.
     pub depth: f64,
     /// m/s, down.
@@ -32,7 +32,7 @@ pub struct Feedback {
 impl Feedback {
     /// The true state.
     #[must_use]
-    pub fn truth(state: &VehicleState) -> Self {
+    pub(crate) fn truth(state: &VehicleState) -> Self {
         Self {
             depth: state.depth,
             depth_rate: state.depth_rate,
@@ -48,7 +48,7 @@ impl Feedback {
 
     /// This with depth, pitch, their rates and the speed as estimated; roll and course stay.
     #[must_use]
-    pub fn estimated(self, estimated: &Estimated) -> Self {
+    pub(crate) fn estimated(self, estimated: &Estimated) -> Self {
         let estimate = &estimated.estimate;
         Self {
             depth: estimate.depth,
@@ -62,7 +62,7 @@ impl Feedback {
 
     /// Whether every number is finite: an estimator that has been told the absurd may not keep it so.
     #[must_use]
-    pub fn is_finite(&self) -> bool {
+    pub(crate) fn is_finite(&self) -> bool {
         [
             self.depth,
             self.depth_rate,

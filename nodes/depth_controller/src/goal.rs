@@ -17,7 +17,7 @@ enum Course {
 
 /// A manoeuvre under way.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Underway {
+pub(crate) struct Underway {
     course: Course,
     /// ns
     duration: i64,
@@ -41,7 +41,7 @@ impl Underway {
     ///
     /// # Errors
     /// A sentence with the value and the rule it breaks.
-    pub fn of(goal: &ManoeuvreGoal, planes_limit: Limit) -> Result<Self, String> {
+    pub(crate) fn of(goal: &ManoeuvreGoal, planes_limit: Limit) -> Result<Self, String> {
         let course = match Run::named(&goal.name) {
             Some(run) if goal.amplitude == 0.0 => Course::Run(run, 1.0),
             Some(run) => Course::Run(run, goal.amplitude / run.amplitude()),
@@ -73,7 +73,7 @@ impl Underway {
 
     /// The offset on the planes `elapsed` nanoseconds after the run of the vehicle began, rad; `None` when
     /// the manoeuvre is over.
-    pub fn at(&mut self, elapsed: i64) -> Option<f64> {
+    pub(crate) fn at(&mut self, elapsed: i64) -> Option<f64> {
         let time = elapsed - *self.began.get_or_insert(elapsed);
         if time >= self.duration {
             return None;

@@ -5,8 +5,8 @@
 //! | strategy | slope of the share, with `e` the error, `u` asked for, `u_lim` given |
 //! |---|---|
 //! | none | `Ki e` |
-//! | clamping | `Ki e`, but 0 while that would drive `u` further beyond its limit |
-//! | back-calculation | `Ki e + (u_lim - u) / T_t` |
+//! | conditional_integration | `Ki e`, but 0 while that would drive `u` further beyond its limit |
+//! | back_calculation | `Ki e + (u_lim - u) / T_t` |
 //!
 //! In each the share itself stays within its own limit (`i_clamp` there). It is held in the unit of
 //! the output, so a changed gain makes no step. (Astrom and Hagglund, *Advanced PID Control*, 2006, ch. 3.)
@@ -15,72 +15,74 @@ use crate::limits::{Limit, bounded};
 
 /// What keeps an integral from winding up.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum AntiWindup {
+pub(crate) enum AntiWindup {
     /// Only the share's own limit.
     None,
     /// No integration further into saturation.
-    Clamping,
+    ConditionalIntegration,
     /// The saturation's cut is fed back.
     BackCalculation {
         /// `T_t`, s, positive.
-        tracking_time: f64,
+        tracking_time_constant: f64,
     },
 }
 
 impl AntiWindup {
-    /// The strategy with its tracking time (s).
+    /// The strategy with its tracking time constant (s).
     ///
     /// # Errors
-    /// A sentence, when the tracking time that it needs is not positive.
-    pub fn new(strategy: Strategy, tracking_time: f64) -> Result<Self, String> {
+    /// A sentence, when the time constant that it needs is not positive.
+    pub(crate) fn new(strategy: Strategy, tracking_time_constant: f64) -> Result<Self, String> {
         match strategy {
             Strategy::None => Ok(Self::None),
-            Strategy::Clamping => Ok(Self::Clamping),
-            Strategy::BackCalculation if tracking_time > 0.0 => {
-                Ok(Self::BackCalculation { tracking_time })
+            Strategy::ConditionalIntegration => Ok(Self::ConditionalIntegration),
+            Strategy::BackCalculation if tracking_time_constant > 0.0 => {
+                Ok(Self::BackCalculation {
+                    tracking_time_constant,
+                })
             }
             Strategy::BackCalculation => Err(format!(
-                "a tracking time of {tracking_time} s refused: back-calculation needs a positive one"
+                "a tracking time of {tracking_time_constant} s refused: back-calculation needs a positive one"
             )),
         }
     }
 }
 
-/// The anti-windup strategies by name.
+/// The anti-windup strategies by name, as in `control_toolbox`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
 pub enum Strategy {
-    /// Only the share's own limit.
+    /// Only the integral's own limit.
     None,
     /// No integration further into saturation.
-    Clamping,
+    ConditionalIntegration,
     /// The saturation's cut is fed back.
     BackCalculation,
 }
 
 /// An integral share: where it stands, and where it goes until the next tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Integral {
+pub(crate) struct Integral {
     value: f64,
     slope: f64,
 }
 
 impl Integral {
     /// The share after `dt` seconds along its slope, no further from zero than `limit`.
-    pub fn after(&mut self, dt: f64, limit: Limit) -> f64 {
+    pub(crate) fn after(&mut self, dt: f64, limit: Limit) -> f64 {
         self.value = limit.apply(self.value + bounded(self.slope * dt)).value;
         self.value
     }
 
     /// Sets the slope from now on: `drive` is `Ki e`, `excess` what the output's limit cuts off,
     /// `u - u_lim`, both with the share's sign.
-    pub fn lead(&mut self, drive: f64, excess: f64, anti_windup: AntiWindup) {
+    pub(crate) fn lead(&mut self, drive: f64, excess: f64, anti_windup: AntiWindup) {
         self.slope = match anti_windup {
             AntiWindup::None => drive,
-            AntiWindup::Clamping if drive * excess > 0.0 => 0.0,
-            AntiWindup::Clamping => drive,
-            AntiWindup::BackCalculation { tracking_time } => {
-                bounded(drive - excess / tracking_time)
-            }
+            AntiWindup::ConditionalIntegration if drive * excess > 0.0 => 0.0,
+            AntiWindup::ConditionalIntegration => drive,
+            AntiWindup::BackCalculation {
+                tracking_time_constant,
+            } => bounded(drive - excess / tracking_time_constant),
         };
     }
 }
@@ -118,8 +120,10 @@ mod tests {
     #[test]
     fn each_strategy_frees_the_output_when_the_error_turns() {
         for strategy in [
-            AntiWindup::Clamping,
-            AntiWindup::BackCalculation { tracking_time: 0.5 },
+            AntiWindup::ConditionalIntegration,
+            AntiWindup::BackCalculation {
+                tracking_time_constant: 0.5,
+            },
         ] {
             let (share, stuck) = wound_up(strategy);
             assert!(share < 1.0, "{strategy:?}: {share}");
@@ -135,8 +139,8 @@ mod tests {
     }
 
     #[test]
-    fn back_calculation_needs_a_tracking_time() {
+    fn back_calculation_needs_a_tracking_time_constant() {
         assert!(AntiWindup::new(Strategy::BackCalculation, 0.0).is_err());
-        assert!(AntiWindup::new(Strategy::Clamping, 0.0).is_ok());
+        assert!(AntiWindup::new(Strategy::ConditionalIntegration, 0.0).is_ok());
     }
 }

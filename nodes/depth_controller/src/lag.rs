@@ -9,7 +9,7 @@
 /// What is left after `dt` seconds of something that fades with the time constant `tau` (s); nothing
 /// for a `tau` of 0.
 #[must_use]
-pub fn faded(value: f64, tau: f64, dt: f64) -> f64 {
+pub(crate) fn faded(value: f64, tau: f64, dt: f64) -> f64 {
     match tau > 0.0 {
         true => value * (-dt / tau).exp(),
         false => 0.0,
@@ -18,14 +18,14 @@ pub fn faded(value: f64, tau: f64, dt: f64) -> f64 {
 
 /// A first-order lag, which begins at its first input.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Lag {
+pub(crate) struct Lag {
     output: Option<f64>,
 }
 
 impl Lag {
     /// The output `dt` seconds after the last one, for the input `input` and the time constant
     /// `tau` (s); the input itself for a `tau` of 0.
-    pub fn after(&mut self, input: f64, tau: f64, dt: f64) -> f64 {
+    pub(crate) fn after(&mut self, input: f64, tau: f64, dt: f64) -> f64 {
         let output = match self.output {
             Some(last) if tau > 0.0 => input + faded(last - input, tau, dt),
             _ => input,

@@ -1,51 +1,52 @@
-//! Classical control of depth, pitch, roll, course and speed: depth PD to a pitch command, pitch P with
-//! rate feedback to the dive planes, and the report's three regulators beside them (Brunner, *Experimental
-//! Verification of AUV Performance*, NPS thesis, March 1988, ch. II and program T6).
+//! Control of depth, pitch, roll, course and speed, after Brunner (*Experimental Verification of AUV Performance*,
+//! NPS thesis, March 1988, ch. II and program T6).
 //!
-//! - [`depth_loop`]: depth error to pitch command.
-//! - [`pitch_loop`]: pitch error and rate to plane angle.
-//! - [`angle_loop`]: roll error to bow-plane differential, course error to rudder.
-//! - [`speed_loop`]: speed to thrust.
-//! - [`limits`]: ±45° of pitch command, ±30° of plane; rate limits.
-//! - [`integral`], [`lag`]: what the report's loops do without: integral shares, a filter, fading.
-//! - [`autopilot`]: both dive loops as built, switched between modes without a bump.
-//! - [`allocation`]: one angle to bow and stern planes.
-//! - [`feedback`]: what the loops are told of the vehicle.
-//! - [`setpoint`]: whose word counts, limited and rate-limited.
-//! - [`estimator`]: pitch, depth rate and the gyro's zero from what can be measured.
-//! - [`gains`]: gains that follow the vehicle: by its speed, by its identified model.
-//! - [`manoeuvre`], [`runs`]: test signals added to the plane command; the report's runs.
-//! - [`goal`]: a manoeuvre that an action client has asked for.
-//! - [`safety`]: the envelope, the fault that stays, the reaction.
-//! - [`schedule`]: way-depths over time or distance.
-//! - [`parameters`]: every tunable, its default, unit and source.
-//! - [`core`]: a vehicle state in, a plane command out.
-//! - [`design`]: the loops on paper: gains, stability, step responses.
-//! - [`t6`]: the report's program of the depth controller.
-//! - [`book`]: the report's numbers on the controllers, computed again.
+//! - [`Controller`]: a vehicle state in, a plane command out (`core`), by its [`ControllerParameters`];
+//!   [`main`]: the node around it.
+//! - `loops`: all loops at a tick. [`DepthLoop`], [`PitchLoop`], `autopilot`: the dive loops, with integrals, filters and bumpless transfer.
+//! - `angle_loop`, `speed_loop`: roll, course, speed. `allocation`: one angle to bow and stern planes.
+//! - `setpoint`, `schedule`, `manoeuvre`, `runs`, `goal`: setpoints and test signals.
+//! - [`Source`], `estimator`: pitch, depth rate and gyro bias from the instruments.
+//! - [`gains`]: fixed, scheduled over speed, or adapted to an identified model.
+//! - [`Fault`], `safety`: the envelope and the reaction to leaving it.
+//! - [`design`]: margins, pole placement and optimisation of the dive loops.
 
-pub mod allocation;
-pub mod angle_loop;
-pub mod autopilot;
-pub mod book;
-pub mod core;
-pub mod depth_loop;
+mod allocation;
+mod angle_loop;
+mod autopilot;
+mod core;
+mod depth_loop;
 pub mod design;
-pub mod estimator;
-pub mod feedback;
+mod error;
+mod estimator;
+mod fault;
+mod feedback;
 pub mod gains;
-pub mod goal;
-pub mod integral;
-pub mod lag;
-pub mod limits;
-pub mod manoeuvre;
-pub mod node;
-pub mod parameters;
-pub mod pitch_loop;
-pub mod runs;
-pub mod safety;
-pub mod schedule;
-pub mod setpoint;
-pub mod speed_loop;
-pub mod t6;
-pub mod waiting;
+mod goal;
+mod integral;
+mod lag;
+mod limits;
+mod loops;
+mod manoeuvre;
+mod node;
+mod parameters;
+mod pitch_loop;
+mod runs;
+mod safety;
+mod schedule;
+mod setpoint;
+mod speed_loop;
+mod waiting;
+
+pub use crate::core::Controller;
+pub use autopilot::Mode;
+pub use depth_loop::DepthLoop;
+pub use error::Error;
+pub use estimator::Source;
+pub use fault::Fault;
+pub use limits::{Limit, LimitError};
+pub use loops::Answer;
+pub use node::main;
+pub use parameters::ControllerParameters;
+pub use pitch_loop::PitchLoop;
+pub use setpoint::Quantity;

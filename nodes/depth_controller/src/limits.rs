@@ -13,7 +13,7 @@ const LARGEST_TERM: f64 = 1e300;
 /// A term of a control law, kept finite: products and differences of finite numbers can
 /// overflow, and an infinite term would leave the node or cancel into NaN.
 #[must_use]
-pub fn bounded(term: f64) -> f64 {
+pub(crate) fn bounded(term: f64) -> f64 {
     term.clamp(-LARGEST_TERM, LARGEST_TERM)
 }
 
@@ -22,6 +22,11 @@ pub fn bounded(term: f64) -> f64 {
 pub struct Limit {
     bound: f64,
 }
+
+/// A bound that is not positive and finite.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("a limit of ±{0} refused: it must be positive")]
+pub struct LimitError(pub f64);
 
 /// A value behind a [`Limit`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,12 +41,12 @@ impl Limit {
     /// The limit `±bound`, in the unit of what it limits.
     ///
     /// # Errors
-    /// A sentence naming the bound, when it is not positive and finite.
-    pub fn new(bound: f64) -> Result<Self, String> {
+    /// [`LimitError`], when the bound is not positive and finite.
+    pub fn new(bound: f64) -> Result<Self, LimitError> {
         if bound.is_finite() && bound > 0.0 {
             Ok(Self { bound })
         } else {
-            Err(format!("a limit of ±{bound} refused: it must be positive"))
+            Err(LimitError(bound))
         }
     }
 
@@ -63,7 +68,7 @@ impl Limit {
 
 /// From `from` towards `to`, at most `rate` per second for `dt` seconds; a `rate` of 0 is no limit.
 #[must_use]
-pub fn slewed(from: f64, to: f64, rate: f64, dt: f64) -> f64 {
+pub(crate) fn slewed(from: f64, to: f64, rate: f64, dt: f64) -> f64 {
     if rate == 0.0 {
         return to;
     }

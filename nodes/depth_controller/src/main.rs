@@ -3,5 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    depth_controller::node::main(std::env::args().skip(1).collect())
+    depth_controller::main(std::env::args().skip(1).collect())
 }

@@ -25,10 +25,10 @@
 use std::f64::consts::TAU;
 
 /// Bits in the shift register.
-pub const REGISTER_LENGTH: u32 = 10;
+pub(crate) const REGISTER_LENGTH: u32 = 10;
 
 /// Intervals before the pseudo-random sequence repeats, `2^10 - 1`.
-pub const SEQUENCE_LENGTH: usize = (1 << REGISTER_LENGTH) - 1;
+pub(crate) const SEQUENCE_LENGTH: usize = (1 << REGISTER_LENGTH) - 1;
 
 /// The shape of a test signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
@@ -59,7 +59,7 @@ impl Signal {
 
 /// A test signal with its numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Manoeuvre {
+pub(crate) struct Manoeuvre {
     /// The shape.
     pub signal: Signal,
     /// `A`, rad of plane, dive positive; may be negative.
@@ -78,7 +78,7 @@ pub struct Manoeuvre {
 
 /// A [`Manoeuvre`] ready to be evaluated: times in whole nanoseconds, the sequence drawn.
 #[derive(Clone, Debug, PartialEq)]
-pub struct TestSignal {
+pub(crate) struct TestSignal {
     signal: Signal,
     amplitude: f64,
     period: i64,
@@ -94,7 +94,7 @@ impl Manoeuvre {
     /// # Errors
     /// A sentence naming the number at fault: one that is not finite, a negative start or
     /// duration, a period below 2 ns for a signal that has one, or a chirp without end.
-    pub fn build(&self) -> Result<TestSignal, String> {
+    pub(crate) fn build(&self) -> Result<TestSignal, String> {
         for (name, number) in [
             ("amplitude", self.amplitude),
             ("period", self.period),
@@ -150,7 +150,7 @@ impl Manoeuvre {
 impl TestSignal {
     /// The plane offset, rad, dive positive, `elapsed` nanoseconds after the run began.
     #[must_use]
-    pub fn value(&self, elapsed: i64) -> f64 {
+    pub(crate) fn value(&self, elapsed: i64) -> f64 {
         if elapsed < self.start || elapsed >= self.end {
             return 0.0;
         }

@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 use std::time::Duration;
 
-use anyhow::{Result, anyhow};
+use anyhow::Result;
 use planesman_msgs::planesman_msgs::action::{Manoeuvre, ManoeuvreFeedback, ManoeuvreResult};
 use planesman_msgs::planesman_msgs::msg::{
     ControlState, ModelEstimate, MotionEstimate, PlaneCommand, VehicleState,
@@ -16,8 +16,10 @@ use planesman_node::{
 };
 use planesman_parameters::Parameters as _;
 
-use crate::core::{Answer, Controller, Quantity};
+use crate::core::Controller;
+use crate::loops::Answer;
 use crate::parameters::ControllerParameters;
+use crate::setpoint::Quantity;
 use crate::waiting::Waiting;
 
 enum Event {
@@ -46,12 +48,16 @@ fn run(args: Vec<String>) -> Result<()> {
         NodeSpec {
             name: "depth_controller",
             namespace: "/auv",
-            validate: |parameters| Controller::new(parameters).map(drop),
+            validate: |parameters| {
+                Controller::new(parameters)
+                    .map(drop)
+                    .map_err(|e| e.to_string())
+            },
             on_parameters: |parameters| Event::Parameters(Box::new(parameters)),
         },
         args::only(args)?,
     )?;
-    let controller = Controller::new(&parameters).map_err(|e| anyhow!(e))?;
+    let controller = Controller::new(&parameters)?;
     let on_instruments = controller.reads_instruments();
     let mut node = Node {
         controller,
@@ -64,7 +70,7 @@ fn run(args: Vec<String>) -> Result<()> {
         command: rt.publisher("plane_command", Qos::reliable(100))?.sole(),
         inside: rt.publisher("control_state", Qos::reliable(100))?,
         flown: None,
-        heard: None,
+        received: None,
         silent: false,
     };
     rt.subscribe("state", Qos::reliable(100), Event::State)?;
@@ -80,8 +86,8 @@ fn run(args: Vec<String>) -> Result<()> {
     }
     for quantity in Quantity::ALL {
         let topic = format!("{}_setpoint", quantity.name());
-        rt.subscribe(&topic, Qos::reliable(10), move |word: Float64| {
-            Event::Setpoint(quantity, word.data)
+        rt.subscribe(&topic, Qos::reliable(10), move |setpoint: Float64| {
+            Event::Setpoint(quantity, setpoint.data)
         })?;
     }
     rt.serve_action("~/manoeuvre", Event::Manoeuvre, Event::CancelManoeuvre)?;
@@ -115,12 +121,12 @@ struct Node {
     inside: Publisher<ControlState>,
     /// There when the loops work on the instruments.
     estimate: Option<Publisher<MotionEstimate>>,
-    /// A state whose instruments have not all spoken yet.
+    /// A state whose instruments have not all been received yet.
     waiting: Waiting,
     /// The manoeuvre under way.
     flown: Option<Flown>,
     /// When the last state came, by the node's clock (ns): a paused simulation is not silence.
-    heard: Option<i64>,
+    received: Option<i64>,
     silent: bool,
 }
 
@@ -128,7 +134,7 @@ impl Node {
     fn on(&mut self, rt: &Runtime<Event>, event: Event) -> Result<Flow> {
         match event {
             Event::State(state) => {
-                self.heard = Some(rt.now().nanos());
+                self.received = Some(rt.now().nanos());
                 let ready = self.controller.ready_for(&state.header.stamp);
                 if let Some(state) = self.waiting.on_state(state, ready) {
                     self.answer(&state);
@@ -166,9 +172,7 @@ impl Node {
             Event::ResetFault(responder) => self.reset_fault(rt, responder),
             Event::Look => self.look(rt),
             Event::Parameters(parameters) => {
-                self.controller
-                    .set_parameters(&parameters)
-                    .map_err(|e| anyhow!(e))?;
+                self.controller.set_parameters(&parameters)?;
                 for change in changes(&self.parameters, &parameters) {
                     log::info!("{change}");
                 }
@@ -179,11 +183,11 @@ impl Node {
         Ok(Flow::Continue)
     }
 
-    /// Answers the state that waits once all its instruments have spoken.
+    /// Answers the state that waits once all its instruments have been received.
     fn answer_the_waiting(&mut self) {
         let waiting = self
             .waiting
-            .on_word(|stamp| self.controller.ready_for(stamp));
+            .on_instrument(|stamp| self.controller.ready_for(stamp));
         if let Some(state) = waiting {
             self.answer(&state);
         }
@@ -224,7 +228,7 @@ impl Node {
         let name = goal.asked().name.clone();
         if let Err(reason) = self.controller.begin_manoeuvre(goal.asked()) {
             log::warn!("{reason}");
-            return goal.abort(ended(false, &reason));
+            return goal.abort(ended(false, &reason.to_string()));
         }
         log::info!("manoeuvre {name} begins");
         let begun = Flown {
@@ -254,7 +258,7 @@ impl Node {
                 }
                 Err(reason) => {
                     log::warn!("manoeuvre {name} {reason}");
-                    flown.goal.abort(ended(false, &reason));
+                    flown.goal.abort(ended(false, &reason.to_string()));
                 }
             }
         }
@@ -274,7 +278,7 @@ impl Node {
         let timeout = self.controller.state_timeout();
         let now = rt.now();
         let silent = self
-            .heard
+            .received
             .is_some_and(|at| (now.nanos() - at) as f64 * 1e-9 > timeout);
         if silent && !self.silent {
             log::warn!("no vehicle state for {timeout} s: planes neutral");
@@ -288,7 +292,7 @@ impl Node {
 
     fn tell_status(&self, rt: &Runtime<Event>) {
         let fault = self.controller.fault();
-        let (level, message) = match (fault, self.heard, self.silent) {
+        let (level, message) = match (fault, self.received, self.silent) {
             (Some(fault), ..) => {
                 let reset = "until ~/reset_fault is called";
                 (Level::Error, format!("fault: {}; {reset}", fault.text()))

@@ -6,12 +6,11 @@
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_6, PI};
 
-use planesman_msgs::planesman_msgs::msg::ControlState;
 use planesman_parameters::{Choice, Parameters};
 
 use crate::allocation::Allocation;
 use crate::angle_loop::AngleLoop;
-use crate::autopilot::{Derivative, DiveRules, Gains};
+use crate::autopilot::{Derivative, DiveRules, Gains, Mode};
 use crate::depth_loop::DepthLoop;
 use crate::estimator::{self, Calibration, DeadBand, Tuning};
 use crate::gains::{self, LoopGains, PitchModel, SpeedLaw};
@@ -28,7 +27,7 @@ use crate::speed_loop::SpeedLoop;
 const DESIGN_SPEED: f64 = 5.0 * METRES_PER_FOOT;
 
 /// Metres in a foot (exact, by definition).
-pub const METRES_PER_FOOT: f64 = 0.3048;
+pub(crate) const METRES_PER_FOOT: f64 = 0.3048;
 
 /// Every parameter of `depth_controller`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
@@ -148,13 +147,13 @@ pub struct Pitch {
 /// The parameters `anti_windup.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct AntiWindupParameters {
-    /// What keeps the integral shares from winding up: none, clamping (no integration further into a limit), or
-    /// back_calculation.
-    #[parameter(default = Strategy::Clamping)]
+    /// Anti-windup of the integrals, as in control_toolbox: none, conditional_integration (no integration
+    /// further into a limit), or back_calculation.
+    #[parameter(default = Strategy::ConditionalIntegration)]
     pub strategy: Strategy,
-    /// Time constant with which back_calculation leads an integral out of saturation.
+    /// Time constant of back_calculation: how fast it takes an integral out of saturation.
     #[parameter(default = 1.0, unit = "s", range = 0.0..=1e3)]
-    pub tracking_time: f64,
+    pub tracking_time_constant: f64,
 }
 
 /// The parameters `planes.*`.
@@ -296,8 +295,8 @@ pub struct Feedback {
     /// The nominal speed through the water.
     #[parameter(default = METRES_PER_FOOT, unit = "m/s", range = 0.0..=100.0)]
     pub speed: f64,
-    /// Depth readings from here on are not used: the report's cell is at its end at 32.58 in; 0: all are used.
-    #[parameter(default = 0.827, unit = "m", range = 0.0..=11_000.0)]
+    /// Largest depth that the depth cell measures: readings from here on are not used; 0: all are used.
+    #[parameter(default = 0.0, unit = "m", range = 0.0..=11_000.0)]
     pub depth_range: f64,
     /// Absolute pressure at the surface, taken off the depth cell's.
     #[parameter(default = 101_325.0, unit = "Pa", range = 0.0..=2e5)]
@@ -429,35 +428,9 @@ pub enum GainSource {
     File,
 }
 
-/// What the controller holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Choice)]
-pub enum Mode {
-    /// Nothing: planes, rudder and thrust neutral.
-    Off,
-    /// Nothing by the planes: they follow the test signals.
-    OpenLoop,
-    /// Pitch.
-    Pitch,
-    /// Depth.
-    Depth,
-}
-
-impl Mode {
-    /// Its constant in `ControlState`.
-    #[must_use]
-    pub fn constant(self) -> u8 {
-        match self {
-            Self::Off => ControlState::MODE_OFF,
-            Self::OpenLoop => ControlState::MODE_OPEN_LOOP,
-            Self::Pitch => ControlState::MODE_PITCH,
-            Self::Depth => ControlState::MODE_DEPTH,
-        }
-    }
-}
-
 /// The parameters as the loops take them: checked each and together.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Config {
+pub(crate) struct Config {
     /// What is held.
     pub mode: Mode,
     /// The standing depth setpoint, m.
@@ -517,7 +490,7 @@ impl Config {
     /// A sentence naming the parameter, when values that are each in range do not go
     /// together: a limit of zero, setpoints beyond their bounds, a schedule whose lists do not match or do not
     /// increase, a test signal beyond the plane limit.
-    pub fn new(parameters: &ControllerParameters) -> Result<Self, String> {
+    pub(crate) fn new(parameters: &ControllerParameters) -> Result<Self, String> {
         let p = parameters;
         let dive = dive_rules(p)?;
         let depth_bounds = Bounds {
@@ -598,7 +571,7 @@ fn dive_rules(p: &ControllerParameters) -> Result<DiveRules, String> {
         derivative_filter: p.depth.derivative_filter,
         depth_i_limit: limit("depth.i_limit", p.depth.i_limit)?,
         pitch_i_limit: limit("pitch.i_limit", p.pitch.i_limit)?,
-        anti_windup: AntiWindup::new(p.anti_windup.strategy, p.anti_windup.tracking_time)
+        anti_windup: AntiWindup::new(p.anti_windup.strategy, p.anti_windup.tracking_time_constant)
             .map_err(|reason| format!("parameters 'anti_windup.*': {reason}"))?,
         planes_limit: limit("planes.limit", p.planes.limit)?,
         planes_rate_limit: p.planes.rate_limit,
@@ -821,7 +794,7 @@ mod tests {
             (
                 vec![
                     ("anti_windup.strategy", Value::from("back_calculation")),
-                    ("anti_windup.tracking_time", Value::Double(0.0)),
+                    ("anti_windup.tracking_time_constant", Value::Double(0.0)),
                 ],
                 "tracking time",
             ),

@@ -28,7 +28,7 @@ enum Shape {
 
 /// A run of the report.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Run {
+pub(crate) struct Run {
     /// Its name as a manoeuvre: `run_7_3`.
     pub name: &'static str,
     /// How long it lasts, s.
@@ -37,7 +37,7 @@ pub struct Run {
 }
 
 /// All of them.
-pub const RUNS: [Run; 5] = [
+pub(crate) const RUNS: [Run; 5] = [
     Run {
         name: "run_7_3",
         duration: 15.0,
@@ -86,13 +86,13 @@ pub const RUNS: [Run; 5] = [
 impl Run {
     /// The run of that name.
     #[must_use]
-    pub fn named(name: &str) -> Option<Self> {
+    pub(crate) fn named(name: &str) -> Option<Self> {
         RUNS.into_iter().find(|run| run.name == name)
     }
 
     /// The run's largest plane angle, rad.
     #[must_use]
-    pub fn amplitude(&self) -> f64 {
+    pub(crate) fn amplitude(&self) -> f64 {
         let degrees = match self.shape {
             Shape::Pulses(pulses) => pulses.iter().fold(0.0, |most: f64, p| most.max(p.2.abs())),
             Shape::Sinusoid { amplitude, .. } => amplitude,
@@ -102,7 +102,7 @@ impl Run {
 
     /// The plane angle `nanos` nanoseconds after the run began, rad, positive dive.
     #[must_use]
-    pub fn value(&self, nanos: i64) -> f64 {
+    pub(crate) fn value(&self, nanos: i64) -> f64 {
         let millis = nanos / 1_000_000;
         let degrees = match self.shape {
             Shape::Pulses(pulses) => pulses

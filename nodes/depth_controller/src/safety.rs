@@ -1,4 +1,4 @@
-//! What the controller does when the vehicle leaves its envelope: a fault that stays until it is
+//! The controller's reaction when the vehicle leaves its envelope: a fault that stays until it is
 //! reset, and a reaction that needs none of the loops' gains, since those may be what went wrong.
 //!
 //! | fault | when | reaction |
@@ -9,56 +9,15 @@
 //! | ceiling | shallower than the hard ceiling | neutral |
 //! | silence | no state within `state_timeout`, where that is to latch | neutral |
 //!
-//! Rudder, roll planes and thrust are neutral in every reaction. The first fault stays the one that is
-//! told, with one exception: the floor takes the place of any other, because it alone wants the climb
+//! Rudder, roll planes and thrust are neutral in every reaction. The first fault is the one
+//! reported, with one exception: the floor takes the place of any other, because it alone needs the climb
 //! still. A reset is granted when what led to the fault is over.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use planesman_msgs::planesman_msgs::msg::ControlState;
-
+use crate::error::Error;
+use crate::fault::Fault;
 use crate::feedback::Feedback;
-
-/// What went wrong.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fault {
-    /// Too deep.
-    Floor,
-    /// Too shallow.
-    Ceiling,
-    /// Pitched too far down.
-    BowDown,
-    /// Pitched too far up.
-    BowUp,
-    /// Nothing was heard of the vehicle.
-    Silence,
-}
-
-impl Fault {
-    /// Its constant in `ControlState`.
-    #[must_use]
-    pub fn constant(self) -> u8 {
-        match self {
-            Self::Floor => ControlState::FAULT_FLOOR,
-            Self::Ceiling => ControlState::FAULT_CEILING,
-            Self::BowDown => ControlState::FAULT_BOW_DOWN,
-            Self::BowUp => ControlState::FAULT_BOW_UP,
-            Self::Silence => ControlState::FAULT_SILENCE,
-        }
-    }
-
-    /// What it is, for the operator.
-    #[must_use]
-    pub fn text(self) -> &'static str {
-        match self {
-            Self::Floor => "deeper than safety.floor",
-            Self::Ceiling => "shallower than safety.ceiling",
-            Self::BowDown => "bow further down than safety.pitch",
-            Self::BowUp => "bow further up than safety.pitch",
-            Self::Silence => "no vehicle state within state_timeout",
-        }
-    }
-}
 
 /// The envelope and the way back into it: the parameters `safety.*`.
 #[derive(Clone, Copy, Debug, PartialEq, planesman_parameters::Parameters)]
@@ -91,7 +50,7 @@ pub struct Envelope {
 impl Envelope {
     /// What is wrong with where the vehicle is.
     #[must_use]
-    pub fn violated(&self, feedback: &Feedback) -> Option<Fault> {
+    pub(crate) fn violated(&self, feedback: &Feedback) -> Option<Fault> {
         if feedback.depth > self.floor {
             Some(Fault::Floor)
         } else if feedback.pitch < -self.pitch {
@@ -108,7 +67,7 @@ impl Envelope {
 
 /// The fault, if there is one, and how long the climb has lasted.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Safety {
+pub(crate) struct Safety {
     fault: Option<Fault>,
     /// s
     climbed: f64,
@@ -118,7 +77,7 @@ pub struct Safety {
 
 /// What a fault makes the planes do.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Reaction {
+pub(crate) enum Reaction {
     /// Rise.
     Climb,
     /// Nothing.
@@ -128,12 +87,12 @@ pub enum Reaction {
 impl Safety {
     /// The fault that stands.
     #[must_use]
-    pub fn fault(&self) -> Option<Fault> {
+    pub(crate) fn fault(&self) -> Option<Fault> {
         self.fault
     }
 
     /// Takes note of a fault, and says whether it is the one that stands from now on.
-    pub fn latch(&mut self, fault: Fault) -> bool {
+    pub(crate) fn latch(&mut self, fault: Fault) -> bool {
         let stands = match self.fault {
             None => true,
             Some(standing) => fault == Fault::Floor && standing != Fault::Floor,
@@ -149,7 +108,12 @@ impl Safety {
 
     /// Looks where the vehicle is, `dt` seconds after the last look, and says what is to be done about the fault
     /// that stands; `None`: there is none.
-    pub fn react(&mut self, envelope: &Envelope, feedback: &Feedback, dt: f64) -> Option<Reaction> {
+    pub(crate) fn react(
+        &mut self,
+        envelope: &Envelope,
+        feedback: &Feedback,
+        dt: f64,
+    ) -> Option<Reaction> {
         let fault = self.fault?;
         let done = match fault {
             Fault::Floor => feedback.depth <= envelope.floor - envelope.margin,
@@ -167,11 +131,15 @@ impl Safety {
     /// Takes the fault back, unless the vehicle is still where it must not be.
     ///
     /// # Errors
-    /// A sentence with what is still wrong, or that nothing is.
-    pub fn reset(&mut self, envelope: &Envelope, now: Option<&Feedback>) -> Result<Fault, String> {
-        let fault = self.fault.ok_or("there is no fault")?;
+    /// [`Error::NoFault`], [`Error::StillFaulty`].
+    pub(crate) fn reset(
+        &mut self,
+        envelope: &Envelope,
+        now: Option<&Feedback>,
+    ) -> Result<Fault, Error> {
+        let fault = self.fault.ok_or(Error::NoFault)?;
         if let Some(still) = now.and_then(|feedback| envelope.violated(feedback)) {
-            return Err(format!("the vehicle is still {}", still.text()));
+            return Err(Error::StillFaulty(still));
         }
         *self = Self::default();
         Ok(fault)
@@ -258,17 +226,12 @@ mod tests {
     #[test]
     fn only_a_reset_from_within_the_envelope_takes_the_fault_back() {
         let mut safety = Safety::default();
-        assert!(
-            safety
-                .reset(&ENVELOPE, None)
-                .unwrap_err()
-                .contains("no fault")
-        );
+        assert_eq!(safety.reset(&ENVELOPE, None), Err(Error::NoFault));
         safety.latch(Fault::Floor);
         safety.react(&ENVELOPE, &at(1.0, 0.0), 0.1);
         assert_eq!(safety.fault(), Some(Fault::Floor));
         let refusal = safety.reset(&ENVELOPE, Some(&at(3.2, 0.0))).unwrap_err();
-        assert!(refusal.contains("safety.floor"), "{refusal}");
+        assert_eq!(refusal, Error::StillFaulty(Fault::Floor));
         assert_eq!(
             safety.reset(&ENVELOPE, Some(&at(1.0, 0.0))),
             Ok(Fault::Floor)

@@ -8,7 +8,7 @@ use crate::manoeuvre::nanoseconds;
 
 /// Depths that follow each other.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Schedule {
+pub(crate) enum Schedule {
     /// (nanoseconds since the run began, depth in m)
     OverTime(Vec<(i64, f64)>),
     /// (metres since the run began, depth in m)
@@ -28,7 +28,7 @@ impl Schedule {
     /// # Errors
     /// A sentence, when the lists differ in length, a number is not finite, a time is
     /// negative, or the times do not increase.
-    pub fn over_time(times: &[f64], depths: &[f64]) -> Result<Self, String> {
+    pub(crate) fn over_time(times: &[f64], depths: &[f64]) -> Result<Self, String> {
         check("time", "s", times, depths)?;
         let times: Vec<i64> = times.iter().map(|time| nanoseconds(*time)).collect();
         if let Some(pair) = times.windows(2).find(|pair| pair[0] >= pair[1]) {
@@ -46,7 +46,7 @@ impl Schedule {
     ///
     /// # Errors
     /// As [`Schedule::over_time`].
-    pub fn over_distance(distances: &[f64], depths: &[f64]) -> Result<Self, String> {
+    pub(crate) fn over_distance(distances: &[f64], depths: &[f64]) -> Result<Self, String> {
         check("distance", "m", distances, depths)?;
         let entries = distances.iter().copied().zip(depths.iter().copied());
         Ok(Self::OverDistance(entries.collect()))
@@ -55,7 +55,7 @@ impl Schedule {
     /// The depth in force, m, `elapsed` nanoseconds and `distance` metres after the run began;
     /// `None` before the first entry.
     #[must_use]
-    pub fn depth(&self, elapsed: i64, distance: f64) -> Option<f64> {
+    pub(crate) fn depth(&self, elapsed: i64, distance: f64) -> Option<f64> {
         match self {
             Self::OverTime(entries) => begun(entries, elapsed),
             Self::OverDistance(entries) => begun(entries, distance),
@@ -64,7 +64,7 @@ impl Schedule {
 
     /// Every depth of the schedule, m.
     #[must_use]
-    pub fn depths(&self) -> Vec<f64> {
+    pub(crate) fn depths(&self) -> Vec<f64> {
         match self {
             Self::OverTime(entries) => entries.iter().map(|entry| entry.1).collect(),
             Self::OverDistance(entries) => entries.iter().map(|entry| entry.1).collect(),

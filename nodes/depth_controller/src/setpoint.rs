@@ -1,66 +1,67 @@
-//! A setpoint between the operator and a loop: whose word counts, its limits, and how fast it may move.
+//! The setpoints of depth, pitch, course and speed: source, limits, rate.
 
 use crate::limits::{bounded, slewed};
 
 /// The bounds of a setpoint.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bounds {
+pub(crate) struct Bounds {
     /// The least it may be.
     pub min: f64,
     /// The most it may be.
     pub max: f64,
-    /// How fast it may move, per second; 0 for as fast as it is said.
+    /// How fast it may move, per second; 0 for at once.
     pub rate: f64,
 }
 
 impl Bounds {
     /// No bounds.
-    pub const NONE: Self = Self {
+    pub(crate) const NONE: Self = Self {
         min: f64::MIN,
         max: f64::MAX,
         rate: 0.0,
     };
 }
 
-/// The operator's word.
+/// The operator's last command.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Word {
+struct Commanded {
     value: f64,
-    /// When it came on the topic, ns of the run; `None` for a live change of the parameter, which
-    /// does not grow old.
-    heard: Option<i64>,
+    /// When it was received on the topic, ns of the run; `None` for a live change of the parameter, which
+    /// does not expire.
+    received: Option<i64>,
 }
 
 /// One quantity's setpoint.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Setpoint {
-    word: Option<Word>,
+pub(crate) struct Setpoint {
+    commanded: Option<Commanded>,
     /// Where the moving setpoint stands; `None` while no loop follows it.
     held: Option<f64>,
 }
 
 impl Setpoint {
-    /// Takes the operator's word from the topic, at `elapsed` nanoseconds of the run.
-    pub fn say(&mut self, value: f64, elapsed: i64) {
-        let heard = Some(elapsed);
-        self.word = Some(Word { value, heard });
+    /// Takes a command from the topic, at `elapsed` nanoseconds of the run.
+    pub(crate) fn command(&mut self, value: f64, elapsed: i64) {
+        let received = Some(elapsed);
+        self.commanded = Some(Commanded { value, received });
     }
 
-    /// Takes a live change of the parameter as the last word.
-    pub fn change(&mut self, value: f64) {
-        self.word = Some(Word { value, heard: None });
+    /// Takes a live change of the parameter as the last command.
+    pub(crate) fn change(&mut self, value: f64) {
+        let received = None;
+        self.commanded = Some(Commanded { value, received });
     }
 
-    /// Forgets the operator's word.
-    pub fn forget(&mut self) {
-        self.word = None;
+    /// Forgets the operator's command.
+    pub(crate) fn forget(&mut self) {
+        self.commanded = None;
     }
 
-    /// Forgets a word from the topic that is older than `timeout` seconds (0: none is), and says
+    /// Forgets a command from the topic that is older than `timeout` seconds (0: never), and returns
     /// whether it did.
-    pub fn expire(&mut self, timeout: f64, elapsed: i64) -> bool {
-        let heard = self.word.and_then(|word| word.heard);
-        let old = heard.is_some_and(|at| (elapsed - at) as f64 * 1e-9 > timeout);
+    pub(crate) fn expire(&mut self, timeout: f64, elapsed: i64) -> bool {
+        let received = self.commanded.and_then(|commanded| commanded.received);
+        let old = received.is_some_and(|at| (elapsed - at) as f64 * 1e-9 > timeout);
         let expired = timeout > 0.0 && old;
         if expired {
             self.forget();
@@ -68,36 +69,101 @@ impl Setpoint {
         expired
     }
 
-    /// The operator's word.
+    /// The operator's last command.
     #[must_use]
-    pub fn word(&self) -> Option<f64> {
-        self.word.map(|word| word.value)
+    pub(crate) fn commanded(&self) -> Option<f64> {
+        self.commanded.map(|commanded| commanded.value)
     }
 
-    /// Whether the word came on the topic.
+    /// Whether it came on the topic.
     #[must_use]
-    pub fn is_from_the_topic(&self) -> bool {
-        self.word.is_some_and(|word| word.heard.is_some())
+    pub(crate) fn is_from_the_topic(&self) -> bool {
+        self.commanded
+            .is_some_and(|commanded| commanded.received.is_some())
     }
 
     /// Nobody follows the setpoint now; followed again, it begins where the vehicle then is.
-    pub fn release(&mut self) {
+    pub(crate) fn release(&mut self) {
         self.held = None;
     }
 
     /// Where the setpoint stood at the last tick; `None` when nobody followed it.
     #[must_use]
-    pub fn stands(&self) -> Option<f64> {
+    pub(crate) fn stands(&self) -> Option<f64> {
         self.held
     }
 
     /// The setpoint `dt` seconds on, on its way from where it stood, or from `present`, to `target`.
-    pub fn follow(&mut self, target: f64, present: f64, bounds: Bounds, dt: f64) -> f64 {
+    pub(crate) fn follow(&mut self, target: f64, present: f64, bounds: Bounds, dt: f64) -> f64 {
         let within = |value: f64| value.clamp(bounds.min, bounds.max);
         let from = within(self.held.unwrap_or(present));
         let held = bounded(slewed(from, within(target), bounds.rate, dt));
         self.held = Some(held);
         held
+    }
+}
+
+/// A quantity that an operator gives a setpoint for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// m, down.
+    Depth,
+    /// rad, bow up; in mode pitch.
+    Pitch,
+    /// rad, from the first course, to starboard.
+    Course,
+    /// m/s, through the water.
+    Speed,
+}
+
+impl Quantity {
+    /// Every quantity.
+    pub const ALL: [Self; 4] = [Self::Depth, Self::Pitch, Self::Course, Self::Speed];
+
+    /// Its name, as in the topic `NAME_setpoint`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Depth => "depth",
+            Self::Pitch => "pitch",
+            Self::Course => "course",
+            Self::Speed => "speed",
+        }
+    }
+
+    /// The unit of its setpoint.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Depth => "m",
+            Self::Pitch | Self::Course => "rad",
+            Self::Speed => "m/s",
+        }
+    }
+}
+
+/// The setpoints of the four quantities.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Setpoints {
+    /// Of depth, m.
+    pub depth: Setpoint,
+    /// Of pitch, rad.
+    pub pitch: Setpoint,
+    /// Of course, rad.
+    pub course: Setpoint,
+    /// Of speed, m/s.
+    pub speed: Setpoint,
+}
+
+impl Setpoints {
+    /// That of a quantity.
+    pub(crate) fn of(&mut self, quantity: Quantity) -> &mut Setpoint {
+        match quantity {
+            Quantity::Depth => &mut self.depth,
+            Quantity::Pitch => &mut self.pitch,
+            Quantity::Course => &mut self.course,
+            Quantity::Speed => &mut self.speed,
+        }
     }
 }
 
@@ -136,13 +202,13 @@ mod tests {
     #[test]
     fn a_word_from_the_topic_grows_old_and_a_parameter_does_not() {
         let mut setpoint = Setpoint::default();
-        setpoint.say(1.0, 0);
+        setpoint.command(1.0, 0);
         assert!(!setpoint.expire(2.0, 2_000_000_000));
         assert!(!setpoint.expire(0.0, i64::MAX), "0: never");
         assert!(setpoint.expire(2.0, 2_000_000_001));
-        assert_eq!(setpoint.word(), None);
+        assert_eq!(setpoint.commanded(), None);
         setpoint.change(1.0);
         assert!(!setpoint.expire(2.0, i64::MAX));
-        assert_eq!(setpoint.word(), Some(1.0));
+        assert_eq!(setpoint.commanded(), Some(1.0));
     }
 }

@@ -11,7 +11,7 @@ use crate::limits::bounded;
 
 /// Feed-forward and proportional share.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SpeedLoop {
+pub(crate) struct SpeedLoop {
     /// `F`, share of full thrust per m/s asked for.
     pub feed_forward: f64,
     /// `Kp`, share of full thrust per m/s of error.
@@ -23,7 +23,7 @@ pub struct SpeedLoop {
 impl SpeedLoop {
     /// The share of full thrust for a speed setpoint and a speed, m/s.
     #[must_use]
-    pub fn evaluate(&self, setpoint: f64, speed: f64) -> f64 {
+    pub(crate) fn evaluate(&self, setpoint: f64, speed: f64) -> f64 {
         let error = bounded(setpoint - speed);
         let asked = bounded(self.feed_forward * setpoint) + bounded(self.p * error);
         asked.clamp(-self.limit, self.limit)

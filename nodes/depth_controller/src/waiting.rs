@@ -1,33 +1,33 @@
-//! A state that waits until its instruments have spoken.
+//! A state that waits until its instruments have been received.
 //!
-//! Their words come on topics of their own, in any order. A state said again says that an answer is
-//! missed, and brings the instruments' words again; on another topic, so perhaps after it. A state said
+//! They come on topics of their own, in any order. A state that is repeated means that an answer is missing; its
+//! instruments are repeated too, on other topics, so perhaps after it. A state received
 //! [`SAYINGS`] times is answered without what is still missing.
 
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::VehicleState;
 
-/// How often a state is heard before its instruments' words are given up.
-pub const SAYINGS: u32 = 3;
+/// How often a state is received before it is answered without its instruments.
+pub(crate) const SAYINGS: u32 = 3;
 
-/// The state that waits, and how often it was heard.
+/// The state that waits, and how often it was received.
 #[derive(Clone, Debug, Default)]
-pub struct Waiting {
+pub(crate) struct Waiting {
     state: Option<VehicleState>,
-    heard: u32,
+    received: u32,
 }
 
 impl Waiting {
     /// Takes a state, and gives it back when it is to be answered now. One that waited before is given up: the
     /// vehicle has moved on.
-    pub fn on_state(&mut self, state: VehicleState, ready: bool) -> Option<VehicleState> {
+    pub(crate) fn on_state(&mut self, state: VehicleState, ready: bool) -> Option<VehicleState> {
         let stamp = |state: &VehicleState| state.header.stamp.nanos();
         let again = self
             .state
             .as_ref()
             .is_some_and(|s| stamp(s) == stamp(&state));
-        self.heard = if again { self.heard + 1 } else { 1 };
-        if ready || self.heard >= SAYINGS {
+        self.received = if again { self.received + 1 } else { 1 };
+        if ready || self.received >= SAYINGS {
             self.state = None;
             return Some(state);
         }
@@ -35,8 +35,11 @@ impl Waiting {
         None
     }
 
-    /// An instrument has spoken: the state that waits, if it is to be answered now.
-    pub fn on_word(&mut self, ready: impl FnOnce(&Time) -> bool) -> Option<VehicleState> {
+    /// An instrument has been received: the state that waits, if it is to be answered now.
+    pub(crate) fn on_instrument(
+        &mut self,
+        ready: impl FnOnce(&Time) -> bool,
+    ) -> Option<VehicleState> {
         self.state.take_if(|state| ready(&state.header.stamp))
     }
 }
@@ -56,9 +59,12 @@ mod tests {
         let mut waiting = Waiting::default();
         assert_eq!(waiting.on_state(state(1), true), Some(state(1)));
         assert_eq!(waiting.on_state(state(2), false), None);
-        assert_eq!(waiting.on_word(|_| false), None);
-        assert_eq!(waiting.on_word(|stamp| stamp.nanos() == 2), Some(state(2)));
-        assert_eq!(waiting.on_word(|_| true), None);
+        assert_eq!(waiting.on_instrument(|_| false), None);
+        assert_eq!(
+            waiting.on_instrument(|stamp| stamp.nanos() == 2),
+            Some(state(2))
+        );
+        assert_eq!(waiting.on_instrument(|_| true), None);
     }
 
     #[test]
@@ -68,7 +74,7 @@ mod tests {
         assert_eq!(waiting.on_state(state(1), false), None);
         let mut found = waiting.clone();
         assert_eq!(
-            found.on_word(|_| true),
+            found.on_instrument(|_| true),
             Some(state(1)),
             "the word said again"
         );

@@ -5,9 +5,7 @@
 use std::path::Path;
 use std::sync::LazyLock;
 
-use depth_controller::core::{Answer, Controller, Quantity};
-use depth_controller::estimator::Source;
-use depth_controller::parameters::{ControllerParameters, Mode};
+use depth_controller::{Answer, Controller, ControllerParameters, Mode, Quantity, Source};
 use planesman_model_file::ModelFile;
 use planesman_msgs::Message;
 use planesman_msgs::builtin_interfaces::msg::Time;
@@ -373,7 +371,10 @@ fn no_pair_of_live_changes_passes_through_a_set_that_is_not_allowed() {
         ("depth.max", Value::Double(4.0)),
     ];
     let too_soon = with(&shallow, &deep[..1]);
-    let refusal = controller.set_parameters(&read(&too_soon)).unwrap_err();
+    let refusal = controller
+        .set_parameters(&read(&too_soon))
+        .unwrap_err()
+        .to_string();
     assert!(
         refusal.contains("depth_setpoint") && refusal.contains("depth.max"),
         "{refusal}"

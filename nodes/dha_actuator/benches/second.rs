@@ -14,11 +14,8 @@
 use std::{hint::black_box, time::Instant};
 
 use dha_actuator::actuator_file::{BUILT_IN, load};
-use dha_actuator::actuator_set::ActuatorSet;
-use dha_actuator::dha::{Demand, Dha};
-use dha_actuator::hydraulics::Hydraulics;
-use dha_actuator::pulse_logic::{Command, Volume};
 use dha_actuator::units::{DEGREE, INCH};
+use dha_actuator::{ActuatorSet, Command, Demand, Dha, Hydraulics, Volume};
 
 const ROUNDS: usize = 20;
 const SECONDS: u32 = 20;

@@ -18,7 +18,7 @@ pub enum Model {
 
 /// What is asked of an actuator, whichever it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Request {
+pub(crate) struct Request {
     /// The angle for all of them, and the digital one's settings.
     pub demand: Demand,
     /// The first-order one's law.
@@ -28,7 +28,7 @@ pub struct Request {
 /// An actuator behind the messages. Copying it copies its whole future.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant)] // a few live in a node, and they are copied, not boxed
-pub enum ActuatorModel {
+pub(crate) enum ActuatorModel {
     /// The digital hydraulic actuator.
     Dha(Dha),
     /// A lag of first order with a rate limit.
@@ -39,7 +39,7 @@ pub enum ActuatorModel {
 
 /// Where the planes are.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Planes {
+pub(crate) struct Planes {
     /// Plane angle, rad.
     pub angle: f64,
     /// Plane rate, rad/s.
@@ -51,7 +51,7 @@ pub struct Planes {
 impl ActuatorModel {
     /// Planes neutral and at rest.
     #[must_use]
-    pub fn new(model: Model, set: &ActuatorSet, lag: Lag) -> Self {
+    pub(crate) fn new(model: Model, set: &ActuatorSet, lag: Lag) -> Self {
         match model {
             Model::Dha => Self::Dha(Dha::new(set)),
             Model::FirstOrder => Self::FirstOrder(FirstOrder::new(lag)),
@@ -61,14 +61,14 @@ impl ActuatorModel {
 
     /// What is asked for takes effect: at once on an ideal actuator, at its next valve cycle on
     /// the digital one, from now on with a lag.
-    pub fn ask(&mut self, request: &Request) {
+    pub(crate) fn ask(&mut self, request: &Request) {
         if let Self::Ideal(angle) = self {
             *angle = request.demand.angle;
         }
     }
 
     /// Runs to the instant `nanos` after the start under `request`.
-    pub fn advance_to(&mut self, nanos: i64, request: &Request) {
+    pub(crate) fn advance_to(&mut self, nanos: i64, request: &Request) {
         match self {
             Self::Dha(dha) => dha.advance_to(nanos, request.demand),
             Self::FirstOrder(servo) => servo.advance_to(nanos, request.demand.angle, request.lag),
@@ -78,7 +78,7 @@ impl ActuatorModel {
 
     /// The planes at the instant `nanos`, to which it has been advanced.
     #[must_use]
-    pub fn planes(&self, nanos: i64) -> Planes {
+    pub(crate) fn planes(&self, nanos: i64) -> Planes {
         let bare = |angle, rate| Planes {
             angle,
             rate,

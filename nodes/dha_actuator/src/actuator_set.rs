@@ -85,7 +85,7 @@ pub enum LimitOption {
 }
 
 /// The largest number of cycles over which one command's flow may reach.
-pub const MOST_CYCLES_IN_FLIGHT: usize = 8;
+pub(crate) const MOST_CYCLES_IN_FLIGHT: usize = 8;
 
 impl ActuatorSet {
     /// T = 1/f_c, s.

@@ -7,7 +7,7 @@
 
 /// Counts valve cycles against a clock in nanoseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct CycleClock {
+pub(crate) struct CycleClock {
     millihertz: u32,
     cycle: u64,
 }
@@ -18,7 +18,7 @@ const NANOS_PER_MILLIHERTZ: i128 = 1_000_000_000_000;
 impl CycleClock {
     /// A clock at the start of cycle 0.
     #[must_use]
-    pub fn new(millihertz: u32) -> Self {
+    pub(crate) fn new(millihertz: u32) -> Self {
         Self {
             millihertz,
             cycle: 0,
@@ -27,32 +27,32 @@ impl CycleClock {
 
     /// T, s.
     #[must_use]
-    pub fn period(&self) -> f64 {
+    pub(crate) fn period(&self) -> f64 {
         1000.0 / f64::from(self.millihertz)
     }
 
     /// The number of the present cycle.
     #[must_use]
-    pub fn cycle(&self) -> u64 {
+    pub(crate) fn cycle(&self) -> u64 {
         self.cycle
     }
 
     /// Moves on to the next cycle.
-    pub fn next(&mut self) {
+    pub(crate) fn next(&mut self) {
         self.cycle += 1;
     }
 
     /// Whether the present cycle ends before the instant `nanos` after the start; a cycle that
     /// ends exactly there has not ended before it.
     #[must_use]
-    pub fn ends_before(&self, nanos: i64) -> bool {
+    pub(crate) fn ends_before(&self, nanos: i64) -> bool {
         self.past_its_begin(nanos) > NANOS_PER_MILLIHERTZ
     }
 
     /// Time from the present cycle's begin to the instant `nanos` after the start, s, within
     /// [0, T].
     #[must_use]
-    pub fn into_cycle(&self, nanos: i64) -> f64 {
+    pub(crate) fn into_cycle(&self, nanos: i64) -> f64 {
         let past = self.past_its_begin(nanos);
         if past >= NANOS_PER_MILLIHERTZ {
             self.period()

@@ -137,9 +137,6 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::actuator_file::load;
-    use crate::bench::autopilot::Gains;
-    use crate::bench::missile::Surrogate;
-    use crate::linearised::{FlightControl, Ram};
     use crate::pulse_logic::{PulseLogic, Volume};
     use crate::units::DEGREE;
 
@@ -196,36 +193,5 @@ mod tests {
         assert!(found.residual < 0.01, "{found:?}");
         let w = found.frequency;
         assert!((1.0 / (w * (1.0 + w * w)) / (PI * hysteresis / 4.0) - 1.0).abs() < 0.03);
-    }
-
-    #[test]
-    fn with_leakage_the_missiles_loop_toggles_ten_times_a_second_for_its_dead_time_alone() {
-        let set = load("table_4_1").unwrap();
-        let surrogate = Surrogate::Ps2;
-        let gains = Gains::of(surrogate);
-        let control = FlightControl::new(&surrogate.plant(), &gains, &set, Ram::Rigid).unwrap();
-        let quantum = set.quantum;
-        let cycle = |delay: f64| {
-            let mut rest = control.open_loop.clone();
-            rest.delay += delay;
-            toggling(&rest, quantum, 0.625 * quantum)
-        };
-        for (lag, toggles) in [(0.0, 10.4), (0.022, 6.46)] {
-            let found = cycle(lag);
-            assert!(found.residual < 0.01, "{found:?}");
-            assert!(
-                (found.frequency / PI / toggles - 1.0).abs() < 0.01,
-                "{found:?}"
-            );
-        }
-        // With the lag of the ram against friction, 0.0101 degrees of yaw from peak to peak.
-        let s = Complex::new(0.0, cycle(0.022).frequency);
-        let plant = crate::linearised::yaw_plant(&surrogate.plant()).unwrap();
-        let yaw = 2.0 * (2.0 / PI * quantum) * plant.value_at(s).norm();
-        assert!(
-            (yaw / DEGREE / 0.0101 - 1.0).abs() < 0.05,
-            "{}",
-            yaw / DEGREE
-        );
     }
 }

@@ -8,11 +8,12 @@
 //! Two margins are opened by a hair, so that an event is never its own cause: a break-away
 //! needs 1e-10 more than Delta F (or the report's "stepping"), and a clamp takes hold 1e-12 beyond its pressure.
 
-use crate::modes::{ClosedForm, Constants, Load, Mode, Quantity, Side, State, Turns};
+use crate::closed_form::{ClosedForm, Quantity, Turns};
+use crate::modes::{Constants, Load, Mode, Side, State};
 
 /// A change of the ram's law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Event {
+pub(crate) enum Event {
     /// The sliding load comes to rest.
     Halt,
     /// The pressure overcomes friction on this side.
@@ -47,7 +48,7 @@ pub fn break_away_force(constants: &Constants) -> f64 {
 /// The first event on `motion` within `horizon` seconds of its start, and when; the motion is in
 /// `mode` under the net metered flow `flow`, m^3/s.
 #[must_use]
-pub fn next_event(
+pub(crate) fn next_event(
     constants: &Constants,
     mode: Mode,
     flow: f64,
@@ -200,7 +201,7 @@ fn lowest_point(mut low: f64, mut high: f64, margin: impl Fn(f64) -> (f64, f64))
 
 /// The net flow outwards at the volume limit, m^3/s: while it is positive, V_T stays there.
 #[must_use]
-pub fn outward_flow(constants: &Constants, side: Side, flow: f64, state: &State) -> f64 {
+pub(crate) fn outward_flow(constants: &Constants, side: Side, flow: f64, state: &State) -> f64 {
     side.sign() * (flow - constants.leakage * constants.pressure(state.squeezed))
 }
 

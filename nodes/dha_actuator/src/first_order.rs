@@ -21,7 +21,7 @@ pub struct Lag {
 
 /// The actuator; times in ns after the start.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FirstOrder {
+pub(crate) struct FirstOrder {
     lag: Lag,
     target: f64,
     /// The angle, rad, at `since`, where the law or the target last changed.
@@ -34,7 +34,7 @@ pub struct FirstOrder {
 impl FirstOrder {
     /// At rest, neutral.
     #[must_use]
-    pub fn new(lag: Lag) -> Self {
+    pub(crate) fn new(lag: Lag) -> Self {
         Self {
             lag,
             target: 0.0,
@@ -45,7 +45,7 @@ impl FirstOrder {
     }
 
     /// Runs to the instant `nanos` towards `target`, rad. Going back has no effect.
-    pub fn advance_to(&mut self, nanos: i64, target: f64, lag: Lag) {
+    pub(crate) fn advance_to(&mut self, nanos: i64, target: f64, lag: Lag) {
         if nanos <= self.until {
             return;
         }
@@ -59,7 +59,7 @@ impl FirstOrder {
 
     /// The plane angle and its rate, rad and rad/s, at the instant `nanos`.
     #[must_use]
-    pub fn at(&self, nanos: i64) -> (f64, f64) {
+    pub(crate) fn at(&self, nanos: i64) -> (f64, f64) {
         let Lag { omega, rate } = self.lag;
         let t = (nanos - self.since).max(0) as f64 * 1e-9;
         let error = self.target - self.from;

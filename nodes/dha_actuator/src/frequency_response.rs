@@ -9,22 +9,20 @@ use std::f64::consts::TAU;
 use planesman_linear::Complex;
 
 use crate::actuator_set::ActuatorSet;
-use crate::bench::autopilot::PULSE;
-use crate::bench::case::Case;
-use crate::bench::digital_loop::Start;
 use crate::dha::{Demand, Dha};
 
 /// The first harmonic of samples taken over whole periods.
 #[derive(Clone, Copy, Debug)]
-struct Harmonic {
+pub struct Harmonic {
     frequency: f64,
     sum: Complex<f64>,
     samples: u32,
 }
 
 impl Harmonic {
-    /// At `frequency`, rad/s.
-    fn new(frequency: f64) -> Self {
+    /// Of no samples yet, at `frequency`, rad/s.
+    #[must_use]
+    pub fn new(frequency: f64) -> Self {
         Self {
             frequency,
             sum: Complex::new(0.0, 0.0),
@@ -32,52 +30,35 @@ impl Harmonic {
         }
     }
 
-    fn add(&mut self, time: f64, value: f64) {
+    /// Takes the sample `value` at `time`, s.
+    pub fn add(&mut self, time: f64, value: f64) {
         self.sum += Complex::from_polar(value, -self.frequency * time);
         self.samples += 1;
     }
 
     /// c of c e^(jwt), whose imaginary part is the harmonic: 1 for sin wt.
-    fn phasor(&self) -> Complex<f64> {
+    #[must_use]
+    pub fn phasor(&self) -> Complex<f64> {
         self.sum * Complex::new(0.0, 2.0 / f64::from(self.samples))
     }
 }
 
-/// How long a sinusoid is applied before it is listened to, and then, in periods.
+/// Periods of the sinusoid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Periods {
-    /// Before.
+    /// Before the measurement, for the transient to decay.
     pub settling: u32,
-    /// Listened to.
-    pub heard: u32,
+    /// Of the measurement.
+    pub measured: u32,
 }
 
 impl Default for Periods {
     fn default() -> Self {
         Self {
             settling: 4,
-            heard: 12,
+            measured: 12,
         }
     }
-}
-
-/// psi/(K_2 N_y) of the whole flight control under `pulses` sin wt of steering, w in rad/s.
-#[must_use]
-pub fn flight_control(case: &Case, pulses: f64, frequency: f64, periods: Periods) -> Complex<f64> {
-    let mut control = case.fly(Start::default());
-    let mut harmonic = Harmonic::new(frequency);
-    let period = TAU / frequency;
-    let from = f64::from(periods.settling) * period;
-    let until = from + f64::from(periods.heard) * period;
-    while control.time() < until {
-        let steering = pulses * (frequency * control.time()).sin();
-        control.cycle(steering, |instant| {
-            if instant.time >= from && instant.time < until {
-                harmonic.add(instant.time, instant.yaw.angle);
-            }
-        });
-    }
-    harmonic.phasor() / (pulses * PULSE)
 }
 
 /// delta_a/delta_c of the actuator alone under `demand`, its angle being the amplitude, rad, of a
@@ -94,7 +75,7 @@ pub fn actuator(
     let mut harmonic = Harmonic::new(frequency);
     let period = TAU / frequency;
     let from = f64::from(periods.settling) * period;
-    let until = from + f64::from(periods.heard) * period;
+    let until = from + f64::from(periods.measured) * period;
     let mut sample = 0u32;
     loop {
         let cycle_begin = f64::from(sample) / f64::from(SAMPLES_IN_A_CYCLE) * set.cycle();
@@ -123,7 +104,6 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::actuator_file::load;
-    use crate::bench::missile::Surrogate;
     use crate::linearised::{self, Ram};
     use crate::units::DEGREE;
 
@@ -157,22 +137,5 @@ mod tests {
         // The dead zone of the position loop and the stiction band: 0.43 degrees of 10.
         let lag = (linear / found).arg() / DEGREE;
         assert!((0.0..5.0).contains(&lag), "{lag}");
-    }
-
-    #[test]
-    fn the_missile_follows_slow_steering_about_as_the_linear_model_says() {
-        let set = load("table_4_1").unwrap();
-        let case = Case::new(Surrogate::Ps2, set);
-        for (pulses, hertz, decibels, degrees) in [
-            (2.0, 0.2, 2.1, -2.0),
-            (4.0, 0.2, 2.5, -3.0),
-            (4.0, 0.5, 4.0, -30.0),
-            (4.0, 1.0, 3.6, -90.0),
-        ] {
-            let found = flight_control(&case, pulses, TAU * hertz, Periods::default());
-            let (gain, phase) = (20.0 * found.norm().log10(), found.arg() / DEGREE);
-            assert!((gain - decibels).abs() < 0.15, "{pulses} {hertz}: {gain}");
-            assert!((phase - degrees).abs() < 1.5, "{pulses} {hertz}: {phase}");
-        }
     }
 }

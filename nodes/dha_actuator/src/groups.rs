@@ -83,7 +83,7 @@ pub enum Grouping {
 impl Grouping {
     /// The groups with an actuator, the bow's first.
     #[must_use]
-    pub fn groups(self) -> &'static [Group] {
+    pub(crate) fn groups(self) -> &'static [Group] {
         match self {
             Self::Together => &Group::ALL[..1],
             Self::Each => &Group::ALL[1..],
@@ -92,7 +92,7 @@ impl Grouping {
 
     /// Puts what the actuators do over a tick, rad, in the order of [`Grouping::groups`], where
     /// it belongs in a motion; what has no actuator is left as it is.
-    pub fn fill(self, motion: &mut PlaneMotion, mut angles: Vec<Vec<f64>>) {
+    pub(crate) fn fill(self, motion: &mut PlaneMotion, mut angles: Vec<Vec<f64>>) {
         match (self, angles.as_mut_slice()) {
             (Self::Together, [dive]) => motion.dive_planes = std::mem::take(dive),
             (Self::Each, [bow, stern, roll, rudder]) => {

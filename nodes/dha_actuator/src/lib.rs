@@ -1,69 +1,55 @@
-//! A digital hydraulic actuator (DHA): a ram moved in metered volumes of oil by two latching
-//! valves, as IBM studied it for Polaris (G. W. Scott, *Digital Hydraulic Actuator Study, Phase
-//! III Final Report*, IBM 66-L03-005, November 1966), here on an AUV's dive planes.
+//! A digital hydraulic actuator (DHA): a ram moved in metered volumes of oil by two latching valves, after G. W.
+//! Scott, *Digital Hydraulic Actuator Study, Phase III Final Report* (IBM 66-L03-005, November 1966).
 //!
 //! ```text
 //! plane command -> [position loop] -> [pulse logic] -> [valves] -> [metering] -> [ram] -> planes
 //!                       ^                                                         |
 //!                       +---------------------------------------------------------+
 //! ```
-//!
-//! Models, from the oil outwards:
-//! - [`actuator_set`], [`actuator_file`], [`units`]: an actuator's constants, and where they are read.
-//! - [`condition`]: wear and faults.
-//! - [`modes`]: the ram's laws and its motion within one, in closed form.
-//! - [`events`]: where one law gives way to another: stick, slip, clamp, limits, stops.
-//! - [`ram`]: the ram with its load, through modes and events.
-//! - [`valves`]: the truth table of actuating and direction valve.
-//! - [`metering`]: calibrated volumes on their way, drift, leakage: the flow into the ram.
-//! - [`hydraulics`]: valves, metering and ram, cycle by cycle.
-//! - [`pulse_logic`]: the quantizer that sends sign and volume pulses.
-//! - [`position_loop`]: the predicting error detector before it.
-//! - [`cycle_clock`]: valve cycles, counted without drift.
-//! - [`dha`]: logic and hydraulics on that clock.
-//! - [`limit_cycle`]: the limit cycle it is in.
-//! - [`first_order`]: an analog servo to compare with.
-//! - [`actuator_model`]: the DHA, a first-order or an ideal actuator, behind one interface.
-//! - [`mod@bench`]: the study's flight-control simulation around it.
-//! - [`book`]: the study's printed numbers, computed again.
-//!
-//! Design and analysis:
-//! - [`sizing`]: quantum, rates, frequencies, power of an actuator; an actuator for a load.
-//! - [`linearised`]: the actuator for small signals, and the flight control around it (Section V).
-//! - [`frequency_response`]: the full model under sinusoids.
-//! - [`describing_function`]: limit cycles predicted.
-//! - [`depth_loop`]: the AUV's depth loop: limit cycles predicted and simulated.
-//!
-//! Node:
-//! - [`groups`]: which planes have an actuator of their own.
-//! - [`parameters`]: every tunable, its default and range.
-//! - [`core`]: a plane command in, a tick of plane motion out.
+//! - [`Dha`]: all of that, on its clock of valve cycles; [`Hydraulics`]: from the valves on; [`Condition`]: faults.
+//! - [`ActuatorSet`], [`actuator_file`]: an actuator's constants, and where they are read; [`sizing`]: for a load.
+//! - [`linearised`], [`frequency_response`], [`describing_function`]: small signals, sinusoids, limit cycles.
+//! - [`Actuator`]: a plane command in, a tick of plane motion out; [`main`]: the node around it.
 
 pub mod actuator_file;
-pub mod actuator_model;
-pub mod actuator_set;
-pub mod bench;
-pub mod book;
-pub mod condition;
-pub mod core;
-pub mod cycle_clock;
-pub mod depth_loop;
+mod actuator_model;
+mod actuator_set;
+mod closed_form;
+mod condition;
+mod core;
+mod cycle_clock;
 pub mod describing_function;
-pub mod dha;
-pub mod events;
-pub mod first_order;
+mod dha;
+mod error;
+mod events;
+mod first_order;
 pub mod frequency_response;
-pub mod groups;
-pub mod hydraulics;
-pub mod limit_cycle;
+mod groups;
+mod hydraulics;
+mod limit_cycle;
 pub mod linearised;
-pub mod metering;
-pub mod modes;
-pub mod node;
-pub mod parameters;
-pub mod position_loop;
-pub mod pulse_logic;
-pub mod ram;
+mod metering;
+mod modes;
+mod node;
+mod parameters;
+mod position_loop;
+mod pulse_logic;
+mod pulse_train;
+mod ram;
 pub mod sizing;
 pub mod units;
-pub mod valves;
+mod valves;
+
+pub use crate::core::{Actuator, Output};
+pub use actuator_set::ActuatorSet;
+pub use condition::{Condition, Encoder, Leakages, Sound, StuckValve};
+pub use dha::{Demand, Dha};
+pub use error::Error;
+pub use events::break_away_force;
+pub use groups::Group;
+pub use hydraulics::{Hydraulics, Reading};
+pub use modes::{Constants, Load};
+pub use node::main;
+pub use parameters::ActuatorParameters;
+pub use pulse_logic::{Command, DriftOption, Options, PulseLogic, SignChange, Volume};
+pub use pulse_train::PulseTrain;

@@ -16,7 +16,7 @@ pub struct Oscillation {
 
 /// The watch.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LimitCycle {
+pub(crate) struct LimitCycle {
     sign: i8,
     /// The valve cycle of the last turn to "+".
     turned: Option<u64>,
@@ -30,7 +30,7 @@ pub struct LimitCycle {
 impl LimitCycle {
     /// Nothing seen yet, the sign pulse positive.
     #[must_use]
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self {
             sign: 1,
             turned: None,
@@ -41,7 +41,7 @@ impl LimitCycle {
     }
 
     /// Takes the sign pulse of valve cycle `cycle`, and the plane angle, rad, at its begin.
-    pub fn observe(&mut self, cycle: u64, sign: i8, angle: f64) {
+    pub(crate) fn observe(&mut self, cycle: u64, sign: i8, angle: f64) {
         self.low = self.low.min(angle);
         self.high = self.high.max(angle);
         if sign > self.sign {
@@ -56,7 +56,7 @@ impl LimitCycle {
 
     /// The limit cycle at valve cycle `cycle`, `period` s each; none where there is none.
     #[must_use]
-    pub fn oscillation(&self, cycle: u64, period: f64) -> Option<Oscillation> {
+    pub(crate) fn oscillation(&self, cycle: u64, period: f64) -> Option<Oscillation> {
         let (length, amplitude) = self.last?;
         let age = cycle.saturating_sub(self.turned?);
         (age <= 2 * length).then(|| Oscillation {

@@ -18,7 +18,7 @@ use crate::valves::Stroke;
 
 /// A stretch of a cycle with constant flow; times in s from the cycle's begin.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Piece {
+pub(crate) struct Piece {
     /// Where it ends.
     pub until: f64,
     /// Net flow into the ram, m^3/s.
@@ -67,7 +67,7 @@ struct Delivery {
 
 /// The metering of one actuator: commands on their way, and the pieces of the present cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Metering {
+pub(crate) struct Metering {
     cycle: f64,
     delay: f64,
     large: Cylinder,
@@ -92,7 +92,7 @@ pub struct Metering {
 impl Metering {
     /// No volume on its way; the sign valve at `polarity`.
     #[must_use]
-    pub fn new(set: &ActuatorSet, polarity: i8) -> Self {
+    pub(crate) fn new(set: &ActuatorSet, polarity: i8) -> Self {
         let large = Cylinder {
             volume: set.volume,
             flow_time: set.flow_time,
@@ -137,7 +137,7 @@ impl Metering {
     /// Changes the condition, and with it the leakages, from the next cycle on.
     ///
     /// A latch is never slower than lets its volume arrive within [`MOST_CYCLES_IN_FLIGHT`].
-    pub fn set_condition(&mut self, condition: &Condition, leakages: Leakages) {
+    pub(crate) fn set_condition(&mut self, condition: &Condition, leakages: Leakages) {
         let longest = self.cycle * MOST_CYCLES_IN_FLIGHT as f64 - self.delay;
         let slack = longest - 2.0 * self.large.flow_time;
         self.slow_latch = condition.slow_latch.min(slack.max(0.0));
@@ -152,7 +152,7 @@ impl Metering {
     }
 
     /// Starts the next cycle with what the valves did at its begin.
-    pub fn begin_cycle(&mut self, stroke: Stroke) {
+    pub(crate) fn begin_cycle(&mut self, stroke: Stroke) {
         let arrived = &mut self.deliveries[self.reach - 1];
         self.settled_polarity = arrived.polarity;
         for flow in &mut arrived.flows {
@@ -199,13 +199,13 @@ impl Metering {
 
     /// The pieces of the present cycle, in order; the last ends with the cycle.
     #[must_use]
-    pub fn pieces(&self) -> &[Piece] {
+    pub(crate) fn pieces(&self) -> &[Piece] {
         &self.pieces[..self.piece_count]
     }
 
     /// Calibrated volume delivered up to `time` into the present cycle, m^3.
     #[must_use]
-    pub fn delivered(&self, time: f64) -> f64 {
+    pub(crate) fn delivered(&self, time: f64) -> f64 {
         let on_their_way: f64 = (0..self.reach)
             .map(|age| {
                 let flowed = time - self.flow_begin(age);

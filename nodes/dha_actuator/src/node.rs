@@ -3,13 +3,14 @@
 use std::process::ExitCode;
 use std::time::Duration;
 
-use anyhow::{Result, anyhow};
+use anyhow::Result;
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::{DhaState, PlaneCommand, PlaneMotion, VehicleState};
 use planesman_msgs::sensor_msgs::msg::JointState;
 use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, Runtime, args};
 
 use crate::core::{Actuator, Output};
+use crate::error::Error;
 use crate::groups::Group;
 use crate::parameters::ActuatorParameters;
 
@@ -32,12 +33,14 @@ fn run(args: Vec<String>) -> Result<()> {
         NodeSpec {
             name: "dha_actuator",
             namespace: "/auv",
-            validate: |parameters: &ActuatorParameters| actuator(parameters).map(drop),
+            validate: |parameters: &ActuatorParameters| {
+                actuator(parameters).map(drop).map_err(|e| e.to_string())
+            },
             on_parameters: |parameters| Event::Parameters(Box::new(parameters)),
         },
         args::only(args)?,
     )?;
-    let actuator = actuator(&parameters).map_err(|e| anyhow!(e))?;
+    let actuator = actuator(&parameters)?;
     let groups = actuator.groups();
     let mut node = Node {
         actuator,
@@ -57,7 +60,7 @@ fn run(args: Vec<String>) -> Result<()> {
     rt.run(|rt, event| node.on(rt, event))
 }
 
-fn actuator(parameters: &ActuatorParameters) -> Result<Actuator, String> {
+fn actuator(parameters: &ActuatorParameters) -> Result<Actuator, Error> {
     Actuator::new(parameters, (parameters.tick * 1e9).round() as i64)
 }
 
@@ -101,9 +104,7 @@ impl Node {
             Event::State(state) => self.on_state(state.header.stamp.nanos()),
             Event::Look => self.look(rt),
             Event::Parameters(parameters) => {
-                self.actuator
-                    .set_parameters(&parameters)
-                    .map_err(|e| anyhow!(e))?;
+                self.actuator.set_parameters(&parameters)?;
                 self.timeout = parameters.command_timeout;
                 log::info!("parameters changed");
                 for fault in self.actuator.faults() {

@@ -206,7 +206,7 @@ pub enum FaultyValve {
 
 /// A group's actuator.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Member {
+pub(crate) struct Member {
     /// The planes it moves.
     pub group: Group,
     /// A built-in actuator's name or a path.
@@ -217,7 +217,7 @@ pub struct Member {
 
 /// The faults, and whom they befall.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Faults {
+pub(crate) struct Faults {
     /// One group, or all.
     pub group: Option<Group>,
     /// Wear and faults together.
@@ -226,7 +226,7 @@ pub struct Faults {
 
 /// The parameters, read.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Config {
+pub(crate) struct Config {
     /// How the planes are divided among actuators.
     pub grouping: Grouping,
     /// The actuators, in the order of [`Grouping::groups`].
@@ -252,7 +252,7 @@ pub struct Config {
 impl Config {
     /// The parameters in the models' own types.
     #[must_use]
-    pub fn new(parameters: &ActuatorParameters) -> Self {
+    pub(crate) fn new(parameters: &ActuatorParameters) -> Self {
         let nanos = |seconds: f64| (seconds * 1e9).round() as i64;
         let grouping = parameters.groups;
         let worn = Condition {
@@ -280,7 +280,7 @@ impl Config {
 
     /// The condition of a group's actuator.
     #[must_use]
-    pub fn condition(&self, group: Group) -> Condition {
+    pub(crate) fn condition(&self, group: Group) -> Condition {
         if self.faults.group.is_none_or(|only| only == group) {
             self.faults.condition
         } else {
@@ -290,7 +290,7 @@ impl Config {
 
     /// What the faults of an actuator are, in words; none of one that is sound or has no oil.
     #[must_use]
-    pub fn fault_words(&self, member: &Member) -> Vec<String> {
+    pub(crate) fn fault_words(&self, member: &Member) -> Vec<String> {
         match member.model {
             Model::Dha => self.condition(member.group).faults_beside(&self.worn),
             Model::FirstOrder | Model::Ideal => Vec::new(),

@@ -17,7 +17,7 @@ use crate::pulse_logic::{Command, Volume};
 
 /// The predicting error detector.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PositionLoop {
+pub(crate) struct PositionLoop {
     /// What a large and a small volume move, rad.
     large: f64,
     small: f64,
@@ -29,7 +29,7 @@ pub struct PositionLoop {
 impl PositionLoop {
     /// With nothing on its way.
     #[must_use]
-    pub fn new(set: &ActuatorSet) -> Self {
+    pub(crate) fn new(set: &ActuatorSet) -> Self {
         Self {
             large: set.plane_quantum(),
             small: set
@@ -42,13 +42,13 @@ impl PositionLoop {
 
     /// eps_pred, rad, for a `command` and a `measured` plane angle, rad.
     #[must_use]
-    pub fn error(&self, command: f64, measured: f64) -> f64 {
+    pub(crate) fn error(&self, command: f64, measured: f64) -> f64 {
         let on_its_way: f64 = self.latest[..self.depth].iter().sum();
         (command - measured) - on_its_way
     }
 
     /// Remembers what is commanded in this cycle.
-    pub fn remember(&mut self, command: Command) {
+    pub(crate) fn remember(&mut self, command: Command) {
         let moves = match command.volume {
             Volume::None => 0.0,
             Volume::Small => self.small,

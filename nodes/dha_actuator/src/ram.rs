@@ -6,8 +6,9 @@
 //! changing anything: where the ram is does not depend on when, or how often, it was asked.
 
 use crate::actuator_set::ActuatorSet;
+use crate::closed_form::ClosedForm;
 use crate::events::{Event, break_away_force, next_event, outward_flow};
-use crate::modes::{ClosedForm, Constants, Load, Mode, Side, State};
+use crate::modes::{Constants, Load, Mode, Side, State};
 
 /// More events than this in one piece of flow are no physics: the rest of the piece then runs in
 /// the mode it is in. It only keeps a program from hanging.
@@ -15,7 +16,7 @@ const MOST_EVENTS_IN_A_PIECE: u32 = 10_000;
 
 /// The ram between two flow edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ram {
+pub(crate) struct Ram {
     constants: Constants,
     mode: Mode,
     /// The state at `time`, where the present segment began.
@@ -35,15 +36,9 @@ pub struct Ram {
 }
 
 impl Ram {
-    /// At rest in the middle, no oil squeezed in.
-    #[must_use]
-    pub fn new(set: &ActuatorSet) -> Self {
-        Self::resting_at(set, 0.0)
-    }
-
     /// At rest at `position`, m, no oil squeezed in.
     #[must_use]
-    pub fn resting_at(set: &ActuatorSet, position: f64) -> Self {
+    pub(crate) fn resting_at(set: &ActuatorSet, position: f64) -> Self {
         let constants = Constants::new(set);
         let mode = Mode {
             load: if constants.coulomb == 0.0 {
@@ -77,32 +72,32 @@ impl Ram {
 
     /// The laws in force at the time last advanced to.
     #[must_use]
-    pub fn mode(&self) -> Mode {
+    pub(crate) fn mode(&self) -> Mode {
         self.mode
     }
 
     /// P_d, Pa, in a state of this ram.
     #[must_use]
-    pub fn pressure(&self, state: &State) -> f64 {
+    pub(crate) fn pressure(&self, state: &State) -> f64 {
         self.constants.pressure(state.squeezed)
     }
 
     /// How far the load has slid against friction up to `time`, m, both ways added.
     #[must_use]
-    pub fn slid(&self, time: f64) -> f64 {
+    pub(crate) fn slid(&self, time: f64) -> f64 {
         self.slid + (self.at(time).position - self.state.position).abs()
     }
 
     /// Changes the constants from the next piece on, which has to begin next: position, speed
     /// and oil stay, the pressure follows.
-    pub fn set_constants(&mut self, constants: Constants) {
+    pub(crate) fn set_constants(&mut self, constants: Constants) {
         self.changed |= constants != self.constants;
         self.constants = constants;
     }
 
     /// Ends the last piece and starts one of constant `flow`, m^3/s. Time goes on as `from`, s,
     /// which need not be what the last piece called its end, and the piece ends at `until`.
-    pub fn begin(&mut self, flow: f64, from: f64, until: f64) {
+    pub(crate) fn begin(&mut self, flow: f64, from: f64, until: f64) {
         self.advance(self.piece_ends);
         self.commit();
         self.time = from;
@@ -121,7 +116,7 @@ impl Ram {
     }
 
     /// Runs through the events up to `time`, s, which lies within the piece.
-    pub fn advance(&mut self, time: f64) {
+    pub(crate) fn advance(&mut self, time: f64) {
         while let Some(event) = self.event
             && self.ends <= time
         {
@@ -133,7 +128,7 @@ impl Ram {
 
     /// The state at `time`, s, not before the last event and not after the time advanced to.
     #[must_use]
-    pub fn at(&self, time: f64) -> State {
+    pub(crate) fn at(&self, time: f64) -> State {
         self.motion.at(time - self.time)
     }
 

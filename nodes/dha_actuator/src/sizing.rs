@@ -56,11 +56,36 @@ pub struct Load {
     pub valve_time: f64,
 }
 
+/// A load that no actuator is sized for.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SizingError {
+    /// A quantity that is not positive.
+    #[error("{0}: '{1}' refused: it must be positive")]
+    NotPositive(&'static str, f64),
+    /// The valves cannot send volumes that fast.
+    #[error(
+        "a resolution of {:.4} deg at {:.3} deg/s takes {:.3} volumes a second; valves of {:.2} ms allow less than {:.3}: a coarser one, a slower slew, or two volumes",
+        .resolution / DEGREE,
+        .slew / DEGREE,
+        .slew / .resolution,
+        .valve_time * 1e3,
+        1.0 / .valve_time
+    )]
+    ValvesTooSlow {
+        /// rad
+        resolution: f64,
+        /// rad/s
+        slew: f64,
+        /// s
+        valve_time: f64,
+    },
+}
+
 /// A tight single-speed actuator for a load.
 ///
 /// # Errors
-/// One line: what is not positive, or the resolution that the valves are too slow for.
-pub fn for_load(load: &Load) -> Result<ActuatorSet, String> {
+/// [`SizingError`].
+pub fn for_load(load: &Load) -> Result<ActuatorSet, SizingError> {
     for (what, value) in [
         ("mass", load.mass),
         ("viscous", load.viscous),
@@ -72,20 +97,18 @@ pub fn for_load(load: &Load) -> Result<ActuatorSet, String> {
         ("supply above return", load.supply - load.return_pressure),
     ] {
         if !(value.is_finite() && value > 0.0) {
-            return Err(format!("{what}: '{value}' refused: it must be positive"));
+            return Err(SizingError::NotPositive(what, value));
         }
     }
     let hertz = load.slew / load.resolution;
     let flow_time = FLOW_SHARE * (1.0 / hertz - load.valve_time);
     let millihertz = (1000.0 * hertz).round();
     if flow_time <= 0.0 || !(1.0..=f64::from(u32::MAX)).contains(&millihertz) {
-        return Err(format!(
-            "a resolution of {:.4} deg at {:.3} deg/s takes {hertz:.3} volumes a second; valves of {:.2} ms allow less than {:.3}: a coarser one, a slower slew, or two volumes",
-            load.resolution / DEGREE,
-            load.slew / DEGREE,
-            load.valve_time * 1e3,
-            1.0 / load.valve_time,
-        ));
+        return Err(SizingError::ValvesTooSlow {
+            resolution: load.resolution,
+            slew: load.slew,
+            valve_time: load.valve_time,
+        });
     }
     let clamp = CLAMP_SHARE * 0.5 * (load.supply - load.return_pressure);
     let speed = load.slew * load.moment_arm;
@@ -335,17 +358,20 @@ mod tests {
     }
 
     #[test]
-    fn valves_that_cannot_follow_are_said() {
+    fn valves_that_cannot_follow_are_an_error() {
         let fine = Load {
             resolution: 0.1 * DEGREE,
             ..dive_planes()
         };
-        let refusal = for_load(&fine).unwrap_err();
+        let refusal = for_load(&fine).unwrap_err().to_string();
         assert!(refusal.contains("400.000 volumes a second"), "{refusal}");
         let still = Load {
             slew: 0.0,
             ..dive_planes()
         };
-        assert!(for_load(&still).unwrap_err().starts_with("slew: '0'"));
+        assert_eq!(
+            for_load(&still).unwrap_err(),
+            SizingError::NotPositive("slew", 0.0)
+        );
     }
 }

@@ -36,7 +36,7 @@ struct Positions {
 
 /// The valves, and what their drivers ask of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Valves {
+pub(crate) struct Valves {
     /// Where the drivers hold them: where they are, unless one is stuck.
     driven: Positions,
     settled: Positions,
@@ -97,7 +97,7 @@ impl Positions {
 impl Valves {
     /// All valves settled, the direction valve to the right for +1 and to the left for -1.
     #[must_use]
-    pub fn settled(polarity: i8) -> Self {
+    pub(crate) fn settled(polarity: i8) -> Self {
         let settled = Positions {
             large_up: true,
             small_up: true,
@@ -112,7 +112,7 @@ impl Valves {
 
     /// Which valve switches no more. One let go of switches to where it is held, with the next
     /// command.
-    pub fn set_stuck(&mut self, stuck: Option<StuckValve>) {
+    pub(crate) fn set_stuck(&mut self, stuck: Option<StuckValve>) {
         self.stuck = stuck;
     }
 
@@ -121,7 +121,7 @@ impl Valves {
     /// parallel is inhibited, since that switching moves one; the actuating valves of the volumes
     /// not asked for switch along, and those do not move. The drivers know no valve's position,
     /// only their own last command.
-    pub fn obey(&mut self, command: Command) -> Stroke {
+    pub(crate) fn obey(&mut self, command: Command) -> Stroke {
         let sign_changes = (command.sign > 0) != self.driven.direction_right;
         self.driven.direction_right ^= sign_changes;
         self.driven.large_up ^= (command.volume == Volume::Large) != sign_changes;

@@ -4,7 +4,7 @@
 mod common;
 
 use common::{Bench, CUBIC_INCH, actuator};
-use dha_actuator::actuator_set::ActuatorSet;
+use dha_actuator::ActuatorSet;
 use dha_actuator::units::{DEGREE, INCH, POUND, PSI};
 
 fn hardware() -> ActuatorSet {

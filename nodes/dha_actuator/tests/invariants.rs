@@ -3,11 +3,8 @@
 mod common;
 
 use common::{Bench, Dice, actuator};
-use dha_actuator::actuator_set::ActuatorSet;
-use dha_actuator::condition::{Condition, StuckValve};
-use dha_actuator::events::break_away_force;
-use dha_actuator::modes::Load;
 use dha_actuator::units::INCH;
+use dha_actuator::{ActuatorSet, Condition, Load, StuckValve, break_away_force};
 
 const SETS: [&str; 3] = ["table_3_1", "table_4_1", "auv"];
 

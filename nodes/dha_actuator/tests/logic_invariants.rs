@@ -4,14 +4,11 @@
 mod common;
 
 use common::{Dice, actuator};
-use dha_actuator::actuator_set::ActuatorSet;
-use dha_actuator::condition::{Condition, Encoder, Sound, StuckValve};
-use dha_actuator::dha::{Demand, Dha};
-use dha_actuator::events::break_away_force;
-use dha_actuator::hydraulics::Reading;
-use dha_actuator::modes::Load;
-use dha_actuator::pulse_logic::{DriftOption, Options, SignChange};
 use dha_actuator::units::DEGREE;
+use dha_actuator::{
+    ActuatorSet, Condition, Demand, Dha, DriftOption, Encoder, Load, Options, Reading, SignChange,
+    Sound, StuckValve, break_away_force,
+};
 
 const RUNS: u64 = 120;
 const TICK: i64 = 50_000_000;

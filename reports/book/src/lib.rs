@@ -5,18 +5,19 @@
 //! - [`book`]: all entries of a report and its errata, read from JSON.
 //! - [`reckoning`]: a book gone through with freshly recomputed numbers.
 //! - [`brunner_1988`]: the errata of the report on the vehicle, of which each node recomputes its own share.
-//! - [`ibm_1966`]: the errata of the report on the actuator.
+//! - [`report`]: a report with its numbers and figures.
 //!
 //! Nothing here knows how a number is computed.
 
 pub mod book;
 pub mod brunner_1988;
 pub mod entry;
-pub mod ibm_1966;
 pub mod reckoning;
+pub mod report;
 pub mod verdict;
 
 pub use book::{Book, BookError};
 pub use entry::Entry;
 pub use reckoning::{Line, Reckoning};
+pub use report::{Chapter, Recomputed, Report};
 pub use verdict::Verdict;

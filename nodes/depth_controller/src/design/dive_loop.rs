@@ -238,42 +238,16 @@ impl DiveLoop {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::design::{axis::Gains, depth::DepthDesign, pitch};
+    use crate::gains::T6 as PROGRAM_T6;
 
-    const T6: LoopGains = LoopGains {
-        depth_p: 0.25,
-        depth_d: 0.6,
-        pitch_p: 0.7,
-        pitch_rate: 2.0,
-    };
+    const T6: LoopGains = PROGRAM_T6.reference;
 
     /// The report's vehicle and gains, in feet.
     fn report(speed: f64, gains: LoopGains) -> DiveLoop {
-        let model = PitchModel {
-            plane: pitch::AXIS.plane_moment / pitch::AXIS.inertia,
-            damping: pitch::AXIS.damping / pitch::AXIS.inertia,
-            restoring: 0.0,
-        };
         DiveLoop {
-            plant: DivePlant::of_pitch(&model, speed).unwrap(),
+            plant: DivePlant::of_pitch(&PROGRAM_T6.law.model, speed).unwrap(),
             gains,
             path: Path::default(),
-        }
-    }
-
-    #[test]
-    fn with_ideal_planes_it_is_the_reports_depth_loop() {
-        let design = DepthDesign {
-            axis: pitch::AXIS,
-            pitch: Gains { p: 0.7, rate: 2.0 },
-            speed: 1.0,
-            p: 0.25,
-            d: 0.6,
-        };
-        let expected = design.closed_loop().unwrap();
-        let found = report(1.0, T6).closed_loop().unwrap();
-        for point in [Complex::new(0.1, 0.7), Complex::new(-0.3, 2.0)] {
-            assert!((expected.value_at(point) - found.value_at(point)).norm() < 1e-12);
         }
     }
 

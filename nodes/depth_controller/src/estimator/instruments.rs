@@ -10,11 +10,11 @@
 
 use planesman_msgs::sensor_msgs::msg::{FluidPressure, Imu};
 
-use super::Measurement;
+use super::motion::Measurement;
 
 /// What it takes to read pressures.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Calibration {
+pub(crate) struct Calibration {
     /// rho, kg/m^3.
     pub density: f64,
     /// g, m/s^2.
@@ -27,9 +27,9 @@ pub struct Calibration {
     pub speed: Option<f64>,
 }
 
-/// What the topics said last, each with its stamp in ns.
+/// The last reading of each topic, each with its stamp in ns.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Instruments {
+pub(crate) struct Instruments {
     pitch_rate: Option<(i64, f64)>,
     depth_pressure: Option<(i64, f64)>,
     speed_pressure: Option<(i64, f64)>,
@@ -37,7 +37,7 @@ pub struct Instruments {
 
 impl Instruments {
     /// Takes the gyro's reading.
-    pub fn on_imu(&mut self, imu: &Imu) {
+    pub(crate) fn on_imu(&mut self, imu: &Imu) {
         keep(
             &mut self.pitch_rate,
             imu.header.stamp.nanos(),
@@ -46,29 +46,29 @@ impl Instruments {
     }
 
     /// Takes the depth cell's reading.
-    pub fn on_depth_pressure(&mut self, pressure: &FluidPressure) {
+    pub(crate) fn on_depth_pressure(&mut self, pressure: &FluidPressure) {
         let stamp = pressure.header.stamp.nanos();
         keep(&mut self.depth_pressure, stamp, pressure.fluid_pressure);
     }
 
     /// Takes the speed cell's reading.
-    pub fn on_speed_pressure(&mut self, pressure: &FluidPressure) {
+    pub(crate) fn on_speed_pressure(&mut self, pressure: &FluidPressure) {
         let stamp = pressure.header.stamp.nanos();
         keep(&mut self.speed_pressure, stamp, pressure.fluid_pressure);
     }
 
     /// Whether everything needed has been read for this stamp.
     #[must_use]
-    pub fn complete(&self, stamp: i64, calibration: &Calibration) -> bool {
+    pub(crate) fn complete(&self, stamp: i64, calibration: &Calibration) -> bool {
         let read = |reading: Option<(i64, f64)>| reading.is_some_and(|(at, _)| at == stamp);
         read(self.pitch_rate)
             && read(self.depth_pressure)
             && (calibration.speed.is_some() || read(self.speed_pressure))
     }
 
-    /// What is known for a stamp: of gyro and speed the last reading, of depth only the stamp's own.
+    /// The measurement for a stamp: of gyro and speed the last reading, of depth only the stamp's own.
     #[must_use]
-    pub fn measurement(&self, stamp: i64, calibration: &Calibration) -> Measurement {
+    pub(crate) fn measurement(&self, stamp: i64, calibration: &Calibration) -> Measurement {
         let c = calibration;
         let last = |reading: Option<(i64, f64)>| reading.map_or(0.0, |(_, value)| value);
         let depth = self

@@ -11,11 +11,11 @@
 //! Depth rate is the depth behind a first-order lag, taken from the depth, over the lag: a derivative that does
 //! not answer noise with more than `1 / T` of it.
 
-use super::{Estimate, Measurement};
+use super::motion::{Estimate, Measurement};
 
 /// What stands between gyro and integrator.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum DeadBand {
+pub(crate) enum DeadBand {
     /// The report's one comparator behind an offset `q_0`, rad/s.
     Comparator(f64),
     /// Both sides of zero, to `q_0`, rad/s.
@@ -25,7 +25,7 @@ pub enum DeadBand {
 impl DeadBand {
     /// The rate that reaches the integrator, rad/s.
     #[must_use]
-    pub fn passed(self, rate: f64) -> f64 {
+    pub(crate) fn passed(self, rate: f64) -> f64 {
         match self {
             Self::Comparator(offset) => (rate + offset).min(0.0),
             Self::TwoSided(band) if rate.abs() <= band => 0.0,
@@ -36,7 +36,7 @@ impl DeadBand {
 
 /// Pitch by integration, from level at the first measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Integrator {
+pub(crate) struct Integrator {
     dead_band: DeadBand,
     /// Of the lag in the depth's derivative, s.
     lag: f64,
@@ -56,7 +56,7 @@ struct State {
 impl Integrator {
     /// Before the first measurement; `lag` in s.
     #[must_use]
-    pub fn new(dead_band: DeadBand, lag: f64) -> Self {
+    pub(crate) fn new(dead_band: DeadBand, lag: f64) -> Self {
         Self {
             dead_band,
             lag,
@@ -65,12 +65,12 @@ impl Integrator {
     }
 
     /// Takes another dead band and lag (s) from the next measurement on.
-    pub fn set(&mut self, dead_band: DeadBand, lag: f64) {
+    pub(crate) fn set(&mut self, dead_band: DeadBand, lag: f64) {
         (self.dead_band, self.lag) = (dead_band, lag);
     }
 
     /// The estimate at a measurement `dt` seconds after the one before.
-    pub fn step(&mut self, measured: &Measurement, dt: f64) -> Estimate {
+    pub(crate) fn step(&mut self, measured: &Measurement, dt: f64) -> Estimate {
         let rate = self.dead_band.passed(measured.pitch_rate);
         let next = match self.state {
             None => {

@@ -19,7 +19,7 @@
 
 use nalgebra::{Matrix4, RowVector4, Vector4};
 
-use super::{Estimate, Measurement};
+use super::motion::{Estimate, Measurement};
 
 /// The places of the state vector `(theta, b, z, v)`.
 const PITCH: usize = 0;
@@ -58,7 +58,7 @@ pub struct Tuning {
 
 /// The filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Kalman {
+pub(crate) struct Kalman {
     tuning: Tuning,
     state: Option<State>,
 }
@@ -74,7 +74,7 @@ struct State {
 impl Kalman {
     /// Before the first measurement, which is taken to be level.
     #[must_use]
-    pub fn new(tuning: Tuning) -> Self {
+    pub(crate) fn new(tuning: Tuning) -> Self {
         Self {
             tuning,
             state: None,
@@ -82,12 +82,12 @@ impl Kalman {
     }
 
     /// Takes changed trust from the next measurement on.
-    pub fn set_tuning(&mut self, tuning: Tuning) {
+    pub(crate) fn set_tuning(&mut self, tuning: Tuning) {
         self.tuning = tuning;
     }
 
     /// The estimate at a measurement `dt` seconds after the one before.
-    pub fn step(&mut self, measured: &Measurement, dt: f64) -> Estimate {
+    pub(crate) fn step(&mut self, measured: &Measurement, dt: f64) -> Estimate {
         let mut next = match self.state {
             None => self.first(measured),
             Some(last) => self.predict(&last, measured, dt),
@@ -112,7 +112,7 @@ impl Kalman {
     /// The covariance of `(pitch, gyro zero, depth, stray depth rate)`, row by row; `None` before the
     /// first measurement.
     #[must_use]
-    pub fn covariance(&self) -> Option<[f64; 16]> {
+    pub(crate) fn covariance(&self) -> Option<[f64; 16]> {
         let p = self.state?.p;
         Some(std::array::from_fn(|i| p[(i / 4, i % 4)]))
     }

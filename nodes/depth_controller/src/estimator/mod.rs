@@ -3,19 +3,21 @@
 //! The 1988 vehicle had no inclinometer. Its pitch was the integral of a gyro whose zero drifts by
 //! 25 mV, which is 2 deg/s (Brunner, NPS thesis, 1988, p. 90): 20 degrees of pitch in ten seconds.
 //!
-//! - [`instruments`]: the topics read.
-//! - [`integrator`]: the report's remedy, a dead band before the integrator (p. 91).
-//! - [`kalman`]: a Kalman filter, which learns the gyro's zero from the depth.
+//! - [`Instruments`]: the topics read.
+//! - [`Integrator`]: the report's remedy, a dead band before the integrator (p. 91).
+//! - [`Kalman`]: a Kalman filter, which estimates the gyro's zero from the depth.
 //!
 //! The vehicle's true state is a third source; [`Source`] names them all.
 
-pub mod instruments;
-pub mod integrator;
-pub mod kalman;
+mod instruments;
+mod integrator;
+mod kalman;
+mod motion;
 
-pub use instruments::{Calibration, Instruments};
-pub use integrator::{DeadBand, Integrator};
-pub use kalman::{Kalman, Tuning};
+pub(crate) use instruments::{Calibration, Instruments};
+pub(crate) use integrator::{DeadBand, Integrator};
+pub(crate) use kalman::{Kalman, Tuning};
+pub(crate) use motion::{Estimate, Measurement};
 
 /// Where the loops take pitch, its rate, depth and its rate from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
@@ -28,35 +30,9 @@ pub enum Source {
     Kalman,
 }
 
-/// What the instruments read at one stamp.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Measurement {
-    /// The rate gyro, rad/s, positive bow up.
-    pub pitch_rate: f64,
-    /// The depth cell, m, positive down; `None` where it is beyond its range.
-    pub depth: Option<f64>,
-    /// The speed through the water, m/s.
-    pub speed: f64,
-}
-
-/// What is fed back.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Estimate {
-    /// rad, positive bow up
-    pub pitch: f64,
-    /// rad/s, positive bow up
-    pub pitch_rate: f64,
-    /// m, positive down
-    pub depth: f64,
-    /// m/s, positive down
-    pub depth_rate: f64,
-    /// The gyro's zero, rad/s; 0 where it is not estimated.
-    pub gyro_bias: f64,
-}
-
 /// An estimator's settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rules {
+pub(crate) struct Rules {
     /// Which estimator, if any.
     pub source: Source,
     /// How the instruments are read.
@@ -71,8 +47,8 @@ pub struct Rules {
 
 /// The estimator that the rules name, and what it reads.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Estimator {
-    /// The instruments' last words.
+pub(crate) struct Estimator {
+    /// The instruments' last readings.
     pub instruments: Instruments,
     state: State,
 }
@@ -87,18 +63,18 @@ enum State {
 
 impl Estimator {
     /// Forgets what it estimates: a new run begins.
-    pub fn restart(&mut self) {
+    pub(crate) fn restart(&mut self) {
         self.state = State::Fresh;
     }
 
-    /// Whether the instruments have spoken for this stamp (ns), or are not asked.
+    /// Whether the instruments have been received for this stamp (ns), or are not needed.
     #[must_use]
-    pub fn ready(&self, stamp: i64, rules: &Rules) -> bool {
+    pub(crate) fn ready(&self, stamp: i64, rules: &Rules) -> bool {
         rules.source == Source::Truth || self.instruments.complete(stamp, &rules.calibration)
     }
 
     /// The estimate at a stamp (ns), `dt` seconds after the last; `None` where the truth is fed back.
-    pub fn step(&mut self, rules: &Rules, stamp: i64, dt: f64) -> Option<Estimated> {
+    pub(crate) fn step(&mut self, rules: &Rules, stamp: i64, dt: f64) -> Option<Estimated> {
         if self.state == State::Fresh {
             self.state = match rules.source {
                 Source::Truth => return None,
@@ -132,7 +108,7 @@ impl Estimator {
 
 /// An estimate with what it was made from.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Estimated {
+pub(crate) struct Estimated {
     /// The estimate.
     pub estimate: Estimate,
     /// The readings.

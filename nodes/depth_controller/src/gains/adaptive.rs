@@ -3,8 +3,8 @@
 //!
 //! An estimate is believed when `sysid` calls it valid, it is younger than [`Trust::oldest`], and passes
 //! [`Trust`]; the first that does not hold is the reason given. Of several pairs of signals that `sysid`
-//! identifies, only estimates of pitch rate over plane angle are heard; of several such, those of `sysid`'s
-//! first pair ([`FIRST_PAIR`]), or of the one that spoke first, until it has been silent for [`Trust::oldest`].
+//! identifies, only estimates of pitch rate over plane angle are followed; of several such, those of `sysid`'s
+//! first pair ([`FIRST_PAIR`]), or of the one that came first, until it has been silent for [`Trust::oldest`].
 //!
 //! The gains move towards their target no faster than [`Trust::rate`] of the scheduled gain per second,
 //! so that neither a new estimate nor its loss is a step; and stay within the same factor of the scheduled
@@ -12,19 +12,20 @@
 
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 
-use super::pitch_model::{FIRST_PAIR, Identified, is_of_pitch};
-use super::{LoopGains, PitchModel, Schedule, Trust};
+use super::pitch_model::{FIRST_PAIR, Identified, PitchModel, is_of_pitch};
+use super::schedule::{LoopGains, Schedule};
+use super::trust::Trust;
 
 /// The gains in force and the last estimate.
 #[derive(Clone, Debug)]
-pub struct Adaptive {
-    last: Option<Heard>,
+pub(super) struct Adaptive {
+    last: Option<Received>,
     gains: Option<LoopGains>,
 }
 
-/// An estimate as it was heard.
+/// An estimate as received.
 #[derive(Clone, Debug)]
-struct Heard {
+struct Received {
     name: String,
     /// ns
     stamp: i64,
@@ -32,25 +33,25 @@ struct Heard {
 }
 
 impl Adaptive {
-    /// Nothing heard; the schedule acts.
+    /// No estimate yet; the schedule acts.
     #[must_use]
-    pub fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self {
             last: None,
             gains: None,
         }
     }
 
-    /// Takes an estimate, if it is the one to be heard; whether it is believed is decided when gains are
+    /// Takes an estimate, if it is of the pair that is followed; whether it is believed is decided when gains are
     /// asked for.
-    pub fn on_model(&mut self, estimate: &ModelEstimate, trust: &Trust) {
+    pub(super) fn on_model(&mut self, estimate: &ModelEstimate, trust: &Trust) {
         let stamp = estimate.header.stamp.nanos();
-        let another_is_heard = self.last.as_ref().is_some_and(|heard| {
-            let age = stamp.saturating_sub(heard.stamp) as f64 * 1e-9;
+        let another_is_followed = self.last.as_ref().is_some_and(|received| {
+            let age = stamp.saturating_sub(received.stamp) as f64 * 1e-9;
             let of_first = estimate.name == FIRST_PAIR;
-            heard.name != estimate.name && !of_first && age.abs() <= trust.oldest
+            received.name != estimate.name && !of_first && age.abs() <= trust.oldest
         });
-        if another_is_heard || !is_of_pitch(estimate) {
+        if another_is_followed || !is_of_pitch(estimate) {
             return;
         }
         let vehicle = if estimate.valid {
@@ -58,7 +59,7 @@ impl Adaptive {
         } else {
             Err(format!("sysid: {}", estimate.reason))
         };
-        self.last = Some(Heard {
+        self.last = Some(Received {
             name: estimate.name.clone(),
             stamp,
             vehicle,
@@ -69,23 +70,23 @@ impl Adaptive {
     ///
     /// # Errors
     /// Why not.
-    pub fn believed(
+    pub(super) fn believed(
         &self,
         schedule: &Schedule,
         trust: &Trust,
         speed: f64,
         stamp: i64,
     ) -> Result<PitchModel, String> {
-        let heard = self.last.as_ref().ok_or("no model has come yet")?;
-        let age = (stamp - heard.stamp) as f64 * 1e-9;
+        let received = self.last.as_ref().ok_or("no model has come yet")?;
+        let age = (stamp - received.stamp) as f64 * 1e-9;
         if age.abs() > trust.oldest {
             return Err(format!("the last model is {age:.1} s old"));
         }
-        trust.believed(&heard.vehicle.clone()?, schedule, speed)
+        trust.believed(&received.vehicle.clone()?, schedule, speed)
     }
 
     /// The gains `dt` seconds after the last ones, and why the schedule acts alone if it does.
-    pub fn step(
+    pub(super) fn step(
         &mut self,
         schedule: &Schedule,
         trust: &Trust,
@@ -132,7 +133,7 @@ mod tests {
     };
     const SECOND: i64 = 1_000_000_000;
 
-    fn heard(plane: f64, deviation: f64, stamp: i64) -> Adaptive {
+    fn received(plane: f64, deviation: f64, stamp: i64) -> Adaptive {
         let mut model = T6.law.model;
         model.plane *= plane;
         let mut estimate = estimate_of(&model, 0.05, deviation);
@@ -144,7 +145,7 @@ mod tests {
 
     #[test]
     fn planes_half_as_strong_double_the_pitch_gain_in_their_own_time() {
-        let mut adaptive = heard(0.5, 1e-9, 0);
+        let mut adaptive = received(0.5, 1e-9, 0);
         let mut pitch_p = T6.reference.pitch_p;
         for k in 0..240 {
             let (gains, reason) = adaptive.step(&T6, &TRUST, 1.0, k * SECOND / 50, 0.05);
@@ -162,10 +163,10 @@ mod tests {
     fn a_model_that_cannot_be_trusted_leaves_the_schedule_in_charge() {
         for (adaptive, word) in [
             (Adaptive::new(), "no model"),
-            (heard(2.0, 1e-9, -20 * SECOND), "old"),
-            (heard(2.0, 1e-1, 0), "known to"),
-            (heard(9.0, 1e-9, 0), "times the scheduled"),
-            (heard(-1.0, 1e-9, 0), "times the scheduled"),
+            (received(2.0, 1e-9, -20 * SECOND), "old"),
+            (received(2.0, 1e-1, 0), "known to"),
+            (received(9.0, 1e-9, 0), "times the scheduled"),
+            (received(-1.0, 1e-9, 0), "times the scheduled"),
         ] {
             let mut adaptive = adaptive;
             let (gains, reason) = adaptive.step(&T6, &TRUST, 1.0, 0, 0.05);
@@ -187,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn only_pitch_is_heard_and_of_several_estimators_that_of_the_first_pair() {
+    fn only_pitch_is_received_and_of_several_estimators_that_of_the_first_pair() {
         let of = |name: &str, plane: f64, stamp: i64| {
             let mut model = T6.law.model;
             model.plane *= plane;
@@ -223,7 +224,7 @@ mod tests {
 
     #[test]
     fn a_model_lost_is_left_as_slowly_as_it_was_taken_up() {
-        let mut adaptive = heard(0.5, 1e-9, 0);
+        let mut adaptive = received(0.5, 1e-9, 0);
         for k in 0..200 {
             let _ = adaptive.step(&T6, &TRUST, 1.0, k * SECOND / 50, 0.05);
         }

@@ -7,10 +7,48 @@ use std::collections::VecDeque;
 
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 
-use super::{Adaptive, LoopGains, Schedule, Source, Trust};
+use super::adaptive::Adaptive;
+use super::from_file::FromFile;
+use super::schedule::{LoopGains, Schedule};
+use super::trust::Trust;
 
 /// Models kept until their time comes; the oldest goes when there are more.
 const MOST_WAITING: usize = 100;
+
+/// Where the loops take their gains from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Source {
+    /// The parameters, whatever the speed.
+    Fixed,
+    /// The schedule on the parameters' model of the vehicle.
+    Scheduled,
+    /// The schedule on the model that is identified meanwhile.
+    Adaptive,
+    /// The schedule on an identified model from a file.
+    File(FromFile),
+}
+
+impl Source {
+    /// The names, as the parameter takes them.
+    pub const NAMES: &'static [&'static str] = &["fixed", "scheduled", "adaptive", "file"];
+
+    /// The source of that name; `read` reads the file, where one is asked for.
+    ///
+    /// # Errors
+    /// A sentence: another name, or why the file is refused.
+    pub fn named(
+        name: &str,
+        read: impl FnOnce() -> Result<FromFile, String>,
+    ) -> Result<Self, String> {
+        match name {
+            "fixed" => Ok(Self::Fixed),
+            "scheduled" => Ok(Self::Scheduled),
+            "adaptive" => Ok(Self::Adaptive),
+            "file" => read().map(Self::File),
+            _ => Err(format!("parameter 'gains.source': '{name}' refused")),
+        }
+    }
+}
 
 /// How gains follow the vehicle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,20 +57,20 @@ pub struct Rules {
     pub source: Source,
     /// Gains over speed; its reference are the fixed gains.
     pub schedule: Schedule,
-    /// What an identified model has to be.
+    /// Conditions on an identified model.
     pub trust: Trust,
     /// From a model's stamp to its effect, s.
     pub delay: f64,
 }
 
-/// What follows.
+/// The gains' source at work.
 #[derive(Clone, Debug, Default)]
 pub struct Follower {
     adaptive: Adaptive,
     waiting: VecDeque<ModelEstimate>,
     /// Whether an identified model acted at the last tick; `None` before the first.
     adapted: Option<bool>,
-    /// What is to be told.
+    /// A line for the log.
     news: Option<String>,
 }
 
@@ -75,7 +113,7 @@ impl Follower {
         }
     }
 
-    /// What has changed since this was last asked.
+    /// A change since the last call, for the log.
     pub fn news(&mut self) -> Option<String> {
         self.news.take()
     }

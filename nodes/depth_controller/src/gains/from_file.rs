@@ -1,5 +1,5 @@
-//! The schedule on a model from a file: what [`adaptive`](super::adaptive) would come to on the same model, were
-//! it heard live, at once and for good. It is believed on the same terms, but that it does not age; away from
+//! The schedule on a model from a file: the gains that [`adaptive`](super::adaptive) would reach on the same model,
+//! at once and for good. It is believed on the same terms, but that it does not age; away from
 //! the speed it was found at, it goes with the speed as the schedule's own model does.
 
 use std::path::Path;
@@ -7,7 +7,9 @@ use std::path::Path;
 use planesman_model_file::ModelFile;
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 
-use super::{LoopGains, Schedule, SpeedLaw, Trust, pitch_model::Identified};
+use super::pitch_model::{Identified, SpeedLaw};
+use super::schedule::{LoopGains, Schedule};
+use super::trust::Trust;
 
 /// The vehicle in pitch over speed, by a model file.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,9 +72,10 @@ fn estimate(file: &ModelFile) -> ModelEstimate {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+    use crate::gains::PitchModel;
+    use crate::gains::adaptive::Adaptive;
     use crate::gains::pitch_model::tests::estimate_of;
     use crate::gains::schedule::tests::T6;
-    use crate::gains::{Adaptive, PitchModel};
 
     const TRUST: Trust = Trust {
         oldest: 5.0,

@@ -18,29 +18,17 @@
 //! - [`from_file`]: the schedule on what it has identified before, from a model file.
 //! - [`follower`]: the gains in force at a tick.
 
-pub mod adaptive;
-pub mod follower;
-pub mod from_file;
-pub mod pitch_model;
-pub mod schedule;
-pub mod trust;
+mod adaptive;
+mod follower;
+mod from_file;
+mod pitch_model;
+mod schedule;
+mod trust;
 
-pub use adaptive::Adaptive;
-pub use follower::{Follower, Rules};
+pub use follower::{Follower, Rules, Source};
 pub use from_file::FromFile;
-pub use pitch_model::{PitchModel, SpeedLaw};
+pub use pitch_model::{FIRST_PAIR, PitchModel, SpeedLaw, is_of_pitch};
+#[cfg(test)]
+pub(crate) use schedule::tests::T6;
 pub use schedule::{LoopGains, Schedule};
 pub use trust::Trust;
-
-/// Where the loops take their gains from.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Source {
-    /// The parameters, whatever the speed.
-    Fixed,
-    /// The schedule on the parameters' model of the vehicle.
-    Scheduled,
-    /// The schedule on the model that is identified meanwhile.
-    Adaptive,
-    /// The schedule on an identified model from a file.
-    File(FromFile),
-}

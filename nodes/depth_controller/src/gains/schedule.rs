@@ -14,7 +14,7 @@
 //! larger angles keep it as fast. Below the lowest speed of the schedule planes and pitch do too little to be asked for
 //! more.
 
-use super::{PitchModel, SpeedLaw};
+use super::pitch_model::{PitchModel, SpeedLaw};
 
 /// The speed above which nothing changes any more, m/s: beyond any vehicle's, and all powers of it finite.
 const HIGHEST_SPEED: f64 = 1e3;
@@ -88,12 +88,12 @@ impl Schedule {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+pub(crate) mod tests {
     use super::*;
-    use crate::design::{axis::DampedInertia, axis::Gains, depth::DepthDesign};
+    use crate::design::dive_loop::{DiveLoop, DivePlant, Path};
 
     /// Program T6 in feet, a plane moment that grows with speed as water makes it.
-    pub(in crate::gains) const T6: Schedule = Schedule {
+    pub(crate) const T6: Schedule = Schedule {
         reference: LoopGains {
             depth_p: 0.25,
             depth_d: 0.6,
@@ -113,22 +113,16 @@ pub(super) mod tests {
         lowest_speed: 0.1,
     };
 
-    fn design(model: &PitchModel, gains: &LoopGains, speed: f64) -> DepthDesign {
-        DepthDesign {
-            axis: DampedInertia {
-                inertia: 1.0,
-                damping: model.damping,
-                plane_moment: model.plane,
-                restoring: model.restoring,
-            },
-            pitch: Gains {
-                p: gains.pitch_p,
-                rate: gains.pitch_rate,
-            },
-            speed,
-            p: gains.depth_p,
-            d: gains.depth_d,
+    fn design(model: &PitchModel, gains: &LoopGains, speed: f64) -> DiveLoop {
+        DiveLoop {
+            plant: DivePlant::of_pitch(model, speed).expect("finite"),
+            gains: *gains,
+            path: Path::default(),
         }
+    }
+
+    fn is_stable(design: &DiveLoop) -> bool {
+        design.margins().expect("finite").is_stable()
     }
 
     #[test]
@@ -140,7 +134,10 @@ pub(super) mod tests {
 
     #[test]
     fn below_the_reference_speed_the_poles_stay_and_above_it_they_grow_with_the_speed() {
-        let at = |speed: f64| design(&T6.law.at(speed), &T6.at(speed), speed).characteristic();
+        let at = |speed: f64| {
+            let dive = design(&T6.law.at(speed), &T6.at(speed), speed);
+            dive.closed_loop().expect("finite").den
+        };
         for (speed, faster) in [(0.5, 1.0), (2.0, 2.0), (3.0, 3.0)] {
             for (power, (there, here)) in at(1.0).iter().zip(at(speed)).enumerate() {
                 let expected = there * f64::powi(faster, power as i32);
@@ -165,9 +162,9 @@ pub(super) mod tests {
         schedule.reference.depth_d = 0.0;
         (schedule.law.plane_exponent, schedule.law.damping_exponent) = (0.0, 0.0);
         let model = schedule.law.at(3.0);
-        assert!(design(&model, &schedule.reference, 1.0).is_stable());
-        assert!(!design(&model, &schedule.reference, 3.0).is_stable());
-        assert!(design(&model, &schedule.at(3.0), 3.0).is_stable());
+        assert!(is_stable(&design(&model, &schedule.reference, 1.0)));
+        assert!(!is_stable(&design(&model, &schedule.reference, 3.0)));
+        assert!(is_stable(&design(&model, &schedule.at(3.0), 3.0)));
     }
 
     #[test]

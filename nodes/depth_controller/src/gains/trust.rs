@@ -1,13 +1,14 @@
-//! What an identified model has to be for its gains to be used.
+//! Conditions on an identified model for its gains to be used.
 //!
 //! 1. `K/J` and `B/J` lie within a factor [`Trust::factor`] of the scheduled model's;
 //! 2. their standard deviations are below [`Trust::uncertainty`] of the values.
 //!
 //! The gains then stay within the same factor of the scheduled ones.
 
-use super::{LoopGains, PitchModel, Schedule, pitch_model::Identified};
+use super::pitch_model::{Identified, PitchModel};
+use super::schedule::{LoopGains, Schedule};
 
-/// What it takes to be believed, and how fast belief acts.
+/// Conditions on an identified model, and how fast the gains follow it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trust {
     /// The oldest estimate acted upon, s.
@@ -21,7 +22,7 @@ pub struct Trust {
 }
 
 impl Trust {
-    /// What was found at a speed (m/s), if it can be believed.
+    /// The model found at a speed (m/s), if it meets the conditions.
     ///
     /// # Errors
     /// Why not.

@@ -1,15 +1,9 @@
 //! A bench for the hydraulics: pulse commands in, the report's units (in, lb, s) out.
 #![allow(dead_code)] // each test file uses its part
 
-pub(crate) mod depth;
-
 use dha_actuator::actuator_file::load;
-use dha_actuator::actuator_set::ActuatorSet;
-use dha_actuator::bench::pulse_train::PulseTrain;
-use dha_actuator::condition::{Condition, Leakages, Sound};
-use dha_actuator::hydraulics::Reading;
-use dha_actuator::modes::Constants;
 use dha_actuator::units::{INCH, PSI};
+use dha_actuator::{ActuatorSet, Condition, Constants, Leakages, PulseTrain, Reading, Sound};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 

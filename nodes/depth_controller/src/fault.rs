@@ -1,0 +1,44 @@
+//! The faults of the envelope, as `ControlState` and the operator have them.
+
+use planesman_msgs::planesman_msgs::msg::ControlState;
+
+/// How the vehicle left its envelope.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// Too deep.
+    Floor,
+    /// Too shallow.
+    Ceiling,
+    /// Pitched too far down.
+    BowDown,
+    /// Pitched too far up.
+    BowUp,
+    /// The vehicle's state is silent.
+    Silence,
+}
+
+impl Fault {
+    /// Its constant in `ControlState`.
+    #[must_use]
+    pub fn constant(self) -> u8 {
+        match self {
+            Self::Floor => ControlState::FAULT_FLOOR,
+            Self::Ceiling => ControlState::FAULT_CEILING,
+            Self::BowDown => ControlState::FAULT_BOW_DOWN,
+            Self::BowUp => ControlState::FAULT_BOW_UP,
+            Self::Silence => ControlState::FAULT_SILENCE,
+        }
+    }
+
+    /// A description for the operator.
+    #[must_use]
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Floor => "deeper than safety.floor",
+            Self::Ceiling => "shallower than safety.ceiling",
+            Self::BowDown => "bow further down than safety.pitch",
+            Self::BowUp => "bow further up than safety.pitch",
+            Self::Silence => "no vehicle state within state_timeout",
+        }
+    }
+}

@@ -1,0 +1,299 @@
+//! The loops at a tick: setpoints, feedback and gains in, one answer out.
+//!
+//! ```text
+//! depth setpoint -> depth PD -> [pitch limit] -> pitch P + rate -> (+ test signal) -> [plane limit] -> bow, stern
+//! level          -> roll PD -> bow planes, differentially
+//! course setpoint -> course PD -> rudder             speed setpoint -> feed-forward + P -> thrust
+//! ```
+//! Course and speed are held when their `active` parameter says so, or once a setpoint for them has
+//! come on its topic. Roll is held level. In mode off nothing is held.
+
+use planesman_msgs::planesman_msgs::msg::{ControlState, PlaneCommand};
+
+use crate::allocation::Shared;
+use crate::angle_loop::short_way;
+use crate::autopilot::{Asked, Autopilot, DiveTerms, Gains, Mode};
+use crate::feedback::Feedback;
+use crate::limits::bounded;
+use crate::parameters::Config;
+use crate::safety::Reaction;
+use crate::setpoint::{Bounds, Setpoints};
+
+/// The answer to a state.
+pub type Answer = (PlaneCommand, ControlState);
+
+/// A tick within its run.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Tick {
+    /// Since the run began, ns.
+    pub elapsed: i64,
+    /// Since the run began, m along the first course.
+    pub distance: f64,
+    /// Since the last tick, s; 0 at the first.
+    pub dt: f64,
+}
+
+/// The dive loops at a tick.
+#[derive(Clone, Copy, Debug, Default)]
+struct Dive {
+    /// The depth to go to, m, and its source.
+    depth_target: f64,
+    depth_setpoint_source: u8,
+    /// On the way there, m.
+    depth_setpoint: f64,
+    /// The test signal on the planes, rad.
+    identification: f64,
+    terms: DiveTerms,
+}
+
+/// Roll, course or speed at a tick; the command in the unit of its actuator.
+#[derive(Clone, Copy, Debug, Default)]
+struct Regulated {
+    setpoint: f64,
+    error: f64,
+    command: f64,
+}
+
+/// The loops with their setpoints.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Loops {
+    /// The setpoints.
+    pub setpoints: Setpoints,
+    autopilot: Autopilot,
+}
+
+impl Loops {
+    /// Takes note that the planes were put to neutral from outside.
+    pub(crate) fn neutralised(&mut self) {
+        self.autopilot.neutralised();
+    }
+
+    /// The answer with the loops closed; `manoeuvre` is the test signal of a manoeuvre, rad of plane. The fields of
+    /// `control` that are not the loops' stay.
+    pub(crate) fn step(
+        &mut self,
+        (config, gains): (&Config, &Gains),
+        feedback: &Feedback,
+        tick: Tick,
+        manoeuvre: f64,
+        control: ControlState,
+    ) -> Answer {
+        let dive = self.dive((config, gains), feedback, tick, manoeuvre);
+        let planes = config.allocation.share(dive.terms.planes);
+        let (mut roll, mut course, mut speed) = (None, None, None);
+        if config.mode == Mode::Off {
+            self.setpoints.course.release();
+            self.setpoints.speed.release();
+        } else {
+            roll = hold_level(config, feedback, planes.bow());
+            course = self.course(config, feedback, tick);
+            speed = self.speed(config, feedback, tick);
+        }
+        let held = [roll, course, speed].map(|regulated| regulated.is_some());
+        let [roll, course, speed] = [roll, course, speed].map(Option::unwrap_or_default);
+        let command = PlaneCommand {
+            header: control.header.clone(),
+            dive_planes: planes.mean,
+            bow_stern_differential: planes.differential,
+            roll_differential: roll.command,
+            rudder: course.command,
+            thrust: speed.command,
+        };
+        let DiveTerms {
+            depth_error,
+            depth_p,
+            depth_i,
+            depth_d,
+            pitch_command,
+            pitch_command_limited,
+            pitch_error,
+            planes_p,
+            planes_i,
+            planes_rate,
+            transfer,
+            planes_limited,
+            ..
+        } = dive.terms;
+        let control = ControlState {
+            depth_target: dive.depth_target,
+            depth_setpoint_source: dive.depth_setpoint_source,
+            depth_setpoint: dive.depth_setpoint,
+            identification: dive.identification,
+            manoeuvre,
+            depth_error,
+            depth_p,
+            depth_i,
+            depth_d,
+            pitch_command,
+            pitch_command_limited,
+            pitch_error,
+            planes_p,
+            planes_i,
+            planes_rate,
+            transfer,
+            dive_planes: planes.mean,
+            dive_planes_limited: planes_limited,
+            bow_stern_differential: planes.differential,
+            roll_held: held[0],
+            roll_error: roll.error,
+            roll_differential: roll.command,
+            course_held: held[1],
+            course_setpoint: course.setpoint,
+            course_error: course.error,
+            rudder: course.command,
+            speed_held: held[2],
+            speed_setpoint: speed.setpoint,
+            speed_error: speed.error,
+            thrust: speed.command,
+            ..control
+        };
+        (command, control)
+    }
+
+    /// The answer in a fault, with the loops set aside: the dive planes to climb or neutral.
+    pub(crate) fn emergency(
+        &mut self,
+        config: &Config,
+        reaction: Reaction,
+        control: ControlState,
+    ) -> Answer {
+        self.autopilot.neutralised();
+        self.setpoints.course.release();
+        self.setpoints.speed.release();
+        let climbing = reaction == Reaction::Climb;
+        let planes = if climbing {
+            let climb = -config.envelope.climb_planes;
+            let limited = config.dive.planes_limit.apply(climb).value;
+            config.allocation.share(limited)
+        } else {
+            Shared::default()
+        };
+        let command = PlaneCommand {
+            header: control.header.clone(),
+            dive_planes: planes.mean,
+            bow_stern_differential: planes.differential,
+            ..PlaneCommand::default()
+        };
+        let control = ControlState {
+            climbing,
+            dive_planes: planes.mean,
+            bow_stern_differential: planes.differential,
+            ..control
+        };
+        (command, control)
+    }
+
+    /// The dive loops.
+    fn dive(
+        &mut self,
+        (config, gains): (&Config, &Gains),
+        feedback: &Feedback,
+        tick: Tick,
+        manoeuvre: f64,
+    ) -> Dive {
+        let mode = config.mode;
+        if self.autopilot.changes_to(mode) {
+            self.setpoints.depth.release();
+            self.setpoints.pitch.release();
+        }
+        let mut dive = Dive::default();
+        let mut pitch = 0.0;
+        if mode == Mode::Depth {
+            (dive.depth_target, dive.depth_setpoint_source) = self.depth_target(config, tick);
+            dive.depth_setpoint = self.setpoints.depth.follow(
+                dive.depth_target,
+                feedback.depth,
+                config.depth_bounds,
+                tick.dt,
+            );
+        }
+        if mode == Mode::Pitch {
+            let commanded = self.setpoints.pitch.commanded();
+            let target = commanded.unwrap_or(config.pitch_setpoint);
+            pitch =
+                self.setpoints
+                    .pitch
+                    .follow(target, feedback.pitch, config.pitch_bounds, tick.dt);
+        }
+        if mode != Mode::Off {
+            dive.identification = config.identification.value(tick.elapsed);
+        }
+        let asked = Asked {
+            mode,
+            depth: dive.depth_setpoint,
+            pitch,
+            signal: dive.identification + manoeuvre,
+        };
+        let law = (gains, &config.dive);
+        dive.terms = self.autopilot.step(law, asked, feedback, tick.dt);
+        dive
+    }
+
+    /// The depth to go to, m, and its source.
+    fn depth_target(&self, config: &Config, tick: Tick) -> (f64, u8) {
+        let depth = &self.setpoints.depth;
+        let scheduled = config.schedule.depth(tick.elapsed, tick.distance);
+        match (depth.commanded(), scheduled) {
+            (Some(value), _) if depth.is_from_the_topic() => (value, ControlState::SETPOINT_TOPIC),
+            (Some(value), _) => (value, ControlState::SETPOINT_PARAMETER),
+            (None, Some(value)) => (value, ControlState::SETPOINT_SCHEDULE),
+            (None, None) => (config.depth_setpoint, ControlState::SETPOINT_PARAMETER),
+        }
+    }
+
+    /// Course, by the rudder; `None` while it is not held.
+    fn course(&mut self, config: &Config, feedback: &Feedback, tick: Tick) -> Option<Regulated> {
+        let course = &mut self.setpoints.course;
+        if !config.course_active && course.commanded().is_none() {
+            course.release();
+            return None;
+        }
+        let target = course.commanded().unwrap_or(config.course_setpoint);
+        let from = course.stands().unwrap_or(feedback.yaw);
+        let bounds = Bounds {
+            rate: config.course_rate,
+            ..Bounds::NONE
+        };
+        let to = bounded(from + short_way(from, target));
+        let setpoint = course.follow(to, feedback.yaw, bounds, tick.dt);
+        let error = short_way(feedback.yaw, setpoint);
+        Some(Regulated {
+            setpoint,
+            error,
+            command: config.course.evaluate(error, feedback.yaw_rate),
+        })
+    }
+
+    /// Speed, by the thrust; `None` while it is not held.
+    fn speed(&mut self, config: &Config, feedback: &Feedback, tick: Tick) -> Option<Regulated> {
+        let speed = &mut self.setpoints.speed;
+        if !config.speed_active && speed.commanded().is_none() {
+            speed.release();
+            return None;
+        }
+        let target = speed.commanded().unwrap_or(config.speed_setpoint);
+        let bounds = Bounds {
+            rate: config.speed_rate,
+            ..Bounds::NONE
+        };
+        let setpoint = speed.follow(target, feedback.speed, bounds, tick.dt);
+        Some(Regulated {
+            setpoint,
+            error: bounded(setpoint - feedback.speed),
+            command: config.speed.evaluate(setpoint, feedback.speed),
+        })
+    }
+}
+
+/// Roll, held level by the bow planes' differential within the travel that the dive leaves of them; `bow` is
+/// their angle in the dive, rad.
+fn hold_level(config: &Config, feedback: &Feedback, bow: f64) -> Option<Regulated> {
+    let error = bounded(0.0 - feedback.roll);
+    let room = (config.dive.planes_limit.bound() - bow.abs()).max(0.0);
+    let asked = config.roll.evaluate(error, feedback.roll_rate);
+    config.roll_active.then(|| Regulated {
+        setpoint: 0.0,
+        error,
+        command: asked.clamp(-room, room),
+    })
+}

@@ -1,0 +1,549 @@
+//! The ram's motion within one mode in closed form: exact for any length of time ([`crate::modes`] has the laws).
+
+use crate::modes::{Constants, Load, Mode, Side, State};
+
+/// One of the ram's quantities, as a limit or an event watches it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Quantity {
+    /// X_1, m.
+    Position,
+    /// X_1', m/s.
+    Speed,
+    /// V_e, m^3.
+    Oil,
+    /// V_T, m^3.
+    Volume,
+}
+
+/// When a quantity's course turns: at `first` (s from the start) and then every `interval`,
+/// infinite where it does not.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Turns {
+    /// The first turn.
+    pub first: f64,
+    /// From one turn to the next.
+    pub interval: f64,
+}
+
+impl Turns {
+    const NONE: Self = Self {
+        first: f64::INFINITY,
+        interval: f64::INFINITY,
+    };
+
+    /// One turn, where `time` is in the future.
+    fn once(time: f64) -> Self {
+        Self {
+            first: if time > 0.0 { time } else { f64::INFINITY },
+            ..Self::NONE
+        }
+    }
+}
+
+/// The motion within one mode and one constant flow, from the state it began in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ClosedForm {
+    start: State,
+    area: f64,
+    limited: bool,
+    law: Law,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Law {
+    /// v = 0, V_e' = q - a V_e.
+    Stuck { q: f64, a: f64 },
+    /// v' = g - c v, V_e' = q - A_L v: the pressure is clamped.
+    Clamped { q: f64, g: f64, c: f64 },
+    /// V_e' = q - a V_e - A_L v, v' = b V_e - c v - f: the load rides on the oil.
+    Riding(Riding),
+}
+
+/// The second-order law about its equilibrium. The characteristic roots are mu +- sqrt(spread).
+///
+/// The energy dv^2 + (b/A_L) dV_e^2 of the deviation from equilibrium never grows: its rate is
+/// -2 c dv^2 - 2 a (b/A_L) dV_e^2. So each deviation has a reach, |dv| + sqrt(b/A_L) |dV_e| at
+/// the start, that it never exceeds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Riding {
+    q: f64,
+    a: f64,
+    b: f64,
+    c: f64,
+    f: f64,
+    mu: f64,
+    spread: f64,
+    root: f64,
+    /// 1/root.
+    time: f64,
+    a_over_b: f64,
+    /// 1/(A_L + a c/b).
+    per_area: f64,
+    steady_squeezed: f64,
+    steady_velocity: f64,
+    squeezed_reach: f64,
+    velocity_reach: f64,
+}
+
+impl ClosedForm {
+    /// The motion from `start` in `mode` under the net metered flow `flow`, m^3/s.
+    #[must_use]
+    pub(crate) fn new(constants: &Constants, mode: Mode, flow: f64, start: State) -> Self {
+        let m = constants;
+        let limited = mode.limited.is_some();
+        let (q, k) = if limited {
+            (0.0, 0.0)
+        } else {
+            (flow, m.leakage)
+        };
+        let held_pressure = mode.clamped.map(|side| side.sign() * m.clamp(side));
+        let law = match (mode.load, held_pressure) {
+            (Load::Stuck | Load::AtStop(_), None) => Law::Stuck {
+                q,
+                a: k * m.stiffness,
+            },
+            (Load::Stuck | Load::AtStop(_), Some(pressure)) => Law::Stuck {
+                q: q - k * pressure,
+                a: 0.0,
+            },
+            (Load::Sliding(side), Some(pressure)) => Law::Clamped {
+                q: q - k * pressure,
+                g: (m.area * pressure - side.sign() * m.coulomb) / m.mass,
+                c: m.viscous / m.mass,
+            },
+            (Load::Sliding(side), None) => Law::Riding(Riding::new(m, q, k, side, &start)),
+        };
+        Self {
+            start,
+            area: m.area,
+            limited,
+            law,
+        }
+    }
+
+    /// The state `t` seconds after the start.
+    #[must_use]
+    pub(crate) fn at(&self, t: f64) -> State {
+        let start = &self.start;
+        let (moved, velocity, squeezed_by) = match &self.law {
+            Law::Stuck { q, a } => (0.0, 0.0, (q - a * start.squeezed) * decayed(*a, t)),
+            Law::Clamped { q, g, c } => {
+                let final_velocity = g / c;
+                let velocity_change = (g - c * start.velocity) * decayed(*c, t);
+                // x' = v and v' = g - c v give x = v_final t - (v - v_0)/c.
+                let moved = final_velocity * t - velocity_change / c;
+                (
+                    moved,
+                    start.velocity + velocity_change,
+                    q * t - self.area * moved,
+                )
+            }
+            Law::Riding(law) => law.after(t, start, self.area),
+        };
+        State {
+            position: start.position + moved,
+            velocity,
+            squeezed: start.squeezed + squeezed_by,
+            volume: if self.limited {
+                start.volume
+            } else {
+                start.volume + (squeezed_by + self.area * moved)
+            },
+        }
+    }
+
+    /// `(v', V_e')` in a state on this motion, m/s^2 and m^3/s.
+    #[must_use]
+    pub(crate) fn rates(&self, state: &State) -> (f64, f64) {
+        let (v, w) = (state.velocity, state.squeezed);
+        match &self.law {
+            Law::Stuck { q, a } => (0.0, q - a * w),
+            Law::Clamped { q, g, c } => (g - c * v, q - self.area * v),
+            Law::Riding(law) => (
+                law.b * w - law.c * v - law.f,
+                law.q - law.a * w - self.area * v,
+            ),
+        }
+    }
+
+    /// A quantity and its rate of change `t` seconds after the start, SI.
+    #[must_use]
+    pub(crate) fn course(&self, quantity: Quantity, t: f64) -> (f64, f64) {
+        self.course_at(quantity, &self.at(t))
+    }
+
+    /// As [`ClosedForm::course`], at the start.
+    #[must_use]
+    pub(crate) fn course_at_start(&self, quantity: Quantity) -> (f64, f64) {
+        self.course_at(quantity, &self.start)
+    }
+
+    fn course_at(&self, quantity: Quantity, state: &State) -> (f64, f64) {
+        let (v_dot, w_dot) = self.rates(state);
+        match quantity {
+            Quantity::Position => (state.position, state.velocity),
+            Quantity::Speed => (state.velocity, v_dot),
+            Quantity::Oil => (state.squeezed, w_dot),
+            Quantity::Volume if self.limited => (state.volume, 0.0),
+            Quantity::Volume => (state.volume, w_dot + self.area * state.velocity),
+        }
+    }
+
+    /// Two values between which a quantity surely stays for `horizon` seconds: cheap, not close.
+    #[must_use]
+    pub(crate) fn range(&self, quantity: Quantity, horizon: f64) -> (f64, f64) {
+        let start = &self.start;
+        // The highest speed and the most that V_T changes in a second, then V_e's range.
+        let (speeds, volume_rate, oil) = match &self.law {
+            Law::Stuck { q, a } => {
+                let rate = q - a * start.squeezed;
+                let furthest = start.squeezed + rate * horizon;
+                ((0.0, 0.0), rate.abs(), (start.squeezed, furthest))
+            }
+            Law::Clamped { q, g, c } => {
+                let speeds = (start.velocity, g / c);
+                let fastest = start.velocity.abs().max(speeds.1.abs());
+                let oil = (q.abs() + self.area * fastest) * horizon;
+                let oil = (start.squeezed - oil, start.squeezed + oil);
+                (speeds, q.abs(), oil)
+            }
+            Law::Riding(law) => {
+                let (v, v_reach) = (law.steady_velocity, law.velocity_reach);
+                let (w, w_reach) = (law.steady_squeezed, law.squeezed_reach);
+                let volume_rate = law.q.abs() + law.a * (w.abs() + w_reach);
+                let oil = (w - w_reach, w + w_reach);
+                ((v - v_reach, v + v_reach), volume_rate, oil)
+            }
+        };
+        let about = |value: f64, rate: f64| (value - rate * horizon, value + rate * horizon);
+        match quantity {
+            Quantity::Speed => speeds,
+            Quantity::Oil => oil,
+            Quantity::Position => about(start.position, speeds.0.abs().max(speeds.1.abs())),
+            Quantity::Volume => about(start.volume, volume_rate),
+        }
+    }
+
+    /// When a quantity turns, where the closed form says it: all but position and volume of a
+    /// load that rides on the oil.
+    #[must_use]
+    pub(crate) fn turns(&self, quantity: Quantity) -> Option<Turns> {
+        let start = &self.start;
+        match (&self.law, quantity) {
+            (Law::Stuck { .. }, _) | (Law::Clamped { .. }, Quantity::Speed | Quantity::Volume) => {
+                Some(Turns::NONE)
+            }
+            // Where the speed, on its way from v_0 to g/c, passes 0 or q/A_L.
+            (Law::Clamped { q, g, c }, Quantity::Position | Quantity::Oil) => {
+                let passes = match quantity {
+                    Quantity::Oil => q / self.area,
+                    _ => 0.0,
+                };
+                let left = (g / c - passes) / (g / c - start.velocity);
+                Some(Turns::once(-left.ln() / c))
+            }
+            (Law::Riding(law), Quantity::Speed | Quantity::Oil) => {
+                let (v_dot, w_dot) = self.rates(start);
+                let (v_dot_dot, w_dot_dot) = (
+                    law.b * w_dot - law.c * v_dot,
+                    -law.a * w_dot - self.area * v_dot,
+                );
+                Some(match quantity {
+                    Quantity::Oil => law.turns(w_dot, w_dot_dot),
+                    _ => law.turns(v_dot, v_dot_dot),
+                })
+            }
+            (Law::Riding(_), Quantity::Position | Quantity::Volume) => None,
+        }
+    }
+
+    /// A time, s, short beside everything that happens on this motion.
+    #[must_use]
+    pub(crate) fn short_time(&self) -> f64 {
+        match &self.law {
+            Law::Riding(law) => 0.5 / (law.a * law.c + self.area * law.b).sqrt(),
+            Law::Stuck { .. } | Law::Clamped { .. } => f64::INFINITY,
+        }
+    }
+}
+
+impl Riding {
+    /// The law of a load sliding to `side` under the net flow `q`, leakage `k`.
+    fn new(m: &Constants, q: f64, k: f64, side: Side, start: &State) -> Self {
+        let a = k * m.stiffness;
+        let b = m.area * m.stiffness / m.mass;
+        let c = m.viscous / m.mass;
+        let f = side.sign() * m.coulomb / m.mass;
+        let half = 0.5 * (a - c);
+        let spread = half * half - m.area * b;
+        let a_over_b = a / b;
+        let per_area = 1.0 / (m.area + a_over_b * c);
+        let steady_velocity = (q - a_over_b * f) * per_area;
+        let steady_squeezed = (f + c * steady_velocity) / b;
+        let (dv, dw) = (
+            start.velocity - steady_velocity,
+            start.squeezed - steady_squeezed,
+        );
+        let root = spread.abs().sqrt();
+        let velocity_per_oil = (m.stiffness / m.mass).sqrt();
+        let velocity_reach = dv.abs() + velocity_per_oil * dw.abs();
+        Self {
+            q,
+            a,
+            b,
+            c,
+            f,
+            mu: -0.5 * (a + c),
+            spread,
+            root,
+            time: 1.0 / root,
+            a_over_b,
+            per_area,
+            steady_squeezed,
+            steady_velocity,
+            squeezed_reach: velocity_reach / velocity_per_oil,
+            velocity_reach,
+        }
+    }
+
+    /// `(x - x_0, v, V_e - V_e0)` after `t`.
+    fn after(&self, t: f64, start: &State, area: f64) -> (f64, f64, f64) {
+        let dw = start.squeezed - self.steady_squeezed;
+        let dv = start.velocity - self.steady_velocity;
+        // exp(A t) = even I + odd (A - mu I), of A = [[-a, -A_L], [b, -c]].
+        let (even, odd) = self.exponentials(t);
+        let half = 0.5 * (self.c - self.a);
+        let w_after = (even + half * odd) * dw - area * odd * dv;
+        let v_after = self.b * odd * dw + (even - half * odd) * dv;
+        let squeezed_by = w_after - dw;
+        let velocity_change = v_after - dv;
+        // Both equations integrated over t, the integral of V_e eliminated.
+        let moved = (self.q * t - self.a_over_b * (velocity_change + self.f * t) - squeezed_by)
+            * self.per_area;
+        (moved, self.steady_velocity + v_after, squeezed_by)
+    }
+
+    /// When a quantity turns that starts with this rate and its derivative:
+    /// e^(mu t) (rate cosh(r t) + (rate' - mu rate) sinh(r t)/r) is 0, r^2 = spread.
+    fn turns(&self, rate: f64, rate_dot: f64) -> Turns {
+        let odd = rate_dot - self.mu * rate;
+        if self.root == 0.0 {
+            Turns::once(-rate / odd)
+        } else if self.spread > 0.0 {
+            Turns::once((-rate * self.root / odd).atanh() / self.root)
+        } else {
+            // The angle of (-odd/r, rate), within (0, pi].
+            let (y, x) = (rate, -odd / self.root);
+            let angle = if y < 0.0 { (-y).atan2(-x) } else { y.atan2(x) };
+            let half_turn = std::f64::consts::PI;
+            Turns {
+                first: if angle > 0.0 { angle } else { half_turn } / self.root,
+                interval: half_turn / self.root,
+            }
+        }
+    }
+
+    /// e^(mu t) times cosh(r t) and sinh(r t)/r of r^2 = spread: cos and sin where the roots
+    /// are complex, 1 and t where they meet.
+    fn exponentials(&self, t: f64) -> (f64, f64) {
+        let angle = self.root * t;
+        if angle < 1e-3 {
+            let z = self.spread * t * t;
+            let decay = (self.mu * t).exp();
+            let even = 1.0 + z / 2.0 * (1.0 + z / 12.0);
+            let odd = t * (1.0 + z / 6.0 * (1.0 + z / 20.0));
+            (decay * even, decay * odd)
+        } else if self.spread < 0.0 {
+            let decay = (self.mu * t).exp();
+            let (sine, cosine) = angle.sin_cos();
+            (decay * cosine, decay * sine * self.time)
+        } else {
+            let slow = ((self.mu + self.root) * t).exp();
+            let fast = ((self.mu - self.root) * t).exp();
+            (0.5 * (slow + fast), 0.5 * (slow - fast) * self.time)
+        }
+    }
+}
+
+/// (1 - e^(-rate t))/rate, s.
+fn decayed(rate: f64, t: f64) -> f64 {
+    if rate == 0.0 {
+        t
+    } else {
+        -(-rate * t).exp_m1() / rate
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::actuator_file::load;
+
+    fn constants(name: &str) -> Constants {
+        Constants::new(&load(name).expect("built in"))
+    }
+
+    fn modes() -> Vec<Mode> {
+        let mut modes = Vec::new();
+        for load in [
+            Load::Stuck,
+            Load::Sliding(Side::Positive),
+            Load::Sliding(Side::Negative),
+        ] {
+            for clamped in [None, Some(Side::Positive), Some(Side::Negative)] {
+                for limited in [None, Some(Side::Positive)] {
+                    modes.push(Mode {
+                        load,
+                        clamped,
+                        limited,
+                    });
+                }
+            }
+        }
+        modes
+    }
+
+    fn some_state(c: &Constants) -> State {
+        let position = 0.1 * 0.0254;
+        let squeezed = 0.4 * c.clamp_positive / c.stiffness;
+        State {
+            position,
+            velocity: 0.02,
+            squeezed,
+            volume: squeezed + c.area * position,
+        }
+    }
+
+    #[test]
+    fn the_closed_forms_satisfy_their_differential_equations() {
+        for name in ["auv", "table_3_1", "table_4_1"] {
+            for damping in [0.3, 1.0, 1.000_001, 4.0] {
+                let mut c = constants(name);
+                c.viscous *= damping;
+                for mode in modes() {
+                    let mut start = some_state(&c);
+                    if mode.load == Load::Stuck {
+                        start.velocity = 0.0;
+                    }
+                    let motion = ClosedForm::new(&c, mode, 1e-8, start);
+                    // Fourth-order central difference of x, v and V_e against their rates.
+                    let (t, h) = (1.3e-3, 1e-5);
+                    let [s1, s2, s3, s4] = [-2.0, -1.0, 1.0, 2.0].map(|j| motion.at(t + j * h));
+                    let rate = |f: fn(&State) -> f64| {
+                        (f(&s1) - 8.0 * f(&s2) + 8.0 * f(&s3) - f(&s4)) / (12.0 * h)
+                    };
+                    let now = motion.at(t);
+                    let (v_dot, w_dot) = motion.rates(&now);
+                    let close = |x: f64, y: f64, scale: f64| (x - y).abs() < 2e-6 * scale;
+                    let w_scale = c.area * now.velocity.abs() + 1e-8;
+                    assert!(close(rate(|s| s.position), now.velocity, 0.02), "{mode:?}");
+                    assert!(close(rate(|s| s.velocity), v_dot, 10.0), "{mode:?}");
+                    assert!(close(rate(|s| s.squeezed), w_dot, w_scale), "{mode:?}");
+                    let balance = now.volume - now.squeezed - c.area * now.position;
+                    if mode.limited.is_none() {
+                        assert!(balance.abs() < 1e-14 * now.volume.abs(), "{mode:?}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn moving_twice_is_moving_once() {
+        for name in ["auv", "table_4_1"] {
+            let c = constants(name);
+            for mode in modes() {
+                let start = State {
+                    velocity: if mode.load == Load::Stuck { 0.0 } else { 0.02 },
+                    ..some_state(&c)
+                };
+                let once = ClosedForm::new(&c, mode, 1e-8, start).at(0.011);
+                let half = ClosedForm::new(&c, mode, 1e-8, start).at(0.004);
+                let twice = ClosedForm::new(&c, mode, 1e-8, half).at(0.007);
+                assert!((once.position - twice.position).abs() < 1e-15);
+                assert!((once.velocity - twice.velocity).abs() < 1e-13);
+                assert!((once.squeezed - twice.squeezed).abs() < 1e-12 * once.squeezed.abs());
+            }
+        }
+    }
+
+    const QUANTITIES: [Quantity; 4] = [
+        Quantity::Position,
+        Quantity::Speed,
+        Quantity::Oil,
+        Quantity::Volume,
+    ];
+
+    /// Every law, stiffly and weakly damped, from a few starts: with the motion's name.
+    fn motions() -> Vec<(String, ClosedForm)> {
+        let mut motions = Vec::new();
+        for name in ["auv", "table_3_1", "table_4_1"] {
+            for damping in [0.3, 1.0, 4.0] {
+                let mut c = constants(name);
+                c.viscous *= damping;
+                for mode in modes() {
+                    for (velocity, flow) in [(0.02, 1e-8), (-0.05, 1e-6), (0.3, -3e-5)] {
+                        let mut start = some_state(&c);
+                        start.velocity = if mode.load == Load::Stuck {
+                            0.0
+                        } else {
+                            velocity
+                        };
+                        let motion = ClosedForm::new(&c, mode, flow, start);
+                        motions.push((format!("{name} {damping} {mode:?} {flow}"), motion));
+                    }
+                }
+            }
+        }
+        motions
+    }
+
+    #[test]
+    fn no_quantity_leaves_its_range() {
+        for (name, motion) in motions() {
+            for quantity in QUANTITIES {
+                let horizon = 0.012;
+                let (one, other) = motion.range(quantity, horizon);
+                let hair = 1e-12 * one.abs().max(other.abs());
+                for i in 0..=200 {
+                    let value = motion.course(quantity, f64::from(i) / 200.0 * horizon).0;
+                    assert!(value >= one.min(other) - hair, "{name} {quantity:?}");
+                    assert!(value <= one.max(other) + hair, "{name} {quantity:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_quantity_turns_when_it_is_said_to_and_at_no_other_time() {
+        for (name, motion) in motions() {
+            for quantity in QUANTITIES {
+                let Some(turns) = motion.turns(quantity) else {
+                    continue;
+                };
+                let step = 1.7e-5;
+                let rates: Vec<f64> = (0..=700)
+                    .map(|i| motion.course(quantity, f64::from(i) * step).1)
+                    .collect();
+                // What has settled has only rounding left for a rate.
+                let hair = 1e-9 * rates.iter().fold(0.0f64, |most, rate| most.max(rate.abs()));
+                for (i, pair) in rates.windows(2).enumerate() {
+                    if pair[0].abs().max(pair[1].abs()) < hair {
+                        continue;
+                    }
+                    let (from, to) = (i as f64 * step, (i + 1) as f64 * step);
+                    let count = if turns.first > to {
+                        0
+                    } else if turns.interval.is_infinite() {
+                        i32::from(turns.first > from)
+                    } else {
+                        let turned = |t: f64| ((t - turns.first) / turns.interval).floor();
+                        (turned(to) - turned(from)) as i32
+                    };
+                    let turned = pair[0] * pair[1] < 0.0;
+                    assert_eq!(turned, count == 1, "{name} {quantity:?} at {from}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,46 @@
+//! The pitch loop: proportional with rate feedback (Brunner, NPS thesis, 1988, pp. 9 f. and 19).
+//!
+//! ```text
+//!  theta               Kpy Ky
+//! ------- = -----------------------------------
+//! theta_c    J s^2 + (By + Kr Ky) s + Kpy Ky
+//! ```
+//! The report leaves the restoring moment out until p. 48.
+
+use depth_controller::gains::PitchModel;
+
+use super::axis::{DampedInertia, Gains};
+
+/// `J = 0.6` ft lbf s^2, `By = 0.06` ft lbf s, `Ky = 0.14` ft lbf/rad (Table 3; `Ky` as program T6
+/// signs it).
+pub const AXIS: DampedInertia = DampedInertia {
+    inertia: 0.6,
+    damping: 0.06,
+    plane_moment: 0.14,
+    restoring: 0.0,
+};
+
+/// `K/J` and `B/J`, the vehicle as the controller's designs take it.
+#[must_use]
+pub fn model() -> PitchModel {
+    PitchModel {
+        plane: AXIS.plane_moment / AXIS.inertia,
+        damping: AXIS.damping / AXIS.inertia,
+        restoring: AXIS.restoring / AXIS.inertia,
+    }
+}
+
+/// `Me`, the restoring moment for small angles, ft lbf/rad (p. 48).
+pub const RESTORING: f64 = 0.163;
+
+/// `Kpy = 0.7`, `Kr = 2` s: the report's choice (p. 10).
+pub const GAINS: Gains = Gains { p: 0.7, rate: 2.0 };
+
+/// The effective damping of the second choice, ft lbf s (p. 19).
+pub const MORE_DAMPING: f64 = 0.72;
+
+/// The pitch error at which a vehicle at rest has its planes at `plane_limit`, in the limit's unit.
+#[must_use]
+pub fn error_at_plane_limit(p: f64, plane_limit: f64) -> f64 {
+    plane_limit / p
+}

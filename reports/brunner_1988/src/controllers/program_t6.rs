@@ -1,0 +1,319 @@
+//! Program T6 (Brunner, NPS thesis, 1988, App. C, p. 132): the depth controller on the damped-inertia
+//! plant, flown through the controller's own [`DepthLoop`] and [`PitchLoop`].
+//!
+//! ```text
+//! J T'' = Ky delta - By T' - Me sin T      T: pitch, dive-positive; Me = 0 in the program
+//! z'    = U sin T                          z: depth
+//! J = 0.6 ft lbf s^2, By = 0.06 ft lbf s, Ky = 0.14 ft lbf/rad, U = 1 ft/s
+//! Kpz = 0.25 rad/ft, Kpy = 0.7, Kr = 2 s
+//! ```
+//! The loops work in SI with pitch bow-up positive; the world here is the program's with `theta = -T`.
+//! The integrator is the classical fourth-order Runge-Kutta, every [`STEP`]. The program codes no
+//! limits; the report states them in prose.
+
+use depth_controller::{DepthLoop, Limit, LimitError, PitchLoop};
+use planesman_linear::runge_kutta_step;
+use planesman_units::FOOT;
+
+use super::axis::DampedInertia;
+use super::pitch::{AXIS, GAINS};
+
+/// Time between samples, s.
+pub const STEP: f64 = 0.005;
+/// How long the program is flown, s.
+pub const DURATION: f64 = 50.0;
+/// `Kpz`, rad/ft.
+pub const DEPTH_GAIN: f64 = 0.25;
+/// The report's limit on the pitch command, deg.
+pub const PITCH_LIMIT: f64 = 45.0;
+/// The report's limit on the planes, deg.
+pub const PLANE_LIMIT: f64 = 30.0;
+
+/// Where the vehicle is, in the controller's frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Motion {
+    /// Pitch, rad, bow up.
+    pub pitch: f64,
+    /// Pitch rate, rad/s, bow up.
+    pub pitch_rate: f64,
+    /// Depth, m, down.
+    pub depth: f64,
+}
+
+/// The program's vehicle: a damped inertia that moves in the direction it points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plant {
+    /// The vehicle in pitch.
+    pub axis: DampedInertia,
+    /// `U`, m/s.
+    pub speed: f64,
+    /// `z' = U T`.
+    pub small_angles: bool,
+}
+
+impl Default for Plant {
+    /// As the program has it.
+    fn default() -> Self {
+        Self {
+            axis: AXIS,
+            speed: FOOT,
+            small_angles: false,
+        }
+    }
+}
+
+impl Plant {
+    /// `z'`, m/s down.
+    #[must_use]
+    pub fn depth_rate(&self, motion: &Motion) -> f64 {
+        match self.small_angles {
+            true => -self.speed * motion.pitch,
+            false => -self.speed * motion.pitch.sin(),
+        }
+    }
+
+    /// The motion `dt` seconds later, under the dive-positive plane angle (rad) that `planes` gives at
+    /// each stage.
+    #[must_use]
+    pub fn after(&self, motion: Motion, dt: f64, planes: impl Fn(&Motion) -> f64) -> Motion {
+        let state = [motion.pitch, motion.pitch_rate, motion.depth];
+        let at = |&[pitch, pitch_rate, depth]: &[f64; 3]| Motion {
+            pitch,
+            pitch_rate,
+            depth,
+        };
+        let axis = &self.axis;
+        at(&runge_kutta_step(&state, dt, [&(); 3], |(), x| {
+            let m = at(x);
+            let moment = -axis.plane_moment * planes(&m)
+                - axis.damping * m.pitch_rate
+                - axis.restoring * m.pitch.sin();
+            [m.pitch_rate, moment / axis.inertia, self.depth_rate(&m)]
+        }))
+    }
+}
+
+/// The program with its choices.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Program {
+    /// `ZC`, ft.
+    pub setpoint: f64,
+    /// `Kdz`, rad s/ft.
+    pub derivative: f64,
+    /// The limits of the report's prose are there.
+    pub limited: bool,
+    /// `DERIV` sees the setpoint's step as an impulse, which leaves the vehicle pitching at
+    /// `T' = Ky Kpy Kdz ZC / J`.
+    pub impulse: bool,
+    /// `z' = U T`.
+    pub small_angles: bool,
+}
+
+impl Program {
+    /// The program as coded, for a setpoint in ft and a `Kdz` in rad s/ft.
+    #[must_use]
+    pub fn new(setpoint: f64, derivative: f64) -> Self {
+        Self {
+            setpoint,
+            derivative,
+            limited: false,
+            impulse: false,
+            small_angles: false,
+        }
+    }
+
+    fn plant(&self) -> Plant {
+        Plant {
+            small_angles: self.small_angles,
+            ..Plant::default()
+        }
+    }
+
+    /// Flies the program over [`DURATION`].
+    ///
+    /// # Errors
+    /// Those of [`Limit::new`].
+    pub fn fly(&self) -> Result<Track, LimitError> {
+        let law = Law::of(self)?;
+        let plant = self.plant();
+        let mut motion = Motion::default();
+        if self.impulse {
+            let dive_rate = AXIS.plane_moment * GAINS.p * self.derivative * self.setpoint;
+            motion.pitch_rate = -dive_rate / AXIS.inertia;
+        }
+        let steps = (DURATION / STEP).round() as usize;
+        let mut motions = Vec::with_capacity(steps + 1);
+        motions.push(motion);
+        for _ in 0..steps {
+            motion = plant.after(motion, STEP, |m| law.at(m, plant.depth_rate(m)).planes);
+            motions.push(motion);
+        }
+        Ok(Track {
+            setpoint: self.setpoint,
+            motions,
+        })
+    }
+
+    /// The first command: the loops' answer to the step of the setpoint, the vehicle at rest.
+    ///
+    /// # Errors
+    /// Those of [`Limit::new`].
+    pub fn first_command(&self) -> Result<Command, LimitError> {
+        self.command(Motion::default())
+    }
+
+    /// The loops' command at a motion.
+    ///
+    /// # Errors
+    /// Those of [`Limit::new`].
+    pub fn command(&self, motion: Motion) -> Result<Command, LimitError> {
+        let depth_rate = Plant::default().depth_rate(&motion);
+        Ok(Law::of(self)?.at(&motion, depth_rate))
+    }
+}
+
+/// The loops' command.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Command {
+    /// `TC`, rad, dive-positive.
+    pub dive_angle: f64,
+    /// `DEL`, rad, dive-positive.
+    pub planes: f64,
+}
+
+/// Both loops and the planes' limit.
+struct Law {
+    setpoint: f64,
+    depth: DepthLoop,
+    pitch: PitchLoop,
+    planes: Limit,
+}
+
+impl Law {
+    fn of(program: &Program) -> Result<Self, LimitError> {
+        // Without limits: far beyond anything the program asks for.
+        let limit = |degrees: f64| match program.limited {
+            true => Limit::new(degrees.to_radians()),
+            false => Limit::new(1e3),
+        };
+        Ok(Self {
+            setpoint: program.setpoint * FOOT,
+            depth: DepthLoop {
+                p: DEPTH_GAIN / FOOT,
+                d: program.derivative / FOOT,
+                pitch_limit: limit(PITCH_LIMIT)?,
+            },
+            pitch: PitchLoop {
+                p: GAINS.p,
+                rate: GAINS.rate,
+            },
+            planes: limit(PLANE_LIMIT)?,
+        })
+    }
+
+    fn at(&self, motion: &Motion, depth_rate: f64) -> Command {
+        let depth = self
+            .depth
+            .evaluate(self.setpoint, motion.depth, depth_rate, 0.0);
+        let pitch_command = depth.pitch_command.value;
+        let terms = self
+            .pitch
+            .evaluate(pitch_command, motion.pitch, motion.pitch_rate);
+        Command {
+            dive_angle: -pitch_command,
+            planes: self.planes.apply(terms.dive_planes()).value,
+        }
+    }
+}
+
+/// The program flown: a motion every [`STEP`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Track {
+    setpoint: f64,
+    motions: Vec<Motion>,
+}
+
+impl Track {
+    /// The depth at the sample nearest to `time` (s), ft.
+    #[must_use]
+    pub fn depth(&self, time: f64) -> f64 {
+        self.motion(time).depth / FOOT
+    }
+
+    /// `T` at the sample nearest to `time` (s), deg, dive-positive.
+    #[must_use]
+    pub fn dive_angle(&self, time: f64) -> f64 {
+        -self.motion(time).pitch.to_degrees()
+    }
+
+    /// The largest `T`, deg.
+    #[must_use]
+    pub fn largest_dive_angle(&self) -> f64 {
+        let angles = self.motions.iter().map(|m| -m.pitch.to_degrees());
+        angles.fold(f64::MIN, f64::max)
+    }
+
+    /// The largest depth beyond the setpoint, in percent of it; below zero when it is not reached.
+    #[must_use]
+    pub fn overshoot(&self) -> f64 {
+        100.0 * (self.shares().fold(f64::MIN, f64::max) - 1.0)
+    }
+
+    /// The first sample's time at which this share of the setpoint is reached, s.
+    #[must_use]
+    pub fn reached(&self, share: f64) -> Option<f64> {
+        let index = self.shares().position(|s| s >= share)?;
+        Some(index as f64 * STEP)
+    }
+
+    /// The first maximum of the depth: its time (s), and the depth as a share of the setpoint.
+    #[must_use]
+    pub fn first_maximum(&self) -> Option<(f64, f64)> {
+        self.turn(0, |before, now, after| before < now && now >= after)
+    }
+
+    /// The first minimum after the first maximum, likewise.
+    #[must_use]
+    pub fn first_dip(&self) -> Option<(f64, f64)> {
+        let (time, _) = self.first_maximum()?;
+        self.turn(self.index(time), |before, now, after| {
+            before > now && now <= after
+        })
+    }
+
+    /// The largest deviation from the setpoint from `time` on, in percent of the setpoint.
+    #[must_use]
+    pub fn deviation_since(&self, time: f64) -> f64 {
+        let deviations = self
+            .shares()
+            .skip(self.index(time))
+            .map(|s| (s - 1.0).abs());
+        100.0 * deviations.fold(0.0, f64::max)
+    }
+
+    fn shares(&self) -> impl Iterator<Item = f64> {
+        self.motions
+            .iter()
+            .map(|m| m.depth / (self.setpoint * FOOT))
+    }
+
+    /// The first sample after `from` that stands to its neighbours as `is_turn` says.
+    fn turn(&self, from: usize, is_turn: impl Fn(f64, f64, f64) -> bool) -> Option<(f64, f64)> {
+        let shares: Vec<f64> = self.shares().collect();
+        let after = shares[from..]
+            .windows(3)
+            .position(|w| is_turn(w[0], w[1], w[2]))?;
+        let index = from + after + 1;
+        Some((index as f64 * STEP, shares[index]))
+    }
+
+    fn index(&self, time: f64) -> usize {
+        ((time / STEP).round() as usize).min(self.motions.len() - 1)
+    }
+
+    /// The motion at the sample nearest to `time` (s).
+    #[must_use]
+    pub fn motion(&self, time: f64) -> Motion {
+        self.motions[self.index(time)]
+    }
+}

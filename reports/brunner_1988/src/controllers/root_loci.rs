@@ -1,0 +1,186 @@
+//! The root loci of Figs. 5 to 10, 13, 14, 17, 20 and 21 (Brunner 1988, ch. II).
+
+use std::borrow::Cow;
+
+use planesman_linear::{Complex, Error, polynomial};
+
+use planesman_plot::{Plot, Style};
+
+use super::axis::{DampedInertia, Gains};
+use super::depth::DepthDesign;
+use super::{course, pitch, roll};
+
+/// `B` \[ft lbf s\] with rate feedback of 2, and of 4.71 (p. 19).
+const DAMPING: [f64; 2] = [0.34, pitch::MORE_DAMPING];
+
+/// What a locus varies, and up to what: \[s\] or \[ft/s\].
+#[derive(Clone, Copy)]
+enum Varied {
+    DerivativeGain(f64),
+    Speed(f64),
+}
+
+/// A locus of the depth loop: the figure's number, `Kpz`, what is fixed of `Kdz` and `U` \[ft/s\], what varies,
+/// which of [`DAMPING`], and a note.
+type DepthLocus = (u8, f64, f64, Varied, usize, &'static str);
+
+const DEPTH_LOCI: [DepthLocus; 9] = {
+    use Varied::{DerivativeGain, Speed};
+    [
+        (5, 1.0, 0.5, DerivativeGain(100.0), 0, ""),
+        (
+            6,
+            1.0,
+            1.0,
+            DerivativeGain(100.0),
+            0,
+            "Needs Kdz above 0.765 to be stable.",
+        ),
+        (7, 0.5, 0.5, DerivativeGain(100.0), 0, ""),
+        (8, 0.5, 1.0, DerivativeGain(100.0), 0, ""),
+        (
+            9,
+            0.25,
+            1.0,
+            DerivativeGain(100.0),
+            0,
+            "Kdz = 0.5 has a damping ratio of 0.39.",
+        ),
+        (10, 0.25, 0.5, Speed(20.0), 0, ""),
+        (
+            13,
+            0.25,
+            0.0,
+            Speed(10.0),
+            0,
+            "Unstable above 2.27 ft/s (E4).",
+        ),
+        (14, 0.25, 1.0, DerivativeGain(100.0), 1, ""),
+        (17, 0.25, 0.0, Speed(10.0), 1, "Unstable above 4.8 ft/s."),
+    ]
+};
+
+/// Characteristic polynomial of the depth loop, highest power first.
+fn depth_loop(kpz: f64, kdz: f64, u: f64, b: f64) -> Vec<f64> {
+    let design = DepthDesign {
+        axis: pitch::AXIS,
+        pitch: Gains {
+            rate: pitch::AXIS.rate_gain_for_damping(b),
+            ..pitch::GAINS
+        },
+        speed: u,
+        p: kpz,
+        d: kdz,
+    };
+    design.characteristic().to_vec()
+}
+
+/// Every locus of the report.
+///
+/// # Errors
+/// [`Error`] when a polynomial's roots are not found.
+pub fn figures() -> Result<Vec<Plot<'static>>, Error> {
+    let mut figures = DEPTH_LOCI
+        .into_iter()
+        .map(depth_locus)
+        .collect::<Result<Vec<_>, _>>()?;
+    let of_rate_gain = |axis: DampedInertia, p: f64| {
+        locus(20.0, |rate| axis.characteristic(Gains { p, rate }).to_vec())
+    };
+    let roll = DampedInertia {
+        restoring: roll::RESTORING,
+        ..roll::AXIS
+    };
+    figures.push(
+        figure(
+            "Fig. 20: roll, Kpx = 10, M_e = 0.1, Kdx from 0 to 20",
+            of_rate_gain(roll, roll::GAINS.p)?,
+        )
+        .note("The vehicle's own restoring moment is 0.163 ft lbf (E17)."),
+    );
+    figures.push(figure(
+        "Fig. 21: course, Kpy = 1, Kdy from 0 to 20",
+        of_rate_gain(course::AXIS, course::GAINS.p)?,
+    ));
+    Ok(figures)
+}
+
+fn depth_locus((number, kpz, fixed, varied, b, note): DepthLocus) -> Result<Plot<'static>, Error> {
+    let (what, locus) = match varied {
+        Varied::DerivativeGain(last) => (
+            format!("U = {fixed}, Kdz from 0 to {last}"),
+            locus(last, |kdz| depth_loop(kpz, kdz, fixed, DAMPING[b]))?,
+        ),
+        Varied::Speed(last) => (
+            format!("Kdz = {fixed}, U from 0 to {last}"),
+            locus(last, |u| depth_loop(kpz, fixed, u, DAMPING[b]))?,
+        ),
+    };
+    let damping = ["", ", B = 0.72"][b];
+    Ok(figure(
+        format!("Fig. {number}: Kpz = {kpz}, {what}{damping}"),
+        locus,
+    )
+    .note(note))
+}
+
+/// Where the poles begin, go and end while a value runs from 0 to `last`.
+struct Locus {
+    first: Vec<Complex<f64>>,
+    between: Vec<Complex<f64>>,
+    last: Vec<Complex<f64>>,
+}
+
+fn locus(last: f64, polynomial: impl Fn(f64) -> Vec<f64>) -> Result<Locus, Error> {
+    const POINTS: i32 = 1500;
+    let at = |value: f64| polynomial::roots(&polynomial(value));
+    let mut between = Vec::new();
+    for i in 1..POINTS {
+        // Dense where the value is small: that is where the poles move.
+        between.extend(at(last * (f64::from(i) / f64::from(POINTS)).powi(3))?);
+    }
+    Ok(Locus {
+        first: at(0.0)?,
+        between,
+        last: at(last)?,
+    })
+}
+
+fn figure(title: impl Into<Cow<'static, str>>, locus: Locus) -> Plot<'static> {
+    let points = |poles: Vec<Complex<f64>>| poles.into_iter().map(|p| (p.re, p.im));
+    Plot::new(title, ["real part [rad/s]", "imaginary part [rad/s]"])
+        .from_zero()
+        .with(Style::Dots, "locus", points(locus.between))
+        .with(Style::Crosses, "at zero", points(locus.first))
+        .with(Style::Circles, "at the end", points(locus.last))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rightmost(polynomial: &[f64]) -> f64 {
+        polynomial::roots(polynomial)
+            .expect("roots")
+            .iter()
+            .map(|p| p.re)
+            .fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// Routh: B k > J Kpz k U, so U < B / (J Kpz).
+    #[test]
+    fn the_depth_loop_without_derivative_gain_turns_unstable_at_two_and_a_quarter_feet_per_second()
+    {
+        assert!(rightmost(&depth_loop(0.25, 0.0, 2.26, DAMPING[0])) < 0.0);
+        assert!(rightmost(&depth_loop(0.25, 0.0, 2.28, DAMPING[0])) > 0.0);
+        assert!(rightmost(&depth_loop(0.25, 0.0, 4.79, DAMPING[1])) < 0.0);
+        assert!(rightmost(&depth_loop(0.25, 0.0, 4.81, DAMPING[1])) > 0.0);
+    }
+
+    #[test]
+    fn every_locus_can_be_drawn() {
+        for figure in figures().expect("roots") {
+            assert!(figure.svg().is_ok(), "{}", figure.title);
+        }
+    }
+}

@@ -1,0 +1,46 @@
+//! A digital flight control as it is put to the test: missile, actuator, autopilot, pulse logic.
+
+use crate::autopilot::Gains;
+use crate::missile::Surrogate;
+use dha_actuator::{ActuatorSet, Condition, Options};
+
+/// A digital flight control to be tested.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Case {
+    /// The missile.
+    pub surrogate: Surrogate,
+    /// The actuator.
+    pub set: ActuatorSet,
+    /// The autopilot.
+    pub gains: Gains,
+    /// The pulse logic's options.
+    pub options: Options,
+    /// Wear and faults of the actuator.
+    pub condition: Condition,
+}
+
+impl Case {
+    /// The case with a surrogate's own gains.
+    #[must_use]
+    pub fn new(surrogate: Surrogate, set: ActuatorSet) -> Self {
+        Self {
+            surrogate,
+            set,
+            gains: Gains::of(surrogate),
+            options: Options::SINGLE_SPEED,
+            condition: Condition::SOUND,
+        }
+    }
+
+    /// The same with all gains times K_g.
+    #[must_use]
+    pub fn with_gain(&self, overall: f64) -> Self {
+        Self {
+            gains: Gains {
+                overall,
+                ..self.gains
+            },
+            ..self.clone()
+        }
+    }
+}

@@ -1,0 +1,211 @@
+//! The yaw dynamics of the missile that the actuator steers: a surrogate.
+//!
+//! ```text
+//! psi'' = mu_beta beta + mu_delta delta
+//! beta' = psi' - Y_beta beta + Y_delta delta
+//! ```
+//!
+//! The structure is what the report assumes (IBM 66-L03-005, Section II): a rigid body, short
+//! period, small perturbations, no sideslip at rest. Aerodynamically it is unstable. **The report's
+//! own constants are lost.** What stands here was calibrated on a few of its printed results, and
+//! [`Surrogate::calibrated_on`] says on which; every other result of the bench is a prediction. Only
+//! combinations are well determined (K_r mu_delta, K_a times the rate limit): another surrogate
+//! along that valley would do as well.
+
+use std::fmt;
+
+use planesman_linear::{Error, TransferFunction, runge_kutta_step};
+
+use dha_actuator::ActuatorSet;
+use dha_actuator::units::{DEGREE, INCH};
+
+/// The constants of a yaw plant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct YawPlant {
+    /// mu_beta, 1/s^2: turning acceleration for sideslip. Above zero the missile is unstable.
+    pub sideslip_moment: f64,
+    /// mu_delta, 1/s^2: turning acceleration for nozzle angle.
+    pub nozzle_moment: f64,
+    /// Y_beta, 1/s: how fast sideslip decays by its side force.
+    pub sideslip_force: f64,
+    /// Y_delta, 1/s: sideslip rate for nozzle angle.
+    pub nozzle_force: f64,
+}
+
+/// Where a missile points, and how fast it turns.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Yaw {
+    /// psi, rad.
+    pub angle: f64,
+    /// psi', rad/s.
+    pub rate: f64,
+    /// beta, rad: from the velocity to the axis.
+    pub sideslip: f64,
+}
+
+impl Yaw {
+    /// psi, psi' and beta, as they are integrated.
+    pub(crate) fn state(self) -> [f64; 3] {
+        [self.angle, self.rate, self.sideslip]
+    }
+
+    pub(crate) fn of_state([angle, rate, sideslip]: [f64; 3]) -> Self {
+        Self {
+            angle,
+            rate,
+            sideslip,
+        }
+    }
+}
+
+impl YawPlant {
+    /// The rates of change of psi, psi' and beta under a `nozzle` angle, rad.
+    #[must_use]
+    pub fn rates(&self, [_, rate, sideslip]: [f64; 3], nozzle: f64) -> [f64; 3] {
+        [
+            rate,
+            self.sideslip_moment * sideslip + self.nozzle_moment * nozzle,
+            rate - self.sideslip_force * sideslip + self.nozzle_force * nozzle,
+        ]
+    }
+
+    /// The yaw `h` s later, with the nozzle's angles, rad, at begin, middle and end of the step.
+    #[must_use]
+    pub fn step(&self, yaw: Yaw, [begin, middle, end]: [f64; 3], h: f64) -> Yaw {
+        let nozzles = [&begin, &middle, &end];
+        Yaw::of_state(runge_kutta_step(&yaw.state(), h, nozzles, |nozzle, x| {
+            self.rates(*x, *nozzle)
+        }))
+    }
+
+    /// P = psi/delta.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`].
+    pub fn transfer_function(&self) -> Result<TransferFunction, Error> {
+        let (mu_d, mu_b) = (self.nozzle_moment, self.sideslip_moment);
+        let (y_b, y_d) = (self.sideslip_force, self.nozzle_force);
+        TransferFunction::new(
+            vec![mu_d, mu_d * y_b + mu_b * y_d],
+            vec![1.0, y_b, -mu_b, 0.0],
+        )
+    }
+}
+
+/// A missile with its autopilot's gains: one point of the valley the printed results allow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Surrogate {
+    /// PS-2, the default: no nozzle stop.
+    Ps2,
+    /// PS-1: a higher attitude gain, and a nozzle stop.
+    Ps1,
+}
+
+impl Surrogate {
+    /// The yaw plant.
+    #[must_use]
+    pub fn plant(self) -> YawPlant {
+        let nozzle_moment = match self {
+            Self::Ps2 => 3.1,
+            Self::Ps1 => 2.25,
+        };
+        YawPlant {
+            sideslip_moment: 14.0,
+            nozzle_moment,
+            sideslip_force: 0.1,
+            nozzle_force: 0.0035 * nozzle_moment,
+        }
+    }
+
+    /// K_a: nozzle angle for attitude error.
+    #[must_use]
+    pub fn attitude_gain(self) -> f64 {
+        match self {
+            Self::Ps2 => 18.0,
+            Self::Ps1 => 24.0,
+        }
+    }
+
+    /// K_r, s: nozzle angle for turning rate.
+    #[must_use]
+    pub fn rate_gain(self) -> f64 {
+        match self {
+            Self::Ps2 => 2.8,
+            Self::Ps1 => 3.9,
+        }
+    }
+
+    /// The actuator with this missile's nozzle stop, as a limit on the ram's oil.
+    #[must_use]
+    pub fn fitted(self, mut set: ActuatorSet) -> ActuatorSet {
+        if self == Self::Ps1 {
+            set.volume_limit = 3.0 * INCH * INCH * INCH;
+        }
+        set
+    }
+
+    /// omega_a, rad/s: the natural frequency of the actuator of the analog flight control.
+    #[must_use]
+    pub fn analog_frequency(self) -> f64 {
+        match self {
+            Self::Ps2 => 123.96,
+            Self::Ps1 => 124.8,
+        }
+    }
+
+    /// How fast the analog actuator can turn the nozzle, rad/s.
+    #[must_use]
+    pub fn analog_rate_limit(self) -> f64 {
+        match self {
+            Self::Ps2 => 71.25 * DEGREE,
+            Self::Ps1 => 89.5 * DEGREE,
+        }
+    }
+
+    /// Which printed results it was made to give. The others it predicts.
+    #[must_use]
+    pub fn calibrated_on(self) -> &'static str {
+        match self {
+            Self::Ps2 => {
+                "Table 4-2, base row (10 stable, 11 not; K_g = 4 stable, 5 not), then picked among the \
+                 104 points of a grid of round numbers that give that row, for the best whole Table \
+                 4-2; analog actuator: Table 4-3, runs C-13, C-14 and C-15"
+            }
+            Self::Ps1 => {
+                "Table 4-2, base row (10 stable, 11 not; K_g = 4 stable, 5 not), with a nozzle stop; \
+                 analog actuator: Table 4-3, run C-13, and the digital actuator's force-limited rate"
+            }
+        }
+    }
+}
+
+impl fmt::Display for Surrogate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Ps2 => "PS-2",
+            Self::Ps1 => "PS-1",
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn left_alone_the_missile_diverges_with_three_to_four_radians_a_second() {
+        // psi/delta has the poles of s (s^2 + Y_beta s - mu_beta).
+        let plant = Surrogate::Ps2.plant();
+        let pole = -0.05 + (0.05f64.powi(2) + plant.sideslip_moment).sqrt();
+        let mut yaw = Yaw {
+            angle: 0.0,
+            rate: 1e-3 * (pole + plant.sideslip_force),
+            sideslip: 1e-3,
+        };
+        let before = yaw.sideslip;
+        for _ in 0..1000 {
+            yaw = plant.step(yaw, [0.0; 3], 1e-3);
+        }
+        assert!((yaw.sideslip / before / pole.exp() - 1.0).abs() < 1e-9);
+    }
+}

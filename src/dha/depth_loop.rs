@@ -1,0 +1,456 @@
+//! The AUV's depth loop through a digital hydraulic actuator: the limit cycle that its quantum, friction and
+//! leakage leave after a dive.
+//!
+//! The vehicle is program T6's (Brunner, NPS thesis, 1988, App. C), with the thesis's righting moment where a case
+//! has one ([`Plant`]); the control computer is the depth controller with its default gains, which are the
+//! program's, at its sampling time of 0.05 s. The valves run on their own clock. Beside the simulation stands harmonic
+//! balance around
+//!
+//! ```text
+//! H(s) = [Kpy (1 + K_i/s) (Kpz U/s + Kdz U + 1) + Kr s] K/(J s^2 + B s + M_theta) e^(-s T/2)
+//! ```
+//! `limit_cycles.json` lists the configurations compared, each with the results of an independent simulation of
+//! the same loop.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use anyhow::Result;
+use brunner_1988::controllers::axis::DampedInertia;
+use brunner_1988::controllers::program_t6::{Motion, Plant};
+use depth_controller::{Controller, ControllerParameters};
+use dha_actuator::actuator_file::{ActuatorFileError, load};
+use dha_actuator::describing_function::{Search, balance};
+use dha_actuator::frequency_response::{self, Periods};
+use dha_actuator::{ActuatorSet, Demand, Dha, Options};
+use planesman_linear::Complex;
+use planesman_msgs::builtin_interfaces::msg::Time;
+use planesman_msgs::planesman_msgs::msg::VehicleState;
+use planesman_units::{DEGREE, FOOT, INCH};
+use serde::Deserialize;
+
+use crate::design::subject::default_gains;
+
+/// The control computer's sampling time, s.
+const TICK: f64 = 0.05;
+/// The vehicle's steps in a tick.
+const STEPS: i64 = 50;
+/// The vehicle's step, ns.
+const STEP_NANOS: i64 = 1_000_000;
+/// z_c, m.
+const SETPOINT: f64 = 3.0 * FOOT;
+/// When a dive is over, and when the observation ends, in ticks.
+const OBSERVED: (i64, i64) = (5_000, 10_000);
+
+/// How much the actuator leaks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Leakage {
+    /// Not at all.
+    None,
+    /// About a thirtieth of its file: q_L = 0.01 deg/s, q_LC = -0.001 deg/s at the planes.
+    Tight,
+    /// As its file says.
+    Scaled,
+}
+
+/// The pulse logic of a case.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Logic {
+    /// One volume.
+    SingleSpeed,
+    /// A large and a small volume.
+    TwoSpeed,
+    /// One volume, the drift following the error.
+    Precision,
+    /// Both.
+    TwoSpeedPrecision,
+}
+
+/// One row of the comparison.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Case {
+    /// Its name.
+    pub name: String,
+    /// The actuator's file or built-in name.
+    pub actuator: String,
+    /// The pulse logic.
+    pub logic: Logic,
+    /// Whether the position loop is closed.
+    pub position_loop: bool,
+    /// The leakages.
+    pub leakage: Leakage,
+    /// Whether there is Coulomb friction.
+    pub friction: bool,
+    /// K_i, 1/s.
+    pub integral: f64,
+    /// M_theta, ft lb.
+    pub restoring: f64,
+    /// The results of the independent simulation.
+    pub expected: Option<Expected>,
+}
+
+/// The results of the independent simulation, in the units of the file; `None` where it has none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Expected {
+    /// Depth, peak to peak, in.
+    pub depth: Option<f64>,
+    /// Mean depth less the depth asked for, in.
+    pub error: Option<f64>,
+    /// Planes, peak to peak, deg.
+    pub planes: Option<f64>,
+    /// Volumes a second.
+    pub pulses: Option<f64>,
+    /// Until the depth first comes within 5 % of the step, s.
+    pub reached: Option<f64>,
+}
+
+/// A figure found beside what was expected, in the file's units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Figure {
+    /// Its name and unit.
+    pub name: &'static str,
+    /// By this simulation; none where the run does not show it.
+    pub found: Option<f64>,
+    /// By the independent one.
+    pub expected: Option<f64>,
+    /// Smaller differences do not matter.
+    floor: f64,
+}
+
+impl Figure {
+    /// Whether the two are within 15 % of one another, or both too small to tell. What is not expected
+    /// cannot deviate.
+    #[must_use]
+    pub fn agrees(&self) -> bool {
+        match (self.found, self.expected) {
+            (Some(found), Some(expected)) => {
+                (found - expected).abs() <= 0.15 * expected.abs() + self.floor
+            }
+            (None, Some(_)) => false,
+            (_, None) => true,
+        }
+    }
+}
+
+/// The limit cycle after a dive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LimitCycle {
+    /// Depth, peak to peak, m.
+    pub depth: f64,
+    /// Mean depth less the depth asked for, m.
+    pub error: f64,
+    /// Plane angle, peak to peak, rad.
+    pub planes: f64,
+    /// Volumes commanded in a second.
+    pub pulses: f64,
+    /// Of the depth about its mean, Hz; 0 without two crossings.
+    pub frequency: f64,
+    /// When the depth first comes within 5 % of the step, s.
+    pub reached: Option<f64>,
+}
+
+impl LimitCycle {
+    /// The table's columns beside what was expected.
+    #[must_use]
+    pub fn figures(&self, expected: &Expected) -> [Figure; 5] {
+        let figure = |name, found, expected, floor| Figure {
+            name,
+            found,
+            expected,
+            floor,
+        };
+        let e = expected;
+        [
+            figure("depth, in", Some(self.depth / INCH), e.depth, 0.002),
+            figure("error, in", Some(self.error / INCH), e.error, 0.002),
+            figure("planes, deg", Some(self.planes / DEGREE), e.planes, 0.01),
+            figure("volumes/s", Some(self.pulses), e.pulses, 0.01),
+            figure("t95, s", self.reached, e.reached, 0.05),
+        ]
+    }
+}
+
+/// A cycle that harmonic balance predicts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Prediction {
+    /// Hz.
+    pub frequency: f64,
+    /// Depth, peak to peak, m.
+    pub depth: f64,
+    /// |1 + N H|: 0 where the balance holds.
+    pub residual: f64,
+}
+
+/// The cases of `limit_cycles.json`.
+///
+/// # Errors
+/// Where the file does not read, which a test excludes.
+pub fn cases() -> Result<Vec<Case>, serde_json::Error> {
+    #[derive(Deserialize)]
+    struct File {
+        #[serde(rename = "note")]
+        _note: String,
+        cases: Vec<Case>,
+    }
+    let file: File = serde_json::from_str(include_str!("limit_cycles.json"))?;
+    Ok(file.cases)
+}
+
+impl Case {
+    /// The actuator, leaking and rubbing as the case says.
+    ///
+    /// # Errors
+    /// Those of its file.
+    pub fn set(&self) -> Result<ActuatorSet, ActuatorFileError> {
+        let mut set = load(&self.actuator)?;
+        let per_radian = set.area * set.moment_arm;
+        match self.leakage {
+            Leakage::None => (set.rate_gain, set.error_rate) = (0.0, 0.0),
+            Leakage::Tight => {
+                set.rate_gain = 0.01 * DEGREE * per_radian;
+                set.error_rate = -0.001 * DEGREE * per_radian;
+            }
+            Leakage::Scaled => {}
+        }
+        if !self.friction {
+            set.coulomb = 0.0;
+        }
+        Ok(set)
+    }
+
+    fn demand(&self, angle: f64) -> Demand {
+        Demand {
+            position_loop: self.position_loop,
+            logic: match self.logic {
+                Logic::SingleSpeed => Options::SINGLE_SPEED,
+                Logic::TwoSpeed => Options::TWO_SPEED,
+                Logic::Precision => Options::PRECISION,
+                Logic::TwoSpeedPrecision => Options::TWO_SPEED_PRECISION,
+            },
+            ..Demand::angle(angle)
+        }
+    }
+
+    fn around(&self) -> Loop {
+        Loop {
+            integral: self.integral,
+            restoring: self.restoring,
+        }
+    }
+
+    /// Dives by 3 ft and observes from 250 to 500 s.
+    ///
+    /// # Errors
+    /// Those of the actuator's file and of [`Loop::dive`].
+    pub fn run(&self) -> Result<LimitCycle> {
+        self.around().dive(&self.set()?, |_| self.demand(0.0))
+    }
+
+    /// The cycle that [`Loop::predict`] finds for the case.
+    ///
+    /// # Errors
+    /// Those of the actuator's file.
+    pub fn predict(&self) -> Result<Prediction, ActuatorFileError> {
+        let set = self.set()?;
+        let finest = set.small.map_or(set.threshold, |small| small.threshold);
+        let smallest = match self.logic {
+            Logic::SingleSpeed => set.threshold,
+            Logic::TwoSpeed => finest,
+            Logic::Precision | Logic::TwoSpeedPrecision => 0.1 * finest,
+        };
+        let amplitudes = (smallest, 4.0 * set.threshold);
+        Ok(self
+            .around()
+            .predict(&set, amplitudes, |amplitude| self.demand(amplitude)))
+    }
+}
+
+/// The loop's integral gain and the vehicle's righting moment; program T6 has neither.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Loop {
+    /// K_i, 1/s.
+    pub integral: f64,
+    /// M_theta, ft lb.
+    pub restoring: f64,
+}
+
+impl Loop {
+    /// Dives by 3 ft with an actuator and observes from 250 to 500 s; `demand` is the demand on the actuator but
+    /// for the angle, by the time in s.
+    ///
+    /// # Errors
+    /// A gain beyond the controller's range.
+    pub fn dive(&self, set: &ActuatorSet, demand: impl Fn(f64) -> Demand) -> Result<LimitCycle> {
+        const H: f64 = TICK / STEPS as f64;
+        let mut dha = Dha::new(set);
+        let mut controller = self.controller()?;
+        let plant = self.plant();
+        let mut motion = Motion::default();
+        let mut observed = Observed::default();
+        let (mut planes, mut reached, mut pulses_before) = (0.0, None, 0);
+        for k in 0..OBSERVED.1 {
+            if k == OBSERVED.0 {
+                pulses_before = dha.pulses();
+            }
+            let mut state = VehicleState {
+                depth: motion.depth,
+                depth_rate: plant.depth_rate(&motion),
+                pitch: motion.pitch,
+                pitch_rate: motion.pitch_rate,
+                ..VehicleState::default()
+            };
+            state.header.stamp = Time::from_nanos(k * STEPS * STEP_NANOS);
+            let (command, _) = controller.on_state(&state)?;
+            let demand = Demand {
+                angle: command.dive_planes,
+                ..demand(k as f64 * TICK)
+            };
+            for j in 1..=STEPS {
+                let nanos = (k * STEPS + j) * STEP_NANOS;
+                dha.advance_to(nanos, demand);
+                let angle = dha.plane_angle(&dha.reading(nanos));
+                let mean = 0.5 * (planes + angle);
+                motion = plant.after(motion, H, |_| mean);
+                planes = angle;
+                let error = motion.depth - SETPOINT;
+                if reached.is_none() && error >= -0.05 * SETPOINT {
+                    reached = Some((k * STEPS + j) as f64 * H);
+                }
+                if k >= OBSERVED.0 {
+                    observed.add(error, angle);
+                }
+            }
+        }
+        let seconds = (OBSERVED.1 - OBSERVED.0) as f64 * TICK;
+        Ok(LimitCycle {
+            pulses: (dha.pulses() - pulses_before) as f64 / seconds,
+            reached,
+            ..observed.cycle(H)
+        })
+    }
+
+    /// The cycle for which harmonic balance holds best, 1 + N(A, w) H(jw) = 0, with amplitudes (rad, of
+    /// the actuator's command) from and to. The actuator's describing function is taken from the
+    /// full model under a sinusoid, friction, leakage and delays included; `demand` is the demand for
+    /// an amplitude.
+    #[must_use]
+    pub fn predict(
+        &self,
+        set: &ActuatorSet,
+        amplitudes: (f64, f64),
+        demand: impl Fn(f64) -> Demand,
+    ) -> Prediction {
+        let periods = Periods {
+            settling: 1,
+            measured: 3,
+        };
+        let describing_function = |amplitude: f64, frequency: f64| {
+            frequency_response::actuator(set, demand(amplitude), frequency, periods)
+        };
+        let search = Search {
+            amplitudes,
+            frequencies: (0.01 * TAU, 0.5 * TAU),
+        };
+        let found = balance(&search, describing_function, |w| self.around_the_planes(w));
+        let planes = found.amplitude * describing_function(found.amplitude, found.frequency).norm();
+        let climb = self.pitch(found.frequency) * self.plant().speed;
+        Prediction {
+            frequency: found.frequency / TAU,
+            depth: 2.0 * planes * climb.norm() / found.frequency,
+            residual: found.residual,
+        }
+    }
+
+    fn plant(&self) -> Plant {
+        let plant = Plant::default();
+        Plant {
+            axis: DampedInertia {
+                restoring: self.restoring,
+                ..plant.axis
+            },
+            ..plant
+        }
+    }
+
+    /// The depth controller at its defaults, with an integral that may take all of the planes' travel.
+    fn controller(&self) -> Result<Controller> {
+        let gain = default_gains().pitch_p * self.integral;
+        let mut parameters = ControllerParameters {
+            depth_setpoint: SETPOINT,
+            ..ControllerParameters::default()
+        };
+        parameters.pitch.i = gain;
+        parameters.pitch.i_limit = FRAC_PI_2;
+        Ok(Controller::new(&parameters)?)
+    }
+
+    /// theta/delta of the vehicle in small motion, at a frequency, rad/s.
+    fn pitch(&self, frequency: f64) -> Complex<f64> {
+        let s = Complex::new(0.0, frequency);
+        let axis = self.plant().axis;
+        Complex::from(axis.plane_moment)
+            / (s * s * axis.inertia + s * axis.damping + axis.restoring)
+    }
+
+    /// H = -delta_c/delta of vehicle and control computer, at a frequency, rad/s: the loop without the
+    /// actuator. The computer's sampling is a dead time of half a tick.
+    fn around_the_planes(&self, frequency: f64) -> Complex<f64> {
+        let s = Complex::new(0.0, frequency);
+        let (gains, speed) = (default_gains(), self.plant().speed);
+        let integral = self.integral / s + 1.0;
+        let pitch_error = gains.depth_p * speed / s + gains.depth_d * speed + 1.0;
+        let feedback = gains.pitch_p * integral * pitch_error + gains.pitch_rate * s;
+        feedback * self.pitch(frequency) * (-s * (0.5 * TICK)).exp()
+    }
+}
+
+/// The samples observed.
+#[derive(Debug, Default)]
+struct Observed {
+    /// Depth errors, m.
+    depths: Vec<f64>,
+    /// Plane angles, rad: the least and the largest.
+    planes: Option<(f64, f64)>,
+}
+
+impl Observed {
+    fn add(&mut self, depth: f64, planes: f64) {
+        self.depths.push(depth);
+        let (low, high) = self.planes.unwrap_or((planes, planes));
+        self.planes = Some((low.min(planes), high.max(planes)));
+    }
+
+    /// Of samples `dt` s apart; what needs more than them is left 0.
+    fn cycle(&self, dt: f64) -> LimitCycle {
+        let mean = self.depths.iter().sum::<f64>() / self.depths.len() as f64;
+        let (low, high) = self
+            .depths
+            .iter()
+            .fold((f64::MAX, f64::MIN), |(low, high), z| {
+                (low.min(*z), high.max(*z))
+            });
+        let rising: Vec<usize> = self
+            .depths
+            .windows(2)
+            .enumerate()
+            .filter(|(_, pair)| pair[0] < mean && pair[1] >= mean)
+            .map(|(i, _)| i)
+            .collect();
+        let frequency = match rising[..] {
+            [first, .., last] => (rising.len() - 1) as f64 / ((last - first) as f64 * dt),
+            _ => 0.0,
+        };
+        let planes = self.planes.map_or(0.0, |(low, high)| high - low);
+        LimitCycle {
+            depth: high - low,
+            error: mean,
+            planes,
+            pulses: 0.0,
+            frequency,
+            reached: None,
+        }
+    }
+}
