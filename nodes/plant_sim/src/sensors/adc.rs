@@ -13,7 +13,7 @@ pub struct Adc {
 }
 
 /// Not there: volts pass as they are.
-pub const NONE: Adc = Adc {
+pub(crate) const NONE: Adc = Adc {
     bits: 0,
     range: f64::INFINITY,
 };

@@ -56,32 +56,6 @@ impl Conditioning {
     }
 }
 
-/// The integrator to pitch behind the conditioning: `theta' = volts / S`, from 0.
-///
-/// Behind [`Conditioning::DeadBand`] it is the report's pitch, which never comes back up.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PitchIntegrator {
-    sensitivity: f64,
-    pitch: f64,
-}
-
-impl PitchIntegrator {
-    /// At 0, behind a gyro of so many V s/rad.
-    #[must_use]
-    pub fn new(sensitivity: f64) -> Self {
-        Self {
-            sensitivity,
-            pitch: 0.0,
-        }
-    }
-
-    /// Pitch \[rad\], positive bow up, after the conditioned rate \[V\] was held for `dt` \[s\].
-    pub fn step(&mut self, volts: f64, dt: f64) -> f64 {
-        self.pitch += dt * volts / self.sensitivity;
-        self.pitch
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::gyro;
@@ -141,11 +115,10 @@ mod tests {
         // A dive to 20 degrees bow down and back to level, 10 deg/s.
         let dead_band = Conditioning::DeadBand(0.0);
         let mut memory = Memory::default();
-        let mut integrator = PitchIntegrator::new(gyro::SWING.pitch.sensitivity());
-        let mut pitch = 0.0;
+        let mut pitch = 0.0_f64;
         for n in 0..80 {
             let volts = if n < 40 { -0.125 } else { 0.125 };
-            pitch = integrator.step(dead_band.step(&mut memory, volts, T), T);
+            pitch += T * dead_band.step(&mut memory, volts, T) / gyro::SWING.pitch.sensitivity();
         }
         let pitch = pitch.to_degrees();
         assert!((pitch + 20.0).abs() < 1e-9);

@@ -10,12 +10,12 @@
 //! calibration that their reader knows. Only the conditioning and the converter are `daq`'s own.
 //! The accelerometers have no volts; the report's vehicle had none.
 //!
-//! - [`gyro`]: rate gyros, their calibrations and their wandering zero.
-//! - [`pressure_cell`]: the depth cell and the speed cell.
-//! - [`plane_signal`]: the dive-plane signal.
-//! - [`conditioning`]: high-pass filters and the relay comparator.
-//! - [`adc`]: the converter.
-//! - [`noise`]: a stream of random numbers per source of error.
+//! - `gyro`: rate gyros, their calibrations and their wandering zero.
+//! - `pressure_cell`: the depth cell and the speed cell.
+//! - `plane_signal`: the dive-plane signal.
+//! - `conditioning`: high-pass filters and the relay comparator.
+//! - `adc`: the converter.
+//! - `noise`: a stream of random numbers per source of error.
 //!
 //! The dive-plane channel was the *command* from the radio control box, calibrated in degrees of
 //! plane. A vehicle knows no command, only where its planes are; so here the channel shows the
@@ -24,10 +24,10 @@
 //!
 //! Brunner 1988 (ch. III.F-G, IV) gives calibrations, ranges and the drift's extent, and no noise.
 
-pub mod adc;
-pub mod conditioning;
+pub(crate) mod adc;
+pub(crate) mod conditioning;
 pub mod gyro;
-pub mod noise;
+mod noise;
 pub mod plane_signal;
 pub mod pressure_cell;
 
