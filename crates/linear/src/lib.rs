@@ -24,7 +24,7 @@ pub mod transfer_function;
 pub use error::Error;
 pub use frequency::DelayedLoop;
 pub use nalgebra::{Complex, DMatrix};
-pub use poles::discrete_to_continuous;
+pub use poles::{discrete_to_continuous, pair_text, pole_text};
 pub use routh::RouthColumn;
 pub use state_space::StateSpace;
 pub use step_metrics::{StepMeter, StepMetrics};

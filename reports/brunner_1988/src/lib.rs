@@ -2,3 +2,5 @@
 //! its programs, numbers, procedure and figures, computed again.
 //!
 //! Nothing of the product depends on this crate; only `planesman reproduce` and the report's own commands do.
+
+pub mod identification;
