@@ -4,8 +4,6 @@
 //! - [`shares`]: which node recomputes which numbers of the 1988 report.
 //! - [`listing`]: the numbers as text.
 //! - [`page`]: the numbers, errata and figures as one HTML page.
-//! - [`identification`]: the procedure of ch. V, step by step on synthetic runs.
-//! - [`run_figures`]: Figs. 45 to 56, what comes of it.
 //! - [`root_loci`]: the root loci of Figs. 5 to 21.
 //! - [`actuator_figures`]: those of the 1966 actuator study.
 //! - [`time_responses`]: the depth loop's, Figs. 11 to 16 and C2 to C9.
@@ -17,12 +15,10 @@ use planesman_book::Reckoning;
 use reports::REPORTS;
 
 pub mod actuator_figures;
-pub mod identification;
 pub mod listing;
 pub mod page;
 pub mod reports;
 pub mod root_loci;
-pub mod run_figures;
 pub mod shares;
 pub mod time_responses;
 

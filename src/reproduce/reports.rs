@@ -1,9 +1,10 @@
 //! The two reports that the suite brings back: their numbers, what these come to, and their figures.
 
 use anyhow::{Result, anyhow};
+use brunner_1988::identification;
 use planesman_book::Book;
 
-use super::{actuator_figures, identification, root_loci, run_figures, shares, time_responses};
+use super::{actuator_figures, root_loci, shares, time_responses};
 use planesman_plot::Plot;
 
 /// A report.
@@ -76,7 +77,7 @@ fn brunner_1988() -> Result<Vec<Chapter>> {
         Chapter {
             title: "Identification: Figures 45 to 56",
             note: "The thesis' records are lost. These are SYNTHETIC: third-order plants of Table 8's structure in consistent units, inputs shaped as pp. 99-101 describe them, 5 mV of noise (assumed) and the thesis' 25 mV of gyro bias. The procedure is that of p. 94 f., as printed; beside its fits, dashed, what Table 8 predicts, as printed too (E2). The text says so of Fig. 45 alone, and on p. 114 that the predictions of higher order were poorer than hoped.",
-            figures: run_figures::figures()?,
+            figures: identification::figures()?,
         },
     ])
 }

@@ -24,9 +24,9 @@ const SHARES: &[Share] = &[
         recomputed: depth_controller::book::recomputed,
     },
     Share {
-        node: "sysid",
-        book: sysid::book::brunner_1988,
-        recomputed: sysid::book::recomputed,
+        node: "the identification",
+        book: brunner_1988::identification::book,
+        recomputed: brunner_1988::identification::recomputed,
     },
 ];
 

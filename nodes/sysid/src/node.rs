@@ -16,7 +16,7 @@ use planesman_parameters::Values;
 use crate::core::Identifier;
 use crate::pair::{self, Change, Pair};
 use crate::reader::TopicReader;
-use crate::watch::{self, Screen};
+use crate::screen::{DRAW, Screen};
 use crate::{message_types, parameters};
 
 /// Time between two looks at who has fallen silent.
@@ -36,7 +36,7 @@ enum Event {
     Parameters(Values),
 }
 
-/// The argument, before ROS's, that asks for the view of [`crate::watch`].
+/// The argument, before ROS's, that asks for the view of [`Screen`].
 const WATCH: &str = "--watch";
 
 /// Runs the node with its command-line arguments until it is told to stop.
@@ -102,7 +102,7 @@ fn run(mut args: Vec<String>) -> Result<()> {
     let _drawings = node
         .screen
         .is_some()
-        .then(|| rt.every(watch::DRAW, || Event::Draw));
+        .then(|| rt.every(DRAW, || Event::Draw));
     rt.run(|rt, event| node.on(rt, event))
 }
 

@@ -7,7 +7,9 @@
 //! - [`predicted`]: the predicted transfer functions, as printed and corrected.
 //! - [`plane_forces`]: the report's estimate of the planes' size; [`track`]: a recorded manoeuvre.
 //! - [`vehicle`]: the book of the vehicle's numbers, recomputed.
+//! - [`identification`]: the procedure of ch. V, its numbers and figures.
 
+pub mod identification;
 pub mod plane_forces;
 pub mod predicted;
 pub mod program_figures;
