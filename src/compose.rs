@@ -15,7 +15,7 @@ use planesman_msgs::planesman_msgs::msg::{
 };
 use planesman_msgs::rosgraph_msgs::msg::Clock;
 use plant_sim::{Observation, Plant};
-use sysid::core::Identifier;
+use sysid::Identifier;
 
 use crate::scenario::Scenario;
 

@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context as _, Result, bail};
 use depth_controller::gains::is_of_pitch;
 use indicatif::{ProgressBar, ProgressStyle};
+use planesman_linear::pole_text;
 use planesman_msgs::diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus};
 use planesman_msgs::planesman_msgs::msg::{ModelEstimate, VehicleState};
 use planesman_msgs::std_srvs::srv::{SetBool, SetBoolRequest, SetBoolResponse};
@@ -24,7 +25,7 @@ use crate::crew::Crew;
 use crate::run_folder::{Loss, RunFolder};
 use crate::scenario::{NODES, Scenario};
 use crate::sink::full_name;
-use crate::summary::{identified, pole_text};
+use crate::summary::identified;
 
 /// Where a vehicle is, unless it is told otherwise. Its time is on `/clock`; that of vehicles in other
 /// namespaces is on a topic there, so that several may fly in one domain.
@@ -321,7 +322,7 @@ impl Captain {
             Event::State(state) => self.on_state(&state),
             Event::Model(model) if model.valid && is_of_pitch(&model) => {
                 if let Some(pole) = identified(&model).dominant() {
-                    self.pole = format!("pole {} 1/s", pole_text(pole));
+                    self.pole = format!("pole {} 1/s", pole_text(pole, 4));
                 }
             }
             Event::Model(_) => {}

@@ -57,10 +57,10 @@ enum Command {
         folder: PathBuf,
     },
     /// Identify from a bag what sysid identifies live
-    Replay(sysid::replay::ReplayArgs),
+    Replay(planesman::sysid::replay::ReplayArgs),
     /// Look for signals in any bag or table, and find models in them
     #[command(subcommand)]
-    Sysid(sysid::command::Command),
+    Sysid(planesman::sysid::Command),
     /// Look into a bag
     #[command(subcommand)]
     Bag(BagCommand),
@@ -239,10 +239,9 @@ fn main() -> ExitCode {
         Command::Report { folder } => RunFolder::open(&folder)
             .and_then(|run| run.report())
             .and_then(|text| Ok(planesman_node::say!("{text}")?)),
-        Command::Replay(args) => sysid::replay::run(&args),
-        Command::Sysid(sysid::command::Command::Fit(args)) => planesman::sysid::fit(&args),
-        Command::Sysid(sysid::command::Command::Watch(args)) => {
-            stay_local().and_then(|()| sysid::watch::run(&args))
+        Command::Replay(args) => planesman::sysid::replay::run(&args),
+        Command::Sysid(command @ planesman::sysid::Command::Watch(_)) => {
+            stay_local().and_then(|()| command.run())
         }
         Command::Sysid(command) => command.run(),
         Command::Tf(args) => tf_command::run(&args),

@@ -9,8 +9,7 @@ use dha_actuator::{Actuator, ActuatorParameters};
 use planesman_parameters::{Declaration, Parameters, Value, Values};
 use plant_sim::{Plant, PlantParameters};
 use recorder::parameters::{RecorderParameters, writer_options};
-use sysid::core::Identifier;
-use sysid::parameters::IdentifierParameters;
+use sysid::{Identifier, IdentifierParameters};
 
 use crate::crew::launched;
 use crate::scenario::{NODES, Scenario};
@@ -22,7 +21,7 @@ pub fn run(name: &str, args: Vec<String>) -> ExitCode {
         "plant_sim" => plant_sim::main(args),
         "depth_controller" => depth_controller::main(args),
         "dha_actuator" => dha_actuator::main(args),
-        "sysid" => sysid::node::main(args),
+        "sysid" => sysid::main(args),
         "recorder" => recorder::node::main(args),
         other => {
             planesman_node::complain!(

@@ -5,12 +5,12 @@ use std::collections::BTreeMap;
 
 use anyhow::Result;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
-use planesman_linear::Complex;
+use planesman_linear::{Complex, pole_text};
 use planesman_text::shown;
 
 use crate::flight::{Flight, Points};
 use crate::scenario::Scenario;
-use crate::summary::{Summary, pole_text};
+use crate::summary::Summary;
 use planesman_plot::{Plot, Style};
 
 /// Messages of one topic, as sent and as recorded.
@@ -131,7 +131,7 @@ fn model_table(summary: &Summary) -> Markup {
 }
 
 fn cell(poles: &[Complex<f64>], i: usize) -> String {
-    poles.get(i).map_or_else(String::new, |p| pole_text(*p))
+    poles.get(i).map_or_else(String::new, |p| pole_text(*p, 4))
 }
 
 fn count_table(counts: &BTreeMap<String, Count>) -> Markup {

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use anyhow::{Result, anyhow};
-use planesman_linear::{Complex, StepMetrics, TransferFunction};
+use planesman_linear::{Complex, StepMetrics, TransferFunction, pole_text};
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 
 use crate::flight::Flight;
@@ -147,21 +147,6 @@ fn slowest_first(mut poles: Vec<Complex<f64>>) -> Vec<Complex<f64>> {
     poles
 }
 
-/// A pole as people write it: `-0.355 ± 0.126i` stands for the pair.
-#[must_use]
-pub fn pole_text(pole: Complex<f64>) -> String {
-    if pole.im == 0.0 {
-        format!("{:.4}", pole.re)
-    } else {
-        format!(
-            "{:.4} {} {:.4}i",
-            pole.re,
-            if pole.im > 0.0 { '+' } else { '-' },
-            pole.im.abs()
-        )
-    }
-}
-
 fn seconds(value: Option<f64>) -> String {
     value.map_or_else(|| "not reached".to_owned(), |v| format!("{v:.2} s"))
 }
@@ -190,7 +175,7 @@ impl fmt::Display for Summary {
             Some(found) => {
                 let rows = found.poles.len().max(self.truth.poles.len());
                 let text = |poles: &[Complex<f64>], i: usize| {
-                    poles.get(i).map_or_else(String::new, |p| pole_text(*p))
+                    poles.get(i).map_or_else(String::new, |p| pole_text(*p, 4))
                 };
                 for i in 0..rows {
                     writeln!(

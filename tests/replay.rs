@@ -7,10 +7,10 @@ mod stage;
 use std::path::Path;
 
 use clap::Parser;
+use planesman::sysid::replay::{Replay, ReplayArgs, replay};
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 use planesman_msgs::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerRequest};
 use stage::{Heard, Signal, Stage, scenario};
-use sysid::replay::{Replay, ReplayArgs, replay};
 
 fn replayed(arguments: &[&str]) -> Replay {
     let args = ["replay"].iter().chain(arguments);

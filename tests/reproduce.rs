@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::process::{Command, Output};
 
-use planesman::reproduce::shares;
+use brunner_1988::REPORT;
 use planesman_book::Verdict;
 
 fn planesman(args: &[&str]) -> Output {
@@ -22,8 +22,8 @@ fn total(text: &str, what: &str) -> usize {
 
 /// How many recomputed numbers the book has with each verdict.
 fn verdicts() -> BTreeMap<Verdict, usize> {
-    let book = shares::book().expect("a book");
-    let recomputed: BTreeMap<_, _> = shares::recomputed().into_iter().collect();
+    let book = (REPORT.book)().expect("a book");
+    let recomputed: BTreeMap<_, _> = (REPORT.recomputed)().into_iter().collect();
     let mut counts = BTreeMap::new();
     for entry in book.entries() {
         if let Some(verdict) = entry.verdict
@@ -103,7 +103,7 @@ fn every_number_of_the_report_has_the_verdict_that_stands_in_the_book() {
 
 #[test]
 fn the_theory_beside_the_identified_models_is_that_of_the_plant() {
-    let values: BTreeMap<_, _> = shares::recomputed().into_iter().collect();
+    let values: BTreeMap<_, _> = (REPORT.recomputed)().into_iter().collect();
     for (run, speed) in [("9/2", 1.8), ("7/3", 1.2), ("8/1", 2.1)] {
         for (identified, plant) in [("dc_pred", "gain_norest"), ("pole_pred", "BJ")] {
             let theory = values[format!("Tab9.{run}.qd2.{identified}").as_str()];

@@ -3,9 +3,7 @@
 
 use libfuzzer_sys::fuzz_target;
 use planesman_fuzz::{InMemory, choice};
-use sysid::csv_source::CsvSource;
-use sysid::resample::{Options, Resampler};
-use sysid::source::TimeUnit;
+use planesman_signals::{CsvSource, Options, Resampler, TimeUnit};
 
 fuzz_target!(|data: &[u8]| {
     let Some((unit, text)) = choice(data) else {

@@ -1,24 +1,15 @@
 //! `planesman reproduce`: every number of the two historical reports beside what it comes to.
 //!
-//! - [`reports`]: the two reports.
-//! - [`shares`]: which node recomputes which numbers of the 1988 report.
 //! - [`listing`]: the numbers as text.
 //! - [`page`]: the numbers, errata and figures as one HTML page.
-//! - [`identification`]: the procedure of ch. V, step by step on synthetic runs.
-//! - [`run_figures`]: Figs. 45 to 56, what comes of it.
 
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
 use planesman_book::Reckoning;
-use reports::REPORTS;
 
-pub mod identification;
 pub mod listing;
 pub mod page;
-pub mod reports;
-pub mod run_figures;
-pub mod shares;
 
 /// What the command takes.
 #[derive(Clone, Debug, clap::Args)]
@@ -36,7 +27,7 @@ pub struct ReproduceArgs {
 pub fn run(args: &ReproduceArgs) -> Result<()> {
     let mut page = page::Page::default();
     let mut news = 0;
-    for report in REPORTS {
+    for report in [brunner_1988::REPORT, ibm_1966::REPORT] {
         let book = (report.book)()?;
         let values = (report.recomputed)();
         let reckoning = Reckoning::of(&book, values.iter().map(|(id, v)| (id.as_str(), *v)));

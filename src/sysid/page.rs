@@ -5,13 +5,12 @@ use std::f64::consts::{PI, TAU};
 
 use anyhow::{Result, anyhow};
 use maud::{Markup, html};
-use sysid::analysis::Analysis;
-use sysid::record::Record;
-use sysid::uncertainty::{SIGMAS_95, Uncertain};
-use sysid::validation::residuals::Correlation;
+use planesman_identification::analysis::Analysis;
+use planesman_identification::validation::residuals::Correlation;
+use planesman_identification::{Record, SIGMAS_95, Uncertain};
+use planesman_plot::{Plot, Series, Style};
 
 use crate::page::{self, document};
-use planesman_plot::{Plot, Series, Style};
 
 /// Points drawn of a line at most.
 const POINTS: usize = 2000;
@@ -22,7 +21,7 @@ const FREQUENCIES: usize = 200;
 ///
 /// # Errors
 /// When a plot cannot be drawn.
-pub fn page(analysis: &Analysis, record: &Record) -> Result<String> {
+pub(super) fn page(analysis: &Analysis, record: &Record) -> Result<String> {
     let title = format!("{} to {}", analysis.input, analysis.output);
     let plots = plots(analysis, record)?;
     let body = html! {
@@ -302,30 +301,16 @@ fn bode(analysis: &Analysis) -> Result<Vec<Markup>> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use sysid::analysis::{Options, analyse};
-    use sysid::estimators::Method;
-    use sysid::record::{Channel, Method as Resampled, Stretch, Timing};
-    use sysid::synthetic::{BIAS, NOISE, Run, SAMPLE_TIME};
+    use brunner_1988::identification::synthetic::{BIAS, NOISE, Run, SAMPLE_TIME};
+    use planesman_identification::analysis::{Options, analyse};
+    use planesman_identification::estimators::Method;
 
     #[test]
     fn a_page_stands_alone_and_says_everything() {
         let run = Run::EightOne;
-        let channel = |name: &str| Channel {
-            name: name.to_owned(),
-            method: Resampled::Mean,
-            timing: Timing::default(),
-            held: 0.0,
-        };
-        let record = Record {
-            sample_time: SAMPLE_TIME,
-            inputs: vec![channel("planes <V>")],
-            outputs: vec![channel("gyro")],
-            stretches: vec![Stretch {
-                start: 0,
-                inputs: vec![run.planes()],
-                outputs: vec![run.measured(1, NOISE, BIAS)],
-            }],
-        };
+        let inputs = vec![("planes <V>", run.planes())];
+        let outputs = vec![("gyro", run.measured(1, NOISE, BIAS))];
+        let record = Record::of_run(SAMPLE_TIME, inputs, outputs).unwrap();
         for method in [Method::OutputError, Method::Vehicle, Method::Kalman] {
             let options = Options {
                 method,

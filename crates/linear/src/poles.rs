@@ -27,6 +27,31 @@ pub fn continuous_to_discrete(s: Complex<f64>, dt: f64) -> Complex<f64> {
     (s * dt).exp()
 }
 
+/// A pole as people write it, with so many decimals: `-0.3550 + 0.1260i`.
+#[must_use]
+pub fn pole_text(pole: Complex<f64>, decimals: usize) -> String {
+    let sign = if pole.im < 0.0 { '-' } else { '+' };
+    signed_text(pole, sign, decimals)
+}
+
+/// A conjugate pair as people write it, from either of the two: `-0.3550 ± 0.1260i`. A real pole stands alone.
+#[must_use]
+pub fn pair_text(pole: Complex<f64>, decimals: usize) -> String {
+    signed_text(pole, '±', decimals)
+}
+
+fn signed_text(pole: Complex<f64>, sign: char, decimals: usize) -> String {
+    if pole.im == 0.0 {
+        format!("{:.decimals$}", pole.re)
+    } else {
+        format!(
+            "{:.decimals$} {sign} {:.decimals$}i",
+            pole.re,
+            pole.im.abs()
+        )
+    }
+}
+
 /// The eigenvalues of a square matrix, in the order of
 /// [`polynomial::roots`](crate::polynomial::roots).
 ///

@@ -152,10 +152,10 @@ mod tests {
 
     #[test]
     fn full_thrust_brings_the_vehicle_to_its_design_speed() {
-        let p = propulsion();
+        let (p, mass) = (propulsion(), brunner().mass);
         let mut speed = 0.0;
         for _ in 0..60_000 {
-            speed = p.speed_after(speed, 0.01, p.full_thrust(), brunner().mass, 0.0);
+            speed = p.speed_after(speed, 0.01, p.full_thrust(), mass, 0.0);
         }
         assert!((speed - p.design_speed).abs() < 1e-6, "{speed}");
         assert!((p.balanced_speed(1.0) - p.design_speed).abs() < 1e-12);

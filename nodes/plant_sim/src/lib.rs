@@ -3,7 +3,7 @@
 //! - `node`: DDS to core and back; [`main`]. `lockstep`, `answers`: when a tick may be flown.
 //! - `core`: messages in, messages out, one tick at a time: [`Plant`], [`Observation`].
 //! - [`PlantParameters`]: the declared parameters; `settings`: the same as the models' own types.
-//! - [`sensors`]: gyros, accelerometers, pressure cells, their errors and their volts.
+//! - `sensors`: [`gyro`], accelerometers, [`pressure_cell`], [`plane_signal`], their errors and their volts.
 //! - `odometry`, `messages`: the state in ROS frames (REP 103, REP 105), and as messages.
 //!
 //! The equations of motion are those of [`planesman_vehicle`].
@@ -15,10 +15,11 @@ mod messages;
 mod node;
 mod odometry;
 mod parameters;
-pub mod sensors;
+mod sensors;
 mod settings;
 
 pub use core::{Observation, Plant, vehicle};
 pub use node::main;
 pub use parameters::PlantParameters;
+pub use sensors::{gyro, plane_signal, pressure_cell, specific_force};
 pub use settings::derivatives;

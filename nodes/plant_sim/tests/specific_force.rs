@@ -7,7 +7,7 @@ use planesman_vehicle::{
     Tether, Turn, Turning, Variant, Vehicle,
     vehicle_file::{brunner, remus_100},
 };
-use plant_sim::sensors::specific_force;
+use plant_sim::specific_force;
 
 /// Short enough for second differences, long enough for their rounding.
 const STEP: f64 = 1e-3;

@@ -1,17 +1,17 @@
 //! The identifier: messages in, estimates out, of one or several pairs of signals.
 //!
-//! Samples are taken in the order of their stamps ([`crate::align`]), so what is estimated
+//! Samples are taken in the order of their stamps ([`planesman_signals::Aligner`]), so what is estimated
 //! depends on the messages and not on when they arrived: a bag replayed gives, bit for bit,
 //! what was published live from the same messages.
 
 use std::collections::BTreeMap;
 
 use planesman_decode::{Types, schema};
+use planesman_identification::Model;
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 use planesman_msgs::{Message, cdr};
 
-use crate::model::Model;
 use crate::pair::{self, Change, Pair, Scheduled};
 use crate::parameters::{Config, IdentifierParameters};
 use crate::reader::TopicReader;

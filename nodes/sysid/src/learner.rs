@@ -1,17 +1,15 @@
 //! Learns a model from samples in order, by any of the estimators that learn while samples arrive, and says
 //! what it is worth.
 
+use planesman_identification::estimators::Recursive;
+use planesman_identification::estimators::kalman::Filter;
+use planesman_identification::estimators::recursive::{Forgetting, Kind, Recursion};
+use planesman_identification::{Input, Model, PHYSICAL, Readout, Spread, fit};
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 use planesman_parameters::Choice as _;
+use planesman_signals::Sample;
 
-use crate::align::Sample;
-use crate::estimators::kalman::Filter;
-use crate::estimators::recursive::{Forgetting, Kind, Recursion, Recursive};
-use crate::fit::{Spread, fit};
-use crate::model::Model;
 use crate::parameters::Config;
-use crate::readout::{PHYSICAL, Readout};
-use crate::regression::Input;
 
 /// What an error counts for in the recent fit after each later one: about 200 samples are remembered.
 const RECENT: f64 = 0.995;
@@ -54,7 +52,7 @@ impl Estimator {
 
 /// What has been learnt, and the history the next row is made of.
 #[derive(Clone, Debug)]
-pub struct Learner {
+pub(crate) struct Learner {
     estimator: Estimator,
     frozen: bool,
     /// A sample has come.
@@ -93,7 +91,7 @@ impl Learner {
     ///
     /// # Errors
     /// A sentence, when the estimator refuses its parameters.
-    pub fn new(config: &Config) -> Result<Self, String> {
+    pub(crate) fn new(config: &Config) -> Result<Self, String> {
         Ok(Self::before(Estimator::new(config)?, false))
     }
 
@@ -114,7 +112,7 @@ impl Learner {
     }
 
     /// Forgets every sample; frozen stays frozen.
-    pub fn reset(&mut self) {
+    pub(crate) fn reset(&mut self) {
         let mut estimator = self.estimator.clone();
         estimator.recursive().reset();
         *self = Self::before(estimator, self.frozen);
@@ -124,7 +122,7 @@ impl Learner {
     ///
     /// # Errors
     /// A sentence, when the estimator refuses it; nothing changes then.
-    pub fn retune(&mut self, config: &Config) -> Result<(), String> {
+    pub(crate) fn retune(&mut self, config: &Config) -> Result<(), String> {
         match &mut self.estimator {
             Estimator::Recursion(it) => it.set_options(config.options),
             Estimator::Vehicle(it) => it.set_settings(config.settings),
@@ -132,7 +130,7 @@ impl Learner {
     }
 
     /// From now on predicts and learns nothing, or learns again.
-    pub fn set_frozen(&mut self, frozen: bool) {
+    pub(crate) fn set_frozen(&mut self, frozen: bool) {
         self.frozen = frozen;
         self.estimator.recursive().set_frozen(frozen);
         // The fit is that of the one model from here on.
@@ -141,13 +139,13 @@ impl Learner {
 
     /// Whether it learns nothing.
     #[must_use]
-    pub fn frozen(&self) -> bool {
+    pub(crate) fn frozen(&self) -> bool {
         self.frozen
     }
 
     /// Begins the history anew with `output`; nothing is learnt. What an integral was then is lost: with
     /// integrators among what is known, all that was learnt goes too.
-    pub fn begin(&mut self, output: f64) {
+    pub(crate) fn begin(&mut self, output: f64) {
         if let Estimator::Recursion(it) = &self.estimator
             && it.layout().structure.known_denominator.len() > 1
             && !self.frozen
@@ -160,7 +158,7 @@ impl Learner {
 
     /// Takes the next sample; without an input, or as the first, it begins the history. Returns whether it
     /// was predicted.
-    pub fn take(&mut self, sample: Sample) -> bool {
+    pub(crate) fn take(&mut self, sample: Sample) -> bool {
         let Some(input) = sample.input.filter(|_| self.begun) else {
             self.begin(sample.output);
             return false;
@@ -192,13 +190,13 @@ impl Learner {
 
     /// Samples predicted, learnt from or not.
     #[must_use]
-    pub fn predicted(&self) -> u64 {
+    pub(crate) fn predicted(&self) -> u64 {
         self.predicted
     }
 
     /// The model as it stands.
     #[must_use]
-    pub fn model(&self, config: &Config) -> Model {
+    pub(crate) fn model(&self, config: &Config) -> Model {
         self.readout(config).model
     }
 
@@ -217,7 +215,7 @@ impl Learner {
     /// `(Phi'Phi)^-1`, which is right when the residual is white. It says nothing of the bias that noise on
     /// the measured outputs brings into an equation-error fit.
     #[must_use]
-    pub fn estimate(&self, config: &Config) -> ModelEstimate {
+    pub(crate) fn estimate(&self, config: &Config) -> ModelEstimate {
         let Readout { model, covariance } = self.readout(config);
         let none = ModelEstimate {
             estimator: config.estimator.name().to_owned(),

@@ -18,18 +18,18 @@ const MOST: usize = 1000;
 
 /// A message type known at run time.
 #[derive(Clone, Debug)]
-pub struct MessageType {
+pub(crate) struct MessageType {
     /// Its definition, with all it refers to.
-    pub types: Types,
+    pub(crate) types: Types,
     /// Its hash, `RIHS01_...`.
-    pub hash: String,
+    pub(crate) hash: String,
 }
 
 /// The message type of that name (`sensor_msgs/msg/Imu`).
 ///
 /// # Errors
 /// A sentence, when it is neither compiled in nor in the ament index, or cannot be read there.
-pub fn find(type_name: &str) -> Result<MessageType, String> {
+pub(crate) fn find(type_name: &str) -> Result<MessageType, String> {
     if let Some(info) = planesman_msgs::type_info(type_name) {
         return Ok(MessageType {
             types: schema::read(info.type_name, "ros2msg", info.definition)

@@ -18,7 +18,7 @@ use crate::message_types;
 use crate::pair::{self, Change, Pair};
 use crate::parameters::{Config, IdentifierParameters, Reliability};
 use crate::reader::TopicReader;
-use crate::watch::{self, Screen};
+use crate::screen::{DRAW, Screen};
 
 /// Time between two looks at who has fallen silent.
 const LOOK: Duration = Duration::from_millis(500);
@@ -37,7 +37,7 @@ enum Event {
     Parameters(Box<IdentifierParameters>),
 }
 
-/// The argument, before ROS's, that asks for the view of [`crate::watch`].
+/// The argument, before ROS's, that asks for the view of [`Screen`].
 const WATCH: &str = "--watch";
 
 /// Runs the node with its command-line arguments until it is told to stop.
@@ -101,7 +101,7 @@ fn run(mut args: Vec<String>) -> Result<()> {
     let _drawings = node
         .screen
         .is_some()
-        .then(|| rt.every(watch::DRAW, || Event::Draw));
+        .then(|| rt.every(DRAW, || Event::Draw));
     rt.run(|rt, event| node.on(rt, event))
 }
 

@@ -8,17 +8,15 @@
 
 use std::collections::{BTreeSet, VecDeque};
 
+use planesman_identification::{Input, Model};
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 use planesman_parameters::{Parameters as _, file};
+use planesman_signals::{Aligner, Given, LiveGrid, Offer, WINDOW};
 
-use crate::align::{Aligner, Offer, WINDOW};
 use crate::learner::Learner;
-use crate::live_grid::{Given, LiveGrid};
-use crate::model::Model;
 use crate::parameters::{self, Config, IdentifierParameters};
 use crate::reader::Sample;
-use crate::regression::Input;
 
 /// The name of the pair that the parameters `input` and `output` are.
 pub const FIRST: &str = "model";
@@ -84,7 +82,7 @@ pub struct Pair {
 /// # Errors
 /// A sentence naming the parameter, when an entry of `pairs` is not written as it is to be, two have one name,
 /// or one would change what belongs to the node.
-pub fn described(
+pub(crate) fn described(
     parameters: &IdentifierParameters,
 ) -> Result<Vec<(String, IdentifierParameters)>, String> {
     let mut all = vec![(FIRST.to_owned(), parameters.clone())];

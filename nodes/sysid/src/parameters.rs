@@ -1,13 +1,13 @@
 //! The identifier's parameters: the only place where its defaults and ranges stand.
 
+use planesman_identification::Structure;
+use planesman_identification::estimators::kalman::Settings;
+use planesman_identification::estimators::recursive::{Forgetting, Kind, Options};
+use planesman_identification::estimators::vehicle::{Heave, Vehicle};
 use planesman_parameters::{Choice, Parameters};
+use planesman_signals::Signal;
 
-use crate::estimators::kalman::Settings;
-use crate::estimators::recursive::{Forgetting, Kind, Options};
-use crate::estimators::vehicle::{Heave, Vehicle};
 use crate::message_types;
-use crate::signal::Signal;
-use crate::structure::Structure;
 
 /// Parameters that are not a pair's.
 pub(crate) const OF_THE_NODE: [&str; 4] = ["pairs", "answer", "input", "output"];

@@ -1,11 +1,11 @@
 //! The identifier's signals out of the payloads of one topic, by the schema of its messages.
 
 use planesman_decode::{Decoder, Types, Values};
+use planesman_identification::Input;
 use planesman_msgs::builtin_interfaces::msg::Time;
+use planesman_signals::Signal;
 
 use crate::parameters::Config;
-use crate::regression::Input;
-use crate::signal::Signal;
 
 /// What a message says to the identifier.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -10,17 +10,13 @@
 
 #![allow(clippy::unwrap_used)]
 
+use planesman_identification::{Input, RecursiveLeastSquares, Shape, noise, rows};
 use planesman_linear::{Complex, DMatrix, StateSpace};
 use planesman_msgs::builtin_interfaces::msg::{Duration, Time};
 use planesman_msgs::planesman_msgs::msg::{ModelEstimate, PlaneMotion, VehicleState};
 use planesman_parameters::{Parameters as _, Value};
-use sysid::align::WINDOW;
-use sysid::core::Identifier;
-use sysid::pair::{Change, Scheduled};
-use sysid::parameters::IdentifierParameters;
-use sysid::regression::{self, Input, Shape};
-use sysid::rls::RecursiveLeastSquares;
-use sysid::synthetic;
+use planesman_signals::WINDOW;
+use sysid::{Change, Identifier, IdentifierParameters, Scheduled};
 
 const TICK: i64 = 50_000_000;
 const START: i64 = 1_767_225_600_000_000_000;
@@ -412,7 +408,7 @@ fn by_default_it_is_the_square_root_recursion_on_whole_histories_bit_for_bit() {
         bias: false,
     };
     let mut rls = RecursiveLeastSquares::new(9, 1.0, 1e18).unwrap();
-    for (row, output) in regression::rows(shape, &inputs, &outputs) {
+    for (row, output) in rows(shape, &inputs, &outputs) {
         rls.update(&row, output);
     }
     let mut identifier = identifier(&[]);
@@ -459,7 +455,7 @@ fn where_least_squares_is_led_astray_by_the_sensor_output_error_is_not_and_its_f
             ("input", "state:dive_planes".into()),
             ("order", 1_i64.into()),
         ]);
-        let (inputs, noise) = (synthetic::noise(1, 4000), synthetic::noise(2, 4000));
+        let (inputs, noise) = (noise(1, 4000), noise(2, 4000));
         let mut y = 0.0;
         for k in 0..4000 {
             let mut state = VehicleState {

@@ -1,14 +1,12 @@
 //! Live signals that know nothing of each other's clocks: an output at 87 Hz, an input sent only when it changes.
 #![allow(clippy::unwrap_used)]
 
+use planesman_identification::Input;
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64;
-use sysid::pair::{FIRST, Pair};
-use sysid::parameters::IdentifierParameters;
-use sysid::reader::Sample;
-use sysid::regression::Input;
+use sysid::{FIRST, IdentifierParameters, Pair, Sample};
 
 /// y_dot = -2 y + 3 u.
 const POLE: f64 = -2.0;

@@ -8,11 +8,17 @@
 //! - [`plane_forces`]: the report's estimate of the planes' size; [`track`]: a recorded manoeuvre.
 //! - [`vehicle`]: the book of the vehicle's numbers, recomputed.
 //! - [`controllers`]: ch. II and program T6.
+//! - [`identification`]: the procedure of ch. V, its numbers and figures.
+//! - [`REPORT`]: numbers and figures.
 
 pub mod controllers;
+pub mod identification;
 pub mod plane_forces;
 pub mod predicted;
 pub mod program_figures;
 pub mod programs;
+mod report;
 pub mod track;
 pub mod vehicle;
+
+pub use report::REPORT;

@@ -5,7 +5,7 @@
 
 /// A converter: codes in two's complement, the same for each channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Adc {
+pub(crate) struct Adc {
     /// Bits per sample; 0 neither rounds nor limits.
     pub bits: u32,
     /// Full scale to either side \[V\].
@@ -13,7 +13,7 @@ pub struct Adc {
 }
 
 /// Not there: volts pass as they are.
-pub const NONE: Adc = Adc {
+pub(crate) const NONE: Adc = Adc {
     bits: 0,
     range: f64::INFINITY,
 };
@@ -21,7 +21,7 @@ pub const NONE: Adc = Adc {
 impl Adc {
     /// One code's worth \[V\].
     #[must_use]
-    pub fn resolution(&self) -> f64 {
+    pub(crate) fn resolution(&self) -> f64 {
         if self.bits == 0 {
             0.0
         } else {
@@ -31,7 +31,7 @@ impl Adc {
 
     /// The volts that the code stands for.
     #[must_use]
-    pub fn sampled(&self, volts: f64) -> f64 {
+    pub(crate) fn sampled(&self, volts: f64) -> f64 {
         if self.bits == 0 {
             return volts;
         }
@@ -42,7 +42,7 @@ impl Adc {
 
     /// Whether a sample is at an end of the range.
     #[must_use]
-    pub fn saturated(&self, sample: f64) -> bool {
+    pub(crate) fn saturated(&self, sample: f64) -> bool {
         self.bits != 0 && !(-self.range < sample && sample < self.range - self.resolution())
     }
 }

@@ -14,7 +14,7 @@
 
 /// How the pitch-rate channel is conditioned.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Conditioning {
+pub(crate) enum Conditioning {
     /// Not at all, as digitised in the report.
     #[default]
     None,
@@ -28,7 +28,7 @@ pub enum Conditioning {
 
 /// What the two integrators hold \[V\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Memory([f64; 2]);
+pub(crate) struct Memory([f64; 2]);
 
 impl Conditioning {
     /// The output \[V\] now, for an input \[V\] held over the coming `dt` \[s\]; `memory` moves on.
@@ -38,7 +38,7 @@ impl Conditioning {
     /// ```text
     /// x1 <- u + e (x1 - u)      x2 <- e (x2 + k dt (u - x1))
     /// ```
-    pub fn step(&self, memory: &mut Memory, input: f64, dt: f64) -> f64 {
+    pub(crate) fn step(&self, memory: &mut Memory, input: f64, dt: f64) -> f64 {
         let k = match *self {
             Self::None => return input,
             Self::DeadBand(zero) => return (input + zero).min(0.0),
@@ -53,32 +53,6 @@ impl Conditioning {
             Self::HighPassTwice(_) => twice,
             _ => once,
         }
-    }
-}
-
-/// The integrator to pitch behind the conditioning: `theta' = volts / S`, from 0.
-///
-/// Behind [`Conditioning::DeadBand`] it is the report's pitch, which never comes back up.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PitchIntegrator {
-    sensitivity: f64,
-    pitch: f64,
-}
-
-impl PitchIntegrator {
-    /// At 0, behind a gyro of so many V s/rad.
-    #[must_use]
-    pub fn new(sensitivity: f64) -> Self {
-        Self {
-            sensitivity,
-            pitch: 0.0,
-        }
-    }
-
-    /// Pitch \[rad\], positive bow up, after the conditioned rate \[V\] was held for `dt` \[s\].
-    pub fn step(&mut self, volts: f64, dt: f64) -> f64 {
-        self.pitch += dt * volts / self.sensitivity;
-        self.pitch
     }
 }
 
@@ -141,11 +115,10 @@ mod tests {
         // A dive to 20 degrees bow down and back to level, 10 deg/s.
         let dead_band = Conditioning::DeadBand(0.0);
         let mut memory = Memory::default();
-        let mut integrator = PitchIntegrator::new(gyro::SWING.pitch.sensitivity());
-        let mut pitch = 0.0;
+        let mut pitch = 0.0_f64;
         for n in 0..80 {
             let volts = if n < 40 { -0.125 } else { 0.125 };
-            pitch = integrator.step(dead_band.step(&mut memory, volts, T), T);
+            pitch += T * dead_band.step(&mut memory, volts, T) / gyro::SWING.pitch.sensitivity();
         }
         let pitch = pitch.to_degrees();
         assert!((pitch + 20.0).abs() < 1e-9);

@@ -10,12 +10,12 @@
 //! calibration that their reader knows. Only the conditioning and the converter are `daq`'s own.
 //! The accelerometers have no volts; the report's vehicle had none.
 //!
-//! - [`gyro`]: rate gyros, their calibrations and their wandering zero.
-//! - [`pressure_cell`]: the depth cell and the speed cell.
-//! - [`plane_signal`]: the dive-plane signal.
-//! - [`conditioning`]: high-pass filters and the relay comparator.
-//! - [`adc`]: the converter.
-//! - [`noise`]: a stream of random numbers per source of error.
+//! - `gyro`: rate gyros, their calibrations and their wandering zero.
+//! - `pressure_cell`: the depth cell and the speed cell.
+//! - `plane_signal`: the dive-plane signal.
+//! - `conditioning`: high-pass filters and the relay comparator.
+//! - `adc`: the converter.
+//! - `noise`: a stream of random numbers per source of error.
 //!
 //! The dive-plane channel was the *command* from the radio control box, calibrated in degrees of
 //! plane. A vehicle knows no command, only where its planes are; so here the channel shows the
@@ -24,10 +24,10 @@
 //!
 //! Brunner 1988 (ch. III.F-G, IV) gives calibrations, ranges and the drift's extent, and no noise.
 
-pub mod adc;
-pub mod conditioning;
+pub(crate) mod adc;
+pub(crate) mod conditioning;
 pub mod gyro;
-pub mod noise;
+mod noise;
 pub mod plane_signal;
 pub mod pressure_cell;
 
@@ -41,7 +41,7 @@ use pressure_cell::{DepthPort, PressureCell};
 
 /// A channel's imperfections, in the unit of what it measures.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Channel {
+pub(crate) struct Channel {
     /// Added to every reading.
     pub bias: f64,
     /// Standard deviation of the white noise.
@@ -50,7 +50,7 @@ pub struct Channel {
 
 /// The instruments.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sensors {
+pub(crate) struct Sensors {
     /// The gyros' calibrations.
     pub gyros: Calibrations,
     /// Each gyro's errors.
@@ -97,7 +97,7 @@ impl Default for Sensors {
 
 /// What there is to measure.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Truth {
+pub(crate) struct Truth {
     /// Roll, pitch and yaw rate \[rad/s\] about the body's axes forward, right, down.
     pub rates: [f64; 3],
     /// Specific force \[m/s^2\], forward, left, up: acceleration less gravity.
@@ -116,7 +116,7 @@ pub struct Truth {
 
 /// What the instruments remember from tick to tick.
 #[derive(Clone, Debug)]
-pub struct Memory {
+pub(crate) struct Memory {
     gyro_noise: [Stream; 3],
     gyro_drift: [Stream; 3],
     accelerometer: [Stream; 3],
@@ -131,7 +131,7 @@ pub struct Memory {
 impl Memory {
     /// Before the first tick, under a seed.
     #[must_use]
-    pub fn new(seed: u64) -> Self {
+    pub(crate) fn new(seed: u64) -> Self {
         let axes = |source: fn(u8) -> Source| [0, 1, 2].map(|axis| Stream::new(seed, source(axis)));
         Self {
             gyro_noise: axes(Source::GyroNoise),
@@ -148,7 +148,7 @@ impl Memory {
 
 /// The four digitised channels \[V\] (p. 90), or a flag for each.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Channels<T> {
+pub(crate) struct Channels<T> {
     /// The pitch-rate gyro, conditioned.
     pub pitch_rate: T,
     /// The depth cell.
@@ -161,7 +161,7 @@ pub struct Channels<T> {
 
 /// One tick's readings. Vectors are in the body frame forward, left, up (REP 103).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Readings {
+pub(crate) struct Readings {
     /// \[rad/s\]
     pub angular_velocity: [f64; 3],
     /// Specific force \[m/s^2\]. At rest and level it is `g` upwards.
@@ -180,7 +180,7 @@ impl Sensors {
     /// What the instruments read now; `memory` moves on by a tick of `dt` \[s\].
     ///
     /// Every stream gives a number in every tick, whether or not it is used.
-    pub fn read(
+    pub(crate) fn read(
         &self,
         truth: &Truth,
         environment: &Environment,
@@ -230,7 +230,7 @@ impl Sensors {
 
     /// Standard deviation of each angular velocity's noise \[rad/s\], forward, left, up.
     #[must_use]
-    pub fn rate_noise(&self) -> [f64; 3] {
+    pub(crate) fn rate_noise(&self) -> [f64; 3] {
         [&self.gyros.roll, &self.gyros.pitch, &self.gyros.yaw]
             .map(|calibration| self.gyro_errors.noise / calibration.sensitivity())
     }

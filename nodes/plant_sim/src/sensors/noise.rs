@@ -8,7 +8,7 @@ use rand_pcg::{Pcg64, rand_core::SeedableRng};
 
 /// What is random in the instruments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Source {
+pub(super) enum Source {
     /// White noise of the rate gyro about an axis, 0 to 2: roll, pitch, yaw.
     GyroNoise(u8),
     /// The drift of that gyro's zero.
@@ -40,19 +40,19 @@ impl Source {
 /// Normal numbers with mean 0 and variance 1: PCG XSL RR 128/64 (O'Neill 2014), the same on every
 /// machine.
 #[derive(Clone, Debug)]
-pub struct Stream(Pcg64);
+pub(super) struct Stream(Pcg64);
 
 impl Stream {
     /// A source's stream under a seed.
     #[must_use]
-    pub fn new(seed: u64, source: Source) -> Self {
+    pub(super) fn new(seed: u64, source: Source) -> Self {
         // Steps of 2^64 over the golden ratio keep neighbouring seeds' streams apart.
         let step = source.number().wrapping_mul(0x9E37_79B9_7F4A_7C15);
         Self(Pcg64::seed_from_u64(seed.wrapping_add(step)))
     }
 
     /// The next number.
-    pub fn draw(&mut self) -> f64 {
+    pub(super) fn draw(&mut self) -> f64 {
         StandardNormal.sample(&mut self.0)
     }
 }

@@ -8,7 +8,7 @@ use super::{BOOK, Recomputed};
 use planesman_units::{FOOT, INCH};
 
 use planesman_vehicle::Port;
-use plant_sim::sensors::{
+use plant_sim::{
     gyro, plane_signal,
     pressure_cell::{self, BOTTOM_PORT, FULL_SCALE, MANOMETER_WATER, SIDE_PORTS, TANK_WATER},
 };

@@ -1,0 +1,336 @@
+//! From a record to a model with its account: searched, fitted, tested, and judged in plain words.
+//!
+//! Each stretch of the record is a run of one model. The order is searched unless it is given; the model
+//! is fitted to the first seven tenths of each stretch and judged on the rest, by simulation;
+//! and fitted to all of it for what is reported. In a long record the order is sought in the part where the
+//! input varies most ([`Problem::part`]).
+//!
+//! - `verdict`: the plain words.
+//! - `account`: all of it for the terminal.
+
+mod account;
+mod verdict;
+
+use crate::conversion;
+use crate::estimators::{Estimate, Estimator, Knowledge, Method, Physical, TwoStages};
+use crate::model::Model;
+use crate::record::{Record, Stretch};
+use crate::structure::{Problem, Run, Start, Structure, variance};
+use crate::uncertainty::Reading;
+use crate::validation::order_search::{Candidate, choice, first_part, search};
+use crate::validation::{identifiability, residuals::ResidualTests};
+
+/// What is asked for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// How to estimate.
+    pub method: Method,
+    /// What the method is told.
+    pub knowledge: Knowledge,
+    /// The order, known poles not counted; `None` to search.
+    pub order: Option<usize>,
+    /// Samples from input to first effect; `None` to search it beside the order, and for 1 with an order
+    /// that is given.
+    pub delay: Option<usize>,
+    /// Zeros known to be at z = 1.
+    pub zeros_at_one: usize,
+    /// Poles known to be at z = 1.
+    pub integrators: usize,
+    /// Seek an offset of the output.
+    pub offset: bool,
+    /// How each stretch begins.
+    pub start: Start,
+    /// The stretches have only their poles in common.
+    pub own_numerators: bool,
+    /// The moment of inertia, where it is known: what turns `K/J` into `K`.
+    pub inertia: Option<f64>,
+    /// The vehicle's speed, m/s, for the model file.
+    pub speed: Option<f64>,
+}
+
+impl Default for Options {
+    /// Output error, everything searched.
+    fn default() -> Self {
+        Self {
+            method: Method::OutputError,
+            knowledge: Knowledge::default(),
+            order: None,
+            delay: None,
+            zeros_at_one: 0,
+            integrators: 0,
+            offset: true,
+            start: Start::Motion,
+            own_numerators: false,
+            inertia: None,
+            speed: None,
+        }
+    }
+}
+
+/// How many standard deviations of the noise the held-out output must vary by to say something.
+const MOVES_BEYOND_NOISE: f64 = 2.0;
+
+/// Orders and delays searched.
+const ORDERS: usize = 4;
+const DELAYS: usize = 3;
+
+/// Stretches used at most, each with an offset of its own, and samples of the shortest worth it.
+const STRETCHES: usize = 40;
+const SHORTEST: usize = 30;
+
+/// Samples of a trajectory, and points of them that are kept, at most.
+const WATCHED: usize = 10_000;
+const POINTS: usize = 400;
+
+/// Parameters by time, for a plot of how they were learnt.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trajectory {
+    /// `a1`, `b1` and so on; or `K/J` and so on.
+    pub names: Vec<String>,
+    /// Seconds, and the parameters then.
+    pub points: Vec<(f64, Vec<f64>)>,
+}
+
+/// A model and what there is to know of it.
+#[derive(Clone, Debug)]
+pub struct Analysis {
+    /// What was asked for.
+    pub options: Options,
+    /// The input's name.
+    pub input: String,
+    /// The output's name.
+    pub output: String,
+    /// The name of the reference, where one was given.
+    pub reference: Option<String>,
+    /// The model.
+    pub estimate: Estimate,
+    /// The same without heed to the reference, where one was given.
+    pub direct: Option<Estimate>,
+    /// What was tried; empty when the order was given.
+    pub candidates: Vec<Candidate>,
+    /// Samples it was tried on.
+    pub searched: usize,
+    /// Of each run, the number of the record's stretch.
+    pub stretches: Vec<usize>,
+    /// The simulated fit on the longest run, %.
+    pub fit: Option<f64>,
+    /// The simulated fit on what was held out of the longest run, %.
+    pub held_out_fit: Option<f64>,
+    /// Of the longest run.
+    pub residuals: Option<ResidualTests>,
+    /// The longest run's number.
+    pub longest: usize,
+    /// The verdict, a sentence each.
+    pub verdict: Vec<String>,
+    /// How the estimator's recursive form learnt.
+    pub trajectory: Trajectory,
+}
+
+/// The model between the first input and the first output of a record; a second input is the reference of the
+/// loop they are in.
+///
+/// # Errors
+/// A sentence: a record without input or output, or one that determines no model asked for.
+pub fn analyse(record: &Record, options: &Options) -> Result<Analysis, String> {
+    let stretches = used(record);
+    let of = |number: &usize| &record.stretches[*number];
+    let runs = stretches.iter().map(of).map(run).collect::<Option<_>>();
+    let mut problem = Problem::new(
+        structure(options, options.order.unwrap_or(2)),
+        record.sample_time,
+        runs.ok_or("a record with an input and an output is needed")?,
+    )?;
+    let references: Vec<&[f64]> = stretches
+        .iter()
+        .filter_map(|number| Some(of(number).inputs.get(1)?.as_slice()))
+        .collect();
+    let method = options.method.estimator(&options.knowledge);
+    let staged = TwoStages {
+        second: method.as_ref(),
+        references,
+    };
+    let in_a_loop = !staged.references.is_empty();
+    let estimator: &dyn Estimator = if in_a_loop { &staged } else { method.as_ref() };
+    // Orders and trajectories are of the second stage.
+    let caused = if in_a_loop {
+        staged.caused(&problem)?
+    } else {
+        Vec::new()
+    };
+    let mut candidates = Vec::new();
+    let whole = second_stage(&problem, &caused);
+    let part = whole.part().unwrap_or(whole);
+    if options.order.is_none() && !options.method.is_of_the_vehicle() {
+        let delays = options.delay.map_or(1..=DELAYS, |delay| delay..=delay);
+        let structures = (1..=ORDERS).flat_map(|order| {
+            delays.clone().map(move |delay| Structure {
+                delay,
+                start: part.structure.start,
+                ..structure(options, order)
+            })
+        });
+        candidates = search(&part, method.as_ref(), structures);
+        if let Some(chosen) = choice(&candidates) {
+            let order = chosen.order;
+            problem.structure = Structure {
+                delay: chosen.delay,
+                ..structure(options, order)
+            };
+        }
+    }
+
+    let estimate = estimator.fit(&problem)?;
+    let longest = (0..problem.runs.len())
+        .max_by_key(|r| problem.runs[*r].outputs.len())
+        .unwrap_or_default();
+    let direct = in_a_loop.then(|| method.fit(&problem).ok()).flatten();
+    let tested_against = match staged.references.get(longest) {
+        Some(reference) => reference,
+        None => problem.runs[longest].inputs,
+    };
+    let residuals = estimate
+        .residuals
+        .get(longest)
+        .and_then(|residuals| ResidualTests::of(residuals, tested_against));
+    let name = |names: &[String], i: usize| names.get(i).cloned();
+    let mut found = Analysis {
+        options: options.clone(),
+        input: name(&record.inputs, 0).unwrap_or_default(),
+        output: name(&record.outputs, 0).unwrap_or_default(),
+        reference: name(&record.inputs, 1),
+        fit: estimate.simulated_fit(longest, problem.runs[longest], 0),
+        held_out_fit: held_out_fit(estimator, &problem, longest, estimate.noise_variance),
+        searched: part.runs.iter().map(|run| run.outputs.len()).sum(),
+        residuals,
+        longest,
+        verdict: Vec::new(),
+        trajectory: trajectory(method.as_ref(), &second_stage(&problem, &caused)),
+        candidates,
+        estimate,
+        direct,
+        stretches,
+    };
+    let doubts = match options.method.is_of_the_vehicle() {
+        true => identifiability::of_inputs(&problem, options.knowledge.vehicle.unknowns()),
+        false => identifiability::doubts(&problem),
+    };
+    found.verdict = found.judged(doubts, record);
+    Ok(found)
+}
+
+/// The numbers of the stretches that are used, in the order of time: the longest, and none too short to
+/// say anything beside its own offset.
+fn used(record: &Record) -> Vec<usize> {
+    let length = |number: &usize| record.stretches[*number].len();
+    let mut numbers: Vec<usize> = (0..record.stretches.len()).collect();
+    numbers.sort_by_key(|number| std::cmp::Reverse(length(number)));
+    numbers.truncate(STRETCHES);
+    let most = numbers.first().map_or(0, length);
+    numbers.retain(|number| length(number) >= SHORTEST.min(most));
+    numbers.sort_unstable();
+    numbers
+}
+
+fn run(stretch: &Stretch) -> Option<Run<'_>> {
+    Some(Run {
+        inputs: stretch.inputs.first()?,
+        outputs: stretch.outputs.first()?,
+    })
+}
+
+/// The problem with the part of each input that the reference causes, where there is one.
+fn second_stage<'a>(problem: &Problem<'a>, caused: &'a [Vec<f64>]) -> Problem<'a> {
+    let mut second = problem.clone();
+    for (run, caused) in second.runs.iter_mut().zip(caused) {
+        run.inputs = caused;
+    }
+    second
+}
+
+/// The simulated fit on what is held out of a run when the estimator is given the first part of each; `None` when
+/// the output hardly moves beyond the noise there: that can be simulated neither well nor badly.
+fn held_out_fit(
+    estimator: &dyn Estimator,
+    problem: &Problem<'_>,
+    longest: usize,
+    noise_variance: f64,
+) -> Option<f64> {
+    let part = Problem {
+        runs: problem.runs.iter().map(first_part).collect(),
+        ..problem.clone()
+    };
+    let fitted = part.runs[longest].outputs.len();
+    let run = problem.runs[longest];
+    let moves = variance(&run.outputs[fitted..]) > MOVES_BEYOND_NOISE.powi(2) * noise_variance;
+    let found = moves.then(|| estimator.fit(&part).ok()).flatten()?;
+    found.simulated_fit(longest, run, fitted)
+}
+
+fn structure(options: &Options, order: usize) -> Structure {
+    let mut structure = Structure {
+        offset: options.offset,
+        start: options.start,
+        delay: options.delay.unwrap_or(1),
+        own_numerators: options.own_numerators,
+        ..Structure::of_order(order)
+    };
+    for _ in 0..options.zeros_at_one {
+        structure = structure.with_zero_at_one();
+    }
+    for _ in 0..options.integrators {
+        structure = structure.with_integrator();
+        structure.poles += 1;
+    }
+    structure
+}
+
+fn trajectory(estimator: &dyn Estimator, problem: &Problem<'_>) -> Trajectory {
+    let Ok(mut learner) = estimator.learner(problem) else {
+        return Trajectory {
+            names: Vec::new(),
+            points: Vec::new(),
+        };
+    };
+    let total: usize = problem.runs.iter().map(|run| run.outputs.len()).sum();
+    let stride = total.min(WATCHED).div_ceil(POINTS).max(1);
+    let samples = problem.runs.iter().flat_map(|run| {
+        let before = std::iter::once(None).chain(run.inputs.iter().map(Some));
+        before.zip(run.outputs)
+    });
+    let mut points = Vec::new();
+    for (sample, (input, output)) in samples.take(WATCHED).enumerate() {
+        match input {
+            None => learner.begin(*output),
+            Some(input) => learner.push(*input, *output),
+        }
+        if sample % stride == 0 {
+            let learnt = learner.parameters().iter().copied().collect();
+            points.push((sample as f64 * problem.sample_time, learnt));
+        }
+    }
+    Trajectory {
+        names: learner.names(),
+        points,
+    }
+}
+
+impl Analysis {
+    /// The model of the longest run.
+    #[must_use]
+    pub fn model(&self) -> Model {
+        self.estimate.model(self.longest)
+    }
+
+    /// What can be read from it.
+    #[must_use]
+    pub fn reading(&self) -> Reading<'_> {
+        Reading::of(&self.estimate, self.longest)
+    }
+
+    /// The vehicle's coefficients, where they were sought or follow: from second order with a zero at z = 1.
+    #[must_use]
+    pub fn physical(&self) -> Option<Physical> {
+        let sought = self.estimate.physical.clone();
+        sought.or_else(|| conversion::pitch_equation(&self.estimate).ok())
+    }
+}

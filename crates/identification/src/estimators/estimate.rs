@@ -1,0 +1,124 @@
+//! An estimate: the unknowns as found, their covariance, and the model they make.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::physical::Physical;
+use super::rows::impulse;
+use crate::fit::{Spread, fit};
+use crate::model::Model;
+use crate::structure::{Layout, Run, filter};
+
+/// What an estimator found.
+#[derive(Clone, Debug)]
+pub struct Estimate {
+    /// What the residuals are, and where a constant stands.
+    pub error: Error,
+    /// Where each unknown stands in theta.
+    pub layout: Layout,
+    /// The interval between samples, s.
+    pub sample_time: f64,
+    /// The unknowns of the layout, without the motion at the beginning where the method needs none.
+    pub theta: DVector<f64>,
+    /// Their covariance, by the method's own reckoning.
+    pub covariance: DMatrix<f64>,
+    /// The variance of the noise `e`, output unit squared.
+    pub noise_variance: f64,
+    /// `c1 ... cn` of the noise model `C`; empty for a method without one.
+    pub noise_model: Vec<f64>,
+    /// What the method took for noise in each record, output unit.
+    pub residuals: Vec<Vec<f64>>,
+    /// The vehicle's own coefficients, where those were sought.
+    pub physical: Option<Physical>,
+}
+
+impl Estimate {
+    /// The model of a record.
+    #[must_use]
+    pub fn model(&self, run: usize) -> Model {
+        self.layout
+            .model(self.theta.as_slice(), run, self.sample_time)
+    }
+
+    /// The covariance of `a1 ... an, b1 ... bn` of a record's model; what is known beforehand has none.
+    #[must_use]
+    pub fn coefficient_covariance(&self, run: usize) -> DMatrix<f64> {
+        let coefficients = |theta: &DVector<f64>| {
+            let model = self.layout.model(theta.as_slice(), run, self.sample_time);
+            DVector::from_vec([model.a, model.b].concat())
+        };
+        // The coefficients are linear in theta, and a constant: their slopes are whole differences.
+        let none = DVector::zeros(self.theta.len());
+        let constant = coefficients(&none);
+        let mut slopes = DMatrix::zeros(constant.len(), self.theta.len());
+        for i in 0..self.theta.len() {
+            let mut one = none.clone();
+            one[i] = 1.0;
+            slopes.set_column(i, &(coefficients(&one) - &constant));
+        }
+        &slopes * &self.covariance * slopes.transpose()
+    }
+
+    /// The offset of a record's output, output unit; 0 when none was sought.
+    #[must_use]
+    pub fn offset(&self, run: usize) -> f64 {
+        let Some(at) = self.layout.offset(run) else {
+            return 0.0;
+        };
+        if self.error == Error::Equation {
+            // offset = constant / A(1); with a pole at 1 there is none.
+            let steady = 1.0 + self.theta.rows(0, self.layout.structure.poles).sum();
+            let offset = self.theta[at] / steady;
+            if offset.is_finite() { offset } else { 0.0 }
+        } else {
+            self.theta[at]
+        }
+    }
+
+    /// The output of record `run` from its input alone, with offset and the motion it began with.
+    #[must_use]
+    pub fn simulate(&self, run: usize, inputs: &[f64]) -> Vec<f64> {
+        let model = self.model(run);
+        let mut den = vec![1.0];
+        den.extend(&model.a);
+        let mut num = vec![0.0];
+        num.extend(&model.b);
+        let mut output = filter(&num, &den, inputs);
+        let offset = self.offset(run);
+        let mut a = vec![1.0];
+        a.extend(self.theta.rows(0, self.layout.structure.poles).iter());
+        let motion: Vec<f64> = self
+            .layout
+            .motion(run)
+            .filter_map(|at| self.theta.get(at).copied())
+            .collect();
+        let transient = filter(&motion, &a, &impulse(inputs.len()));
+        for (y, t) in output.iter_mut().zip(transient) {
+            *y += offset + t;
+        }
+        output
+    }
+
+    /// The fit of the simulated output, `100 (1 - |y - yhat| / |y - mean y|)` %, over samples
+    /// `from..` of record `run`; `None` when the output did not move or the simulation overflows.
+    #[must_use]
+    pub fn simulated_fit(&self, run: usize, record: Run<'_>, from: usize) -> Option<f64> {
+        let simulated = self.simulate(run, record.inputs);
+        let pairs = record.outputs.iter().zip(&simulated).skip(from);
+        let mut spread = Spread::default();
+        let mut squared_errors = 0.0;
+        for (y, y_hat) in pairs {
+            spread.update(*y, 1.0);
+            squared_errors += (y - y_hat) * (y - y_hat);
+        }
+        fit(squared_errors, spread.sum_of_squares())
+    }
+}
+
+/// What is made small.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Error {
+    /// `A y - B u - constant`, white or through a noise model: the constant stands in the equation.
+    Equation,
+    /// `y - (B/A) u - offset`: the constant stands on the output.
+    Output,
+}

@@ -1,0 +1,44 @@
+//! Least squares on the equation error, over whole records by QR.
+//!
+//! ```text
+//! y_k = -a1 y_(k-1) - ... - an y_(k-n) + b1 u_(k-d) + ... + bm u_(k-d-m+1) + constant
+//! ```
+//! Rows begin where a whole history exists; none is invented, so records may begin in motion.
+//! What measurement noise does to it is the point of every other method here: the noise in
+//! `y_(k-i)` draws the poles towards a smoother's (Brunner 1988, Table 9: roots near -0.4).
+
+use super::estimate::{Error, Estimate};
+use super::estimator::{Estimator, Recursive};
+use super::recursive::{self, Kind};
+use super::rows::{freedom, regression, rows_by_run};
+use crate::batch::Triangle;
+use crate::structure::Problem;
+
+/// Least squares on the equation error, as the thesis.
+#[derive(Clone, Copy, Debug)]
+pub struct LeastSquares;
+
+impl Estimator for LeastSquares {
+    fn fit(&self, problem: &Problem<'_>) -> Result<Estimate, String> {
+        let (phi, outputs) = regression(problem);
+        let triangle = Triangle::of(&phi, &outputs)?;
+        let theta = triangle.solution()?;
+        let noise_variance = triangle.cost / freedom(triangle.rows, theta.len())?;
+        let residuals = outputs - phi * &theta;
+        Ok(Estimate {
+            error: Error::Equation,
+            layout: problem.layout(),
+            sample_time: problem.sample_time,
+            covariance: triangle.unit_covariance()? * noise_variance,
+            noise_variance,
+            noise_model: Vec::new(),
+            residuals: rows_by_run(problem, residuals.as_slice()),
+            theta,
+            physical: None,
+        })
+    }
+
+    fn learner(&self, problem: &Problem<'_>) -> Result<Box<dyn Recursive>, String> {
+        recursive::learner(Kind::LeastSquares, problem)
+    }
+}

@@ -1,0 +1,171 @@
+//! Nonlinear least squares by Gauss-Newton steps, damped where the model is not nearly linear.
+//!
+//! ```text
+//! minimise V = |e(theta)|^2,   psi = -de/dtheta
+//! (psi'psi + mu diag(psi'psi)) step = psi'e
+//! ```
+//! (Levenberg 1944; Marquardt 1963, whose diagonal makes the step independent of the parameters'
+//! units.) Each step is a least-squares problem of its own, solved by QR, so nothing is squared.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::batch::Triangle;
+
+/// Steps at most; ten are usual.
+const STEPS: usize = 200;
+/// Dampings tried within one step before the search ends.
+const TRIALS: usize = 25;
+/// A step that would lower the cost by less than this share of it is the last.
+const ENOUGH: f64 = 1e-12;
+
+/// Errors and their slopes at a point.
+#[derive(Clone, Debug)]
+pub(super) struct Linearised {
+    /// `e`, output unit.
+    pub(super) errors: DVector<f64>,
+    /// `psi = -de/dtheta`, one column per parameter.
+    pub(super) slopes: DMatrix<f64>,
+}
+
+impl Linearised {
+    fn cost(&self) -> f64 {
+        let cost = self.errors.norm_squared();
+        if cost.is_finite() {
+            cost
+        } else {
+            f64::INFINITY
+        }
+    }
+}
+
+/// The least cost near `start`, and the errors and slopes there.
+///
+/// # Errors
+/// A sentence, when the errors at `start` or the slopes at the minimum are not finite or do not
+/// determine every parameter.
+pub(super) fn minimise(
+    start: DVector<f64>,
+    linearise: impl Fn(&DVector<f64>) -> Linearised,
+) -> Result<(DVector<f64>, Linearised), String> {
+    let mut theta = start;
+    let mut here = linearise(&theta);
+    if here.cost().is_infinite() {
+        return Err("the search began where the model overflows".to_owned());
+    }
+    let mut damping = 1e-3;
+    for _ in 0..STEPS {
+        let Some(valley) = Valley::of(&here)? else {
+            break;
+        };
+        let mut better = None;
+        for _ in 0..TRIALS {
+            let Some((step, expected)) = valley.step(damping) else {
+                break;
+            };
+            if expected <= ENOUGH * here.cost() {
+                break;
+            }
+            let there = &theta + &step;
+            let found = linearise(&there);
+            if found.cost() < here.cost() {
+                better = Some((there, found));
+                break;
+            }
+            damping = (damping * 4.0).max(1e-9);
+        }
+        let Some((there, found)) = better else {
+            break;
+        };
+        (theta, here) = (there, found);
+        damping *= 0.1;
+    }
+    Ok((theta, here))
+}
+
+/// The linear problem at a point, its columns of equal length.
+struct Valley {
+    triangle: Triangle,
+    scales: Vec<f64>,
+    cost: f64,
+}
+
+impl Valley {
+    /// `None` when nothing slopes.
+    fn of(at: &Linearised) -> Result<Option<Self>, String> {
+        let mut scales = lengths(&at.slopes);
+        if scales.iter().any(|scale| !scale.is_finite()) {
+            return Err("the search left the numbers that can be reckoned with".to_owned());
+        }
+        let largest = scales.iter().copied().fold(0.0, f64::max);
+        if largest == 0.0 {
+            return Ok(None);
+        }
+        for scale in scales.iter_mut().filter(|scale| **scale == 0.0) {
+            *scale = largest;
+        }
+        Ok(Some(Self {
+            triangle: Triangle::of(&at.slopes, &at.errors)?.scaled(&scales),
+            cost: at.cost(),
+            scales,
+        }))
+    }
+
+    /// The damped step, and the fall of the cost that a linear model would give.
+    fn step(&self, damping: f64) -> Option<(DVector<f64>, f64)> {
+        let damped = self.triangle.clone().damped(damping.max(1e-20).sqrt());
+        let scaled = damped.solution().ok()?;
+        let step = DVector::from_fn(scaled.len(), |j, _| scaled[j] / self.scales[j]);
+        Some((step, self.cost - damped.cost))
+    }
+}
+
+/// The columns' lengths.
+fn lengths(slopes: &DMatrix<f64>) -> Vec<f64> {
+    slopes.column_iter().map(|column| column.norm()).collect()
+}
+
+/// `(psi'psi)^-1`, reckoned with columns of equal length.
+///
+/// # Errors
+/// A sentence, when the slopes do not determine every parameter.
+pub(super) fn unit_covariance(at: &Linearised) -> Result<DMatrix<f64>, String> {
+    let mut scales = lengths(&at.slopes);
+    for scale in scales.iter_mut().filter(|scale| **scale == 0.0) {
+        *scale = 1.0;
+    }
+    let triangle = Triangle::of(&at.slopes, &at.errors)?.scaled(&scales);
+    let covariance = triangle.unit_covariance()?;
+    Ok(DMatrix::from_fn(scales.len(), scales.len(), |i, j| {
+        covariance[(i, j)] / (scales[i] * scales[j])
+    }))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    /// e = (1 - x, 10 (y - x^2)): the curved valley of Rosenbrock (1960).
+    fn valley(theta: &DVector<f64>) -> Linearised {
+        let (x, y) = (theta[0], theta[1]);
+        Linearised {
+            errors: DVector::from_vec(vec![1.0 - x, 10.0 * (x * x - y)]),
+            slopes: DMatrix::from_row_slice(2, 2, &[1.0, 0.0, -20.0 * x, 10.0]),
+        }
+    }
+
+    #[test]
+    fn a_curved_valley_is_followed_to_its_end() {
+        let (theta, _) = minimise(DVector::from_vec(vec![-1.2, 1.0]), valley).unwrap();
+        assert!(
+            (theta[0] - 1.0).abs() < 1e-6 && (theta[1] - 1.0).abs() < 1e-6,
+            "{theta}"
+        );
+    }
+
+    #[test]
+    fn a_search_that_begins_beyond_the_numbers_is_refused() {
+        let start = DVector::from_vec(vec![f64::MAX, 1.0]);
+        assert!(minimise(start, valley).is_err());
+    }
+}

@@ -1,0 +1,153 @@
+//! The estimators by their names.
+
+use super::armax::Armax;
+use super::estimator::Estimator;
+use super::instruments::Instruments;
+use super::least_squares::LeastSquares;
+use super::output_error::OutputError;
+use super::recursive::{Kind, Options};
+use super::recursively::Recursively;
+use super::vehicle::Vehicle;
+use super::vehicle_fit::{VehicleFilter, VehicleSearch};
+
+/// The estimators that a user can ask for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Method {
+    /// The least simulated error: noise of any colour leaves no bias.
+    #[default]
+    OutputError,
+    /// The same point by rounds of instrumental variables.
+    Instruments,
+    /// The least one-step error, with a model of the noise: for disturbances and feedback.
+    Armax,
+    /// The least equation error, as the thesis: for clean data.
+    LeastSquares,
+    /// Least squares, a sample at a time.
+    RecursiveLeastSquares,
+    /// ARMAX by pseudo-linear regression, a sample at a time.
+    ExtendedLeastSquares,
+    /// ARMAX, a sample at a time.
+    RecursivePredictionError,
+    /// Output error, a sample at a time.
+    RecursiveOutputError,
+    /// The vehicle's own equations: K/J, B/J, M_theta/J.
+    Vehicle,
+    /// State and coefficients of the same, by an extended Kalman filter.
+    Kalman,
+}
+
+/// What some methods know beforehand.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Knowledge {
+    /// The vehicle.
+    pub vehicle: Vehicle,
+    /// The noise on the output as a standard deviation, where it is known.
+    pub noise: Option<f64>,
+    /// How far the sensor's bias drifts in one second, output unit.
+    pub bias_drift: f64,
+    /// How far disturbances move the output in one second, output unit.
+    pub disturbance: f64,
+}
+
+impl Method {
+    /// Every method.
+    pub const ALL: [Self; 10] = [
+        Self::OutputError,
+        Self::Instruments,
+        Self::Armax,
+        Self::LeastSquares,
+        Self::RecursiveLeastSquares,
+        Self::ExtendedLeastSquares,
+        Self::RecursivePredictionError,
+        Self::RecursiveOutputError,
+        Self::Vehicle,
+        Self::Kalman,
+    ];
+
+    /// The name it is asked for by, and a line about it.
+    #[must_use]
+    pub const fn described(self) -> (&'static str, &'static str) {
+        match self {
+            Self::OutputError => (
+                "output_error",
+                "The least simulated error: noise of any colour leaves no bias",
+            ),
+            Self::Instruments => (
+                "instruments",
+                "The same point by rounds of instrumental variables",
+            ),
+            Self::Armax => (
+                "armax",
+                "The least one-step error, with a model of the noise: for disturbances and feedback",
+            ),
+            Self::LeastSquares => (
+                "least_squares",
+                "The least equation error, as the thesis: for clean data",
+            ),
+            Self::RecursiveLeastSquares => (
+                "recursive_least_squares",
+                "Least squares, a sample at a time",
+            ),
+            Self::ExtendedLeastSquares => (
+                "extended_least_squares",
+                "ARMAX by pseudo-linear regression, a sample at a time",
+            ),
+            Self::RecursivePredictionError => {
+                ("recursive_prediction_error", "ARMAX, a sample at a time")
+            }
+            Self::RecursiveOutputError => {
+                ("recursive_output_error", "Output error, a sample at a time")
+            }
+            Self::Vehicle => (
+                "vehicle",
+                "The vehicle's own equations: K/J, B/J, M_theta/J",
+            ),
+            Self::Kalman => (
+                "kalman",
+                "State and coefficients of the same, by an extended Kalman filter",
+            ),
+        }
+    }
+
+    /// The name it is asked for by.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        self.described().0
+    }
+
+    /// Whether it seeks the vehicle's own coefficients, whose number is given.
+    #[must_use]
+    pub fn is_of_the_vehicle(self) -> bool {
+        matches!(self, Self::Vehicle | Self::Kalman)
+    }
+
+    /// The estimator, with what it knows beforehand.
+    #[must_use]
+    pub fn estimator(self, knowledge: &Knowledge) -> Box<dyn Estimator> {
+        let recursive = |kind| -> Box<dyn Estimator> {
+            Box::new(Recursively {
+                kind,
+                options: Options::default(),
+            })
+        };
+        match self {
+            Self::OutputError => Box::new(OutputError),
+            Self::Instruments => Box::new(Instruments),
+            Self::Armax => Box::new(Armax),
+            Self::LeastSquares => Box::new(LeastSquares),
+            Self::RecursiveLeastSquares => recursive(Kind::LeastSquares),
+            Self::ExtendedLeastSquares => recursive(Kind::ExtendedLeastSquares),
+            Self::RecursivePredictionError => recursive(Kind::PredictionError),
+            Self::RecursiveOutputError => recursive(Kind::OutputError),
+            Self::Vehicle => Box::new(VehicleSearch {
+                vehicle: knowledge.vehicle,
+            }),
+            Self::Kalman => Box::new(VehicleFilter {
+                noise: knowledge.noise,
+                bias_drift: knowledge.bias_drift,
+                disturbance: knowledge.disturbance,
+                ..VehicleFilter::of(knowledge.vehicle)
+            }),
+        }
+    }
+}

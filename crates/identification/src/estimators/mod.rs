@@ -1,0 +1,48 @@
+//! Every way to find a system in records, behind one trait.
+//!
+//! | estimator | minimises, or solves | consistent when the noise is |
+//! |---|---|---|
+//! | [`LeastSquares`] | the equation error `A y - B u`, by QR | white in the equation (rarely so) |
+//! | [`Armax`] | the one-step error of `A y = B u + C e` | a moving average through the plant's poles |
+//! | [`OutputError`] | the simulated error `y - (B/A) u` | anything the input does not cause |
+//! | [`Instruments`] | `A y = B u` with simulated outputs as instruments | anything the input does not cause |
+//! | [`Recursively`] | least squares, ARMAX, output error, a sample at a time | as those |
+//! | [`VehicleSearch`] | the simulated error of the vehicle's own equations | anything the input does not cause |
+//! | [`VehicleFilter`] | state and coefficients of the same, by a Kalman filter | white, beside a drifting bias |
+//! | [`TwoStages`] | any of these on the part of the input that a reference causes | anything the reference does not cause |
+//!
+//! Source: Ljung, *System Identification*, 2nd ed., 1999, ch. 7, 10, 11;
+//! what the thesis used is the first (Brunner, NPS thesis, 1988, ch. V).
+
+mod armax;
+mod equation;
+mod estimate;
+mod estimator;
+mod instruments;
+pub mod kalman;
+mod least_squares;
+mod levenberg_marquardt;
+mod method;
+mod output_error;
+mod physical;
+pub mod recursive;
+mod recursively;
+mod rows;
+mod simulator;
+mod starts;
+mod two_stages;
+pub mod vehicle;
+mod vehicle_fit;
+
+pub use armax::Armax;
+pub use estimate::{Error, Estimate};
+pub use estimator::{Estimator, Recursive, learn};
+pub use instruments::Instruments;
+pub use least_squares::LeastSquares;
+pub use method::{Knowledge, Method};
+pub use output_error::OutputError;
+pub use physical::{NAMES, Physical, UNKNOWNS};
+pub use recursively::Recursively;
+pub(crate) use rows::regression;
+pub use two_stages::TwoStages;
+pub use vehicle_fit::{Guess, VehicleFilter, VehicleSearch};

@@ -1,0 +1,54 @@
+//! The vehicle's own coefficients, as found from records.
+
+use nalgebra::{DMatrix, DVector};
+
+/// `kappa`, `beta`, `mu`: what nothing is known of beforehand.
+pub const UNKNOWNS: usize = 3;
+
+/// What the coefficients are called, the unknown ones first.
+pub const NAMES: [&str; 7] = [
+    "K/J",
+    "B/J",
+    "M_theta/J",
+    "heave to pitch",
+    "heave damping",
+    "heave from rate",
+    "heave from input",
+];
+
+/// The vehicle's own coefficients, as found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Physical {
+    /// `kappa` (output unit per input unit per s), `beta` (1/s), `mu` (1/s^2), and those of heave that
+    /// were sought.
+    pub values: DVector<f64>,
+    /// Their covariance.
+    pub covariance: DMatrix<f64>,
+}
+
+impl Physical {
+    /// Name, value and standard deviation of each.
+    #[must_use]
+    pub fn named(&self) -> Vec<(&'static str, f64, f64)> {
+        NAMES
+            .iter()
+            .zip(self.values.iter().enumerate())
+            .map(|(name, (i, value))| (*name, *value, self.deviation(i)))
+            .collect()
+    }
+
+    /// `K`, `B`, `M_theta` when the moment of inertia is known from elsewhere (ratios are all that a record
+    /// tells): name, value and standard deviation.
+    #[must_use]
+    pub fn with_inertia(&self, inertia: f64) -> [(&'static str, f64, f64); UNKNOWNS] {
+        let scaled = |i: usize| (self.values[i] * inertia, self.deviation(i) * inertia);
+        [(0, "K"), (1, "B"), (2, "M_theta")].map(|(i, name)| {
+            let (value, deviation) = scaled(i);
+            (name, value, deviation)
+        })
+    }
+
+    fn deviation(&self, i: usize) -> f64 {
+        self.covariance[(i, i)].max(0.0).sqrt()
+    }
+}

@@ -1,0 +1,84 @@
+//! The rows of the regression of whole records, and numbers per row or sample as each record's.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::structure::Problem;
+
+/// Degrees of freedom: rows beyond the parameters.
+pub(super) fn freedom(rows: usize, parameters: usize) -> Result<f64, String> {
+    match rows.checked_sub(parameters) {
+        Some(freedom) if freedom > 0 => Ok(freedom as f64),
+        _ => Err(format!(
+            "{rows} rows leave nothing to judge {parameters} parameters by"
+        )),
+    }
+}
+
+/// `Phi` and `y` of all records, one below the other.
+pub(crate) fn regression(problem: &Problem<'_>) -> (DMatrix<f64>, DVector<f64>) {
+    let layout = problem.layout();
+    let (n, first) = (layout.structure.poles, layout.structure.history());
+    let rows: usize = problem
+        .runs
+        .iter()
+        .map(|run| run.outputs.len().saturating_sub(first))
+        .sum();
+    let mut phi = DMatrix::zeros(rows, layout.without_motion());
+    let mut outputs = DVector::zeros(rows);
+    let mut row = 0;
+    for (r, (run, driving)) in problem.runs.iter().zip(problem.driving()).enumerate() {
+        for k in first..run.outputs.len() {
+            for i in 1..=n {
+                phi[(row, i - 1)] = -run.outputs[k - i];
+            }
+            for (j, at) in layout.b(r).enumerate() {
+                phi[(row, at)] = driving[k - j];
+            }
+            if let Some(at) = layout.offset(r) {
+                phi[(row, at)] = 1.0;
+            }
+            outputs[row] = run.outputs[k];
+            row += 1;
+        }
+    }
+    (phi, outputs)
+}
+
+/// Numbers, one per row, as each record's.
+pub(super) fn rows_by_run(problem: &Problem<'_>, rows: &[f64]) -> Vec<Vec<f64>> {
+    let first = problem.structure.history();
+    let mut rest = rows;
+    problem
+        .runs
+        .iter()
+        .map(|run| {
+            let count = run.outputs.len().saturating_sub(first).min(rest.len());
+            let (own, others) = rest.split_at(count);
+            rest = others;
+            own.to_vec()
+        })
+        .collect()
+}
+
+/// Numbers, one per sample, as each record's.
+pub(super) fn samples_by_run(problem: &Problem<'_>, samples: &[f64]) -> Vec<Vec<f64>> {
+    let mut rest = samples;
+    problem
+        .runs
+        .iter()
+        .map(|run| {
+            let (own, others) = rest.split_at(run.outputs.len());
+            rest = others;
+            own.to_vec()
+        })
+        .collect()
+}
+
+/// 1, 0, 0, ...
+pub(super) fn impulse(count: usize) -> Vec<f64> {
+    let mut impulse = vec![0.0; count];
+    if let Some(first) = impulse.first_mut() {
+        *first = 1.0;
+    }
+    impulse
+}

@@ -1,0 +1,45 @@
+//! Identification: discrete transfer functions from numbers on a uniform grid, whole records or sample by sample.
+//!
+//! - [`Record`], [`Structure`], [`Problem`]: the data, what is unknown, and both together.
+//! - [`estimators`]: least squares, ARMAX, output error, instrumental variables, recursions, a vehicle's own equations,
+//!   a Kalman filter, two stages in a closed loop: behind one trait.
+//! - [`RecursiveLeastSquares`], [`Triangle`]: least squares by square roots, row by row and at once.
+//! - [`Model`], [`Readout`], [`Reading`], [`continuous`]: poles, gains and responses, with standard errors.
+//! - [`validation`]: residual tests, order search, identifiability.
+//! - [`analysis`]: all of it on one record, with a verdict in plain words.
+//!
+//! Sources: Ljung, *System Identification*, 2nd ed., 1999; Brunner (NPS thesis, 1988), ch. V.
+
+pub mod analysis;
+mod batch;
+#[cfg(test)]
+#[path = "../tests/common/mod.rs"]
+mod common;
+mod conversion;
+pub mod estimators;
+mod fit;
+mod model;
+mod noise;
+mod readout;
+mod record;
+mod regression;
+mod rls;
+mod structure;
+mod uncertainty;
+pub mod validation;
+
+pub use batch::{Triangle, least_squares};
+pub use conversion::{Continuous, continuous, pitch_equation};
+pub use fit::{Spread, fit, simulated};
+pub use model::Model;
+pub use noise::{noise, with_noise};
+pub use readout::{PHYSICAL, Readout};
+pub use record::{Record, Stretch};
+pub use regression::{Input, Shape, rows};
+pub use rls::RecursiveLeastSquares;
+pub use structure::{Layout, PART, Problem, Run, Start, Structure, filter};
+pub use uncertainty::{Reading, SIGMAS_95, SIGMAS_99, Uncertain};
+
+// The unit tests share the integration tests' record, which names the crate.
+#[cfg(test)]
+extern crate self as planesman_identification;

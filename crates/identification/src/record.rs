@@ -1,0 +1,182 @@
+//! A record: inputs and outputs on one uniform grid of instants, as every estimator takes them.
+//!
+//! A record is a list of *stretches*, each without a gap. Between two stretches something was
+//! missing, or a new run began: an estimator starts its history anew with each, and the
+//! parameters are common to all. Several runs of one vehicle make one record in the same way.
+//!
+//! Within a stretch the output is known at the instants `t_k = start + k * sample_time`, and
+//! `inputs[..][k]` acts over the interval from t_k to t_(k+1).
+
+/// Inputs and outputs on one uniform grid.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Record {
+    /// The interval between instants, s.
+    pub sample_time: f64,
+    /// The names of the inputs, in the order of each stretch's `inputs`.
+    pub inputs: Vec<String>,
+    /// The names of the outputs, in the order of each stretch's `outputs`.
+    pub outputs: Vec<String>,
+    /// The numbers, in the order of time.
+    pub stretches: Vec<Stretch>,
+}
+
+/// Numbers without a gap.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Stretch {
+    /// The first instant, ns on the data's own clock.
+    pub start: i64,
+    /// `inputs[i][k]`: input i over the interval that begins at instant k. All as long as the outputs.
+    pub inputs: Vec<Vec<f64>>,
+    /// `outputs[i][k]`: output i at instant k.
+    pub outputs: Vec<Vec<f64>>,
+}
+
+impl Stretch {
+    /// The number of instants.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.outputs.first().map_or(0, Vec::len)
+    }
+
+    /// Whether there is no instant.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+impl Record {
+    /// A record of one stretch that begins at time 0, from numbers that are on the grid.
+    ///
+    /// # Errors
+    /// A sentence, when a name and its numbers do not pair, signals differ in length, or the
+    /// sampling interval is not a positive number.
+    pub fn of_run(
+        sample_time: f64,
+        inputs: Vec<(&str, Vec<f64>)>,
+        outputs: Vec<(&str, Vec<f64>)>,
+    ) -> Result<Self, String> {
+        let [inputs, outputs] = [inputs, outputs].map(|signals| {
+            let (names, numbers): (Vec<_>, Vec<_>) = signals.into_iter().unzip();
+            let names: Vec<String> = names.into_iter().map(str::to_owned).collect();
+            (names, numbers)
+        });
+        let record = Self {
+            sample_time,
+            inputs: inputs.0,
+            outputs: outputs.0,
+            stretches: vec![Stretch {
+                start: 0,
+                inputs: inputs.1,
+                outputs: outputs.1,
+            }],
+        };
+        record.check()?;
+        Ok(record)
+    }
+
+    /// Whether the record is what it should be: a positive sampling interval, at least one output, and in every
+    /// stretch as many lists as signals, all of one length, all finite.
+    ///
+    /// # Errors
+    /// A sentence that says what is wrong.
+    pub fn check(&self) -> Result<(), String> {
+        if !(self.sample_time > 0.0 && self.sample_time.is_finite()) {
+            return Err(format!("{} s is no sampling interval", self.sample_time));
+        }
+        if self.outputs.is_empty() {
+            return Err("a record needs an output".to_owned());
+        }
+        for (number, stretch) in self.stretches.iter().enumerate() {
+            let sides = [
+                (&self.inputs, &stretch.inputs),
+                (&self.outputs, &stretch.outputs),
+            ];
+            for (names, lists) in sides {
+                if names.len() != lists.len() {
+                    return Err(format!(
+                        "stretch {number} has {} lists for {} signals",
+                        lists.len(),
+                        names.len()
+                    ));
+                }
+                for (name, list) in names.iter().zip(lists) {
+                    if list.len() != stretch.len() {
+                        return Err(format!(
+                            "stretch {number}: {} has {} samples, the first output {}",
+                            name,
+                            list.len(),
+                            stretch.len()
+                        ));
+                    }
+                    if let Some(k) = list.iter().position(|value| !value.is_finite()) {
+                        return Err(format!(
+                            "stretch {number}: {} is not finite at sample {k}",
+                            name
+                        ));
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The number of instants in all stretches.
+    #[must_use]
+    pub fn samples(&self) -> usize {
+        self.stretches.iter().map(Stretch::len).sum()
+    }
+
+    /// How long the stretches are together, s.
+    #[must_use]
+    pub fn duration(&self) -> f64 {
+        self.samples() as f64 * self.sample_time
+    }
+
+    /// The stretch with the most instants, the earliest of several.
+    #[must_use]
+    pub fn longest(&self) -> Option<&Stretch> {
+        self.stretches
+            .iter()
+            .rev()
+            .max_by_key(|stretch| stretch.len())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn a_run_is_a_record_of_one_stretch() {
+        let record = Record::of_run(
+            0.5,
+            vec![("u", vec![1.0, 2.0])],
+            vec![("y", vec![0.0, 3.0])],
+        )
+        .unwrap();
+        assert_eq!((record.samples(), record.duration()), (2, 1.0));
+        assert_eq!(record.longest().unwrap().outputs[0][1], 3.0);
+        assert_eq!(record.inputs[0], "u");
+    }
+
+    #[test]
+    fn what_does_not_fit_together_is_refused_with_the_signals_name() {
+        let u = || vec![("u", vec![1.0, 2.0])];
+        for (sample_time, y, reason) in [
+            (0.0, vec![("y", vec![0.0, 3.0])], "sampling interval"),
+            (f64::NAN, vec![("y", vec![0.0, 3.0])], "sampling interval"),
+            (0.5, vec![], "needs an output"),
+            (0.5, vec![("y", vec![0.0])], "u has 2 samples"),
+            (
+                0.5,
+                vec![("y", vec![0.0, f64::NAN])],
+                "y is not finite at sample 1",
+            ),
+        ] {
+            let refusal = Record::of_run(sample_time, u(), y).unwrap_err();
+            assert!(refusal.contains(reason), "{refusal}");
+        }
+    }
+}

@@ -1,0 +1,200 @@
+//! Can the record tell the parameters apart?
+//!
+//! Three ways in which it cannot, each with the evidence: an input that excites too few directions
+//! (one sinusoid excites two, Ljung 1999, sec. 13.2); an input that is feedback and nothing
+//! else (`u = -K y` makes rows of the regression depend on each other); rows that depend on each
+//! other for whatever reason, as those of too high an order on a clean record.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::batch::Triangle;
+use crate::estimators::regression;
+use crate::structure::Problem;
+
+/// An input counts as exciting a direction when its singular value is above this share of the
+/// largest; noise of a thousandth of the input's size excites nothing.
+const EXCITED: f64 = 1e-3;
+/// The share of the input that feedback leaves unexplained when it is feedback alone.
+const UNEXPLAINED: f64 = 1e-6;
+/// A regression whose singular values, columns scaled alike, spread wider than this leaves directions
+/// to rounding and the smallest noise.
+const SPREAD: f64 = 1e-8;
+
+/// Reasons to distrust any model from these records, each a sentence with its evidence; none when
+/// there is no reason.
+#[must_use]
+pub fn doubts(problem: &Problem<'_>) -> Vec<String> {
+    let structure = &problem.structure;
+    let mut doubts = of_inputs(problem, structure.poles + structure.numerator);
+    doubts.extend(of_rows(problem));
+    doubts
+}
+
+/// Those that the inputs give, when so many parameters are sought.
+#[must_use]
+pub fn of_inputs(problem: &Problem<'_>, needed: usize) -> Vec<String> {
+    let history = problem.structure.history();
+    let mut doubts = Vec::new();
+    for (r, run) in problem.runs.iter().enumerate() {
+        let record = if problem.runs.len() == 1 {
+            "the input".to_owned()
+        } else {
+            format!("the input of record {}", r + 1)
+        };
+        let order = excitation_order(run.inputs, needed);
+        if order < needed && problem.runs.len() == 1 {
+            doubts.push(format!(
+                "{record} excites {order} directions, {needed} parameters are sought: what a \
+                 model says away from the frequencies of the input is a guess"
+            ));
+        }
+        if let Some(unexplained) = feedback_leaves(run.inputs, run.outputs, history)
+            && unexplained < UNEXPLAINED
+        {
+            doubts.push(format!(
+                "{record} is feedback from the output and nothing else ({:.1e} of it is not): \
+                 the controller and the plant cannot be told apart",
+                unexplained
+            ));
+        }
+    }
+    doubts
+}
+
+/// That the rows of the regression depend on each other.
+fn of_rows(problem: &Problem<'_>) -> Option<String> {
+    let (mut phi, _) = regression(problem);
+    for mut column in phi.column_iter_mut() {
+        let size = column.norm();
+        if size > 0.0 {
+            column /= size;
+        }
+    }
+    if phi.nrows() < phi.ncols() {
+        return None;
+    }
+    let singular = singular_values(&phi);
+    let (least, largest) = (singular.min(), singular.max());
+    let known = singular.iter().filter(|s| **s > SPREAD * largest).count();
+    (least <= SPREAD * largest).then(|| {
+        format!(
+            "the record determines {known} of {} parameters (the weakest direction counts \
+             {:.1e} of the strongest): poles and zeros cancel, or the order is too high",
+            phi.ncols(),
+            least / largest
+        )
+    })
+}
+
+/// Those of the triangle, for the matrix may be long; none of one with numbers that are not finite.
+fn singular_values(matrix: &DMatrix<f64>) -> DVector<f64> {
+    let nothing = DVector::zeros(matrix.nrows());
+    let triangle = Triangle::of(matrix, &nothing);
+    triangle.map_or_else(
+        |_| DVector::zeros(matrix.ncols()),
+        |it| it.singular_values(),
+    )
+}
+
+/// Of how many samples' past the input is independent: its order of excitation, up to `most`.
+#[must_use]
+pub fn excitation_order(inputs: &[f64], most: usize) -> usize {
+    if inputs.len() < 2 * most || most == 0 {
+        return 0;
+    }
+    let rows = inputs.len() - most + 1;
+    let past = DMatrix::from_fn(rows, most, |i, j| inputs[i + j]);
+    let singular = singular_values(&past);
+    let largest = singular.max();
+    if largest == 0.0 {
+        return 0;
+    }
+    singular.iter().filter(|s| **s > EXCITED * largest).count()
+}
+
+/// The share of the input's sum of squares that a linear feedback from `history` past outputs, itself
+/// and inputs leaves unexplained; `None` when the record is too short or the input stands still.
+fn feedback_leaves(inputs: &[f64], outputs: &[f64], history: usize) -> Option<f64> {
+    let n = history.max(1);
+    let rows = inputs.len().checked_sub(n)?;
+    if rows < 4 * (2 * n + 1) {
+        return None;
+    }
+    // u_k from y_k ... y_(k-n) and u_(k-1) ... u_(k-n): a controller's difference equation. Only
+    // samples at which the input changes count; a held one is explained by itself.
+    let kept: Vec<usize> = (n..inputs.len())
+        .filter(|k| inputs[*k] != inputs[k - 1])
+        .collect();
+    if kept.len() < 2 * n + 4 {
+        return None;
+    }
+    let phi = DMatrix::from_fn(kept.len(), n + 1, |i, j| outputs[kept[i] - j]);
+    let u = DVector::from_fn(kept.len(), |i, _| inputs[kept[i]]);
+    let total = u.norm_squared();
+    let left = Triangle::of(&phi, &u).ok()?.cost;
+    (total > 0.0).then_some(left / total)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use std::f64::consts::PI;
+
+    use super::*;
+    use crate::common::{clean, measured, next, pulses};
+    use crate::noise::with_noise;
+    use crate::structure::{Run, Structure};
+
+    fn doubts_of(structure: Structure, inputs: &[f64], outputs: &[f64]) -> Vec<String> {
+        doubts(&Problem::new(structure, 0.05, vec![Run { inputs, outputs }]).unwrap())
+    }
+
+    #[test]
+    fn pulses_excite_enough_and_a_sinusoid_two_directions() {
+        assert!(doubts_of(Structure::of_order(3), &pulses(), &measured(1, 0.005, 0.0)).is_empty());
+        let sine: Vec<f64> = (0..220).map(|k| (f64::from(k) * PI / 8.0).sin()).collect();
+        assert_eq!(excitation_order(&sine, 6), 2);
+        assert_eq!(excitation_order(&[0.0; 50], 6), 0);
+        assert_eq!(excitation_order(&[0.2; 50], 6), 1);
+    }
+
+    #[test]
+    fn feedback_without_a_reference_is_named() {
+        let mut outputs = vec![0.05, 0.04, 0.02];
+        let mut inputs: Vec<f64> = outputs.iter().map(|y| -y).collect();
+        while outputs.len() < 200 {
+            outputs.push(next(&inputs, &outputs));
+            inputs.push(-outputs[outputs.len() - 1]);
+        }
+        let found = doubts_of(Structure::of_order(3).without_offset(), &inputs, &outputs);
+        assert!(
+            found.iter().any(|doubt| doubt.contains("feedback")),
+            "{found:?}"
+        );
+        assert!(
+            found.iter().any(|doubt| doubt.contains("of 6 parameters")),
+            "{found:?}"
+        );
+    }
+
+    #[test]
+    fn feedback_with_a_reference_is_not() {
+        let (mut inputs, mut outputs): (Vec<f64>, Vec<f64>) = (vec![], vec![]);
+        for r in pulses() {
+            outputs.push(next(&inputs, &outputs));
+            inputs.push(r - outputs[outputs.len() - 1]);
+        }
+        let outputs = with_noise(&outputs, 3, 0.005);
+        let found = doubts_of(Structure::of_order(2), &inputs, &outputs);
+        assert!(found.is_empty(), "{found:?}");
+    }
+
+    #[test]
+    fn too_high_an_order_on_a_clean_record_is_found_out() {
+        let found = doubts_of(Structure::of_order(4).without_offset(), &pulses(), &clean());
+        assert!(
+            found.iter().any(|doubt| doubt.contains("7 of 8")),
+            "{found:?}"
+        );
+    }
+}

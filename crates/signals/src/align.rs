@@ -1,0 +1,565 @@
+//! Puts inputs and outputs in the order of their stamps, whatever order they arrive in.
+//!
+//! The output is known at the instants t_k, the input over the intervals `[t_k, t_(k+1))`, each
+//! message stamped with its t_k. The regression wants, for each k, the output at t_k with the
+//! input over the interval that ended there, stamped t_(k-1).
+//!
+//! Instants lie on a grid of one sampling interval through the first stamp seen; a stamp
+//! further than a quarter interval from it is off the grid and left out.
+//!
+//! - **Order.** A sample is given out as soon as it continues the last one. What is missing is
+//!   waited for until an output [`WINDOW`] intervals newer has come; then it is a gap, and the
+//!   samples begin anew after it. The very first sample is held back as long, since an earlier
+//!   one may follow. So arrival orders that differ by less than the window give the same samples.
+//! - **Left out** are repeats of what is known, what comes after it was given up, and inputs more
+//!   than the window ahead of every output.
+//! - **Time going back**: two outputs in a row more than the window older than the newest say that the
+//!   clock was set back, as by a bag that loops or a simulation started again. Everything begins anew; inputs
+//!   of the new time that overtook them are not lost. One alone is a straggler, and left out.
+//! - **Another grid**: as many outputs in a row off the grid as the window is long say that their
+//!   publisher was started again, or is a little faster or slower than it says. The grid is laid anew.
+//!
+//! Memory is bounded by the window, whatever the stamps, as long as samples are taken.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use planesman_identification::Input;
+
+/// How many intervals a message may be late against the newest.
+pub const WINDOW: i64 = 16;
+
+/// How often an output comes before the input that led to it is given up, in lockstep.
+pub const SAYINGS: u32 = 3;
+
+/// An output and the input that led to it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// The output's stamp, ns.
+    pub stamp: i64,
+    /// The output at the stamp.
+    pub output: f64,
+    /// The input over the interval that ended at the stamp; `None` where the samples begin
+    /// or begin anew.
+    pub input: Option<Input>,
+}
+
+/// What became of a message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Offer {
+    /// It was taken.
+    Taken,
+    /// It was left out: known already, given up before it came, or off the grid.
+    LeftOut,
+    /// Time went back: everything before it was dropped, and it was taken.
+    WentBack,
+}
+
+/// The messages not yet given out, and where the samples stand.
+#[derive(Clone, Debug)]
+pub struct Aligner {
+    /// ns
+    period: i64,
+    /// A stamp on the grid, ns.
+    origin: Option<i64>,
+    /// By instant: (stamp, value). Kept a while after they are given out, to know repeats.
+    outputs: BTreeMap<i64, (i64, f64)>,
+    inputs: BTreeMap<i64, Input>,
+    /// Inputs too old to matter, unless time turns out to have gone back.
+    old_inputs: VecDeque<(i64, Input)>,
+    /// The last output, if it was too old to matter likewise.
+    old_output: Option<(i64, f64)>,
+    /// Outputs in a row that were off the grid, and inputs.
+    off_grid: i64,
+    inputs_off_grid: i64,
+    newest_output: Option<i64>,
+    /// The last input offered.
+    last_input: Option<i64>,
+    /// The first instant not yet given out.
+    next: i64,
+    /// The sample at `next` continues the one before it.
+    continuing: bool,
+    /// Nothing more will come: do not wait.
+    finished: bool,
+    answered: Option<i64>,
+    /// How often the newest output has come.
+    heard: u32,
+}
+
+impl Aligner {
+    /// An aligner for a sampling interval in nanoseconds, at least 1.
+    #[must_use]
+    pub fn new(period: i64) -> Self {
+        Self {
+            period: period.max(1),
+            origin: None,
+            outputs: BTreeMap::new(),
+            inputs: BTreeMap::new(),
+            old_inputs: VecDeque::new(),
+            old_output: None,
+            off_grid: 0,
+            inputs_off_grid: 0,
+            newest_output: None,
+            last_input: None,
+            next: i64::MIN,
+            continuing: false,
+            finished: false,
+            answered: None,
+            heard: 0,
+        }
+    }
+
+    /// Offers the input over the interval that begins at `stamp` (ns).
+    pub fn offer_input(&mut self, stamp: i64, input: Input) -> Offer {
+        let Some(k) = self.instant(stamp) else {
+            self.inputs_off_grid += 1;
+            return Offer::LeftOut;
+        };
+        self.inputs_off_grid = 0;
+        self.last_input = Some(k);
+        if let Some(newest) = self.newest_output {
+            if k < newest - WINDOW {
+                self.old_inputs.push_back((stamp, input));
+                if self.old_inputs.len() > WINDOW as usize {
+                    self.old_inputs.pop_front();
+                }
+                return Offer::LeftOut;
+            }
+            if k > newest + WINDOW {
+                return Offer::LeftOut;
+            }
+        }
+        if k < self.next.saturating_sub(1) || self.inputs.contains_key(&k) {
+            return Offer::LeftOut;
+        }
+        self.inputs.insert(k, input);
+        if self.newest_output.is_none() && self.inputs.len() > WINDOW as usize {
+            self.inputs.pop_first();
+        }
+        self.answer(k + 1);
+        Offer::Taken
+    }
+
+    /// Offers the output at `stamp` (ns).
+    pub fn offer_output(&mut self, stamp: i64, output: f64) -> Offer {
+        let Some(k) = self.instant(stamp) else {
+            self.off_grid += 1;
+            if self.off_grid < WINDOW {
+                return Offer::LeftOut;
+            }
+            let newest = self.newest_output.and_then(|k| self.outputs.get(&k));
+            let went_back = newest.is_some_and(|(newest, _)| stamp < *newest);
+            self.begin_anew(&[(stamp, output)]);
+            return if went_back {
+                Offer::WentBack
+            } else {
+                Offer::Taken
+            };
+        };
+        self.off_grid = 0;
+        let before = self.old_output.take();
+        if self.newest_output.is_some_and(|newest| k < newest - WINDOW) {
+            let Some(before) = before else {
+                self.old_output = Some((stamp, output));
+                return Offer::LeftOut;
+            };
+            self.begin_anew(&[before, (stamp, output)]);
+            return Offer::WentBack;
+        }
+        if k < self.next || self.outputs.contains_key(&k) {
+            if self.newest_output == Some(k) {
+                self.heard += 1;
+                self.answer(k);
+            }
+            return Offer::LeftOut;
+        }
+        self.outputs.insert(k, (stamp, output));
+        if self.newest_output < Some(k) {
+            self.newest_output = Some(k);
+            self.heard = 1;
+        }
+        self.answer(k);
+        Offer::Taken
+    }
+
+    /// Forgets everything but these outputs and the inputs that may belong to them.
+    fn begin_anew(&mut self, outputs: &[(i64, f64)]) {
+        let old_inputs = std::mem::take(&mut self.old_inputs);
+        *self = Self::new(self.period);
+        // The newest first: the grid is laid through it, and one of another time is left out.
+        for (stamp, output) in outputs.iter().rev() {
+            self.offer_output(*stamp, *output);
+        }
+        for (stamp, input) in old_inputs {
+            self.offer_input(stamp, input);
+        }
+    }
+
+    /// How many intervals the outputs are ahead of the inputs; where one kind has not come yet, of the
+    /// first stamp seen.
+    #[must_use]
+    pub fn outputs_ahead(&self) -> i64 {
+        self.newest_output.unwrap_or(0) - self.last_input.unwrap_or(0)
+    }
+
+    /// Whether the inputs are stamped at other instants than the outputs, a quarter interval off or more.
+    #[must_use]
+    pub fn inputs_are_off_grid(&self) -> bool {
+        self.inputs_off_grid >= WINDOW
+    }
+
+    /// The next sample in the order of stamps, once it is settled.
+    pub fn take(&mut self) -> Option<Sample> {
+        let sample = self.settled();
+        if let (None, Some(newest)) = (sample, self.newest_output) {
+            // What is not settled lies within the window; the rest is kept to know repeats.
+            self.outputs.retain(|k, _| *k >= newest - 2 * WINDOW);
+            self.inputs
+                .retain(|k, _| (newest - 2 * WINDOW..=newest + WINDOW).contains(k));
+        }
+        sample
+    }
+
+    fn settled(&mut self) -> Option<Sample> {
+        if self.continuing {
+            let k = self.next;
+            if let (Some(&(stamp, output)), Some(&input)) =
+                (self.outputs.get(&k), self.inputs.get(&(k - 1)))
+            {
+                self.next = k + 1;
+                return Some(Sample {
+                    stamp,
+                    output,
+                    input: Some(input),
+                });
+            }
+            if self.waits_at(k) {
+                return None;
+            }
+            self.continuing = false;
+        }
+        let (&first, &(stamp, output)) = self.outputs.range(self.next..).next()?;
+        if self.waits_at(first) {
+            return None;
+        }
+        self.next = first + 1;
+        self.continuing = true;
+        Some(Sample {
+            stamp,
+            output,
+            input: None,
+        })
+    }
+
+    /// Whether what is missing at instant k may still come.
+    fn waits_at(&self, k: i64) -> bool {
+        !self.finished && self.newest_output.is_none_or(|newest| newest - k < WINDOW)
+    }
+
+    /// Says that nothing more will come: what is held back is given out.
+    pub fn finish(&mut self) {
+        self.finished = true;
+    }
+
+    /// The latest output's stamp (ns) with which all that lockstep lets one expect has come: the input
+    /// over the interval before it, unless the output that began that interval was never seen. An output that
+    /// has come [`SAYINGS`] times is answered without: nobody has that input any more.
+    #[must_use]
+    pub fn answered(&self) -> Option<i64> {
+        self.answered
+    }
+
+    /// Notes that the output at instant k, if it is there, has all it needs, if it has.
+    fn answer(&mut self, k: i64) {
+        let given_up = self.newest_output == Some(k) && self.heard >= SAYINGS;
+        let waits_for_input =
+            !given_up && self.outputs.contains_key(&(k - 1)) && !self.inputs.contains_key(&(k - 1));
+        if let Some((stamp, _)) = self.outputs.get(&k)
+            && !waits_for_input
+            && self.answered.is_none_or(|latest| latest < *stamp)
+        {
+            self.answered = Some(*stamp);
+        }
+    }
+
+    /// The instant a stamp belongs to, `None` off the grid.
+    fn instant(&mut self, stamp: i64) -> Option<i64> {
+        let origin = *self.origin.get_or_insert(stamp);
+        let offset = stamp.checked_sub(origin)?;
+        let k = offset.checked_add(self.period / 2)?.div_euclid(self.period);
+        let distance = (offset - k * self.period).abs();
+        // Instants stay far enough from the ends of their type to be counted with.
+        let countable = (-i64::MAX / 4..i64::MAX / 4).contains(&k);
+        (countable && distance <= self.period / 4).then_some(k)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    const PERIOD: i64 = 50_000_000;
+    /// The loop's stamps need not be multiples of the period.
+    const START: i64 = 1_700_000_000_123_456_789;
+
+    #[derive(Clone, Copy, Debug)]
+    enum Message {
+        Input(i64),
+        Output(i64),
+    }
+    use Message::{Input as I, Output as O};
+
+    fn stamp(k: i64) -> i64 {
+        START + k * PERIOD
+    }
+
+    fn offer(aligner: &mut Aligner, message: Message) -> Offer {
+        match message {
+            I(k) => aligner.offer_input(stamp(k), Input::held(k as f64)),
+            O(k) => aligner.offer_output(stamp(k), k as f64),
+        }
+    }
+
+    /// (instant, whether an input leads to it) of every sample, taken as the messages come.
+    fn samples(messages: &[Message]) -> Vec<(i64, bool)> {
+        let mut aligner = Aligner::new(PERIOD);
+        let mut samples = Vec::new();
+        let mut take = |aligner: &mut Aligner| {
+            while let Some(sample) = aligner.take() {
+                let k = (sample.stamp - START) / PERIOD;
+                assert_eq!(sample.output, k as f64);
+                if let Some(input) = sample.input {
+                    assert_eq!(input.mean, (k - 1) as f64);
+                }
+                samples.push((k, sample.input.is_some()));
+            }
+        };
+        for message in messages {
+            offer(&mut aligner, *message);
+            take(&mut aligner);
+            assert!(aligner.outputs.len() as i64 <= 2 * WINDOW + 1);
+            assert!(aligner.inputs.len() as i64 <= 3 * WINDOW + 1);
+        }
+        aligner.finish();
+        take(&mut aligner);
+        samples
+    }
+
+    fn in_order(count: i64) -> Vec<Message> {
+        (0..count).flat_map(|k| [O(k), I(k)]).collect()
+    }
+
+    fn whole(count: i64) -> Vec<(i64, bool)> {
+        (0..count).map(|k| (k, k > 0)).collect()
+    }
+
+    #[test]
+    fn each_output_comes_with_the_input_over_the_interval_before_it() {
+        assert_eq!(samples(&in_order(100)), whole(100));
+    }
+
+    #[test]
+    fn any_order_within_the_window_gives_the_same_samples() {
+        let swapped: Vec<_> = (0..100).flat_map(|k| [I(k), O(k)]).collect();
+        assert_eq!(samples(&swapped), whole(100));
+        let late_inputs: Vec<_> = (0..100 + WINDOW / 2)
+            .flat_map(|k| [O(k), I(k - WINDOW / 2)])
+            .filter(|m| matches!(m, O(0..100) | I(0..100)))
+            .collect();
+        assert_eq!(samples(&late_inputs), whole(100));
+        let mut reversed_in_blocks = in_order(100);
+        for block in reversed_in_blocks.chunks_mut(14) {
+            block.reverse();
+        }
+        assert_eq!(samples(&reversed_in_blocks), whole(100));
+    }
+
+    #[test]
+    fn repeats_change_nothing() {
+        let repeated: Vec<_> = in_order(100)
+            .windows(6)
+            .flat_map(|w| [w[5], w[0], w[3], w[0]])
+            .collect();
+        let mut messages = in_order(100);
+        messages.truncate(6);
+        messages.extend(repeated);
+        assert_eq!(samples(&messages), whole(100));
+    }
+
+    #[test]
+    fn after_a_gap_in_the_outputs_the_samples_begin_anew() {
+        let messages: Vec<_> = in_order(100)
+            .into_iter()
+            .filter(|m| !matches!(m, O(40..45)))
+            .collect();
+        let expected: Vec<_> = whole(100)
+            .into_iter()
+            .filter(|(k, _)| !(40..45).contains(k))
+            .map(|(k, led)| (k, led && k != 45))
+            .collect();
+        assert_eq!(samples(&messages), expected);
+    }
+
+    #[test]
+    fn after_a_gap_in_the_inputs_the_samples_begin_anew() {
+        let messages: Vec<_> = in_order(100)
+            .into_iter()
+            .filter(|m| !matches!(m, I(40..45)))
+            .collect();
+        let expected: Vec<_> = whole(100)
+            .into_iter()
+            .map(|(k, led)| (k, led && !(41..46).contains(&k)))
+            .collect();
+        assert_eq!(samples(&messages), expected);
+    }
+
+    #[test]
+    fn once_running_a_sample_is_given_out_as_soon_as_it_is_whole() {
+        let mut aligner = Aligner::new(PERIOD);
+        for message in in_order(50) {
+            offer(&mut aligner, message);
+            while aligner.take().is_some() {}
+        }
+        assert_eq!(offer(&mut aligner, O(50)), Offer::Taken);
+        assert_eq!(aligner.take().unwrap().stamp, stamp(50));
+    }
+
+    #[test]
+    fn time_going_back_begins_everything_anew_and_loses_nothing_of_the_new_time() {
+        let mut messages = in_order(100);
+        messages.push(I(0));
+        messages.extend(in_order(100));
+        let mut aligner = Aligner::new(PERIOD);
+        let went_back: Vec<usize> = (0..messages.len())
+            .filter(|i| offer(&mut aligner, messages[*i]) == Offer::WentBack)
+            .collect();
+        // Of the new time the second output says so.
+        assert_eq!(went_back, vec![203]);
+        let mut expected = whole(100);
+        expected.extend(whole(100));
+        assert_eq!(samples(&messages), expected);
+    }
+
+    #[test]
+    fn a_stamp_off_the_grid_is_left_out() {
+        let mut aligner = Aligner::new(PERIOD);
+        assert_eq!(aligner.offer_output(stamp(0), 0.0), Offer::Taken);
+        assert_eq!(
+            aligner.offer_output(stamp(1) + PERIOD / 3, 0.0),
+            Offer::LeftOut
+        );
+        assert_eq!(
+            aligner.offer_output(stamp(1) - PERIOD / 5, 0.0),
+            Offer::Taken
+        );
+    }
+
+    #[test]
+    fn one_straggler_is_left_out_and_time_goes_on() {
+        let mut messages = in_order(100);
+        messages.insert(120, O(3));
+        messages.insert(160, O(5));
+        assert_eq!(samples(&messages), whole(100));
+    }
+
+    #[test]
+    fn a_publisher_started_again_off_the_grid_lays_another() {
+        let mut aligner = Aligner::new(PERIOD);
+        let mut taken = 0;
+        for k in 0..100 {
+            // From the fiftieth on a third of an interval later.
+            let late = if k < 50 { 0 } else { PERIOD / 3 };
+            let offer = aligner.offer_output(stamp(k) + late, k as f64);
+            assert_eq!(offer == Offer::LeftOut, (50..50 + WINDOW - 1).contains(&k));
+            aligner.offer_input(stamp(k) + late, Input::held(0.0));
+            while aligner.take().is_some() {
+                taken += 1;
+            }
+        }
+        assert!(taken > 60, "{taken}");
+    }
+
+    #[test]
+    fn who_has_fallen_silent_shows_in_how_far_the_others_are_ahead() {
+        let mut aligner = Aligner::new(PERIOD);
+        for message in in_order(50) {
+            offer(&mut aligner, message);
+        }
+        assert_eq!(aligner.outputs_ahead(), 0);
+        for k in 50..90 {
+            offer(&mut aligner, O(k));
+        }
+        assert_eq!(aligner.outputs_ahead(), 40);
+        for k in 90..150 {
+            offer(&mut aligner, I(k));
+        }
+        assert_eq!(aligner.outputs_ahead(), -60);
+        let mut alone = Aligner::new(PERIOD);
+        for k in 0..30 {
+            offer(&mut alone, I(k));
+        }
+        assert_eq!(alone.outputs_ahead(), -29);
+    }
+
+    #[test]
+    fn stamps_from_the_far_ends_of_time_neither_break_nor_fill_anything() {
+        let mut messages = in_order(30);
+        messages.push(I(40_000_000_000));
+        messages.extend((30..60).flat_map(|k| [O(k), I(k)]));
+        assert_eq!(samples(&messages), whole(60));
+        for first in [i64::MIN, 0, i64::MAX] {
+            let mut aligner = Aligner::new(1);
+            for stamp in [first, i64::MAX, i64::MIN, 0, -1, i64::MAX - 1] {
+                aligner.offer_output(stamp, 0.0);
+                aligner.offer_input(stamp, Input::default());
+                while aligner.take().is_some() {}
+            }
+        }
+    }
+
+    #[test]
+    fn a_lost_motion_is_waited_for_until_the_state_has_come_three_times() {
+        let mut aligner = Aligner::new(PERIOD);
+        let mut answered = |message| {
+            offer(&mut aligner, message);
+            while aligner.take().is_some() {}
+            aligner.answered().map(|stamp| (stamp - START) / PERIOD)
+        };
+        for (message, answer) in [
+            (O(0), Some(0)),
+            (O(1), Some(0)), // the motion over 0 is lost
+            (O(1), Some(0)),
+            (I(0), Some(1)), // and said again
+            (I(1), Some(1)),
+            (O(2), Some(2)),
+            (O(3), Some(2)), // that over 2 never comes
+            (O(3), Some(2)),
+            (O(3), Some(3)),
+            (I(3), Some(3)),
+            (O(4), Some(4)),
+        ] {
+            assert_eq!(answered(message), answer, "{message:?}");
+        }
+    }
+
+    #[test]
+    fn a_tick_is_answered_when_its_state_and_the_motion_before_it_have_come() {
+        let mut aligner = Aligner::new(PERIOD);
+        let mut answered = |message| {
+            offer(&mut aligner, message);
+            aligner.answered().map(|stamp| (stamp - START) / PERIOD)
+        };
+        for (message, answer) in [
+            (I(6), None),
+            (O(7), Some(7)), // the output at 6 was never seen: nothing to wait for
+            (O(8), Some(7)),
+            (I(7), Some(8)),
+            (I(8), Some(8)),
+            (O(9), Some(9)),
+            (O(9), Some(9)),
+            (I(9), Some(9)),
+        ] {
+            assert_eq!(answered(message), answer, "{message:?}");
+        }
+    }
+}

@@ -1,0 +1,344 @@
+//! Samples out of a bag of any messages, decoded by the schemas in it.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use anyhow::{Result, anyhow, bail};
+use planesman_bag::{BagReader, Message, Order, Topic};
+use planesman_decode::{Decoder, FieldPath, Types, Values, schema};
+use planesman_identification::Input;
+
+use crate::request::{Clock, Reading, Request, Role, Take};
+use crate::signal::Signal;
+
+/// How often progress is told, in messages.
+const TELL: u64 = 4096;
+
+/// Names that are listed in an error at most.
+const LISTED: usize = 20;
+
+/// An open bag, and whose stamps are wanted.
+#[derive(Debug)]
+pub struct BagSource {
+    bag: BagReader,
+    clock: Option<Clock>,
+}
+
+impl BagSource {
+    /// Opens a bag: a folder, its metadata, one file, or several.
+    ///
+    /// # Errors
+    /// As [`BagReader::open`].
+    pub fn open(paths: &[PathBuf], clock: Option<Clock>) -> Result<Self> {
+        let bag = match paths {
+            [path] => BagReader::open(path)?,
+            paths => BagReader::open_all(paths)?,
+        };
+        Ok(Self { bag, clock })
+    }
+
+    /// The bag.
+    #[must_use]
+    pub fn bag(&self) -> &BagReader {
+        &self.bag
+    }
+
+    /// Whose stamps were asked for.
+    #[must_use]
+    pub fn clock(&self) -> Option<Clock> {
+        self.clock
+    }
+
+    /// The bytes of its files.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        self.bag.files().map(|(_, bytes)| bytes).sum()
+    }
+
+    /// Hands every sample of the signals to `take`, file by file as they lie.
+    ///
+    /// # Errors
+    /// A signal that no topic has, or messages of which none can be read.
+    pub fn read(
+        &self,
+        requests: &[Request],
+        take: &mut Take<'_>,
+        progress: &dyn Fn(u64),
+    ) -> Result<Reading> {
+        let wanted = requests
+            .iter()
+            .map(|request| Wanted::find(&self.bag, request))
+            .collect::<Result<Vec<_>>>()?;
+        let clock = self.chosen(&wanted)?;
+        let mut reading = Reading {
+            stamps: match clock {
+                Clock::Header => "of the messages' headers",
+                Clock::Log => "of the recorder",
+            }
+            .to_owned(),
+            notes: Vec::new(),
+        };
+        let mut plans: Vec<Plan> = Vec::new();
+        let mut messages = self.bag.messages_of(
+            |topic| wanted.iter().any(|it| it.topic == topic.name),
+            Order::File,
+        );
+        let mut count = 0_u64;
+        while let Some(message) = messages.next() {
+            let message = match message {
+                Ok(message) => message,
+                Err(error) => {
+                    reading.notes.push(error.to_string());
+                    break;
+                }
+            };
+            count += 1;
+            if count.is_multiple_of(TELL) {
+                progress(messages.bytes_read());
+            }
+            let known = plans
+                .iter()
+                .position(|it| Arc::ptr_eq(&it.topic, &message.topic));
+            let place = match known {
+                Some(place) => place,
+                None => {
+                    plans.push(Plan::of(&message.topic, &wanted, clock)?);
+                    plans.len() - 1
+                }
+            };
+            if !plans[place].read(&message, take) {
+                break;
+            }
+        }
+        for plan in &plans {
+            plan.judge(&mut reading)?;
+        }
+        if count == 0
+            && let [note] = &reading.notes[..]
+        {
+            bail!("{note}");
+        }
+        if !self.bag.completeness().is_whole() {
+            reading
+                .notes
+                .push(format!("the bag is {}", self.bag.completeness()));
+        }
+        Ok(reading)
+    }
+
+    /// The clock asked for, or the messages' own if all have one.
+    fn chosen(&self, wanted: &[Wanted]) -> Result<Clock> {
+        let without = wanted.iter().find(|it| !it.has_stamp);
+        match (self.clock, without) {
+            (Some(Clock::Header), Some(wanted)) => bail!(
+                "{}: messages of type {} carry no stamp; --stamp log takes the recorder's for all",
+                wanted.topic,
+                wanted.type_name
+            ),
+            (Some(clock), _) => Ok(clock),
+            (None, None) => Ok(Clock::Header),
+            (None, Some(_)) => Ok(Clock::Log),
+        }
+    }
+}
+
+/// A signal, and the topic that has it.
+struct Wanted {
+    topic: String,
+    type_name: String,
+    path: FieldPath,
+    role: Role,
+    has_stamp: bool,
+}
+
+impl Wanted {
+    fn find(bag: &BagReader, request: &Request) -> Result<Self> {
+        let signal: Signal = request.name.parse().map_err(|e: String| anyhow!(e))?;
+        let mut found: Vec<&Arc<Topic>> = bag
+            .topics()
+            .iter()
+            .map(|it| &it.topic)
+            .filter(|it| signal.is_on(&it.name))
+            .collect();
+        if found.iter().any(|it| it.name == signal.topic()) {
+            found.retain(|it| it.name == signal.topic());
+        }
+        let Some(topic) = found.first() else {
+            bail!(
+                "{signal}: the bag has no such topic; it has {}",
+                topics(bag)
+            );
+        };
+        if found.iter().any(|it| it.name != topic.name) {
+            bail!(
+                "{signal}: several topics are meant: {}; write one in full",
+                listed(found.iter().map(|it| it.name.as_str()))
+            );
+        }
+        let types = types(topic)?;
+        Decoder::compile(&types, std::slice::from_ref(signal.path()))
+            .map_err(|error| anyhow!("{}: {error}", topic.name))?;
+        Ok(Self {
+            topic: topic.name.clone(),
+            type_name: topic.kind.type_name.clone(),
+            path: signal.path().clone(),
+            role: request.role,
+            has_stamp: types.stamp().is_some(),
+        })
+    }
+}
+
+/// The names of a bag's topics, the first of many.
+#[must_use]
+pub fn topics(bag: &BagReader) -> String {
+    let names = listed(bag.topics().iter().map(|it| it.topic.name.as_str()));
+    match bag.omitted() {
+        0 => names,
+        more => format!("{names}, beside {more} that there is no room for"),
+    }
+}
+
+/// The first names of many.
+fn listed<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    let mut names: Vec<&str> = names.collect();
+    names.sort_unstable();
+    names.dedup();
+    let more = names.len().saturating_sub(LISTED);
+    names.truncate(LISTED);
+    match (names.is_empty(), more) {
+        (true, _) => "none".to_owned(),
+        (_, 0) => names.join(", "),
+        _ => format!("{} and {more} more", names.join(", ")),
+    }
+}
+
+/// The types a topic's schema defines.
+///
+/// # Errors
+/// A line naming the topic, when its messages are not CDR or its schema cannot be read.
+pub fn types(topic: &Topic) -> Result<Types> {
+    let name = &topic.name;
+    if topic.kind.message_encoding != "cdr" {
+        bail!(
+            "{name}: messages are encoded as '{}'; cdr is read",
+            topic.kind.message_encoding.escape_default()
+        );
+    }
+    let kind = &topic.kind;
+    schema::read(&kind.type_name, &kind.definition_encoding, &kind.definition)
+        .map_err(|error| anyhow!("{name}: {}", brief(error.to_string())))
+}
+
+/// A reason that quotes what a file says, which may be long.
+fn brief(reason: String) -> String {
+    const LONGEST: usize = 300;
+    match reason.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{} ...", &reason[..end]),
+        None => reason,
+    }
+}
+
+/// How the messages of one topic of one file are read.
+struct Plan {
+    topic: Arc<Topic>,
+    decoder: Decoder,
+    values: Values,
+    /// The signals on this topic, in the order of the decoder's paths; seconds and nanoseconds follow.
+    signals: Vec<(usize, Role)>,
+    clock: Clock,
+    messages: u64,
+    refused: u64,
+    reason: String,
+}
+
+impl Plan {
+    fn of(topic: &Arc<Topic>, wanted: &[Wanted], clock: Clock) -> Result<Self> {
+        let types = types(topic)?;
+        let here = || {
+            wanted
+                .iter()
+                .enumerate()
+                .filter(|(_, it)| it.topic == topic.name)
+        };
+        let mut paths: Vec<FieldPath> = here().map(|(_, it)| it.path.clone()).collect();
+        if let (Clock::Header, Some(stamp)) = (clock, types.stamp()) {
+            paths.extend(["sec", "nanosec"].map(|name| stamp.field(name)));
+        }
+        Ok(Self {
+            topic: Arc::clone(topic),
+            decoder: Decoder::compile(&types, &paths)
+                .map_err(|error| anyhow!("{}: {error}", topic.name))?,
+            values: Values::default(),
+            signals: here().map(|(signal, it)| (signal, it.role)).collect(),
+            clock,
+            messages: 0,
+            refused: 0,
+            reason: String::new(),
+        })
+    }
+
+    /// Returns whether more is wanted.
+    fn read(&mut self, message: &Message, take: &mut Take<'_>) -> bool {
+        self.messages += 1;
+        let values = &mut self.values;
+        if let Err(error) = self.decoder.read(&message.payload, values) {
+            self.refuse(error.to_string());
+            return true;
+        }
+        let stamp = match self.clock {
+            Clock::Log => Some(message.log_time),
+            Clock::Header => nanoseconds(values, self.signals.len()),
+        };
+        let Some(stamp) = stamp else {
+            self.refuse("its stamp is beyond all time".to_owned());
+            return true;
+        };
+        let mut more = true;
+        for (index, (signal, role)) in self.signals.iter().enumerate() {
+            more &= take(*signal, stamp, number(values.list(index), *role));
+        }
+        more
+    }
+
+    fn refuse(&mut self, reason: String) {
+        if self.refused == 0 {
+            self.reason = reason;
+        }
+        self.refused += 1;
+    }
+
+    /// Tells of messages that could not be read.
+    ///
+    /// # Errors
+    /// When none could.
+    fn judge(&self, reading: &mut Reading) -> Result<()> {
+        if self.refused == 0 {
+            return Ok(());
+        }
+        let told = format!(
+            "{}: {} of {} messages cannot be read as {}; the first: {}",
+            self.topic.name, self.refused, self.messages, self.topic.kind.type_name, self.reason
+        );
+        if self.refused == self.messages {
+            bail!("{told}");
+        }
+        reading.notes.push(told);
+        Ok(())
+    }
+}
+
+/// The stamp whose seconds are at `index`, nanoseconds behind.
+#[must_use]
+pub fn nanoseconds(values: &Values, index: usize) -> Option<i64> {
+    let seconds = values.number(index)? as i64;
+    let nanoseconds = values.number(index + 1)? as i64;
+    seconds.checked_mul(1_000_000_000)?.checked_add(nanoseconds)
+}
+
+/// What a number or list is worth in a role.
+fn number(list: &[f64], role: Role) -> Option<f64> {
+    match role {
+        Role::Input => Input::through(list).map(|input| input.mean),
+        Role::Output => list.first().copied(),
+    }
+}

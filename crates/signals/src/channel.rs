@@ -1,0 +1,124 @@
+//! How a signal's samples lay in time, and how they were put on the grid of a record.
+
+use std::fmt;
+
+use serde::Serialize;
+
+/// One signal of a record, and how it came onto the grid.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Channel {
+    /// The signal, as it was asked for: `TOPIC:FIELD`, or a CSV column.
+    pub name: String,
+    /// How its samples were put on the grid.
+    pub method: Method,
+    /// How its samples lay in time before.
+    pub timing: Timing,
+    /// The longest time for which a sample of an input was held, s; 0 if that was neither beyond five of its median intervals (or two and
+    /// a half of the grid) nor beyond a hundred of the grid.
+    pub held: f64,
+}
+
+/// How samples between the grid's instants become one number for each instant.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// The mean over the interval that begins at the instant, each sample held until the next: for commands.
+    #[default]
+    Mean,
+    /// On the straight line between the samples before and after the instant: for measurements.
+    Linear,
+    /// The latest sample at or before the instant.
+    Hold,
+    /// The mean of the samples nearer to this instant than to any other: for measurements much faster than the grid.
+    Centred,
+}
+
+impl Method {
+    /// Every method.
+    pub const ALL: [Self; 4] = [Self::Mean, Self::Linear, Self::Hold, Self::Centred];
+
+    /// The name it is asked for by, and a line about it.
+    #[must_use]
+    pub fn described(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Mean => (
+                "mean",
+                "The mean over the interval that begins at the instant, each sample held until the next: for commands",
+            ),
+            Self::Linear => (
+                "linear",
+                "On the straight line between the samples before and after the instant: for measurements",
+            ),
+            Self::Hold => ("hold", "The latest sample at or before the instant"),
+            Self::Centred => (
+                "centred",
+                "The mean of the samples nearer to this instant than to any other: for measurements much faster than the grid",
+            ),
+        }
+    }
+}
+
+impl fmt::Display for Method {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Mean => "mean over the interval",
+            Self::Linear => "linear interpolation",
+            Self::Hold => "latest held",
+            Self::Centred => "mean about the instant",
+        })
+    }
+}
+
+/// The samples of one signal, or the messages of one topic, as they lay in time.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Timing {
+    /// Samples taken.
+    pub samples: u64,
+    /// The first and the last stamp, ns; `None` without samples.
+    pub span: Option<(i64, i64)>,
+    /// The median interval between neighbours, s; 0 with fewer than two samples.
+    pub interval: f64,
+    /// Half the range that holds nine of ten intervals, s: what is left when gaps are set aside.
+    pub jitter: f64,
+    /// Intervals of more than one and a half medians.
+    pub gaps: u64,
+    /// The longest interval, s.
+    pub longest: f64,
+    /// Samples whose stamp had come before; the later one counts.
+    pub duplicates: u64,
+    /// Samples older than one before them, by more than could be put in order; left out.
+    pub late: u64,
+    /// Samples that are NaN, infinite or beyond reason; left out.
+    pub not_finite: u64,
+    /// Messages without the element asked for, as a list that is too short; left out.
+    pub absent: u64,
+}
+
+impl Timing {
+    /// Samples per second, by the median interval; 0 with fewer than two samples.
+    #[must_use]
+    pub fn rate(&self) -> f64 {
+        if self.interval > 0.0 {
+            1.0 / self.interval
+        } else {
+            0.0
+        }
+    }
+
+    /// Of these samples and others, from elsewhere: counts together, the worse of either.
+    #[must_use]
+    pub fn joined(&self, other: &Self) -> Self {
+        Self {
+            samples: self.samples + other.samples,
+            span: self.span,
+            interval: self.interval.max(other.interval),
+            jitter: self.jitter.max(other.jitter),
+            gaps: self.gaps + other.gaps,
+            longest: self.longest.max(other.longest),
+            duplicates: self.duplicates + other.duplicates,
+            late: self.late + other.late,
+            not_finite: self.not_finite + other.not_finite,
+            absent: self.absent + other.absent,
+        }
+    }
+}

@@ -1,0 +1,34 @@
+//! Signals: single numbers of messages and tables, on one uniform grid, from recordings or while they arrive.
+//!
+//! ```text
+//! Source (bag or CSV table) -> Resampler -> Record        messages -> LiveGrid -> Aligner -> Sample
+//! ```
+//! - [`Signal`]: `TOPIC:FIELD`, one number of one message.
+//! - [`Source`], [`BagSource`], [`CsvSource`]: samples of any signals, streamed.
+//! - [`Meter`], [`Timing`]: rate, jitter, gaps and duplicates of stamps.
+//! - [`Resampler`], [`take`]: samples on a grid, as a record of `planesman_identification`.
+//! - [`LiveGrid`], [`Aligner`]: the same for samples that arrive, inputs and outputs paired by stamp.
+
+mod align;
+mod bag_source;
+mod channel;
+mod csv_source;
+mod live_grid;
+mod request;
+mod resample;
+mod signal;
+mod source;
+mod taken;
+mod timing;
+
+pub use align::{Aligner, Offer, SAYINGS, Sample, WINDOW};
+pub use bag_source::{BagSource, nanoseconds, topics, types};
+pub use channel::{Channel, Method, Timing};
+pub use csv_source::CsvSource;
+pub use live_grid::{Given, LiveGrid};
+pub use request::{Clock, Reading, Request, Role, Take, TimeUnit};
+pub use resample::{MOST, ORDER, Options, PRELUDE, Resampled, Resampler};
+pub use signal::{LARGEST, Signal};
+pub use source::{Data, Source};
+pub use taken::{Taken, take};
+pub use timing::Meter;

@@ -1,0 +1,97 @@
+//! What is asked of a bag or table, and what came of reading it.
+
+use serde::Serialize;
+
+/// The clock whose stamps are taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Clock {
+    /// That of the message, in its header.
+    Header,
+    /// When the recorder received it.
+    Log,
+}
+
+impl Clock {
+    /// Both clocks.
+    pub const ALL: [Self; 2] = [Self::Header, Self::Log];
+
+    /// The name it is asked for by, and a line about it.
+    #[must_use]
+    pub fn described(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Header => ("header", "That of the message, in its header"),
+            Self::Log => ("log", "When the recorder received it"),
+        }
+    }
+}
+
+/// What a signal is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// It drives: a list is its course over the coming interval, and gives its mean.
+    Input,
+    /// It responds: a list gives its first element.
+    Output,
+}
+
+/// One signal, as asked for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Request {
+    /// `TOPIC:FIELD` in a bag, a column's name in a table.
+    pub name: String,
+    /// What it is for.
+    pub role: Role,
+}
+
+/// What came of reading.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Reading {
+    /// Which stamps were taken, in words.
+    pub stamps: String,
+    /// What could not be read, and why.
+    pub notes: Vec<String>,
+}
+
+/// Takes samples: the signal's number, its stamp in ns, its value if it has one. Returns whether more are wanted.
+pub type Take<'a> = dyn FnMut(usize, i64, Option<f64>) -> bool + 'a;
+
+/// What a CSV file's time counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TimeUnit {
+    /// Seconds.
+    S,
+    /// Milliseconds.
+    Ms,
+    /// Microseconds.
+    Us,
+    /// Nanoseconds.
+    Ns,
+}
+
+impl TimeUnit {
+    /// Every unit.
+    pub const ALL: [Self; 4] = [Self::S, Self::Ms, Self::Us, Self::Ns];
+
+    /// The name it is asked for by, and a line about it.
+    #[must_use]
+    pub fn described(self) -> (&'static str, &'static str) {
+        match self {
+            Self::S => ("s", "Seconds"),
+            Self::Ms => ("ms", "Milliseconds"),
+            Self::Us => ("us", "Microseconds"),
+            Self::Ns => ("ns", "Nanoseconds"),
+        }
+    }
+
+    /// Decimal places from this unit to nanoseconds.
+    #[must_use]
+    pub fn places(self) -> u32 {
+        match self {
+            Self::S => 9,
+            Self::Ms => 6,
+            Self::Us => 3,
+            Self::Ns => 0,
+        }
+    }
+}

@@ -1,0 +1,765 @@
+//! Samples with stamps of their own, put on one uniform grid: a [`Record`].
+//!
+//! Signals are taken as they come, each roughly in the order of its stamps ([`ORDER`] samples are
+//! held back to put them right), in memory that grows with the record and not with what it is made from.
+//!
+//! - **The grid** begins at the first output's first sample, so that data which lies on a grid
+//!   is taken as it is. Its interval is what was asked for, or the median interval of the
+//!   slowest output among the first [`PRELUDE`] samples; within half a per cent of a whole number of hertz or milliseconds that is taken.
+//! - **The methods** are [`Method`]'s. An input acts over the interval that begins at an instant;
+//!   the last sample before a gap is held to the end of its interval.
+//! - **A gap** of an output is an interval longer than `max_gap`, by default five median intervals of that signal
+//!   or two and a half of the grid, whichever is longer. Nothing is invented across it: the record's
+//!   stretch ends, and another begins.
+//! - **A pause** of an input that is held (by the methods mean and hold) is none: a setpoint that is sent when it changes is known until it
+//!   changes. Each sample acts until the next, the last as long as there are outputs; how long the longest had to act is told in
+//!   [`Channel::held`]. A `max_gap` that is given makes gaps of such pauses too.
+
+use std::collections::VecDeque;
+use std::ops::RangeInclusive;
+
+use planesman_identification::{Record, Stretch};
+
+use crate::channel::{Channel, Method};
+use crate::signal::LARGEST;
+use crate::timing::Meter;
+
+/// Samples of a signal that are held back to be put in order.
+pub const ORDER: usize = 64;
+
+/// Samples of each output from which the grid is found.
+pub const PRELUDE: usize = 1000;
+
+/// Samples that are held at most until the grid is found.
+const LONGEST_PRELUDE: usize = 500_000;
+
+/// Numbers in a record at most: 96 MB.
+pub const MOST: usize = 12_000_000;
+
+/// What a run takes beside its numbers, in numbers.
+const RUN: usize = 10;
+
+/// Stamps beyond this, ns (146 years from the epoch), are counted late: differences fit 64 bits.
+const FARTHEST: i64 = 1 << 62;
+
+/// What was asked for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// Instants per second; `None` for that of the slowest output.
+    pub rate: Option<f64>,
+    /// Seconds from the first output's first sample.
+    pub window: RangeInclusive<f64>,
+    /// How inputs are put on the grid.
+    pub input_method: Method,
+    /// How outputs are.
+    pub output_method: Method,
+    /// The longest interval that is no gap, s; `None` for the default, which is none at all for an input that is held.
+    pub max_gap: Option<f64>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            rate: None,
+            window: f64::NEG_INFINITY..=f64::INFINITY,
+            input_method: Method::Mean,
+            output_method: Method::Linear,
+            max_gap: None,
+        }
+    }
+}
+
+/// A record, and how each of its signals came onto the grid.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Resampled {
+    /// The numbers.
+    pub record: Record,
+    /// One for each input.
+    pub inputs: Vec<Channel>,
+    /// One for each output.
+    pub outputs: Vec<Channel>,
+}
+
+/// A record in the making.
+#[derive(Clone, Debug)]
+pub struct Resampler {
+    options: Options,
+    names: Vec<String>,
+    inputs: usize,
+    meters: Vec<Meter>,
+    /// Signal, stamp and value, until there is a grid.
+    prelude: Vec<(usize, i64, f64)>,
+    /// How many each signal has in the prelude.
+    counts: Vec<usize>,
+    running: Option<Running>,
+}
+
+#[derive(Clone, Debug)]
+struct Running {
+    grid: Grid,
+    tracks: Vec<Track>,
+}
+
+impl Resampler {
+    /// A record of the named inputs and outputs, before the first sample. Signals are counted through: inputs, then
+    /// outputs.
+    #[must_use]
+    pub fn new(inputs: &[String], outputs: &[String], options: Options) -> Self {
+        let names: Vec<String> = inputs.iter().chain(outputs).cloned().collect();
+        Self {
+            options,
+            inputs: inputs.len(),
+            meters: vec![Meter::default(); names.len()],
+            counts: vec![0; names.len()],
+            names,
+            prelude: Vec::new(),
+            running: None,
+        }
+    }
+
+    /// Takes a sample of a signal; `None` for a message that has none. Returns whether there is room for more.
+    pub fn take(&mut self, signal: usize, stamp: i64, value: Option<f64>) -> bool {
+        let Some(meter) = self.meters.get_mut(signal) else {
+            return true;
+        };
+        match value {
+            None => meter.absent(),
+            Some(value) if value.is_nan() || value.abs() > LARGEST => meter.not_finite(),
+            Some(_) if stamp.saturating_abs() >= FARTHEST => meter.late(),
+            Some(value) => match &mut self.running {
+                Some(running) => running.take(signal, stamp, value, meter),
+                None => {
+                    self.prelude.push((signal, stamp, value));
+                    self.counts[signal] += 1;
+                    let outputs = &self.counts[self.inputs..];
+                    let is_known = outputs.iter().all(|count| *count >= PRELUDE);
+                    if is_known || self.prelude.len() >= LONGEST_PRELUDE {
+                        self.run();
+                    }
+                }
+            },
+        }
+        let full = self.running.as_ref().is_some_and(Running::is_full);
+        !full
+    }
+
+    /// Finds the grid and puts on it what has come so far.
+    fn run(&mut self) {
+        let prelude = std::mem::take(&mut self.prelude);
+        let mut stamps = vec![Vec::new(); self.names.len()];
+        for (signal, stamp, _) in &prelude {
+            stamps[*signal].push(*stamp);
+        }
+        stamps.iter_mut().for_each(|it| it.sort_unstable());
+        let intervals: Vec<f64> = stamps.iter().map(|it| median_interval(it)).collect();
+        let slowest = |signals: &[f64]| signals.iter().copied().fold(0.0, f64::max);
+        let step = match (self.options.rate, slowest(&intervals[self.inputs..])) {
+            (Some(rate), _) => 1e9 / rate,
+            // One output sample, or none among so many: the inputs must do.
+            (None, 0.0) => rounded(slowest(&intervals)),
+            (None, interval) => rounded(interval),
+        };
+        let step = if step >= 1.0 { step } else { 1e9 };
+        let first = |wanted: &dyn Fn(usize) -> bool| {
+            let stamps = prelude.iter().filter(|it| wanted(it.0)).map(|it| it.1);
+            stamps.take(ORDER).min()
+        };
+        let anchor = first(&|signal| signal == self.inputs).or_else(|| first(&|_| true));
+        let grid = Grid::new(anchor.unwrap_or(0), step, &self.options.window);
+        let tracks = intervals
+            .iter()
+            .enumerate()
+            .map(|(signal, interval)| {
+                let method = self.method(signal);
+                let is_held = signal < self.inputs && matches!(method, Method::Mean | Method::Hold);
+                let usual = (5.0 * interval).max(2.5 * step) as i64;
+                Track {
+                    method,
+                    long: usual.min((100.0 * step) as i64),
+                    max_gap: match self.options.max_gap {
+                        Some(seconds) => Some((seconds * 1e9) as i64),
+                        None if is_held => None,
+                        None => Some(usual),
+                    },
+                    longest_hold: 0,
+                    pending: VecDeque::new(),
+                    last: None,
+                    bin: None,
+                    runs: Vec::new(),
+                    numbers: 0,
+                }
+            })
+            .collect();
+        let mut running = Running { grid, tracks };
+        for (signal, stamp, value) in prelude {
+            running.take(signal, stamp, value, &mut self.meters[signal]);
+        }
+        self.running = Some(running);
+    }
+
+    fn method(&self, signal: usize) -> Method {
+        if signal < self.inputs {
+            self.options.input_method
+        } else {
+            self.options.output_method
+        }
+    }
+
+    /// The record of all that has come.
+    ///
+    /// # Errors
+    /// A sentence, when a signal has no sample, there is no instant at which all are known, or the record would have more
+    /// than [`MOST`] numbers.
+    pub fn finish(mut self) -> Result<Resampled, String> {
+        if self.running.is_none() {
+            self.run();
+        }
+        let methods: Vec<Method> = (0..self.names.len()).map(|it| self.method(it)).collect();
+        let Some(mut running) = self.running else {
+            return Err("there is no signal".to_owned());
+        };
+        // Outputs first: inputs that are held act as long as there are outputs.
+        let mut until = i64::MIN;
+        let tracks = running.tracks.iter_mut().zip(&mut self.meters);
+        for (signal, (track, meter)) in tracks.enumerate().rev() {
+            track.finish(&running.grid, meter, until);
+            if let (Some(run), true) = (track.runs.last(), signal >= self.inputs) {
+                until = until.max(running.grid.time(run.end()));
+            }
+        }
+        let common = common(&running.tracks);
+        let instants = common.iter().map(|(from, to)| to - from);
+        let instants = instants.fold(0, i64::saturating_add) as usize;
+        let numbers = instants.saturating_mul(running.tracks.len());
+        if running.is_full() || numbers > MOST {
+            return Err(format!(
+                "at {} s an interval the record would have more than {MOST} numbers; a lower --rate or a --window makes \
+                 it shorter",
+                running.grid.step * 1e-9
+            ));
+        }
+        let mut channels: Vec<Channel> = self
+            .names
+            .into_iter()
+            .zip(methods)
+            .zip(self.meters.iter().zip(&running.tracks))
+            .map(|((name, method), (meter, track))| Channel {
+                name,
+                method,
+                timing: meter.timing(),
+                held: track.longest_hold as f64 * 1e-9,
+            })
+            .collect();
+        for channel in &channels {
+            if channel.timing.samples == 0 {
+                let Timed { absent, not_finite } = Timed::of(channel);
+                return Err(format!(
+                    "{}: there is no sample of it{absent}{not_finite}",
+                    channel.name
+                ));
+            }
+        }
+        if common.is_empty() {
+            let spans: Vec<String> = channels.iter().map(span).collect();
+            let window = &self.options.window;
+            let is_whole = window.start().is_infinite() && window.end().is_infinite();
+            let within = if is_whole {
+                String::new()
+            } else {
+                format!(
+                    " in the window {}..{} s from the first output",
+                    window.start(),
+                    window.end()
+                )
+            };
+            return Err(format!(
+                "there is no instant{within} at which all signals are known: {}",
+                spans.join("; ")
+            ));
+        }
+        let stretches = common
+            .into_iter()
+            .map(|(first, end)| {
+                let mut lists: Vec<Vec<f64>> = running
+                    .tracks
+                    .iter()
+                    .map(|track| track.cut(first, end))
+                    .collect();
+                Stretch {
+                    start: running.grid.time(first),
+                    outputs: lists.split_off(self.inputs),
+                    inputs: lists,
+                }
+            })
+            .collect();
+        let outputs = channels.split_off(self.inputs);
+        let names = |channels: &[Channel]| channels.iter().map(|it| it.name.clone()).collect();
+        Ok(Resampled {
+            record: Record {
+                sample_time: running.grid.step * 1e-9,
+                inputs: names(&channels),
+                outputs: names(&outputs),
+                stretches,
+            },
+            inputs: channels,
+            outputs,
+        })
+    }
+}
+
+/// Why there may be no sample.
+struct Timed {
+    absent: String,
+    not_finite: String,
+}
+
+impl Timed {
+    fn of(channel: &Channel) -> Self {
+        let told = |count: u64, what: &str| match count {
+            0 => String::new(),
+            count => format!("; {count} {what}"),
+        };
+        Self {
+            absent: told(channel.timing.absent, "messages do not have it"),
+            not_finite: told(channel.timing.not_finite, "are not finite"),
+        }
+    }
+}
+
+fn span(channel: &Channel) -> String {
+    let (first, last) = channel.timing.span.unwrap_or_default();
+    format!(
+        "{} from {:.3} to {:.3} s",
+        channel.name,
+        first as f64 * 1e-9,
+        last as f64 * 1e-9
+    )
+}
+
+/// The median interval of sorted stamps, ns; repeats count for nothing.
+fn median_interval(stamps: &[i64]) -> f64 {
+    let mut intervals: Vec<i64> = stamps
+        .windows(2)
+        .map(|pair| pair[1] - pair[0])
+        .filter(|interval| *interval > 0)
+        .collect();
+    if intervals.is_empty() {
+        return 0.0;
+    }
+    let middle = intervals.len() / 2;
+    *intervals.select_nth_unstable(middle).1 as f64
+}
+
+/// A whole number of hertz or of milliseconds within half a per cent, the nearer; else the interval as it is.
+fn rounded(interval: f64) -> f64 {
+    if interval <= 0.0 {
+        return interval;
+    }
+    let off = |candidate: &f64| (candidate / interval - 1.0).abs();
+    [
+        1e9 / (1e9 / interval).round(),
+        (interval / 1e6).round() * 1e6,
+    ]
+    .into_iter()
+    .filter(|candidate| off(candidate) < 0.005)
+    .min_by(|a, b| off(a).total_cmp(&off(b)))
+    .unwrap_or(interval)
+}
+
+/// The instants `anchor + k step`, those wanted.
+#[derive(Clone, Debug)]
+struct Grid {
+    anchor: i64,
+    /// ns.
+    step: f64,
+    first: i64,
+    last: i64,
+}
+
+impl Grid {
+    fn new(anchor: i64, step: f64, window: &RangeInclusive<f64>) -> Self {
+        // A rounding's worth beside the edges still counts as within.
+        let index = |seconds: f64| seconds * 1e9 / step;
+        Self {
+            anchor,
+            step,
+            first: (index(*window.start()) - 1e-6).ceil() as i64,
+            last: (index(*window.end()) + 1e-6).floor() as i64,
+        }
+    }
+
+    fn time(&self, k: i64) -> i64 {
+        self.anchor
+            .saturating_add((k as f64 * self.step).round() as i64)
+    }
+
+    /// The last instant at or before `stamp`.
+    fn at_or_before(&self, stamp: i64) -> i64 {
+        let mut k = ((stamp - self.anchor) as f64 / self.step).floor() as i64;
+        while self.time(k) > stamp {
+            k -= 1;
+        }
+        while self.time(k + 1) <= stamp {
+            k += 1;
+        }
+        k
+    }
+
+    /// The first instant at or after `stamp`.
+    fn at_or_after(&self, stamp: i64) -> i64 {
+        let before = self.at_or_before(stamp);
+        before + i64::from(self.time(before) < stamp)
+    }
+}
+
+impl Running {
+    fn take(&mut self, signal: usize, stamp: i64, value: f64, meter: &mut Meter) {
+        if let Some(track) = self.tracks.get_mut(signal) {
+            track.take(stamp, value, &self.grid, meter);
+        }
+    }
+
+    fn is_full(&self) -> bool {
+        let numbers = self.tracks.iter().map(|track| track.numbers);
+        numbers.fold(0, usize::saturating_add) > MOST
+    }
+}
+
+/// One signal on its way onto the grid. Of no interval it fills more instants than a record has room for.
+#[derive(Clone, Debug)]
+struct Track {
+    method: Method,
+    /// A sample that acts for longer is told of, ns.
+    long: i64,
+    /// The longest interval that is no gap, ns; none is where a sample acts until the next.
+    max_gap: Option<i64>,
+    /// The longest time for which a sample acted, ns; 0 if none was long.
+    longest_hold: i64,
+    /// The latest samples, in order of stamp.
+    pending: VecDeque<(i64, f64)>,
+    /// The last sample given out of `pending`.
+    last: Option<(i64, f64)>,
+    bin: Option<Bin>,
+    runs: Vec<Run>,
+    /// In all runs, and a few for each run.
+    numbers: usize,
+}
+
+/// Values at instants in a row.
+#[derive(Clone, Debug)]
+struct Run {
+    first: i64,
+    values: Values,
+}
+
+#[derive(Clone, Debug)]
+enum Values {
+    List(Vec<f64>),
+    /// One value, so many times.
+    Held(f64, i64),
+}
+
+impl Run {
+    fn end(&self) -> i64 {
+        self.first
+            + match &self.values {
+                Values::List(list) => list.len() as i64,
+                Values::Held(_, count) => *count,
+            }
+    }
+}
+
+/// The mean of one interval, while it is made.
+#[derive(Clone, Debug)]
+struct Bin {
+    k: i64,
+    /// The first value; means are taken about it, so that the mean of equal values is that value.
+    base: f64,
+    /// Of `(value - base) weight`.
+    sum: f64,
+    weight: f64,
+}
+
+impl Bin {
+    fn mean(&self) -> f64 {
+        self.base + self.sum / self.weight
+    }
+}
+
+impl Track {
+    fn take(&mut self, stamp: i64, value: f64, grid: &Grid, meter: &mut Meter) {
+        match self.last {
+            Some((last, _)) if stamp < last => return meter.late(),
+            Some((last, _)) if stamp == last => return meter.duplicate(),
+            _ => {}
+        }
+        let place = self.pending.iter().rposition(|(known, _)| *known <= stamp);
+        match place {
+            Some(place) if self.pending[place].0 == stamp => {
+                self.pending[place].1 = value;
+                return meter.duplicate();
+            }
+            Some(place) => self.pending.insert(place + 1, (stamp, value)),
+            None => self.pending.push_front((stamp, value)),
+        }
+        if self.pending.len() > ORDER {
+            self.give_out(grid, meter);
+        }
+    }
+
+    /// The earliest pending sample goes onto the grid.
+    fn give_out(&mut self, grid: &Grid, meter: &mut Meter) {
+        let Some(next) = self.pending.pop_front() else {
+            return;
+        };
+        meter.take(next.0);
+        match self.last {
+            Some(last) if self.max_gap.is_none_or(|most| next.0 - last.0 <= most) => {
+                self.pair(last, next, grid);
+            }
+            Some(last) => {
+                self.end(last, grid);
+                self.begin(next, grid);
+            }
+            None => self.begin(next, grid),
+        }
+        self.last = Some(next);
+    }
+
+    /// All that is pending goes onto the grid; a sample that has no gap behind it acts `until` then.
+    fn finish(&mut self, grid: &Grid, meter: &mut Meter, until: i64) {
+        while !self.pending.is_empty() {
+            self.give_out(grid, meter);
+        }
+        let Some(last) = self.last else { return };
+        if self.max_gap.is_none() && until > last.0 {
+            self.pair(last, (until, last.1), grid);
+        } else {
+            self.end(last, grid);
+        }
+    }
+
+    /// The first sample, or the first after a gap.
+    fn begin(&mut self, sample: (i64, f64), grid: &Grid) {
+        match self.method {
+            Method::Linear => self.at_instant(sample, grid),
+            Method::Centred => self.centred(sample, grid),
+            Method::Mean | Method::Hold => {}
+        }
+    }
+
+    /// Two samples with no gap between.
+    fn pair(&mut self, (t0, v0): (i64, f64), (t1, v1): (i64, f64), grid: &Grid) {
+        match self.method {
+            Method::Linear => {
+                let instants = (grid.at_or_before(t0) + 1).max(grid.first)
+                    ..=grid.at_or_before(t1).min(grid.last);
+                let slope = (v1 - v0) / (t1 - t0) as f64;
+                for k in instants.take(MOST + 1) {
+                    let from_end = (grid.time(k) - t1) as f64;
+                    self.put(k, v1 + slope * from_end, grid);
+                }
+            }
+            Method::Hold => {
+                self.note_hold(t1 - t0);
+                self.put_held(grid.at_or_after(t0), grid.at_or_after(t1), v0, grid);
+            }
+            Method::Mean => {
+                self.note_hold(t1 - t0);
+                self.hold_over(v0, t0, t1, grid);
+            }
+            Method::Centred => self.centred((t1, v1), grid),
+        }
+    }
+
+    /// The last sample, or the last before a gap.
+    fn end(&mut self, sample: (i64, f64), grid: &Grid) {
+        let (stamp, value) = sample;
+        match self.method {
+            Method::Linear => {}
+            Method::Hold => self.at_instant(sample, grid),
+            Method::Mean => {
+                let until = grid.time(grid.at_or_before(stamp) + 1);
+                self.hold_over(value, stamp, until, grid);
+                self.bin = None;
+            }
+            Method::Centred => {
+                if let Some(bin) = self.bin.take() {
+                    self.put(bin.k, bin.mean(), grid);
+                }
+            }
+        }
+    }
+
+    fn at_instant(&mut self, (stamp, value): (i64, f64), grid: &Grid) {
+        let k = grid.at_or_before(stamp);
+        if grid.time(k) == stamp {
+            self.put(k, value, grid);
+        }
+    }
+
+    fn note_hold(&mut self, time: i64) {
+        if time > self.long {
+            self.longest_hold = self.longest_hold.max(time);
+        }
+    }
+
+    /// `value` acts from `from` to `until`: it adds to the mean of each interval that it lies in, and an interval that it
+    /// covers to its end is done.
+    fn hold_over(&mut self, value: f64, from: i64, until: i64, grid: &Grid) {
+        let (first, last) = (grid.at_or_before(from), grid.at_or_before(until));
+        self.add(first, value, from, until, grid);
+        self.put_held(first + 1, last, value, grid);
+        if last > first {
+            self.add(last, value, from, until, grid);
+        }
+    }
+
+    /// What of `from` to `until` lies in interval k adds to its mean.
+    fn add(&mut self, k: i64, value: f64, from: i64, until: i64, grid: &Grid) {
+        let (begins, ends) = (grid.time(k), grid.time(k + 1));
+        let (from, to) = (from.max(begins), until.min(ends));
+        if to <= from {
+            return;
+        }
+        if from == begins {
+            self.bin = Some(Bin {
+                k,
+                base: value,
+                sum: 0.0,
+                weight: 0.0,
+            });
+        }
+        // An interval whose beginning was not seen has no mean.
+        let Some(bin) = self.bin.as_mut().filter(|bin| bin.k == k) else {
+            return;
+        };
+        bin.sum += (value - bin.base) * (to - from) as f64;
+        bin.weight += (to - from) as f64;
+        if to == ends {
+            let mean = bin.mean();
+            self.put(k, mean, grid);
+        }
+    }
+
+    /// The same value at the instants from `first` up to `end`.
+    fn put_held(&mut self, first: i64, end: i64, value: f64, grid: &Grid) {
+        // As many are kept as one.
+        const MANY: i64 = 100;
+        let done = self.runs.last().map_or(i64::MIN, Run::end);
+        let first = first.max(grid.first).max(done);
+        let end = end.min(grid.last.saturating_add(1));
+        if end.saturating_sub(first) < MANY {
+            (first..end).for_each(|k| self.put(k, value, grid));
+        } else {
+            // An input that is held takes no more of the record than its outputs do.
+            let numbers = match self.max_gap {
+                None => RUN,
+                Some(_) => (end - first) as usize,
+            };
+            self.numbers = self.numbers.saturating_add(numbers);
+            self.runs.push(Run {
+                first,
+                values: Values::Held(value, end - first),
+            });
+        }
+    }
+
+    /// A sample adds to the mean about the instant that is nearest.
+    fn centred(&mut self, (stamp, value): (i64, f64), grid: &Grid) {
+        let k = grid.at_or_before(stamp.saturating_add((0.5 * grid.step) as i64));
+        match &mut self.bin {
+            Some(bin) if bin.k == k => {
+                bin.sum += value - bin.base;
+                bin.weight += 1.0;
+            }
+            bin => {
+                let done = bin.replace(Bin {
+                    k,
+                    base: value,
+                    sum: 0.0,
+                    weight: 1.0,
+                });
+                if let Some(done) = done {
+                    self.put(done.k, done.mean(), grid);
+                }
+            }
+        }
+    }
+
+    fn put(&mut self, k: i64, value: f64, grid: &Grid) {
+        if !(grid.first..=grid.last).contains(&k) {
+            return;
+        }
+        if self.runs.last().is_some_and(|run| run.end() > k) {
+            return;
+        }
+        self.numbers += 1;
+        match self.runs.last_mut() {
+            Some(Run {
+                first,
+                values: Values::List(list),
+            }) if *first + list.len() as i64 == k => list.push(value),
+            _ => {
+                self.numbers += RUN;
+                self.runs.push(Run {
+                    first: k,
+                    values: Values::List(vec![value]),
+                });
+            }
+        }
+    }
+
+    /// From where up to where its values are known: runs that meet are one.
+    fn known(&self) -> Vec<(i64, i64)> {
+        let mut known: Vec<(i64, i64)> = Vec::new();
+        for run in &self.runs {
+            match known.last_mut() {
+                Some((_, end)) if *end == run.first => *end = run.end(),
+                _ => known.push((run.first, run.end())),
+            }
+        }
+        known
+    }
+
+    /// The values at the instants from `first` up to `end`, all of which are known.
+    fn cut(&self, first: i64, end: i64) -> Vec<f64> {
+        let mut values = Vec::new();
+        let after = self.runs.partition_point(|run| run.end() <= first);
+        for run in &self.runs[after..] {
+            let (from, to) = (first.max(run.first), end.min(run.end()));
+            if from >= to {
+                break;
+            }
+            let [from, to] = [from, to].map(|k| (k - run.first) as usize);
+            match &run.values {
+                Values::List(list) => values.extend_from_slice(&list[from..to]),
+                Values::Held(value, _) => values.resize(values.len() + to - from, *value),
+            }
+        }
+        values
+    }
+}
+
+/// The instants that every track has: from, up to.
+fn common(tracks: &[Track]) -> Vec<(i64, i64)> {
+    let Some((first, others)) = tracks.split_first() else {
+        return Vec::new();
+    };
+    others.iter().fold(first.known(), |common, track| {
+        let mut both = Vec::new();
+        let mut theirs = track.known().into_iter().peekable();
+        for (from, to) in common {
+            while let Some((first, end)) = theirs.peek().copied() {
+                if first.max(from) < end.min(to) {
+                    both.push((first.max(from), end.min(to)));
+                }
+                if end > to {
+                    break;
+                }
+                theirs.next();
+            }
+        }
+        both
+    })
+}

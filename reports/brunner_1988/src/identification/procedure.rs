@@ -1,0 +1,318 @@
+//! The thesis' procedure, step by step, as printed (Brunner 1988, p. 94 f.).
+//!
+//! > 1) Load the data file for the particular run of interest. 2) Detrend data as necessary. 3) Enter the
+//! > order of the transfer function numerator and denominator. 4) Perform recursive-least-squares (RLS) fit
+//! > of the data. 5) With the computer generated transfer function, simulate the model's response to the
+//! > input data. 6) Compare actual response to simulated response.
+//!
+//! What was detrended: the gyro, whose mean should be zero (p. 95); in run 7/3 the plane command too, and of run
+//! 9/1's plane command the offset (p. 99 f.); run 7/5 was "adjusted to begin at zero" instead (p. 100). Depth never.
+//! The records are lost: the procedure is run here on [`super::synthetic`] ones.
+
+use planesman_identification::{
+    Input, Model, RecursiveLeastSquares, Shape, filter, rows, simulated, with_noise,
+};
+
+use super::synthetic::{BIAS, NOISE, Run, SAMPLE_TIME};
+
+/// Covariance before the first row: large, as such programs begin with.
+const INITIAL_COVARIANCE: f64 = 1e6;
+
+/// Step 2: what is taken away of a signal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Detrend {
+    /// Nothing.
+    Nothing,
+    /// Its mean.
+    Mean,
+    /// Its first value.
+    Beginning,
+}
+
+impl Detrend {
+    /// What the thesis did to a run's gyro.
+    #[must_use]
+    pub fn of_gyro(run: Run) -> Self {
+        match run {
+            Run::SevenFive => Self::Beginning,
+            _ => Self::Mean,
+        }
+    }
+
+    /// What the thesis did to a run's plane command.
+    #[must_use]
+    pub fn of_planes(run: Run) -> Self {
+        match run {
+            Run::SevenThree => Self::Mean,
+            Run::SevenFive | Run::NineOne => Self::Beginning,
+            Run::EightOne | Run::NineTwo => Self::Nothing,
+        }
+    }
+
+    /// The signal without it.
+    #[must_use]
+    pub fn apply(self, mut values: Vec<f64>) -> Prepared {
+        let taken = match self {
+            Self::Nothing => 0.0,
+            Self::Mean => values.iter().sum::<f64>() / values.len().max(1) as f64,
+            Self::Beginning => values.first().copied().unwrap_or(0.0),
+        };
+        for value in &mut values {
+            *value -= taken;
+        }
+        Prepared {
+            detrend: self,
+            taken,
+            values,
+        }
+    }
+}
+
+/// A signal after step 2.
+#[derive(Clone, Debug)]
+pub struct Prepared {
+    /// What was to be taken away of it.
+    pub detrend: Detrend,
+    /// How much that was, V.
+    pub taken: f64,
+    /// What is left, V.
+    pub values: Vec<f64>,
+}
+
+/// Step 3: the orders of numerator and denominator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Orders {
+    /// The degree of the numerator, below that of the denominator.
+    pub numerator: usize,
+    /// The degree of the denominator: the order of the model.
+    pub denominator: usize,
+}
+
+impl Orders {
+    /// The largest numerator for a denominator, as in Table 9 but for depth over planes.
+    #[must_use]
+    pub fn of(denominator: usize) -> Self {
+        Self {
+            numerator: denominator.saturating_sub(1),
+            denominator,
+        }
+    }
+
+    /// Step 4: the fit of the data.
+    fn fit(self, inputs: &[Input], outputs: &[f64]) -> Result<Model, String> {
+        let order = self.denominator;
+        let shape = Shape {
+            order,
+            moment: false,
+            bias: false,
+        };
+        // b1 .. of a model whose numerator is shorter are zero: their columns are left out.
+        let absent = order..(2 * order).saturating_sub(self.numerator + 1);
+        let unknowns = shape.parameters() - absent.len();
+        let mut rls = RecursiveLeastSquares::new(unknowns, 1.0, INITIAL_COVARIANCE)?;
+        for (mut row, output) in rows(shape, inputs, outputs) {
+            row.drain(absent.clone());
+            rls.update(&row, output);
+        }
+        let mut theta = rls.parameters().as_slice().to_vec();
+        theta.splice(order..order, absent.map(|_| 0.0));
+        Ok(Model::from_parameters(shape, &theta, SAMPLE_TIME))
+    }
+}
+
+/// Steps 5 and 6 for a model.
+#[derive(Clone, Debug)]
+pub struct Comparison {
+    /// The model.
+    pub model: Model,
+    /// Its response to the input from rest, V.
+    pub simulated: Vec<f64>,
+    /// How near it comes, `100 (1 - |y - yhat| / |y - mean y|)` %; `None` when it overflows.
+    pub fit: Option<f64>,
+    /// The root of the mean squared difference, V.
+    pub rms: f64,
+}
+
+/// Two signals of a run, prepared, and what comes of fitting the one to the other.
+#[derive(Clone, Debug)]
+pub struct Identification {
+    /// What drives.
+    pub input: Prepared,
+    /// What answers.
+    pub output: Prepared,
+    /// The fitted models, in the order asked for.
+    pub found: Vec<(Orders, Comparison)>,
+}
+
+impl Identification {
+    /// Steps 3 to 6.
+    ///
+    /// # Errors
+    /// As [`RecursiveLeastSquares::new`]: a model of order zero has no parameters.
+    pub fn of(input: Prepared, output: Prepared, orders: &[Orders]) -> Result<Self, String> {
+        let mut identification = Self {
+            input,
+            output,
+            found: Vec::new(),
+        };
+        let inputs = identification.inputs();
+        for order in orders {
+            let model = order.fit(&inputs, &identification.output.values)?;
+            let comparison = identification.compare(model);
+            identification.found.push((*order, comparison));
+        }
+        Ok(identification)
+    }
+
+    /// Steps 1 to 6 for the pitch rate that follows a run's plane command, second and third order.
+    ///
+    /// # Errors
+    /// As [`Identification::of`].
+    pub fn pitch_rate(run: Run) -> Result<Self, String> {
+        Self::of(
+            Detrend::of_planes(run).apply(run.planes()),
+            Detrend::of_gyro(run).apply(pitch_rate(run)),
+            &[Orders::of(2), Orders::of(3)],
+        )
+    }
+
+    /// The same for the depth that follows a run's pitch rate.
+    ///
+    /// # Errors
+    /// As [`Identification::of`].
+    pub fn depth(run: Run, orders: &[Orders]) -> Result<Self, String> {
+        Self::of(
+            Detrend::of_gyro(run).apply(pitch_rate(run)),
+            Detrend::Nothing.apply(depth(run)),
+            orders,
+        )
+    }
+
+    /// The same for the depth that follows a run's plane command, as Table 9 has it: first order over fourth.
+    ///
+    /// # Errors
+    /// As [`Identification::of`].
+    pub fn depth_of_planes(run: Run) -> Result<Self, String> {
+        Self::of(
+            Detrend::of_planes(run).apply(run.planes()),
+            Detrend::Nothing.apply(depth(run)),
+            &[Orders {
+                numerator: 1,
+                denominator: 4,
+            }],
+        )
+    }
+
+    /// Steps 5 and 6 for any model, one that was predicted for instance.
+    #[must_use]
+    pub fn compare(&self, model: Model) -> Comparison {
+        let (inputs, outputs) = (self.inputs(), &self.output.values);
+        let response = model.simulate(&inputs, outputs.len());
+        let squares = outputs.iter().zip(&response).map(|(y, m)| (y - m).powi(2));
+        Comparison {
+            rms: (squares.sum::<f64>() / outputs.len().max(1) as f64).sqrt(),
+            fit: simulated(&model, &inputs, outputs),
+            simulated: response,
+            model,
+        }
+    }
+
+    fn inputs(&self) -> Vec<Input> {
+        self.input.values.iter().map(|u| Input::held(*u)).collect()
+    }
+}
+
+/// Step 1, in place of the lost file: the run's gyro, V.
+#[must_use]
+pub fn pitch_rate(run: Run) -> Vec<f64> {
+    run.measured(GYRO_SEED, NOISE, BIAS)
+}
+
+/// The run's depth cell, V above its value where the run begins: the pitch rate integrated twice at the run's
+/// speed (Table 8, second order), with the gyro's level of noise.
+#[must_use]
+pub fn depth(run: Run) -> Vec<f64> {
+    let gain = 0.005_382_5 * run.speed();
+    let integrated = filter(&[0.0, gain, gain], &[1.0, -2.0, 1.0], &run.clean());
+    with_noise(&integrated, DEPTH_SEED, NOISE)
+}
+
+/// The noises drawn.
+const GYRO_SEED: u32 = 12345;
+const DEPTH_SEED: u32 = 54321;
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn second_and_third_order_fit_alike_and_their_further_poles_are_a_smoothers() {
+        // Brunner 1988, p. 95: "very little difference between second order and third order".
+        for run in [Run::EightOne, Run::NineTwo, Run::SevenFive] {
+            let found = Identification::pitch_rate(run).unwrap().found;
+            let fits: Vec<f64> = found.iter().map(|(_, it)| it.fit.unwrap()).collect();
+            assert!((fits[0] - fits[1]).abs() < 10.0, "{}: {fits:?}", run.name());
+            let poles = found[0].1.model.poles().unwrap();
+            assert!(poles[1].re < 0.0, "{}: {poles:?}", run.name());
+        }
+    }
+
+    #[test]
+    fn what_is_detrended_begins_or_averages_at_zero() {
+        let values = vec![3.0, 4.0, 8.0];
+        let from_zero = Detrend::Beginning.apply(values.clone());
+        assert_eq!((from_zero.taken, from_zero.values[0]), (3.0, 0.0));
+        let about_zero = Detrend::Mean.apply(values.clone());
+        assert_eq!(about_zero.taken, 5.0);
+        assert_eq!(about_zero.values.iter().sum::<f64>(), 0.0);
+        assert_eq!(Detrend::Nothing.apply(values.clone()).values, values);
+    }
+
+    #[test]
+    fn second_order_cannot_predict_depth() {
+        // p. 100: "it lacks the two required integrations".
+        let of_second_order = [Orders::of(2)];
+        let found = Identification::depth(Run::EightOne, &of_second_order).unwrap();
+        let poles = found.found[0].1.model.poles().unwrap();
+        assert!(
+            (poles[0].re - 1.0).abs() > 1e-3 || (poles[1].re - 1.0).abs() > 1e-3,
+            "{poles:?}"
+        );
+    }
+
+    #[test]
+    fn a_short_numerator_is_fitted_as_that_and_found_again() {
+        // y_k = 1.2 y_(k-1) - 0.5 y_(k-2) + 0.3 u_(k-2)
+        let model = Model {
+            sample_time: SAMPLE_TIME,
+            a: vec![-1.2, 0.5],
+            b: vec![0.0, 0.3],
+            c: Vec::new(),
+            bias: 0.0,
+        };
+        let input = Run::EightOne.planes();
+        let held: Vec<Input> = input.iter().map(|u| Input::held(*u)).collect();
+        let output = model.simulate(&held, input.len());
+        let orders = Orders {
+            numerator: 0,
+            denominator: 2,
+        };
+        let found = Identification::of(
+            Detrend::Nothing.apply(input),
+            Detrend::Nothing.apply(output),
+            &[orders],
+        )
+        .unwrap();
+        let found = &found.found[0].1;
+        assert_eq!(found.model.b[0], 0.0);
+        for (it, is) in [
+            (found.model.a[0], -1.2),
+            (found.model.a[1], 0.5),
+            (found.model.b[1], 0.3),
+        ] {
+            assert!((it - is).abs() < 1e-3, "{it} is not {is}");
+        }
+        assert!(found.fit.unwrap() > 99.9 && found.rms < 1e-4);
+    }
+}

@@ -1,0 +1,225 @@
+//! Five synthetic runs in place of the thesis' lost records: third-order plants from dive planes
+//! to pitch rate at the runs' three speeds, driven by inputs shaped like those of runs 7/3 to 9/2
+//! (Brunner, NPS thesis, 1988, pp. 99-101), volts to volts, 20 Hz.
+//!
+//! The plants have the structure of Table 8's third-order model, a zero at z = 1 included, in
+//! consistent units, and are defined by their decimals, so that any program can make the same
+//! numbers. Noise is that of [`planesman_identification::noise`], scaled.
+//! Durations and the level of the noise are assumed: the thesis gives none.
+
+use planesman_identification::estimators::UNKNOWNS;
+use planesman_identification::estimators::vehicle::{Heave, Vehicle};
+use planesman_identification::with_noise;
+
+/// The runs' sampling interval, s.
+pub const SAMPLE_TIME: f64 = 0.05;
+/// The noise on the gyro, V (assumed; the thesis gives none).
+pub const NOISE: f64 = 0.005;
+/// The thesis' gyro bias, V.
+pub const BIAS: f64 = 0.025;
+
+/// A plant's difference equation `y_k = -a1 y_(k-1) - ... + b1 u_(k-1) + ...`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plant {
+    /// `a1 ... an`.
+    pub a: Vec<f64>,
+    /// `b1 ... bn`, V/V.
+    pub b: Vec<f64>,
+}
+
+impl Plant {
+    /// `y_k` from the outputs and inputs before it, V.
+    #[must_use]
+    pub fn next(&self, inputs: &[f64], outputs: &[f64]) -> f64 {
+        let k = outputs.len();
+        let past = |coefficients: &[f64], values: &[f64]| -> f64 {
+            coefficients
+                .iter()
+                .take(k)
+                .enumerate()
+                .map(|(i, c)| c * values[k - 1 - i])
+                .sum()
+        };
+        past(&self.b, inputs) - past(&self.a, outputs)
+    }
+
+    /// The response from rest, V.
+    #[must_use]
+    pub fn respond(&self, inputs: &[f64]) -> Vec<f64> {
+        let mut outputs = Vec::with_capacity(inputs.len());
+        for _ in inputs {
+            outputs.push(self.next(inputs, &outputs));
+        }
+        outputs
+    }
+}
+
+/// A run of the thesis, by its number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Run {
+    /// 7/3: four short pulses at 1.2 ft/s.
+    SevenThree,
+    /// 7/5: a square wave at 1.2 ft/s.
+    SevenFive,
+    /// 8/1: three pulses at 2.1 ft/s.
+    EightOne,
+    /// 9/1: two pulses at 1.8 ft/s.
+    NineOne,
+    /// 9/2: a sinusoid of 1.25 Hz at 1.8 ft/s.
+    NineTwo,
+}
+
+impl Run {
+    /// All five, in the order of the thesis' figures.
+    pub const ALL: [Self; 5] = [
+        Self::SevenThree,
+        Self::SevenFive,
+        Self::EightOne,
+        Self::NineOne,
+        Self::NineTwo,
+    ];
+
+    /// The thesis' number.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::SevenThree => "7/3",
+            Self::SevenFive => "7/5",
+            Self::EightOne => "8/1",
+            Self::NineOne => "9/1",
+            Self::NineTwo => "9/2",
+        }
+    }
+
+    /// The run with this number.
+    #[must_use]
+    pub fn of(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|run| run.name() == name)
+    }
+
+    /// The speed, ft/s.
+    #[must_use]
+    pub fn speed(self) -> f64 {
+        match self {
+            Self::SevenThree | Self::SevenFive => 1.2,
+            Self::EightOne => 2.1,
+            Self::NineOne | Self::NineTwo => 1.8,
+        }
+    }
+
+    /// The plant at the run's speed.
+    #[must_use]
+    pub fn plant(self) -> Plant {
+        let (a, b) = match self {
+            Self::SevenThree | Self::SevenFive => (
+                [-2.899220036, 2.801129200, -0.9018887212],
+                [0.04074507348, -0.08025755659, 0.03951248310],
+            ),
+            Self::NineOne | Self::NineTwo => (
+                [-2.851440556, 2.707974524, -0.8565040752],
+                [0.09005535940, -0.1760553911, 0.08600003167],
+            ),
+            Self::EightOne => (
+                [-2.828096481, 2.662806429, -0.8346755128],
+                [0.1214921871, -0.2366258725, 0.1151336854],
+            ),
+        };
+        Plant {
+            a: a.to_vec(),
+            b: b.to_vec(),
+        }
+    }
+
+    /// The same plant as the vehicle's equations, in volts: what is known of heave, and `kappa`, `beta`,
+    /// `mu`. From the nondimensional coefficients of Table 1 (Brunner 1988, p. 41), 28 in long, by
+    /// gyro and plane calibrations of 1.25 V/V; the polarity is the records'.
+    #[must_use]
+    pub fn vehicle(self) -> (Vehicle, [f64; UNKNOWNS]) {
+        const GAIN: f64 = 1.25;
+        const LENGTH: f64 = 28.0 / 12.0;
+        // I'y - M'q_dot, M'w, M'q, M'delta and M'theta U^2; m' - Z'w_dot, Z'w, Z'q + m', Z'delta.
+        let (i_y, m_w, m_q, m_delta, m_theta) = (0.072, 0.088, -0.20, -0.184, -0.106);
+        let (m_z, z_w, z_q, z_delta) = (1.046, -1.295, 0.196, 0.095);
+        let rate = self.speed() / LENGTH;
+        let heave = Heave {
+            to_pitch: m_w / i_y * rate,
+            damping: -z_w / m_z * rate,
+            from_rate: z_q / m_z * rate,
+            from_input: -z_delta / m_z * rate * rate * GAIN,
+            doubt: 0.0,
+        };
+        let unknowns = [
+            -m_delta / i_y * rate * rate * GAIN,
+            -m_q / i_y * rate,
+            -m_theta / i_y / (LENGTH * LENGTH),
+        ];
+        (Vehicle { heave: Some(heave) }, unknowns)
+    }
+
+    /// The plane command, V; 0.2 V is 20 degrees.
+    #[must_use]
+    pub fn planes(self) -> Vec<f64> {
+        match self {
+            Self::SevenThree => pulses(
+                300,
+                &[
+                    (20, 32, 0.2),
+                    (80, 92, -0.2),
+                    (140, 152, 0.2),
+                    (200, 212, -0.2),
+                ],
+            ),
+            Self::SevenFive => pulses(
+                300,
+                &[
+                    (20, 70, 0.2),
+                    (70, 120, -0.2),
+                    (120, 170, 0.2),
+                    (170, 220, -0.2),
+                ],
+            ),
+            Self::EightOne => pulses(200, &[(20, 40, 0.2), (60, 80, -0.2), (100, 120, 0.1)]),
+            Self::NineOne => pulses(240, &[(20, 36, 0.2), (100, 116, -0.2)]),
+            Self::NineTwo => (0..240)
+                .map(|k: usize| k.checked_sub(20).map_or(0.0, |j| 0.25 * sixteenth_sine(j)))
+                .collect(),
+        }
+    }
+
+    /// The output without noise or bias, V.
+    #[must_use]
+    pub fn clean(self) -> Vec<f64> {
+        self.plant().respond(&self.planes())
+    }
+
+    /// The output as a gyro with noise and bias gives it, V.
+    #[must_use]
+    pub fn measured(self, seed: u32, noise: f64, bias: f64) -> Vec<f64> {
+        with_noise(&self.clean(), seed, noise)
+            .into_iter()
+            .map(|y| y + bias)
+            .collect()
+    }
+}
+
+/// Zero but for the pulses: from (included), to (excluded), V.
+fn pulses(count: usize, pulses: &[(usize, usize, f64)]) -> Vec<f64> {
+    (0..count)
+        .map(|k| {
+            pulses
+                .iter()
+                .filter(|(from, to, _)| (*from..*to).contains(&k))
+                .map(|(_, _, volts)| volts)
+                .sum()
+        })
+        .collect()
+}
+
+/// sin(j pi / 8) to ten decimals: these decimals define the run.
+fn sixteenth_sine(j: usize) -> f64 {
+    #[allow(clippy::approx_constant)]
+    const EIGHTH: [f64; 5] = [0.0, 0.3826834324, 0.7071067812, 0.9238795325, 1.0];
+    let quarter = j % 8;
+    let size = EIGHTH[if quarter <= 4 { quarter } else { 8 - quarter }];
+    if j % 16 < 8 { size } else { -size }
+}

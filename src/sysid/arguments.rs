@@ -1,0 +1,218 @@
+//! The arguments that several of the commands take: data, signals, a grid.
+
+use std::io::IsTerminal;
+use std::path::PathBuf;
+
+use anyhow::{Result, anyhow};
+use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use indicatif::{ProgressBar, ProgressStyle};
+use planesman_signals::{Clock, Data, Method, Options, Source, Taken, TimeUnit, take};
+
+/// A parser of one of some values, each with its name and a line about it.
+pub(super) fn choice<T: Copy + Send + Sync + 'static>(
+    all: &'static [T],
+    described: fn(T) -> (&'static str, &'static str),
+) -> impl TypedValueParser<Value = T> {
+    let values = all.iter().map(move |value| {
+        let (name, about) = described(*value);
+        PossibleValue::new(name).help(about)
+    });
+    PossibleValuesParser::new(values).try_map(move |name| {
+        let mut values = all.iter().copied();
+        values
+            .find(|value| described(*value).0 == name)
+            .ok_or("none of the values")
+    })
+}
+
+/// The data that a command is given.
+#[derive(Clone, Debug, Args)]
+pub(super) struct DataArgs {
+    /// A bag folder, a metadata.yaml, one or several .mcap files of a split bag, or a .csv file
+    #[arg(required = true, value_name = "DATA")]
+    data: Vec<PathBuf>,
+    /// Whose stamps: the messages' own, or the recorder's [default: header if all messages have one]
+    #[arg(long, value_parser = choice(&Clock::ALL, Clock::described))]
+    stamp: Option<Clock>,
+    /// The CSV column with the time [default: time, t, stamp or timestamp, else the first]
+    #[arg(long, value_name = "COLUMN")]
+    time: Option<String>,
+    /// What the CSV column with the time counts
+    #[arg(long, value_parser = choice(&TimeUnit::ALL, TimeUnit::described), default_value = "s")]
+    time_unit: TimeUnit,
+    /// Show no progress
+    #[arg(long)]
+    quiet: bool,
+}
+
+impl DataArgs {
+    /// All of the data as one source.
+    pub(super) fn open(&self) -> Result<Source> {
+        Source::open(&self.of(self.data.clone()))
+    }
+
+    /// One by one: the parts of a split bag belong together; every other path is a source of its own.
+    fn sources(&self) -> Vec<Data> {
+        let is_part = |path: &PathBuf| path.extension().is_some_and(|it| it == "mcap");
+        let (parts, others): (Vec<PathBuf>, Vec<PathBuf>) =
+            self.data.iter().cloned().partition(is_part);
+        let others = others.into_iter().map(|path| vec![path]);
+        std::iter::once(parts)
+            .filter(|parts| !parts.is_empty())
+            .chain(others)
+            .map(|paths| self.of(paths))
+            .collect()
+    }
+
+    fn of(&self, paths: Vec<PathBuf>) -> Data {
+        Data {
+            paths,
+            stamp: self.stamp,
+            time: self.time.clone(),
+            time_unit: self.time_unit,
+        }
+    }
+
+    /// A bar on the terminal, if there is one and it is wanted.
+    pub(super) fn progress_bar(&self, bytes: u64) -> ProgressBar {
+        if self.quiet || !std::io::stderr().is_terminal() {
+            return ProgressBar::hidden();
+        }
+        let style = "{bar:40} {bytes}/{total_bytes} {bytes_per_sec} {eta}";
+        match ProgressStyle::with_template(style) {
+            Ok(style) => ProgressBar::new(bytes).with_style(style),
+            Err(_) => ProgressBar::new(bytes),
+        }
+    }
+}
+
+/// Signals of some data, on one grid.
+#[derive(Clone, Debug, Args)]
+pub(super) struct SignalArgs {
+    #[command(flatten)]
+    data: DataArgs,
+    /// The signal that drives: TOPIC:FIELD, or a CSV column
+    #[arg(long, short, value_name = "SIGNAL")]
+    input: String,
+    /// The signal that responds
+    #[arg(long, short, value_name = "SIGNAL")]
+    output: String,
+    /// The reference of the loop that the input is made in: the model is then found in two stages
+    #[arg(long, short, value_name = "SIGNAL")]
+    reference: Option<String>,
+    #[command(flatten)]
+    grid: GridArgs,
+}
+
+impl SignalArgs {
+    /// Reads them as a record: the input, then the reference if there is one. Each window of each source is a
+    /// stretch, or several.
+    ///
+    /// # Errors
+    /// One line: data that cannot be read, a signal that is not in it, signals that have no instant in common,
+    /// sources sampled at different rates.
+    pub(super) fn record(&self) -> Result<Taken> {
+        let inputs: Vec<String> = std::iter::once(&self.input)
+            .chain(&self.reference)
+            .cloned()
+            .collect();
+        let outputs = [self.output.clone()];
+        let mut taken: Option<Taken> = None;
+        for data in self.data.sources() {
+            let rate = taken
+                .as_ref()
+                .map(|taken| 1.0 / taken.resampled.record.sample_time);
+            let windows = self.grid.options(rate);
+            let source = Source::open(&data)?;
+            let bar = self.data.progress_bar(source.bytes());
+            let next = take(&source, &inputs, &outputs, &windows, &|bytes| {
+                bar.set_position(bytes);
+            })?;
+            bar.finish_and_clear();
+            taken = Some(match taken {
+                None => next,
+                Some(before) => before.followed_by(next),
+            });
+        }
+        taken.ok_or_else(|| anyhow!("there is no data"))
+    }
+}
+
+/// How samples are put on a grid.
+#[derive(Clone, Debug, Args)]
+struct GridArgs {
+    /// Instants per second [default: that of the slowest output]
+    #[arg(long, value_name = "HZ", value_parser = rate, allow_hyphen_values = true)]
+    rate: Option<f64>,
+    /// Only what lies between these times, in seconds from the first output's first sample; several make runs
+    /// of one model
+    #[arg(long, value_name = "FROM..TO", value_parser = window, allow_hyphen_values = true)]
+    window: Vec<(f64, f64)>,
+    /// How inputs are put on the grid
+    #[arg(long, value_parser = choice(&Method::ALL, Method::described), default_value = "mean")]
+    input_method: Method,
+    /// How outputs are put on the grid
+    #[arg(long, value_parser = choice(&Method::ALL, Method::described), default_value = "linear")]
+    output_method: Method,
+    /// The longest pause that is no gap [default: five sample intervals; an input that is held has none]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_hyphen_values = true)]
+    max_gap: Option<f64>,
+}
+
+impl GridArgs {
+    /// The options they stand for, one for each window; `rate` where none was asked for.
+    fn options(&self, rate: Option<f64>) -> Vec<Options> {
+        let all = [(f64::NEG_INFINITY, f64::INFINITY)];
+        let windows = match &self.window[..] {
+            [] => &all[..],
+            windows => windows,
+        };
+        let of = |(from, to): &(f64, f64)| Options {
+            rate: self.rate.or(rate),
+            window: *from..=*to,
+            input_method: self.input_method,
+            output_method: self.output_method,
+            max_gap: self.max_gap,
+        };
+        windows.iter().map(of).collect()
+    }
+}
+
+fn number(text: &str) -> Result<f64, String> {
+    text.parse().map_err(|_| format!("'{text}' is no number"))
+}
+
+fn rate(text: &str) -> Result<f64, String> {
+    let rate = number(text)?;
+    if (1e-6..=1e6).contains(&rate) {
+        Ok(rate)
+    } else {
+        Err("a rate lies between 1e-6 and 1e6 Hz".to_owned())
+    }
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let seconds = number(text)?;
+    if seconds > 0.0 && seconds <= 1e9 {
+        Ok(seconds)
+    } else {
+        Err("a time between 0 and 1e9 s is expected".to_owned())
+    }
+}
+
+fn window(text: &str) -> Result<(f64, f64), String> {
+    let rule =
+        || format!("'{text}' is no window; one is written FROM..TO, as 10..60, 10.. or ..60");
+    let (from, to) = text.split_once("..").ok_or_else(rule)?;
+    let edge = |text: &str, open: f64| match text {
+        "" => Ok(open),
+        text => number(text).map_err(|_| rule()),
+    };
+    let (from, to) = (edge(from, f64::NEG_INFINITY)?, edge(to, f64::INFINITY)?);
+    if from < to {
+        Ok((from, to))
+    } else {
+        Err(rule())
+    }
+}

@@ -1,0 +1,329 @@
+//! `planesman sysid fit`: from a bag or a table to a model one can judge.
+
+use std::path::PathBuf;
+
+use anyhow::{Context, Result, anyhow, bail};
+use clap::Parser;
+use planesman_identification::Start;
+use planesman_identification::analysis::{Analysis, Options, analyse};
+use planesman_identification::estimators::vehicle::{Heave, Vehicle};
+use planesman_identification::estimators::{Knowledge, Method};
+use planesman_model_file::ModelFile;
+use planesman_signals::Taken;
+use planesman_vehicle::{pitch, vehicle_file};
+use serde_json::{Value, json};
+
+use super::arguments::{SignalArgs, choice};
+use super::{model_file, page};
+
+/// Find a model between two signals of any bag or table, with its uncertainty, tests and a verdict.
+#[derive(Clone, Debug, Parser)]
+#[command(name = "sysid fit")]
+pub struct FitArgs {
+    #[command(flatten)]
+    signals: SignalArgs,
+    /// How to estimate
+    #[arg(long, value_parser = choice(&Method::ALL, Method::described), default_value = Method::default().name())]
+    method: Method,
+    #[command(flatten)]
+    structure: StructureArgs,
+    #[command(flatten)]
+    vehicle: VehicleArgs,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+    /// Write the model: *.json or *.yaml
+    #[arg(long, value_name = "FILE", value_parser = model_path)]
+    model: Option<PathBuf>,
+    /// Write a page: data, comparison, residual tests, poles and zeros, frequency response
+    #[arg(long, value_name = "FILE", value_parser = file)]
+    html: Option<PathBuf>,
+}
+
+/// What the model looks like.
+#[derive(Clone, Debug, clap::Args)]
+struct StructureArgs {
+    /// The model's order, known poles not counted [default: searched, 1 to 4]
+    #[arg(long, value_parser = clap::value_parser!(u8).range(1..=20))]
+    order: Option<u8>,
+    /// Samples from input to first effect [default: searched with the order, 1 to 3; 1 with --order]
+    #[arg(long, value_parser = clap::value_parser!(u8).range(1..=40))]
+    delay: Option<u8>,
+    /// Zeros known to be at z = 1
+    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=4))]
+    zeros_at_one: u8,
+    /// Poles known to be at z = 1
+    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=4))]
+    integrators: u8,
+    /// The output has no offset
+    #[arg(long)]
+    no_offset: bool,
+    /// The data begins at rest [default: in motion, which is estimated]
+    #[arg(long)]
+    at_rest: bool,
+    /// Several stretches have only their poles in common
+    #[arg(long)]
+    own_numerators: bool,
+}
+
+/// What is known of the vehicle.
+#[derive(Clone, Debug, clap::Args)]
+struct VehicleArgs {
+    /// For vehicle and kalman, q_dot = K/J u - B/J q - M_theta/J theta + NU w, w_dot = EPSILON u + ETA q - ZETA w:
+    /// NU,ZETA,ETA,EPSILON, with w in the output's unit times m [default: no heave]
+    #[arg(long, value_name = "NU,ZETA,ETA,EPSILON", value_parser = heave, allow_hyphen_values = true)]
+    heave: Option<[f64; 4]>,
+    /// The same from a built-in vehicle or a vehicle file, at --speed: for planes in rad, a rate in rad/s
+    #[arg(
+        long,
+        value_name = "NAME|FILE",
+        conflicts_with = "heave",
+        requires = "speed"
+    )]
+    vehicle: Option<String>,
+    /// The standard deviation of what is known of heave, % of each
+    #[arg(long, value_name = "PERCENT", default_value_t = 0.0, value_parser = positive)]
+    heave_doubt: f64,
+    /// The vehicle's speed (m/s), for --vehicle and the model file
+    #[arg(long, value_parser = above_zero)]
+    speed: Option<f64>,
+    /// The moment of inertia J, which K, B and M_theta follow with
+    #[arg(long, value_parser = above_zero)]
+    inertia: Option<f64>,
+    /// For kalman: the noise's standard deviation, output unit [default: from second differences]
+    #[arg(long, value_parser = above_zero)]
+    noise: Option<f64>,
+    /// For kalman: how far the sensor's bias drifts in one second, output unit
+    #[arg(long, default_value_t = 0.0, value_parser = positive)]
+    bias_drift: f64,
+    /// For kalman: how far disturbances move the output in one second, output unit
+    #[arg(long, default_value_t = 0.0, value_parser = positive)]
+    disturbance: f64,
+}
+
+fn finite(text: &str) -> Result<f64, String> {
+    let value: f64 = text
+        .trim()
+        .parse()
+        .map_err(|_| format!("'{text}' is no number"))?;
+    value
+        .is_finite()
+        .then_some(value)
+        .ok_or_else(|| format!("'{text}' is not finite"))
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match finite(text)? {
+        value if value >= 0.0 => Ok(value),
+        _ => Err("a number that is not negative is expected".to_owned()),
+    }
+}
+
+fn above_zero(text: &str) -> Result<f64, String> {
+    match finite(text)? {
+        value if value > 0.0 => Ok(value),
+        _ => Err("a number above 0 is expected".to_owned()),
+    }
+}
+
+fn heave(text: &str) -> Result<[f64; 4], String> {
+    let numbers: Vec<f64> = text.split(',').map(finite).collect::<Result<_, _>>()?;
+    numbers
+        .try_into()
+        .map_err(|_| "four numbers are expected: NU,ZETA,ETA,EPSILON".to_owned())
+}
+
+impl FitArgs {
+    /// What they ask for.
+    fn options(&self) -> Result<Options> {
+        let (structure, vehicle) = (&self.structure, &self.vehicle);
+        let of_vehicle = match (&vehicle.vehicle, vehicle.speed) {
+            (Some(name), Some(speed)) => Some(heave_of(name, speed)?),
+            _ => None,
+        };
+        let has_structure = structure.order.is_some()
+            || structure.delay.is_some()
+            || structure.zeros_at_one + structure.integrators > 0
+            || structure.own_numerators;
+        let coefficients = vehicle.heave.or(of_vehicle);
+        if self.method.is_of_the_vehicle() {
+            if has_structure {
+                bail!(
+                    "--method {}: its equations have the order, delay and zeros that they have",
+                    self.method.name()
+                );
+            }
+        } else if coefficients.is_some() {
+            bail!("--heave and --vehicle are for --method vehicle and kalman");
+        }
+        let heave = coefficients.map(|[to_pitch, damping, from_rate, from_input]| Heave {
+            to_pitch,
+            damping,
+            from_rate,
+            from_input,
+            doubt: vehicle.heave_doubt / 100.0,
+        });
+        Ok(Options {
+            method: self.method,
+            knowledge: Knowledge {
+                vehicle: Vehicle { heave },
+                noise: vehicle.noise,
+                bias_drift: vehicle.bias_drift,
+                disturbance: vehicle.disturbance,
+            },
+            order: structure.order.map(usize::from),
+            delay: structure.delay.map(usize::from),
+            zeros_at_one: usize::from(structure.zeros_at_one),
+            integrators: usize::from(structure.integrators),
+            offset: !structure.no_offset,
+            start: if structure.at_rest {
+                Start::Rest
+            } else {
+                Start::Motion
+            },
+            own_numerators: structure.own_numerators,
+            inertia: vehicle.inertia,
+            speed: vehicle.speed,
+        })
+    }
+}
+
+/// A model, and the record it is of.
+#[derive(Clone, Debug)]
+pub struct Found {
+    /// The record, and how it was made.
+    pub taken: Taken,
+    /// The model with its uncertainty, tests and verdict.
+    pub analysis: Analysis,
+}
+
+impl Found {
+    /// The model as a file that other programs load.
+    ///
+    /// # Errors
+    /// When poles or zeros cannot be found.
+    pub fn model_file(&self) -> Result<ModelFile> {
+        model_file::of(&self.analysis)
+    }
+}
+
+/// Reads the data and finds the model.
+///
+/// # Errors
+/// One line: options that do not go together, a vehicle that is refused, data that cannot be read, a record that
+/// determines no model.
+pub fn fit(args: &FitArgs) -> Result<Found> {
+    let options = args.options()?;
+    let taken = args.signals.record()?;
+    let analysis = analyse(&taken.resampled.record, &options).map_err(|reason| anyhow!(reason))?;
+    Ok(Found { taken, analysis })
+}
+
+/// nu, zeta, eta and epsilon of a vehicle about level flight: how heave turns it, 1/(m s), is damped, 1/s, and
+/// follows pitch rate, m/s, and planes, m/s^2 per rad.
+fn heave_of(vehicle: &str, speed: f64) -> Result<[f64; 4]> {
+    let vehicle = vehicle_file::load(vehicle).map_err(|reason| anyhow!("{reason}"))?;
+    let [_, _, _, heave @ ..] = pitch::coefficients(&vehicle.derivatives(speed))
+        .with_context(|| format!("vehicle '{}' at {speed} m/s", vehicle.name))?;
+    Ok(heave)
+}
+
+/// A file that can be written when the work is done: its folder is there.
+fn file(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
+            Err(format!("there is no folder '{}'", folder.display()))
+        }
+        _ => Ok(path),
+    }
+}
+
+fn model_path(text: &str) -> Result<PathBuf, String> {
+    let path = file(text)?;
+    ModelFile::takes_name(&path)?;
+    Ok(path)
+}
+
+/// Runs the command: prints what was found, writes the model file and the page.
+///
+/// # Errors
+/// As [`fit`]; a model that is none to write, a file or page that cannot be written.
+pub fn run(args: &FitArgs) -> Result<()> {
+    let found = fit(args)?;
+    let text = if args.json {
+        serde_json::to_string_pretty(&as_json(&found)?)? + "\n"
+    } else {
+        format!("{}\n{}", found.taken.account(), found.analysis.text())
+    };
+    planesman_node::print(text)?;
+    if let Some(path) = &args.model {
+        found.model_file()?.write(path)?;
+        planesman_node::complain!("{}: the model", path.display());
+    }
+    if let Some(path) = &args.html {
+        let page = page::page(&found.analysis, &found.taken.resampled.record)?;
+        std::fs::write(path, page).with_context(|| format!("{}", path.display()))?;
+        planesman_node::complain!("{}: the page", path.display());
+    }
+    Ok(())
+}
+
+/// Everything but the record's numbers.
+fn as_json(found: &Found) -> Result<Value> {
+    let Found { taken, analysis } = found;
+    let record = &taken.resampled.record;
+    let named = |(name, value, deviation): (&str, f64, f64)| json!({"name": name, "value": value, "deviation": deviation});
+    let physical: Vec<Value> = analysis
+        .physical()
+        .iter()
+        .flat_map(|it| {
+            let by_inertia = analysis
+                .options
+                .inertia
+                .map(|inertia| it.with_inertia(inertia));
+            it.named()
+                .into_iter()
+                .chain(by_inertia.into_iter().flatten())
+        })
+        .map(named)
+        .collect();
+    Ok(json!({
+        "model": found.model_file()?,
+        "parameters": physical,
+        "candidates": analysis.candidates,
+        "residuals": analysis.residuals,
+        "record": {
+            "sample_time": record.sample_time,
+            "samples": record.samples(),
+            "stretches": record.stretches.iter().map(|it| (it.start, it.len())).collect::<Vec<_>>(),
+            "inputs": taken.resampled.inputs,
+            "outputs": taken.resampled.outputs,
+        },
+        "reading": taken.reading,
+    }))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn heave_of_the_thesis_vehicle_is_that_of_its_coefficients() {
+        // Brunner 1988, Table 1 (p. 41): Z'w -1.295, Z'q + m' 0.196, Z'delta 0.095, M'w 0.088, m' - Z'w_dot 1.046,
+        // I'y 0.072 with M'q_dot; 28 in long.
+        let (speed, length) = (2.1 * 0.3048, 28.0 * 0.0254);
+        let rate = speed / length;
+        let expected = [
+            0.088 / 0.072 * rate / length,
+            1.295 / 1.046 * rate,
+            0.196 / 1.046 * rate * length,
+            0.095 / 1.046 * rate * speed,
+        ];
+        let found = heave_of("brunner", speed).unwrap();
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found / expected - 1.0).abs() < 0.02, "{found} {expected}");
+        }
+    }
+}

@@ -1,0 +1,139 @@
+//! A model as a file that other programs load.
+
+use anyhow::{Result, anyhow};
+use planesman_identification::analysis::Analysis;
+use planesman_identification::estimators::{Physical, UNKNOWNS};
+use planesman_identification::{Uncertain, continuous};
+use planesman_model_file::{Continuous, Format, Heave, ModelFile, Physical as PhysicalFile, Place};
+
+/// The model file: what other programs load.
+///
+/// # Errors
+/// A sentence, when poles or zeros cannot be found.
+pub(super) fn of(analysis: &Analysis) -> Result<ModelFile> {
+    let model = analysis.model();
+    let reading = analysis.reading();
+    let places = |found: Vec<Uncertain>| -> Vec<Place> { found.iter().map(place).collect() };
+    let in_s = continuous(&model).ok();
+    let covariance = analysis.estimate.coefficient_covariance(analysis.longest);
+    Ok(ModelFile {
+        format: Format::One,
+        input: analysis.input.clone(),
+        output: analysis.output.clone(),
+        method: analysis.options.method.name().to_owned(),
+        speed: analysis.options.speed,
+        sample_time: model.sample_time,
+        num: model.b.clone(),
+        den: std::iter::once(1.0)
+            .chain(model.a.iter().copied())
+            .collect(),
+        covariance: covariance
+            .row_iter()
+            .map(|row| row.iter().copied().collect())
+            .collect(),
+        continuous: in_s.map(|it| Continuous {
+            num: it.transfer.num.clone(),
+            den: it.transfer.den.clone(),
+            delay: it.delay,
+        }),
+        physical: analysis.physical().map(|it| physical_file(analysis, &it)),
+        offset: analysis.estimate.offset(analysis.longest),
+        noise_variance: analysis.estimate.noise_variance,
+        noise_model: analysis.estimate.noise_model.clone(),
+        poles: places(reading.poles().map_err(|e| anyhow!(e))?),
+        continuous_poles: places(reading.continuous_poles().map_err(|e| anyhow!(e))?),
+        zeros: places(reading.zeros().map_err(|e| anyhow!(e))?),
+        dc_gain: reading
+            .dc_gain()
+            .map(|gain| [gain.value.re, gain.real_deviation()]),
+        fit: analysis.fit,
+        held_out_fit: analysis.held_out_fit,
+        verdict: analysis.verdict.clone(),
+    })
+}
+
+fn physical_file(analysis: &Analysis, found: &Physical) -> PhysicalFile {
+    let at = |i: usize, j: usize| found.covariance[(i, j)];
+    // What was known of heave, or found where that was in doubt.
+    let known = analysis.options.knowledge.vehicle.heave;
+    let heave = known.filter(|_| analysis.estimate.physical.is_some());
+    let sought: Option<[f64; 4]> = found.values.as_slice()[UNKNOWNS..].try_into().ok();
+    PhysicalFile {
+        kappa: found.values[0],
+        beta: found.values[1],
+        mu: found.values[2],
+        covariance: [0, 1, 2].map(|i| [0, 1, 2].map(|j| at(i, j))),
+        heave: heave
+            .map(|known| sought.map_or(known, |sought| known.with(sought)))
+            .map(|it| Heave {
+                to_pitch: it.to_pitch,
+                damping: it.damping,
+                from_rate: it.from_rate,
+                from_input: it.from_input,
+            }),
+    }
+}
+
+fn place(it: &Uncertain) -> Place {
+    Place {
+        re: it.value.re,
+        im: it.value.im,
+        re_deviation: it.real_deviation(),
+        im_deviation: it.imaginary_deviation(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use planesman_identification::analysis::{Options, analyse};
+    use planesman_identification::noise;
+    use planesman_identification::{Record, filter, with_noise};
+
+    const SAMPLE_TIME: f64 = 0.05;
+
+    #[test]
+    fn the_model_file_holds_what_python_control_and_matlab_take() {
+        let inputs = noise(1, 400);
+        let outputs = with_noise(
+            &filter(&[0.0, 0.2, 0.1], &[1.0, -1.6, 0.63], &inputs),
+            2,
+            0.05,
+        );
+        let options = Options {
+            order: Some(2),
+            delay: Some(1),
+            ..Options::default()
+        };
+        let (inputs, outputs) = (vec![("u", inputs)], vec![("y", outputs)]);
+        let record = Record::of_run(SAMPLE_TIME, inputs, outputs).unwrap();
+        let analysis = analyse(&record, &options).unwrap();
+        let file = serde_json::to_value(of(&analysis).unwrap()).unwrap();
+        assert_eq!(file["den"].as_array().unwrap().len(), 3);
+        assert_eq!(file["num"].as_array().unwrap().len(), 2);
+        assert_eq!(file["sample_time"], SAMPLE_TIME);
+        // G(1) = 0.3 / 0.03 in both domains.
+        let steady = |of: &serde_json::Value, at: usize| -> f64 {
+            let list = |name: &str| -> Vec<f64> {
+                of[name]
+                    .as_array()
+                    .unwrap()
+                    .iter()
+                    .map(|c| c.as_f64().unwrap())
+                    .collect()
+            };
+            let value = |c: Vec<f64>| {
+                if at == 0 {
+                    c[c.len() - 1]
+                } else {
+                    c.iter().sum()
+                }
+            };
+            value(list("num")) / value(list("den"))
+        };
+        assert!((steady(&file, 1) - 10.0).abs() < 0.5);
+        assert!((steady(&file["continuous"], 0) - steady(&file, 1)).abs() < 1e-6);
+        assert_eq!(file["poles"].as_array().unwrap().len(), 2);
+    }
+}

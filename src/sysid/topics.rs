@@ -1,0 +1,582 @@
+//! `planesman sysid topics`: every numeric field of a bag or table, with what one wants to know before fitting.
+
+use std::collections::BTreeMap;
+use std::rc::Rc;
+use std::sync::Arc;
+
+use anyhow::Result;
+use clap::Parser;
+use planesman_bag::reader::TopicCount;
+use planesman_bag::{Order, Topic, TopicKind};
+use planesman_decode::{Catalogue, Decoder, FieldPath, Values};
+use planesman_signals::{self as signals, BagSource, Clock, CsvSource, Meter, Source, Timing};
+use serde::Serialize;
+use sysid::sparkline;
+
+use super::arguments::DataArgs;
+
+/// Fields of a topic that are looked at, and of all topics together.
+const FIELDS_OF_TOPIC: usize = 1000;
+const FIELDS: usize = 20_000;
+
+/// Topics that are looked at.
+const TOPICS: usize = 1000;
+
+/// Columns of a sparkline.
+const SPARKS: usize = 24;
+
+/// How often progress is told, in messages.
+const TELL: u64 = 4096;
+
+/// List every numeric field of a bag or table.
+#[derive(Clone, Debug, Parser)]
+#[command(name = "sysid topics")]
+pub struct TopicsArgs {
+    #[command(flatten)]
+    data: DataArgs,
+    /// Only topics whose name contains this
+    #[arg(long, value_name = "TEXT")]
+    topic: Option<String>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// What a bag or table holds.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Survey {
+    /// Every topic by name; a table is one.
+    pub topics: Vec<TopicSurvey>,
+    /// What could not be read or is not listed, and why.
+    pub notes: Vec<String>,
+}
+
+/// What a topic holds.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct TopicSurvey {
+    /// Its name.
+    pub name: String,
+    /// The type of its messages; empty for a table.
+    pub type_name: String,
+    /// Whose stamps the timing is of.
+    pub stamps: String,
+    /// How its messages lie in time.
+    pub timing: Timing,
+    /// Its numeric fields, in the order in which they lie in a message.
+    pub fields: Vec<FieldSurvey>,
+    /// What could not be read, and why.
+    pub note: Option<String>,
+}
+
+/// What a field holds.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct FieldSurvey {
+    /// Its path in a message, or its column.
+    pub path: String,
+    /// Finite numbers.
+    pub count: u64,
+    /// Numbers that are NaN or infinite.
+    pub not_finite: u64,
+    /// The least; 0 without any.
+    pub min: f64,
+    /// The greatest; 0 without any.
+    pub max: f64,
+    /// Its course: means over stretches of equally many numbers.
+    pub course: Vec<f64>,
+}
+
+/// Runs the command and prints what it found.
+///
+/// # Errors
+/// One line: data that cannot be read.
+pub fn run(args: &TopicsArgs) -> Result<()> {
+    let survey = survey(args)?;
+    let text = if args.json {
+        serde_json::to_string_pretty(&survey)? + "\n"
+    } else {
+        table(&survey)
+    };
+    Ok(planesman_node::print(text)?)
+}
+
+/// Looks through the data.
+///
+/// # Errors
+/// As [`run`].
+pub fn survey(args: &TopicsArgs) -> Result<Survey> {
+    let source = args.data.open()?;
+    let bar = args.data.progress_bar(source.bytes());
+    let progress = |bytes| bar.set_position(bytes);
+    let survey = match &source {
+        Source::Bag(bag) => of_bag(bag, args.topic.as_deref(), &progress),
+        Source::Csv(table) => of_table(table, &progress)?,
+    };
+    bar.finish_and_clear();
+    Ok(survey)
+}
+
+/// A field while it is looked at.
+#[derive(Clone, Debug, Default)]
+struct Field {
+    count: u64,
+    not_finite: u64,
+    range: Option<(f64, f64)>,
+    course: Course,
+}
+
+impl Field {
+    fn take(&mut self, value: f64) {
+        if !value.is_finite() {
+            self.not_finite += 1;
+            return;
+        }
+        self.count += 1;
+        let (min, max) = self.range.unwrap_or((value, value));
+        self.range = Some((min.min(value), max.max(value)));
+        self.course.take(value);
+    }
+
+    fn survey(&self, path: String) -> FieldSurvey {
+        let (min, max) = self.range.unwrap_or_default();
+        FieldSurvey {
+            path,
+            count: self.count,
+            not_finite: self.not_finite,
+            min,
+            max,
+            course: self.course.means(),
+        }
+    }
+}
+
+/// A long course in few numbers: when there is no room, two neighbours become one.
+#[derive(Clone, Debug, Default)]
+struct Course {
+    /// Means of equally many values, but for the last: it may be of fewer.
+    means: Vec<f64>,
+    /// Values in each mean, and in the last.
+    each: u64,
+    in_last: u64,
+}
+
+impl Course {
+    fn take(&mut self, value: f64) {
+        if self.means.is_empty() || self.in_last == self.each {
+            if self.means.len() == 2 * SPARKS {
+                self.means = self
+                    .means
+                    .chunks(2)
+                    .map(|it| 0.5 * it[0] + 0.5 * it[1])
+                    .collect();
+                self.each *= 2;
+            }
+            self.each = self.each.max(1);
+            self.means.push(0.0);
+            self.in_last = 0;
+        }
+        self.in_last += 1;
+        if let Some(last) = self.means.last_mut() {
+            *last += value / self.in_last as f64 - *last / self.in_last as f64;
+        }
+    }
+
+    fn means(&self) -> Vec<f64> {
+        let per_spark = self.means.len().div_ceil(SPARKS).max(1);
+        let mean = |it: &[f64]| it.iter().map(|value| value / it.len() as f64).sum();
+        self.means.chunks(per_spark).map(mean).collect()
+    }
+}
+
+/// How messages of one kind are read. Topics of a kind share it.
+struct Plan {
+    decoder: Decoder,
+    /// The fields; seconds and nanoseconds of a stamp stand behind them.
+    paths: Vec<FieldPath>,
+    has_stamp: bool,
+    /// Whether there are more fields.
+    is_cut: bool,
+}
+
+impl Plan {
+    fn of(topic: &Topic, clock: Option<Clock>) -> Result<Self, String> {
+        let types = signals::types(topic).map_err(|error| error.to_string())?;
+        let mut catalogue = Catalogue::of(&types, FIELDS_OF_TOPIC);
+        let stamp = types.stamp().filter(|_| clock != Some(Clock::Log));
+        // The stamp itself is told as the topic's timing.
+        if let Some(stamp) = &stamp {
+            catalogue
+                .fields
+                .retain(|path| !path.steps.starts_with(&stamp.steps));
+        }
+        let mut paths = catalogue.fields.clone();
+        if let Some(stamp) = &stamp {
+            paths.extend(["sec", "nanosec"].map(|name| stamp.field(name)));
+        }
+        Ok(Self {
+            decoder: Decoder::compile(&types, &paths).map_err(|error| error.to_string())?,
+            paths: catalogue.fields,
+            has_stamp: stamp.is_some(),
+            is_cut: catalogue.is_cut,
+        })
+    }
+}
+
+/// A topic while it is looked at.
+struct Look {
+    topic: Arc<Topic>,
+    /// None when its messages cannot be read.
+    plan: Option<Rc<Plan>>,
+    /// The first of the plan's.
+    fields: Vec<Field>,
+    messages: u64,
+    refused: u64,
+    note: Option<String>,
+    meter: Meter,
+}
+
+impl Look {
+    /// A topic before its first message, and at most `room` of its fields.
+    fn at(topic: &Arc<Topic>, plan: Result<Rc<Plan>, String>, room: usize) -> Self {
+        let mut look = Self {
+            topic: Arc::clone(topic),
+            plan: None,
+            fields: Vec::new(),
+            messages: 0,
+            refused: 0,
+            note: None,
+            meter: Meter::default(),
+        };
+        match plan {
+            Ok(plan) => {
+                let listed = plan.paths.len().min(room);
+                let is_cut = plan.is_cut || listed < plan.paths.len();
+                look.note = is_cut.then(|| format!("only its first {listed} fields are listed"));
+                look.fields = vec![Field::default(); listed];
+                look.plan = Some(plan);
+            }
+            Err(reason) => look.note = Some(reason),
+        }
+        look
+    }
+
+    fn take(&mut self, payload: &[u8], log_time: i64, values: &mut Values) {
+        self.messages += 1;
+        match self.read(payload, log_time, values) {
+            Ok(stamp) => self.meter.take(stamp),
+            Err(reason) => {
+                if self.refused == 0 {
+                    self.note = Some(reason);
+                }
+                self.refused += 1;
+            }
+        }
+    }
+
+    /// Takes the numbers in a message; returns the stamp it is to be counted by.
+    fn read(&mut self, payload: &[u8], log_time: i64, values: &mut Values) -> Result<i64, String> {
+        let Some(plan) = &self.plan else {
+            return Ok(log_time);
+        };
+        plan.decoder
+            .read(payload, values)
+            .map_err(|error| error.to_string())?;
+        for (index, field) in self.fields.iter_mut().enumerate() {
+            if let Some(value) = values.number(index) {
+                field.take(value);
+            }
+        }
+        if !plan.has_stamp {
+            return Ok(log_time);
+        }
+        signals::nanoseconds(values, plan.paths.len())
+            .ok_or_else(|| "its stamp is beyond all time".to_owned())
+    }
+
+    fn survey(self) -> TopicSurvey {
+        let note = match (self.note, self.refused) {
+            (Some(reason), 0) => Some(reason),
+            (Some(reason), refused) => Some(format!(
+                "{refused} of {} messages cannot be read; the first: {reason}",
+                self.messages
+            )),
+            (None, _) => None,
+        };
+        let is_header = self.plan.as_ref().is_some_and(|plan| plan.has_stamp);
+        let fields = self.plan.map(|plan| {
+            let each = plan.paths.iter().zip(&self.fields);
+            each.map(|(path, field)| field.survey(path.to_string()))
+                .collect()
+        });
+        TopicSurvey {
+            name: self.topic.name.clone(),
+            type_name: self.topic.kind.type_name.clone(),
+            stamps: if is_header { "header" } else { "log" }.to_owned(),
+            timing: self.meter.timing(),
+            fields: fields.unwrap_or_default(),
+            note,
+        }
+    }
+}
+
+fn of_bag(source: &BagSource, wanted: Option<&str>, progress: &dyn Fn(u64)) -> Survey {
+    let bag = source.bag();
+    let mut survey = Survey::default();
+    let mut looks: Vec<Look> = Vec::new();
+    let mut plans: BTreeMap<*const TopicKind, Result<Rc<Plan>, String>> = BTreeMap::new();
+    // By name and type: the same topic in the next file of a split bag.
+    let mut places: BTreeMap<(&str, &str), usize> = BTreeMap::new();
+    let mut room = FIELDS;
+    let mut omitted = 0;
+    for TopicCount { topic, .. } in bag.topics() {
+        if wanted.is_some_and(|text| !topic.name.contains(text)) {
+            continue;
+        }
+        if looks.len() == TOPICS || room == 0 {
+            omitted += 1;
+            continue;
+        }
+        let plan = plans
+            .entry(Arc::as_ptr(&topic.kind))
+            .or_insert_with(|| Plan::of(topic, source.clock()).map(Rc::new));
+        let look = Look::at(topic, plan.clone(), room);
+        room -= look.fields.len();
+        places.insert((&topic.name, &topic.kind.type_name), looks.len());
+        looks.push(look);
+    }
+    if omitted > 0 {
+        survey.notes.push(format!(
+            "{omitted} further topics are not listed; --topic TEXT lists those whose name contains it"
+        ));
+    }
+    if bag.omitted() > 0 {
+        survey.notes.push(format!(
+            "{} further topics are passed over: there is no room for so many names and types",
+            bag.omitted()
+        ));
+    }
+    let place = |topic: &Topic| {
+        let key = (topic.name.as_str(), topic.kind.type_name.as_str());
+        places.get(&key).copied()
+    };
+    let mut messages = bag.messages_of(|topic| place(topic).is_some(), Order::File);
+    let mut values = Values::default();
+    let mut count = 0_u64;
+    while let Some(message) = messages.next() {
+        let message = match message {
+            Ok(message) => message,
+            Err(error) => {
+                survey.notes.push(error.to_string());
+                break;
+            }
+        };
+        count += 1;
+        if count.is_multiple_of(TELL) {
+            progress(messages.bytes_read());
+        }
+        if let Some(look) = place(&message.topic).and_then(|place| looks.get_mut(place)) {
+            look.take(&message.payload, message.log_time, &mut values);
+        }
+    }
+    if !bag.completeness().is_whole() {
+        survey
+            .notes
+            .push(format!("the bag is {}", bag.completeness()));
+    }
+    survey.topics = looks.into_iter().map(Look::survey).collect();
+    survey.topics.sort_by(|a, b| a.name.cmp(&b.name));
+    survey
+}
+
+fn of_table(table: &CsvSource, progress: &dyn Fn(u64)) -> Result<Survey> {
+    let requests = table.requests();
+    let mut fields = vec![Field::default(); requests.len()];
+    let mut meter = Meter::default();
+    let mut take = |signal: usize, stamp, value| {
+        if signal == 0 {
+            meter.take(stamp);
+        }
+        if let (Some(field), Some(value)) = (fields.get_mut(signal), value) {
+            field.take(value);
+        }
+        true
+    };
+    let reading = table.read(&requests, &mut take, progress)?;
+    let fields = fields.iter().zip(requests);
+    Ok(Survey {
+        topics: vec![TopicSurvey {
+            name: table.path().display().to_string(),
+            type_name: String::new(),
+            stamps: reading.stamps,
+            timing: meter.timing(),
+            fields: fields
+                .map(|(field, request)| field.survey(request.name))
+                .collect(),
+            note: None,
+        }],
+        notes: reading.notes,
+    })
+}
+
+/// The survey, for people.
+#[must_use]
+pub fn table(survey: &Survey) -> String {
+    let mut text = String::new();
+    for topic in &survey.topics {
+        text += &head(topic);
+        let lines = lines(&topic.fields);
+        let width = lines
+            .iter()
+            .map(|line| line[0].chars().count())
+            .max()
+            .unwrap_or(0);
+        for [path, count, min, max, course] in &lines {
+            text += &format!("  {path:width$}  {count:>9}  {min:>12}  {max:>12}  {course}\n");
+        }
+    }
+    if survey.topics.is_empty() {
+        text += "no topics\n";
+    }
+    for note in &survey.notes {
+        text += &format!("note: {note}\n");
+    }
+    text
+}
+
+fn head(topic: &TopicSurvey) -> String {
+    let timing = &topic.timing;
+    let mut text = topic.name.clone();
+    if !topic.type_name.is_empty() {
+        text += &format!("  {}", topic.type_name);
+    }
+    text += &format!(
+        "  {} at {:.3} Hz (stamps: {}), jitter {:.3} ms",
+        timing.samples,
+        timing.rate(),
+        topic.stamps,
+        timing.jitter * 1e3
+    );
+    if timing.gaps > 0 {
+        text += &format!(
+            ", {} gaps, the longest {:.3} s",
+            timing.gaps, timing.longest
+        );
+    }
+    for (count, what) in [
+        (timing.duplicates, "duplicates"),
+        (timing.late, "going back in time"),
+    ] {
+        if count > 0 {
+            text += &format!(", {count} {what}");
+        }
+    }
+    text.push('\n');
+    if let Some(note) = &topic.note {
+        text += &format!("  note: {note}\n");
+    }
+    text
+}
+
+/// Path, count, least, greatest, course. Elements of a list that hold one and the same number
+/// throughout share a line.
+fn lines(fields: &[FieldSurvey]) -> Vec<[String; 5]> {
+    let list_of = |field: &FieldSurvey| {
+        let path: FieldPath = field.path.parse().ok()?;
+        path.in_list()
+    };
+    let mut lines = Vec::new();
+    let mut rest = fields;
+    while let Some((first, others)) = rest.split_first() {
+        let same = |other: &&FieldSurvey| {
+            let lists = (list_of(first).map(|it| it.0), list_of(other).map(|it| it.0));
+            let numbers = |it: &FieldSurvey| (it.count, it.not_finite, it.min, it.max);
+            lists.0.is_some()
+                && lists.0 == lists.1
+                && first.min == first.max
+                && numbers(first) == numbers(other)
+        };
+        let followers = others.iter().take_while(same).count();
+        rest = &others[followers..];
+        // Elements that no message had.
+        if first.count + first.not_finite == 0 && list_of(first).is_some_and(|(_, at)| at > 0) {
+            continue;
+        }
+        let path = match list_of(first) {
+            Some((list, at)) if followers > 0 => format!("{list}[{at}..{}]", at + followers),
+            _ => first.path.clone(),
+        };
+        let count = match first.not_finite {
+            0 => first.count.to_string(),
+            bad => format!("{} (+{bad} not finite)", first.count),
+        };
+        lines.push(if first.count == 0 {
+            [path, count, String::new(), String::new(), String::new()]
+        } else {
+            [
+                path,
+                count,
+                short(first.min),
+                short(first.max),
+                if first.min == first.max {
+                    "constant".to_owned()
+                } else {
+                    sparkline(&first.course)
+                },
+            ]
+        });
+    }
+    lines
+}
+
+/// A number in at most twelve characters.
+fn short(value: f64) -> String {
+    let magnitude = value.abs();
+    if value == value.trunc() && magnitude < 1e11 {
+        format!("{value}")
+    } else if (1e-3..1e7).contains(&magnitude) {
+        format!("{value:.5}")
+    } else {
+        format!("{value:.4e}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn field(path: &str, values: &[f64]) -> FieldSurvey {
+        let mut field = Field::default();
+        values.iter().for_each(|value| field.take(*value));
+        field.survey(path.to_owned())
+    }
+
+    #[test]
+    fn a_course_of_any_length_is_drawn_in_a_few_columns() {
+        for count in [1, 2, 24, 25, 48, 49, 1000, 100_000] {
+            let values: Vec<f64> = (0..count).map(f64::from).collect();
+            let field = field("x", &values);
+            let drawn = field.course.len();
+            assert!(
+                drawn <= SPARKS && drawn >= (count as usize).min(SPARKS / 2),
+                "{count}: {drawn}"
+            );
+            assert!(field.course.is_sorted(), "{count}");
+            assert_eq!((field.min, field.max), (0.0, f64::from(count - 1)));
+        }
+    }
+
+    #[test]
+    fn elements_that_never_move_share_a_line() {
+        let fields = [
+            field("c[0]", &[0.0, 0.0]),
+            field("c[1]", &[0.0, 0.0]),
+            field("c[2]", &[1.0, 2.0]),
+            field("c[3]", &[]),
+            field("d", &[f64::NAN, 1.0]),
+        ];
+        let lines = lines(&fields);
+        let paths: Vec<&str> = lines.iter().map(|line| line[0].as_str()).collect();
+        assert_eq!(paths, ["c[0..1]", "c[2]", "d"]);
+        assert!(lines[2][1].contains("1 not finite"));
+    }
+}

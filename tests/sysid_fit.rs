@@ -1,0 +1,210 @@
+//! What `planesman sysid fit` makes of tables: loops with a reference, several runs, long records, and what it refuses.
+
+#![allow(clippy::unwrap_used)]
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use brunner_1988::identification::synthetic::{BIAS, NOISE, Run, SAMPLE_TIME};
+use clap::Parser;
+use planesman::sysid::fit::{self, FitArgs, Found};
+use planesman_identification::{PART, filter, noise, with_noise};
+
+/// Columns at 20 Hz, the first of them named so, in a table of that name.
+fn table(folder: &Path, name: &str, columns: &[(&str, &[f64])]) -> PathBuf {
+    let mut text = String::from("t");
+    for (name, _) in columns {
+        let _ = write!(text, ",{name}");
+    }
+    for k in 0..columns[0].1.len() {
+        let _ = write!(text, "\n{:.3}", 0.05 * k as f64);
+        for (_, values) in columns {
+            let _ = write!(text, ",{}", values[k]);
+        }
+    }
+    let path = folder.join(name);
+    fs::write(&path, text).unwrap();
+    path
+}
+
+fn try_fit(data: &[PathBuf], more: &str) -> Result<Found, String> {
+    let data = data.iter().map(|path| path.to_str().unwrap());
+    let args = ["fit", "-i", "u", "-o", "y"].into_iter().chain(data);
+    let args = FitArgs::try_parse_from(args.chain(more.split_whitespace()));
+    let args = args.map_err(|error| error.to_string())?;
+    fit::fit(&args).map_err(|error| format!("{error:#}"))
+}
+
+fn fit(data: &[PathBuf], more: &str) -> Found {
+    try_fit(data, more).unwrap()
+}
+
+fn says(found: &Found, words: &str) -> bool {
+    let sentences = &found.analysis.verdict;
+    sentences.iter().any(|sentence| sentence.contains(words))
+}
+
+/// y = 0.2 q^-1 / (1 - 0.9 q^-1) u + v, u = r - 2 y, v strong and slow: r, u and y.
+fn closed_loop(count: usize) -> [Vec<f64>; 3] {
+    let (r, e) = (noise(5, count), noise(82, count));
+    let (mut u, mut y) = (Vec::<f64>::new(), Vec::<f64>::new());
+    let (mut x, mut v) = (0.0, 0.0);
+    for k in 0..count {
+        x = 0.9 * x + u.last().map_or(0.0, |u| 0.2 * u);
+        v = 0.8 * v + 0.3 * e[k];
+        y.push(x + v);
+        u.push(r[k] - 2.0 * y[k]);
+    }
+    [r, u, y]
+}
+
+#[test]
+fn a_loop_is_noticed_and_its_reference_sets_the_model_right() {
+    let folder = tempfile::tempdir().unwrap();
+    let [r, u, y] = closed_loop(4000);
+    let data = [table(
+        folder.path(),
+        "a.csv",
+        &[("r", &r), ("u", &u), ("y", &y)],
+    )];
+    let direct = fit(&data, "--order 1");
+    let text = direct.analysis.text();
+    assert!(says(&direct, "there is feedback"), "{text}");
+    assert!(says(&direct, "--reference"), "{text}");
+
+    let staged = fit(&data, "--order 1 --reference r");
+    let text = staged.analysis.text();
+    assert!(says(&staged, "misleads the direct fit"), "{text}");
+    assert!(!says(&staged, "there is feedback"), "{text}");
+    let off = |found: &Found| {
+        let gain = found.analysis.reading().dc_gain().unwrap();
+        (gain.value.re - 2.0).abs() / gain.real_deviation()
+    };
+    assert!(off(&staged) < 4.0, "{text}");
+    assert!(off(&direct) > 10.0, "{}", direct.analysis.text());
+}
+
+#[test]
+fn windows_and_files_are_runs_of_one_model_and_may_keep_their_numerators() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = Run::NineOne;
+    let (u, y) = (run.planes(), run.measured(3, 0.0, BIAS));
+    let doubled: Vec<f64> = run.clean().iter().map(|y| 2.0 * y).collect();
+    let a = table(folder.path(), "a.csv", &[("u", &u), ("y", &y)]);
+    let b = table(folder.path(), "b.csv", &[("u", &u), ("y", &doubled)]);
+
+    let found = fit(&[a.clone(), b], "--order 3 --own-numerators");
+    let analysis = &found.analysis;
+    assert_eq!(found.taken.resampled.record.stretches.len(), 2);
+    assert_eq!(found.taken.resampled.outputs[0].timing.samples, 480);
+    let gains = [0, 1].map(|run| analysis.estimate.model(run).b[0]);
+    assert!((gains[1] / gains[0] - 2.0).abs() < 1e-4, "{gains:?}");
+    assert!((analysis.model().a[0] - run.plant().a[0]).abs() < 1e-4);
+    assert_eq!(analysis.text().matches("numerator  ").count(), 2);
+
+    let found = fit(&[a], "--order 3 --window 0.5..5 --window 5..11.5");
+    assert_eq!(found.taken.resampled.record.stretches.len(), 2);
+    assert_eq!(
+        found.taken.resampled.record.stretches[1].start,
+        5_000_000_000
+    );
+    assert!((found.analysis.model().a[0] - run.plant().a[0]).abs() < 1e-3);
+}
+
+#[test]
+fn a_long_records_order_is_sought_where_the_input_moves_and_all_of_it_is_fitted() {
+    let folder = tempfile::tempdir().unwrap();
+    let count = 3 * PART;
+    let mut u = noise(7, count);
+    u[..PART].fill(0.0);
+    let y = with_noise(&filter(&[0.0, 0.2], &[1.0, -0.9], &u), 8, 0.1);
+    let data = [table(folder.path(), "a.csv", &[("u", &u), ("y", &y)])];
+    let found = fit(&data, "--method least_squares --delay 1");
+    assert!(
+        says(&found, "of 30000 samples"),
+        "{}",
+        found.analysis.text()
+    );
+    assert_eq!(found.analysis.searched, PART);
+
+    let found = fit(&data, "--order 1");
+    let pole = found.analysis.reading().poles().unwrap()[0];
+    let rows = found.analysis.estimate.residuals[0].len();
+    assert_eq!(rows, count);
+    assert!((pole.value.re - 0.9).abs() < 4.0 * pole.real_deviation());
+}
+
+#[test]
+fn the_vehicles_coefficients_come_out_and_with_its_inertia_the_moments() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = Run::SevenFive;
+    let (known, [kappa, beta, _]) = run.vehicle();
+    let heave = known.heave.unwrap();
+    let (u, y) = (run.planes(), run.measured(3, NOISE, BIAS));
+    let data = [table(folder.path(), "a.csv", &[("u", &u), ("y", &y)])];
+    let heave = format!(
+        "--heave {},{},{},{}",
+        heave.to_pitch, heave.damping, heave.from_rate, heave.from_input
+    );
+    for method in ["vehicle", "kalman"] {
+        let found = fit(&data, &format!("--method {method} --inertia 2 {heave}"));
+        let named = found.analysis.physical().unwrap().named();
+        for ((name, value, deviation), truth) in named.iter().zip([kappa, beta]) {
+            assert!(
+                (value - truth).abs() < 4.0 * deviation,
+                "{name}: {value} {truth}"
+            );
+        }
+        let text = found.analysis.text();
+        assert!(
+            text.contains("K/J  ") && text.contains("M_theta  "),
+            "{text}"
+        );
+        let file = found.model_file().unwrap();
+        let physical = file.physical.unwrap();
+        assert_eq!((physical.kappa, physical.beta), (named[0].1, named[1].1));
+        assert_eq!(
+            physical.heave.unwrap().damping,
+            known.heave.unwrap().damping
+        );
+        assert_eq!(file.method, method);
+        assert_eq!(file.sample_time, SAMPLE_TIME);
+        let doubtful = fit(
+            &data,
+            &format!("--method {method} {heave} --heave-doubt 20"),
+        );
+        assert_eq!(doubtful.analysis.physical().unwrap().named().len(), 7);
+    }
+    // Second order with a zero at 1 is the pitch equation.
+    let found = fit(&data, "--order 2 --zeros-at-one 1");
+    assert_eq!(found.analysis.physical().unwrap().named().len(), 3);
+    assert!(fit(&data, "--order 2").analysis.physical().is_none());
+}
+
+#[test]
+fn options_that_do_not_go_together_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = Run::SevenFive;
+    let (u, y) = (run.planes(), run.clean());
+    let data = [table(folder.path(), "a.csv", &[("u", &u), ("y", &y)])];
+    for (more, reason) in [
+        ("--method vehicle --order 3", "its equations have the order"),
+        (
+            "--order 2 --heave 1,2,3,4",
+            "for --method vehicle and kalman",
+        ),
+        (
+            "--method vehicle --heave 1,2,3",
+            "four numbers are expected",
+        ),
+        ("--method vehicle --heave 1,2,3,nan", "'nan' is not finite"),
+        ("--method guesswork", "output_error"),
+        ("--inertia 0", "above 0"),
+        ("--reference z", "no column 'z'"),
+        ("--window 3..2", "no window"),
+    ] {
+        let refusal = try_fit(&data, more).unwrap_err();
+        assert!(refusal.contains(reason), "{more}: {refusal}");
+    }
+}
