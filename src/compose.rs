@@ -106,14 +106,14 @@ impl Loop {
     /// # Errors
     /// When a vehicle, actuator or parameter set is refused.
     pub fn new(scenario: &Scenario) -> Result<Self> {
-        let plant = Plant::new(&scenario.values("plant_sim")?).map_err(of("plant_sim"))?;
+        let plant = Plant::new(&scenario.parameters_of("plant_sim")?).map_err(of("plant_sim"))?;
         let tick_nanos = plant.tick_nanos();
         Ok(Self {
-            controller: Controller::new(&scenario.values("depth_controller")?)
+            controller: Controller::new(&scenario.parameters_of("depth_controller")?)
                 .map_err(of("depth_controller"))?,
-            actuator: Actuator::new(&scenario.values("dha_actuator")?, tick_nanos)
+            actuator: Actuator::new(&scenario.parameters_of("dha_actuator")?, tick_nanos)
                 .map_err(of("dha_actuator"))?,
-            identifier: Identifier::new(&scenario.values("sysid")?).map_err(of("sysid"))?,
+            identifier: Identifier::new(&scenario.parameters_of("sysid")?).map_err(of("sysid"))?,
             plant,
             tick_nanos,
             k: 0,

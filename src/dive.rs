@@ -88,12 +88,11 @@ pub fn run(scenario: &Scenario, run: &RunFolder, options: &Options) -> Result<Op
         options.pace.owns_time(),
     )?;
     let namespace = format!("__ns:={}", options.namespace);
-    let rt = Runtime::start(
+    let (rt, ()) = Runtime::start(
         NodeSpec {
             name: "planesman",
             namespace: "/auv",
-            declarations: Vec::new(),
-            validate: |_| Ok(()),
+            validate: |(): &()| Ok(()),
             on_parameters: |_| Event::Look,
         },
         args::only(["--ros-args", "-r", &namespace, "--log-level", "warn"].map(str::to_owned))?,

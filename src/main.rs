@@ -1,7 +1,7 @@
 //! The `planesman` program.
 
 use std::os::unix::process::CommandExt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Result;
@@ -14,10 +14,11 @@ use planesman::dha::{self, DhaCommand};
 use planesman::dive::{self, Pace};
 use planesman::reproduce::{self, ReproduceArgs};
 use planesman::run_folder::{Loss, RunFolder};
-use planesman::scenario::Scenario;
+use planesman::scenario::{BUILTIN, Scenario};
 use planesman::{bag_command, nodes, sim, tf_command};
-use planesman_parameters::Values;
-use planesman_text::shown;
+use planesman_parameters::Parameters as _;
+use planesman_text::{did_you_mean, shown};
+use plant_sim::parameters::PlantParameters;
 
 /// The exit status of a dive whose bag lacks something.
 const LOST: u8 = 3;
@@ -95,6 +96,8 @@ struct DiveArgs {
     /// A built-in scenario (dive, open_loop, way_depths, remus_100) or a scenario file
     #[arg(default_value = "dive")]
     scenario: String,
+    #[command(flatten)]
+    changes: Changes,
     /// Where the bag and the page go; must not exist yet [default: runs/SCENARIO-TIME]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
@@ -119,12 +122,22 @@ struct DiveArgs {
 struct SimArgs {
     /// A built-in scenario (dive, open_loop, way_depths, remus_100) or a scenario file
     scenario: String,
-    /// The file to write: *.mcap or *.csv; must not exist yet
+    #[command(flatten)]
+    changes: Changes,
+    /// The file to write: *.mcap or *.csv; must not exist yet [default: SCENARIO.mcap]
     #[arg(long, value_name = "FILE")]
-    out: PathBuf,
+    out: Option<PathBuf>,
     /// The namespace of the topics in the bag
     #[arg(long, default_value = dive::NAMESPACE, value_parser = NonEmptyStringValueParser::new())]
     namespace: String,
+}
+
+/// Changes to the scenario from the command line.
+#[derive(Args)]
+struct Changes {
+    /// Set a parameter of a node, as depth_controller.depth.p=1.2; may be repeated
+    #[arg(long = "set", value_name = "NODE.PARAMETER=VALUE")]
+    set: Vec<String>,
 }
 
 #[derive(Subcommand)]
@@ -149,8 +162,8 @@ struct NodeArgs {
 /// A factor on the wall clock that the vehicle takes.
 fn factor(text: &str) -> Result<f64, String> {
     let factor: f64 = text.parse().map_err(|_| "a number is expected")?;
-    Values::defaults(plant_sim::parameters::declarations())
-        .with([("factor".to_owned(), factor.into())])
+    PlantParameters::default()
+        .with(&[("factor", factor.into())])
         .map_err(|refusal| refusal.to_string())?;
     Ok(factor)
 }
@@ -169,15 +182,16 @@ fn command_of(arguments: impl Iterator<Item = String>) -> String {
     words
 }
 
-/// The command line's, as one line: what is wrong, without usage and hints.
+/// A command-line error as one line: what is wrong and what was probably meant, without the usage.
 fn one_line(error: &clap::Error) -> String {
     let text = error.to_string();
-    let lines: Vec<&str> = text
-        .lines()
-        .take_while(|line| !line.is_empty())
-        .map(str::trim)
-        .collect();
-    lines.join(" ").trim_start_matches("error: ").to_owned()
+    let mut lines = text.lines().map(str::trim);
+    let wrong: Vec<&str> = lines.by_ref().take_while(|line| !line.is_empty()).collect();
+    let wrong = wrong.join(" ").trim_start_matches("error: ").to_owned();
+    match lines.find_map(|line| line.strip_prefix("tip: ")) {
+        Some(tip) => format!("{wrong}; {tip}"),
+        None => wrong,
+    }
 }
 
 fn main() -> ExitCode {
@@ -199,9 +213,14 @@ fn main() -> ExitCode {
         Some(command) => command,
         None if Scenario::is_there(&cli.dive.scenario) => Command::Dive(cli.dive),
         None => {
+            let program = Cli::command();
+            let commands = program.get_subcommands().map(|it| it.get_name().to_owned());
+            let scenarios = BUILTIN.iter().map(|(name, _)| (*name).to_owned());
+            let known: Vec<String> = commands.chain(scenarios).collect();
             planesman_node::complain!(
-                "planesman: '{}' is no command and no scenario (see planesman --help)",
-                shown(&cli.dive.scenario)
+                "planesman: '{}' is no command and no scenario{} (see planesman --help)",
+                shown(&cli.dive.scenario),
+                did_you_mean(&cli.dive.scenario, known.iter().map(String::as_str)),
             );
             return ExitCode::from(2);
         }
@@ -265,7 +284,7 @@ fn stay_local() -> Result<()> {
 
 fn dive(args: &DiveArgs) -> Result<Option<Loss>> {
     stay_local()?;
-    let scenario = Scenario::load(&args.scenario)?;
+    let scenario = Scenario::load_with(&args.scenario, &args.changes.set)?;
     let pace = match (args.factor, args.sim_time) {
         (None, false) => Pace::Lockstep,
         (factor, sim_time) => {
@@ -289,11 +308,15 @@ fn dive(args: &DiveArgs) -> Result<Option<Loss>> {
 }
 
 fn simulate(args: &SimArgs) -> Result<()> {
-    let scenario = Scenario::load(&args.scenario)?;
-    let ticks = sim::run(&scenario, &args.out, &args.namespace)?;
+    let scenario = Scenario::load_with(&args.scenario, &args.changes.set)?;
+    let out = args.out.clone().unwrap_or_else(|| {
+        let stem = Path::new(&args.scenario).file_stem().unwrap_or_default();
+        Path::new(stem).with_extension("mcap")
+    });
+    let ticks = sim::run(&scenario, &out, &args.namespace)?;
     planesman_node::say!(
         "{}: {ticks} ticks, {:.2} s of vehicle time",
-        args.out.display(),
+        out.display(),
         ticks as f64 * scenario.tick
     )?;
     Ok(())

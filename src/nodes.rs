@@ -4,11 +4,14 @@ use std::fmt::Write as _;
 use std::process::ExitCode;
 
 use anyhow::{Result, bail};
-use depth_controller::Controller;
-use dha_actuator::Actuator;
-use planesman_parameters::{Declaration, Value, Values};
+use depth_controller::{Controller, ControllerParameters};
+use dha_actuator::{Actuator, ActuatorParameters};
+use planesman_parameters::{Declaration, Parameters, Value, Values};
 use plant_sim::core::Plant;
+use plant_sim::parameters::PlantParameters;
+use recorder::parameters::{RecorderParameters, writer_options};
 use sysid::core::Identifier;
+use sysid::parameters::IdentifierParameters;
 
 use crate::crew::launched;
 use crate::scenario::{NODES, Scenario};
@@ -36,11 +39,11 @@ pub fn run(name: &str, args: Vec<String>) -> ExitCode {
 #[must_use]
 pub fn declarations(name: &str) -> Option<Vec<Declaration>> {
     Some(match name {
-        "plant_sim" => plant_sim::parameters::declarations(),
-        "depth_controller" => depth_controller::declarations(),
-        "dha_actuator" => dha_actuator::declarations(),
-        "sysid" => sysid::parameters::declarations(),
-        "recorder" => recorder::parameters::declarations(),
+        "plant_sim" => PlantParameters::declarations(),
+        "depth_controller" => ControllerParameters::declarations(),
+        "dha_actuator" => ActuatorParameters::declarations(),
+        "sysid" => IdentifierParameters::declarations(),
+        "recorder" => RecorderParameters::declarations(),
         _ => return None,
     })
 }
@@ -51,18 +54,25 @@ pub fn declarations(name: &str) -> Option<Vec<Declaration>> {
 /// What it would refuse, and why.
 pub fn validate(name: &str, values: &Values) -> Result<(), String> {
     match name {
-        "plant_sim" => Plant::new(values).map(drop),
-        "depth_controller" => Controller::new(values).map(drop).map_err(|e| e.to_string()),
+        "plant_sim" => Plant::new(&read(values)?).map(drop),
+        "depth_controller" => Controller::new(&read(values)?)
+            .map(drop)
+            .map_err(|e| e.to_string()),
         "dha_actuator" => {
-            let tick = (values.double("tick") * 1e9).round() as i64;
-            Actuator::new(values, tick)
+            let parameters: ActuatorParameters = read(values)?;
+            let tick = (parameters.tick * 1e9).round() as i64;
+            Actuator::new(&parameters, tick)
                 .map(drop)
                 .map_err(|e| e.to_string())
         }
-        "sysid" => Identifier::new(values).map(drop),
-        "recorder" => recorder::parameters::writer_options(values).map(drop),
+        "sysid" => Identifier::new(&read(values)?).map(drop),
+        "recorder" => writer_options(&read(values)?).map(drop),
         _ => Ok(()),
     }
+}
+
+fn read<P: Parameters>(values: &Values) -> Result<P, String> {
+    P::from_values(values).map_err(|refusal| refusal.to_string())
 }
 
 /// Prints the parameters of one node, or of all.
@@ -126,7 +136,7 @@ pub fn parameter_file(node: Option<&str>, scenario: Option<&Scenario>) -> Result
         for d in declarations(name).unwrap_or_default() {
             let value = values
                 .as_ref()
-                .and_then(|v| v.get(d.name))
+                .and_then(|v| v.get(&d.name))
                 .unwrap_or(&d.default);
             let sentence = d.description.trim_end_matches('.');
             writeln!(text, "    # {sentence}.")?;

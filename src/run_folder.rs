@@ -6,6 +6,7 @@ use std::{fmt, fs};
 
 use anyhow::{Context, Result, bail};
 use planesman_bag::reader::BagReader;
+use recorder::parameters::RecorderParameters;
 
 use crate::bag_command::recorded;
 use crate::flight::Flight;
@@ -174,8 +175,8 @@ impl RunFolder {
         recorded: &BTreeMap<String, u64>,
         scenario: &Scenario,
     ) -> Result<BTreeMap<String, Count>> {
-        let recorder = scenario.values("recorder")?;
-        let selected = recorder.strings("topics");
+        let recorder: RecorderParameters = scenario.parameters_of("recorder")?;
+        let selected = &recorder.topics;
         let mut counts: BTreeMap<String, Count> = recorded
             .iter()
             .map(|(topic, n)| {

@@ -8,9 +8,9 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow, bail};
-use planesman_parameters::{Value, Values, file};
-use planesman_text::yaml;
-use serde::Deserialize;
+use planesman_parameters::{Parameters, Value, Values, file};
+use planesman_text::{did_you_mean, yaml};
+use serde::{Deserialize, Serialize};
 
 /// The nodes whose parameters a scenario sets, in the order in which they are started.
 pub const NODES: [&str; 5] = [
@@ -42,7 +42,7 @@ pub const BUILTIN: [(&str, &str); 4] = [
 ];
 
 /// What is flown.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(
     deny_unknown_fields,
     expecting = "a mapping with a description, a duration and parameters"
@@ -87,13 +87,56 @@ impl Scenario {
     /// When there is neither, the text is not a valid scenario, or a node would refuse its
     /// parameters; the message names the source, the value and the rule.
     pub fn load(name_or_path: &str) -> Result<Self> {
+        Self::load_with(name_or_path, &[])
+    }
+
+    /// As [`Scenario::load`], with parameters set as `NODE.PARAMETER=VALUE`.
+    ///
+    /// # Errors
+    /// As [`Scenario::load`], and when a change is not of that form.
+    pub fn load_with(name_or_path: &str, changes: &[String]) -> Result<Self> {
         let text = match BUILTIN.iter().find(|(name, _)| *name == name_or_path) {
             Some((_, text)) => (*text).to_owned(),
             None => read(Path::new(name_or_path))?,
         };
-        Self::parse(&text)
-            .and_then(|scenario| scenario.check().map(|()| scenario))
-            .with_context(|| format!("scenario '{name_or_path}'"))
+        let mut scenario =
+            Self::parse(&text).with_context(|| format!("scenario '{name_or_path}'"))?;
+        for change in changes {
+            scenario
+                .set(change)
+                .with_context(|| format!("--set {change}"))?;
+        }
+        scenario
+            .check()
+            .with_context(|| format!("scenario '{name_or_path}'"))?;
+        Ok(scenario)
+    }
+
+    /// Sets a parameter as `NODE.PARAMETER=VALUE`, also in the text that is kept with the flight.
+    fn set(&mut self, change: &str) -> Result<()> {
+        let (name, value) = change
+            .split_once('=')
+            .ok_or_else(|| anyhow!("NODE.PARAMETER=VALUE is expected"))?;
+        let (node, parameter) = name
+            .split_once('.')
+            .ok_or_else(|| anyhow!("NODE.PARAMETER=VALUE is expected"))?;
+        if !NODES.contains(&node) {
+            bail!("there is no node '{node}'{}", did_you_mean(node, NODES));
+        }
+        let value: serde_yaml_ng::Value = yaml::from_str(value)?;
+        let section = self
+            .parameters
+            .entry(node.to_owned())
+            .or_insert_with(|| serde_yaml_ng::Mapping::new().into());
+        // The last entry counts, also where the file has the parameter in a nested mapping.
+        let entries = section
+            .as_mapping_mut()
+            .ok_or_else(|| anyhow!("the parameters of {node} are no mapping"))?;
+        entries.remove(parameter);
+        entries.insert(parameter.into(), value);
+        self.values(node)?;
+        self.source = serde_yaml_ng::to_string(self)?;
+        Ok(())
     }
 
     /// Each node's own rule for its parameters, and the files they name.
@@ -126,7 +169,8 @@ impl Scenario {
         for node in scenario.parameters.keys() {
             if !NODES.contains(&node.as_str()) {
                 bail!(
-                    "parameters: there is no node '{node}'; there are {}",
+                    "parameters: there is no node '{node}'{}; there are {}",
+                    did_you_mean(node, NODES),
                     NODES.join(", ")
                 );
             }
@@ -175,6 +219,14 @@ impl Scenario {
             .with_context(|| format!("node {node}"))
     }
 
+    /// The parameters of `node` as the struct that it declares.
+    ///
+    /// # Errors
+    /// When a value breaks its declaration, or the node declares another struct.
+    pub fn parameters_of<P: Parameters>(&self, node: &str) -> Result<P> {
+        Ok(P::from_values(&self.values(node)?)?)
+    }
+
     /// All nodes' parameters as one ROS 2 parameter file for the namespace, with
     /// `extra` changes per node that only the launcher knows. With `sim_time`, whoever does not
     /// make `/clock` follows it.
@@ -199,7 +251,7 @@ impl Scenario {
                 writeln!(text, "    use_sim_time: {sim_time}")?;
             }
             for declaration in values.declarations() {
-                if let Some(value) = values.get(declaration.name) {
+                if let Some(value) = values.get(&declaration.name) {
                     writeln!(text, "    {}: {value}", declaration.name)?;
                 }
             }
@@ -222,6 +274,7 @@ fn read(path: &Path) -> Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use depth_controller::ControllerParameters;
 
     #[test]
     fn the_built_in_scenarios_are_valid() {
@@ -251,6 +304,28 @@ mod tests {
         ] {
             let error = format!("{:#}", Scenario::parse(text).expect_err(text));
             assert!(error.contains(expected), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn a_parameter_is_set_from_the_command_line_and_kept_in_the_text() {
+        let set = |change: &str| Scenario::load_with("dive", &[change.to_owned()]);
+        let changed = set("depth_controller.depth.p=1.5").expect("set");
+        for scenario in [&changed, &Scenario::parse(changed.source()).expect("kept")] {
+            let controller: ControllerParameters = scenario
+                .parameters_of("depth_controller")
+                .expect("declared");
+            assert_eq!(controller.depth.p, 1.5);
+            assert_eq!(scenario.duration, 90.0);
+        }
+        for (change, reason) in [
+            ("depth_controller.depth.p", "NODE.PARAMETER=VALUE"),
+            ("depth_control.depth.p=1", "did you mean 'depth_controller'"),
+            ("depth_controller.depht.p=1", "did you mean 'depth.p'"),
+            ("depth_controller.depth.p=-1", "[0, 1000]"),
+        ] {
+            let refusal = format!("{:#}", set(change).expect_err(change));
+            assert!(refusal.contains(reason), "{refusal}");
         }
     }
 

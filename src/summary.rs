@@ -96,10 +96,10 @@ impl Summary {
 
 /// The vehicle's own sampled model between plane angle and pitch rate.
 fn truth(scenario: &Scenario) -> Result<Fingerprint> {
-    let values = scenario.values("plant_sim")?;
-    let vehicle = plant_sim::core::vehicle(&values).map_err(|e| anyhow!(e))?;
+    let parameters = scenario.parameters_of("plant_sim")?;
+    let vehicle = plant_sim::core::vehicle(&parameters).map_err(|e| anyhow!(e))?;
     let model = plant_sim::linearised::true_model_of(
-        &plant_sim::core::derivatives(&values, &vehicle),
+        &plant_sim::core::derivatives(&parameters, &vehicle),
         scenario.tick,
     )
     .map_err(|e| anyhow!("{e}"))?;

@@ -9,8 +9,10 @@ mod stage;
 
 use std::collections::BTreeSet;
 
+use depth_controller::ControllerParameters;
 use foreign::{CYCLONE, Python, RCLPY, Running, full_name, root};
 use planesman_msgs::{Message, nav_msgs, planesman_msgs::msg::VehicleState, sensor_msgs};
+use planesman_parameters::Parameters as _;
 use recorder::loop_topics::{self, Delivery};
 use serde_json::{Value, json};
 use stage::{Process, Stage, eventually, scenario};
@@ -243,8 +245,12 @@ fn parameters_are_listed_read_described_and_set_and_a_bad_value_is_refused(
 
     let listed = ask(&["list"]).well();
     let listed: BTreeSet<&str> = listed.iter().map(|line| text(&line["name"])).collect();
-    for declaration in depth_controller::declarations() {
-        assert!(listed.contains(declaration.name), "{}", declaration.name);
+    for declaration in ControllerParameters::declarations() {
+        assert!(
+            listed.contains(declaration.name.as_str()),
+            "{}",
+            declaration.name
+        );
     }
 
     assert_eq!(ask(&["set", "depth.p=0.5"]).answer()["successful"], true);
@@ -254,7 +260,7 @@ fn parameters_are_listed_read_described_and_set_and_a_bad_value_is_refused(
     for (assignment, words) in [
         ("depth.p=NaN", ["depth.p", "finite"]),
         ("depth.p=-1.0", ["depth.p", "[0, 1000]"]),
-        ("depth.p=much", ["depth.p", "a double is declared"]),
+        ("depth.p=much", ["depth.p", "a number is expected"]),
         ("depth.q=1.0", ["depth.q", "parameter"]),
         ("mode=climb", ["mode", "off, open_loop, pitch, depth"]),
     ] {

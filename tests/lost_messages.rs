@@ -44,15 +44,14 @@ impl Peer {
         let spec = NodeSpec {
             name: "peer",
             namespace: "/auv",
-            declarations: Vec::new(),
-            validate: |_| Ok(()),
+            validate: |(): &()| Ok(()),
             on_parameters: |_| Heard::Other,
         };
         let domain = Domain {
             id: stage.domain(),
             local: true,
         };
-        let rt = Runtime::start_in(domain, spec, RosArguments::default()).unwrap();
+        let (rt, ()) = Runtime::start_in(domain, spec, RosArguments::default()).unwrap();
         Self { rt }
     }
 

@@ -35,15 +35,14 @@ fn a_clock_before_its_epoch_ends_no_recording() {
     let spec = NodeSpec {
         name: "peer",
         namespace: "/auv",
-        declarations: Vec::new(),
-        validate: |_| Ok(()),
+        validate: |(): &()| Ok(()),
         on_parameters: |_| (),
     };
     let domain = Domain {
         id: stage.domain(),
         local: true,
     };
-    let rt = Runtime::start_in(domain, spec, RosArguments::default()).unwrap();
+    let (rt, ()) = Runtime::start_in(domain, spec, RosArguments::default()).unwrap();
     let clock = heard::<Clock>(&rt, "/clock");
     let setpoint = heard::<Float64>(&rt, "depth_setpoint");
     let operator = stage.operator();

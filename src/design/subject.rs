@@ -3,10 +3,10 @@
 use anyhow::{Context as _, Result, anyhow};
 use brunner_1988::controllers::pitch;
 use clap::{Args, ValueEnum};
+use depth_controller::ControllerParameters;
 use depth_controller::design::dive_loop::{DiveLoop, DivePlant, Path};
 use depth_controller::gains::LoopGains;
 use planesman_linear::{Complex, DMatrix, StateSpace};
-use planesman_parameters::Values;
 use planesman_units::FOOT;
 use plant_sim::Vehicle;
 use plant_sim::linearised;
@@ -78,12 +78,12 @@ pub fn within(least: f64, most: f64) -> impl Fn(&str) -> Result<f64, String> + C
 /// The depth controller's default gains: those of program T6.
 #[must_use]
 pub fn default_gains() -> LoopGains {
-    let defaults = Values::defaults(depth_controller::declarations());
+    let ControllerParameters { depth, pitch, .. } = ControllerParameters::default();
     LoopGains {
-        depth_p: defaults.double("depth.p"),
-        depth_d: defaults.double("depth.d"),
-        pitch_p: defaults.double("pitch.p"),
-        pitch_rate: defaults.double("pitch.rate"),
+        depth_p: depth.p,
+        depth_d: depth.d,
+        pitch_p: pitch.p,
+        pitch_rate: pitch.rate,
     }
 }
 

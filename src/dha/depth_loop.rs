@@ -17,7 +17,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use anyhow::Result;
 use brunner_1988::controllers::axis::DampedInertia;
 use brunner_1988::controllers::program_t6::{Motion, Plant};
-use depth_controller::{Controller, declarations};
+use depth_controller::{Controller, ControllerParameters};
 use dha_actuator::actuator_file::{ActuatorFileError, load};
 use dha_actuator::describing_function::{Search, balance};
 use dha_actuator::frequency_response::{self, Periods};
@@ -25,7 +25,6 @@ use dha_actuator::{ActuatorSet, Demand, Dha, Options};
 use planesman_linear::Complex;
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::VehicleState;
-use planesman_parameters::{Value, Values};
 use planesman_units::{DEGREE, FOOT, INCH};
 use serde::Deserialize;
 
@@ -378,16 +377,13 @@ impl Loop {
 
     /// The depth controller at its defaults, with an integral that may take all of the planes' travel.
     fn controller(&self) -> Result<Controller> {
-        let gain = default_gains().pitch_p * self.integral;
-        let values = Values::defaults(declarations()).with(
-            [
-                ("depth_setpoint", SETPOINT),
-                ("pitch.i", gain),
-                ("pitch.i_limit", FRAC_PI_2),
-            ]
-            .map(|(name, value)| (name.to_owned(), Value::Double(value))),
-        )?;
-        Ok(Controller::new(&values)?)
+        let mut parameters = ControllerParameters {
+            depth_setpoint: SETPOINT,
+            ..ControllerParameters::default()
+        };
+        parameters.pitch.i = parameters.pitch.p * self.integral;
+        parameters.pitch.i_limit = FRAC_PI_2;
+        Ok(Controller::new(&parameters)?)
     }
 
     /// theta/delta of the vehicle in small motion, at a frequency, rad/s.

@@ -337,11 +337,10 @@ impl Operator {
         let spec = NodeSpec {
             name: "operator",
             namespace: "/auv",
-            declarations: Vec::new(),
-            validate: |_| Ok(()),
+            validate: |(): &()| Ok(()),
             on_parameters: |_| Heard::Parameters,
         };
-        let rt = Runtime::start_in(domain.domain(), spec, RosArguments::default()).unwrap();
+        let (rt, ()) = Runtime::start_in(domain.domain(), spec, RosArguments::default()).unwrap();
         let qos = Qos::reliable(1000);
         rt.subscribe("state", qos, Heard::State).unwrap();
         rt.subscribe("control_state", qos, Heard::Control).unwrap();

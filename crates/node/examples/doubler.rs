@@ -12,13 +12,24 @@ use planesman_msgs::{
     std_srvs::srv::{SetBool, SetBoolRequest, SetBoolResponse},
 };
 use planesman_node::{Flow, Level, NodeSpec, Qos, Responder, Runtime, args};
-use planesman_parameters::{Declaration, Values};
+use planesman_parameters::Parameters;
+
+/// What `ros2 param` shows.
+#[derive(Parameters)]
+struct Doubler {
+    /// output over input
+    #[parameter(default = 2.0, range = 0.0..=10.0)]
+    gain: f64,
+    /// output at input 0
+    #[parameter(default = 0.0, unit = "m", range = -10.0..=10.0)]
+    offset: f64,
+}
 
 enum Event {
     Input(Float64),
     Mute(SetBoolRequest, Responder<SetBool>),
     Beat,
-    Parameters(Values),
+    Parameters(Doubler),
 }
 
 fn main() -> ExitCode {
@@ -29,22 +40,15 @@ fn run() -> anyhow::Result<()> {
     let spec = NodeSpec {
         name: "doubler",
         namespace: "/",
-        declarations: vec![
-            Declaration::new("gain", 2.0, "output over input").range(0.0, 10.0),
-            Declaration::new("offset", 0.0, "output at input 0")
-                .unit("m")
-                .range(-10.0, 10.0),
-        ],
-        validate: |values| {
-            if values.double("gain") == 0.0 && values.double("offset") == 0.0 {
+        validate: |parameters: &Doubler| {
+            if parameters.gain == 0.0 && parameters.offset == 0.0 {
                 return Err("gain and offset must not both be 0".to_owned());
             }
             Ok(())
         },
         on_parameters: Event::Parameters,
     };
-    let rt = Runtime::start(spec, args::from_environment()?)?;
-    let mut values = rt.values();
+    let (rt, mut parameters) = Runtime::start(spec, args::from_environment()?)?;
     let mut muted = false;
     let output = rt.publisher::<Float64>("output", Qos::reliable(1000))?;
     let beat = rt.publisher::<Float64>("~/beat", Qos::sensor())?;
@@ -55,7 +59,7 @@ fn run() -> anyhow::Result<()> {
         match event {
             Event::Input(_) if muted => {}
             Event::Input(Float64 { data }) => {
-                let data = values.double("gain") * data + values.double("offset");
+                let data = parameters.gain * data + parameters.offset;
                 output.publish(&Float64 { data });
             }
             Event::Beat => {
@@ -71,7 +75,7 @@ fn run() -> anyhow::Result<()> {
                     message: String::new(),
                 });
             }
-            Event::Parameters(new) => values = new,
+            Event::Parameters(changed) => parameters = changed,
         }
         Ok(Flow::Continue)
     })

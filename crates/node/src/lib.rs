@@ -7,11 +7,18 @@
 //!
 //! use planesman_msgs::std_msgs::msg::Float64;
 //! use planesman_node::{Flow, NodeSpec, Qos, Runtime, args};
-//! use planesman_parameters::{Declaration, Values};
+//! use planesman_parameters::Parameters;
+//!
+//! #[derive(Parameters)]
+//! struct Doubler {
+//!     /// Output over input.
+//!     #[parameter(default = 2.0, range = 0.0..=10.0)]
+//!     gain: f64,
+//! }
 //!
 //! enum Event {
 //!     Input(Float64),
-//!     Parameters(Values),
+//!     Parameters(Doubler),
 //! }
 //!
 //! fn main() -> ExitCode {
@@ -22,20 +29,18 @@
 //!     let spec = NodeSpec {
 //!         name: "doubler",
 //!         namespace: "/",
-//!         declarations: vec![Declaration::new("gain", 2.0, "output over input").range(0.0, 10.0)],
-//!         validate: |_| Ok(()),
+//!         validate: |_: &Doubler| Ok(()),
 //!         on_parameters: Event::Parameters,
 //!     };
-//!     let rt = Runtime::start(spec, args::from_environment()?)?;
-//!     let mut gain = rt.values().double("gain");
+//!     let (rt, mut parameters) = Runtime::start(spec, args::from_environment()?)?;
 //!     let output = rt.publisher::<Float64>("output", Qos::reliable(10))?;
 //!     rt.subscribe("input", Qos::reliable(10), Event::Input)?;
 //!     rt.run(|_, event| {
 //!         match event {
 //!             Event::Input(input) => {
-//!                 output.publish(&Float64 { data: gain * input.data });
+//!                 output.publish(&Float64 { data: parameters.gain * input.data });
 //!             }
-//!             Event::Parameters(values) => gain = values.double("gain"),
+//!             Event::Parameters(changed) => parameters = changed,
 //!         }
 //!         Ok(Flow::Continue)
 //!     })
@@ -107,7 +112,6 @@ pub use claim::Claim;
 pub use diagnostics::{Connection, Connections, Level};
 pub use domain::Domain;
 pub use endpoint::Direction;
-pub use parameters::Validate;
 pub use publisher::Publisher;
 pub use qos::Qos;
 pub use raw::RawSample;

@@ -11,7 +11,7 @@ use planesman_msgs::rcl_interfaces::{
     },
     srv::{ListParametersRequest, SetParametersRequest},
 };
-use planesman_parameters::{Declaration, Refusal, Value, Values, file};
+use planesman_parameters::{Declaration, Parameters, Refusal, Value, Values, file};
 
 use crate::{
     args::{ParameterSource, RosArguments},
@@ -19,36 +19,34 @@ use crate::{
 };
 
 /// The parameter that every node has.
-pub(crate) const USE_SIM_TIME: &str = "use_sim_time";
-
-/// The rule that a set of values obeys beyond each one's declaration.
-pub type Validate = fn(&Values) -> Result<(), String>;
-
-/// The values in force and the rule for new ones.
-#[derive(Clone, Debug)]
-pub(crate) struct Parameters {
-    pub(crate) values: Values,
-    validate: Validate,
+#[derive(Parameters)]
+struct OfEveryNode {
+    /// take the time from /clock
+    #[parameter(default = false)]
+    use_sim_time: bool,
 }
 
-impl Parameters {
+/// The values in force and the rule for new ones.
+pub(crate) struct ParameterServer {
+    pub(crate) values: Values,
+    validate: Box<dyn Fn(&Values) -> Result<(), String>>,
+}
+
+impl ParameterServer {
     /// The declared defaults with what the arguments say for this node.
     ///
     /// # Errors
     /// When a file cannot be read, or a value is refused by its declaration or the rule.
-    pub(crate) fn at_start(
-        mut declarations: Vec<Declaration>,
-        validate: Validate,
+    pub(crate) fn at_start<P: Parameters + 'static>(
+        validate: fn(&P) -> Result<(), String>,
         names: &NodeNames,
         arguments: &RosArguments,
     ) -> anyhow::Result<Self> {
-        if !declarations.iter().any(|d| d.name == USE_SIM_TIME) {
-            declarations.push(Declaration::new(
-                USE_SIM_TIME,
-                false,
-                "take the time from /clock",
-            ));
-        }
+        let declarations = [P::declarations(), OfEveryNode::declarations()].concat();
+        let validate = move |values: &Values| {
+            let parameters = P::from_values(values).map_err(|refusal| refusal.to_string())?;
+            validate(&parameters)
+        };
         let mut changes = Vec::new();
         for source in &arguments.parameters {
             match source {
@@ -68,7 +66,15 @@ impl Parameters {
         }
         let values = Values::defaults(declarations).with(changes)?;
         validate(&values).map_err(|reason| anyhow::anyhow!("parameters: {reason}"))?;
-        Ok(Self { values, validate })
+        Ok(Self {
+            values,
+            validate: Box::new(validate),
+        })
+    }
+
+    /// Whether the node's time is `/clock`.
+    pub(crate) fn uses_sim_time(&self) -> bool {
+        OfEveryNode::from_values(&self.values).is_ok_and(|it| it.use_sim_time)
     }
 
     /// Takes all changes or none, and says which parameters now differ.
@@ -84,10 +90,10 @@ impl Parameters {
         let changed = new
             .declarations()
             .iter()
-            .filter(|d| new.get(d.name) != self.values.get(d.name))
+            .filter(|d| new.get(&d.name) != self.values.get(&d.name))
             .map(|d| Parameter {
-                name: d.name.to_owned(),
-                value: message_of(new.get(d.name)),
+                name: d.name.clone(),
+                value: message_of(new.get(&d.name)),
             })
             .collect();
         self.values = new;
@@ -191,7 +197,7 @@ impl Parameters {
             .values
             .declarations()
             .iter()
-            .map(|d| d.name)
+            .map(|d| d.name.as_str())
             .filter(|name| match request.prefixes.as_slice() {
                 [] => shallow(name),
                 prefixes => prefixes.iter().any(|prefix| below(name, prefix)),
@@ -215,7 +221,7 @@ fn descriptor_of(declaration: &Declaration) -> ParameterDescriptor {
         unit => format!(" [{unit}]"),
     };
     let mut descriptor = ParameterDescriptor {
-        name: declaration.name.to_owned(),
+        name: declaration.name.clone(),
         r#type: message_of(Some(&declaration.default)).r#type,
         description: format!("{}{unit}", declaration.description),
         read_only: declaration.read_only,
@@ -315,22 +321,42 @@ fn value_of(message: ParameterValue) -> Option<Value> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use planesman_parameters::Choice;
 
-    fn gains(line: &str) -> anyhow::Result<Parameters> {
+    #[derive(Parameters)]
+    struct Controller {
+        depth: Depth,
+        /// model order
+        #[parameter(default = 2, range = 1..=6)]
+        order: i64,
+        /// what is held
+        #[parameter(default = Mode::Depth)]
+        mode: Mode,
+    }
+
+    #[derive(Parameters)]
+    struct Depth {
+        /// depth gain
+        #[parameter(default = 0.25, unit = "rad/m", range = 0.0..=10.0)]
+        kp: f64,
+        /// largest command
+        #[parameter(default = 0.5, unit = "rad")]
+        limit: f64,
+    }
+
+    #[derive(Clone, Copy, Choice)]
+    enum Mode {
+        Off,
+        Depth,
+    }
+
+    fn gains(line: &str) -> anyhow::Result<ParameterServer> {
         let words = format!("x --ros-args {line}");
         let (_, arguments) = crate::args::split(words.split_whitespace().map(str::to_owned))?;
         let names = NodeNames::remapped("controller", "/auv", &[])?;
-        Parameters::at_start(
-            vec![
-                Declaration::new("depth.kp", 0.25, "depth gain")
-                    .unit("rad/m")
-                    .range(0.0, 10.0),
-                Declaration::new("depth.limit", 0.5, "largest command").unit("rad"),
-                Declaration::new("order", 2, "model order").range(1.0, 6.0),
-                Declaration::new("mode", "depth", "what is held").choices(&["off", "depth"]),
-            ],
-            |values| {
-                if values.double("depth.kp") * values.double("depth.limit") > 1.0 {
+        ParameterServer::at_start(
+            |Controller { depth, .. }| {
+                if depth.kp * depth.limit > 1.0 {
                     return Err("depth.kp * depth.limit must not exceed 1".to_owned());
                 }
                 Ok(())
@@ -350,8 +376,8 @@ mod tests {
     #[test]
     fn the_last_assignment_for_this_node_holds_at_start() {
         let gains = gains("-p depth.kp:=0.5 -p depth.kp:=1 -p other:depth.kp:=2").expect("good");
-        assert_eq!(gains.values.double("depth.kp"), 1.0);
-        assert!(!gains.values.bool(USE_SIM_TIME));
+        assert_eq!(gains.values.read("depth.kp"), Ok(1.0));
+        assert!(!gains.uses_sim_time());
     }
 
     #[test]
@@ -362,7 +388,7 @@ mod tests {
             ("-p depth.kp:=8.0", "must not exceed 1"),
             ("--params-file /nowhere.yaml", "/nowhere.yaml"),
         ] {
-            let refusal = format!("{:#}", gains(line).expect_err(line));
+            let refusal = format!("{:#}", gains(line).err().expect(line));
             assert!(refusal.contains(reason), "{refusal}");
         }
     }
@@ -385,7 +411,7 @@ mod tests {
         let mut together = gains("").expect("good");
         let (result, changed) = together.set_together(both);
         assert!(!result.successful && changed.is_empty());
-        assert_eq!(together.values.double("depth.limit"), 0.5);
+        assert_eq!(together.values.read("depth.limit"), Ok(0.5));
         let (results, _) = together.set_each(SetParametersRequest {
             parameters: vec![parameter("depth.kp", Value::Double(f64::NAN))],
         });

@@ -31,7 +31,7 @@ use planesman_msgs::{
     },
     rosgraph_msgs::msg::Clock as ClockMessage,
 };
-use planesman_parameters::{Declaration, Values};
+use planesman_parameters::Parameters;
 use ros2_client::{
     Context, MessageInfo, Name, NodeName, NodeOptions, ServiceTypeName, service::ServiceMapping,
 };
@@ -56,7 +56,7 @@ use crate::{
     endpoint::{Direction, Endpoint, TypeNames},
     file_size, logging, memory,
     names::NodeNames,
-    parameters::{Parameters, USE_SIM_TIME, Validate},
+    parameters::ParameterServer,
     publisher::Publisher,
     qos::Qos,
     raw::{Payload, RawSample},
@@ -86,17 +86,15 @@ const DIAGNOSTICS_SETTLING: Duration = Duration::from_millis(100);
 const LINGER: Duration = Duration::from_millis(40);
 
 /// What a node is before it has a place in the graph.
-pub struct NodeSpec<E> {
+pub struct NodeSpec<E, P> {
     /// The bare name, unless `__node` remaps it.
     pub name: &'static str,
     /// The namespace, unless `__ns` remaps it: `/auv`.
     pub namespace: &'static str,
-    /// Its parameters. `use_sim_time` is added.
-    pub declarations: Vec<Declaration>,
-    /// The rule for the set of values, beyond each declaration.
-    pub validate: Validate,
-    /// The event that tells of new values.
-    pub on_parameters: fn(Values) -> E,
+    /// The rule for the parameters together, beyond the range of each. `use_sim_time` is added to them.
+    pub validate: fn(&P) -> Result<(), String>,
+    /// The event when parameters have changed.
+    pub on_parameters: fn(P) -> E,
 }
 
 /// Whether the node goes on.
@@ -156,7 +154,7 @@ impl<E> From<E> for Queued<E> {
 pub struct Runtime<E> {
     shared: Rc<Shared>,
     executor: Rc<LocalExecutor<'static>>,
-    parameters: Rc<RefCell<Parameters>>,
+    parameters: Rc<RefCell<ParameterServer>>,
     mapping: ServiceMapping,
     /// Goes last of all: its end tells the peers.
     context: Context,
@@ -173,12 +171,15 @@ pub struct Runtime<E> {
 
 impl<E: 'static> Runtime<E> {
     /// Brings the node up in the domain that the environment names: log, memory ceiling,
-    /// parameters, participant, parameter services, diagnostics.
+    /// parameters, participant, parameter services, diagnostics. Returns it with its parameters.
     ///
     /// # Errors
     /// When an argument, a parameter or an environment variable is refused, or the
     /// middleware does not come up.
-    pub fn start(spec: NodeSpec<E>, arguments: RosArguments) -> anyhow::Result<Self> {
+    pub fn start<P: Parameters + 'static>(
+        spec: NodeSpec<E, P>,
+        arguments: RosArguments,
+    ) -> anyhow::Result<(Self, P)> {
         Self::start_in(Domain::from_environment()?, spec, arguments)
     }
 
@@ -186,11 +187,11 @@ impl<E: 'static> Runtime<E> {
     ///
     /// # Errors
     /// As [`Runtime::start`].
-    pub fn start_in(
+    pub fn start_in<P: Parameters + 'static>(
         domain: Domain,
-        spec: NodeSpec<E>,
+        spec: NodeSpec<E, P>,
         arguments: RosArguments,
-    ) -> anyhow::Result<Self> {
+    ) -> anyhow::Result<(Self, P)> {
         let names = NodeNames::remapped(spec.name, spec.namespace, &arguments.remaps)?;
         logging::install(&names.logger(), &arguments);
         for ignored in &arguments.ignored {
@@ -205,8 +206,8 @@ impl<E: 'static> Runtime<E> {
         memory::limit()?;
         file_size::limit_is_an_error();
         let stop = shutdown::requested()?;
-        let parameters =
-            Parameters::at_start(spec.declarations, spec.validate, &names, &arguments)?;
+        let parameters = ParameterServer::at_start(spec.validate, &names, &arguments)?;
+        let at_start = P::from_values(&parameters.values)?;
         let mapping = service::mapping()?;
 
         // The runtime's own types must be known before their endpoints exist.
@@ -270,7 +271,7 @@ impl<E: 'static> Runtime<E> {
             failed,
             failure: RefCell::default(),
         };
-        clock::set_source(&runtime.shared, runtime.values().bool(USE_SIM_TIME))?;
+        clock::set_source(&runtime.shared, runtime.parameters.borrow().uses_sim_time())?;
         runtime.serve_parameters(spec.on_parameters)?;
         runtime.send_diagnostics(heard)?;
         runtime.watch_middleware(participant.thread_watch(), fail);
@@ -283,13 +284,7 @@ impl<E: 'static> Runtime<E> {
                 ""
             }
         );
-        Ok(runtime)
-    }
-
-    /// The parameters in force.
-    #[must_use]
-    pub fn values(&self) -> Values {
-        self.parameters.borrow().values.clone()
+        Ok((runtime, at_start))
     }
 
     /// The node's full name after remapping: `/auv/plant_sim`.
@@ -740,7 +735,10 @@ impl<E: 'static> Runtime<E> {
     }
 
     /// Serves the six parameter services and publishes `/parameter_events`.
-    fn serve_parameters(&self, on_parameters: fn(Values) -> E) -> anyhow::Result<()> {
+    fn serve_parameters<P: Parameters + 'static>(
+        &self,
+        on_parameters: fn(P) -> E,
+    ) -> anyhow::Result<()> {
         let events =
             self.unlisted_publisher::<ParameterEvent>("/parameter_events", Qos::reliable(100))?;
         let (shared, parameters, sender) = (
@@ -755,8 +753,14 @@ impl<E: 'static> Runtime<E> {
             for parameter in &changed {
                 log::info!("parameter {} changed", parameter.name);
             }
-            let values = parameters.borrow().values.clone();
-            if let Err(error) = clock::set_source(&shared, values.bool(USE_SIM_TIME)) {
+            let (uses_sim_time, new) = {
+                let parameters = parameters.borrow();
+                (
+                    parameters.uses_sim_time(),
+                    P::from_values(&parameters.values),
+                )
+            };
+            if let Err(error) = clock::set_source(&shared, uses_sim_time) {
                 log::error!("no /clock: {error:#}");
             }
             events.publish(&ParameterEvent {
@@ -765,7 +769,10 @@ impl<E: 'static> Runtime<E> {
                 changed_parameters: changed,
                 ..ParameterEvent::default()
             });
-            let _ = sender.send(on_parameters(values).into()).await;
+            match new {
+                Ok(new) => drop(sender.send(on_parameters(new).into()).await),
+                Err(refusal) => log::error!("{refusal}"),
+            }
         });
 
         let of = || Rc::clone(&self.parameters);

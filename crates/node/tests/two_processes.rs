@@ -102,11 +102,11 @@ fn prober(domain: &OwnDomain) -> Runtime<Heard> {
     let spec = NodeSpec {
         name: "prober",
         namespace: "/",
-        declarations: Vec::new(),
-        validate: |_| Ok(()),
+        validate: |(): &()| Ok(()),
         on_parameters: |_| Heard::Parameters,
     };
-    Runtime::start_in(domain.domain(), spec, RosArguments::default()).unwrap()
+    let (rt, ()) = Runtime::start_in(domain.domain(), spec, RosArguments::default()).unwrap();
+    rt
 }
 
 /// Handles events until `done` says so.

@@ -1,12 +1,12 @@
 //! One parameter as a node declares it.
 
-use crate::{Refusal, Value};
+use crate::{ParameterType, Refusal, Value};
 
 /// A declared parameter: what `ros2 param describe` shows, and what a new value must obey.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Declaration {
     /// The name, dots between levels: `depth.kp`.
-    pub name: &'static str,
+    pub name: String,
     /// The default, which also fixes the type.
     pub default: Value,
     /// What it does, in a sentence.
@@ -22,15 +22,16 @@ pub struct Declaration {
 }
 
 impl Declaration {
-    /// A parameter without unit, range or choices, changeable at run time.
-    pub fn new(name: &'static str, default: impl Into<Value>, description: &'static str) -> Self {
+    /// A parameter of the type `T`, without unit or range, changeable at run time.
+    #[must_use]
+    pub fn of<T: ParameterType>(name: String, default: &T, description: &'static str) -> Self {
         Self {
             name,
-            default: default.into(),
+            default: default.to_value(),
             description,
             unit: "",
             range: None,
-            choices: &[],
+            choices: T::CHOICES,
             read_only: false,
         }
     }
@@ -44,15 +45,8 @@ impl Declaration {
 
     /// The closed interval its numbers must lie in.
     #[must_use]
-    pub fn range(mut self, low: f64, high: f64) -> Self {
-        self.range = Some((low, high));
-        self
-    }
-
-    /// The only texts it accepts.
-    #[must_use]
-    pub fn choices(mut self, choices: &'static [&'static str]) -> Self {
-        self.choices = choices;
+    pub fn range(mut self, low: impl Into<f64>, high: impl Into<f64>) -> Self {
+        self.range = Some((low.into(), high.into()));
         self
     }
 
@@ -72,16 +66,12 @@ impl Declaration {
         let value = value.coerced_like(&self.default);
         let refuse = |rule: String| {
             Err(Refusal {
-                name: self.name.to_owned(),
+                name: self.name.clone(),
                 reason: format!("{value} refused: {rule}"),
             })
         };
         if std::mem::discriminant(&value) != std::mem::discriminant(&self.default) {
-            return refuse(format!(
-                "it is a {}, a {} is declared",
-                value.type_name(),
-                self.default.type_name()
-            ));
+            return refuse(format!("{} is expected", self.default.type_with_article()));
         }
         for number in value.numbers() {
             if !number.is_finite() {

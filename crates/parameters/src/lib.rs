@@ -1,19 +1,26 @@
 //! Declared, validated parameters with ROS 2's types, apart from any middleware.
 //!
-//! A node lists its [`Declaration`]s once; the same list gives the ROS parameter
-//! services their descriptors, parameter files and scenario files their validation,
-//! and the pure models their [`Values`]. Nothing else holds a default.
+//! A node's parameters are one struct that derives [`Parameters`]: type, default, unit, range and description
+//! stand on each field. From it come the descriptors of the ROS services, the validation of parameter files and
+//! scenarios, and the struct that the models read.
 //!
-//! - [`declaration`]: one parameter: name, default, unit, range.
-//! - [`value`]: ROS 2's nine parameter types.
-//! - [`values`]: a complete, valid set, changed as a whole or not at all.
+//! - [`Parameters`], [`Choice`]: what a node derives.
+//! - [`Declaration`], [`Value`]: one parameter as ROS sees it.
+//! - [`Values`]: a complete, valid set by name, changed as a whole or not at all.
 //! - [`mod@file`]: ROS 2 parameter files (YAML).
 
-pub mod declaration;
+// The derive macros name this crate, in its own tests too.
+#[cfg(test)]
+extern crate self as planesman_parameters;
+
+mod declaration;
 pub mod file;
-pub mod value;
-pub mod values;
+mod typed;
+mod value;
+mod values;
 
 pub use declaration::Declaration;
+pub use planesman_parameters_derive::{Choice, Parameters};
+pub use typed::{Choice, ParameterType, Parameters, dotted};
 pub use value::Value;
 pub use values::{Refusal, Values};

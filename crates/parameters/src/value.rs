@@ -26,19 +26,19 @@ pub enum Value {
 }
 
 impl Value {
-    /// The type's name as `ros2 param` prints it.
+    /// The type in a sentence: `a whole number`, `text`.
     #[must_use]
-    pub fn type_name(&self) -> &'static str {
+    pub fn type_with_article(&self) -> &'static str {
         match self {
-            Self::Bool(_) => "bool",
-            Self::Integer(_) => "integer",
-            Self::Double(_) => "double",
-            Self::String(_) => "string",
-            Self::ByteArray(_) => "byte array",
-            Self::BoolArray(_) => "bool array",
-            Self::IntegerArray(_) => "integer array",
-            Self::DoubleArray(_) => "double array",
-            Self::StringArray(_) => "string array",
+            Self::Bool(_) => "true or false",
+            Self::Integer(_) => "a whole number",
+            Self::Double(_) => "a number",
+            Self::String(_) => "text",
+            Self::ByteArray(_) => "a list of bytes",
+            Self::BoolArray(_) => "a list of true or false",
+            Self::IntegerArray(_) => "a list of whole numbers",
+            Self::DoubleArray(_) => "a list of numbers",
+            Self::StringArray(_) => "a list of texts",
         }
     }
 

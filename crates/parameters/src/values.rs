@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use crate::{Declaration, Value};
+use planesman_text::did_you_mean;
+
+use crate::{Declaration, ParameterType, Parameters, Value};
 
 /// Why a parameter, or a parameter file, was not accepted.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -26,7 +28,7 @@ fn parameter(name: &str) -> String {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Values {
     declarations: Vec<Declaration>,
-    values: BTreeMap<&'static str, Value>,
+    values: BTreeMap<String, Value>,
 }
 
 impl Values {
@@ -35,12 +37,18 @@ impl Values {
     pub fn defaults(declarations: Vec<Declaration>) -> Self {
         let values = declarations
             .iter()
-            .map(|d| (d.name, d.default.clone()))
+            .map(|d| (d.name.clone(), d.default.clone()))
             .collect();
         Self {
             declarations,
             values,
         }
+    }
+
+    /// The defaults of a struct of parameters.
+    #[must_use]
+    pub fn of<P: Parameters>() -> Self {
+        Self::defaults(P::declarations())
     }
 
     /// The declarations, in declared order.
@@ -91,10 +99,9 @@ impl Values {
         let mut new = self.clone();
         for (name, value) in changes {
             let Some(declaration) = self.declaration(&name) else {
-                return Err(Refusal {
-                    name,
-                    reason: "it is not declared".to_owned(),
-                });
+                let declared = self.declarations.iter().map(|d| d.name.as_str());
+                let reason = format!("it is not declared{}", did_you_mean(&name, declared));
+                return Err(Refusal { name, reason });
             };
             let value = declaration.accept(value)?;
             if declaration.read_only && !starting && self.values.get(name.as_str()) != Some(&value)
@@ -104,72 +111,86 @@ impl Values {
                     reason: "it is read-only: set it when the node starts".to_owned(),
                 });
             }
-            new.values.insert(declaration.name, value);
+            new.values.insert(name, value);
         }
         Ok(new)
     }
 
-    /// The double `name`.
+    /// The value of `name` in its Rust type.
     ///
-    /// # Panics
-    /// When no double of that name is declared: a mistake in the program, not in its input.
-    #[must_use]
-    pub fn double(&self, name: &str) -> f64 {
-        match self.values.get(name) {
-            Some(Value::Double(v)) => *v,
-            other => panic!("no double parameter '{name}' is declared ({other:?})"),
-        }
-    }
-
-    /// The integer `name`. Panics as [`Values::double`] does.
-    #[must_use]
-    pub fn integer(&self, name: &str) -> i64 {
-        match self.values.get(name) {
-            Some(Value::Integer(v)) => *v,
-            other => panic!("no integer parameter '{name}' is declared ({other:?})"),
-        }
-    }
-
-    /// The boolean `name`. Panics as [`Values::double`] does.
-    #[must_use]
-    pub fn bool(&self, name: &str) -> bool {
-        match self.values.get(name) {
-            Some(Value::Bool(v)) => *v,
-            other => panic!("no bool parameter '{name}' is declared ({other:?})"),
-        }
-    }
-
-    /// The text `name`. Panics as [`Values::double`] does.
-    #[must_use]
-    pub fn string(&self, name: &str) -> &str {
-        match self.values.get(name) {
-            Some(Value::String(v)) => v,
-            other => panic!("no string parameter '{name}' is declared ({other:?})"),
-        }
-    }
-
-    /// The list of texts `name`. Panics as [`Values::double`] does.
-    #[must_use]
-    pub fn strings(&self, name: &str) -> &[String] {
-        match self.values.get(name) {
-            Some(Value::StringArray(v)) => v,
-            other => panic!("no string-array parameter '{name}' is declared ({other:?})"),
-        }
+    /// # Errors
+    /// A [`Refusal`] when the name is not declared, or declared with another type.
+    pub fn read<T: ParameterType>(&self, name: &str) -> Result<T, Refusal> {
+        let refuse = |reason: String| Refusal {
+            name: name.to_owned(),
+            reason,
+        };
+        let value = self
+            .get(name)
+            .ok_or_else(|| refuse("it is not declared".to_owned()))?;
+        T::from_value(value)
+            .ok_or_else(|| refuse(format!("{value} refused: another type is declared")))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Choice;
+
+    #[derive(Clone, Copy, Debug, PartialEq, Choice)]
+    enum Mode {
+        Off,
+        Depth,
+    }
+
+    #[derive(Clone, Debug, PartialEq, Parameters)]
+    struct Gains {
+        depth: Depth,
+        /// control rate
+        #[parameter(default = 20.0, read_only)]
+        rate: f64,
+        /// what is held
+        #[parameter(default = Mode::Depth)]
+        mode: Mode,
+        /// samples
+        #[parameter(default = 3, range = 1..=6)]
+        order: usize,
+    }
+
+    #[derive(Clone, Debug, PartialEq, Parameters)]
+    struct Depth {
+        /// depth gain
+        #[parameter(default = 0.25, unit = "rad/m", range = 0.0..=10.0)]
+        kp: f64,
+    }
 
     fn gains() -> Values {
-        Values::defaults(vec![
-            Declaration::new("depth.kp", 0.25, "depth gain")
-                .unit("rad/m")
-                .range(0.0, 10.0),
-            Declaration::new("rate", 20.0, "control rate").read_only(),
-            Declaration::new("mode", "depth", "what is held").choices(&["off", "depth"]),
-        ])
+        Values::of::<Gains>()
+    }
+
+    fn read(values: &Values) -> Gains {
+        Gains::from_values(values).expect("declared")
+    }
+
+    #[test]
+    fn a_struct_is_declared_and_read_by_its_fields() {
+        let values = gains();
+        let names: Vec<&str> = values
+            .declarations()
+            .iter()
+            .map(|d| d.name.as_str())
+            .collect();
+        assert_eq!(names, ["depth.kp", "rate", "mode", "order"]);
+        assert_eq!(read(&gains()), Gains::default());
+        let changed = gains()
+            .with([
+                ("mode".to_owned(), Value::from("off")),
+                ("order".to_owned(), Value::Integer(6)),
+            ])
+            .expect("accepted");
+        assert_eq!((read(&changed).mode, read(&changed).order), (Mode::Off, 6));
+        assert!(Gains::from_values(&Values::of::<Depth>()).is_err());
     }
 
     #[test]
@@ -177,7 +198,7 @@ mod tests {
         for (name, value, rule) in [
             ("depth.kp", Value::Double(f64::NAN), "finite"),
             ("depth.kp", Value::Double(-1.0), "[0, 10] rad/m"),
-            ("depth.kp", Value::Bool(true), "a double is declared"),
+            ("depth.kp", Value::Bool(true), "a number is expected"),
             ("mode", Value::from("climb"), "one of off, depth"),
             ("kp", Value::Double(1.0), "not declared"),
         ] {
@@ -200,7 +221,7 @@ mod tests {
             ("rate".to_owned(), Value::Double(10.0)),
         ]);
         assert!(outcome.is_err());
-        assert_eq!(before.double("depth.kp"), 0.25);
+        assert_eq!(read(&before).depth.kp, 0.25);
     }
 
     #[test]
@@ -208,6 +229,6 @@ mod tests {
         let values = gains()
             .with([("depth.kp".to_owned(), Value::Integer(2))])
             .expect("accepted");
-        assert_eq!(values.double("depth.kp"), 2.0);
+        assert_eq!(read(&values).depth.kp, 2.0);
     }
 }

@@ -4,6 +4,19 @@
 //! future designs (Brunner, NPS thesis, 1988, p. 8). The planes that do most get the angle asked for, the others a
 //! share of it, so a limit on the angle is a limit on both.
 
+/// The planes that dive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
+pub enum DivePlanes {
+    /// Bow and stern planes by the same angle.
+    Together,
+    /// The bow planes alone.
+    Bow,
+    /// The stern planes alone.
+    Stern,
+    /// Both, in a ratio.
+    Ratio,
+}
+
 /// Which share of the dive-plane angle each pair of planes takes, in \[0, 1\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Allocation {
@@ -29,28 +42,17 @@ impl Shared {
 }
 
 impl Allocation {
-    /// The names, as the parameter takes them.
-    pub(crate) const NAMES: &'static [&'static str] = &["together", "bow", "stern", "ratio"];
-
-    /// The allocation of that name; `ratio` is bow over stern, for the one that needs it.
-    ///
-    /// # Errors
-    /// A sentence, when there is no such allocation.
-    pub(crate) fn named(name: &str, ratio: f64) -> Result<Self, String> {
-        let (bow, stern) = match name {
-            "together" => (1.0, 1.0),
-            "bow" => (1.0, 0.0),
-            "stern" => (0.0, 1.0),
-            "ratio" if ratio <= 1.0 => (ratio, 1.0),
-            "ratio" => (1.0, 1.0 / ratio),
-            other => {
-                return Err(format!(
-                    "allocation '{other}' refused: it must be one of {}",
-                    Self::NAMES.join(", ")
-                ));
-            }
+    /// The allocation to `planes`; `ratio` is bow over stern, for [`DivePlanes::Ratio`].
+    #[must_use]
+    pub(crate) fn new(planes: DivePlanes, ratio: f64) -> Self {
+        let (bow, stern) = match planes {
+            DivePlanes::Together => (1.0, 1.0),
+            DivePlanes::Bow => (1.0, 0.0),
+            DivePlanes::Stern => (0.0, 1.0),
+            DivePlanes::Ratio if ratio <= 1.0 => (ratio, 1.0),
+            DivePlanes::Ratio => (1.0, 1.0 / ratio),
         };
-        Ok(Self { bow, stern })
+        Self { bow, stern }
     }
 
     /// The angle `planes` (rad, positive dive) shared out.
@@ -65,22 +67,20 @@ impl Allocation {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
 
     #[test]
     fn the_planes_that_do_most_get_the_angle_asked_for() {
-        for (name, ratio, bow, stern) in [
-            ("together", 7.0, 0.4, 0.4),
-            ("bow", 7.0, 0.4, 0.0),
-            ("stern", 7.0, 0.0, 0.4),
-            ("ratio", 0.5, 0.2, 0.4),
-            ("ratio", 2.0, 0.4, 0.2),
+        for (planes, ratio, bow, stern) in [
+            (DivePlanes::Together, 7.0, 0.4, 0.4),
+            (DivePlanes::Bow, 7.0, 0.4, 0.0),
+            (DivePlanes::Stern, 7.0, 0.0, 0.4),
+            (DivePlanes::Ratio, 0.5, 0.2, 0.4),
+            (DivePlanes::Ratio, 2.0, 0.4, 0.2),
         ] {
-            let shared = Allocation::named(name, ratio).unwrap().share(0.4);
-            assert!((shared.bow() - bow).abs() < 1e-15, "{name}");
+            let shared = Allocation::new(planes, ratio).share(0.4);
+            assert!((shared.bow() - bow).abs() < 1e-15, "{planes:?}");
             assert!((shared.mean - shared.differential - stern).abs() < 1e-15);
         }
-        assert!(Allocation::named("aft", 1.0).unwrap_err().contains("stern"));
     }
 }

@@ -27,7 +27,7 @@ use crate::limits::{Limit, bounded, slewed};
 use crate::pitch_loop::PitchLoop;
 
 /// The loops that are closed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
 pub enum Mode {
     /// Nothing: planes, rudder and thrust neutral.
     Off,
@@ -40,26 +40,6 @@ pub enum Mode {
 }
 
 impl Mode {
-    /// The names, as the parameter takes them.
-    pub const NAMES: &'static [&'static str] = &["off", "open_loop", "pitch", "depth"];
-
-    /// The mode of that name.
-    ///
-    /// # Errors
-    /// A sentence with the names there are.
-    pub fn named(name: &str) -> Result<Self, String> {
-        match name {
-            "off" => Ok(Self::Off),
-            "open_loop" => Ok(Self::OpenLoop),
-            "pitch" => Ok(Self::Pitch),
-            "depth" => Ok(Self::Depth),
-            other => Err(format!(
-                "mode '{other}' refused: it must be one of {}",
-                Self::NAMES.join(", ")
-            )),
-        }
-    }
-
     /// Its constant in `ControlState`.
     #[must_use]
     pub fn constant(self) -> u8 {
@@ -85,24 +65,19 @@ pub(crate) struct Gains {
     pub pitch_i: f64,
 }
 
-/// What the depth loop's derivative acts on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Derivative {
+/// The signal of the depth loop's derivative.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
+pub enum Derivative {
     /// The depth: a step of the setpoint makes no impulse.
     Measurement,
     /// The error.
     Error,
 }
 
-impl Derivative {
-    /// The names, as the parameter takes them.
-    pub(crate) const NAMES: &'static [&'static str] = &["measurement", "error"];
-}
-
 /// Everything about the dive autopilot but its gains.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct DiveRules {
-    /// What the derivative acts on.
+    /// The signal of the derivative.
     pub derivative: Derivative,
     /// Time constant of the derivative's filter, s; 0 for none.
     pub derivative_filter: f64,
@@ -110,7 +85,7 @@ pub(crate) struct DiveRules {
     pub depth_i_limit: Limit,
     /// The largest integral share of the planes, rad.
     pub pitch_i_limit: Limit,
-    /// What keeps the integrals from winding up.
+    /// The anti-windup strategy.
     pub anti_windup: AntiWindup,
     /// The largest plane angle, rad.
     pub planes_limit: Limit,
@@ -120,10 +95,10 @@ pub(crate) struct DiveRules {
     pub transfer_time: f64,
 }
 
-/// What is asked for at a tick.
+/// The setpoints and test signals at a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Asked {
-    /// What is held.
+    /// The loops that are closed.
     pub mode: Mode,
     /// The depth to hold, m, in mode depth.
     pub depth: f64,
@@ -164,7 +139,7 @@ pub(crate) struct DiveTerms {
     pub planes_limited: bool,
 }
 
-/// What the dive autopilot remembers from tick to tick.
+/// The state of the dive autopilot.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Autopilot {
     /// The mode of the last tick; `None` before the first.
@@ -174,9 +149,9 @@ pub(crate) struct Autopilot {
     depth_derivative: Lag,
     depth_integral: Integral,
     pitch_integral: Integral,
-    /// What is left of the step that a change of mode would have made, rad.
+    /// The remainder of the step that a change of mode would have made, rad.
     transfer: f64,
-    /// What the loops commanded at the last tick, without test signals, rad.
+    /// The command of the loops at the last tick, without test signals, rad.
     loops: f64,
     /// The planes' angle commanded at the last tick, rad.
     planes: f64,

@@ -22,7 +22,6 @@ use planesman_msgs::planesman_msgs::msg::{
 };
 use planesman_msgs::sensor_msgs::msg::{FluidPressure, Imu};
 use planesman_msgs::std_msgs::msg::Header;
-use planesman_parameters::Values;
 
 use crate::autopilot::{Gains, Mode};
 use crate::error::Error;
@@ -33,7 +32,7 @@ use crate::gains::{Follower, LoopGains};
 use crate::goal::{Progress, Underway};
 use crate::limits::bounded;
 use crate::loops::{Answer, Loops, Tick};
-use crate::parameters::Config;
+use crate::parameters::{Config, ControllerParameters};
 use crate::safety::Safety;
 use crate::setpoint::Quantity;
 
@@ -80,9 +79,9 @@ impl Controller {
     ///
     /// # Errors
     /// [`Error::Parameters`].
-    pub fn new(values: &Values) -> Result<Self, Error> {
+    pub fn new(parameters: &ControllerParameters) -> Result<Self, Error> {
         Ok(Self {
-            config: Config::from_values(values).map_err(Error::Parameters)?,
+            config: Config::new(parameters).map_err(Error::Parameters)?,
             loops: Loops::default(),
             estimator: Estimator::default(),
             follower: Follower::default(),
@@ -100,8 +99,8 @@ impl Controller {
     ///
     /// # Errors
     /// [`Error::Parameters`]; the present parameters then stay.
-    pub fn set_values(&mut self, values: &Values) -> Result<(), Error> {
-        let new = Config::from_values(values).map_err(Error::Parameters)?;
+    pub fn set_parameters(&mut self, parameters: &ControllerParameters) -> Result<(), Error> {
+        let new = Config::new(parameters).map_err(Error::Parameters)?;
         let old = std::mem::replace(&mut self.config, new);
         let new = &self.config;
         if new.schedule != old.schedule {
@@ -430,7 +429,7 @@ impl Controller {
             .map_or(ControlState::FAULT_NONE, Fault::constant)
     }
 
-    /// What the manoeuvre under way adds to the planes, rad; ends it when it is over.
+    /// The offset of the manoeuvre under way on the planes, rad; ends it when it is over.
     fn manoeuvre_offset(&mut self, elapsed: i64) -> f64 {
         let Some(underway) = &mut self.manoeuvre else {
             return 0.0;

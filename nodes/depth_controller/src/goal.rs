@@ -1,12 +1,13 @@
 //! A manoeuvre that an action client has asked for: whether it can be flown, and how far it has come.
 
 use planesman_msgs::planesman_msgs::action::ManoeuvreGoal;
+use planesman_parameters::Choice as _;
 
 use crate::limits::Limit;
 use crate::manoeuvre::{Manoeuvre, Signal, TestSignal, nanoseconds};
 use crate::runs::{RUNS, Run};
 
-/// What the planes are told.
+/// The plane command over time.
 #[derive(Clone, Debug, PartialEq)]
 enum Course {
     Signal(TestSignal),
@@ -91,7 +92,7 @@ impl Underway {
 
 fn signal(goal: &ManoeuvreGoal) -> Result<TestSignal, String> {
     let signal = match Signal::named(&goal.name) {
-        Ok(signal) if signal != Signal::None => signal,
+        Some(signal) if signal != Signal::None => signal,
         _ => {
             let names = Signal::NAMES[1..].iter().copied();
             let names: Vec<&str> = names.chain(RUNS.map(|run| run.name)).collect();

@@ -13,7 +13,7 @@
 
 use crate::limits::{Limit, bounded};
 
-/// What keeps an integral from winding up.
+/// The anti-windup strategy of an integral.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum AntiWindup {
     /// Only the share's own limit.
@@ -28,30 +28,35 @@ pub(crate) enum AntiWindup {
 }
 
 impl AntiWindup {
-    /// The names, as the parameter takes them.
-    pub(crate) const NAMES: &'static [&'static str] =
-        &["none", "conditional_integration", "back_calculation"];
-
-    /// The strategy of that name, with its tracking time (s).
+    /// The strategy with its tracking time (s).
     ///
     /// # Errors
-    /// A sentence, when there is no such strategy, or a tracking time it needs is not positive.
-    pub(crate) fn named(name: &str, tracking_time_constant: f64) -> Result<Self, String> {
-        match name {
-            "none" => Ok(Self::None),
-            "conditional_integration" => Ok(Self::ConditionalIntegration),
-            "back_calculation" if tracking_time_constant > 0.0 => Ok(Self::BackCalculation {
-                tracking_time_constant,
-            }),
-            "back_calculation" => Err(format!(
+    /// A sentence, when the tracking time that it needs is not positive.
+    pub(crate) fn new(strategy: Strategy, tracking_time_constant: f64) -> Result<Self, String> {
+        match strategy {
+            Strategy::None => Ok(Self::None),
+            Strategy::ConditionalIntegration => Ok(Self::ConditionalIntegration),
+            Strategy::BackCalculation if tracking_time_constant > 0.0 => {
+                Ok(Self::BackCalculation {
+                    tracking_time_constant,
+                })
+            }
+            Strategy::BackCalculation => Err(format!(
                 "a tracking time of {tracking_time_constant} s refused: back-calculation needs a positive one"
-            )),
-            other => Err(format!(
-                "strategy '{other}' refused: it must be one of {}",
-                Self::NAMES.join(", ")
             )),
         }
     }
+}
+
+/// The anti-windup strategies by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
+pub enum Strategy {
+    /// Only the share's own limit.
+    None,
+    /// No integration further into saturation.
+    ConditionalIntegration,
+    /// The saturation's cut is fed back.
+    BackCalculation,
 }
 
 /// An integral share: where it stands, and where it goes until the next tick.
@@ -135,12 +140,7 @@ mod tests {
 
     #[test]
     fn back_calculation_needs_a_tracking_time_constant() {
-        assert!(AntiWindup::named("back_calculation", 0.0).is_err());
-        assert!(AntiWindup::named("conditional_integration", 0.0).is_ok());
-        assert!(
-            AntiWindup::named("hope", 1.0)
-                .unwrap_err()
-                .contains("conditional_integration")
-        );
+        assert!(AntiWindup::new(Strategy::BackCalculation, 0.0).is_err());
+        assert!(AntiWindup::new(Strategy::ConditionalIntegration, 0.0).is_ok());
     }
 }

@@ -1,7 +1,7 @@
 //! Control of depth, pitch, roll, course and speed, after Brunner (*Experimental Verification of AUV Performance*,
 //! NPS thesis, March 1988, ch. II and program T6).
 //!
-//! - [`Controller`]: a vehicle state in, a plane command out (`core`), from [`declarations`] (`parameters`);
+//! - [`Controller`]: a vehicle state in, a plane command out (`core`), from [`parameters`];
 //!   [`main`]: the node around it.
 //! - `loops`: all loops at a tick. [`DepthLoop`], [`PitchLoop`], `autopilot`: the dive loops, with integrals, filters and bumpless transfer.
 //! - `angle_loop`, `speed_loop`: roll, course, speed. `allocation`: one angle to bow and stern planes.
@@ -29,7 +29,7 @@ mod limits;
 mod loops;
 mod manoeuvre;
 mod node;
-mod parameters;
+pub mod parameters;
 mod pitch_loop;
 mod runs;
 mod safety;
@@ -47,6 +47,6 @@ pub use fault::Fault;
 pub use limits::{Limit, LimitError};
 pub use loops::Answer;
 pub use node::main;
-pub use parameters::declarations;
+pub use parameters::ControllerParameters;
 pub use pitch_loop::PitchLoop;
 pub use setpoint::Quantity;

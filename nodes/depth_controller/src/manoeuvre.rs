@@ -31,8 +31,8 @@ pub(crate) const REGISTER_LENGTH: u32 = 10;
 pub(crate) const SEQUENCE_LENGTH: usize = (1 << REGISTER_LENGTH) - 1;
 
 /// The shape of a test signal.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Signal {
+#[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
+pub enum Signal {
     /// No signal.
     None,
     /// A constant offset.
@@ -52,34 +52,6 @@ pub(crate) enum Signal {
 }
 
 impl Signal {
-    /// The names, as the parameter takes them.
-    pub(crate) const NAMES: &'static [&'static str] = &[
-        "none", "step", "pulse", "doublet", "square", "sinusoid", "prbs", "chirp",
-    ];
-
-    /// The signal of that name.
-    ///
-    /// # Errors
-    /// A sentence with the name and the known ones.
-    pub(crate) fn named(name: &str) -> Result<Self, String> {
-        Ok(match name {
-            "none" => Self::None,
-            "step" => Self::Step,
-            "pulse" => Self::Pulse,
-            "doublet" => Self::Doublet,
-            "square" => Self::Square,
-            "sinusoid" => Self::Sinusoid,
-            "prbs" => Self::Prbs,
-            "chirp" => Self::Chirp,
-            other => {
-                return Err(format!(
-                    "test signal '{other}' refused: it must be one of {}",
-                    Self::NAMES.join(", ")
-                ));
-            }
-        })
-    }
-
     fn is_timed_by_its_period(self) -> bool {
         !matches!(self, Self::None | Self::Step)
     }
@@ -407,6 +379,5 @@ mod tests {
         ] {
             assert!(bad.build().unwrap_err().contains(word));
         }
-        assert!(Signal::named("triangle").unwrap_err().contains("doublet"));
     }
 }

@@ -14,11 +14,11 @@ use planesman_msgs::std_srvs::srv::{Trigger, TriggerResponse};
 use planesman_node::{
     Flow, Goal, GoalId, Level, NodeSpec, Publisher, Qos, Responder, Runtime, args,
 };
-use planesman_parameters::Values;
+use planesman_parameters::Parameters as _;
 
 use crate::core::Controller;
 use crate::loops::Answer;
-use crate::parameters;
+use crate::parameters::ControllerParameters;
 use crate::setpoint::Quantity;
 use crate::waiting::Waiting;
 
@@ -34,32 +34,34 @@ enum Event {
     ResetFault(Responder<Trigger>),
     /// Time to ask whether the state has gone silent.
     Look,
-    Parameters(Values),
+    Parameters(Box<ControllerParameters>),
 }
 
-/// Runs the node with its command-line arguments until it is told to stop.
+/// Runs the node with its command-line arguments until it is stopped.
 #[must_use]
 pub fn main(args: Vec<String>) -> ExitCode {
     planesman_node::exit_code("depth_controller", || run(args))
 }
 
 fn run(args: Vec<String>) -> Result<()> {
-    let rt = Runtime::start(
+    let (rt, parameters) = Runtime::start(
         NodeSpec {
             name: "depth_controller",
             namespace: "/auv",
-            declarations: parameters::declarations(),
-            validate: |values| Controller::new(values).map(drop).map_err(|e| e.to_string()),
-            on_parameters: Event::Parameters,
+            validate: |parameters| {
+                Controller::new(parameters)
+                    .map(drop)
+                    .map_err(|e| e.to_string())
+            },
+            on_parameters: |parameters| Event::Parameters(Box::new(parameters)),
         },
         args::only(args)?,
     )?;
-    let values = rt.values();
-    let controller = Controller::new(&values)?;
+    let controller = Controller::new(&parameters)?;
     let on_instruments = controller.reads_instruments();
     let mut node = Node {
         controller,
-        values,
+        parameters: Box::new(parameters),
         waiting: Waiting::default(),
         estimate: match on_instruments {
             true => Some(rt.publisher("estimate", Qos::reliable(100))?),
@@ -74,7 +76,7 @@ fn run(args: Vec<String>) -> Result<()> {
     rt.subscribe("state", Qos::reliable(100), Event::State)?;
     rt.subscribe("model", Qos::reliable(10), Event::Model)?;
     if on_instruments {
-        let sensor = match rt.values().bool("lockstep") {
+        let sensor = match node.parameters.lockstep {
             true => Qos::reliable(100),
             false => Qos::sensor(),
         };
@@ -114,7 +116,7 @@ fn ended(completed: bool, message: &str) -> ManoeuvreResult {
 struct Node {
     controller: Controller,
     /// The parameters in force.
-    values: Values,
+    parameters: Box<ControllerParameters>,
     command: Publisher<PlaneCommand>,
     inside: Publisher<ControlState>,
     /// There when the loops work on the instruments.
@@ -169,12 +171,12 @@ impl Node {
             }
             Event::ResetFault(responder) => self.reset_fault(rt, responder),
             Event::Look => self.look(rt),
-            Event::Parameters(values) => {
-                self.controller.set_values(&values)?;
-                for change in changes(&self.values, &values) {
+            Event::Parameters(parameters) => {
+                self.controller.set_parameters(&parameters)?;
+                for change in changes(&self.parameters, &parameters) {
                     log::info!("{change}");
                 }
-                self.values = values;
+                self.parameters = parameters;
                 self.tell_progress();
             }
         }
@@ -306,9 +308,10 @@ impl Node {
     }
 }
 
-/// What has changed, parameter by parameter: `depth.p: 0.82 -> 0.5`.
-fn changes(old: &Values, new: &Values) -> Vec<String> {
-    let names = new.declarations().iter().map(|declared| declared.name);
+/// The changes, parameter by parameter: `depth.p: 0.82 -> 0.5`.
+fn changes(old: &ControllerParameters, new: &ControllerParameters) -> Vec<String> {
+    let (old, new) = (old.values(), new.values());
+    let names = new.declarations().iter().map(|declared| &declared.name);
     let pairs = names.filter_map(|name| Some((name, old.get(name)?, new.get(name)?)));
     pairs
         .filter(|(_, old, new)| old != new)

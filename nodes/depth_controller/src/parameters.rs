@@ -6,15 +6,15 @@
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_6, PI};
 
-use planesman_parameters::{Declaration, Value, Values};
+use planesman_parameters::{Choice, Parameters};
 
-use crate::allocation::Allocation;
+use crate::allocation::{Allocation, DivePlanes};
 use crate::angle_loop::AngleLoop;
 use crate::autopilot::{Derivative, DiveRules, Gains, Mode};
 use crate::depth_loop::DepthLoop;
 use crate::estimator::{self, Calibration, DeadBand, Tuning};
 use crate::gains::{self, LoopGains, PitchModel, SpeedLaw};
-use crate::integral::AntiWindup;
+use crate::integral::{AntiWindup, Strategy};
 use crate::limits::Limit;
 use crate::manoeuvre::{Manoeuvre, Signal, TestSignal};
 use crate::pitch_loop::PitchLoop;
@@ -27,674 +27,392 @@ use crate::speed_loop::SpeedLoop;
 const DESIGN_SPEED: f64 = 5.0 * METRES_PER_FOOT;
 
 /// Metres in a foot (exact, by definition).
-pub(crate) const METRES_PER_FOOT: f64 = 0.3048;
+pub const METRES_PER_FOOT: f64 = 0.3048;
 
-/// The declarations of one part of the controller.
-type Part = Vec<Declaration>;
-
-/// Everything the node declares, in the order it is listed.
-#[must_use]
-pub fn declarations() -> Vec<Declaration> {
-    [
-        setpoints(),
-        depth(),
-        pitch(),
-        planes(),
-        regulators(),
-        safety(),
-        schedule(),
-        identification(),
-        feedback(),
-        gains(),
-    ]
-    .concat()
+/// Every parameter of `depth_controller`.
+#[derive(Clone, Debug, PartialEq, Parameters)]
+pub struct ControllerParameters {
+    /// What is held: off (everything neutral), open_loop (test signals alone on the planes), pitch, or depth.
+    #[parameter(default = Mode::Depth)]
+    pub mode: Mode,
+    /// Depth to hold, positive down, until the schedule or the topic says otherwise; within depth.min and
+    /// depth.max.
+    #[parameter(default = 0.0, unit = "m", range = -1e4..=1e4)]
+    pub depth_setpoint: f64,
+    /// Pitch to hold in mode pitch, bow up positive; behind depth.pitch_limit.
+    #[parameter(default = 0.0, unit = "rad", range = -FRAC_PI_2..=FRAC_PI_2)]
+    pub pitch_setpoint: f64,
+    /// Course to hold when course.active, from the first course, positive to starboard.
+    #[parameter(default = 0.0, unit = "rad", range = -PI..=PI)]
+    pub course_setpoint: f64,
+    /// Speed through the water to hold when speed.active; 1 ft/s, the report's reference.
+    #[parameter(default = 0.3048, unit = "m/s", range = 0.0..=10.0)]
+    pub speed_setpoint: f64,
+    /// A setpoint from a topic holds this long, then the parameter's or the schedule's again; 0: for good.
+    #[parameter(default = 0.0, unit = "s", range = 0.0..=1e6)]
+    pub setpoint_timeout: f64,
+    /// Every tick waits for the instruments, asked for until they have come: for a plant_sim in lockstep.
+    #[parameter(default = false, read_only)]
+    pub lockstep: bool,
+    /// Silence of the state topic after which the planes are put to neutral.
+    #[parameter(default = 0.5, unit = "s", range = 1e-3..=3600.0)]
+    pub state_timeout: f64,
+    /// `depth.*`.
+    pub depth: Depth,
+    /// `pitch.*`.
+    pub pitch: Pitch,
+    /// `anti_windup.*`.
+    pub anti_windup: AntiWindupParameters,
+    /// `planes.*`.
+    pub planes: Planes,
+    /// `transfer.*`.
+    pub transfer: Transfer,
+    /// `roll.*`.
+    pub roll: Roll,
+    /// `course.*`.
+    pub course: Course,
+    /// `speed.*`.
+    pub speed: Speed,
+    /// `safety.*`.
+    pub safety: Envelope,
+    /// `schedule.*`.
+    pub schedule: ScheduleParameters,
+    /// `identification.*`.
+    pub identification: Identification,
+    /// `feedback.*`.
+    pub feedback: Feedback,
+    /// `integrator.*`.
+    pub integrator: Integrator,
+    /// `kalman.*`.
+    pub kalman: Tuning,
+    /// `gains.*`.
+    pub gains: GainsParameters,
 }
 
-/// What is held, and where.
-fn setpoints() -> Part {
-    vec![
-        Declaration::new(
-            "mode",
-            "depth",
-            "What is held: off (everything neutral), open_loop (test signals alone on the planes), pitch, or depth.",
-        )
-        .choices(Mode::NAMES),
-        Declaration::new(
-            "depth_setpoint",
-            0.0,
-            "Depth to hold, positive down, until the schedule or the topic says otherwise; within depth.min and depth.max.",
-        )
-        .unit("m")
-        .range(-1e4, 1e4),
-        Declaration::new(
-            "pitch_setpoint",
-            0.0,
-            "Pitch to hold in mode pitch, bow up positive; behind depth.pitch_limit.",
-        )
-        .unit("rad")
-        .range(-FRAC_PI_2, FRAC_PI_2),
-        Declaration::new(
-            "course_setpoint",
-            0.0,
-            "Course to hold when course.active, from the first course, positive to starboard.",
-        )
-        .unit("rad")
-        .range(-PI, PI),
-        Declaration::new(
-            "speed_setpoint",
-            0.3048,
-            "Speed through the water to hold when speed.active; 1 ft/s, the report's reference.",
-        )
-        .unit("m/s")
-        .range(0.0, 10.0),
-        Declaration::new(
-            "setpoint_timeout",
-            0.0,
-            "A setpoint from a topic holds this long, then the parameter's or the schedule's again; 0: for good.",
-        )
-        .unit("s")
-        .range(0.0, 1e6),
-        Declaration::new(
-            "lockstep",
-            false,
-            "Every tick waits for the instruments, asked for until they have come: for a plant_sim in lockstep.",
-        )
-        .read_only(),
-        Declaration::new(
-            "state_timeout",
-            0.5,
-            "Silence of the state topic after which the planes are put to neutral.",
-        )
-        .unit("s")
-        .range(1e-3, 3600.0),
-    ]
+/// The parameters `depth.*`.
+#[derive(Clone, Debug, PartialEq, Parameters)]
+pub struct Depth {
+    /// Dive angle per metre of depth error, Kpz = 0.25 rad/ft (Brunner 1988, program T6).
+    #[parameter(default = 0.25 / METRES_PER_FOOT, unit = "rad/m", range = 0.0..=1e3)]
+    pub p: f64,
+    /// Dive angle taken away per m/s of depth rate, Kdz = 0.6 rad s/ft (Brunner 1988, program T6).
+    #[parameter(default = 0.6 / METRES_PER_FOOT, unit = "rad s/m", range = 0.0..=1e3)]
+    pub d: f64,
+    /// Dive angle per metre of depth error and second; the report has none.
+    #[parameter(default = 0.0, unit = "rad/(m s)", range = 0.0..=1e3)]
+    pub i: f64,
+    /// Largest integral share of the dive angle to either side.
+    #[parameter(default = 0.2, unit = "rad", range = 0.0..=FRAC_PI_2)]
+    pub i_limit: f64,
+    /// What depth.d acts on: the measured depth, as DERIV of program T6 without an impulse, or the error.
+    #[parameter(default = Derivative::Measurement)]
+    pub derivative: Derivative,
+    /// Time constant of a filter on the derivative; 0: none.
+    #[parameter(default = 0.0, unit = "s", range = 0.0..=1e3)]
+    pub derivative_filter: f64,
+    /// Largest pitch command to either side, 45 degrees (Brunner 1988, ch. II.B).
+    #[parameter(default = FRAC_PI_4, unit = "rad", range = 0.0..=FRAC_PI_2)]
+    pub pitch_limit: f64,
+    /// Least depth that is held, whatever is asked for.
+    #[parameter(default = -1e4, unit = "m", range = -1e4..=1e4)]
+    pub min: f64,
+    /// Largest depth that is held, whatever is asked for.
+    #[parameter(default = 1e4, unit = "m", range = -1e4..=1e4)]
+    pub max: f64,
+    /// How fast the depth held moves to the one asked for; 0: at once.
+    #[parameter(default = 0.0, unit = "m/s", range = 0.0..=1e3)]
+    pub setpoint_rate: f64,
 }
 
-/// The outer loop.
-fn depth() -> Part {
-    vec![
-        Declaration::new(
-            "depth.p",
-            0.25 / METRES_PER_FOOT,
-            "Dive angle per metre of depth error, Kpz = 0.25 rad/ft (Brunner 1988, program T6).",
-        )
-        .unit("rad/m")
-        .range(0.0, 1e3),
-        Declaration::new(
-            "depth.d",
-            0.6 / METRES_PER_FOOT,
-            "Dive angle taken away per m/s of depth rate, Kdz = 0.6 rad s/ft (Brunner 1988, program T6).",
-        )
-        .unit("rad s/m")
-        .range(0.0, 1e3),
-        Declaration::new(
-            "depth.i",
-            0.0,
-            "Dive angle per metre of depth error and second; the report has none.",
-        )
-        .unit("rad/(m s)")
-        .range(0.0, 1e3),
-        Declaration::new(
-            "depth.i_limit",
-            0.2,
-            "Largest integral share of the dive angle to either side.",
-        )
-        .unit("rad")
-        .range(0.0, FRAC_PI_2),
-        Declaration::new(
-            "depth.derivative",
-            "measurement",
-            "What depth.d acts on: the measured depth, as DERIV of program T6 without an impulse, or the error.",
-        )
-        .choices(Derivative::NAMES),
-        Declaration::new(
-            "depth.derivative_filter",
-            0.0,
-            "Time constant of a filter on the derivative; 0: none.",
-        )
-        .unit("s")
-        .range(0.0, 1e3),
-        Declaration::new(
-            "depth.pitch_limit",
-            FRAC_PI_4,
-            "Largest pitch command to either side, 45 degrees (Brunner 1988, ch. II.B).",
-        )
-        .unit("rad")
-        .range(0.0, FRAC_PI_2),
-        Declaration::new("depth.min", -1e4, "Least depth that is held, whatever is asked for.")
-            .unit("m")
-            .range(-1e4, 1e4),
-        Declaration::new("depth.max", 1e4, "Largest depth that is held, whatever is asked for.")
-            .unit("m")
-            .range(-1e4, 1e4),
-        Declaration::new(
-            "depth.setpoint_rate",
-            0.0,
-            "How fast the depth held moves to the one asked for; 0: at once.",
-        )
-        .unit("m/s")
-        .range(0.0, 1e3),
-    ]
+/// The parameters `pitch.*`.
+#[derive(Clone, Debug, PartialEq, Parameters)]
+pub struct Pitch {
+    /// Plane angle per pitch error, Kpy = 0.70 (Brunner 1988, program T6).
+    #[parameter(default = 0.7, unit = "rad/rad", range = 0.0..=1e3)]
+    pub p: f64,
+    /// Plane angle per pitch rate, Kr = 2 s (Brunner 1988, program T6).
+    #[parameter(default = 2.0, unit = "s", range = 0.0..=1e3)]
+    pub rate: f64,
+    /// Plane angle per pitch error and second; the report has none.
+    #[parameter(default = 0.0, unit = "1/s", range = 0.0..=1e3)]
+    pub i: f64,
+    /// Largest integral share of the plane angle to either side.
+    #[parameter(default = 0.2, unit = "rad", range = 0.0..=FRAC_PI_2)]
+    pub i_limit: f64,
+    /// How fast the pitch held in mode pitch moves to the one asked for; 0: at once.
+    #[parameter(default = 0.0, unit = "rad/s", range = 0.0..=1e3)]
+    pub setpoint_rate: f64,
 }
 
-/// The inner loop.
-fn pitch() -> Part {
-    vec![
-        Declaration::new(
-            "pitch.p",
-            0.7,
-            "Plane angle per pitch error, Kpy = 0.70 (Brunner 1988, program T6).",
-        )
-        .unit("rad/rad")
-        .range(0.0, 1e3),
-        Declaration::new(
-            "pitch.rate",
-            2.0,
-            "Plane angle per pitch rate, Kr = 2 s (Brunner 1988, program T6).",
-        )
-        .unit("s")
-        .range(0.0, 1e3),
-        Declaration::new(
-            "pitch.i",
-            0.0,
-            "Plane angle per pitch error and second; the report has none.",
-        )
-        .unit("1/s")
-        .range(0.0, 1e3),
-        Declaration::new(
-            "pitch.i_limit",
-            0.2,
-            "Largest integral share of the plane angle to either side.",
-        )
-        .unit("rad")
-        .range(0.0, FRAC_PI_2),
-        Declaration::new(
-            "pitch.setpoint_rate",
-            0.0,
-            "How fast the pitch held in mode pitch moves to the one asked for; 0: at once.",
-        )
-        .unit("rad/s")
-        .range(0.0, 1e3),
-        Declaration::new(
-            "anti_windup.strategy",
-            "conditional_integration",
-            "Anti-windup of the integrals, as in control_toolbox: none, conditional_integration (no integration further into a limit), or back_calculation.",
-        )
-        .choices(AntiWindup::NAMES),
-        Declaration::new(
-            "anti_windup.tracking_time_constant",
-            1.0,
-            "Time constant of back_calculation: how fast it takes an integral out of saturation.",
-        )
-        .unit("s")
-        .range(0.0, 1e3),
-    ]
+/// The parameters `anti_windup.*`.
+#[derive(Clone, Debug, PartialEq, Parameters)]
+pub struct AntiWindupParameters {
+    /// Anti-windup of the integrals, as in control_toolbox: none, conditional_integration (no integration further
+    /// into a limit), or back_calculation.
+    #[parameter(default = Strategy::ConditionalIntegration)]
+    pub strategy: Strategy,
+    /// Time constant of back_calculation: how fast it takes an integral out of saturation.
+    #[parameter(default = 1.0, unit = "s", range = 0.0..=1e3)]
+    pub tracking_time_constant: f64,
 }
 
-/// Where the loops' command goes.
-fn planes() -> Part {
-    vec![
-        Declaration::new(
-            "planes.limit",
-            FRAC_PI_6,
-            "Largest plane command to either side, 30 degrees (Brunner 1988, ch. II.B).",
-        )
-        .unit("rad")
-        .range(0.0, FRAC_PI_2),
-        Declaration::new(
-            "planes.rate_limit",
-            0.0,
-            "Fastest that the plane command moves; 0: at once.",
-        )
-        .unit("rad/s")
-        .range(0.0, 1e3),
-        Declaration::new(
-            "planes.allocation",
-            "together",
-            "Who dives: bow and stern planes together, the bow or the stern planes alone, or both in the ratio planes.bow_to_stern.",
-        )
-        .choices(Allocation::NAMES),
-        Declaration::new(
-            "planes.bow_to_stern",
-            1.0,
-            "Bow over stern plane angle, for the allocation ratio; the larger of the two gets the command.",
-        )
-        .range(0.0, 1e3),
-        Declaration::new(
-            "transfer.time",
-            1.0,
-            "Time constant with which the step that a change of mode would make on the planes fades; 0: the step.",
-        )
-        .unit("s")
-        .range(0.0, 1e3),
-    ]
+/// The parameters `planes.*`.
+#[derive(Clone, Debug, PartialEq, Parameters)]
+pub struct Planes {
+    /// Largest plane command to either side, 30 degrees (Brunner 1988, ch. II.B).
+    #[parameter(default = FRAC_PI_6, unit = "rad", range = 0.0..=FRAC_PI_2)]
+    pub limit: f64,
+    /// Fastest that the plane command moves; 0: at once.
+    #[parameter(default = 0.0, unit = "rad/s", range = 0.0..=1e3)]
+    pub rate_limit: f64,
+    /// Who dives: bow and stern planes together, the bow or the stern planes alone, or both in the ratio
+    /// planes.bow_to_stern.
+    #[parameter(default = DivePlanes::Together)]
+    pub allocation: DivePlanes,
+    /// Bow over stern plane angle, for the allocation ratio; the larger of the two gets the command.
+    #[parameter(default = 1.0, range = 0.0..=1e3)]
+    pub bow_to_stern: f64,
 }
 
-/// Roll, course and speed.
-fn regulators() -> Part {
-    vec![
-        Declaration::new("roll.active", true, "Hold the vehicle level by the bow planes, in every mode but off."),
-        Declaration::new(
-            "roll.p",
-            10.0,
-            "Bow plane differential per roll error, Kpx = 10 (Brunner 1988, p. 30).",
-        )
-        .unit("rad/rad")
-        .range(0.0, 1e3),
-        Declaration::new(
-            "roll.rate",
-            10.0,
-            "Bow plane differential per roll rate, Kdx = 10 s (Brunner 1988, p. 30).",
-        )
-        .unit("s")
-        .range(0.0, 1e3),
-        Declaration::new(
-            "roll.limit",
-            FRAC_PI_6,
-            "Largest differential to either side; planes.limit for bow planes and differential together, the dive first.",
-        )
-        .unit("rad")
-        .range(0.0, FRAC_PI_2),
-        Declaration::new(
-            "course.active",
-            true,
-            "Hold course_setpoint by the rudder; a setpoint on the topic is held in any case.",
-        ),
-        Declaration::new(
-            "course.p",
-            1.0,
-            "Rudder per course error, Kpy = 1 (Brunner 1988, p. 32).",
-        )
-        .unit("rad/rad")
-        .range(0.0, 1e3),
-        Declaration::new(
-            "course.rate",
-            3.0,
-            "Rudder per yaw rate, Kdy = 3 s (Brunner 1988, p. 32).",
-        )
-        .unit("s")
-        .range(0.0, 1e3),
-        Declaration::new(
-            "course.limit",
-            FRAC_PI_6,
-            "Largest rudder to either side, as the planes'; the report states none.",
-        )
-        .unit("rad")
-        .range(0.0, FRAC_PI_2),
-        Declaration::new(
-            "course.setpoint_rate",
-            0.0,
-            "How fast the course held moves to the one asked for, the short way round; 0: at once.",
-        )
-        .unit("rad/s")
-        .range(0.0, 1e3),
-        Declaration::new(
-            "speed.active",
-            false,
-            "Hold speed_setpoint by the thrust; a setpoint on the topic is held in any case.",
-        ),
-        Declaration::new(
-            "speed.feed_forward",
-            1.0 / DESIGN_SPEED,
-            "Share of full thrust per m/s asked for: all of it at the design speed, 5 ft/s (Brunner 1988, p. 57).",
-        )
-        .unit("s/m")
-        .range(0.0, 1e3),
-        Declaration::new(
-            "speed.p",
-            2.0,
-            "Share of full thrust per m/s of speed error; the report's gain is lost.",
-        )
-        .unit("s/m")
-        .range(0.0, 1e3),
-        Declaration::new("speed.limit", 1.0, "Largest share of full thrust to either side.")
-            .range(0.0, 1.0),
-        Declaration::new(
-            "speed.setpoint_rate",
-            0.0,
-            "How fast the speed held moves to the one asked for; 0: at once.",
-        )
-        .unit("m/s^2")
-        .range(0.0, 1e3),
-    ]
+/// The parameters `transfer.*`.
+#[derive(Clone, Debug, PartialEq, Parameters)]
+pub struct Transfer {
+    /// Time constant with which the step that a change of mode would make on the planes fades; 0: the step.
+    #[parameter(default = 1.0, unit = "s", range = 0.0..=1e3)]
+    pub time: f64,
 }
 
-/// The envelope.
-fn safety() -> Part {
-    vec![
-        Declaration::new(
-            "safety.ceiling",
-            -1e4,
-            "Shallower than this is a fault: everything neutral, until it is reset; depth.min lies no higher.",
-        )
-        .unit("m")
-        .range(-1e4, 1e4),
-        Declaration::new(
-            "safety.floor",
-            1e4,
-            "Deeper than this is a fault: planes to climb, then neutral, until it is reset; depth.max lies no deeper.",
-        )
-        .unit("m")
-        .range(-1e4, 1e4),
-        Declaration::new(
-            "safety.margin",
-            0.3,
-            "How far above the floor the climb ends.",
-        )
-        .unit("m")
-        .range(0.0, 1e4),
-        Declaration::new(
-            "safety.pitch",
-            PI,
-            "Pitched further to either side is a fault: bow down, planes to climb until level, then neutral; bow up, neutral; depth.pitch_limit is no larger.",
-        )
-        .unit("rad")
-        .range(0.0, PI),
-        Declaration::new(
-            "safety.climb_planes",
-            10.0_f64.to_radians(),
-            "Plane angle of the climb, without any loop; within planes.limit.",
-        )
-        .unit("rad")
-        .range(0.0, FRAC_PI_2),
-        Declaration::new("safety.climb_time", 20.0, "Longest climb; then neutral in any case.")
-            .unit("s")
-            .range(0.0, 3600.0),
-        Declaration::new(
-            "safety.latch_silence",
-            false,
-            "Whether a silence of the state longer than state_timeout is a fault too; otherwise the loops take up the next state.",
-        ),
-    ]
+/// The parameters `roll.*`.
+#[derive(Clone, Debug, PartialEq, Parameters)]
+pub struct Roll {
+    /// Hold the vehicle level by the bow planes, in every mode but off.
+    #[parameter(default = true)]
+    pub active: bool,
+    /// Bow plane differential per roll error, Kpx = 10 (Brunner 1988, p. 30).
+    #[parameter(default = 10.0, unit = "rad/rad", range = 0.0..=1e3)]
+    pub p: f64,
+    /// Bow plane differential per roll rate, Kdx = 10 s (Brunner 1988, p. 30).
+    #[parameter(default = 10.0, unit = "s", range = 0.0..=1e3)]
+    pub rate: f64,
+    /// Largest differential to either side; planes.limit for bow planes and differential together, the dive
+    /// first.
+    #[parameter(default = FRAC_PI_6, unit = "rad", range = 0.0..=FRAC_PI_2)]
+    pub limit: f64,
 }
 
-/// Way-depths.
-fn schedule() -> Part {
-    vec![
-        Declaration::new(
-            "schedule.times",
-            Value::DoubleArray(Vec::new()),
-            "When each scheduled depth begins, since the first state; increasing.",
-        )
-        .unit("s")
-        .range(0.0, 1e9),
-        Declaration::new(
-            "schedule.distances",
-            Value::DoubleArray(Vec::new()),
-            "Or where each begins, along the first course since the first state; increasing.",
-        )
-        .unit("m")
-        .range(0.0, 1e9),
-        Declaration::new(
-            "schedule.depths",
-            Value::DoubleArray(Vec::new()),
-            "The scheduled depths, one for each time or distance; a setpoint from the topic ends the schedule.",
-        )
-        .unit("m")
-        .range(-1e4, 1e4),
-    ]
+/// The parameters `course.*`.
+#[derive(Clone, Debug, PartialEq, Parameters)]
+pub struct Course {
+    /// Hold course_setpoint by the rudder; a setpoint on the topic is held in any case.
+    #[parameter(default = true)]
+    pub active: bool,
+    /// Rudder per course error, Kpy = 1 (Brunner 1988, p. 32).
+    #[parameter(default = 1.0, unit = "rad/rad", range = 0.0..=1e3)]
+    pub p: f64,
+    /// Rudder per yaw rate, Kdy = 3 s (Brunner 1988, p. 32).
+    #[parameter(default = 3.0, unit = "s", range = 0.0..=1e3)]
+    pub rate: f64,
+    /// Largest rudder to either side, as the planes'; the report states none.
+    #[parameter(default = FRAC_PI_6, unit = "rad", range = 0.0..=FRAC_PI_2)]
+    pub limit: f64,
+    /// How fast the course held moves to the one asked for, the short way round; 0: at once.
+    #[parameter(default = 0.0, unit = "rad/s", range = 0.0..=1e3)]
+    pub setpoint_rate: f64,
 }
 
-/// The test signal.
-fn identification() -> Part {
-    vec![
-        Declaration::new(
-            "identification.signal",
-            "none",
-            "Test signal added to the plane command in every mode but off, so that sysid has something to learn from.",
-        )
-        .choices(Signal::NAMES),
-        Declaration::new(
-            "identification.amplitude",
-            5.0_f64.to_radians(),
-            "The test signal's amplitude, positive dive; within planes.limit.",
-        )
-        .unit("rad")
-        .range(-FRAC_PI_2, FRAC_PI_2),
-        Declaration::new(
-            "identification.period",
-            1.0,
-            "A pulse's length; a doublet's, square wave's or sinusoid's period; the prbs' shortest interval; the chirp's first period.",
-        )
-        .unit("s")
-        .range(1e-3, 1e6),
-        Declaration::new(
-            "identification.period_end",
-            0.2,
-            "The chirp's last period; its first is identification.period.",
-        )
-        .unit("s")
-        .range(1e-3, 1e6),
-        Declaration::new(
-            "identification.start",
-            0.0,
-            "When the test signal begins, since the first state.",
-        )
-        .unit("s")
-        .range(0.0, 1e9),
-        Declaration::new(
-            "identification.duration",
-            0.0,
-            "How long the test signal lasts; 0 for without end, but a chirp needs one.",
-        )
-        .unit("s")
-        .range(0.0, 1e9),
-        Declaration::new(
-            "identification.seed",
-            1_i64,
-            "Where in its cycle of 1023 intervals the pseudo-random sequence starts.",
-        ),
-    ]
+/// The parameters `speed.*`.
+#[derive(Clone, Debug, PartialEq, Parameters)]
+pub struct Speed {
+    /// Hold speed_setpoint by the thrust; a setpoint on the topic is held in any case.
+    #[parameter(default = false)]
+    pub active: bool,
+    /// Share of full thrust per m/s asked for: all of it at the design speed, 5 ft/s (Brunner 1988, p. 57).
+    #[parameter(default = 1.0 / DESIGN_SPEED, unit = "s/m", range = 0.0..=1e3)]
+    pub feed_forward: f64,
+    /// Share of full thrust per m/s of speed error; the report's gain is lost.
+    #[parameter(default = 2.0, unit = "s/m", range = 0.0..=1e3)]
+    pub p: f64,
+    /// Largest share of full thrust to either side.
+    #[parameter(default = 1.0, range = 0.0..=1.0)]
+    pub limit: f64,
+    /// How fast the speed held moves to the one asked for; 0: at once.
+    #[parameter(default = 0.0, unit = "m/s^2", range = 0.0..=1e3)]
+    pub setpoint_rate: f64,
 }
 
-/// Where feedback comes from.
-fn feedback() -> Part {
-    vec![
-        Declaration::new(
-            "feedback.source",
-            "truth",
-            "Where the dive loops take pitch, depth and their rates from: the true state, the gyro behind a dead band and integrated (Brunner 1988, p. 91), or a Kalman filter on gyro, depth and speed.",
-        )
-        .choices(estimator::Source::NAMES)
-        .read_only(),
-        Declaration::new(
-            "feedback.speed_source",
-            "nominal",
-            "Where the estimators and the gain schedule on estimates take the speed from: feedback.speed, as the report's stopwatch, or the speed cell.",
-        )
-        .choices(&["nominal", "cell"])
-        .read_only(),
-        Declaration::new("feedback.speed", METRES_PER_FOOT, "The nominal speed through the water.")
-            .unit("m/s")
-            .range(0.0, 100.0),
-        Declaration::new(
-            "feedback.depth_range",
-            0.0,
-            "Largest depth that the depth cell measures: readings from here on are not used; 0: all are used.",
-        )
-        .unit("m")
-        .range(0.0, 11_000.0),
-        Declaration::new(
-            "feedback.surface_pressure",
-            101_325.0,
-            "Absolute pressure at the surface, taken off the depth cell's.",
-        )
-        .unit("Pa")
-        .range(0.0, 2e5),
-        Declaration::new(
-            "feedback.density",
-            999.835,
-            "Of the water, for depth and speed from pressures; the report's 1.94 slug/ft^3.",
-        )
-        .unit("kg/m^3")
-        .range(900.0, 1200.0),
-        Declaration::new(
-            "feedback.gravity",
-            9.81456,
-            "For depth from pressure; the report's 32.2 ft/s^2.",
-        )
-        .unit("m/s^2")
-        .range(9.0, 10.0),
-        Declaration::new(
-            "integrator.dead_band",
-            "comparator",
-            "Before the integrator: the report's one relay comparator, which passes the bow's fall alone, or a band to both sides.",
-        )
-        .choices(&["comparator", "two_sided"]),
-        Declaration::new(
-            "integrator.width",
-            2.0_f64.to_radians(),
-            "The comparator's offset or the band's half width: the 25 mV that the gyro's zero drifts within (p. 90).",
-        )
-        .unit("rad/s")
-        .range(0.0, 10.0),
-        Declaration::new(
-            "integrator.depth_lag",
-            0.5,
-            "Time constant of the depth's derivative beside the integrator.",
-        )
-        .unit("s")
-        .range(1e-3, 100.0),
-        Declaration::new(
-            "kalman.gyro_noise",
-            0.007,
-            "Standard deviation of a gyro reading; 5 mV at 12.5 mV per deg/s.",
-        )
-        .unit("rad/s")
-        .range(1e-9, 10.0),
-        Declaration::new(
-            "kalman.bias_walk",
-            0.0014,
-            "Standard deviation of the gyro zero's walk after 1 s; 1 mV.",
-        )
-        .unit("rad/s^1.5")
-        .range(0.0, 10.0),
-        Declaration::new(
-            "kalman.depth_noise",
-            0.0005,
-            "Standard deviation of a depth reading; 5 mV at 10.1 V/m.",
-        )
-        .unit("m")
-        .range(1e-9, 100.0),
-        Declaration::new(
-            "kalman.stray_rate",
-            0.01,
-            "Standard deviation of the depth rate that pitch does not explain: heave, currents.",
-        )
-        .unit("m/s")
-        .range(0.0, 100.0),
-        Declaration::new(
-            "kalman.stray_time",
-            2.0,
-            "How long such a depth rate lasts: its correlation time.",
-        )
-        .unit("s")
-        .range(1e-3, 1e6),
-        Declaration::new(
-            "kalman.initial_pitch",
-            0.05,
-            "Standard deviation of the pitch at the start, about level.",
-        )
-        .unit("rad")
-        .range(0.0, 3.0),
-        Declaration::new(
-            "kalman.initial_bias",
-            2.0_f64.to_radians(),
-            "Standard deviation of the gyro's zero at the start; 25 mV.",
-        )
-        .unit("rad/s")
-        .range(0.0, 10.0),
-    ]
+/// The parameters `schedule.*`.
+#[derive(Clone, Debug, PartialEq, Parameters)]
+pub struct ScheduleParameters {
+    /// When each scheduled depth begins, since the first state; increasing.
+    #[parameter(default = Vec::new(), unit = "s", range = 0.0..=1e9)]
+    pub times: Vec<f64>,
+    /// Or where each begins, along the first course since the first state; increasing.
+    #[parameter(default = Vec::new(), unit = "m", range = 0.0..=1e9)]
+    pub distances: Vec<f64>,
+    /// The scheduled depths, one for each time or distance; a setpoint from the topic ends the schedule.
+    #[parameter(default = Vec::new(), unit = "m", range = -1e4..=1e4)]
+    pub depths: Vec<f64>,
 }
 
-/// Where gains come from. The vehicle is that of Table 1: M'delta, M'q and W BG over its inertia at 1 ft/s.
-fn gains() -> Part {
-    vec![
-        Declaration::new(
-            "gains.source",
-            "fixed",
-            "Gains of the dive loops: fixed, scheduled over speed by gains.model, adaptive: the schedule on what sysid identifies while that can be trusted, or file: the schedule on the model in gains.file.",
-        )
-        .choices(gains::Source::NAMES),
-        Declaration::new(
-            "gains.file",
-            "",
-            "For gains.source file: an identified model from dive_planes to pitch_rate (sysid fit --model), trusted on the terms of gains.adaptive.",
-        ),
-        Declaration::new(
-            "gains.reference_speed",
-            METRES_PER_FOOT,
-            "The speed that the fixed gains are right for.",
-        )
-        .unit("m/s")
-        .range(1e-3, 100.0),
-        Declaration::new(
-            "gains.lowest_speed",
-            0.5 * METRES_PER_FOOT,
-            "Below this speed scheduled gains grow no further.",
-        )
-        .unit("m/s")
-        .range(1e-3, 100.0),
-        Declaration::new(
-            "gains.model.plane",
-            0.283 / 0.6,
-            "K/J at the reference speed: dive moment per plane angle over inertia (Brunner 1988, Table 1).",
-        )
-        .unit("1/s^2")
-        .range(1e-6, 1e6),
-        Declaration::new(
-            "gains.model.damping",
-            0.718 / 0.6,
-            "B/J at the reference speed (Brunner 1988, Table 1).",
-        )
-        .unit("1/s")
-        .range(0.0, 1e6),
-        Declaration::new(
-            "gains.model.plane_exponent",
-            2.0,
-            "K/J goes with this power of the speed: 2 in water, 0 as in the report's Table 3.",
-        )
-        .range(0.0, 4.0),
-        Declaration::new(
-            "gains.model.damping_exponent",
-            1.0,
-            "B/J goes with this power of the speed: 1 in water, 0 as in the report's Table 3.",
-        )
-        .range(0.0, 4.0),
-        Declaration::new(
-            "gains.adaptive.delay",
-            1.0,
-            "From an identified model's stamp to its effect, so that no message's way decides.",
-        )
-        .unit("s")
-        .range(0.0, 60.0),
-        Declaration::new(
-            "gains.adaptive.oldest",
-            5.0,
-            "Identified models older than this are not followed.",
-        )
-        .unit("s")
-        .range(0.0, 3600.0),
-        Declaration::new(
-            "gains.adaptive.uncertainty",
-            0.25,
-            "Largest relative standard deviation of K/J and B/J in a model that is followed.",
-        )
-        .range(0.0, 10.0),
-        Declaration::new(
-            "gains.adaptive.factor",
-            4.0,
-            "Largest factor between identified and scheduled K/J, B/J and gains.",
-        )
-        .range(1.0, 100.0),
-        Declaration::new(
-            "gains.adaptive.rate",
-            0.1,
-            "Largest change of a gain, in scheduled gains per second.",
-        )
-        .unit("1/s")
-        .range(0.0, 100.0),
-    ]
+/// The parameters `identification.*`.
+#[derive(Clone, Debug, PartialEq, Parameters)]
+pub struct Identification {
+    /// Test signal added to the plane command in every mode but off, so that sysid has something to learn from.
+    #[parameter(default = Signal::None)]
+    pub signal: Signal,
+    /// The test signal's amplitude, positive dive; within planes.limit.
+    #[parameter(default = 5.0_f64.to_radians(), unit = "rad", range = -FRAC_PI_2..=FRAC_PI_2)]
+    pub amplitude: f64,
+    /// A pulse's length; a doublet's, square wave's or sinusoid's period; the prbs' shortest interval; the
+    /// chirp's first period.
+    #[parameter(default = 1.0, unit = "s", range = 1e-3..=1e6)]
+    pub period: f64,
+    /// The chirp's last period; its first is identification.period.
+    #[parameter(default = 0.2, unit = "s", range = 1e-3..=1e6)]
+    pub period_end: f64,
+    /// When the test signal begins, since the first state.
+    #[parameter(default = 0.0, unit = "s", range = 0.0..=1e9)]
+    pub start: f64,
+    /// How long the test signal lasts; 0 for without end, but a chirp needs one.
+    #[parameter(default = 0.0, unit = "s", range = 0.0..=1e9)]
+    pub duration: f64,
+    /// Where in its cycle of 1023 intervals the pseudo-random sequence starts.
+    #[parameter(default = 1)]
+    pub seed: i64,
+}
+
+/// The parameters `feedback.*`.
+#[derive(Clone, Debug, PartialEq, Parameters)]
+pub struct Feedback {
+    /// Where the dive loops take pitch, depth and their rates from: the true state, the gyro behind a dead band
+    /// and integrated (Brunner 1988, p. 91), or a Kalman filter on gyro, depth and speed.
+    #[parameter(default = estimator::Source::Truth, read_only)]
+    pub source: estimator::Source,
+    /// Where the estimators and the gain schedule on estimates take the speed from: feedback.speed, as the
+    /// report's stopwatch, or the speed cell.
+    #[parameter(default = SpeedSource::Nominal, read_only)]
+    pub speed_source: SpeedSource,
+    /// The nominal speed through the water.
+    #[parameter(default = METRES_PER_FOOT, unit = "m/s", range = 0.0..=100.0)]
+    pub speed: f64,
+    /// Largest depth that the depth cell measures: readings from here on are not used; 0: all are used.
+    #[parameter(default = 0.0, unit = "m", range = 0.0..=11_000.0)]
+    pub depth_range: f64,
+    /// Absolute pressure at the surface, taken off the depth cell's.
+    #[parameter(default = 101_325.0, unit = "Pa", range = 0.0..=2e5)]
+    pub surface_pressure: f64,
+    /// Of the water, for depth and speed from pressures; the report's 1.94 slug/ft^3.
+    #[parameter(default = 999.835, unit = "kg/m^3", range = 900.0..=1200.0)]
+    pub density: f64,
+    /// For depth from pressure; the report's 32.2 ft/s^2.
+    #[parameter(default = 9.81456, unit = "m/s^2", range = 9.0..=10.0)]
+    pub gravity: f64,
+}
+
+/// The parameters `integrator.*`.
+#[derive(Clone, Debug, PartialEq, Parameters)]
+pub struct Integrator {
+    /// Before the integrator: the report's one relay comparator, which passes the bow's fall alone, or a band to
+    /// both sides.
+    #[parameter(default = DeadBandKind::Comparator)]
+    pub dead_band: DeadBandKind,
+    /// The comparator's offset or the band's half width: the 25 mV that the gyro's zero drifts within (p. 90).
+    #[parameter(default = 2.0_f64.to_radians(), unit = "rad/s", range = 0.0..=10.0)]
+    pub width: f64,
+    /// Time constant of the depth's derivative beside the integrator.
+    #[parameter(default = 0.5, unit = "s", range = 1e-3..=100.0)]
+    pub depth_lag: f64,
+}
+
+/// The parameters `gains.*`.
+#[derive(Clone, Debug, PartialEq, Parameters)]
+pub struct GainsParameters {
+    /// Gains of the dive loops: fixed, scheduled over speed by gains.model, adaptive: the schedule on what sysid
+    /// identifies while that can be trusted, or file: the schedule on the model in gains.file.
+    #[parameter(default = GainSource::Fixed)]
+    pub source: GainSource,
+    /// For gains.source file: an identified model from dive_planes to pitch_rate (sysid fit --model), trusted on
+    /// the terms of gains.adaptive.
+    #[parameter(default = "")]
+    pub file: String,
+    /// The speed that the fixed gains are right for.
+    #[parameter(default = METRES_PER_FOOT, unit = "m/s", range = 1e-3..=100.0)]
+    pub reference_speed: f64,
+    /// Below this speed scheduled gains grow no further.
+    #[parameter(default = 0.5 * METRES_PER_FOOT, unit = "m/s", range = 1e-3..=100.0)]
+    pub lowest_speed: f64,
+    /// `gains.model.*`.
+    pub model: ModelParameters,
+    /// `gains.adaptive.*`.
+    pub adaptive: Adaptive,
+}
+
+/// The parameters `gains.model.*`.
+#[derive(Clone, Debug, PartialEq, Parameters)]
+pub struct ModelParameters {
+    /// K/J at the reference speed: dive moment per plane angle over inertia (Brunner 1988, Table 1).
+    #[parameter(default = 0.283 / 0.6, unit = "1/s^2", range = 1e-6..=1e6)]
+    pub plane: f64,
+    /// B/J at the reference speed (Brunner 1988, Table 1).
+    #[parameter(default = 0.718 / 0.6, unit = "1/s", range = 0.0..=1e6)]
+    pub damping: f64,
+    /// K/J goes with this power of the speed: 2 in water, 0 as in the report's Table 3.
+    #[parameter(default = 2.0, range = 0.0..=4.0)]
+    pub plane_exponent: f64,
+    /// B/J goes with this power of the speed: 1 in water, 0 as in the report's Table 3.
+    #[parameter(default = 1.0, range = 0.0..=4.0)]
+    pub damping_exponent: f64,
+}
+
+/// The parameters `gains.adaptive.*`.
+#[derive(Clone, Debug, PartialEq, Parameters)]
+pub struct Adaptive {
+    /// From an identified model's stamp to its effect, so that no message's way decides.
+    #[parameter(default = 1.0, unit = "s", range = 0.0..=60.0)]
+    pub delay: f64,
+    /// Identified models older than this are not followed.
+    #[parameter(default = 5.0, unit = "s", range = 0.0..=3600.0)]
+    pub oldest: f64,
+    /// Largest relative standard deviation of K/J and B/J in a model that is followed.
+    #[parameter(default = 0.25, range = 0.0..=10.0)]
+    pub uncertainty: f64,
+    /// Largest factor between identified and scheduled K/J, B/J and gains.
+    #[parameter(default = 4.0, range = 1.0..=100.0)]
+    pub factor: f64,
+    /// Largest change of a gain, in scheduled gains per second.
+    #[parameter(default = 0.1, unit = "1/s", range = 0.0..=100.0)]
+    pub rate: f64,
+}
+
+/// The source of the speed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Choice)]
+pub enum SpeedSource {
+    /// The nominal speed.
+    Nominal,
+    /// The speed cell.
+    Cell,
+}
+
+/// The dead band before the integrator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Choice)]
+pub enum DeadBandKind {
+    /// The report's relay comparator.
+    Comparator,
+    /// A band to both sides.
+    TwoSided,
+}
+
+/// The source of the gains.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Choice)]
+pub enum GainSource {
+    /// The parameters, at any speed.
+    Fixed,
+    /// The schedule over speed.
+    Scheduled,
+    /// The schedule on the model that sysid identifies.
+    Adaptive,
+    /// The schedule on a model file.
+    File,
 }
 
 /// The parameters as the loops take them: checked each and together.
@@ -753,141 +471,123 @@ pub(crate) struct Config {
 }
 
 impl Config {
-    /// The loops that a set of [`declarations`]' values describes.
+    /// The loops that the parameters describe.
     ///
     /// # Errors
     /// A sentence naming the parameter, when values that are each in range do not go
     /// together: a limit of zero, setpoints beyond their bounds, a schedule whose lists do not match or do not
     /// increase, a test signal beyond the plane limit.
-    pub(crate) fn from_values(values: &Values) -> Result<Self, String> {
-        let dive = dive_rules(values)?;
+    pub(crate) fn new(parameters: &ControllerParameters) -> Result<Self, String> {
+        let p = parameters;
+        let dive = dive_rules(p)?;
         let depth_bounds = Bounds {
-            min: values.double("depth.min"),
-            max: values.double("depth.max"),
-            rate: values.double("depth.setpoint_rate"),
+            min: p.depth.min,
+            max: p.depth.max,
+            rate: p.depth.setpoint_rate,
         };
-        let schedule = schedule_of(values)?;
-        check_depths(values, &schedule, depth_bounds)?;
-        let envelope = envelope(values, depth_bounds)?;
-        let angle_loop = |axis: &str| {
-            Ok::<_, String>(AngleLoop {
-                p: values.double(&format!("{axis}.p")),
-                rate: values.double(&format!("{axis}.rate")),
-                limit: limit(values, &format!("{axis}.limit"))?,
-            })
-        };
-        let pitch_limit = limit(values, "depth.pitch_limit")?;
+        let schedule = schedule_of(&p.schedule)?;
+        check_depths(p, &schedule, depth_bounds)?;
+        check_envelope(p)?;
+        let pitch_limit = limit("depth.pitch_limit", p.depth.pitch_limit)?;
         let gains = Gains {
             depth: DepthLoop {
-                p: values.double("depth.p"),
-                d: values.double("depth.d"),
+                p: p.depth.p,
+                d: p.depth.d,
                 pitch_limit,
             },
-            depth_i: values.double("depth.i"),
+            depth_i: p.depth.i,
             pitch: PitchLoop {
-                p: values.double("pitch.p"),
-                rate: values.double("pitch.rate"),
+                p: p.pitch.p,
+                rate: p.pitch.rate,
             },
-            pitch_i: values.double("pitch.i"),
+            pitch_i: p.pitch.i,
         };
         Ok(Self {
-            mode: Mode::named(values.string("mode"))?,
-            depth_setpoint: values.double("depth_setpoint"),
-            pitch_setpoint: values.double("pitch_setpoint"),
-            course_setpoint: values.double("course_setpoint"),
-            speed_setpoint: values.double("speed_setpoint"),
-            setpoint_timeout: values.double("setpoint_timeout"),
-            state_timeout: values.double("state_timeout"),
-            envelope,
+            mode: p.mode,
+            depth_setpoint: p.depth_setpoint,
+            pitch_setpoint: p.pitch_setpoint,
+            course_setpoint: p.course_setpoint,
+            speed_setpoint: p.speed_setpoint,
+            setpoint_timeout: p.setpoint_timeout,
+            state_timeout: p.state_timeout,
+            envelope: p.safety,
             depth_bounds,
             pitch_bounds: Bounds {
                 min: -pitch_limit.bound(),
                 max: pitch_limit.bound(),
-                rate: values.double("pitch.setpoint_rate"),
+                rate: p.pitch.setpoint_rate,
             },
             gains,
-            allocation: Allocation::named(
-                values.string("planes.allocation"),
-                values.double("planes.bow_to_stern"),
-            )?,
-            roll_active: values.bool("roll.active"),
-            roll: angle_loop("roll")?,
-            course_active: values.bool("course.active"),
-            course: angle_loop("course")?,
-            course_rate: values.double("course.setpoint_rate"),
-            speed_active: values.bool("speed.active"),
-            speed: SpeedLoop {
-                feed_forward: values.double("speed.feed_forward"),
-                p: values.double("speed.p"),
-                limit: values.double("speed.limit"),
+            allocation: Allocation::new(p.planes.allocation, p.planes.bow_to_stern),
+            roll_active: p.roll.active,
+            roll: AngleLoop {
+                p: p.roll.p,
+                rate: p.roll.rate,
+                limit: limit("roll.limit", p.roll.limit)?,
             },
-            speed_rate: values.double("speed.setpoint_rate"),
+            course_active: p.course.active,
+            course: AngleLoop {
+                p: p.course.p,
+                rate: p.course.rate,
+                limit: limit("course.limit", p.course.limit)?,
+            },
+            course_rate: p.course.setpoint_rate,
+            speed_active: p.speed.active,
+            speed: SpeedLoop {
+                feed_forward: p.speed.feed_forward,
+                p: p.speed.p,
+                limit: p.speed.limit,
+            },
+            speed_rate: p.speed.setpoint_rate,
             schedule,
-            identification: test_signal(values, dive.planes_limit)?,
-            feedback: estimator_rules(values)?,
-            following: gain_rules(values, &gains)?,
+            identification: test_signal(&p.identification, dive.planes_limit)?,
+            feedback: estimator_rules(p),
+            following: gain_rules(&p.gains, &gains)?,
             dive,
         })
     }
 }
 
-fn limit(values: &Values, name: &str) -> Result<Limit, String> {
-    Limit::new(values.double(name)).map_err(|reason| format!("parameter '{name}': {reason}"))
+fn limit(name: &str, bound: f64) -> Result<Limit, String> {
+    Limit::new(bound).map_err(|reason| format!("parameter '{name}': {reason}"))
 }
 
-fn dive_rules(values: &Values) -> Result<DiveRules, String> {
+fn dive_rules(p: &ControllerParameters) -> Result<DiveRules, String> {
     Ok(DiveRules {
-        derivative: match values.string("depth.derivative") {
-            "error" => Derivative::Error,
-            _ => Derivative::Measurement,
-        },
-        derivative_filter: values.double("depth.derivative_filter"),
-        depth_i_limit: limit(values, "depth.i_limit")?,
-        pitch_i_limit: limit(values, "pitch.i_limit")?,
-        anti_windup: AntiWindup::named(
-            values.string("anti_windup.strategy"),
-            values.double("anti_windup.tracking_time_constant"),
-        )
-        .map_err(|reason| format!("parameters 'anti_windup.*': {reason}"))?,
-        planes_limit: limit(values, "planes.limit")?,
-        planes_rate_limit: values.double("planes.rate_limit"),
-        transfer_time: values.double("transfer.time"),
+        derivative: p.depth.derivative,
+        derivative_filter: p.depth.derivative_filter,
+        depth_i_limit: limit("depth.i_limit", p.depth.i_limit)?,
+        pitch_i_limit: limit("pitch.i_limit", p.pitch.i_limit)?,
+        anti_windup: AntiWindup::new(p.anti_windup.strategy, p.anti_windup.tracking_time_constant)
+            .map_err(|reason| format!("parameters 'anti_windup.*': {reason}"))?,
+        planes_limit: limit("planes.limit", p.planes.limit)?,
+        planes_rate_limit: p.planes.rate_limit,
+        transfer_time: p.transfer.time,
     })
 }
 
-fn estimator_rules(values: &Values) -> Result<estimator::Rules, String> {
-    let width = values.double("integrator.width");
-    let source = values.string("feedback.source");
-    Ok(estimator::Rules {
-        source: estimator::Source::named(source)
-            .ok_or_else(|| format!("parameter 'feedback.source': '{source}' refused"))?,
+fn estimator_rules(p: &ControllerParameters) -> estimator::Rules {
+    let width = p.integrator.width;
+    estimator::Rules {
+        source: p.feedback.source,
         calibration: Calibration {
-            density: values.double("feedback.density"),
-            gravity: values.double("feedback.gravity"),
-            surface_pressure: values.double("feedback.surface_pressure"),
-            depth_range: values.double("feedback.depth_range"),
-            speed: (values.string("feedback.speed_source") == "nominal")
-                .then(|| values.double("feedback.speed")),
+            density: p.feedback.density,
+            gravity: p.feedback.gravity,
+            surface_pressure: p.feedback.surface_pressure,
+            depth_range: p.feedback.depth_range,
+            speed: (p.feedback.speed_source == SpeedSource::Nominal).then_some(p.feedback.speed),
         },
-        dead_band: match values.string("integrator.dead_band") {
-            "two_sided" => DeadBand::TwoSided(width),
-            _ => DeadBand::Comparator(width),
+        dead_band: match p.integrator.dead_band {
+            DeadBandKind::TwoSided => DeadBand::TwoSided(width),
+            DeadBandKind::Comparator => DeadBand::Comparator(width),
         },
-        lag: values.double("integrator.depth_lag"),
-        tuning: Tuning {
-            gyro_noise: values.double("kalman.gyro_noise"),
-            bias_walk: values.double("kalman.bias_walk"),
-            depth_noise: values.double("kalman.depth_noise"),
-            stray_rate: values.double("kalman.stray_rate"),
-            stray_time: values.double("kalman.stray_time"),
-            initial_pitch: values.double("kalman.initial_pitch"),
-            initial_bias: values.double("kalman.initial_bias"),
-        },
-    })
+        lag: p.integrator.depth_lag,
+        tuning: p.kalman,
+    }
 }
 
 /// How gains follow the vehicle, from the `fixed` ones at the reference speed.
-fn gain_rules(values: &Values, fixed: &Gains) -> Result<gains::Rules, String> {
+fn gain_rules(p: &GainsParameters, fixed: &Gains) -> Result<gains::Rules, String> {
     let schedule = gains::Schedule {
         reference: LoopGains {
             depth_p: fixed.depth.p,
@@ -897,38 +597,46 @@ fn gain_rules(values: &Values, fixed: &Gains) -> Result<gains::Rules, String> {
         },
         law: SpeedLaw {
             model: PitchModel {
-                plane: values.double("gains.model.plane"),
-                damping: values.double("gains.model.damping"),
+                plane: p.model.plane,
+                damping: p.model.damping,
                 // Held by neither gain: it stays in the closed loop as it is.
                 restoring: 0.0,
             },
-            reference_speed: values.double("gains.reference_speed"),
-            plane_exponent: values.double("gains.model.plane_exponent"),
-            damping_exponent: values.double("gains.model.damping_exponent"),
+            reference_speed: p.reference_speed,
+            plane_exponent: p.model.plane_exponent,
+            damping_exponent: p.model.damping_exponent,
         },
-        lowest_speed: values.double("gains.lowest_speed"),
+        lowest_speed: p.lowest_speed,
     };
     let trust = gains::Trust {
-        oldest: values.double("gains.adaptive.oldest"),
-        uncertainty: values.double("gains.adaptive.uncertainty"),
-        factor: values.double("gains.adaptive.factor"),
-        rate: values.double("gains.adaptive.rate"),
+        oldest: p.adaptive.oldest,
+        uncertainty: p.adaptive.uncertainty,
+        factor: p.adaptive.factor,
+        rate: p.adaptive.rate,
     };
     let file = || {
-        gains::FromFile::read(values.string("gains.file"), &schedule, &trust)
+        gains::FromFile::read(&p.file, &schedule, &trust)
             .map_err(|reason| format!("parameter 'gains.file': {reason}"))
     };
     Ok(gains::Rules {
-        source: gains::Source::named(values.string("gains.source"), file)?,
+        source: match p.source {
+            GainSource::Fixed => gains::Source::Fixed,
+            GainSource::Scheduled => gains::Source::Scheduled,
+            GainSource::Adaptive => gains::Source::Adaptive,
+            GainSource::File => gains::Source::File(file()?),
+        },
         schedule,
         trust,
-        delay: values.double("gains.adaptive.delay"),
+        delay: p.adaptive.delay,
     })
 }
 
-fn schedule_of(values: &Values) -> Result<Schedule, String> {
-    let [times, distances, depths] =
-        ["times", "distances", "depths"].map(|list| doubles(values, &format!("schedule.{list}")));
+fn schedule_of(schedule: &ScheduleParameters) -> Result<Schedule, String> {
+    let ScheduleParameters {
+        times,
+        distances,
+        depths,
+    } = schedule;
     if !times.is_empty() && !distances.is_empty() {
         return Err(
             "parameters 'schedule.times', 'schedule.distances': refused: a schedule is over time or \
@@ -936,7 +644,7 @@ fn schedule_of(values: &Values) -> Result<Schedule, String> {
                 .to_owned(),
         );
     }
-    let (list, schedule) = match distances {
+    let (list, schedule) = match distances.as_slice() {
         [] => ("times", Schedule::over_time(times, depths)),
         _ => ("distances", Schedule::over_distance(distances, depths)),
     };
@@ -944,14 +652,18 @@ fn schedule_of(values: &Values) -> Result<Schedule, String> {
 }
 
 /// Refuses depths that could not be held.
-fn check_depths(values: &Values, schedule: &Schedule, bounds: Bounds) -> Result<(), String> {
+fn check_depths(
+    p: &ControllerParameters,
+    schedule: &Schedule,
+    bounds: Bounds,
+) -> Result<(), String> {
     let Bounds { min, max, .. } = bounds;
     if min > max {
         return Err(format!(
             "parameters 'depth.min', 'depth.max': {min} m refused: it lies below {max} m"
         ));
     }
-    let standing = ("depth_setpoint", values.double("depth_setpoint"));
+    let standing = ("depth_setpoint", p.depth_setpoint);
     let depths = schedule.depths().into_iter();
     let scheduled = depths.map(|depth| ("schedule.depths", depth));
     for (name, depth) in std::iter::once(standing).chain(scheduled) {
@@ -965,25 +677,22 @@ fn check_depths(values: &Values, schedule: &Schedule, bounds: Bounds) -> Result<
     Ok(())
 }
 
-fn envelope(values: &Values, bounds: Bounds) -> Result<Envelope, String> {
-    let envelope = Envelope {
-        ceiling: values.double("safety.ceiling"),
-        floor: values.double("safety.floor"),
-        margin: values.double("safety.margin"),
-        pitch: values.double("safety.pitch"),
-        climb_planes: values.double("safety.climb_planes"),
-        climb_time: values.double("safety.climb_time"),
-        latch_silence: values.bool("safety.latch_silence"),
-    };
-    let pitch_limit = values.double("depth.pitch_limit");
+/// Rejects an envelope narrower than what the loops are allowed.
+fn check_envelope(p: &ControllerParameters) -> Result<(), String> {
+    let Envelope {
+        ceiling,
+        floor,
+        pitch,
+        ..
+    } = p.safety;
     for (name, inner, outer_name, outer) in [
-        ("safety.ceiling", envelope.ceiling, "depth.min", bounds.min),
-        ("depth.max", bounds.max, "safety.floor", envelope.floor),
+        ("safety.ceiling", ceiling, "depth.min", p.depth.min),
+        ("depth.max", p.depth.max, "safety.floor", floor),
         (
             "depth.pitch_limit",
-            pitch_limit,
+            p.depth.pitch_limit,
             "safety.pitch",
-            envelope.pitch,
+            pitch,
         ),
     ] {
         if inner > outer {
@@ -992,18 +701,18 @@ fn envelope(values: &Values, bounds: Bounds) -> Result<Envelope, String> {
             ));
         }
     }
-    Ok(envelope)
+    Ok(())
 }
 
-fn test_signal(values: &Values, planes_limit: Limit) -> Result<TestSignal, String> {
+fn test_signal(p: &Identification, planes_limit: Limit) -> Result<TestSignal, String> {
     let manoeuvre = Manoeuvre {
-        signal: Signal::named(values.string("identification.signal"))?,
-        amplitude: values.double("identification.amplitude"),
-        period: values.double("identification.period"),
-        period_end: values.double("identification.period_end"),
-        start: values.double("identification.start"),
-        duration: values.double("identification.duration"),
-        seed: values.integer("identification.seed"),
+        signal: p.signal,
+        amplitude: p.amplitude,
+        period: p.period,
+        period_end: p.period_end,
+        start: p.start,
+        duration: p.duration,
+        seed: p.seed,
     };
     if manoeuvre.signal != Signal::None && manoeuvre.amplitude.abs() > planes_limit.bound() {
         return Err(format!(
@@ -1018,32 +727,22 @@ fn test_signal(values: &Values, planes_limit: Limit) -> Result<TestSignal, Strin
         .map_err(|reason| format!("parameters 'identification.*': {reason}"))
 }
 
-fn doubles<'v>(values: &'v Values, name: &str) -> &'v [f64] {
-    match values.get(name) {
-        Some(Value::DoubleArray(list)) => list,
-        _ => &[],
-    }
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+    use planesman_parameters::Value;
 
     fn with(changes: &[(&str, Value)]) -> Result<Config, String> {
-        let values = Values::defaults(declarations())
-            .with(
-                changes
-                    .iter()
-                    .map(|(name, value)| ((*name).to_owned(), value.clone())),
-            )
+        let parameters = ControllerParameters::default()
+            .with(changes)
             .map_err(|refusal| refusal.to_string())?;
-        Config::from_values(&values)
+        Config::new(&parameters)
     }
 
     #[test]
     fn every_default_obeys_its_own_declaration_and_all_go_together() {
-        for declaration in declarations() {
+        for declaration in ControllerParameters::declarations() {
             declaration.accept(declaration.default.clone()).unwrap();
             assert!(!declaration.description.is_empty());
         }

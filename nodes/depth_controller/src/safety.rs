@@ -13,31 +13,42 @@
 //! reported, with one exception: the floor takes the place of any other, because it alone needs the climb
 //! still. A reset is granted when what led to the fault is over.
 
+use std::f64::consts::{FRAC_PI_2, PI};
+
 use crate::error::Error;
 use crate::fault::Fault;
 use crate::feedback::Feedback;
 
-/// The envelope and the way back into it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Envelope {
-    /// The least depth, m.
+/// The envelope and the way back into it: the parameters `safety.*`.
+#[derive(Clone, Copy, Debug, PartialEq, planesman_parameters::Parameters)]
+pub struct Envelope {
+    /// Shallower than this is a fault: everything neutral, until it is reset; depth.min lies no higher.
+    #[parameter(default = -1e4, unit = "m", range = -1e4..=1e4)]
     pub ceiling: f64,
-    /// The largest depth, m.
+    /// Deeper than this is a fault: planes to climb, then neutral, until it is reset; depth.max lies no deeper.
+    #[parameter(default = 1e4, unit = "m", range = -1e4..=1e4)]
     pub floor: f64,
-    /// How far above the floor a climb ends, m.
+    /// How far above the floor the climb ends.
+    #[parameter(default = 0.3, unit = "m", range = 0.0..=1e4)]
     pub margin: f64,
-    /// The largest pitch to either side, rad.
+    /// Pitched further to either side is a fault: bow down, planes to climb until level, then neutral; bow up,
+    /// neutral; depth.pitch_limit is no larger.
+    #[parameter(default = PI, unit = "rad", range = 0.0..=PI)]
     pub pitch: f64,
-    /// The plane angle of the climb, rad, towards climbing.
+    /// Plane angle of the climb, without any loop; within planes.limit.
+    #[parameter(default = 10.0_f64.to_radians(), unit = "rad", range = 0.0..=FRAC_PI_2)]
     pub climb_planes: f64,
-    /// The longest climb, s.
+    /// Longest climb; then neutral in any case.
+    #[parameter(default = 20.0, unit = "s", range = 0.0..=3600.0)]
     pub climb_time: f64,
-    /// Whether silence of the state is a fault that stays.
+    /// Whether a silence of the state longer than state_timeout is a fault too; otherwise the loops take up the
+    /// next state.
+    #[parameter(default = false)]
     pub latch_silence: bool,
 }
 
 impl Envelope {
-    /// What is wrong with where the vehicle is.
+    /// The bound of the envelope that the vehicle is beyond.
     #[must_use]
     pub(crate) fn violated(&self, feedback: &Feedback) -> Option<Fault> {
         if feedback.depth > self.floor {
@@ -64,7 +75,7 @@ pub(crate) struct Safety {
     climb_over: bool,
 }
 
-/// What a fault makes the planes do.
+/// The reaction of the planes to a fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Reaction {
     /// Rise.

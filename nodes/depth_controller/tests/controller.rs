@@ -1,28 +1,22 @@
 //! The controller as the node uses it: states in, plane commands out.
 #![allow(clippy::unwrap_used)]
 
-use depth_controller::{Controller, Fault, Mode, Quantity, declarations};
+use depth_controller::{Controller, ControllerParameters, Fault, Mode, Quantity};
 use planesman_msgs::Message;
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::action::ManoeuvreGoal;
 use planesman_msgs::planesman_msgs::msg::{ControlState, PlaneCommand, VehicleState};
-use planesman_parameters::{Value, Values};
+use planesman_parameters::{Choice as _, Parameters as _, Value};
 use std::f64::consts::FRAC_PI_6;
 
 const TICK: i64 = 50_000_000;
 
-fn values(changes: &[(&str, Value)]) -> Values {
-    Values::defaults(declarations())
-        .with(
-            changes
-                .iter()
-                .map(|(name, value)| ((*name).to_owned(), value.clone())),
-        )
-        .unwrap()
+fn with(changes: &[(&str, Value)]) -> ControllerParameters {
+    ControllerParameters::default().with(changes).unwrap()
 }
 
 fn controller(changes: &[(&str, Value)]) -> Controller {
-    Controller::new(&values(changes)).unwrap()
+    Controller::new(&with(changes)).unwrap()
 }
 
 fn state(tick: i64) -> VehicleState {
@@ -50,7 +44,7 @@ fn a_stamp_seen_again_gets_the_same_answer_even_after_a_change() {
     let first = controller.on_state(&state(0)).unwrap();
     controller.set_setpoint(Quantity::Depth, 0.2).unwrap();
     controller
-        .set_values(&values(&[("pitch.p", Value::Double(0.1))]))
+        .set_parameters(&with(&[("pitch.p", Value::Double(0.1))]))
         .unwrap();
     assert_eq!(controller.on_state(&state(0)).unwrap(), first);
     assert_ne!(
@@ -85,7 +79,7 @@ fn the_last_depth_command_counts() {
     let mut controller = controller(&[]);
     controller.set_setpoint(Quantity::Depth, 0.7).unwrap();
     let changed = [("depth_setpoint", Value::Double(0.2))];
-    controller.set_values(&values(&changed)).unwrap();
+    controller.set_parameters(&with(&changed)).unwrap();
     assert_eq!(
         controller.on_state(&state(0)).unwrap().1.depth_setpoint,
         0.2
@@ -95,7 +89,7 @@ fn the_last_depth_command_counts() {
         ("schedule.times", Value::DoubleArray(vec![0.0])),
         ("schedule.depths", Value::DoubleArray(vec![0.3])),
     ];
-    controller.set_values(&values(&scheduled)).unwrap();
+    controller.set_parameters(&with(&scheduled)).unwrap();
     assert_eq!(
         controller.on_state(&state(1)).unwrap().1.depth_setpoint,
         0.3
@@ -147,7 +141,7 @@ fn switched_off_everything_is_neutral_at_once() {
         ("mode", Value::from("off")),
         ("identification.signal", Value::from("step")),
     ];
-    controller.set_values(&values(&off)).unwrap();
+    controller.set_parameters(&with(&off)).unwrap();
     adrift.header.stamp = Time::from_nanos(TICK);
     let (command, control) = controller.on_state(&adrift).unwrap();
     let neutral = PlaneCommand {

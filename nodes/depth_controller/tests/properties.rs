@@ -5,13 +5,13 @@
 use std::path::Path;
 use std::sync::LazyLock;
 
-use depth_controller::{Answer, Controller, Mode, Quantity, Source, declarations};
+use depth_controller::{Answer, Controller, ControllerParameters, Mode, Quantity, Source};
 use planesman_model_file::ModelFile;
 use planesman_msgs::Message;
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::{ControlState, VehicleState};
 use planesman_msgs::sensor_msgs::msg::{FluidPressure, Imu};
-use planesman_parameters::{Value, Values};
+use planesman_parameters::{Choice as _, Parameters as _, Value, Values};
 
 const TICK: i64 = 50_000_000;
 
@@ -86,10 +86,10 @@ impl Draws {
             }
         };
         // What is fixed at the start stays.
-        let Ok(changed) = values.with_live([(declaration.name.to_owned(), value)]) else {
+        let Ok(changed) = values.with_live([(declaration.name.clone(), value)]) else {
             return values.clone();
         };
-        match Controller::new(&changed) {
+        match Controller::new(&read(&changed)) {
             Ok(_) => changed,
             Err(_) => values.clone(),
         }
@@ -100,13 +100,13 @@ impl Draws {
 fn model_file() -> &'static str {
     const PATH: &str = concat!(env!("CARGO_TARGET_TMPDIR"), "/controller_properties.yaml");
     static WRITTEN: LazyLock<()> = LazyLock::new(|| {
-        let values = defaults();
-        let [k, b] = ["plane", "damping"].map(|it| values.double(&format!("gains.model.{it}")));
+        let gains = ControllerParameters::default().gains;
+        let (k, b) = (gains.model.plane, gains.model.damping);
         let (dt, input, output) = (0.05, "plane_motion:dive_planes", "state:pitch_rate");
         let pole = (-b * dt).exp();
         let num = vec![-k * (1.0 - pole) / b];
         let file = ModelFile {
-            speed: Some(values.double("gains.reference_speed")),
+            speed: Some(gains.reference_speed),
             ..ModelFile::exact(input, output, dt, num, vec![1.0, -pole])
         };
         file.write(Path::new(PATH)).unwrap();
@@ -116,7 +116,11 @@ fn model_file() -> &'static str {
 }
 
 fn defaults() -> Values {
-    Values::defaults(declarations())
+    Values::of::<ControllerParameters>()
+}
+
+fn read(values: &Values) -> ControllerParameters {
+    ControllerParameters::from_values(values).unwrap()
 }
 
 fn with(values: &Values, changes: &[(&str, Value)]) -> Values {
@@ -128,7 +132,8 @@ fn with(values: &Values, changes: &[(&str, Value)]) -> Values {
 fn assert_within_limits((command, control): &Answer, values: &Values) {
     assert_eq!(command.first_non_finite(), None, "{command:?}");
     assert_eq!(control.first_non_finite(), None, "{control:?}");
-    let planes = values.double("planes.limit") * (1.0 + 1e-15);
+    let p = read(values);
+    let planes = p.planes.limit * (1.0 + 1e-15);
     let (mean, differential) = (command.dive_planes, command.bow_stern_differential);
     for side in [-1.0, 1.0] {
         let bow = mean + differential + side * command.roll_differential;
@@ -138,10 +143,10 @@ fn assert_within_limits((command, control): &Answer, values: &Values) {
         );
     }
     assert!((mean - differential).abs() <= planes, "{command:?}");
-    assert!(command.roll_differential.abs() <= values.double("roll.limit"));
-    assert!(command.rudder.abs() <= values.double("course.limit"));
-    assert!(command.thrust.abs() <= values.double("speed.limit"));
-    assert!(control.pitch_command.abs() <= values.double("depth.pitch_limit"));
+    assert!(command.roll_differential.abs() <= p.roll.limit);
+    assert!(command.rudder.abs() <= p.course.limit);
+    assert!(command.thrust.abs() <= p.speed.limit);
+    assert!(control.pitch_command.abs() <= p.depth.pitch_limit);
 }
 
 #[test]
@@ -152,14 +157,14 @@ fn outputs_stay_within_their_limits_for_any_finite_input_and_any_allowed_paramet
         let mut values = defaults()
             .with([("feedback.source".to_owned(), Value::from(source))])
             .unwrap();
-        let mut controller = Controller::new(&values).unwrap();
+        let mut controller = Controller::new(&read(&values)).unwrap();
         let mut tick = 0;
         for _ in 0..1500 {
             tick += 1 + draws.below(3) as i64;
             match draws.below(12) {
                 0..6 => {
                     values = draws.change(&values);
-                    controller.set_values(&values).unwrap();
+                    controller.set_parameters(&read(&values)).unwrap();
                 }
                 6 => {
                     let quantity = draws.one_of(&Quantity::ALL);
@@ -200,7 +205,7 @@ fn outputs_stay_within_their_limits_for_any_finite_input_and_any_allowed_paramet
 #[test]
 fn what_is_not_finite_is_refused_and_leaves_no_trace() {
     let mut draws = Draws(1);
-    let mut clean = Controller::new(&defaults()).unwrap();
+    let mut clean = Controller::new(&read(&defaults())).unwrap();
     let mut troubled = clean.clone();
     for tick in 0..300 {
         let good = draws.state(tick, false);
@@ -255,7 +260,7 @@ fn a_change_between_modes_that_hold_something_moves_the_planes_by_rounding_alone
                 ("mode", Value::from("off")),
             ],
         );
-        let mut controller = Controller::new(&values).unwrap();
+        let mut controller = Controller::new(&read(&values)).unwrap();
         let mut state = draws.state(0, false);
         let mut last = controller.on_state(&state).unwrap().0.dive_planes;
         let mut mode = "off";
@@ -265,7 +270,7 @@ fn a_change_between_modes_that_hold_something_moves_the_planes_by_rounding_alone
             if changes {
                 mode = next;
                 let values = with(&values, &[("mode", Value::from(mode))]);
-                controller.set_values(&values).unwrap();
+                controller.set_parameters(&read(&values)).unwrap();
             }
             state = drift(&mut draws, &state);
             let planes = controller.on_state(&state).unwrap().0.dive_planes;
@@ -284,12 +289,12 @@ fn a_change_between_modes_that_hold_something_moves_the_planes_by_rounding_alone
 fn after_a_change_of_mode_the_transfer_moves_the_planes_no_faster_than_its_time_constant_allows() {
     let mut draws = Draws(3);
     let values = with(&defaults(), &[("mode", Value::from("open_loop"))]);
-    let mut controller = Controller::new(&values).unwrap();
+    let mut controller = Controller::new(&read(&values)).unwrap();
     let mut state = draws.state(0, false);
     state.pitch = 0.3;
     controller.on_state(&state).unwrap();
     let pitch = with(&values, &[("mode", Value::from("pitch"))]);
-    controller.set_values(&pitch).unwrap();
+    controller.set_parameters(&read(&pitch)).unwrap();
     let mut last: Option<f64> = None;
     for tick in 1..200 {
         state.header.stamp = Time::from_nanos(tick * TICK);
@@ -318,12 +323,12 @@ fn a_fault_stays_whatever_happens_until_it_is_reset() {
                 ("safety.pitch", Value::Double(0.9)),
             ],
         );
-        let mut controller = Controller::new(&values).unwrap();
+        let mut controller = Controller::new(&read(&values)).unwrap();
         let (mut fault, mut faults) = (0, 0);
         for tick in 0..1500 {
             if draws.below(10) == 0 {
                 values = draws.change(&values);
-                controller.set_values(&values).unwrap();
+                controller.set_parameters(&read(&values)).unwrap();
             }
             if draws.below(50) == 0 && controller.reset_fault().is_ok() {
                 fault = 0;
@@ -333,8 +338,9 @@ fn a_fault_stays_whatever_happens_until_it_is_reset() {
             let stays = control.fault == fault || control.fault == ControlState::FAULT_FLOOR;
             assert!(fault == 0 || stays, "{fault} became {}", control.fault);
             if control.fault != 0 {
-                let climb = values.double("safety.climb_planes");
-                let climb = climb.min(values.double("planes.limit"));
+                let p = read(&values);
+                let climb = p.safety.climb_planes;
+                let climb = climb.min(p.planes.limit);
                 let bow = command.dive_planes + command.bow_stern_differential;
                 assert!(
                     bow == 0.0 || control.climbing && (-climb * (1.0 + 1e-15)..0.0).contains(&bow)
@@ -359,26 +365,31 @@ fn no_pair_of_live_changes_passes_through_a_set_that_is_not_allowed() {
             ("depth_setpoint", Value::Double(0.9)),
         ],
     );
-    let mut controller = Controller::new(&shallow).unwrap();
+    let mut controller = Controller::new(&read(&shallow)).unwrap();
     let deep = [
         ("depth_setpoint", Value::Double(3.0)),
         ("depth.max", Value::Double(4.0)),
     ];
     let too_soon = with(&shallow, &deep[..1]);
-    let refusal = controller.set_values(&too_soon).unwrap_err().to_string();
+    let refusal = controller
+        .set_parameters(&read(&too_soon))
+        .unwrap_err()
+        .to_string();
     assert!(
         refusal.contains("depth_setpoint") && refusal.contains("depth.max"),
         "{refusal}"
     );
     let state = Draws(5).state(0, false);
     assert_eq!(controller.on_state(&state).unwrap().1.depth_setpoint, 0.9);
-    controller.set_values(&with(&shallow, &deep)).unwrap();
+    controller
+        .set_parameters(&read(&with(&shallow, &deep)))
+        .unwrap();
 
     // Whatever is changed after whatever, what is in force is an allowed set.
     let mut draws = Draws(7);
     let mut values = defaults();
     for _ in 0..2000 {
         values = draws.change(&values);
-        assert!(controller.set_values(&values).is_ok());
+        assert!(controller.set_parameters(&read(&values)).is_ok());
     }
 }

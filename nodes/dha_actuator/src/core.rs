@@ -30,7 +30,6 @@ use planesman_msgs::builtin_interfaces::msg::{Duration, Time};
 use planesman_msgs::planesman_msgs::msg::{DhaState, PlaneCommand, PlaneMotion};
 use planesman_msgs::sensor_msgs::msg::JointState;
 use planesman_msgs::std_msgs::msg::Header;
-use planesman_parameters::Values;
 
 use crate::actuator_file;
 use crate::actuator_model::{ActuatorModel, Model, Planes, Request};
@@ -39,7 +38,7 @@ use crate::dha::Demand;
 use crate::error::Error;
 use crate::groups::{Group, Grouping};
 use crate::modes::Load;
-use crate::parameters::{Config, Member};
+use crate::parameters::{ActuatorParameters, Config, Member};
 
 /// The frame the plane angles are given in: forward, right, down.
 const FRAME: &str = "base_link_frd";
@@ -217,8 +216,8 @@ impl Actuator {
     ///
     /// # Errors
     /// [`Error`]: an actuator file, a tick that is not positive, parameters that do not fit the actuators.
-    pub fn new(values: &Values, tick_nanos: i64) -> Result<Self, Error> {
-        let config = Config::from_values(values);
+    pub fn new(parameters: &ActuatorParameters, tick_nanos: i64) -> Result<Self, Error> {
+        let config = Config::new(parameters);
         if tick_nanos <= 0 {
             return Err(Error::Tick(tick_nanos));
         }
@@ -258,8 +257,8 @@ impl Actuator {
     /// # Errors
     /// When `groups` or what moves them differs, which is fixed from the start, or when the
     /// parameters do not fit the actuators. Nothing changes then.
-    pub fn set_values(&mut self, values: &Values) -> Result<(), Error> {
-        let new = Config::from_values(values);
+    pub fn set_parameters(&mut self, parameters: &ActuatorParameters) -> Result<(), Error> {
+        let new = Config::new(parameters);
         if new.members != self.config.members {
             return Err(Error::Fixed);
         }

@@ -8,12 +8,14 @@
 //! often they are looked at: while |delta_c - delta| > rate/omega the angle moves evenly, then it
 //! comes nearer exponentially.
 
-/// The law.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Lag {
-    /// omega, rad/s.
+/// The law: the parameters `first_order.*`.
+#[derive(Clone, Copy, Debug, PartialEq, planesman_parameters::Parameters)]
+pub struct Lag {
+    /// Model first_order: its bandwidth; as late as a volume of the actuator auv, T_v + T_f/2 + T/2 = 14.75 ms.
+    #[parameter(default = 67.8, unit = "rad/s", range = 0.01..=1000.0)]
     pub omega: f64,
-    /// The largest plane rate, rad/s.
+    /// Model first_order: its largest plane rate; the slew rate of the actuator auv, 40 degrees a second.
+    #[parameter(default = 0.698_131_700_797_731_8, unit = "rad/s", range = 1e-4..=100.0)]
     pub rate: f64,
 }
 

@@ -72,8 +72,8 @@ impl Group {
 }
 
 /// How the planes are divided among actuators.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Grouping {
+#[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
+pub enum Grouping {
     /// One actuator moves bow and stern planes.
     Together,
     /// Bow, stern, roll differential and rudder have one each.

@@ -8,49 +8,49 @@ use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::{DhaState, PlaneCommand, PlaneMotion, VehicleState};
 use planesman_msgs::sensor_msgs::msg::JointState;
 use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, Runtime, args};
-use planesman_parameters::Values;
 
 use crate::core::{Actuator, Output};
 use crate::error::Error;
 use crate::groups::Group;
-use crate::parameters;
+use crate::parameters::ActuatorParameters;
 
 enum Event {
     Command(PlaneCommand),
     State(VehicleState),
     /// Time to ask whether everybody has gone silent.
     Look,
-    Parameters(Values),
+    Parameters(Box<ActuatorParameters>),
 }
 
-/// Runs the node with its command-line arguments until it is told to stop.
+/// Runs the node with its command-line arguments until it is stopped.
 #[must_use]
 pub fn main(args: Vec<String>) -> ExitCode {
     planesman_node::exit_code("dha_actuator", || run(args))
 }
 
 fn run(args: Vec<String>) -> Result<()> {
-    let rt = Runtime::start(
+    let (rt, parameters) = Runtime::start(
         NodeSpec {
             name: "dha_actuator",
             namespace: "/auv",
-            declarations: parameters::declarations(),
-            validate: |values| actuator(values).map(drop).map_err(|e| e.to_string()),
-            on_parameters: Event::Parameters,
+            validate: |parameters: &ActuatorParameters| {
+                actuator(parameters).map(drop).map_err(|e| e.to_string())
+            },
+            on_parameters: |parameters| Event::Parameters(Box::new(parameters)),
         },
         args::only(args)?,
     )?;
-    let actuator = actuator(&rt.values())?;
+    let actuator = actuator(&parameters)?;
     let groups = actuator.groups();
     let mut node = Node {
         actuator,
-        lockstep: rt.values().bool("lockstep"),
-        timeout: rt.values().double("command_timeout"),
+        lockstep: parameters.lockstep,
+        timeout: parameters.command_timeout,
         publishers: Publishers::new(&rt, groups)?,
         limits: Vec::new(),
         begun: None,
         commanded: None,
-        heard: None,
+        received: None,
     };
     rt.subscribe("plane_command", Qos::reliable(100), Event::Command)?;
     if !node.lockstep {
@@ -60,8 +60,8 @@ fn run(args: Vec<String>) -> Result<()> {
     rt.run(|rt, event| node.on(rt, event))
 }
 
-fn actuator(values: &Values) -> Result<Actuator, Error> {
-    Actuator::new(values, (values.double("tick") * 1e9).round() as i64)
+fn actuator(parameters: &ActuatorParameters) -> Result<Actuator, Error> {
+    Actuator::new(parameters, (parameters.tick * 1e9).round() as i64)
 }
 
 struct Node {
@@ -71,20 +71,20 @@ struct Node {
     /// Silence after which neutral is asked for, s.
     timeout: f64,
     publishers: Publishers,
-    /// What limited the planes in the last tick.
+    /// The limits that the planes stood at in the last tick.
     limits: Vec<String>,
     /// The last tick that the vehicle began, and the last one commanded, ns.
     begun: Option<i64>,
     commanded: Option<i64>,
     /// When the last command came, by the node's clock, ns.
-    heard: Option<i64>,
+    received: Option<i64>,
 }
 
 impl Node {
     fn on(&mut self, rt: &Runtime<Event>, event: Event) -> Result<Flow> {
         match event {
             Event::Command(command) => {
-                self.heard = Some(rt.now().nanos());
+                self.received = Some(rt.now().nanos());
                 match self.actuator.on_command(&command) {
                     Ok(output) => {
                         let stamp = command.header.stamp.nanos();
@@ -103,9 +103,9 @@ impl Node {
             }
             Event::State(state) => self.on_state(state.header.stamp.nanos()),
             Event::Look => self.look(rt),
-            Event::Parameters(values) => {
-                self.actuator.set_values(&values)?;
-                self.timeout = values.double("command_timeout");
+            Event::Parameters(parameters) => {
+                self.actuator.set_parameters(&parameters)?;
+                self.timeout = parameters.command_timeout;
                 log::info!("parameters changed");
                 for fault in self.actuator.faults() {
                     log::warn!("fault: {fault}");
@@ -132,7 +132,7 @@ impl Node {
 
     fn look(&mut self, rt: &Runtime<Event>) {
         let now = rt.now().nanos();
-        match self.heard {
+        match self.received {
             None => rt.set_status("actuator", Level::Warn, "no plane command yet", &[]),
             Some(at) if (now - at) as f64 * 1e-9 > self.timeout => {
                 rt.set_status(

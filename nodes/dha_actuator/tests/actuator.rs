@@ -1,26 +1,21 @@
 //! The actuator as the node uses it: plane commands in, plane motion out.
 
-use dha_actuator::{Actuator, Output, declarations};
+use dha_actuator::{Actuator, ActuatorParameters, Output};
 use planesman_msgs::Message;
 use planesman_msgs::builtin_interfaces::msg::{Duration, Time};
 use planesman_msgs::planesman_msgs::msg::PlaneCommand;
-use planesman_parameters::Value;
-use planesman_parameters::Values;
+use planesman_parameters::{Parameters as _, Value};
 
 const TICK: i64 = 50_000_000;
 
-fn values(changes: &[(&str, Value)]) -> Values {
-    Values::defaults(declarations())
-        .with(
-            changes
-                .iter()
-                .map(|(name, value)| ((*name).to_owned(), value.clone())),
-        )
+fn with(changes: &[(&str, Value)]) -> ActuatorParameters {
+    ActuatorParameters::default()
+        .with(changes)
         .expect("declared")
 }
 
 fn actuator(changes: &[(&str, Value)]) -> Actuator {
-    Actuator::new(&values(changes), TICK).expect("valid")
+    Actuator::new(&with(changes), TICK).expect("valid")
 }
 
 fn command(nanos: i64, angle: f64) -> PlaneCommand {
@@ -131,8 +126,8 @@ fn left_out_ticks_are_caught_up_by_holding_the_command() {
 
 #[test]
 fn a_stamp_within_the_tick_cuts_it_short() {
-    let mut whole = Actuator::new(&values(&[]), TICK).expect("valid");
-    let mut long = Actuator::new(&values(&[]), 10 * TICK).expect("valid");
+    let mut whole = Actuator::new(&with(&[]), TICK).expect("valid");
+    let mut long = Actuator::new(&with(&[]), 10 * TICK).expect("valid");
     for k in 0..30 {
         let angle = 0.3 * (k as f64).sin();
         let a = answer(&mut whole, k * TICK, angle);
@@ -314,12 +309,12 @@ fn a_fault_befalls_its_group_from_the_next_tick_on_and_is_told() {
     let mut actuator = each(&[]);
     answer(&mut actuator, 0, 0.3);
     assert!(actuator.faults().is_empty());
-    let ill = values(&[
+    let ill = with(&[
         ("groups", Value::from("each")),
         ("fault.group", Value::from("stern")),
         ("fault.lost_supply", Value::from(0.9)),
     ]);
-    actuator.set_values(&ill).expect("accepted");
+    actuator.set_parameters(&ill).expect("accepted");
     assert_eq!(actuator.faults(), ["stern: supply pressure low by 90.0 %"]);
     let states = (1..40)
         .map(|k| answer(&mut actuator, k * TICK, 0.3).states)
@@ -328,8 +323,8 @@ fn a_fault_befalls_its_group_from_the_next_tick_on_and_is_told() {
     assert!(states[0].faults.is_empty() && states[0].plane_angle > 0.29);
     assert_eq!(states[1].faults, "supply pressure low by 90.0 %");
     assert!(states[1].plane_angle < 0.1, "{}", states[1].plane_angle);
-    let sound = values(&[("groups", Value::from("each"))]);
-    actuator.set_values(&sound).expect("accepted");
+    let sound = with(&[("groups", Value::from("each"))]);
+    actuator.set_parameters(&sound).expect("accepted");
     let mended = (40..80)
         .map(|k| answer(&mut actuator, k * TICK, 0.3).states)
         .last()
@@ -365,13 +360,10 @@ fn faults_that_cannot_be_are_refused_as_a_set() {
             "fault.stuck_valve",
         ),
     ] {
-        let set = Values::defaults(declarations()).with(
-            changes
-                .iter()
-                .map(|(name, value)| ((*name).to_owned(), value.clone())),
-        );
-        let error = match set {
-            Ok(values) => Actuator::new(&values, TICK).expect_err(rule).to_string(),
+        let error = match ActuatorParameters::default().with(&changes) {
+            Ok(parameters) => Actuator::new(&parameters, TICK)
+                .expect_err(rule)
+                .to_string(),
             Err(refusal) => refusal.to_string(),
         };
         assert!(error.contains(rule), "{error}");
@@ -418,18 +410,18 @@ fn parameters_take_effect_at_the_next_tick() {
     let mut actuator = actuator(&[]);
     answer(&mut actuator, 0, 0.5);
     actuator
-        .set_values(&values(&[("command_limit", Value::Double(0.1))]))
+        .set_parameters(&with(&[("command_limit", Value::Double(0.1))]))
         .expect("accepted");
     let next = answer(&mut actuator, TICK, 0.5);
     assert_eq!(next.states[0].commanded_angle, 0.1);
-    let changed = values(&[("model", Value::from("ideal"))]);
-    assert!(actuator.set_values(&changed).is_err());
-    let two_speed = values(&[("logic.mode", Value::from("two_speed"))]);
-    let error = actuator.set_values(&two_speed).expect_err("refused");
+    let changed = with(&[("model", Value::from("ideal"))]);
+    assert!(actuator.set_parameters(&changed).is_err());
+    let two_speed = with(&[("logic.mode", Value::from("two_speed"))]);
+    let error = actuator.set_parameters(&two_speed).expect_err("refused");
     assert!(error.to_string().contains("small_volume"), "{error}");
     assert!(Actuator::new(&two_speed, TICK).is_err());
-    let unknown = values(&[("actuator", Value::from("no/such.yaml"))]);
+    let unknown = with(&[("actuator", Value::from("no/such.yaml"))]);
     let error = Actuator::new(&unknown, TICK).expect_err("refused");
     assert!(error.to_string().contains("no/such.yaml"), "{error}");
-    assert!(Actuator::new(&values(&[]), 0).is_err());
+    assert!(Actuator::new(&with(&[]), 0).is_err());
 }

@@ -14,7 +14,6 @@ use planesman_msgs::{
     sensor_msgs::msg::{FluidPressure, Imu},
     tf2_msgs::msg::TFMessage,
 };
-use planesman_parameters::Values;
 
 pub use crate::settings::derivatives;
 use crate::{
@@ -23,6 +22,7 @@ use crate::{
     dynamics::Load,
     messages::Frames,
     odometry::{self, wrapped},
+    parameters::PlantParameters,
     planes::{self, PlanePath},
     seaway::Waves,
     sensors::{self, Memory, Readings, Truth},
@@ -112,8 +112,8 @@ impl Acting {
 ///
 /// # Errors
 /// What is refused and why.
-pub fn vehicle(values: &Values) -> Result<Vehicle, String> {
-    vehicle_file::load_on(values.string("vehicle"), values.string("vehicle_base"))
+pub fn vehicle(parameters: &PlantParameters) -> Result<Vehicle, String> {
+    vehicle_file::load_on(&parameters.vehicle, &parameters.vehicle_base)
         .map_err(|refusal| refusal.to_string())
 }
 
@@ -123,9 +123,9 @@ impl Plant {
     /// # Errors
     /// What is refused and why: a vehicle file, a prefix, or a step that does not divide the
     /// tick or is too long for the vehicle.
-    pub fn new(values: &Values) -> Result<Self, String> {
-        let vehicle = vehicle(values)?;
-        let settings = Settings::new(values, &vehicle)?;
+    pub fn new(parameters: &PlantParameters) -> Result<Self, String> {
+        let vehicle = vehicle(parameters)?;
+        let settings = Settings::new(parameters, &vehicle)?;
         let mut memory = Memory::new(settings.seed);
         let acting = Acting::default();
         let truth = truth(&settings, &settings.initial, &acting);
@@ -148,9 +148,9 @@ impl Plant {
     /// from the next reset on.
     ///
     /// # Errors
-    /// As [`Plant::new`]; then the values before stay in force.
-    pub fn set_values(&mut self, values: &Values) -> Result<(), String> {
-        let next = Settings::new(values, &self.vehicle)?;
+    /// As [`Plant::new`]; then the parameters before stay in force.
+    pub fn set_parameters(&mut self, parameters: &PlantParameters) -> Result<(), String> {
+        let next = Settings::new(parameters, &self.vehicle)?;
         if next.fixed() != self.settings.fixed() {
             return Err(
                 "parameters 'vehicle', 'tick' and 'step' are fixed at the start".to_owned(),
@@ -396,20 +396,20 @@ fn or_neutral<'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{State, parameters};
+    use crate::State;
     use planesman_msgs::{Message, builtin_interfaces::msg::Duration, cdr, std_msgs::msg::Header};
-    use planesman_parameters::Value;
+    use planesman_parameters::{Parameters as _, Value};
     use planesman_units::FOOT;
     use std::f64::consts::FRAC_PI_6;
 
-    fn values(changes: &[(&str, Value)]) -> Values {
-        Values::defaults(parameters::declarations())
-            .with(changes.iter().map(|(n, v)| ((*n).to_owned(), v.clone())))
+    fn with(changes: &[(&str, Value)]) -> PlantParameters {
+        PlantParameters::default()
+            .with(changes)
             .expect("valid parameters")
     }
 
     fn plant(changes: &[(&str, Value)]) -> Plant {
-        Plant::new(&values(changes)).expect("a plant")
+        Plant::new(&with(changes)).expect("a plant")
     }
 
     fn motion(from: f64, to: f64) -> PlaneMotion {
@@ -489,8 +489,8 @@ mod tests {
         let mut plant = plant(&[]);
         run(&mut plant, 3);
         let before = bytes(&plant.observe(stamp(3)));
-        let faster = values(&[("speed", Value::Double(0.6))]);
-        plant.set_values(&faster).expect("taken");
+        let faster = with(&[("speed", Value::Double(0.6))]);
+        plant.set_parameters(&faster).expect("taken");
         assert_eq!(before, bytes(&plant.observe(stamp(3))));
         plant.advance(None).expect("a tick");
         assert_eq!(plant.observe(stamp(4)).state.surge, 0.6);
@@ -764,21 +764,21 @@ mod tests {
             (("vehicle", Value::from("no/such.yaml")), "no/such.yaml"),
             (("frame_prefix", Value::from("a b")), "frame_prefix"),
         ] {
-            let refusal = Plant::new(&values(&[changes])).expect_err("refused");
+            let refusal = Plant::new(&with(&[changes])).expect_err("refused");
             assert!(refusal.contains(reason), "{refusal}");
         }
         let undriven = [
             ("vehicle", Value::from("remus_100")),
             ("propulsion", Value::from("thrust")),
         ];
-        let refusal = Plant::new(&values(&undriven)).expect_err("no propulsion");
+        let refusal = Plant::new(&with(&undriven)).expect_err("no propulsion");
         assert!(refusal.contains("no propulsion"), "{refusal}");
         let coarse = [
             ("step", Value::Double(0.1)),
             ("tick", Value::Double(0.1)),
             ("speed", Value::Double(5.0)),
         ];
-        let refusal = Plant::new(&values(&coarse)).expect_err("too coarse");
+        let refusal = Plant::new(&with(&coarse)).expect_err("too coarse");
         assert!(refusal.contains("rad/s"), "{refusal}");
     }
 
@@ -791,7 +791,7 @@ mod tests {
             ("step", Value::Double(0.002)),
             ("vehicle", Value::from("other.yaml")),
         ] {
-            assert!(plant.set_values(&values(&[fixed])).is_err());
+            assert!(plant.set_parameters(&with(&[fixed])).is_err());
         }
     }
 

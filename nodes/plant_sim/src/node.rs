@@ -19,12 +19,11 @@ use planesman_msgs::std_srvs::srv::{
 use planesman_msgs::tf2_msgs::msg::TFMessage;
 use planesman_node::claim::{Claim, Stage};
 use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, Responder, Runtime, args};
-use planesman_parameters::Values;
 
 use crate::answers::Answers;
 use crate::core::{Observation, Plant};
 use crate::lockstep::Lockstep;
-use crate::parameters;
+use crate::parameters::{ActuatorAnswer, PlantParameters, TimeSource};
 use crate::tank::Boundary;
 
 /// In lockstep, everything is said again after this long without all answers: a member that
@@ -46,7 +45,7 @@ enum Event {
     Pause(SetBoolRequest, Responder<SetBool>),
     Step(StepRequest, Responder<Step>),
     Reset(Responder<Trigger>),
-    Parameters(Values),
+    Parameters(Box<PlantParameters>),
 }
 
 /// Runs the node with its command-line arguments until it is told to stop.
@@ -56,20 +55,21 @@ pub fn main(args: Vec<String>) -> ExitCode {
 }
 
 fn run(args: Vec<String>) -> Result<()> {
-    let rt = Runtime::start(
+    let (rt, parameters) = Runtime::start(
         NodeSpec {
             name: "plant_sim",
             namespace: "/auv",
-            declarations: parameters::declarations(),
-            validate: |values| Plant::new(values).map(drop),
-            on_parameters: Event::Parameters,
+            validate: |parameters: &PlantParameters| Plant::new(parameters).map(drop),
+            on_parameters: |parameters| Event::Parameters(Box::new(parameters)),
         },
         args::only(args)?,
     )?;
-    let mut node = Node::new(&rt)?;
-    match rt.values().string("actuator_answer") {
-        "planes" => rt.subscribe("planes", Qos::reliable(100), Event::Planes)?,
-        _ => rt.subscribe("plane_motion", Qos::reliable(100), Event::Motion)?,
+    let mut node = Node::new(&rt, &parameters)?;
+    match parameters.actuator_answer {
+        ActuatorAnswer::Planes => rt.subscribe("planes", Qos::reliable(100), Event::Planes)?,
+        ActuatorAnswer::PlaneMotion => {
+            rt.subscribe("plane_motion", Qos::reliable(100), Event::Motion)?;
+        }
     }
     rt.subscribe("tick_answer", Qos::reliable(100), Event::Answer)?;
     rt.serve::<SetBool>("~/pause", Event::Pause)?;
@@ -136,13 +136,12 @@ struct Node {
 }
 
 impl Node {
-    fn new(rt: &Runtime<Event>) -> Result<Self> {
-        let values = rt.values();
-        let plant = Plant::new(&values).map_err(|e| anyhow!(e))?;
-        let factor = values.double("factor");
-        let (pace, owns_time) = match values.string("time") {
-            "lockstep" => {
-                let members = values.strings("lockstep.members").to_vec();
+    fn new(rt: &Runtime<Event>, parameters: &PlantParameters) -> Result<Self> {
+        let plant = Plant::new(parameters).map_err(|e| anyhow!(e))?;
+        let factor = parameters.factor;
+        let (pace, owns_time) = match parameters.time {
+            TimeSource::Lockstep => {
+                let members = parameters.lockstep.members.clone();
                 let pace = Pace::Lockstep {
                     answers: Box::new(Lockstep::new(members, Time::default())),
                     began: Instant::now(),
@@ -150,19 +149,19 @@ impl Node {
                 };
                 (pace, true)
             }
-            "real" => {
+            TimeSource::Real => {
                 let pace = Pace::Real {
                     factor,
                     deadline: Instant::now(),
                 };
-                (pace, factor != 1.0 || values.bool("sim_time"))
+                (pace, factor != 1.0 || parameters.sim_time)
             }
-            _ => (Pace::External, false),
+            TimeSource::External => (Pace::External, false),
         };
-        let duration = values.double("duration");
+        let duration = parameters.duration;
         let ticks = (duration * 1e9 / plant.tick_nanos() as f64).round() as i64;
         let lockstep = matches!(pace, Pace::Lockstep { .. });
-        let reliable = lockstep || values.bool("reliable_sensors");
+        let reliable = lockstep || parameters.reliable_sensors;
         let publishers = Publishers::new(rt, owns_time, reliable)?;
         Ok(Self {
             claim: rt.claim(publishers.state.topic())?,
@@ -173,8 +172,8 @@ impl Node {
             k: 0,
             ticks: (duration > 0.0).then_some(ticks),
             observation: None,
-            answers: Answers::new(plant.tick_nanos(), values.integer("delay_budget")),
-            paused: values.bool("start_paused"),
+            answers: Answers::new(plant.tick_nanos(), parameters.delay_budget),
+            paused: parameters.start_paused,
             stepping: None,
             held: 0,
             delayed: 0,
@@ -217,9 +216,11 @@ impl Node {
                     message: "back at the initial state".to_owned(),
                 });
             }
-            Event::Parameters(values) => {
-                self.plant.set_values(&values).map_err(|e| anyhow!(e))?;
-                self.answers.set_budget(values.integer("delay_budget"));
+            Event::Parameters(parameters) => {
+                self.plant
+                    .set_parameters(&parameters)
+                    .map_err(|e| anyhow!(e))?;
+                self.answers.set_budget(parameters.delay_budget);
             }
         }
         while self.tick_is_over(rt) {

@@ -1,7 +1,6 @@
 //! The parameters, checked and in the models' own types: what a [`Plant`](crate::core::Plant) flies by.
 
 use planesman_linear::LARGEST_POLE_STEP;
-use planesman_parameters::Values;
 
 use crate::{
     Restoring, State, Vehicle,
@@ -10,7 +9,7 @@ use crate::{
     environment::Environment,
     linearised::{self, Output},
     motion::Motion,
-    parameters,
+    parameters::{self, DampingLaw, PlantParameters, Propulsion, RestoringMoment},
     seaway::{Seaway, ShapingFilter},
     sensors::Sensors,
     tank::Tank,
@@ -35,24 +34,25 @@ pub(crate) struct Settings {
 }
 
 impl Settings {
-    pub(crate) fn new(values: &Values, vehicle: &Vehicle) -> Result<Self, String> {
-        let (tick_nanos, steps) = tick_and_steps(values.double("tick"), values.double("step"))?;
+    pub(crate) fn new(parameters: &PlantParameters, vehicle: &Vehicle) -> Result<Self, String> {
+        let (tick_nanos, steps) = tick_and_steps(parameters.tick, parameters.step)?;
+        let outside = &parameters.environment;
         let environment = Environment {
-            density: values.double("environment.density"),
-            gravity: values.double("environment.gravity"),
-            atmospheric_pressure: values.double("environment.atmospheric_pressure"),
+            density: outside.density,
+            gravity: outside.gravity,
+            atmospheric_pressure: outside.atmospheric_pressure,
         };
-        let (speed, variant) = (values.double("speed"), variant(values));
+        let (speed, variant) = (parameters.speed, variant(parameters));
         let vertical = Motion {
             derivatives: variant.of(vehicle.derivatives(speed)),
-            restoring: match values.string("restoring") {
-                "small_angle" => Restoring::SmallAngle,
-                _ => Restoring::Sine,
+            restoring: match parameters.restoring {
+                RestoringMoment::SmallAngle => Restoring::SmallAngle,
+                RestoringMoment::Sine | RestoringMoment::None => Restoring::Sine,
             },
             environment,
             step: tick_nanos as f64 * 1e-9 / f64::from(steps),
         };
-        let drive = drive(values.string("propulsion"), vehicle, variant)?;
+        let drive = drive(parameters.propulsion, vehicle, variant)?;
         let design_speed = drive.as_ref().map_or(0.0, |d| d.propulsion.design_speed);
         let fastest = variant.of(vehicle.derivatives(speed.max(design_speed)));
         refuse_fast_modes(vehicle, &fastest, vertical.step)?;
@@ -61,10 +61,10 @@ impl Settings {
                 .transpose()
                 .map_err(|e| format!("vehicle '{}' refused: {e}", vehicle.name))
         };
-        let bottom = values.double("environment.bottom");
+        let bottom = outside.bottom;
         let plane = State {
-            depth: values.double("initial_depth"),
-            pitch: values.double("initial_pitch"),
+            depth: parameters.initial_depth,
+            pitch: parameters.initial_pitch,
             ..State::default()
         };
         Ok(Self {
@@ -73,26 +73,24 @@ impl Settings {
                 roll: turning(vehicle.roll.map(|axis| variant.of_roll(axis)))?,
                 course: turning(vehicle.course)?,
                 drive,
-                current: ["x", "y", "z"]
-                    .map(|axis| values.double(&format!("environment.current.{axis}"))),
+                current: [outside.current.x, outside.current.y, outside.current.z],
                 tank: Tank {
                     bottom: (bottom > 0.0).then_some(bottom),
                 },
                 tether: Tether {
-                    diameter: values.double("environment.tether.diameter"),
-                    drag_coefficient: values.double("environment.tether.drag_coefficient"),
-                    above: values.double("environment.tether.above"),
+                    diameter: outside.tether.diameter,
+                    drag_coefficient: outside.tether.drag_coefficient,
+                    above: outside.tether.above,
                 },
             },
-            seaway: seaway(values, tick_nanos as f64 * 1e-9)?,
-            sensors: parameters::sensors_of(values),
+            seaway: seaway(&outside.seaway, tick_nanos as f64 * 1e-9)?,
+            sensors: parameters::sensors_of(parameters),
             initial: Body::upright(plane, speed),
-            // Declared to be at least 0.
-            seed: values.integer("seed").unsigned_abs(),
+            seed: parameters.seed,
             tick_nanos,
             steps,
-            vehicle: values.string("vehicle").to_owned(),
-            frame_prefix: frame_prefix(values.string("frame_prefix"))?,
+            vehicle: parameters.vehicle.clone(),
+            frame_prefix: frame_prefix(&parameters.frame_prefix)?,
         })
     }
 
@@ -104,22 +102,22 @@ impl Settings {
 
 /// The vehicle's derivatives at the speed and in the variant that the parameters ask for.
 #[must_use]
-pub fn derivatives(values: &Values, vehicle: &Vehicle) -> Derivatives {
-    variant(values).of(vehicle.derivatives(values.double("speed")))
+pub fn derivatives(parameters: &PlantParameters, vehicle: &Vehicle) -> Derivatives {
+    variant(parameters).of(vehicle.derivatives(parameters.speed))
 }
 
-fn variant(values: &Values) -> Variant {
-    let viscous = values.double("pitch_damping_viscous");
-    let rate = values.double("pitch_damping_rate");
+fn variant(parameters: &PlantParameters) -> Variant {
+    let viscous = parameters.pitch_damping_viscous;
+    let rate = parameters.pitch_damping_rate;
     Variant {
-        damping: match values.string("pitch_damping") {
-            "secant" => PitchDamping::Secant { viscous, rate },
-            "tangent" => PitchDamping::Tangent { viscous, rate },
-            "quadratic" => PitchDamping::Quadratic { viscous },
-            _ => PitchDamping::Coefficient,
+        damping: match parameters.pitch_damping {
+            DampingLaw::Secant => PitchDamping::Secant { viscous, rate },
+            DampingLaw::Tangent => PitchDamping::Tangent { viscous, rate },
+            DampingLaw::Quadratic => PitchDamping::Quadratic { viscous },
+            DampingLaw::Coefficient => PitchDamping::Coefficient,
         },
-        heave_moment: values.bool("heave_moment"),
-        restoring_moment: values.string("restoring") != "none",
+        heave_moment: parameters.heave_moment,
+        restoring_moment: parameters.restoring != RestoringMoment::None,
         heave: true,
     }
 }
@@ -139,8 +137,12 @@ fn tick_and_steps(tick: f64, step: f64) -> Result<(i64, u32), String> {
 }
 
 /// What drives the vehicle, when its speed is not held.
-fn drive(propulsion: &str, vehicle: &Vehicle, variant: Variant) -> Result<Option<Drive>, String> {
-    if propulsion != "thrust" {
+fn drive(
+    propulsion: Propulsion,
+    vehicle: &Vehicle,
+    variant: Variant,
+) -> Result<Option<Drive>, String> {
+    if propulsion == Propulsion::Held {
         return Ok(None);
     }
     let Some(propulsion) = vehicle.propulsion else {
@@ -158,12 +160,15 @@ fn drive(propulsion: &str, vehicle: &Vehicle, variant: Variant) -> Result<Option
 }
 
 /// The waves asked for; `None` when it is calm.
-fn seaway(values: &Values, tick: f64) -> Result<Option<(Seaway, ShapingFilter)>, String> {
+fn seaway(
+    waves: &parameters::Seaway,
+    tick: f64,
+) -> Result<Option<(Seaway, ShapingFilter)>, String> {
     let seaway = Seaway {
-        force: values.double("environment.seaway.force"),
-        moment: values.double("environment.seaway.moment"),
-        period: values.double("environment.seaway.period"),
-        damping: values.double("environment.seaway.damping"),
+        force: waves.force,
+        moment: waves.moment,
+        period: waves.period,
+        damping: waves.damping,
     };
     if seaway.is_calm() {
         return Ok(None);

@@ -11,7 +11,8 @@ use planesman_msgs::planesman_msgs::msg::{TickAnswer, VehicleState};
 use planesman_node::{Level, Next, NodeSpec, Publisher, Qos, RawSample, Runtime, args};
 
 use crate::loop_topics::{self, Delivery, LoopTopic};
-use crate::{names, parameters};
+use crate::names;
+use crate::parameters::writer_options;
 
 /// Time between two looks for what is to be flushed.
 const PERIOD: Duration = Duration::from_millis(100);
@@ -41,35 +42,33 @@ pub fn main(args: Vec<String>) -> ExitCode {
 }
 
 fn run(args: Vec<String>) -> Result<()> {
-    let rt = Runtime::start(
+    let (rt, parameters) = Runtime::start(
         NodeSpec {
             name: "recorder",
             namespace: "/auv",
-            declarations: parameters::declarations(),
-            validate: |values| parameters::writer_options(values).map(drop),
+            validate: |parameters| writer_options(parameters).map(drop),
             on_parameters: |_| Event::Parameters,
         },
         args::only(args)?,
     )?;
-    let values = rt.values();
-    let output = match values.string("output") {
+    let output = match parameters.output.as_str() {
         "" => PathBuf::from("bags").join(format!("planesman_{}", names::utc_now())),
         path => PathBuf::from(path),
     };
-    let options = parameters::writer_options(&values).map_err(anyhow::Error::msg)?;
+    let options = writer_options(&parameters).map_err(anyhow::Error::msg)?;
     let mut node = Node {
         writer: BagWriter::create(&output, options)?,
         topics: Vec::new(),
         state: None,
-        answer: values
-            .bool("answer")
+        answer: parameters
+            .answer
             .then(|| rt.publisher("tick_answer", Qos::reliable(100)))
             .transpose()?,
         unfit: 0,
         failed: None,
     };
-    let mut selected = loop_topics::selected(values.strings("topics"))?;
-    if node.answer.is_some() || values.bool("reliable_sensors") {
+    let mut selected = loop_topics::selected(&parameters.topics)?;
+    if node.answer.is_some() || parameters.reliable_sensors {
         selected
             .iter_mut()
             .for_each(|topic| *topic = topic.without_loss());

@@ -4,77 +4,61 @@
 
 use std::time::Duration;
 
-use planesman_bag::{Compression, WriterOptions};
-use planesman_parameters::{Declaration, Value, Values};
+use planesman_bag::WriterOptions;
+use planesman_parameters::{Choice, Parameters};
 
 use crate::loop_topics;
 
-/// Everything the node declares, in the order it is listed.
-#[must_use]
-pub fn declarations() -> Vec<Declaration> {
-    vec![
-        Declaration::new(
-            "output",
-            "",
-            "The bag's folder, which must not exist; empty for bags/planesman_ and the time.",
-        )
-        .read_only(),
-        Declaration::new(
-            "topics",
-            Value::StringArray(Vec::new()),
-            "The topics to record, by their names in the loop ('state', '/tf'); empty for all.",
-        )
-        .read_only(),
-        Declaration::new(
-            "compression",
-            "zstd",
-            "How the bag's chunks are compressed: none, or zstd at its default level.",
-        )
-        .choices(&["none", "zstd"])
-        .read_only(),
-        Declaration::new(
-            "chunk_size",
-            768 * 1024_i64,
-            "Size of a chunk before compression at which it is written to the file; rosbag2's default.",
-        )
-        .unit("B")
-        .range(1024.0, 64.0 * 1024.0 * 1024.0)
-        .read_only(),
-        Declaration::new(
-            "flush_interval",
-            1.0,
-            "Longest time a message waits in memory: what a killed recorder may lose.",
-        )
-        .unit("s")
-        .range(0.0, 3600.0)
-        .read_only(),
-        Declaration::new(
-            "reliable_sensors",
-            false,
-            "Listen to the sensors' topics reliably, so that none of their messages is lost; plant_sim must offer it (its reliable_sensors). Always as a member of lockstep.",
-        )
-        .read_only(),
-        Declaration::new(
-            "answer",
-            false,
-            "Whether each tick is answered once its state is recorded, as a member of lockstep.",
-        )
-        .read_only(),
-    ]
+/// Every parameter of `recorder`.
+#[derive(Clone, Debug, PartialEq, Parameters)]
+pub struct RecorderParameters {
+    /// The bag's folder, which must not exist; empty for bags/planesman_ and the time.
+    #[parameter(default = "", read_only)]
+    pub output: String,
+    /// The topics to record, by their names in the loop ('state', '/tf'); empty for all.
+    #[parameter(default = Vec::new(), read_only)]
+    pub topics: Vec<String>,
+    /// How the bag's chunks are compressed: none, or zstd at its default level.
+    #[parameter(default = Compression::Zstd, read_only)]
+    pub compression: Compression,
+    /// Size of a chunk before compression at which it is written to the file; rosbag2's default.
+    #[parameter(default = 768 * 1024, unit = "B", range = 1024..=64 * 1024 * 1024, read_only)]
+    pub chunk_size: u64,
+    /// Longest time a message waits in memory: what a killed recorder may lose.
+    #[parameter(default = 1.0, unit = "s", range = 0.0..=3600.0, read_only)]
+    pub flush_interval: f64,
+    /// Listen to the sensors' topics reliably, so that none of their messages is lost; plant_sim must offer it
+    /// (its reliable_sensors). Always as a member of lockstep.
+    #[parameter(default = false, read_only)]
+    pub reliable_sensors: bool,
+    /// Whether each tick is answered once its state is recorded, as a member of lockstep.
+    #[parameter(default = false, read_only)]
+    pub answer: bool,
+}
+
+/// How the chunks of the bag are compressed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Choice)]
+pub enum Compression {
+    /// Not at all.
+    None,
+    /// Zstandard at its default level.
+    Zstd,
 }
 
 /// How the bag is written, by these values.
 ///
 /// # Errors
 /// When the values contradict each other or name a topic that is not of the loop.
-pub fn writer_options(values: &Values) -> Result<WriterOptions, String> {
-    loop_topics::selected(values.strings("topics")).map_err(|unknown| unknown.to_string())?;
-    let chunk_size = values.integer("chunk_size");
+pub fn writer_options(parameters: &RecorderParameters) -> Result<WriterOptions, String> {
+    loop_topics::selected(&parameters.topics).map_err(|unknown| unknown.to_string())?;
     Ok(WriterOptions {
-        compression: values.string("compression").parse::<Compression>()?,
-        chunk_size: u64::try_from(chunk_size).map_err(|_| format!("chunk_size {chunk_size}"))?,
+        compression: match parameters.compression {
+            Compression::None => planesman_bag::Compression::None,
+            Compression::Zstd => planesman_bag::Compression::Zstd,
+        },
+        chunk_size: parameters.chunk_size,
         flush_interval: Some(
-            Duration::try_from_secs_f64(values.double("flush_interval"))
+            Duration::try_from_secs_f64(parameters.flush_interval)
                 .map_err(|error| format!("flush_interval: {error}"))?,
         ),
     })
@@ -83,17 +67,18 @@ pub fn writer_options(values: &Values) -> Result<WriterOptions, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use planesman_parameters::Value;
 
     fn with(name: &str, value: Value) -> Result<WriterOptions, String> {
-        Values::defaults(declarations())
-            .with([(name.to_owned(), value)])
+        RecorderParameters::default()
+            .with(&[(name, value)])
             .map_err(|refusal| refusal.to_string())
-            .and_then(|values| writer_options(&values))
+            .and_then(|parameters| writer_options(&parameters))
     }
 
     #[test]
     fn the_defaults_are_the_bags_own() {
-        let options = writer_options(&Values::defaults(declarations())).expect("valid");
+        let options = writer_options(&RecorderParameters::default()).expect("valid");
         let defaults = WriterOptions::default();
         assert_eq!(options.compression, defaults.compression);
         assert_eq!(options.chunk_size, defaults.chunk_size);
@@ -103,7 +88,7 @@ mod tests {
     #[test]
     fn values_reach_the_writer() {
         let none = with("compression", "none".into()).expect("valid");
-        assert_eq!(none.compression, Compression::None);
+        assert_eq!(none.compression, planesman_bag::Compression::None);
         let small = with("chunk_size", Value::Integer(4096)).expect("valid");
         assert_eq!(small.chunk_size, 4096);
         let fast = with("flush_interval", 0.25.into()).expect("valid");

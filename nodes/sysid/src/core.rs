@@ -10,11 +10,10 @@ use planesman_decode::{Types, schema};
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 use planesman_msgs::{Message, cdr};
-use planesman_parameters::Values;
 
 use crate::model::Model;
 use crate::pair::{self, Change, Pair, Scheduled};
-use crate::parameters::Config;
+use crate::parameters::{Config, IdentifierParameters};
 use crate::reader::TopicReader;
 
 /// Identifies a model between each of some pairs of signals.
@@ -41,11 +40,11 @@ impl Identifier {
     /// An identifier before its first message.
     ///
     /// # Errors
-    /// As [`pair::described`] and [`Config::from_values`].
-    pub fn new(values: &Values) -> Result<Self, String> {
-        let pairs = pair::described(values)?
+    /// As [`pair::described`] and [`Config::new`].
+    pub fn new(parameters: &IdentifierParameters) -> Result<Self, String> {
+        let pairs = pair::described(parameters)?
             .into_iter()
-            .map(|(name, values)| Pair::new(name, &values));
+            .map(|(name, own)| Pair::new(name, &own));
         Ok(Self {
             pairs: pairs.collect::<Result<_, _>>()?,
             readers: BTreeMap::new(),
@@ -57,8 +56,8 @@ impl Identifier {
     ///
     /// # Errors
     /// As [`Identifier::new`]; the present parameters then stay.
-    pub fn set_values(&mut self, values: &Values) -> Result<(), String> {
-        let new = Self::new(values)?;
+    pub fn set_parameters(&mut self, parameters: &IdentifierParameters) -> Result<(), String> {
+        let new = Self::new(parameters)?;
         let mut changed = self.clone();
         for (pair, new) in changed.pairs.iter_mut().zip(&new.pairs) {
             pair.set_config(new.config().clone())?;

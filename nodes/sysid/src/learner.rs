@@ -2,13 +2,14 @@
 //! what it is worth.
 
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
+use planesman_parameters::Choice as _;
 
 use crate::align::Sample;
 use crate::estimators::kalman::Filter;
 use crate::estimators::recursive::{Forgetting, Kind, Recursion, Recursive};
 use crate::fit::{Spread, fit};
 use crate::model::Model;
-use crate::parameters::{Config, Method};
+use crate::parameters::Config;
 use crate::readout::{PHYSICAL, Readout};
 use crate::regression::Input;
 
@@ -28,8 +29,8 @@ enum Estimator {
 impl Estimator {
     fn new(config: &Config) -> Result<Self, String> {
         let dt = config.sample_time;
-        Ok(match config.method {
-            Method::Recursion(kind) => {
+        Ok(match config.estimator.recursion() {
+            Some(kind) => {
                 let plain = Recursion::new(kind, config.structure.clone(), dt, config.options)?;
                 let recursion = if config.moment {
                     plain.with_moments()?
@@ -38,9 +39,7 @@ impl Estimator {
                 };
                 Self::Recursion(Box::new(recursion))
             }
-            Method::Kalman => {
-                Self::Vehicle(Box::new(Filter::new(config.vehicle, dt, config.settings)?))
-            }
+            None => Self::Vehicle(Box::new(Filter::new(config.vehicle, dt, config.settings)?)),
         })
     }
 
@@ -221,7 +220,7 @@ impl Learner {
     pub fn estimate(&self, config: &Config) -> ModelEstimate {
         let Readout { model, covariance } = self.readout(config);
         let none = ModelEstimate {
-            estimator: config.method.name().to_owned(),
+            estimator: config.estimator.name().to_owned(),
             sample_time: config.sample_time,
             samples: self.samples,
             frozen: self.frozen,

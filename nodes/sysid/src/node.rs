@@ -11,13 +11,14 @@ use planesman_msgs::planesman_msgs::srv::{Fit, FitRequest, FitResponse};
 use planesman_msgs::std_msgs::msg::Header;
 use planesman_msgs::std_srvs::srv::{SetBool, SetBoolResponse, Trigger, TriggerResponse};
 use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, RawSample, Responder, Runtime, args};
-use planesman_parameters::Values;
+use planesman_parameters::Choice as _;
 
 use crate::core::Identifier;
+use crate::message_types;
 use crate::pair::{self, Change, Pair};
+use crate::parameters::{Config, IdentifierParameters, Reliability};
 use crate::reader::TopicReader;
 use crate::watch::{self, Screen};
-use crate::{message_types, parameters};
 
 /// Time between two looks at who has fallen silent.
 const LOOK: Duration = Duration::from_millis(500);
@@ -33,7 +34,7 @@ enum Event {
     Fit(FitRequest, Responder<Fit>),
     Look,
     Draw,
-    Parameters(Values),
+    Parameters(Box<IdentifierParameters>),
 }
 
 /// The argument, before ROS's, that asks for the view of [`crate::watch`].
@@ -52,22 +53,20 @@ fn run(mut args: Vec<String>) -> Result<()> {
         .then(Screen::new);
     let mut arguments = args::only(args.split_off(usize::from(screen.is_some())))?;
     arguments.console &= !screen.as_ref().is_some_and(Screen::is_drawn);
-    let rt = Runtime::start(
+    let (rt, parameters) = Runtime::start(
         NodeSpec {
             name: "sysid",
             namespace: "/auv",
-            declarations: parameters::declarations(),
-            validate: |values| Identifier::new(values).map(drop),
-            on_parameters: Event::Parameters,
+            validate: |parameters| Identifier::new(parameters).map(drop),
+            on_parameters: |parameters| Event::Parameters(Box::new(parameters)),
         },
         arguments,
     )?;
-    let values = rt.values();
     let mut node = Node {
-        identifier: Identifier::new(&values).map_err(|e| anyhow!(e))?,
+        identifier: Identifier::new(&parameters).map_err(|e| anyhow!(e))?,
         model: rt.publisher("model", Qos::reliable(100))?,
-        answer: values
-            .bool("answer")
+        answer: parameters
+            .answer
             .then(|| rt.publisher("tick_answer", Qos::reliable(100)))
             .transpose()?,
         answered: None,
@@ -75,7 +74,7 @@ fn run(mut args: Vec<String>) -> Result<()> {
         topics: Vec::new(),
         screen,
     };
-    for (place, (topic, listened)) in topics(&values)?.into_iter().enumerate() {
+    for (place, (topic, listened)) in topics(&parameters)?.into_iter().enumerate() {
         let found = message_types::find(&listened.type_name).map_err(|e| anyhow!(e))?;
         let reader = node.identifier.reader(&topic, &found.types);
         node.topics.push(Topic {
@@ -115,19 +114,19 @@ struct Listened {
 }
 
 /// The topics of all pairs, and how they are listened to.
-fn topics(values: &Values) -> Result<BTreeMap<String, Listened>> {
+fn topics(parameters: &IdentifierParameters) -> Result<BTreeMap<String, Listened>> {
     let mut topics: BTreeMap<String, Listened> = BTreeMap::new();
-    for (name, values) in pair::described(values).map_err(|e| anyhow!(e))? {
-        let config = parameters::Config::from_values(&values).map_err(|e| anyhow!(e))?;
-        let reliable = match values.string("reliability") {
-            "auto" => values.bool("answer"),
-            choice => choice == "reliable",
+    for (name, own) in pair::described(parameters).map_err(|e| anyhow!(e))? {
+        let config = Config::new(&own).map_err(|e| anyhow!(e))?;
+        let reliable = match own.reliability {
+            Reliability::Auto => own.answer,
+            Reliability::Reliable => true,
+            Reliability::BestEffort => false,
         };
-        for (signal, parameter) in [
-            (&config.input, "input_type"),
-            (&config.output, "output_type"),
+        for (signal, parameter, type_name) in [
+            (&config.input, "input_type", &own.input_type),
+            (&config.output, "output_type", &own.output_type),
         ] {
-            let type_name = values.string(parameter).to_owned();
             let known = topics
                 .entry(signal.topic().to_owned())
                 .or_insert_with(|| Listened {
@@ -135,7 +134,7 @@ fn topics(values: &Values) -> Result<BTreeMap<String, Listened>> {
                     reliable,
                 });
             known.reliable |= reliable;
-            if known.type_name != type_name {
+            if known.type_name != *type_name {
                 bail!(
                     "pair '{name}': parameter '{parameter}': {} refused: on the topic '{}' another signal expects {}",
                     type_name,
@@ -207,9 +206,9 @@ impl Node {
                 }
                 return Ok(Flow::Continue);
             }
-            Event::Parameters(values) => {
+            Event::Parameters(parameters) => {
                 self.identifier
-                    .set_values(&values)
+                    .set_parameters(&parameters)
                     .map_err(|e| anyhow!(e))?;
                 log::info!("parameters changed");
             }
@@ -327,7 +326,7 @@ impl Node {
                 level,
                 &message,
                 &[
-                    ("estimator", config.method.name().to_owned()),
+                    ("estimator", config.estimator.name().to_owned()),
                     ("rows", estimate.samples.to_string()),
                     ("frozen", pair.frozen().to_string()),
                     ("gaps", account.gaps.to_string()),
@@ -363,15 +362,13 @@ impl Node {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use planesman_parameters::Parameters as _;
 
     fn reliable(changes: &[(&str, planesman_parameters::Value)]) -> Vec<(String, bool)> {
-        let changes = changes
-            .iter()
-            .map(|(name, value)| ((*name).to_owned(), value.clone()));
-        let values = Values::defaults(parameters::declarations())
+        let parameters = IdentifierParameters::default()
             .with(changes)
             .expect("declared");
-        let topics = topics(&values).expect("good pairs").into_iter();
+        let topics = topics(&parameters).expect("good pairs").into_iter();
         topics
             .map(|(topic, listened)| (topic, listened.reliable))
             .collect()

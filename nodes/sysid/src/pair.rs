@@ -10,13 +10,13 @@ use std::collections::{BTreeSet, VecDeque};
 
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
-use planesman_parameters::{Values, file};
+use planesman_parameters::{Parameters as _, file};
 
 use crate::align::{Aligner, Offer, WINDOW};
 use crate::learner::Learner;
 use crate::live_grid::{Given, LiveGrid};
 use crate::model::Model;
-use crate::parameters::{self, Config};
+use crate::parameters::{self, Config, IdentifierParameters};
 use crate::reader::Sample;
 use crate::regression::Input;
 
@@ -79,14 +79,16 @@ pub struct Pair {
     changes: VecDeque<Scheduled>,
 }
 
-/// The pairs that a set of values describes, by name, each with its own values.
+/// The pairs that the parameters describe, by name, each with its own parameters.
 ///
 /// # Errors
 /// A sentence naming the parameter, when an entry of `pairs` is not written as it is to be, two have one name,
 /// or one would change what belongs to the node.
-pub fn described(values: &Values) -> Result<Vec<(String, Values)>, String> {
-    let mut all = vec![(FIRST.to_owned(), values.clone())];
-    for text in values.strings("pairs") {
+pub fn described(
+    parameters: &IdentifierParameters,
+) -> Result<Vec<(String, IdentifierParameters)>, String> {
+    let mut all = vec![(FIRST.to_owned(), parameters.clone())];
+    for text in &parameters.pairs {
         let refuse = |reason: &str| {
             format!(
                 "parameter 'pairs': '{text}' refused: {reason}; it is written NAME: INPUT -> OUTPUT [PARAMETER=VALUE ...], as in \
@@ -108,10 +110,7 @@ pub fn described(values: &Values) -> Result<Vec<(String, Values)>, String> {
         if all.iter().any(|(other, _)| other == name) {
             return Err(refuse("another pair has that name"));
         }
-        let mut changes = vec![
-            ("input".to_owned(), input.trim().into()),
-            ("output".to_owned(), output.into()),
-        ];
+        let mut changes = vec![("input", input.trim().into()), ("output", output.into())];
         for word in words {
             let (parameter, value) = word
                 .split_once('=')
@@ -120,9 +119,11 @@ pub fn described(values: &Values) -> Result<Vec<(String, Values)>, String> {
                 return Err(refuse(&format!("'{parameter}' is the node's")));
             }
             let value = file::parse_value(parameter, value).map_err(|e| refuse(&e.to_string()))?;
-            changes.push((parameter.to_owned(), value));
+            changes.push((parameter, value));
         }
-        let own = values.with(changes).map_err(|e| refuse(&e.to_string()))?;
+        let own = parameters
+            .with(&changes)
+            .map_err(|e| refuse(&e.to_string()))?;
         all.push((name.to_owned(), own));
     }
     Ok(all)
@@ -132,13 +133,13 @@ impl Pair {
     /// A pair before its first message.
     ///
     /// # Errors
-    /// As [`Config::from_values`].
-    pub fn new(name: String, values: &Values) -> Result<Self, String> {
+    /// As [`Config::new`].
+    pub fn new(name: String, parameters: &IdentifierParameters) -> Result<Self, String> {
         let of_pair = |reason| match name.as_str() {
             FIRST => reason,
             name => format!("pair '{name}': {reason}"),
         };
-        let config = Config::from_values(values).map_err(of_pair)?;
+        let config = Config::new(parameters).map_err(of_pair)?;
         Ok(Self {
             grid: config
                 .resample

@@ -1,6 +1,6 @@
 //! The identifier's parameters: the only place where its defaults and ranges stand.
 
-use planesman_parameters::{Declaration, Values};
+use planesman_parameters::{Choice, Parameters};
 
 use crate::estimators::kalman::Settings;
 use crate::estimators::recursive::{Forgetting, Kind, Options};
@@ -12,357 +12,240 @@ use crate::structure::Structure;
 /// Parameters that are not a pair's.
 pub(crate) const OF_THE_NODE: [&str; 4] = ["pairs", "answer", "input", "output"];
 
-/// Everything the node declares, in the order it is listed.
-#[must_use]
-pub fn declarations() -> Vec<Declaration> {
-    vec![
-        Declaration::new(
-            "input",
-            "plane_motion:dive_planes",
-            "The signal that drives, TOPIC:FIELD; a list is its course over the coming sample_time.",
-        )
-        .read_only(),
-        Declaration::new(
-            "output",
-            "state:pitch_rate",
-            "The signal that responds, TOPIC:FIELD.",
-        )
-        .read_only(),
-        Declaration::new(
-            "break_on",
-            "state:planes_source",
-            "A signal of the output's messages: where it is not 0, the input over the interval before is not to be trusted and the history begins anew. Empty for none.",
-        )
-        .read_only(),
-        Declaration::new(
-            "input_type",
-            "planesman_msgs/msg/PlaneMotion",
-            "The message type on the input's topic.",
-        )
-        .read_only(),
-        Declaration::new(
-            "output_type",
-            "planesman_msgs/msg/VehicleState",
-            "The message type on the output's topic.",
-        )
-        .read_only(),
-        Declaration::new(
-            "pairs",
-            &[] as &[&str],
-            "Further pairs of signals, each NAME: INPUT -> OUTPUT, followed by what differs from the node's own parameters as PARAMETER=VALUE.",
-        )
-        .read_only(),
-        Declaration::new(
-            "start",
-            0.0,
-            "How long after the first sample learning begins, to leave a transient out. A change begins the estimate anew.",
-        )
-        .unit("s")
-        .range(0.0, 1e6),
-        Declaration::new(
-            "answer",
-            false,
-            "Whether each tick is answered once it is learnt, as a member of lockstep.",
-        )
-        .read_only(),
-        Declaration::new(
-            "reliability",
-            "auto",
-            "How the signals' topics are listened to. reliable: lost messages are asked for again, of publishers that offer it, and no others are heard; best_effort: everybody is heard, and what is lost is lost; auto: reliable for a member of lockstep (answer), else best_effort. A topic of several pairs is reliable if one of them asks for it.",
-        )
-        .choices(&["auto", "reliable", "best_effort"])
-        .read_only(),
-        Declaration::new(
-            "sample_time",
-            0.05,
-            "The interval between samples; 0.05 s is the report's (Brunner 1988, ch. V).",
-        )
-        .unit("s")
-        .range(1e-3, 1e3)
-        .read_only(),
-        Declaration::new(
-            "resample",
-            false,
-            "Whether both signals are put on a grid of sample_time first: outputs on the straight line between samples, inputs held until the next (a list by its mean). For signals that are not stamped whole sample_times apart; not for a member of lockstep.",
-        )
-        .read_only(),
-        Declaration::new(
-            "max_gap",
-            0.5,
-            "With resample, the longest interval between two outputs that is no gap.",
-        )
-        .unit("s")
-        .range(1e-3, 1e3)
-        .read_only(),
-        Declaration::new(
-            "estimator",
-            Method::ALL[0].name(),
-            "What the model is found by; kalman on the vehicle's own equations (kalman.*), the others on a difference equation. A change begins the estimate anew.",
-        )
-        .choices(&METHODS),
-        Declaration::new(
-            "order",
-            3_i64,
-            "The model's order; 3 is the vehicle's from planes to pitch rate. A change begins the \
-             estimate anew.",
-        )
-        .range(1.0, 10.0),
-        Declaration::new(
-            "delay",
-            1_i64,
-            "Samples from an input to its first effect. A change begins the estimate anew.",
-        )
-        .unit("samples")
-        .range(1.0, 100.0),
-        Declaration::new(
-            "zeros_at_one",
-            0_i64,
-            "Zeros known to be at z = 1, fewer than the order: 1 for planes to pitch rate with a restoring moment. A change begins the estimate anew.",
-        )
-        .range(0.0, 9.0),
-        Declaration::new(
-            "integrators",
-            0_i64,
-            "Poles known to be at z = 1, fewer than the order. What was learnt then ends with a gap. A change begins the estimate anew.",
-        )
-        .range(0.0, 9.0),
-        Declaration::new(
-            "first_moment",
-            true,
-            "Regress on the input's first moment over each sample too, for an input that moves \
-             within it; kalman does not. A change begins the estimate anew.",
-        ),
-        Declaration::new(
-            "bias",
-            false,
-            "Regress on a constant too, for an output with an offset; kalman always does. A change begins the estimate anew.",
-        ),
-        Declaration::new(
-            "forgetting",
-            1.0,
-            "What a row counts for after each later one; 1 forgets nothing, 0.98 remembers about 50 rows. The least, when it is variable.",
-        )
-        .range(0.5, 1.0),
-        Declaration::new(
-            "forgetting_kind",
-            "constant",
-            "What is forgotten: everything, only what the new row speaks of, or as much as it surprises.",
-        )
-        .choices(&["constant", "directional", "variable"]),
-        Declaration::new(
-            "forgetting_information",
-            1e-4,
-            "Of variable forgetting: the noise's variance times the rows to remember.",
-        )
-        .unit("output unit squared")
-        .range(1e-30, 1e30),
-        Declaration::new(
-            "initial_covariance",
-            1e18,
-            "Covariance of each parameter before the first row, per unit of residual variance. A \
-             change begins the estimate anew.",
-        )
-        .range(1e-6, 1e30),
-        Declaration::new(
-            "covariance_limit",
-            0.0,
-            "What the covariance's trace is kept below, per unit of residual variance; 0 for no limit.",
-        )
-        .range(0.0, 1e30),
-        Declaration::new(
-            "dead_zone",
-            0.0,
-            "Prediction errors up to this size teach nothing; 0 for none.",
-        )
-        .unit("output unit")
-        .range(0.0, 1e30),
-        Declaration::new(
-            "publish_rate",
-            2.0,
-            "How often an estimate is published by the samples' stamps, to whole samples, at most each.",
-        )
-        .unit("Hz")
-        .range(1e-6, 1e3),
-        Declaration::new(
-            "min_samples",
-            60_i64,
-            "Rows before an estimate can be valid.",
-        )
-        .unit("rows")
-        .range(1.0, 1e9),
-    ]
-    .into_iter()
-    .chain(kalman())
-    .collect()
+/// Every parameter of `sysid`.
+#[derive(Clone, Debug, PartialEq, Parameters)]
+pub struct IdentifierParameters {
+    /// The signal that drives, TOPIC:FIELD; a list is its course over the coming sample_time.
+    #[parameter(default = "plane_motion:dive_planes", read_only)]
+    pub input: String,
+    /// The signal that responds, TOPIC:FIELD.
+    #[parameter(default = "state:pitch_rate", read_only)]
+    pub output: String,
+    /// A signal of the output's messages: where it is not 0, the input over the interval before is not to be
+    /// trusted and the history begins anew. Empty for none.
+    #[parameter(default = "state:planes_source", read_only)]
+    pub break_on: String,
+    /// The message type on the input's topic.
+    #[parameter(default = "planesman_msgs/msg/PlaneMotion", read_only)]
+    pub input_type: String,
+    /// The message type on the output's topic.
+    #[parameter(default = "planesman_msgs/msg/VehicleState", read_only)]
+    pub output_type: String,
+    /// Further pairs of signals, each NAME: INPUT -> OUTPUT, followed by what differs from the node's own
+    /// parameters as PARAMETER=VALUE.
+    #[parameter(default = Vec::new(), read_only)]
+    pub pairs: Vec<String>,
+    /// How long after the first sample learning begins, to leave a transient out. A change begins the estimate
+    /// anew.
+    #[parameter(default = 0.0, unit = "s", range = 0.0..=1e6)]
+    pub start: f64,
+    /// Whether each tick is answered once it is learnt, as a member of lockstep.
+    #[parameter(default = false, read_only)]
+    pub answer: bool,
+    /// How the signals' topics are listened to. reliable: lost messages are asked for again, of publishers that
+    /// offer it, and no others are heard; best_effort: everybody is heard, and what is lost is lost; auto:
+    /// reliable for a member of lockstep (answer), else best_effort. A topic of several pairs is reliable if one
+    /// of them asks for it.
+    #[parameter(default = Reliability::Auto, read_only)]
+    pub reliability: Reliability,
+    /// The interval between samples; 0.05 s is the report's (Brunner 1988, ch. V).
+    #[parameter(default = 0.05, unit = "s", range = 1e-3..=1e3, read_only)]
+    pub sample_time: f64,
+    /// Whether both signals are put on a grid of sample_time first: outputs on the straight line between
+    /// samples, inputs held until the next (a list by its mean). For signals that are not stamped whole
+    /// sample_times apart; not for a member of lockstep.
+    #[parameter(default = false, read_only)]
+    pub resample: bool,
+    /// With resample, the longest interval between two outputs that is no gap.
+    #[parameter(default = 0.5, unit = "s", range = 1e-3..=1e3, read_only)]
+    pub max_gap: f64,
+    /// What the model is found by; kalman on the vehicle's own equations (kalman.*), the others on a difference
+    /// equation. A change begins the estimate anew.
+    #[parameter(default = EstimatorKind::LeastSquares)]
+    pub estimator: EstimatorKind,
+    /// The model's order; 3 is the vehicle's from planes to pitch rate. A change begins the estimate anew.
+    #[parameter(default = 3, range = 1..=10)]
+    pub order: usize,
+    /// Samples from an input to its first effect. A change begins the estimate anew.
+    #[parameter(default = 1, unit = "samples", range = 1..=100)]
+    pub delay: usize,
+    /// Zeros known to be at z = 1, fewer than the order: 1 for planes to pitch rate with a restoring moment. A
+    /// change begins the estimate anew.
+    #[parameter(default = 0, range = 0..=9)]
+    pub zeros_at_one: usize,
+    /// Poles known to be at z = 1, fewer than the order. What was learnt then ends with a gap. A change begins
+    /// the estimate anew.
+    #[parameter(default = 0, range = 0..=9)]
+    pub integrators: usize,
+    /// Regress on the input's first moment over each sample too, for an input that moves within it; kalman does
+    /// not. A change begins the estimate anew.
+    #[parameter(default = true)]
+    pub first_moment: bool,
+    /// Regress on a constant too, for an output with an offset; kalman always does. A change begins the estimate
+    /// anew.
+    #[parameter(default = false)]
+    pub bias: bool,
+    /// What a row counts for after each later one; 1 forgets nothing, 0.98 remembers about 50 rows. The least,
+    /// when it is variable.
+    #[parameter(default = 1.0, range = 0.5..=1.0)]
+    pub forgetting: f64,
+    /// What is forgotten: everything, only what the new row speaks of, or as much as it surprises.
+    #[parameter(default = ForgettingKind::Constant)]
+    pub forgetting_kind: ForgettingKind,
+    /// Of variable forgetting: the noise's variance times the rows to remember.
+    #[parameter(default = 1e-4, unit = "output unit squared", range = 1e-30..=1e30)]
+    pub forgetting_information: f64,
+    /// Covariance of each parameter before the first row, per unit of residual variance. A change begins the
+    /// estimate anew.
+    #[parameter(default = 1e18, range = 1e-6..=1e30)]
+    pub initial_covariance: f64,
+    /// What the covariance's trace is kept below, per unit of residual variance; 0 for no limit.
+    #[parameter(default = 0.0, range = 0.0..=1e30)]
+    pub covariance_limit: f64,
+    /// Prediction errors up to this size teach nothing; 0 for none.
+    #[parameter(default = 0.0, unit = "output unit", range = 0.0..=1e30)]
+    pub dead_zone: f64,
+    /// How often an estimate is published by the samples' stamps, to whole samples, at most each.
+    #[parameter(default = 2.0, unit = "Hz", range = 1e-6..=1e3)]
+    pub publish_rate: f64,
+    /// Rows before an estimate can be valid.
+    #[parameter(default = 60, unit = "rows", range = 1.0..=1e9)]
+    pub min_samples: u64,
+    /// `kalman.*`.
+    pub kalman: Kalman,
 }
 
-/// What the Kalman filter begins with and takes for noise: by default the 1988 vehicle's equations at 1 ft/s
-/// (Brunner 1988, Table 1 and programs T2-T5, over J and in SI), loosely known.
-fn kalman() -> Vec<Declaration> {
-    let initial = |name, default: f64, unit, description| {
-        Declaration::new(name, default, description)
-            .unit(unit)
-            .range(-1e6, 1e6)
-    };
-    let size = |name, default: f64, unit, description| {
-        Declaration::new(name, default, description)
-            .unit(unit)
-            .range(0.0, 1e6)
-    };
-    vec![
-        initial(
-            "kalman.plane",
-            -0.47,
-            "1/s^2",
-            "K/J at the beginning: pitch acceleration (bow up) per plane angle (dive). A change begins the estimate anew.",
-        ),
-        initial(
-            "kalman.damping",
-            1.19,
-            "1/s",
-            "B/J at the beginning. A change begins the estimate anew.",
-        ),
-        initial(
-            "kalman.restoring",
-            0.27,
-            "1/s^2",
-            "M_theta/J at the beginning. A change begins the estimate anew.",
-        ),
-        size(
-            "kalman.deviation.plane",
-            0.5,
-            "1/s^2",
-            "How far off K/J may be at the beginning, as a standard deviation. A change begins the estimate anew.",
-        ),
-        size(
-            "kalman.deviation.damping",
-            1.0,
-            "1/s",
-            "How far off B/J may be. A change begins the estimate anew.",
-        ),
-        size(
-            "kalman.deviation.restoring",
-            0.2,
-            "1/s^2",
-            "How far off M_theta/J may be. A change begins the estimate anew.",
-        ),
-        size(
-            "kalman.deviation.bias",
-            0.01,
-            "rad/s",
-            "How large the gyro's bias may be. A change begins the estimate anew.",
-        ),
-        size(
-            "kalman.deviation.motion",
-            0.05,
-            "rad/s",
-            "How large pitch rate, and pitch in rad, may be when the history begins.",
-        ),
-        Declaration::new(
-            "kalman.noise",
-            0.002,
-            "The gyro noise's standard deviation.",
-        )
-        .unit("rad/s")
-        .range(1e-9, 1e6),
-        size(
-            "kalman.disturbance",
-            0.0,
-            "rad/s",
-            "How far disturbances move the pitch rate in one second.",
-        ),
-        size(
-            "kalman.drift.plane",
-            0.0,
-            "1/s^2",
-            "How far K/J drifts in one second.",
-        ),
-        size(
-            "kalman.drift.damping",
-            0.0,
-            "1/s",
-            "How far B/J drifts in one second.",
-        ),
-        size(
-            "kalman.drift.restoring",
-            0.0,
-            "1/s^2",
-            "How far M_theta/J drifts in one second.",
-        ),
-        size(
-            "kalman.drift.bias",
-            0.0,
-            "rad/s",
-            "How far the gyro's bias drifts in one second.",
-        ),
-        initial(
-            "kalman.heave.to_pitch",
-            0.7363,
-            "1/(m s)",
-            "Pitch acceleration per heave; 0 to leave heave out. A change begins the estimate anew.",
-        ),
-        initial(
-            "kalman.heave.damping",
-            0.5306,
-            "1/s",
-            "Heave's own damping. A change begins the estimate anew.",
-        ),
-        initial(
-            "kalman.heave.from_rate",
-            0.0571,
-            "m/s",
-            "Heave acceleration per pitch rate. A change begins the estimate anew.",
-        ),
-        initial(
-            "kalman.heave.from_plane",
-            0.0119,
-            "m/s^2",
-            "Heave acceleration per plane angle. A change begins the estimate anew.",
-        ),
-    ]
+/// The parameters `kalman.*`: what the Kalman filter begins with and takes for noise; by default the 1988 vehicle's
+/// equations at 1 ft/s (Brunner 1988, Table 1 and programs T2-T5, over J and in SI), loosely known.
+#[derive(Clone, Debug, PartialEq, Parameters)]
+pub struct Kalman {
+    /// K/J at the beginning: pitch acceleration (bow up) per plane angle (dive). A change begins the estimate anew.
+    #[parameter(default = -0.47, unit = "1/s^2", range = -1e6..=1e6)]
+    pub plane: f64,
+    /// B/J at the beginning. A change begins the estimate anew.
+    #[parameter(default = 1.19, unit = "1/s", range = -1e6..=1e6)]
+    pub damping: f64,
+    /// M_theta/J at the beginning. A change begins the estimate anew.
+    #[parameter(default = 0.27, unit = "1/s^2", range = -1e6..=1e6)]
+    pub restoring: f64,
+    /// `kalman.deviation.*`.
+    pub deviation: Deviation,
+    /// The gyro noise's standard deviation.
+    #[parameter(default = 0.002, unit = "rad/s", range = 1e-9..=1e6)]
+    pub noise: f64,
+    /// How far disturbances move the pitch rate in one second.
+    #[parameter(default = 0.0, unit = "rad/s", range = 0.0..=1e6)]
+    pub disturbance: f64,
+    /// `kalman.drift.*`.
+    pub drift: Drift,
+    /// `kalman.heave.*`.
+    pub heave: KalmanHeave,
 }
 
-/// How a model is found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Method {
-    /// A difference equation, by a recursion.
-    Recursion(Kind),
+/// The parameters `kalman.deviation.*`: standard deviations at the beginning.
+#[derive(Clone, Debug, PartialEq, Parameters)]
+pub struct Deviation {
+    /// How far off K/J may be at the beginning, as a standard deviation. A change begins the estimate anew.
+    #[parameter(default = 0.5, unit = "1/s^2", range = 0.0..=1e6)]
+    pub plane: f64,
+    /// How far off B/J may be. A change begins the estimate anew.
+    #[parameter(default = 1.0, unit = "1/s", range = 0.0..=1e6)]
+    pub damping: f64,
+    /// How far off M_theta/J may be. A change begins the estimate anew.
+    #[parameter(default = 0.2, unit = "1/s^2", range = 0.0..=1e6)]
+    pub restoring: f64,
+    /// How large the gyro's bias may be. A change begins the estimate anew.
+    #[parameter(default = 0.01, unit = "rad/s", range = 0.0..=1e6)]
+    pub bias: f64,
+    /// How large pitch rate, and pitch in rad, may be when the history begins.
+    #[parameter(default = 0.05, unit = "rad/s", range = 0.0..=1e6)]
+    pub motion: f64,
+}
+
+/// The parameters `kalman.drift.*`: standard deviations of random walks.
+#[derive(Clone, Debug, PartialEq, Parameters)]
+pub struct Drift {
+    /// How far K/J drifts in one second.
+    #[parameter(default = 0.0, unit = "1/s^2", range = 0.0..=1e6)]
+    pub plane: f64,
+    /// How far B/J drifts in one second.
+    #[parameter(default = 0.0, unit = "1/s", range = 0.0..=1e6)]
+    pub damping: f64,
+    /// How far M_theta/J drifts in one second.
+    #[parameter(default = 0.0, unit = "1/s^2", range = 0.0..=1e6)]
+    pub restoring: f64,
+    /// How far the gyro's bias drifts in one second.
+    #[parameter(default = 0.0, unit = "rad/s", range = 0.0..=1e6)]
+    pub bias: f64,
+}
+
+/// The parameters `kalman.heave.*`.
+#[derive(Clone, Debug, PartialEq, Parameters)]
+pub struct KalmanHeave {
+    /// Pitch acceleration per heave; 0 to leave heave out. A change begins the estimate anew.
+    #[parameter(default = 0.7363, unit = "1/(m s)", range = -1e6..=1e6)]
+    pub to_pitch: f64,
+    /// Heave's own damping. A change begins the estimate anew.
+    #[parameter(default = 0.5306, unit = "1/s", range = -1e6..=1e6)]
+    pub damping: f64,
+    /// Heave acceleration per pitch rate. A change begins the estimate anew.
+    #[parameter(default = 0.0571, unit = "m/s", range = -1e6..=1e6)]
+    pub from_rate: f64,
+    /// Heave acceleration per plane angle. A change begins the estimate anew.
+    #[parameter(default = 0.0119, unit = "m/s^2", range = -1e6..=1e6)]
+    pub from_plane: f64,
+}
+
+/// The reliability that the node asks of the signals' publishers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Choice)]
+pub enum Reliability {
+    /// Reliable for a member of lockstep, else best effort.
+    Auto,
+    /// Lost messages are asked for again.
+    Reliable,
+    /// Lost messages stay lost.
+    BestEffort,
+}
+
+/// The law of forgetting.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Choice)]
+pub enum ForgettingKind {
+    /// All past rows alike.
+    Constant,
+    /// Only in the direction of the new row.
+    Directional,
+    /// As much as the prediction error calls for.
+    Variable,
+}
+
+/// The estimators of the node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Choice)]
+pub enum EstimatorKind {
+    /// Recursive least squares.
+    LeastSquares,
+    /// Extended least squares.
+    ExtendedLeastSquares,
+    /// Recursive prediction error method.
+    PredictionError,
+    /// Recursive output error.
+    OutputError,
     /// The vehicle's equations, by an extended Kalman filter.
     Kalman,
 }
 
-impl Method {
-    /// All of them.
-    pub const ALL: [Self; 5] = [
-        Self::Recursion(Kind::LeastSquares),
-        Self::Recursion(Kind::ExtendedLeastSquares),
-        Self::Recursion(Kind::PredictionError),
-        Self::Recursion(Kind::OutputError),
-        Self::Kalman,
-    ];
-
-    /// The name it is asked for by.
+impl EstimatorKind {
+    /// The recursion on a difference equation; `None` for the Kalman filter.
     #[must_use]
-    pub const fn name(self) -> &'static str {
+    pub fn recursion(self) -> Option<Kind> {
         match self {
-            Self::Recursion(Kind::LeastSquares) => "least_squares",
-            Self::Recursion(Kind::ExtendedLeastSquares) => "extended_least_squares",
-            Self::Recursion(Kind::PredictionError) => "prediction_error",
-            Self::Recursion(Kind::OutputError) => "output_error",
-            Self::Kalman => "kalman",
+            Self::LeastSquares => Some(Kind::LeastSquares),
+            Self::ExtendedLeastSquares => Some(Kind::ExtendedLeastSquares),
+            Self::PredictionError => Some(Kind::PredictionError),
+            Self::OutputError => Some(Kind::OutputError),
+            Self::Kalman => None,
         }
     }
 }
-
-const METHODS: [&str; 5] = {
-    let mut names = [""; 5];
-    let mut i = 0;
-    while i < names.len() {
-        names[i] = Method::ALL[i].name();
-        i += 1;
-    }
-    names
-};
 
 /// The parameters as the identifier takes them.
 #[derive(Clone, Debug, PartialEq)]
@@ -380,7 +263,7 @@ pub struct Config {
     /// How long after the first sample learning begins, ns.
     pub start: i64,
     /// How the model is found.
-    pub method: Method,
+    pub estimator: EstimatorKind,
     /// What is unknown of the difference equation.
     pub structure: Structure,
     /// First moments are regressed on.
@@ -398,21 +281,23 @@ pub struct Config {
 }
 
 impl Config {
-    /// The identifier that a set of [`declarations`]' values describes.
+    /// The identifier that the parameters describe.
     ///
     /// # Errors
     /// A sentence naming the parameter, when a signal is not written `TOPIC:FIELD`, input
     /// and output are the same, or more of the structure is known than there is.
-    pub fn from_values(values: &Values) -> Result<Self, String> {
-        let signal = |name: &str| {
-            values
-                .string(name)
-                .parse::<Signal>()
+    pub fn new(parameters: &IdentifierParameters) -> Result<Self, String> {
+        let p = parameters;
+        let signal = |name: &str, text: &str| {
+            text.parse::<Signal>()
                 .map_err(|reason| format!("parameter '{name}': {reason}"))
         };
-        let (input, output) = (signal("input")?, signal("output")?);
-        for name in ["input_type", "output_type"] {
-            message_types::find(values.string(name))
+        let (input, output) = (signal("input", &p.input)?, signal("output", &p.output)?);
+        for (name, message_type) in [
+            ("input_type", &p.input_type),
+            ("output_type", &p.output_type),
+        ] {
+            message_types::find(message_type)
                 .map_err(|reason| format!("parameter '{name}': {reason}"))?;
         }
         if input == output {
@@ -420,40 +305,32 @@ impl Config {
                 "parameter 'output': {output} refused: it is the input as well"
             ));
         }
-        // The declared ranges keep these positive.
-        let count = |name: &str| values.integer(name).max(0) as usize;
-        let break_on = match values.string("break_on") {
+        let break_on = match p.break_on.as_str() {
             "" => None,
-            _ => Some(signal("break_on")?),
+            text => Some(signal("break_on", text)?),
         };
-        if values.bool("resample") && values.bool("answer") {
+        if p.resample && p.answer {
             return Err(
                 "parameter 'resample': true refused: a member of lockstep (answer) learns each tick as it is"
                     .to_owned(),
             );
         }
-        let sample_time = values.double("sample_time");
-        let samples = (1.0 / (values.double("publish_rate") * sample_time)).round();
+        let samples = (1.0 / (p.publish_rate * p.sample_time)).round();
         Ok(Self {
             input,
             output,
             break_on,
-            sample_time,
-            resample: values
-                .bool("resample")
-                .then(|| (values.double("max_gap") * 1e9).round() as i64),
-            start: (values.double("start") * 1e9).round() as i64,
-            method: Method::ALL
-                .into_iter()
-                .find(|method| method.name() == values.string("estimator"))
-                .ok_or("parameter 'estimator': there is none of that name")?,
-            structure: structure(values)?,
-            moment: values.bool("first_moment"),
-            options: options(values),
-            vehicle: vehicle(values),
-            settings: settings(values),
+            sample_time: p.sample_time,
+            resample: p.resample.then(|| (p.max_gap * 1e9).round() as i64),
+            start: (p.start * 1e9).round() as i64,
+            estimator: p.estimator,
+            structure: structure(p)?,
+            moment: p.first_moment,
+            options: options(p),
+            vehicle: vehicle(&p.kalman.heave),
+            settings: settings(&p.kalman),
             publish_every: samples.max(1.0) as u64,
-            min_samples: count("min_samples") as u64,
+            min_samples: p.min_samples,
         })
     }
 
@@ -484,54 +361,54 @@ impl Config {
     }
 }
 
-fn structure(values: &Values) -> Result<Structure, String> {
-    let count = |name: &str| values.integer(name).max(0) as usize;
-    let order = count("order");
+fn structure(p: &IdentifierParameters) -> Result<Structure, String> {
+    let order = p.order;
     let mut structure = Structure::of_order(order);
-    for (name, known) in [
-        ("zeros_at_one", Structure::with_zero_at_one as fn(_) -> _),
-        ("integrators", Structure::with_integrator),
+    for (name, count, known) in [
+        (
+            "zeros_at_one",
+            p.zeros_at_one,
+            Structure::with_zero_at_one as fn(_) -> _,
+        ),
+        ("integrators", p.integrators, Structure::with_integrator),
     ] {
-        if count(name) >= order {
+        if count >= order {
             return Err(format!(
-                "parameter '{name}': {} refused: the order is {order}, and some of it must be left to be found",
-                count(name)
+                "parameter '{name}': {count} refused: the order is {order}, and some of it must be left to be found"
             ));
         }
-        for _ in 0..count(name) {
+        for _ in 0..count {
             structure = known(structure);
         }
     }
-    structure.delay = count("delay");
-    structure.offset = values.bool("bias");
+    structure.delay = p.delay;
+    structure.offset = p.bias;
     Ok(structure)
 }
 
-fn options(values: &Values) -> Options {
-    let lambda = values.double("forgetting");
-    let limit = values.double("covariance_limit");
+fn options(p: &IdentifierParameters) -> Options {
+    let limit = p.covariance_limit;
     Options {
-        forgetting: match values.string("forgetting_kind") {
-            "directional" => Forgetting::Directional(lambda),
-            "variable" => Forgetting::Variable {
-                least: lambda,
-                information: values.double("forgetting_information"),
+        forgetting: match p.forgetting_kind {
+            ForgettingKind::Constant => Forgetting::Constant(p.forgetting),
+            ForgettingKind::Directional => Forgetting::Directional(p.forgetting),
+            ForgettingKind::Variable => Forgetting::Variable {
+                least: p.forgetting,
+                information: p.forgetting_information,
             },
-            _ => Forgetting::Constant(lambda),
         },
-        initial_covariance: values.double("initial_covariance"),
+        initial_covariance: p.initial_covariance,
         covariance_limit: (limit > 0.0).then_some(limit),
-        dead_zone: values.double("dead_zone"),
+        dead_zone: p.dead_zone,
     }
 }
 
-fn vehicle(values: &Values) -> Vehicle {
-    let heave = |name: &str| values.double(&format!("kalman.heave.{name}"));
+fn vehicle(heave: &KalmanHeave) -> Vehicle {
     let heave = Heave {
-        to_pitch: heave("to_pitch"),
-        damping: heave("damping"),
-        from_rate: heave("from_rate"),
-        from_input: heave("from_plane"),
+        to_pitch: heave.to_pitch,
+        damping: heave.damping,
+        from_rate: heave.from_rate,
+        from_input: heave.from_plane,
         doubt: 0.0,
     };
     Vehicle {
@@ -539,18 +416,19 @@ fn vehicle(values: &Values) -> Vehicle {
     }
 }
 
-fn settings(values: &Values) -> Settings {
-    let of = |name: &str| values.double(&format!("kalman.{name}"));
-    let all = |group: &str| ["plane", "damping", "restoring"].map(|it| of(&format!("{group}{it}")));
+fn settings(kalman: &Kalman) -> Settings {
+    let Kalman {
+        deviation, drift, ..
+    } = kalman;
     Settings {
-        parameters: all(""),
-        deviations: all("deviation."),
-        bias_deviation: of("deviation.bias"),
-        noise: of("noise"),
-        bias_drift: of("drift.bias"),
-        drift: all("drift."),
-        disturbance: of("disturbance"),
-        motion: of("deviation.motion"),
+        parameters: [kalman.plane, kalman.damping, kalman.restoring],
+        deviations: [deviation.plane, deviation.damping, deviation.restoring],
+        bias_deviation: deviation.bias,
+        noise: kalman.noise,
+        bias_drift: drift.bias,
+        drift: [drift.plane, drift.damping, drift.restoring],
+        disturbance: kalman.disturbance,
+        motion: deviation.motion,
     }
 }
 
@@ -562,10 +440,10 @@ mod tests {
 
     #[test]
     fn every_default_obeys_its_own_declaration_and_all_go_together() {
-        for declaration in declarations() {
+        for declaration in IdentifierParameters::declarations() {
             declaration.accept(declaration.default.clone()).unwrap();
         }
-        let config = Config::from_values(&Values::defaults(declarations())).unwrap();
+        let config = Config::new(&IdentifierParameters::default()).unwrap();
         assert_eq!(config.input.to_string(), "plane_motion:dive_planes");
         assert_eq!(config.structure.poles, 3);
         assert_eq!(config.publish_every, 10);
@@ -578,10 +456,10 @@ mod tests {
             ("output", "plane_motion:dive_planes".into(), "input as well"),
             ("zeros_at_one", 3.into(), "left to be found"),
         ] {
-            let values = Values::defaults(declarations())
-                .with([(name.to_owned(), value)])
+            let parameters = IdentifierParameters::default()
+                .with(&[(name, value)])
                 .unwrap();
-            let refusal = Config::from_values(&values).unwrap_err();
+            let refusal = Config::new(&parameters).unwrap_err();
             assert!(
                 refusal.contains(name) && refusal.contains(word),
                 "{refusal}"

@@ -16,12 +16,13 @@ use planesman_bag::{BagReader, Order, Topic};
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 use planesman_msgs::{Message, cdr};
-use planesman_parameters::{Values, file};
+use planesman_parameters::{Parameters as _, Values, file};
 
+use crate::bag_source;
 use crate::core::Identifier;
 use crate::pair::{Change, Scheduled};
+use crate::parameters::IdentifierParameters;
 use crate::reader::TopicReader;
-use crate::{bag_source, parameters};
 
 /// Identify from a bag what the node identifies live.
 #[derive(Clone, Debug, Parser)]
@@ -110,8 +111,7 @@ pub fn run(args: &ReplayArgs) -> Result<()> {
 /// # Errors
 /// As [`run`].
 pub fn replay(args: &ReplayArgs) -> Result<Replay> {
-    let values = values(args)?;
-    let mut identifier = Identifier::new(&values).map_err(|e| anyhow!(e))?;
+    let mut identifier = Identifier::new(&parameters(args)?).map_err(|e| anyhow!(e))?;
     let bag = BagReader::open(&args.bag)?;
     for (name, scheduled) in changes(&bag) {
         identifier.schedule(&name, scheduled);
@@ -267,7 +267,7 @@ fn changes(bag: &BagReader) -> Vec<(String, Scheduled)> {
     changes
 }
 
-fn values(args: &ReplayArgs) -> Result<Values> {
+fn parameters(args: &ReplayArgs) -> Result<IdentifierParameters> {
     let mut changes = Vec::new();
     if let Some(path) = &args.params_file {
         let text =
@@ -282,7 +282,8 @@ fn values(args: &ReplayArgs) -> Result<Values> {
             .ok_or_else(|| anyhow!("-p {text}: a parameter is written NAME:=VALUE"))?;
         changes.push((name.to_owned(), file::parse_value(name, value)?));
     }
-    Ok(Values::defaults(parameters::declarations()).with(changes)?)
+    let values = Values::of::<IdentifierParameters>().with(changes)?;
+    Ok(IdentifierParameters::from_values(&values)?)
 }
 
 /// An estimate's coefficients: a, b, c.

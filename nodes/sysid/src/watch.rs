@@ -12,7 +12,6 @@ use console::Term;
 use nalgebra::{Complex, DMatrix, DVector};
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 use planesman_node::{Connections, Direction, Flow, NodeSpec, Qos, Runtime, args};
-use planesman_parameters::Values;
 use planesman_text::shown;
 
 use crate::estimators::{Error, Estimate};
@@ -52,12 +51,11 @@ pub fn run(watch: &WatchArgs) -> Result<()> {
     let mut screen = Screen::new();
     let mut arguments = args::only(watch.ros.clone())?;
     arguments.console &= !screen.is_drawn();
-    let rt = Runtime::start(
+    let (rt, ()) = Runtime::start(
         NodeSpec {
             name: "sysid_watch",
             namespace: "/auv",
-            declarations: Vec::new(),
-            validate: |_: &Values| Ok(()),
+            validate: |(): &()| Ok(()),
             on_parameters: |_| Event::Parameters,
         },
         arguments,

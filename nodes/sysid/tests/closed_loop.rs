@@ -13,11 +13,11 @@
 use planesman_linear::{Complex, DMatrix, StateSpace};
 use planesman_msgs::builtin_interfaces::msg::{Duration, Time};
 use planesman_msgs::planesman_msgs::msg::{ModelEstimate, PlaneMotion, VehicleState};
-use planesman_parameters::{Value, Values};
+use planesman_parameters::{Parameters as _, Value};
 use sysid::align::WINDOW;
 use sysid::core::Identifier;
 use sysid::pair::{Change, Scheduled};
-use sysid::parameters::declarations;
+use sysid::parameters::IdentifierParameters;
 use sysid::regression::{self, Input, Shape};
 use sysid::rls::RecursiveLeastSquares;
 use sysid::synthetic;
@@ -129,14 +129,8 @@ fn dive(ticks: i64, excitation: f64) -> Vec<(VehicleState, PlaneMotion)> {
 }
 
 fn identifier(changes: &[(&str, Value)]) -> Identifier {
-    let values = Values::defaults(declarations())
-        .with(
-            changes
-                .iter()
-                .map(|(name, value)| ((*name).to_owned(), value.clone())),
-        )
-        .unwrap();
-    Identifier::new(&values).unwrap()
+    let parameters = IdentifierParameters::default().with(changes).unwrap();
+    Identifier::new(&parameters).unwrap()
 }
 
 /// One message of the record.
@@ -383,30 +377,22 @@ fn what_is_not_finite_or_not_there_is_refused_and_changes_nothing() {
 
 #[test]
 fn forgetting_changes_in_place_and_the_order_begins_anew() {
-    let with = |changes: &[(&str, Value)]| {
-        Values::defaults(declarations())
-            .with(
-                changes
-                    .iter()
-                    .map(|(name, value)| ((*name).to_owned(), value.clone())),
-            )
-            .unwrap()
-    };
+    let with = |changes: &[(&str, Value)]| IdentifierParameters::default().with(changes).unwrap();
     let mut identifier = identifier(&[]);
     for message in &in_order(100) {
         feed(&mut identifier, message);
     }
     identifier
-        .set_values(&with(&[("forgetting", 0.99.into())]))
+        .set_parameters(&with(&[("forgetting", 0.99.into())]))
         .unwrap();
     assert_eq!(identifier.estimate(stamp(0)).samples, 97);
     identifier
-        .set_values(&with(&[("order", 2_i64.into())]))
+        .set_parameters(&with(&[("order", 2_i64.into())]))
         .unwrap();
     assert_eq!(identifier.estimate(stamp(0)).samples, 0);
     assert!(
         identifier
-            .set_values(&with(&[("input", "none".into())]))
+            .set_parameters(&with(&[("input", "none".into())]))
             .is_err()
     );
     assert_eq!(identifier.config().structure.poles, 2);
@@ -699,10 +685,10 @@ fn pairs_that_are_none_are_refused_with_the_form() {
         ("heave: state:heave -> state:heave", "input as well"),
     ] {
         let pairs: &[&str] = &[text];
-        let values = Values::defaults(declarations())
-            .with([("pairs".to_owned(), pairs.into())])
+        let parameters = IdentifierParameters::default()
+            .with(&[("pairs", pairs.into())])
             .unwrap();
-        let refusal = Identifier::new(&values).unwrap_err();
+        let refusal = Identifier::new(&parameters).unwrap_err();
         assert!(refusal.contains(reason), "{text}: {refusal}");
     }
 }
@@ -787,14 +773,11 @@ fn what_changes_while_it_learns_and_what_begins_anew_is_as_described() {
         for message in &in_order(100) {
             feed(&mut identifier, message);
         }
-        let changes = changes
-            .iter()
-            .map(|(name, value)| ((*name).to_owned(), value.clone()));
-        let values = Values::defaults(declarations()).with(changes).unwrap();
-        identifier.set_values(&values).unwrap();
+        let parameters = IdentifierParameters::default().with(changes).unwrap();
+        identifier.set_parameters(&parameters).unwrap();
         identifier.estimate(stamp(0)).samples
     };
-    for declaration in declarations() {
+    for declaration in IdentifierParameters::declarations() {
         if declaration.read_only {
             continue;
         }
@@ -809,7 +792,7 @@ fn what_changes_while_it_learns_and_what_begins_anew_is_as_described() {
             (Value::String(_), choices) => (*choices.last().unwrap()).into(),
             (other, _) => panic!("{other:?}"),
         };
-        let name = declaration.name;
+        let name = declaration.name.as_str();
         // The order leaves room for what is known of it.
         let anew = declaration.description.contains("begins the estimate anew");
         let kept = samples(&[(name, other)]) == 97;

@@ -19,11 +19,10 @@ use bags::{FLOAT, IMU, Maker, float, fuzzed, imu};
 use planesman_decode::schema as schemas;
 use planesman_msgs::Message as _;
 use planesman_msgs::builtin_interfaces::msg::Time;
-use planesman_parameters::Values;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
 use sysid::core::Identifier;
-use sysid::parameters;
+use sysid::parameters::IdentifierParameters;
 
 /// Address space for one run, KiB: less than the 300 MB that a bag of a gigabyte may take, and what the program's own
 /// file takes.
@@ -792,21 +791,13 @@ fn metadata_that_lies_hides_no_message_and_takes_no_memory() {
 
 #[test]
 fn garbage_on_the_nodes_topics_is_refused_and_makes_no_estimate_that_is_not_finite() {
-    let changes = [
-        ("input", "cmd:angular_velocity.z"),
-        ("output", "imu:angular_velocity.y"),
-        ("break_on", ""),
-    ];
-    let changes = changes.map(|(name, value)| {
-        (
-            name.to_owned(),
-            planesman_parameters::Value::String(value.to_owned()),
-        )
-    });
-    let values = Values::defaults(parameters::declarations())
-        .with(changes.to_vec())
-        .unwrap();
-    let mut identifier = Identifier::new(&values).unwrap();
+    let parameters = IdentifierParameters {
+        input: "cmd:angular_velocity.z".to_owned(),
+        output: "imu:angular_velocity.y".to_owned(),
+        break_on: String::new(),
+        ..IdentifierParameters::default()
+    };
+    let mut identifier = Identifier::new(&parameters).unwrap();
     let types = schemas::read(IMU.0, IMU.1, IMU.2).unwrap();
     let mut readers =
         ["/auv/cmd", "/auv/imu"].map(|topic| identifier.reader(topic, &types).unwrap());

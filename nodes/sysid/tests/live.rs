@@ -100,11 +100,10 @@ impl Rig {
         let spec = NodeSpec {
             name: "prober",
             namespace: "/auv",
-            declarations: Vec::new(),
-            validate: |_| Ok(()),
+            validate: |(): &()| Ok(()),
             on_parameters: |_| Event::Parameters,
         };
-        let rt = Runtime::start_in(domain.domain(), spec, RosArguments::default()).unwrap();
+        let (rt, ()) = Runtime::start_in(domain.domain(), spec, RosArguments::default()).unwrap();
         let command = rt.publisher("command", Qos::reliable(100)).unwrap();
         let answer = rt.publisher("answer", Qos::reliable(100)).unwrap();
         rt.subscribe("model", Qos::reliable(100), |model| {
@@ -297,11 +296,10 @@ fn what_is_no_number_or_of_another_type_is_refused_and_said_and_silence_too() {
     let spec = NodeSpec {
         name: "stranger",
         namespace: "/auv",
-        declarations: Vec::new(),
-        validate: |_| Ok(()),
+        validate: |(): &()| Ok(()),
         on_parameters: |_| (),
     };
-    let stranger =
+    let (stranger, ()) =
         Runtime::<()>::start_in(rig.domain.domain(), spec, RosArguments::default()).unwrap();
     let other: Publisher<Float64> = stranger.publisher("answer", Qos::reliable(10)).unwrap();
     let begin = Instant::now();

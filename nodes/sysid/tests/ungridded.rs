@@ -3,11 +3,10 @@
 
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
-use planesman_parameters::{Value, Values};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64;
 use sysid::pair::{FIRST, Pair};
-use sysid::parameters::declarations;
+use sysid::parameters::IdentifierParameters;
 use sysid::reader::Sample;
 use sysid::regression::Input;
 
@@ -16,13 +15,12 @@ const POLE: f64 = -2.0;
 const GAIN: f64 = 1.5;
 
 fn pair() -> Pair {
-    let values = Values::defaults(declarations())
-        .with([
-            ("resample".to_owned(), Value::from(true)),
-            ("order".to_owned(), 1.into()),
-        ])
-        .unwrap();
-    Pair::new(FIRST.to_owned(), &values).unwrap()
+    let parameters = IdentifierParameters {
+        resample: true,
+        order: 1,
+        ..IdentifierParameters::default()
+    };
+    Pair::new(FIRST.to_owned(), &parameters).unwrap()
 }
 
 /// Sixty seconds of both signals: stamp, s, and what a message says.

@@ -6,10 +6,9 @@
 #![allow(clippy::unwrap_used)]
 
 use brunner_1988::controllers::program_t6::{Motion, Plant, Program};
-use depth_controller::{Controller, Quantity, declarations};
+use depth_controller::{Controller, ControllerParameters, Quantity};
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::VehicleState;
-use planesman_parameters::Values;
 use planesman_units::FOOT;
 
 #[test]
@@ -86,7 +85,7 @@ fn reached(depths: &[f64], level: f64) -> f64 {
 
 #[test]
 fn sampled_at_twenty_hertz_the_controllers_defaults_fly_the_program() {
-    let mut controller = Controller::new(&Values::defaults(declarations())).unwrap();
+    let mut controller = Controller::new(&ControllerParameters::default()).unwrap();
     controller
         .set_setpoint(Quantity::Depth, 3.0 * FOOT)
         .unwrap();

@@ -30,22 +30,29 @@ const STRAY: usize = 3;
 /// The largest pitch the model is linearised at, rad: beyond it depth says little of pitch.
 const STEEPEST: f64 = 1.4;
 
-/// How far each quantity is trusted: standard deviations.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Tuning {
-    /// Of a gyro reading, rad/s.
+/// How far each quantity is trusted, as standard deviations: the parameters `kalman.*`.
+#[derive(Clone, Copy, Debug, PartialEq, planesman_parameters::Parameters)]
+pub struct Tuning {
+    /// Standard deviation of a gyro reading; 5 mV at 12.5 mV per deg/s.
+    #[parameter(default = 0.007, unit = "rad/s", range = 1e-9..=10.0)]
     pub gyro_noise: f64,
-    /// Of the gyro zero's walk after one second, rad/s.
+    /// Standard deviation of the gyro zero's walk after 1 s; 1 mV.
+    #[parameter(default = 0.0014, unit = "rad/s^1.5", range = 0.0..=10.0)]
     pub bias_walk: f64,
-    /// Of a depth reading, m.
+    /// Standard deviation of a depth reading; 5 mV at 10.1 V/m.
+    #[parameter(default = 0.0005, unit = "m", range = 1e-9..=100.0)]
     pub depth_noise: f64,
-    /// Of the depth rate that pitch does not explain, m/s.
+    /// Standard deviation of the depth rate that pitch does not explain: heave, currents.
+    #[parameter(default = 0.01, unit = "m/s", range = 0.0..=100.0)]
     pub stray_rate: f64,
-    /// How long that lasts, s: `T_v`.
+    /// How long such a depth rate lasts: its correlation time.
+    #[parameter(default = 2.0, unit = "s", range = 1e-3..=1e6)]
     pub stray_time: f64,
-    /// Of the pitch at the start, rad.
+    /// Standard deviation of the pitch at the start, about level.
+    #[parameter(default = 0.05, unit = "rad", range = 0.0..=3.0)]
     pub initial_pitch: f64,
-    /// Of the gyro's zero at the start, rad/s.
+    /// Standard deviation of the gyro's zero at the start; 25 mV.
+    #[parameter(default = 2.0_f64.to_radians(), unit = "rad/s", range = 0.0..=10.0)]
     pub initial_bias: f64,
 }
 

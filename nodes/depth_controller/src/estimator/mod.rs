@@ -20,7 +20,7 @@ pub(crate) use kalman::{Kalman, Tuning};
 pub(crate) use motion::{Estimate, Measurement};
 
 /// Where the loops take pitch, its rate, depth and its rate from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
 pub enum Source {
     /// The vehicle's true state.
     Truth,
@@ -28,20 +28,6 @@ pub enum Source {
     Integrator,
     /// The Kalman filter.
     Kalman,
-}
-
-impl Source {
-    /// The names, as the parameter takes them.
-    pub const NAMES: &'static [&'static str] = &["truth", "integrator", "kalman"];
-
-    /// The source of that name.
-    #[must_use]
-    pub fn named(name: &str) -> Option<Self> {
-        [Self::Truth, Self::Integrator, Self::Kalman]
-            .into_iter()
-            .zip(Self::NAMES)
-            .find_map(|(source, known)| (*known == name).then_some(source))
-    }
 }
 
 /// An estimator's settings.

@@ -98,7 +98,7 @@ impl PressureCell {
 }
 
 /// Where the depth cell is connected.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, planesman_parameters::Choice)]
 pub enum DepthPort {
     /// At the vehicle file's port: for the report's vehicle the two at the sides, 14.5 in aft.
     #[default]
