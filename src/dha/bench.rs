@@ -12,7 +12,7 @@ use ibm_1966::tables::{Row, TABLE_2_1, TABLE_3_2, TABLE_4_2};
 use ibm_1966::{Case, Surrogate};
 use planesman_book::{Book, Verdict};
 
-/// What the command takes.
+/// The arguments.
 #[derive(Clone, Debug, clap::Args)]
 pub struct BenchArgs {
     /// Only this table; may be given several times [default: all]

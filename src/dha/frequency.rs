@@ -12,7 +12,7 @@ use ibm_1966::flight_control::{self, FlightControl};
 use ibm_1966::{Case, Gains, PULSE, Start, Surrogate};
 use planesman_linear::Complex;
 
-/// What the command takes.
+/// The arguments.
 #[derive(Clone, Debug, clap::Args)]
 pub struct FrequencyArgs {
     /// A built-in actuator or an actuator file

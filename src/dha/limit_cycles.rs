@@ -9,7 +9,7 @@ use planesman_units::INCH;
 use super::MOST_RESIDUAL;
 use super::depth_loop::{Case, Figure, LimitCycle, Prediction, cases};
 
-/// What the command takes.
+/// The arguments.
 #[derive(Clone, Debug, clap::Args)]
 pub struct LimitCyclesArgs {
     /// Only configurations whose name contains this

@@ -17,7 +17,7 @@ pub mod size;
 /// Above this much of 1 + N H a harmonic balance is no cycle.
 const MOST_RESIDUAL: f64 = 0.1;
 
-/// What `planesman dha` can do.
+/// The commands of `planesman dha`.
 #[derive(Clone, Debug, clap::Subcommand)]
 pub enum DhaCommand {
     /// Run the 1966 study's flight-control tests and print its tables beside the results

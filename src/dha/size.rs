@@ -15,7 +15,7 @@ use planesman_units::{DEGREE, Dimension, INCH, Quantity};
 
 use super::depth_loop::Loop;
 
-/// What the command takes. A quantity is a number and its unit, as in an actuator file.
+/// The arguments. A quantity is a number and its unit, as in an actuator file.
 #[derive(Clone, Debug, clap::Args)]
 pub struct SizeArgs {
     /// A built-in actuator or an actuator file; with --resolution an actuator is sized for a load instead, that

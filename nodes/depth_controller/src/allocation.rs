@@ -4,7 +4,18 @@
 //! future designs (Brunner, NPS thesis, 1988, p. 8). The planes that do most get the angle asked for, the others a
 //! share of it, so a limit on the angle is a limit on both.
 
-use crate::parameters::DivePlanes;
+/// The planes that dive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
+pub enum DivePlanes {
+    /// Bow and stern planes by the same angle.
+    Together,
+    /// The bow planes alone.
+    Bow,
+    /// The stern planes alone.
+    Stern,
+    /// Both, in a ratio.
+    Ratio,
+}
 
 /// Which share of the dive-plane angle each pair of planes takes, in \[0, 1\].
 #[derive(Clone, Copy, Debug, PartialEq)]

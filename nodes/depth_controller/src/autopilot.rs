@@ -65,7 +65,7 @@ pub(crate) struct Gains {
     pub pitch_i: f64,
 }
 
-/// What the depth loop's derivative acts on.
+/// The signal of the depth loop's derivative.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
 pub enum Derivative {
     /// The depth: a step of the setpoint makes no impulse.
@@ -77,7 +77,7 @@ pub enum Derivative {
 /// Everything about the dive autopilot but its gains.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct DiveRules {
-    /// What the derivative acts on.
+    /// The signal of the derivative.
     pub derivative: Derivative,
     /// Time constant of the derivative's filter, s; 0 for none.
     pub derivative_filter: f64,
@@ -85,7 +85,7 @@ pub(crate) struct DiveRules {
     pub depth_i_limit: Limit,
     /// The largest integral share of the planes, rad.
     pub pitch_i_limit: Limit,
-    /// What keeps the integrals from winding up.
+    /// The anti-windup strategy.
     pub anti_windup: AntiWindup,
     /// The largest plane angle, rad.
     pub planes_limit: Limit,
@@ -95,10 +95,10 @@ pub(crate) struct DiveRules {
     pub transfer_time: f64,
 }
 
-/// What is asked for at a tick.
+/// The setpoints and test signals at a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Asked {
-    /// What is held.
+    /// The loops that are closed.
     pub mode: Mode,
     /// The depth to hold, m, in mode depth.
     pub depth: f64,
@@ -139,7 +139,7 @@ pub(crate) struct DiveTerms {
     pub planes_limited: bool,
 }
 
-/// What the dive autopilot remembers from tick to tick.
+/// The state of the dive autopilot.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Autopilot {
     /// The mode of the last tick; `None` before the first.
@@ -149,9 +149,9 @@ pub(crate) struct Autopilot {
     depth_derivative: Lag,
     depth_integral: Integral,
     pitch_integral: Integral,
-    /// What is left of the step that a change of mode would have made, rad.
+    /// The remainder of the step that a change of mode would have made, rad.
     transfer: f64,
-    /// What the loops commanded at the last tick, without test signals, rad.
+    /// The command of the loops at the last tick, without test signals, rad.
     loops: f64,
     /// The planes' angle commanded at the last tick, rad.
     planes: f64,

@@ -429,7 +429,7 @@ impl Controller {
             .map_or(ControlState::FAULT_NONE, Fault::constant)
     }
 
-    /// What the manoeuvre under way adds to the planes, rad; ends it when it is over.
+    /// The offset of the manoeuvre under way on the planes, rad; ends it when it is over.
     fn manoeuvre_offset(&mut self, elapsed: i64) -> f64 {
         let Some(underway) = &mut self.manoeuvre else {
             return 0.0;

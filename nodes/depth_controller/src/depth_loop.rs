@@ -30,7 +30,7 @@ pub struct DepthLoop {
     pub pitch_limit: Limit,
 }
 
-/// What the depth loop computed, term by term.
+/// The terms of the depth loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DepthTerms {
     /// `e_z = z_c - z`, m, positive when the vehicle is too shallow.

@@ -1,4 +1,4 @@
-//! What the loops are told of the vehicle: the one place where truth becomes feedback.
+//! The feedback of the loops: the true state, or an estimate of it.
 //!
 //! Everything behind it takes a [`Feedback`]: of the true state, or with an estimator's motion in the vertical
 //! plane in its place ([`Feedback::estimated`]).
@@ -60,7 +60,7 @@ impl Feedback {
         }
     }
 
-    /// Whether every number is finite: an estimator that has been told the absurd may not keep it so.
+    /// Whether every number is finite: absurd readings can make an estimate infinite.
     #[must_use]
     pub(crate) fn is_finite(&self) -> bool {
         [

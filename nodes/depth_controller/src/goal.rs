@@ -7,7 +7,7 @@ use crate::limits::Limit;
 use crate::manoeuvre::{Manoeuvre, Signal, TestSignal, nanoseconds};
 use crate::runs::{RUNS, Run};
 
-/// What the planes are told.
+/// The plane command over time.
 #[derive(Clone, Debug, PartialEq)]
 enum Course {
     Signal(TestSignal),

@@ -13,7 +13,7 @@
 
 use crate::limits::{Limit, bounded};
 
-/// What keeps an integral from winding up.
+/// The anti-windup strategy of an integral.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum AntiWindup {
     /// Only the share's own limit.

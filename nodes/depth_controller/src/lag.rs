@@ -6,7 +6,7 @@
 //! y' = (x - y) / tau    ->    y(t + dt) = x + (y(t) - x) exp(-dt / tau)
 //! ```
 
-/// What is left after `dt` seconds of something that fades with the time constant `tau` (s); nothing
+/// The remainder after `dt` seconds of a value that decays with the time constant `tau` (s); nothing
 /// for a `tau` of 0.
 #[must_use]
 pub(crate) fn faded(value: f64, tau: f64, dt: f64) -> f64 {

@@ -29,7 +29,7 @@ mod limits;
 mod loops;
 mod manoeuvre;
 mod node;
-mod parameters;
+pub mod parameters;
 mod pitch_loop;
 mod runs;
 mod safety;

@@ -37,7 +37,7 @@ enum Event {
     Parameters(Box<ControllerParameters>),
 }
 
-/// Runs the node with its command-line arguments until it is told to stop.
+/// Runs the node with its command-line arguments until it is stopped.
 #[must_use]
 pub fn main(args: Vec<String>) -> ExitCode {
     planesman_node::exit_code("depth_controller", || run(args))
@@ -308,7 +308,7 @@ impl Node {
     }
 }
 
-/// What has changed, parameter by parameter: `depth.p: 0.82 -> 0.5`.
+/// The changes, parameter by parameter: `depth.p: 0.82 -> 0.5`.
 fn changes(old: &ControllerParameters, new: &ControllerParameters) -> Vec<String> {
     let (old, new) = (old.values(), new.values());
     let names = new.declarations().iter().map(|declared| &declared.name);

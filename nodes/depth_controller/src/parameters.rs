@@ -8,7 +8,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_6, PI};
 
 use planesman_parameters::{Choice, Parameters};
 
-use crate::allocation::Allocation;
+use crate::allocation::{Allocation, DivePlanes};
 use crate::angle_loop::AngleLoop;
 use crate::autopilot::{Derivative, DiveRules, Gains, Mode};
 use crate::depth_loop::DepthLoop;
@@ -27,7 +27,7 @@ use crate::speed_loop::SpeedLoop;
 const DESIGN_SPEED: f64 = 5.0 * METRES_PER_FOOT;
 
 /// Metres in a foot (exact, by definition).
-pub(crate) const METRES_PER_FOOT: f64 = 0.3048;
+pub const METRES_PER_FOOT: f64 = 0.3048;
 
 /// Every parameter of `depth_controller`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
@@ -147,8 +147,8 @@ pub struct Pitch {
 /// The parameters `anti_windup.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct AntiWindupParameters {
-    /// Anti-windup of the integrals, as in control_toolbox: none, conditional_integration (no integration
-    /// further into a limit), or back_calculation.
+    /// Anti-windup of the integrals, as in control_toolbox: none, conditional_integration (no integration further
+    /// into a limit), or back_calculation.
     #[parameter(default = Strategy::ConditionalIntegration)]
     pub strategy: Strategy,
     /// Time constant of back_calculation: how fast it takes an integral out of saturation.
@@ -382,19 +382,6 @@ pub struct Adaptive {
     /// Largest change of a gain, in scheduled gains per second.
     #[parameter(default = 0.1, unit = "1/s", range = 0.0..=100.0)]
     pub rate: f64,
-}
-
-/// The planes that dive.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Choice)]
-pub enum DivePlanes {
-    /// Bow and stern planes by the same angle.
-    Together,
-    /// The bow planes alone.
-    Bow,
-    /// The stern planes alone.
-    Stern,
-    /// Both, in a ratio.
-    Ratio,
 }
 
 /// The source of the speed.

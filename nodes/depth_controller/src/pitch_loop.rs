@@ -25,7 +25,7 @@ pub struct PitchLoop {
     pub rate: f64,
 }
 
-/// What the pitch loop computed, term by term.
+/// The terms of the pitch loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PitchTerms {
     /// `theta_c - theta`, rad, bow up positive.

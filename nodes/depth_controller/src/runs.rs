@@ -1,4 +1,4 @@
-//! The report's test runs: what its planes were told (Brunner, NPS thesis, 1988, pp. 99-101).
+//! The report's test runs: their plane commands (Brunner, NPS thesis, 1988, pp. 99-101).
 //!
 //! | run | shape | ft/s |
 //! |---|---|---|
@@ -13,7 +13,7 @@
 
 use std::f64::consts::TAU;
 
-/// What the planes do in a run.
+/// The motion of the planes in a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Shape {
     /// (from ms, to ms, degrees)

@@ -48,7 +48,7 @@ pub struct Envelope {
 }
 
 impl Envelope {
-    /// What is wrong with where the vehicle is.
+    /// The bound of the envelope that the vehicle is beyond.
     #[must_use]
     pub(crate) fn violated(&self, feedback: &Feedback) -> Option<Fault> {
         if feedback.depth > self.floor {
@@ -75,7 +75,7 @@ pub(crate) struct Safety {
     climb_over: bool,
 }
 
-/// What a fault makes the planes do.
+/// The reaction of the planes to a fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Reaction {
     /// Rise.

@@ -76,7 +76,7 @@ mod tests {
         assert_eq!(
             found.on_instrument(|_| true),
             Some(state(1)),
-            "the word said again"
+            "the repeated state"
         );
         assert_eq!(waiting.on_state(state(1), false), Some(state(1)));
         // Another state begins anew.

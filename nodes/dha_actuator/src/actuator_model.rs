@@ -1,4 +1,4 @@
-//! What can move the planes: the digital hydraulic actuator, or a simpler one to compare with.
+//! The actuator of the planes: the digital hydraulic actuator, or a simpler one to compare with.
 
 use crate::actuator_set::ActuatorSet;
 use crate::dha::{Demand, Dha};
@@ -16,7 +16,7 @@ pub enum Model {
     Ideal,
 }
 
-/// What is asked of an actuator, whichever it is.
+/// The demand on an actuator of any model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Request {
     /// The angle for all of them, and the digital one's settings.
@@ -44,7 +44,7 @@ pub(crate) struct Planes {
     pub angle: f64,
     /// Plane rate, rad/s.
     pub rate: f64,
-    /// What the hydraulics show; none behind an actuator without.
+    /// The reading of the hydraulics; `None` for an actuator without.
     pub reading: Option<Reading>,
 }
 
@@ -59,7 +59,7 @@ impl ActuatorModel {
         }
     }
 
-    /// What is asked for takes effect: at once on an ideal actuator, at its next valve cycle on
+    /// Makes a demand take effect: at once on an ideal actuator, at its next valve cycle on
     /// the digital one, from now on with a lag.
     pub(crate) fn ask(&mut self, request: &Request) {
         if let Self::Ideal(angle) = self {

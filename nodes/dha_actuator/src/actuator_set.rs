@@ -6,7 +6,7 @@
 /// The constants of one actuator. Made by [`crate::actuator_file`], which validates them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ActuatorSet {
-    /// What it is called.
+    /// Its name.
     pub name: String,
     /// Where the numbers come from.
     pub source: String,
@@ -58,7 +58,7 @@ pub struct ActuatorSet {
     pub small: Option<SmallVolume>,
     /// X_lim, m: no volume is commanded outwards beyond it; infinite when there is none.
     pub inhibit_beyond: f64,
-    /// What the pulse logic books for a volume that was inhibited.
+    /// The amount that the pulse logic books for a volume that was inhibited.
     pub limit_option: LimitOption,
 }
 
@@ -75,7 +75,7 @@ pub struct SmallVolume {
     pub threshold: f64,
 }
 
-/// What the control computer knows of the travel limit (Section II.B.1).
+/// The travel limit in the control computer (Section II.B.1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LimitOption {
     /// Option 1: no feedback from the actuator; the inhibited volume is booked as if moved.
@@ -158,7 +158,7 @@ impl ActuatorSet {
         self.viscous / (2.0 * self.mass * self.natural_frequency())
     }
 
-    /// What the leakage k P_d adds to the damping ratio.
+    /// The share of the leakage k P_d in the damping ratio.
     #[must_use]
     pub fn leakage_damping(&self) -> f64 {
         self.pressure_leakage() * self.stiffness / (2.0 * self.natural_frequency())

@@ -1,4 +1,4 @@
-//! What has become of an actuator since its file was written: wear and faults.
+//! The condition of an actuator: wear and faults.
 //!
 //! | fault | model | what it shows |
 //! |---|---|---|
@@ -33,7 +33,7 @@ pub enum StuckValve {
     Direction,
 }
 
-/// What measures the ram's position.
+/// The sensor of the ram's position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
 pub enum Encoder {
     /// It tells the position.
@@ -57,7 +57,7 @@ pub struct Condition {
     pub lost_supply: f64,
     /// Share of beta/V that is missing, in \[0, 1).
     pub air: f64,
-    /// What one latch of the large volume's actuating valve needs beside T_v, s.
+    /// Extra time of one latch of the large volume's actuating valve beside T_v, s.
     pub slow_latch: f64,
     /// The valve that is stuck, if one is.
     pub stuck: Option<StuckValve>,
@@ -78,7 +78,7 @@ impl Condition {
         encoder: Encoder::Sound,
     };
 
-    /// What is worse than in a `worn` condition without faults, each fault in words.
+    /// The faults beyond a `worn` condition, each as text.
     #[must_use]
     pub fn faults_beside(&self, worn: &Self) -> Vec<String> {
         let mut faults = Vec::new();

@@ -15,7 +15,7 @@ use crate::position_loop::PositionLoop;
 use crate::pulse_logic::{Command, Decision, Options, PulseLogic, Volume};
 use crate::valves::Stroke;
 
-/// What is asked of the actuator for the time to come.
+/// The demand on the actuator from now on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Demand {
     /// delta_c, rad.
@@ -41,7 +41,7 @@ impl Demand {
     }
 }
 
-/// What the valves were asked for since it was last counted.
+/// The commands to the valves since the last count.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tally {
     /// Valve cycles begun.
@@ -191,7 +191,7 @@ impl Dha {
             .oscillation(self.clock.cycle(), self.clock.period())
     }
 
-    /// What the valves were asked for since this was last taken.
+    /// The commands to the valves since the last call.
     pub fn take_tally(&mut self) -> Tally {
         std::mem::take(&mut self.tally)
     }

@@ -24,7 +24,7 @@ pub struct Hydraulics {
     piece: usize,
 }
 
-/// What the hydraulics show at an instant, SI.
+/// A reading of the hydraulics, SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
     /// The ram and its oil.
@@ -104,7 +104,7 @@ impl Hydraulics {
         self.advance(self.cycle);
     }
 
-    /// What shows at `time`, up to which it has been advanced.
+    /// The reading at `time`, up to which it has been advanced.
     #[must_use]
     pub fn reading(&self, time: f64) -> Reading {
         let ram = self.ram.at(time);

@@ -31,7 +31,7 @@ pub mod linearised;
 mod metering;
 mod modes;
 mod node;
-mod parameters;
+pub mod parameters;
 mod position_loop;
 mod pulse_logic;
 mod pulse_train;

@@ -20,7 +20,7 @@ pub(crate) struct LimitCycle {
     sign: i8,
     /// The valve cycle of the last turn to "+".
     turned: Option<u64>,
-    /// What the planes have covered since, rad.
+    /// The range that the planes have covered since, rad.
     low: f64,
     high: f64,
     /// The last whole cycle: valve cycles, and the amplitude.

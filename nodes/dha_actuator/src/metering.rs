@@ -58,7 +58,7 @@ impl Flow {
     }
 }
 
-/// What the switching of one cycle makes flow.
+/// The flow of the switching of one cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Delivery {
     flows: [Flow; 2],
@@ -73,13 +73,13 @@ pub(crate) struct Metering {
     large: Cylinder,
     small: Cylinder,
     leakages: Leakages,
-    /// What the slow latch needs beside T_v, s.
+    /// Extra time of the slow latch beside T_v, s.
     slow_latch: f64,
     /// Share of a sound volume.
     volume_left: f64,
     /// Cycles over which one command reaches.
     reach: usize,
-    /// What flows for the present and the past cycles, latest first.
+    /// The flows of the present and the past cycles, latest first.
     deliveries: [Delivery; MOST_CYCLES_IN_FLIGHT],
     /// Polarity before all of those.
     settled_polarity: i8,
@@ -179,7 +179,7 @@ impl Metering {
         }
     }
 
-    /// What the large volume's stroke makes flow. Where the actuating valve should have switched
+    /// The flow of the large volume's stroke. Where the actuating valve should have switched
     /// along with the direction valve, and is late, the piston first sets out on the volume that
     /// the direction valve alone moves, and then goes back; both ways displace oil in the new
     /// direction.

@@ -22,7 +22,7 @@ enum Event {
     Parameters(Box<ActuatorParameters>),
 }
 
-/// Runs the node with its command-line arguments until it is told to stop.
+/// Runs the node with its command-line arguments until it is stopped.
 #[must_use]
 pub fn main(args: Vec<String>) -> ExitCode {
     planesman_node::exit_code("dha_actuator", || run(args))
@@ -50,7 +50,7 @@ fn run(args: Vec<String>) -> Result<()> {
         limits: Vec::new(),
         begun: None,
         commanded: None,
-        heard: None,
+        received: None,
     };
     rt.subscribe("plane_command", Qos::reliable(100), Event::Command)?;
     if !node.lockstep {
@@ -71,20 +71,20 @@ struct Node {
     /// Silence after which neutral is asked for, s.
     timeout: f64,
     publishers: Publishers,
-    /// What limited the planes in the last tick.
+    /// The limits that the planes stood at in the last tick.
     limits: Vec<String>,
     /// The last tick that the vehicle began, and the last one commanded, ns.
     begun: Option<i64>,
     commanded: Option<i64>,
     /// When the last command came, by the node's clock, ns.
-    heard: Option<i64>,
+    received: Option<i64>,
 }
 
 impl Node {
     fn on(&mut self, rt: &Runtime<Event>, event: Event) -> Result<Flow> {
         match event {
             Event::Command(command) => {
-                self.heard = Some(rt.now().nanos());
+                self.received = Some(rt.now().nanos());
                 match self.actuator.on_command(&command) {
                     Ok(output) => {
                         let stamp = command.header.stamp.nanos();
@@ -132,7 +132,7 @@ impl Node {
 
     fn look(&mut self, rt: &Runtime<Event>) {
         let now = rt.now().nanos();
-        match self.heard {
+        match self.received {
             None => rt.set_status("actuator", Level::Warn, "no plane command yet", &[]),
             Some(at) if (now - at) as f64 * 1e-9 > self.timeout => {
                 rt.set_status(

@@ -18,11 +18,11 @@ use crate::pulse_logic::{Command, Volume};
 /// The predicting error detector.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PositionLoop {
-    /// What a large and a small volume move, rad.
+    /// The angles of a large and a small volume, rad.
     large: f64,
     small: f64,
     depth: usize,
-    /// What the last cycles' commands move, rad, latest first; `depth` of them count.
+    /// The angles of the last cycles' commands, rad, latest first; `depth` of them count.
     latest: [f64; MOST_CYCLES_IN_FLIGHT],
 }
 

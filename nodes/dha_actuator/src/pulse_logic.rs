@@ -40,7 +40,7 @@
 
 use crate::actuator_set::{ActuatorSet, LimitOption};
 
-/// What may be asked of the valves in one cycle.
+/// The volume of one cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Volume {
     /// No calibrated volume.
@@ -51,7 +51,7 @@ pub enum Volume {
     Large,
 }
 
-/// What the logic sends to the valves in one cycle.
+/// The command to the valves in one cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Command {
     /// The calibrated volume asked for.
@@ -60,7 +60,7 @@ pub struct Command {
     pub sign: i8,
 }
 
-/// What decides the drift's polarity while no volume is due.
+/// The signal that sets the drift's polarity while no volume is due.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DriftOption {
     /// Option 1: the sign of Input.
@@ -71,7 +71,7 @@ pub enum DriftOption {
     LastCommand,
 }
 
-/// What becomes of a volume that is commanded together with a change of sign.
+/// The treatment of a volume that is commanded together with a change of sign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
 pub enum SignChange {
     /// It moves, by the sign valve's switching (Appendix A): nothing is lost.
@@ -125,7 +125,7 @@ impl Options {
 /// One cycle's decision.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Decision {
-    /// What goes to the valves.
+    /// The command to the valves.
     pub command: Command,
     /// FB, rad: what the logic books as moved.
     pub feedback: f64,

@@ -156,7 +156,7 @@ impl Ram {
         self.time = self.ends;
     }
 
-    /// What an event does: it sets exactly what it says and changes the laws.
+    /// Applies an event: sets its state exactly and changes the law.
     fn change_mode(&mut self, event: Event) {
         match event {
             Event::Halt => {

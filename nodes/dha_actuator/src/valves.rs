@@ -43,7 +43,7 @@ pub(crate) struct Valves {
     stuck: Option<StuckValve>,
 }
 
-/// What one switching moves.
+/// The volumes of one switching.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stroke {
     /// Large calibrated volumes moved: +1, 0 or -1.
@@ -75,7 +75,7 @@ impl Positions {
         actuating_up == self.direction_right
     }
 
-    /// What moves when the valves have switched from `before` to here.
+    /// The volumes moved by the switching from `before` to here.
     fn stroke_since(self, before: Self) -> Stroke {
         let polarity = if self.direction_right { 1 } else { -1 };
         let moved = |up_before, up| {
@@ -160,7 +160,7 @@ mod tests {
         }
     }
 
-    /// What the large volume does when the valves named are switched.
+    /// The motion of the large volume when the valves named are switched.
     fn switched(start: (bool, bool), actuating: bool, direction: bool) -> (i8, i8) {
         let (before, mut after) = (positions(start), positions(start));
         after.large_up ^= actuating;

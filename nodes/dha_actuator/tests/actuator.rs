@@ -4,8 +4,7 @@ use dha_actuator::{Actuator, ActuatorParameters, Output};
 use planesman_msgs::Message;
 use planesman_msgs::builtin_interfaces::msg::{Duration, Time};
 use planesman_msgs::planesman_msgs::msg::PlaneCommand;
-use planesman_parameters::Parameters as _;
-use planesman_parameters::Value;
+use planesman_parameters::{Parameters as _, Value};
 
 const TICK: i64 = 50_000_000;
 
@@ -361,8 +360,7 @@ fn faults_that_cannot_be_are_refused_as_a_set() {
             "fault.stuck_valve",
         ),
     ] {
-        let set = ActuatorParameters::default().with(&changes);
-        let error = match set {
+        let error = match ActuatorParameters::default().with(&changes) {
             Ok(parameters) => Actuator::new(&parameters, TICK)
                 .expect_err(rule)
                 .to_string(),

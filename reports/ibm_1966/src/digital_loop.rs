@@ -23,7 +23,7 @@ pub struct Start {
     pub ram: f64,
 }
 
-/// What shows at an instant of a run.
+/// An instant of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instant {
     /// s from the start.

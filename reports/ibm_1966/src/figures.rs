@@ -1,6 +1,6 @@
 //! The lost figures of the actuator study (IBM 66-L03-005), Sections III to V, flown again.
 //!
-//! What each one showed is known from its caption and the text. The missile is the surrogate PS-2
+//! Caption and text tell what each one showed. The missile is the surrogate PS-2
 //! throughout, and the laboratory hardware is not to be had: where the report laid the hardware's record
 //! beside the mathematical model's, only the model is drawn. Axes are the report's: degrees, inches, psi.
 
@@ -41,7 +41,7 @@ const AMPLITUDES: [(f64, &str); 2] = [(2.0, "N_y = 2 sin wt"), (4.0, "N_y = 4 si
 /// Frequencies of the sinusoids, Hz.
 const FREQUENCIES: [f64; 10] = [0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 1.0, 1.2, 1.5, 2.0];
 
-/// What is done to a flight control.
+/// The input of a flight control.
 #[derive(Clone, Copy)]
 enum Input {
     /// Steering pulses from the start on.

@@ -69,7 +69,7 @@ pub const ANALOG_GAIN_TESTS: [AnalogGainTest; 3] = [
 /// Where a tight ram rests for the gain margin, m: half of what a leaking one drifts in a cycle.
 const NUDGE: f64 = -0.0003 * INCH;
 
-/// What remains long after a disturbance.
+/// The motion that remains long after a disturbance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LimitCycle {
     /// psi from peak to peak, rad.
@@ -148,7 +148,7 @@ impl Case {
         (gains.0, gains.1)
     }
 
-    /// What the loop settles to from psi_0 = -1/2 degree: from 20 to 80 s.
+    /// The limit cycle after psi_0 = -1/2 degree: from 20 to 80 s.
     #[must_use]
     pub fn limit_cycle(&self) -> LimitCycle {
         let mut flight = self.fly(Start {

@@ -19,12 +19,12 @@ use dha_actuator::units::{INCH, POUND, PSI};
 pub struct Row {
     /// Its name among the book's entries.
     pub id: &'static str,
-    /// What it changes, as one reads it.
+    /// The change, as text.
     pub label: &'static str,
     change: fn(&mut Case),
 }
 
-/// What the tests say of a row.
+/// The results of the tests of a row.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcome {
     /// The largest stable positive step, pulses.

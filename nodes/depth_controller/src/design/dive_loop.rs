@@ -89,7 +89,7 @@ impl DivePlant {
     }
 }
 
-/// What stands between the command and the planes, in small motion: a lag and a dead time.
+/// The actuator between command and planes, in small motion: a lag and a dead time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Path {
     /// s; 0 for none.
@@ -109,7 +109,7 @@ pub struct DiveLoop {
     pub path: Path,
 }
 
-/// What a loop is judged by.
+/// Stability, margins and step response of a loop.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Judgement {
     /// Of the closed loop, 1/s, slowest first; dead time as Pade's ratio.

@@ -24,7 +24,7 @@ const STEPS: (f64, f64) = (0.5, 0.01);
 /// How many rounds the search may take.
 const MOST_ROUNDS: usize = 400;
 
-/// What is asked of the gains.
+/// The requirements on the gains.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wishes {
     /// The speeds, m/s, and the vehicle there.
@@ -47,7 +47,7 @@ pub struct Wishes {
     pub duration: f64,
 }
 
-/// What the search came to.
+/// The result of the search.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Proposal {
     /// The gains.

@@ -12,7 +12,7 @@ use planesman_msgs::sensor_msgs::msg::{FluidPressure, Imu};
 
 use super::motion::Measurement;
 
-/// What it takes to read pressures.
+/// Constants for depth and speed from pressures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Calibration {
     /// rho, kg/m^3.

@@ -13,7 +13,7 @@
 
 use super::motion::{Estimate, Measurement};
 
-/// What stands between gyro and integrator.
+/// The dead band between gyro and integrator.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum DeadBand {
     /// The report's one comparator behind an offset `q_0`, rad/s.
@@ -46,7 +46,7 @@ pub(crate) struct Integrator {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct State {
     pitch: f64,
-    /// What passed the dead band at the last measurement, rad/s.
+    /// The rate behind the dead band at the last measurement, rad/s.
     rate: f64,
     /// The last depth, and the depth behind the lag, m.
     depth: f64,
@@ -99,7 +99,7 @@ impl Integrator {
         }
     }
 
-    /// What stands behind `1 / (T s + 1)` after `dt` seconds in which the depth went to `depth` at a
+    /// The output of `1 / (T s + 1)` after `dt` seconds in which the depth went to `depth` at a
     /// steady rate.
     fn lagged(&self, last: &State, depth: f64, dt: f64) -> f64 {
         let behind = if dt > 0.0 {

@@ -28,28 +28,6 @@ pub enum Source {
     File(FromFile),
 }
 
-impl Source {
-    /// The names, as the parameter takes them.
-    pub const NAMES: &'static [&'static str] = &["fixed", "scheduled", "adaptive", "file"];
-
-    /// The source of that name; `read` reads the file, where one is asked for.
-    ///
-    /// # Errors
-    /// A sentence: another name, or why the file is refused.
-    pub fn named(
-        name: &str,
-        read: impl FnOnce() -> Result<FromFile, String>,
-    ) -> Result<Self, String> {
-        match name {
-            "fixed" => Ok(Self::Fixed),
-            "scheduled" => Ok(Self::Scheduled),
-            "adaptive" => Ok(Self::Adaptive),
-            "file" => read().map(Self::File),
-            _ => Err(format!("parameter 'gains.source': '{name}' refused")),
-        }
-    }
-}
-
 /// How gains follow the vehicle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rules {

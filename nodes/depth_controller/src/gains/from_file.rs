@@ -113,15 +113,15 @@ mod tests {
     }
 
     #[test]
-    fn a_file_gives_the_gains_that_the_same_model_heard_live_comes_to() {
+    fn a_file_gives_the_gains_that_the_same_model_received_live_gives() {
         let estimate = weaker(1e-6);
         let mut adaptive = Adaptive::new();
         adaptive.on_model(&estimate, &TRUST);
-        let (heard, reason) = adaptive.step(&T6, &TRUST, 1.0, 0, 0.05);
+        let (live, reason) = adaptive.step(&T6, &TRUST, 1.0, 0, 0.05);
         assert_eq!(reason, None);
         let read = FromFile::of(&file(&estimate), &T6, &TRUST).unwrap();
-        assert_eq!(read.gains(&T6, &TRUST, 1.0), heard);
-        assert!((heard.pitch_p / T6.reference.pitch_p - 2.0).abs() < 1e-2);
+        assert_eq!(read.gains(&T6, &TRUST, 1.0), live);
+        assert!((live.pitch_p / T6.reference.pitch_p - 2.0).abs() < 1e-2);
     }
 
     #[test]

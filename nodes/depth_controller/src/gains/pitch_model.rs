@@ -73,7 +73,7 @@ pub struct Identified {
 }
 
 impl Identified {
-    /// What `estimate` says of the vehicle in pitch; its input must be the dive-plane angle (rad, dive) and
+    /// The vehicle in pitch by an estimate; its input must be the dive-plane angle (rad, dive) and
     /// its output the pitch rate (rad/s, bow up).
     ///
     /// # Errors

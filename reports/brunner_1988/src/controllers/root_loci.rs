@@ -13,7 +13,7 @@ use super::{course, pitch, roll};
 /// `B` \[ft lbf s\] with rate feedback of 2, and of 4.71 (p. 19).
 const DAMPING: [f64; 2] = [0.34, pitch::MORE_DAMPING];
 
-/// What a locus varies, and up to what: \[s\] or \[ft/s\].
+/// The varied quantity of a locus and its last value: \[s\] or \[ft/s\].
 #[derive(Clone, Copy)]
 enum Varied {
     DerivativeGain(f64),

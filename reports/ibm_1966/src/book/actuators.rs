@@ -10,7 +10,7 @@ use planesman_book::Recomputed;
 const CUBIC_INCH: f64 = INCH * INCH * INCH;
 /// q_LC of both tables, in^3/s.
 const CONSTANT_LEAKAGE: f64 = -0.006;
-/// What the auxiliary pistons of both actuators hold about the middle pressure, psi.
+/// Pressure that the auxiliary pistons of both actuators hold about the middle, psi.
 const AUXILIARY: f64 = 750.0;
 /// Inches in a foot: a slug is a pound (force) s^2/ft.
 const FOOT: f64 = 12.0;
@@ -82,7 +82,7 @@ fn table(name: &str, set: &ActuatorSet) -> Recomputed {
     named(name, values)
 }
 
-/// What follows from a parameter table.
+/// Values that follow from a parameter table.
 fn implied(name: &str, set: &ActuatorSet) -> Recomputed {
     let (plus, minus) = set.force_limits();
     let degrees = |flow: f64| flow * CUBIC_INCH / (set.area * set.moment_arm) / DEGREE;

@@ -76,7 +76,7 @@ fn limit_cycle(family: &str, cycle: &LimitCycle) -> Recomputed {
     ]
 }
 
-/// What Section IV.B says of the limit cycles.
+/// The limit cycles of Section IV.B.
 fn printed_of_limit_cycle(name: &str, cycle: &LimitCycle) -> Recomputed {
     let yaw = cycle.yaw / DEGREE;
     match name {
