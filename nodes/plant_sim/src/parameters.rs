@@ -1,6 +1,6 @@
 //! The node's parameters: the one place where their defaults and ranges are written.
 //!
-//! Those of [`crate::core`] first, then those that only the node reads (`time` and after).
+//! Those of `core` first, then those that only the node reads (`time` and after).
 
 use planesman_parameters::{Declaration, Value, Values};
 
