@@ -14,7 +14,7 @@ use crate::sensors::{
 };
 use planesman_vehicle::{BRUNNER_SECANT_RATE, BRUNNER_VISCOUS_DAMPING, vehicle_file::BRUNNER};
 
-/// Every parameter of `plant_sim`: those of [`crate::core`] first, then those that only the node reads (`time`
+/// Every parameter of `plant_sim`: those of `core` first, then those that only the node reads (`time`
 /// and after).
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct PlantParameters {

@@ -25,6 +25,7 @@
 //! Three unknowns in place of five or six coefficients are what makes short records suffice.
 
 use nalgebra::{DMatrix, DVector};
+use planesman_vehicle::pitch;
 
 use super::estimate::{Error, Estimate};
 use super::physical::{Physical, UNKNOWNS};
@@ -51,17 +52,6 @@ pub struct Vehicle {
     /// Its heave equation; `None` to leave heave out.
     pub heave: Option<Heave>,
 }
-
-/// Where each coefficient stands in `[A B]` with heave: row, column, sign.
-const PLACES: [(usize, usize, f64); 7] = [
-    (0, 3, 1.0),
-    (0, 0, -1.0),
-    (0, 1, -1.0),
-    (0, 2, 1.0),
-    (2, 2, -1.0),
-    (2, 0, 1.0),
-    (2, 3, 1.0),
-];
 
 impl Vehicle {
     /// Numbers in the state.
@@ -102,22 +92,13 @@ impl Vehicle {
     /// Where a coefficient stands in `[A B]`, and with which sign.
     #[must_use]
     pub fn place(&self, coefficient: usize) -> (usize, usize, f64) {
-        let (row, column, sign) = PLACES[coefficient];
-        // Without heave the input's column is the third.
-        (row, column.min(self.states()), sign)
+        pitch::place(coefficient, self.states())
     }
 
     /// `[A B]` of `x_dot = A x + B u`, `x = (q, theta[, w])`.
     #[must_use]
     pub fn equations(&self, coefficients: &DVector<f64>) -> DMatrix<f64> {
-        let n = self.states();
-        let mut equations = DMatrix::zeros(n, n + 1);
-        equations[(1, 0)] = 1.0;
-        for (i, value) in coefficients.iter().enumerate() {
-            let (row, column, sign) = self.place(i);
-            equations[(row, column)] = sign * value;
-        }
-        equations
+        pitch::equations(coefficients.as_slice())
     }
 
     /// `[F G]` over one interval, and its slope by each unknown.

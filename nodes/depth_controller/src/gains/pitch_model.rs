@@ -1,5 +1,6 @@
-//! The vehicle in pitch as the loops feel it: `theta'' = -k delta - b theta' - m theta`, bow up and dive
-//! positive (Brunner, NPS thesis, 1988, ch. II, with `K`, `B` and `Me` over `J`).
+//! The vehicle in pitch: `theta'' = -k delta - b theta' - m theta`, bow up and dive positive (Brunner, NPS
+//! thesis, 1988, ch. II, with `K`, `B` and `Me` over `J`): the pitch equation of `planesman_vehicle::pitch`
+//! without heave, with `k = -kappa`, `b = beta`, `m = mu`.
 //!
 //! **From an identified model** of pitch rate over plane angle: its response to a unit step of planes from
 //! rest obeys, integrated once,
@@ -179,8 +180,7 @@ fn reduced(a: &[f64], b: &[f64], dt: f64) -> Result<PitchModel, String> {
 pub(super) mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use planesman_linear::DMatrix as Matrix;
-    use planesman_linear::StateSpace;
+    use planesman_vehicle::pitch;
 
     /// The estimate that exact identification of `model` gives, with a standard deviation for each
     /// coefficient.
@@ -189,18 +189,12 @@ pub(super) mod tests {
         dt: f64,
         deviation: f64,
     ) -> ModelEstimate {
-        // x = (theta, q), y = q.
-        let held = StateSpace::new(
-            Matrix::from_row_slice(2, 2, &[0.0, 1.0, -model.restoring, -model.damping]),
-            Matrix::from_row_slice(2, 1, &[0.0, -model.plane]),
-            Matrix::from_row_slice(1, 2, &[0.0, 1.0]),
-            Matrix::from_row_slice(1, 1, &[0.0]),
-        )
-        .unwrap()
-        .zero_order_hold(dt)
-        .unwrap()
-        .transfer_function(0, 0)
-        .unwrap();
+        let held = pitch::state_space(&[-model.plane, model.damping, model.restoring])
+            .unwrap()
+            .zero_order_hold(dt)
+            .unwrap()
+            .transfer_function(0, 0)
+            .unwrap();
         let mut covariance = vec![0.0; 25];
         for i in 0..5 {
             covariance[6 * i] = deviation * deviation;
