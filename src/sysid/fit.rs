@@ -215,7 +215,7 @@ impl Found {
 pub fn fit(args: &FitArgs) -> Result<Found> {
     let options = args.options()?;
     let taken = args.signals.record()?;
-    let analysis = analyse(&taken.resampled.record, &options).map_err(|reason| anyhow!(reason))?;
+    let analysis = analyse(&taken.resampled.record, &options)?;
     Ok(Found { taken, analysis })
 }
 

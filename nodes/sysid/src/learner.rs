@@ -4,7 +4,7 @@
 use planesman_identification::estimators::Recursive;
 use planesman_identification::estimators::kalman::Filter;
 use planesman_identification::estimators::recursive::{Forgetting, Kind, Recursion};
-use planesman_identification::{Input, Model, PHYSICAL, Readout, Spread, fit};
+use planesman_identification::{IdentificationError, Input, Model, PHYSICAL, Readout, Spread, fit};
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 use planesman_signals::Sample;
 
@@ -24,7 +24,7 @@ enum Estimator {
 }
 
 impl Estimator {
-    fn new(config: &Config) -> Result<Self, String> {
+    fn new(config: &Config) -> Result<Self, IdentificationError> {
         let dt = config.sample_time;
         Ok(match config.method {
             Method::Recursion(kind) => {
@@ -91,8 +91,8 @@ impl Learner {
     /// A learner before its first sample.
     ///
     /// # Errors
-    /// A sentence, when the estimator refuses its parameters.
-    pub(crate) fn new(config: &Config) -> Result<Self, String> {
+    /// When the estimator refuses its parameters.
+    pub(crate) fn new(config: &Config) -> Result<Self, IdentificationError> {
         Ok(Self::before(Estimator::new(config)?, false))
     }
 
@@ -122,8 +122,8 @@ impl Learner {
     /// Takes what can change while it learns.
     ///
     /// # Errors
-    /// A sentence, when the estimator refuses it; nothing changes then.
-    pub(crate) fn retune(&mut self, config: &Config) -> Result<(), String> {
+    /// When the estimator refuses it; nothing changes then.
+    pub(crate) fn retune(&mut self, config: &Config) -> Result<(), IdentificationError> {
         match &mut self.estimator {
             Estimator::Recursion(it) => it.set_options(config.options),
             Estimator::Vehicle(it) => it.set_settings(config.settings),

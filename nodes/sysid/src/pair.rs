@@ -142,7 +142,7 @@ impl Pair {
                 .resample
                 .map(|max_gap| LiveGrid::new(period(&config), max_gap)),
             aligner: Aligner::new(period(&config)),
-            learner: Learner::new(&config).map_err(of_pair)?,
+            learner: Learner::new(&config).map_err(|e| of_pair(e.to_string()))?,
             name,
             config,
             began: None,
@@ -184,9 +184,9 @@ impl Pair {
     /// A sentence, when the estimator refuses it; nothing changes then.
     pub(crate) fn set_config(&mut self, new: Config) -> Result<(), String> {
         if self.config.retuned(&new) == new {
-            self.learner.retune(&new)?;
+            self.learner.retune(&new).map_err(|e| e.to_string())?;
         } else if self.config != new {
-            let mut learner = Learner::new(&new)?;
+            let mut learner = Learner::new(&new).map_err(|e| e.to_string())?;
             learner.set_frozen(self.frozen());
             self.learner = learner;
             self.began = None;

@@ -8,7 +8,7 @@ use std::time::Duration;
 use console::Term;
 use nalgebra::{Complex, DMatrix, DVector};
 use planesman_identification::estimators::{Error, Estimate};
-use planesman_identification::{Layout, Reading, Structure, Uncertain};
+use planesman_identification::{IdentificationError, Layout, Reading, Structure, Uncertain};
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 use planesman_text::shown;
 
@@ -173,7 +173,7 @@ impl Track {
         ];
         let estimate = estimate_of(model);
         let reading = estimate.as_ref().map(|estimate| Reading::of(estimate, 0));
-        let poles = |found: Option<Result<Vec<Uncertain>, String>>| {
+        let poles = |found: Option<Result<Vec<Uncertain>, IdentificationError>>| {
             let texts: Vec<String> = found.into_iter().flatten().flatten().map(text).collect();
             texts.join("   ")
         };

@@ -12,6 +12,7 @@ mod account;
 mod verdict;
 
 use crate::conversion;
+use crate::error::{IdentificationError, Result};
 use crate::estimators::{Estimate, Estimator, Knowledge, Method, Physical, TwoStages};
 use crate::model::Model;
 use crate::record::{Record, Stretch};
@@ -130,15 +131,17 @@ pub struct Analysis {
 /// loop they are in.
 ///
 /// # Errors
-/// A sentence: a record without input or output, or one that determines no model asked for.
-pub fn analyse(record: &Record, options: &Options) -> Result<Analysis, String> {
+/// [`IdentificationError`](crate::IdentificationError): a record without input or output, or one that determines no model asked for.
+pub fn analyse(record: &Record, options: &Options) -> Result<Analysis> {
     let stretches = used(record);
     let of = |number: &usize| &record.stretches[*number];
     let runs = stretches.iter().map(of).map(run).collect::<Option<_>>();
     let mut problem = Problem::new(
         structure(options, options.order.unwrap_or(2)),
         record.sample_time,
-        runs.ok_or("a record with an input and an output is needed")?,
+        runs.ok_or_else(|| {
+            IdentificationError::Record("a record with an input and an output is needed".to_owned())
+        })?,
     )?;
     let references: Vec<&[f64]> = stretches
         .iter()

@@ -5,6 +5,7 @@ use std::fmt;
 use nalgebra::{DMatrix, DVector};
 
 use super::estimate::Estimate;
+use crate::error::Result;
 use crate::structure::{Problem, Run};
 
 /// What finds a system in records.
@@ -12,15 +13,15 @@ pub trait Estimator: fmt::Debug + Send + Sync {
     /// Finds the unknowns.
     ///
     /// # Errors
-    /// A sentence: records that do not determine the unknowns, a search that finds no minimum, a
+    /// [`IdentificationError`](crate::IdentificationError): records that do not determine the unknowns, a search that finds no minimum, a
     /// structure the estimator is not for.
-    fn fit(&self, problem: &Problem<'_>) -> Result<Estimate, String>;
+    fn fit(&self, problem: &Problem<'_>) -> Result<Estimate>;
 
     /// The estimator's recursive form before its first sample, to watch it learn.
     ///
     /// # Errors
-    /// A sentence, when it has none for this problem.
-    fn learner(&self, problem: &Problem<'_>) -> Result<Box<dyn Recursive>, String>;
+    /// [`IdentificationError`](crate::IdentificationError), when it has none for this problem.
+    fn learner(&self, problem: &Problem<'_>) -> Result<Box<dyn Recursive>>;
 }
 
 /// What estimates while samples arrive.

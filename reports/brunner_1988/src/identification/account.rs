@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-use anyhow::{Result, anyhow};
+use anyhow::{Error, Result};
 use planesman_identification::Model;
 use planesman_linear::{TransferFunction, pair_text};
 use plant_sim::predicted::{PitchAlone, scaled, table_8};
@@ -72,7 +72,7 @@ impl Relation {
             Self::Depth => Identification::depth(run, &[2, 4].map(Orders::of)),
             Self::DepthOfPlanes => Identification::depth_of_planes(run),
         }
-        .map_err(|reason| anyhow!(reason))
+        .map_err(Error::from)
     }
 
     /// What Table 8 predicts at a speed \[ft/s\], volts over volts in the polarity of the records, by name. Of depth

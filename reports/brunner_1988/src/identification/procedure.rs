@@ -10,7 +10,8 @@
 //! The records are lost: the procedure is run here on [`super::synthetic`] ones.
 
 use planesman_identification::{
-    Input, Model, RecursiveLeastSquares, Shape, filter, rows, simulated, with_noise,
+    IdentificationError, Input, Model, RecursiveLeastSquares, Shape, filter, rows, simulated,
+    with_noise,
 };
 
 use super::synthetic::{BIAS, NOISE, Run, SAMPLE_TIME};
@@ -99,7 +100,7 @@ impl Orders {
     }
 
     /// Step 4: the fit of the data.
-    fn fit(self, inputs: &[Input], outputs: &[f64]) -> Result<Model, String> {
+    fn fit(self, inputs: &[Input], outputs: &[f64]) -> Result<Model, IdentificationError> {
         let order = self.denominator;
         let shape = Shape {
             order,
@@ -149,7 +150,11 @@ impl Identification {
     ///
     /// # Errors
     /// As [`RecursiveLeastSquares::new`]: a model of order zero has no parameters.
-    pub fn of(input: Prepared, output: Prepared, orders: &[Orders]) -> Result<Self, String> {
+    pub fn of(
+        input: Prepared,
+        output: Prepared,
+        orders: &[Orders],
+    ) -> Result<Self, IdentificationError> {
         let mut identification = Self {
             input,
             output,
@@ -168,7 +173,7 @@ impl Identification {
     ///
     /// # Errors
     /// As [`Identification::of`].
-    pub fn pitch_rate(run: Run) -> Result<Self, String> {
+    pub fn pitch_rate(run: Run) -> Result<Self, IdentificationError> {
         Self::of(
             Detrend::of_planes(run).apply(run.planes()),
             Detrend::of_gyro(run).apply(pitch_rate(run)),
@@ -180,7 +185,7 @@ impl Identification {
     ///
     /// # Errors
     /// As [`Identification::of`].
-    pub fn depth(run: Run, orders: &[Orders]) -> Result<Self, String> {
+    pub fn depth(run: Run, orders: &[Orders]) -> Result<Self, IdentificationError> {
         Self::of(
             Detrend::of_gyro(run).apply(pitch_rate(run)),
             Detrend::Nothing.apply(depth(run)),
@@ -192,7 +197,7 @@ impl Identification {
     ///
     /// # Errors
     /// As [`Identification::of`].
-    pub fn depth_of_planes(run: Run) -> Result<Self, String> {
+    pub fn depth_of_planes(run: Run) -> Result<Self, IdentificationError> {
         Self::of(
             Detrend::of_planes(run).apply(run.planes()),
             Detrend::Nothing.apply(depth(run)),
