@@ -47,5 +47,5 @@ impl From<planesman_linear::Error> for IdentificationError {
     }
 }
 
-/// What it comes to, or why not.
+/// A result of this crate.
 pub(crate) type Result<T> = std::result::Result<T, IdentificationError>;

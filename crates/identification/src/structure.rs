@@ -1,4 +1,4 @@
-//! What is to be found out, of which records: the transfer function's structure and the place
+//! The unknowns and the records to find them from: the transfer function's structure and the place
 //! of every unknown in the vector of parameters.
 //!
 //! ```text
@@ -122,7 +122,7 @@ impl Structure {
 /// A structure, the sampling interval and the records to find the unknowns from.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Problem<'a> {
-    /// What is unknown.
+    /// The unknowns.
     pub structure: Structure,
     /// The interval between samples, s.
     pub sample_time: f64,
@@ -234,7 +234,7 @@ impl<'a> Problem<'a> {
 /// at each record's beginning]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layout {
-    /// What is unknown.
+    /// The unknowns.
     pub structure: Structure,
     /// How many records there are.
     pub runs: usize,

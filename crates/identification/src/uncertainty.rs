@@ -34,7 +34,7 @@ pub struct Uncertain {
 }
 
 impl Uncertain {
-    /// What is known.
+    /// A quantity that is known.
     #[must_use]
     pub fn known(value: Complex<f64>) -> Self {
         Self {
@@ -93,7 +93,7 @@ impl Uncertain {
     }
 }
 
-/// What can be read from the model of one record of an estimate.
+/// Poles, zeros, gain and response of an estimate, with their covariance.
 #[derive(Clone, Copy, Debug)]
 pub struct Reading<'a> {
     estimate: &'a Estimate,

@@ -10,7 +10,7 @@ use planesman_signals::Sample;
 
 use crate::parameters::{Config, Method};
 
-/// What an error counts for in the recent fit after each later one: about 200 samples are remembered.
+/// The forgetting factor of the recent fit: a memory of about 200 samples.
 const RECENT: f64 = 0.995;
 
 /// An unknown of the vehicle's equations is learnt when its deviation is below this share of what it began with.
@@ -42,7 +42,7 @@ impl Estimator {
         })
     }
 
-    /// What either does alike.
+    /// The interface that both share.
     fn recursive(&mut self) -> &mut dyn Recursive {
         match self {
             Self::Recursion(it) => &mut **it,
@@ -51,7 +51,7 @@ impl Estimator {
     }
 }
 
-/// What has been learnt, and the history the next row is made of.
+/// The estimate so far, and the history the next row is made of.
 #[derive(Clone, Debug)]
 pub(crate) struct Learner {
     estimator: Estimator,
@@ -264,7 +264,7 @@ impl Learner {
         }
     }
 
-    /// What is known of the vehicle's own coefficients, and how well.
+    /// The vehicle's own coefficients and their standard deviations.
     fn physical(&self) -> (Vec<f64>, Vec<f64>) {
         match &self.estimator {
             Estimator::Recursion(_) => (Vec::new(), Vec::new()),
@@ -283,7 +283,7 @@ impl Learner {
         }
     }
 
-    /// What a sample counts for after each later one, where that is always the same and every sample is
+    /// The forgetting factor per sample, where it is constant and every sample is
     /// explained by the present parameters.
     fn constant_forgetting(&self) -> Option<f64> {
         match &self.estimator {

@@ -19,7 +19,7 @@ use super::rows::{freedom, rows_by_run};
 use crate::error::{IdentificationError, Result};
 use crate::structure::Problem;
 
-/// What the roots of C begin with, of those of A.
+/// Where the roots of C begin, as a share of those of A.
 const NEAR: f64 = 0.98;
 
 /// ARMAX: the equation error with a model of the noise.

@@ -47,7 +47,7 @@ impl Equation {
         self.through(&c, equation.as_slice())
     }
 
-    /// What was found in a part, without its constant.
+    /// The parameters found in a part of the records, without its constant.
     pub(super) fn continued(&self, found: &Estimate) -> DVector<f64> {
         let plain = self.phi.ncols();
         let known = found.layout.b(0);

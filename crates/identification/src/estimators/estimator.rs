@@ -8,7 +8,7 @@ use super::estimate::Estimate;
 use crate::error::Result;
 use crate::structure::{Problem, Run};
 
-/// What finds a system in records.
+/// An estimator over whole records.
 pub trait Estimator: fmt::Debug + Send + Sync {
     /// Finds the unknowns.
     ///
@@ -24,7 +24,7 @@ pub trait Estimator: fmt::Debug + Send + Sync {
     fn learner(&self, problem: &Problem<'_>) -> Result<Box<dyn Recursive>>;
 }
 
-/// What estimates while samples arrive.
+/// An estimator that learns while samples arrive.
 pub trait Recursive {
     /// Begins the history anew with `output`, which no known input has led to: at the start of
     /// a record and after a gap. What has been learnt stays.
@@ -33,10 +33,10 @@ pub trait Recursive {
     /// Takes the next output, and the input over the interval that ended with it.
     fn push(&mut self, input: f64, output: f64);
 
-    /// What has been learnt.
+    /// The parameters so far.
     fn parameters(&self) -> DVector<f64>;
 
-    /// What they are called.
+    /// The parameters' names.
     fn names(&self) -> Vec<String>;
 
     /// Its covariance, by the estimator's own reckoning; `None` before there are more samples than

@@ -46,7 +46,7 @@ pub enum Kind {
 /// How the past is forgotten.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Forgetting {
-    /// What a row counts for after each later one, everywhere.
+    /// The forgetting factor per sample, in every direction.
     Constant(f64),
     /// The same, only in the direction of the new row: what it says nothing about is kept (Cao and
     /// Schwartz, *Automatica* 36, 2000).
@@ -68,14 +68,14 @@ pub struct Options {
     pub forgetting: Forgetting,
     /// p0, parameter unit squared per output unit squared.
     pub initial_covariance: f64,
-    /// What the trace of P is kept below; `None` for no limit.
+    /// The limit of the trace of P; `None` for no limit.
     pub covariance_limit: Option<f64>,
     /// Errors up to this size teach nothing, output unit; 0 for none.
     pub dead_zone: f64,
 }
 
 impl Options {
-    /// What every row forgets by itself, before [`Recursion`] has looked at it.
+    /// The forgetting factor of the rows themselves, before [`Recursion`] forgets in its own way.
     ///
     /// # Errors
     /// [`IdentificationError`](crate::IdentificationError), when an option has no meaning.

@@ -46,7 +46,7 @@ impl Estimator for Recursively {
     }
 }
 
-/// What was learnt as an estimate of all records, which have one constant, with what it leaves of each.
+/// An estimate of all records, which share one constant, with the residuals of each.
 fn of_records(problem: &Problem<'_>, learnt: Estimate) -> Estimate {
     let mut layout = problem.layout();
     layout.structure.start = Start::Rest;

@@ -28,7 +28,7 @@ const ROUNDS: usize = 3;
 /// motion of its own. Of the problem's structure only these two are heeded.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct VehicleSearch {
-    /// What is known.
+    /// The known part of the equations.
     pub vehicle: Vehicle,
 }
 
@@ -202,7 +202,7 @@ impl VehicleSearch {
 /// The weight of what is known before there is a noise to weigh it by.
 const HELD: f64 = 1e6;
 
-/// What a filter is told of the unknowns before its first sample.
+/// A filter's knowledge of the unknowns before its first sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Guess {
     /// `kappa`, `beta`, `mu`.
@@ -220,7 +220,7 @@ const PASSES: usize = 4;
 /// and how records begin are heeded.
 #[derive(Clone, Copy, Debug)]
 pub struct VehicleFilter {
-    /// What is known of the vehicle.
+    /// The known part of the equations.
     pub vehicle: Vehicle,
     /// Where to begin; `None` for a guess from the records that may be as far off as it is large.
     pub guess: Option<Guess>,

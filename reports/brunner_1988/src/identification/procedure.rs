@@ -31,7 +31,7 @@ pub enum Detrend {
 }
 
 impl Detrend {
-    /// What the thesis did to a run's gyro.
+    /// The thesis' detrending of a run's gyro.
     #[must_use]
     pub fn of_gyro(run: Run) -> Self {
         match run {
@@ -40,7 +40,7 @@ impl Detrend {
         }
     }
 
-    /// What the thesis did to a run's plane command.
+    /// The thesis' detrending of a run's plane command.
     #[must_use]
     pub fn of_planes(run: Run) -> Self {
         match run {
@@ -72,11 +72,11 @@ impl Detrend {
 /// A signal after step 2.
 #[derive(Clone, Debug)]
 pub struct Prepared {
-    /// What was to be taken away of it.
+    /// The kind of trend taken away.
     pub detrend: Detrend,
     /// How much that was, V.
     pub taken: f64,
-    /// What is left, V.
+    /// The signal without it, V.
     pub values: Vec<f64>,
 }
 
@@ -137,9 +137,9 @@ pub struct Comparison {
 /// Two signals of a run, prepared, and what comes of fitting the one to the other.
 #[derive(Clone, Debug)]
 pub struct Identification {
-    /// What drives.
+    /// The input.
     pub input: Prepared,
-    /// What answers.
+    /// The output.
     pub output: Prepared,
     /// The fitted models, in the order asked for.
     pub found: Vec<(Orders, Comparison)>,
