@@ -84,7 +84,7 @@ fn sysid(case: &str, arguments: &str, data: &[&Path]) -> Ended {
     let told = String::from_utf8_lossy(&out.join().unwrap()).into_owned();
     let complaint = String::from_utf8_lossy(&complaint).into_owned();
     let case = format!(
-        "{case}: sysid {arguments}: {:?}: {complaint}",
+        "{case}: planesman sysid {arguments}: {:?}: {complaint}",
         begin.elapsed()
     );
     assert_eq!(status.signal(), None, "{case}");
@@ -96,10 +96,7 @@ fn sysid(case: &str, arguments: &str, data: &[&Path]) -> Ended {
         assert!(!told.is_empty(), "{case}");
         assert!(complaint.is_empty(), "{case}");
     } else {
-        assert!(
-            complaint.starts_with("sysid: ") || complaint.starts_with("error: "),
-            "{case}"
-        );
+        assert!(complaint.starts_with("planesman: "), "{case}");
         assert!(complaint.len() < 3000, "{case}");
     }
     Ended {

@@ -160,7 +160,7 @@ mod tests {
     #[test]
     fn the_reports_poles_are_printed() {
         let shown = text(&args("table_3", 0.5, 1.0)).expect("text");
-        for digits in ["-0.2458", "-0.1604±0.3747j (zeta 0.394)"] {
+        for digits in ["-0.2458", "-0.1604 ± 0.3747i (zeta 0.394)"] {
             assert!(shown.contains(digits), "{digits} is not in\n{shown}");
         }
     }

@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use depth_controller::ControllerParameters;
 use depth_controller::design::dive_loop::{DiveLoop, DivePlant, Path};
 use depth_controller::gains::LoopGains;
-use planesman_linear::{Complex, DMatrix, StateSpace};
+use planesman_linear::{Complex, DMatrix, StateSpace, pair_text};
 use planesman_units::FOOT;
 use planesman_vehicle::Vehicle;
 use planesman_vehicle::linearised;
@@ -199,10 +199,10 @@ pub fn gains_text(g: &LoopGains) -> String {
 #[must_use]
 pub fn pole_text(pole: &Complex<f64>) -> String {
     if pole.im == 0.0 {
-        format!("{:.4}", pole.re)
+        pair_text(*pole, 4)
     } else {
         let ratio = -pole.re / pole.norm();
-        format!("{:.4}±{:.4}j (zeta {ratio:.3})", pole.re, pole.im.abs())
+        format!("{} (zeta {ratio:.3})", pair_text(*pole, 4))
     }
 }
 

@@ -40,7 +40,7 @@ pub struct FitArgs {
     html: Option<PathBuf>,
 }
 
-/// What the model looks like.
+/// The model's structure.
 #[derive(Clone, Debug, clap::Args)]
 struct StructureArgs {
     /// The model's order, known poles not counted [default: searched, 1 to 4]
@@ -66,7 +66,7 @@ struct StructureArgs {
     own_numerators: bool,
 }
 
-/// What is known of the vehicle.
+/// Known values of the vehicle.
 #[derive(Clone, Debug, clap::Args)]
 struct VehicleArgs {
     /// For vehicle and kalman, q_dot = K/J u - B/J q - M_theta/J theta + NU w, w_dot = EPSILON u + ETA q - ZETA w:
@@ -134,7 +134,7 @@ fn heave(text: &str) -> Result<[f64; 4], String> {
 }
 
 impl FitArgs {
-    /// What they ask for.
+    /// The options of the analysis.
     fn options(&self) -> Result<Options> {
         let (structure, vehicle) = (&self.structure, &self.vehicle);
         let of_vehicle = match (&vehicle.vehicle, vehicle.speed) {
@@ -215,7 +215,7 @@ impl Found {
 pub fn fit(args: &FitArgs) -> Result<Found> {
     let options = args.options()?;
     let taken = args.signals.record()?;
-    let analysis = analyse(&taken.resampled.record, &options).map_err(|reason| anyhow!(reason))?;
+    let analysis = analyse(&taken.resampled.record, &options)?;
     Ok(Found { taken, analysis })
 }
 

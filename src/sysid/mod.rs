@@ -1,4 +1,4 @@
-//! `planesman sysid`: signals of any bag or table, and models between them.
+//! `planesman sysid`: signals of any bag or table, and models between them; [`replay`] is `planesman replay`.
 
 use anyhow::Result;
 use clap::Subcommand;
@@ -22,8 +22,6 @@ pub enum Command {
     /// Hold every estimator's claims against the truth, on five synthetic runs with many noises
     #[command(name = "montecarlo")]
     MonteCarlo(montecarlo::MonteCarloArgs),
-    /// Identify from a bag what the node identifies live
-    Replay(replay::ReplayArgs),
     /// Watch what a running identifier learns
     Watch(watch::WatchArgs),
 }
@@ -38,7 +36,6 @@ impl Command {
             Self::Topics(args) => topics::run(args),
             Self::Fit(args) => fit::run(args),
             Self::MonteCarlo(args) => montecarlo::run(args),
-            Self::Replay(args) => replay::run(args),
             Self::Watch(args) => watch::run(args),
         }
     }

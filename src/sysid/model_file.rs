@@ -1,6 +1,6 @@
 //! A model as a file that other programs load.
 
-use anyhow::{Result, anyhow};
+use anyhow::Result;
 use planesman_identification::analysis::Analysis;
 use planesman_identification::estimators::{Physical, UNKNOWNS};
 use planesman_identification::{Uncertain, continuous};
@@ -40,9 +40,9 @@ pub(super) fn of(analysis: &Analysis) -> Result<ModelFile> {
         offset: analysis.estimate.offset(analysis.longest),
         noise_variance: analysis.estimate.noise_variance,
         noise_model: analysis.estimate.noise_model.clone(),
-        poles: places(reading.poles().map_err(|e| anyhow!(e))?),
-        continuous_poles: places(reading.continuous_poles().map_err(|e| anyhow!(e))?),
-        zeros: places(reading.zeros().map_err(|e| anyhow!(e))?),
+        poles: places(reading.poles()?),
+        continuous_poles: places(reading.continuous_poles()?),
+        zeros: places(reading.zeros()?),
         dc_gain: reading
             .dc_gain()
             .map(|gain| [gain.value.re, gain.real_deviation()]),

@@ -181,8 +181,8 @@ fn correlation(title: &str, note: &str, found: &Correlation) -> Result<Markup> {
 
 fn map(analysis: &Analysis) -> Result<Markup> {
     let reading = analysis.reading();
-    let poles = reading.poles().map_err(|reason| anyhow!(reason))?;
-    let zeros = reading.zeros().map_err(|reason| anyhow!(reason))?;
+    let poles = reading.poles()?;
+    let zeros = reading.zeros()?;
     let at = |found: &[Uncertain]| {
         found
             .iter()

@@ -13,6 +13,7 @@ use std::sync::Arc;
 use anyhow::{Context, Result, anyhow, bail};
 use clap::Parser;
 use planesman_bag::{BagReader, Order, Topic};
+use planesman_linear::{Complex, pole_text};
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 use planesman_msgs::{Message, cdr};
@@ -22,7 +23,7 @@ use sysid::{Change, Identifier, IdentifierParameters, Scheduled, TopicReader};
 
 /// Identify from a bag what the node identifies live.
 #[derive(Clone, Debug, Parser)]
-#[command(name = "sysid replay")]
+#[command(name = "replay")]
 pub struct ReplayArgs {
     /// A bag folder, a metadata.yaml or an .mcap file
     bag: PathBuf,
@@ -37,7 +38,7 @@ pub struct ReplayArgs {
     node: String,
 }
 
-/// What a replay found.
+/// The result of a replay.
 #[derive(Clone, Debug)]
 pub struct Replay {
     /// The estimate of each pair at the end of the bag, the first pair's first.
@@ -162,13 +163,13 @@ pub fn replay(args: &ReplayArgs) -> Result<Replay> {
             seen.insert(topic.to_owned());
         }
         let log_time = Time::from_nanos(message.log_time);
-        let heard = identifier.on_payload(reader, &log_time, &message.payload);
-        last = heard.stamp.unwrap_or(last);
+        let outcome = identifier.on_payload(reader, &log_time, &message.payload);
+        last = outcome.stamp.unwrap_or(last);
         if let Some(live) = &mut live {
-            let again = heard.estimates.iter();
+            let again = outcome.estimates.iter();
             again.for_each(|again| live.replayed(again));
         }
-        for reason in heard.refused {
+        for reason in outcome.refused {
             refused.note(topic, &reason);
         }
     }
@@ -220,7 +221,7 @@ fn is_of_models(topic: &Topic) -> bool {
     topic.kind.type_name == ModelEstimate::TYPE_NAME && topic.name.ends_with("/model")
 }
 
-/// What was done to the node while it learnt: its estimates say when it was frozen, let go and reset.
+/// The changes made to the node while it learnt: its estimates say when it was frozen, let go and reset.
 fn changes(bag: &BagReader) -> Vec<(String, Scheduled)> {
     struct Before {
         frozen: bool,
@@ -229,7 +230,7 @@ fn changes(bag: &BagReader) -> Vec<(String, Scheduled)> {
     }
     let mut changes = Vec::new();
     let mut last: BTreeMap<String, Before> = BTreeMap::new();
-    // What ends the bag early, or does not decode, is told by the second reading.
+    // What ends the bag early, or does not decode, is reported by the second reading.
     let messages = bag.messages_of(is_of_models, Order::File).flatten();
     for message in messages {
         let Ok(estimate) = cdr::from_bytes::<ModelEstimate>(&message.payload) else {
@@ -375,13 +376,7 @@ pub fn table(model: &ModelEstimate) -> String {
     let poles = |re: &[f64], im: &[f64]| {
         re.iter()
             .zip(im)
-            .map(|(re, im)| {
-                if *im == 0.0 {
-                    format!("{re:.5}")
-                } else {
-                    format!("{re:.5}{im:+.5}i")
-                }
-            })
+            .map(|(re, im)| pole_text(Complex::new(*re, *im), 5))
             .collect::<Vec<_>>()
             .join("  ")
     };

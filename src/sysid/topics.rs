@@ -25,7 +25,7 @@ const TOPICS: usize = 1000;
 /// Columns of a sparkline.
 const SPARKS: usize = 24;
 
-/// How often progress is told, in messages.
+/// How often progress is reported, in messages.
 const TELL: u64 = 4096;
 
 /// List every numeric field of a bag or table.
@@ -42,16 +42,16 @@ pub struct TopicsArgs {
     json: bool,
 }
 
-/// What a bag or table holds.
+/// The topics of a bag or table.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Survey {
     /// Every topic by name; a table is one.
     pub topics: Vec<TopicSurvey>,
-    /// What could not be read or is not listed, and why.
+    /// Everything that could not be read or is not listed, and why.
     pub notes: Vec<String>,
 }
 
-/// What a topic holds.
+/// A topic and its fields.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct TopicSurvey {
     /// Its name.
@@ -64,11 +64,11 @@ pub struct TopicSurvey {
     pub timing: Timing,
     /// Its numeric fields, in the order in which they lie in a message.
     pub fields: Vec<FieldSurvey>,
-    /// What could not be read, and why.
+    /// Why the topic could not be read, whole or in part.
     pub note: Option<String>,
 }
 
-/// What a field holds.
+/// A field and its range.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct FieldSurvey {
     /// Its path in a message, or its column.
@@ -202,7 +202,7 @@ impl Plan {
         let types = signals::types(topic).map_err(|error| error.to_string())?;
         let mut catalogue = Catalogue::of(&types, FIELDS_OF_TOPIC);
         let stamp = types.stamp().filter(|_| clock != Some(Clock::Log));
-        // The stamp itself is told as the topic's timing.
+        // The stamp itself is reported as the topic's timing.
         if let Some(stamp) = &stamp {
             catalogue
                 .fields

@@ -21,7 +21,7 @@ enum Event {
     Parameters,
 }
 
-/// Runs `sysid watch` until it is told to stop.
+/// Runs the command until it is asked to stop.
 ///
 /// # Errors
 /// One line for the terminal: an argument that is refused, middleware that does not come up.

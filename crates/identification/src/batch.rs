@@ -6,6 +6,8 @@
 
 use nalgebra::{DMatrix, DMatrixView, DVector, DVectorView};
 
+use crate::error::{IdentificationError, Result};
+
 /// Singular values below this share of the largest count as zero.
 const RANK_TOLERANCE: f64 = 1e-13;
 
@@ -27,16 +29,16 @@ impl Triangle {
     /// Factorises the regression of `outputs` on the rows of `phi`.
     ///
     /// # Errors
-    /// A sentence, when there are fewer rows than parameters, or a number is not finite.
-    pub fn of(phi: &DMatrix<f64>, outputs: &DVector<f64>) -> Result<Self, String> {
+    /// [`IdentificationError`](crate::IdentificationError), when there are fewer rows than parameters, or a number is not finite.
+    pub fn of(phi: &DMatrix<f64>, outputs: &DVector<f64>) -> Result<Self> {
         let (rows, parameters) = phi.shape();
         if parameters == 0 || rows < parameters {
-            return Err(format!(
-                "{rows} rows cannot determine {parameters} parameters"
-            ));
+            return Err(IdentificationError::TooFewRows { rows, parameters });
         }
         if phi.iter().chain(outputs.iter()).any(|v| !v.is_finite()) {
-            return Err("the regression holds numbers that are not finite".to_owned());
+            return Err(IdentificationError::Record(
+                "the regression holds numbers that are not finite".to_owned(),
+            ));
         }
         let mut triangle = Self {
             r: DMatrix::zeros(0, parameters),
@@ -105,34 +107,36 @@ impl Triangle {
     /// theta.
     ///
     /// # Errors
-    /// A sentence, when the rows do not determine every parameter.
-    pub fn solution(&self) -> Result<DVector<f64>, String> {
+    /// [`IdentificationError`](crate::IdentificationError), when the rows do not determine every parameter.
+    pub fn solution(&self) -> Result<DVector<f64>> {
         self.determined()?;
         self.r
             .solve_upper_triangular(&self.z)
-            .ok_or_else(|| "the record determines no parameters".to_owned())
+            .ok_or(IdentificationError::Undetermined(
+                "the record determines no parameters",
+            ))
     }
 
     /// `(Phi'Phi)^-1`: the covariance of theta for a residual that is white and of unit variance.
     ///
     /// # Errors
     /// As [`Triangle::solution`].
-    pub fn unit_covariance(&self) -> Result<DMatrix<f64>, String> {
+    pub fn unit_covariance(&self) -> Result<DMatrix<f64>> {
         self.determined()?;
         let p = self.z.len();
         let inverse = self
             .r
             .solve_upper_triangular(&DMatrix::identity(p, p))
-            .ok_or_else(|| "the record determines no parameters".to_owned())?;
+            .ok_or(IdentificationError::Undetermined(
+                "the record determines no parameters",
+            ))?;
         Ok(&inverse * inverse.transpose())
     }
 
-    fn determined(&self) -> Result<(), String> {
+    fn determined(&self) -> Result<()> {
         let (rank, parameters) = (self.rank(), self.z.len());
         if rank < parameters {
-            return Err(format!(
-                "the record determines {rank} of {parameters} parameters"
-            ));
+            return Err(IdentificationError::Rank { rank, parameters });
         }
         Ok(())
     }
@@ -141,12 +145,14 @@ impl Triangle {
 /// The parameters that fit rows and outputs best.
 ///
 /// # Errors
-/// A sentence, when there are fewer rows than parameters, rows differ in length, or the rows do not
+/// [`IdentificationError`](crate::IdentificationError), when there are fewer rows than parameters, rows differ in length, or the rows do not
 /// determine every parameter.
-pub fn least_squares(rows: &[(Vec<f64>, f64)]) -> Result<DVector<f64>, String> {
+pub fn least_squares(rows: &[(Vec<f64>, f64)]) -> Result<DVector<f64>> {
     let parameters = rows.first().map_or(0, |(row, _)| row.len());
     if rows.iter().any(|(row, _)| row.len() != parameters) {
-        return Err("the rows differ in length".to_owned());
+        return Err(IdentificationError::Record(
+            "the rows differ in length".to_owned(),
+        ));
     }
     let phi = DMatrix::from_fn(rows.len(), parameters, |i, j| rows[i].0[j]);
     let outputs = DVector::from_fn(rows.len(), |i, _| rows[i].1);
@@ -183,12 +189,14 @@ mod tests {
     #[test]
     fn records_that_determine_nothing_are_refused_with_the_reason() {
         assert!(least_squares(&[]).is_err());
-        let refusal = least_squares(&[(vec![1.0, 0.0], 1.0)]).unwrap_err();
+        let refusal = least_squares(&[(vec![1.0, 0.0], 1.0)])
+            .unwrap_err()
+            .to_string();
         assert!(refusal.contains("1 rows cannot determine 2"), "{refusal}");
         let rows: Vec<_> = (0..5)
             .map(|k| (vec![f64::from(k), 2.0 * f64::from(k)], f64::from(k)))
             .collect();
-        let refusal = least_squares(&rows).unwrap_err();
+        let refusal = least_squares(&rows).unwrap_err().to_string();
         assert!(refusal.contains("1 of 2"), "{refusal}");
         assert!(least_squares(&[(vec![1.0], 1.0), (vec![], 1.0)]).is_err());
         assert!(least_squares(&[(vec![f64::NAN], 1.0)]).is_err());

@@ -11,6 +11,7 @@
 use nalgebra::{Complex, DMatrix, DVector, Matrix3};
 use planesman_linear::{TransferFunction, discrete_to_continuous, polynomial};
 
+use crate::error::{IdentificationError, Result};
 use crate::estimators::{Estimate, Physical};
 use crate::model::Model;
 
@@ -29,8 +30,8 @@ pub struct Continuous {
 /// The continuous model whose response to a held input is the sampled one's.
 ///
 /// # Errors
-/// A sentence: a pole without a continuous counterpart, poles too near each other.
-pub fn continuous(model: &Model) -> Result<Continuous, String> {
+/// [`IdentificationError`](crate::IdentificationError): a pole without a continuous counterpart, poles too near each other.
+pub fn continuous(model: &Model) -> Result<Continuous> {
     let dt = model.sample_time;
     let (mut a, mut b) = (model.a.clone(), model.b.clone());
     let mut delay = 0.0;
@@ -40,20 +41,22 @@ pub fn continuous(model: &Model) -> Result<Continuous, String> {
         delay += dt;
     }
     let den: Vec<f64> = std::iter::once(1.0).chain(a).collect();
-    let poles = polynomial::roots(&den).map_err(|reason| reason.to_string())?;
+    let poles = polynomial::roots(&den)?;
     let derivative = polynomial::derivative(&den);
     let mut modes = Vec::with_capacity(poles.len());
+    let refuse = |reason| Err(IdentificationError::Model(reason));
     for (i, p) in poles.iter().enumerate() {
         if p.im == 0.0 && p.re <= 0.0 {
-            return Err(format!(
+            return refuse(format!(
                 "the pole {:.4} in z is no continuous system's",
                 p.re
             ));
         }
         if poles[..i].iter().any(|q| (p - q).norm() < APART) {
-            return Err(format!("two poles meet at {:.4} in z", p.re));
+            return refuse(format!("two poles meet at {:.4} in z", p.re));
         }
-        let s = discrete_to_continuous(*p, dt).ok_or("a pole without a logarithm")?;
+        let s = discrete_to_continuous(*p, dt)
+            .ok_or_else(|| IdentificationError::Model("a pole without a logarithm".to_owned()))?;
         let residue = polynomial::evaluate(&b, *p) / polynomial::evaluate(&derivative, *p);
         let share = if (p - 1.0).norm() < APART {
             Complex::new(1.0 / dt, 0.0)
@@ -80,15 +83,14 @@ pub fn continuous(model: &Model) -> Result<Continuous, String> {
             *sum += c.re;
         }
     }
-    let den = polynomial::from_roots(&s_poles).map_err(|reason| reason.to_string())?;
+    let den = polynomial::from_roots(&s_poles)?;
     // A numerator's leading coefficients that are rounding are none.
     let size = num.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
     let first = num
         .iter()
         .position(|c| c.abs() > 1e-12 * size)
         .unwrap_or(num.len() - 1);
-    let transfer =
-        TransferFunction::new(num[first..].to_vec(), den).map_err(|reason| reason.to_string())?;
+    let transfer = TransferFunction::new(num[first..].to_vec(), den)?;
     Ok(Continuous { transfer, delay })
 }
 
@@ -100,14 +102,16 @@ pub fn continuous(model: &Model) -> Result<Continuous, String> {
 /// with the covariance carried over (slopes by central differences).
 ///
 /// # Errors
-/// A sentence, when the estimate has another structure, or poles that no continuous system has.
-pub fn pitch_equation(estimate: &Estimate) -> Result<Physical, String> {
+/// [`IdentificationError`](crate::IdentificationError), when the estimate has another structure, or poles that no continuous system has.
+pub fn pitch_equation(estimate: &Estimate) -> Result<Physical> {
     let s = &estimate.layout.structure;
     if (s.poles, s.numerator, s.delay) != (2, 1, 1)
         || s.known_numerator != [1.0, -1.0]
         || s.known_denominator != [1.0]
     {
-        return Err("the pitch equation is second order with a zero at z = 1".to_owned());
+        return Err(IdentificationError::Model(
+            "the pitch equation is second order with a zero at z = 1".to_owned(),
+        ));
     }
     let dt = estimate.sample_time;
     let unknowns = |theta: [f64; 3]| -> Option<[f64; 3]> {
@@ -128,8 +132,8 @@ pub fn pitch_equation(estimate: &Estimate) -> Result<Physical, String> {
         found.iter().all(|v| v.is_finite()).then_some(found)
     };
     let theta = [0, 1, 2].map(|i| estimate.theta[i]);
-    let none = "a pole has no continuous counterpart";
-    let parameters = unknowns(theta).ok_or(none)?;
+    let none = || IdentificationError::Model("a pole has no continuous counterpart".to_owned());
+    let parameters = unknowns(theta).ok_or_else(none)?;
     let mut slopes = Matrix3::zeros();
     for column in 0..3 {
         let deviation = estimate.covariance[(column, column)].max(0.0).sqrt();
@@ -141,7 +145,7 @@ pub fn pitch_equation(estimate: &Estimate) -> Result<Physical, String> {
             theta[column] += sign * by;
             unknowns(theta)
         };
-        let (up, down) = (moved(1.0).ok_or(none)?, moved(-1.0).ok_or(none)?);
+        let (up, down) = (moved(1.0).ok_or_else(none)?, moved(-1.0).ok_or_else(none)?);
         for row in 0..3 {
             slopes[(row, column)] = (up[row] - down[row]) / (2.0 * by);
         }
@@ -211,6 +215,7 @@ mod tests {
         assert!(
             continuous(&smoother)
                 .unwrap_err()
+                .to_string()
                 .contains("no continuous system's")
         );
     }

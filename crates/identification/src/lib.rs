@@ -16,6 +16,7 @@ mod batch;
 #[path = "../tests/common/mod.rs"]
 mod common;
 mod conversion;
+mod error;
 pub mod estimators;
 mod fit;
 mod model;
@@ -30,6 +31,7 @@ pub mod validation;
 
 pub use batch::{Triangle, least_squares};
 pub use conversion::{Continuous, continuous, pitch_equation};
+pub use error::IdentificationError;
 pub use fit::{Spread, fit, simulated};
 pub use model::Model;
 pub use noise::{noise, with_noise};

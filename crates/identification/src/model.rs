@@ -4,6 +4,7 @@
 use planesman_linear::polynomial::{self, evaluate};
 use planesman_linear::{Complex, TransferFunction, discrete_to_continuous};
 
+use crate::error::Result;
 use crate::regression::{Input, Shape};
 
 /// `1 + a1 + ... + an` closer to zero than this share of `1 + |a1| + ... + |an|` is taken
@@ -52,10 +53,9 @@ impl Model {
     /// The poles in the z plane, largest magnitude first, the upper of a pair before the lower.
     ///
     /// # Errors
-    /// A sentence, when the roots cannot be found.
-    pub fn poles(&self) -> Result<Vec<Complex<f64>>, String> {
-        let mut poles =
-            polynomial::roots(&self.denominator()).map_err(|reason| reason.to_string())?;
+    /// [`IdentificationError`](crate::IdentificationError), when the roots cannot be found.
+    pub fn poles(&self) -> Result<Vec<Complex<f64>>> {
+        let mut poles = polynomial::roots(&self.denominator())?;
         sort_largest_first(&mut poles);
         Ok(poles)
     }
@@ -63,11 +63,10 @@ impl Model {
     /// The zeros of `b1 z^(n-1) + ... + bn` in the z plane, in the order of the poles.
     ///
     /// # Errors
-    /// A sentence, when the roots cannot be found.
-    pub fn zeros(&self) -> Result<Vec<Complex<f64>>, String> {
-        let mut zeros = TransferFunction::new(self.b.clone(), self.denominator())
-            .and_then(|g| g.zeros())
-            .map_err(|reason| reason.to_string())?;
+    /// [`IdentificationError`](crate::IdentificationError), when the roots cannot be found.
+    pub fn zeros(&self) -> Result<Vec<Complex<f64>>> {
+        let mut zeros =
+            TransferFunction::new(self.b.clone(), self.denominator()).and_then(|g| g.zeros())?;
         sort_largest_first(&mut zeros);
         Ok(zeros)
     }

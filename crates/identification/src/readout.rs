@@ -1,4 +1,4 @@
-//! What an estimator has learnt, as [`crate::model::Model`] has it: the whole transfer function, with what
+//! The present estimate of a recursion as a [`Model`]: the whole transfer function, with what
 //! was known of it beforehand, and its covariance.
 //!
 //! A recursion's unknowns enter linearly:
@@ -15,7 +15,7 @@ use crate::estimators::kalman::Filter;
 use crate::estimators::recursive::{Kind, Recursion};
 use crate::model::Model;
 
-/// What the unknowns of the vehicle's equations are called; the gyro's bias last.
+/// The names of the unknowns of the vehicle's equations; the gyro's bias last.
 pub const PHYSICAL: [&str; UNKNOWNS + 1] = ["K/J", "B/J", "M_theta/J", "bias"];
 
 /// A model, and how sure it is.
@@ -23,7 +23,7 @@ pub const PHYSICAL: [&str; UNKNOWNS + 1] = ["K/J", "B/J", "M_theta/J", "bias"];
 pub struct Readout {
     /// The model.
     pub model: Model,
-    /// The covariance of `[a b c bias]`; `None` while it cannot be told.
+    /// The covariance of `[a b c bias]`; `None` while it is unknown.
     pub covariance: Option<DMatrix<f64>>,
 }
 

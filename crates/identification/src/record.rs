@@ -7,6 +7,8 @@
 //! Within a stretch the output is known at the instants `t_k = start + k * sample_time`, and
 //! `inputs[..][k]` acts over the interval from t_k to t_(k+1).
 
+use crate::error::{IdentificationError, Result};
+
 /// Inputs and outputs on one uniform grid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
@@ -49,13 +51,13 @@ impl Record {
     /// A record of one stretch that begins at time 0, from numbers that are on the grid.
     ///
     /// # Errors
-    /// A sentence, when a name and its numbers do not pair, signals differ in length, or the
+    /// [`IdentificationError`](crate::IdentificationError), when a name and its numbers do not pair, signals differ in length, or the
     /// sampling interval is not a positive number.
     pub fn of_run(
         sample_time: f64,
         inputs: Vec<(&str, Vec<f64>)>,
         outputs: Vec<(&str, Vec<f64>)>,
-    ) -> Result<Self, String> {
+    ) -> Result<Self> {
         let [inputs, outputs] = [inputs, outputs].map(|signals| {
             let (names, numbers): (Vec<_>, Vec<_>) = signals.into_iter().unzip();
             let names: Vec<String> = names.into_iter().map(str::to_owned).collect();
@@ -80,12 +82,13 @@ impl Record {
     ///
     /// # Errors
     /// A sentence that says what is wrong.
-    pub fn check(&self) -> Result<(), String> {
+    pub fn check(&self) -> Result<()> {
+        let refuse = |reason| Err(IdentificationError::Record(reason));
         if !(self.sample_time > 0.0 && self.sample_time.is_finite()) {
-            return Err(format!("{} s is no sampling interval", self.sample_time));
+            return refuse(format!("{} s is no sampling interval", self.sample_time));
         }
         if self.outputs.is_empty() {
-            return Err("a record needs an output".to_owned());
+            return refuse("a record needs an output".to_owned());
         }
         for (number, stretch) in self.stretches.iter().enumerate() {
             let sides = [
@@ -94,7 +97,7 @@ impl Record {
             ];
             for (names, lists) in sides {
                 if names.len() != lists.len() {
-                    return Err(format!(
+                    return refuse(format!(
                         "stretch {number} has {} lists for {} signals",
                         lists.len(),
                         names.len()
@@ -102,7 +105,7 @@ impl Record {
                 }
                 for (name, list) in names.iter().zip(lists) {
                     if list.len() != stretch.len() {
-                        return Err(format!(
+                        return refuse(format!(
                             "stretch {number}: {} has {} samples, the first output {}",
                             name,
                             list.len(),
@@ -110,7 +113,7 @@ impl Record {
                         ));
                     }
                     if let Some(k) = list.iter().position(|value| !value.is_finite()) {
-                        return Err(format!(
+                        return refuse(format!(
                             "stretch {number}: {} is not finite at sample {k}",
                             name
                         ));
@@ -175,7 +178,7 @@ mod tests {
                 "y is not finite at sample 1",
             ),
         ] {
-            let refusal = Record::of_run(sample_time, u(), y).unwrap_err();
+            let refusal = Record::of_run(sample_time, u(), y).unwrap_err().to_string();
             assert!(refusal.contains(reason), "{refusal}");
         }
     }

@@ -16,7 +16,6 @@
 //! 1973). R is what a QR factorisation of the whole record would give, so nothing
 //! is lost against the batch solution; `P = R^-1 R^-T` is positive definite by construction;
 //! and p0 may be as large as one likes.
-
 //!
 //! With lambda < 1 the prior fades too, and in directions the rows never excite P would
 //! grow without bound. So whenever the prior has faded to a millionth of what it was, it is
@@ -24,6 +23,8 @@
 //! million times p0.
 
 use nalgebra::{DMatrix, DVector};
+
+use crate::error::{IdentificationError, Result};
 
 /// The share of the prior's information below which forgetting restores it.
 const FADED: f64 = 1e-6;
@@ -56,21 +57,19 @@ impl RecursiveLeastSquares {
     /// No rows yet: theta = 0, P = `initial_covariance` I. `forgetting` is lambda in (0, 1].
     ///
     /// # Errors
-    /// A sentence, when there are no parameters, lambda is outside (0, 1] or p0 is not
+    /// [`IdentificationError`](crate::IdentificationError), when there are no parameters, lambda is outside (0, 1] or p0 is not
     /// positive and finite.
-    pub fn new(
-        parameters: usize,
-        forgetting: f64,
-        initial_covariance: f64,
-    ) -> Result<Self, String> {
+    pub fn new(parameters: usize, forgetting: f64, initial_covariance: f64) -> Result<Self> {
         if parameters == 0 {
-            return Err("nothing to estimate: the model has no parameters".to_owned());
+            return Err(IdentificationError::Option(
+                "nothing to estimate: the model has no parameters".to_owned(),
+            ));
         }
         check_forgetting(forgetting)?;
         if !(initial_covariance > 0.0 && initial_covariance.is_finite()) {
-            return Err(format!(
+            return Err(IdentificationError::Option(format!(
                 "initial covariance {initial_covariance} refused: it must be positive"
-            ));
+            )));
         }
         Ok(Self {
             forgetting,
@@ -103,8 +102,8 @@ impl RecursiveLeastSquares {
     /// Forgets at another rate from the next row on.
     ///
     /// # Errors
-    /// A sentence, when lambda is outside (0, 1].
-    pub fn set_forgetting(&mut self, forgetting: f64) -> Result<(), String> {
+    /// [`IdentificationError`](crate::IdentificationError), when lambda is outside (0, 1].
+    pub fn set_forgetting(&mut self, forgetting: f64) -> Result<()> {
         check_forgetting(forgetting)?;
         self.forgetting = forgetting;
         Ok(())
@@ -303,13 +302,17 @@ impl RecursiveLeastSquares {
     }
 }
 
-fn check_forgetting(forgetting: f64) -> Result<(), String> {
+/// The one rule for a forgetting factor.
+///
+/// # Errors
+/// When lambda is outside (0, 1].
+pub(crate) fn check_forgetting(forgetting: f64) -> Result<()> {
     if forgetting > 0.0 && forgetting <= 1.0 {
         Ok(())
     } else {
-        Err(format!(
+        Err(IdentificationError::Option(format!(
             "forgetting factor {forgetting} refused: it must lie in (0, 1]"
-        ))
+        )))
     }
 }
 

@@ -1,4 +1,4 @@
-//! What is to be found out, of which records: the transfer function's structure and the place
+//! The unknowns and the records to find them from: the transfer function's structure and the place
 //! of every unknown in the vector of parameters.
 //!
 //! ```text
@@ -17,6 +17,7 @@ use std::ops::Range;
 
 use planesman_linear::polynomial::product;
 
+use crate::error::{IdentificationError, Result};
 use crate::model::Model;
 
 /// One record on a uniform grid: `inputs[k]` acts over the interval that begins with `outputs[k]`.
@@ -121,7 +122,7 @@ impl Structure {
 /// A structure, the sampling interval and the records to find the unknowns from.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Problem<'a> {
-    /// What is unknown.
+    /// The unknowns.
     pub structure: Structure,
     /// The interval between samples, s.
     pub sample_time: f64,
@@ -131,32 +132,34 @@ pub struct Problem<'a> {
 
 impl<'a> Problem<'a> {
     /// # Errors
-    /// A sentence: a structure without unknowns or delay, a record whose inputs and outputs differ
+    /// [`IdentificationError`](crate::IdentificationError): a structure without unknowns or delay, a record whose inputs and outputs differ
     /// in number, numbers that are not finite.
-    pub fn new(structure: Structure, sample_time: f64, runs: Vec<Run<'a>>) -> Result<Self, String> {
+    pub fn new(structure: Structure, sample_time: f64, runs: Vec<Run<'a>>) -> Result<Self> {
+        let option = |reason| Err(IdentificationError::Option(reason));
+        let record = |reason| Err(IdentificationError::Record(reason));
         if structure.numerator == 0 || structure.delay == 0 {
-            return Err("the structure has no numerator, or no delay".to_owned());
+            return option("the structure has no numerator, or no delay".to_owned());
         }
         let monic = structure.known_denominator.first() == Some(&1.0);
         if !monic || structure.known_numerator.is_empty() {
-            return Err("the known poles' polynomial must begin with 1".to_owned());
+            return option("the known poles' polynomial must begin with 1".to_owned());
         }
         if !(sample_time > 0.0 && sample_time.is_finite()) {
-            return Err(format!("sampling interval {sample_time} s refused"));
+            return option(format!("sampling interval {sample_time} s refused"));
         }
         if runs.is_empty() {
-            return Err("there is no record".to_owned());
+            return record("there is no record".to_owned());
         }
         for run in &runs {
             if run.inputs.len() != run.outputs.len() {
-                return Err(format!(
+                return record(format!(
                     "a record has {} inputs and {} outputs",
                     run.inputs.len(),
                     run.outputs.len()
                 ));
             }
             if run.inputs.iter().chain(run.outputs).any(|v| !v.is_finite()) {
-                return Err("a record holds numbers that are not finite".to_owned());
+                return record("a record holds numbers that are not finite".to_owned());
             }
         }
         Ok(Self {
@@ -231,7 +234,7 @@ impl<'a> Problem<'a> {
 /// at each record's beginning]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layout {
-    /// What is unknown.
+    /// The unknowns.
     pub structure: Structure,
     /// How many records there are.
     pub runs: usize,

@@ -16,6 +16,7 @@ use std::ops::Range;
 use nalgebra::{Complex, Matrix2};
 use planesman_linear::{discrete_to_continuous, polynomial};
 
+use crate::error::Result;
 use crate::estimators::Estimate;
 
 /// The share of a normal distribution's mass in a 95 % interval, as standard deviations.
@@ -33,7 +34,7 @@ pub struct Uncertain {
 }
 
 impl Uncertain {
-    /// What is known.
+    /// A quantity that is known.
     #[must_use]
     pub fn known(value: Complex<f64>) -> Self {
         Self {
@@ -92,7 +93,7 @@ impl Uncertain {
     }
 }
 
-/// What can be read from the model of one record of an estimate.
+/// Poles, zeros, gain and response of an estimate, with their covariance.
 #[derive(Clone, Copy, Debug)]
 pub struct Reading<'a> {
     estimate: &'a Estimate,
@@ -109,8 +110,8 @@ impl<'a> Reading<'a> {
     /// The poles in z, the one with the largest real part first; known ones last.
     ///
     /// # Errors
-    /// A sentence, when the roots cannot be found.
-    pub fn poles(&self) -> Result<Vec<Uncertain>, String> {
+    /// [`IdentificationError`](crate::IdentificationError), when the roots cannot be found.
+    pub fn poles(&self) -> Result<Vec<Uncertain>> {
         let layout = &self.estimate.layout;
         let mut monic = vec![1.0];
         monic.extend(&self.estimate.theta.as_slice()[layout.a()]);
@@ -122,8 +123,8 @@ impl<'a> Reading<'a> {
     /// The zeros in z, as the poles.
     ///
     /// # Errors
-    /// A sentence, when the roots cannot be found.
-    pub fn zeros(&self) -> Result<Vec<Uncertain>, String> {
+    /// [`IdentificationError`](crate::IdentificationError), when the roots cannot be found.
+    pub fn zeros(&self) -> Result<Vec<Uncertain>> {
         let layout = &self.estimate.layout;
         let b = &self.estimate.theta.as_slice()[layout.b(self.run)];
         // Coefficients that are 0 in front are a longer delay.
@@ -138,7 +139,7 @@ impl<'a> Reading<'a> {
     ///
     /// # Errors
     /// As [`Reading::poles`].
-    pub fn continuous_poles(&self) -> Result<Vec<Uncertain>, String> {
+    pub fn continuous_poles(&self) -> Result<Vec<Uncertain>> {
         let dt = self.estimate.sample_time;
         let poles = self.poles()?;
         Ok(poles
@@ -192,8 +193,8 @@ impl<'a> Reading<'a> {
 
     /// Roots of a polynomial, the highest power first, whose last coefficients are the parameters
     /// at `places`, with the covariance these give.
-    fn roots(&self, polynomial: &[f64], places: Range<usize>) -> Result<Vec<Uncertain>, String> {
-        let roots = polynomial::roots(polynomial).map_err(|reason| reason.to_string())?;
+    fn roots(&self, polynomial: &[f64], places: Range<usize>) -> Result<Vec<Uncertain>> {
+        let roots = polynomial::roots(polynomial)?;
         let derivative = polynomial::derivative(polynomial);
         let columns: Vec<usize> = places.collect();
         Ok(roots
@@ -235,7 +236,7 @@ fn rotation(factor: Complex<f64>) -> Matrix2<f64> {
 }
 
 /// Roots of a polynomial in `q^-1` that is known.
-fn known_roots(coefficients: &[f64]) -> Result<Vec<Uncertain>, String> {
-    let roots = polynomial::roots(coefficients).map_err(|reason| reason.to_string())?;
+fn known_roots(coefficients: &[f64]) -> Result<Vec<Uncertain>> {
+    let roots = polynomial::roots(coefficients)?;
     Ok(roots.into_iter().map(Uncertain::known).collect())
 }

@@ -43,7 +43,7 @@ pub struct Sample {
     pub input: Option<Input>,
 }
 
-/// What became of a message.
+/// Whether a message was used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Offer {
     /// It was taken.
@@ -82,7 +82,7 @@ pub struct Aligner {
     finished: bool,
     answered: Option<i64>,
     /// How often the newest output has come.
-    heard: u32,
+    repeats: u32,
 }
 
 impl Aligner {
@@ -104,7 +104,7 @@ impl Aligner {
             continuing: false,
             finished: false,
             answered: None,
-            heard: 0,
+            repeats: 0,
         }
     }
 
@@ -167,7 +167,7 @@ impl Aligner {
         }
         if k < self.next || self.outputs.contains_key(&k) {
             if self.newest_output == Some(k) {
-                self.heard += 1;
+                self.repeats += 1;
                 self.answer(k);
             }
             return Offer::LeftOut;
@@ -175,7 +175,7 @@ impl Aligner {
         self.outputs.insert(k, (stamp, output));
         if self.newest_output < Some(k) {
             self.newest_output = Some(k);
-            self.heard = 1;
+            self.repeats = 1;
         }
         self.answer(k);
         Offer::Taken
@@ -270,7 +270,7 @@ impl Aligner {
 
     /// Notes that the output at instant k, if it is there, has all it needs, if it has.
     fn answer(&mut self, k: i64) {
-        let given_up = self.newest_output == Some(k) && self.heard >= SAYINGS;
+        let given_up = self.newest_output == Some(k) && self.repeats >= SAYINGS;
         let waits_for_input =
             !given_up && self.outputs.contains_key(&(k - 1)) && !self.inputs.contains_key(&(k - 1));
         if let Some((stamp, _)) = self.outputs.get(&k)

@@ -11,7 +11,7 @@ use planesman_identification::Input;
 use crate::request::{Clock, Reading, Request, Role, Take};
 use crate::signal::Signal;
 
-/// How often progress is told, in messages.
+/// How often progress is reported, in messages.
 const TELL: u64 = 4096;
 
 /// Names that are listed in an error at most.
@@ -315,14 +315,14 @@ impl Plan {
         if self.refused == 0 {
             return Ok(());
         }
-        let told = format!(
+        let note = format!(
             "{}: {} of {} messages cannot be read as {}; the first: {}",
             self.topic.name, self.refused, self.messages, self.topic.kind.type_name, self.reason
         );
         if self.refused == self.messages {
-            bail!("{told}");
+            bail!("{note}");
         }
-        reading.notes.push(told);
+        reading.notes.push(note);
         Ok(())
     }
 }
@@ -335,7 +335,7 @@ pub fn nanoseconds(values: &Values, index: usize) -> Option<i64> {
     seconds.checked_mul(1_000_000_000)?.checked_add(nanoseconds)
 }
 
-/// What a number or list is worth in a role.
+/// The value of a number or list in a role.
 fn number(list: &[f64], role: Role) -> Option<f64> {
     match role {
         Role::Input => Input::through(list).map(|input| input.mean),

@@ -23,7 +23,7 @@ const TIMES: [&str; 4] = ["time", "t", "stamp", "timestamp"];
 /// Names that are listed in an error at most.
 const LISTED: usize = 20;
 
-/// How often progress is told, in rows.
+/// How often progress is reported, in rows.
 const TELL: u64 = 4096;
 
 /// A table.
@@ -197,15 +197,15 @@ impl CsvSource {
             }
         }
         if timeless > 0 {
-            let told = format!(
+            let note = format!(
                 "{}: {timeless} of {rows} rows have no time in '{}'",
                 self.path.display(),
                 self.columns[self.time]
             );
             if timeless == rows {
-                bail!("{told}");
+                bail!("{note}");
             }
-            reading.notes.push(told);
+            reading.notes.push(note);
         }
         Ok(reading)
     }

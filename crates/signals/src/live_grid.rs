@@ -72,7 +72,7 @@ pub struct LiveGrid {
 /// The input's integrals on the way.
 #[derive(Clone, Copy, Debug, Default)]
 struct Held {
-    /// What acts, and from when it has been counted.
+    /// The input that acts, and from when it has been counted.
     now: Option<(i64, f64)>,
     /// Over the interval that is going on.
     sum: Input,

@@ -1,4 +1,4 @@
-//! What is asked of a bag or table, and what came of reading it.
+//! A request for signals of a bag or table, and the notes of reading it.
 
 use serde::Serialize;
 
@@ -26,7 +26,7 @@ impl Clock {
     }
 }
 
-/// What a signal is for.
+/// The role of a signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
     /// It drives: a list is its course over the coming interval, and gives its mean.
@@ -40,23 +40,23 @@ pub enum Role {
 pub struct Request {
     /// `TOPIC:FIELD` in a bag, a column's name in a table.
     pub name: String,
-    /// What it is for.
+    /// Its role.
     pub role: Role,
 }
 
-/// What came of reading.
+/// Notes of reading.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Reading {
-    /// Which stamps were taken, in words.
+    /// The stamps that were taken, for people.
     pub stamps: String,
-    /// What could not be read, and why.
+    /// Everything that could not be read, and why.
     pub notes: Vec<String>,
 }
 
 /// Takes samples: the signal's number, its stamp in ns, its value if it has one. Returns whether more are wanted.
 pub type Take<'a> = dyn FnMut(usize, i64, Option<f64>) -> bool + 'a;
 
-/// What a CSV file's time counts.
+/// The unit of a CSV file's time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TimeUnit {
     /// Seconds.

@@ -12,7 +12,7 @@
 //!   or two and a half of the grid, whichever is longer. Nothing is invented across it: the record's
 //!   stretch ends, and another begins.
 //! - **A pause** of an input that is held (by the methods mean and hold) is none: a setpoint that is sent when it changes is known until it
-//!   changes. Each sample acts until the next, the last as long as there are outputs; how long the longest had to act is told in
+//!   changes. Each sample acts until the next, the last as long as there are outputs; how long the longest had to act is in
 //!   [`Channel::held`]. A `max_gap` that is given makes gaps of such pauses too.
 
 use std::collections::VecDeque;
@@ -36,13 +36,13 @@ const LONGEST_PRELUDE: usize = 500_000;
 /// Numbers in a record at most: 96 MB.
 pub const MOST: usize = 12_000_000;
 
-/// What a run takes beside its numbers, in numbers.
+/// The memory of a run beside its numbers, counted in numbers.
 const RUN: usize = 10;
 
 /// Stamps beyond this, ns (146 years from the epoch), are counted late: differences fit 64 bits.
 const FARTHEST: i64 = 1 << 62;
 
-/// What was asked for.
+/// Options of the gridding.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
     /// Instants per second; `None` for that of the slowest output.
@@ -315,13 +315,13 @@ struct Timed {
 
 impl Timed {
     fn of(channel: &Channel) -> Self {
-        let told = |count: u64, what: &str| match count {
+        let counted = |count: u64, what: &str| match count {
             0 => String::new(),
             count => format!("; {count} {what}"),
         };
         Self {
-            absent: told(channel.timing.absent, "messages do not have it"),
-            not_finite: told(channel.timing.not_finite, "are not finite"),
+            absent: counted(channel.timing.absent, "messages do not have it"),
+            not_finite: counted(channel.timing.not_finite, "are not finite"),
         }
     }
 }
@@ -429,7 +429,7 @@ impl Running {
 #[derive(Clone, Debug)]
 struct Track {
     method: Method,
-    /// A sample that acts for longer is told of, ns.
+    /// A sample that acts for longer is reported, ns.
     long: i64,
     /// The longest interval that is no gap, ns; none is where a sample acts until the next.
     max_gap: Option<i64>,
@@ -615,7 +615,7 @@ impl Track {
         }
     }
 
-    /// What of `from` to `until` lies in interval k adds to its mean.
+    /// Adds the part of `from` to `until` that lies in interval k to its mean.
     fn add(&mut self, k: i64, value: f64, from: i64, until: i64, grid: &Grid) {
         let (begins, ends) = (grid.time(k), grid.time(k + 1));
         let (from, to) = (from.max(begins), until.min(ends));

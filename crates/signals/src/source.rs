@@ -1,7 +1,7 @@
 //! Where samples come from: a bag, whole or split, or a table in CSV.
 //!
 //! Both stream: a sample is handed on as it is read and forgotten. What cannot be read does not
-//! end the rest; it is told in [`Reading::notes`].
+//! end the rest; it is listed in [`Reading::notes`].
 
 use std::path::PathBuf;
 
@@ -20,7 +20,7 @@ pub struct Data {
     pub stamp: Option<Clock>,
     /// A table's column with the time; `None` for the one that seems so.
     pub time: Option<String>,
-    /// What that column counts.
+    /// The unit of that column.
     pub time_unit: TimeUnit,
 }
 
@@ -72,7 +72,7 @@ impl Source {
         }
     }
 
-    /// Hands every sample of the signals to `take`; `progress` hears of the bytes read.
+    /// Hands every sample of the signals to `take`; `progress` is called with the bytes read.
     ///
     /// # Errors
     /// One line: a signal that is not there, or data of which nothing can be read.

@@ -25,9 +25,9 @@ pub struct Identifier {
     readers: BTreeMap<(String, &'static str), TopicReader>,
 }
 
-/// What came of a message.
+/// The outcome of a message.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Heard {
+pub struct Outcome {
     /// The stamp it was taken at; `None` when nothing could be read.
     pub stamp: Option<Time>,
     /// The estimates due for publication.
@@ -98,7 +98,7 @@ impl Identifier {
         self.pairs.iter().any(|pair| pair.config().is_on(topic))
     }
 
-    /// What reads messages of a type on `topic` for every pair.
+    /// A reader of messages of a type on `topic`, for every pair.
     ///
     /// # Errors
     /// As [`TopicReader::new`].
@@ -112,23 +112,23 @@ impl Identifier {
         reader: &mut TopicReader,
         received: &Time,
         payload: &[u8],
-    ) -> Heard {
-        let mut heard = Heard::default();
+    ) -> Outcome {
+        let mut outcome = Outcome::default();
         for (place, read) in reader.read(payload) {
             let pair = &mut self.pairs[place];
             match read {
                 Ok(sample) => {
                     let stamp = sample.stamp.clone().unwrap_or_else(|| received.clone());
-                    heard.stamp = Some(stamp.clone());
-                    heard.estimates.extend(pair.on_sample(stamp, &sample));
+                    outcome.stamp = Some(stamp.clone());
+                    outcome.estimates.extend(pair.on_sample(stamp, &sample));
                 }
                 Err(reason) => {
                     pair.refuse();
-                    heard.refused.push(reason);
+                    outcome.refused.push(reason);
                 }
             }
         }
-        heard
+        outcome
     }
 
     /// Takes a message that is at hand, whose stamp is `stamp` where it has none of its own; one on another
@@ -155,10 +155,10 @@ impl Identifier {
                 self.reader(topic, &types)?
             }
         };
-        let heard = self.on_payload(&mut reader, &stamp, &cdr::to_bytes(message));
+        let outcome = self.on_payload(&mut reader, &stamp, &cdr::to_bytes(message));
         self.readers.insert(key, reader);
-        match heard.refused.into_iter().next() {
-            None => Ok(heard.estimates),
+        match outcome.refused.into_iter().next() {
+            None => Ok(outcome.estimates),
             Some(reason) => Err(reason),
         }
     }

@@ -4,14 +4,14 @@
 use planesman_identification::estimators::Recursive;
 use planesman_identification::estimators::kalman::Filter;
 use planesman_identification::estimators::recursive::{Forgetting, Kind, Recursion};
-use planesman_identification::{Input, Model, PHYSICAL, Readout, Spread, fit};
+use planesman_identification::{IdentificationError, Input, Model, PHYSICAL, Readout, Spread, fit};
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 use planesman_parameters::Choice as _;
 use planesman_signals::Sample;
 
 use crate::parameters::Config;
 
-/// What an error counts for in the recent fit after each later one: about 200 samples are remembered.
+/// The forgetting factor of the recent fit: a memory of about 200 samples.
 const RECENT: f64 = 0.995;
 
 /// An unknown of the vehicle's equations is learnt when its deviation is below this share of what it began with.
@@ -25,7 +25,7 @@ enum Estimator {
 }
 
 impl Estimator {
-    fn new(config: &Config) -> Result<Self, String> {
+    fn new(config: &Config) -> Result<Self, IdentificationError> {
         let dt = config.sample_time;
         Ok(match config.estimator.recursion() {
             Some(kind) => {
@@ -41,7 +41,7 @@ impl Estimator {
         })
     }
 
-    /// What either does alike.
+    /// The interface that both share.
     fn recursive(&mut self) -> &mut dyn Recursive {
         match self {
             Self::Recursion(it) => &mut **it,
@@ -50,7 +50,7 @@ impl Estimator {
     }
 }
 
-/// What has been learnt, and the history the next row is made of.
+/// The estimate so far, and the history the next row is made of.
 #[derive(Clone, Debug)]
 pub(crate) struct Learner {
     estimator: Estimator,
@@ -90,8 +90,8 @@ impl Learner {
     /// A learner before its first sample.
     ///
     /// # Errors
-    /// A sentence, when the estimator refuses its parameters.
-    pub(crate) fn new(config: &Config) -> Result<Self, String> {
+    /// When the estimator refuses its parameters.
+    pub(crate) fn new(config: &Config) -> Result<Self, IdentificationError> {
         Ok(Self::before(Estimator::new(config)?, false))
     }
 
@@ -121,8 +121,8 @@ impl Learner {
     /// Takes what can change while it learns.
     ///
     /// # Errors
-    /// A sentence, when the estimator refuses it; nothing changes then.
-    pub(crate) fn retune(&mut self, config: &Config) -> Result<(), String> {
+    /// When the estimator refuses it; nothing changes then.
+    pub(crate) fn retune(&mut self, config: &Config) -> Result<(), IdentificationError> {
         match &mut self.estimator {
             Estimator::Recursion(it) => it.set_options(config.options),
             Estimator::Vehicle(it) => it.set_settings(config.settings),
@@ -263,7 +263,7 @@ impl Learner {
         }
     }
 
-    /// What is known of the vehicle's own coefficients, and how well.
+    /// The vehicle's own coefficients and their standard deviations.
     fn physical(&self) -> (Vec<f64>, Vec<f64>) {
         match &self.estimator {
             Estimator::Recursion(_) => (Vec::new(), Vec::new()),
@@ -282,7 +282,7 @@ impl Learner {
         }
     }
 
-    /// What a sample counts for after each later one, where that is always the same and every sample is
+    /// The forgetting factor per sample, where it is constant and every sample is
     /// explained by the present parameters.
     fn constant_forgetting(&self) -> Option<f64> {
         match &self.estimator {

@@ -23,7 +23,7 @@ use crate::screen::{DRAW, Screen};
 /// Time between two looks at who has fallen silent.
 const LOOK: Duration = Duration::from_millis(500);
 
-/// Silence of all topics that is told, s.
+/// Silence of all topics that is reported, s.
 const SILENCE: f64 = 2.0;
 
 enum Event {
@@ -40,7 +40,7 @@ enum Event {
 /// The argument, before ROS's, that asks for the view of [`Screen`].
 const WATCH: &str = "--watch";
 
-/// Runs the node with its command-line arguments until it is told to stop.
+/// Runs the node with its command-line arguments until it is asked to stop.
 #[must_use]
 pub fn main(args: Vec<String>) -> ExitCode {
     planesman_node::exit_code("sysid", || run(args))
@@ -70,7 +70,7 @@ fn run(mut args: Vec<String>) -> Result<()> {
             .then(|| rt.publisher("tick_answer", Qos::reliable(100)))
             .transpose()?,
         answered: None,
-        heard: rt.now(),
+        last_message: rt.now(),
         topics: Vec::new(),
         screen,
     };
@@ -109,7 +109,7 @@ fn run(mut args: Vec<String>) -> Result<()> {
 #[derive(Debug, PartialEq, Eq)]
 struct Listened {
     type_name: String,
-    /// Whether what is lost is asked for again; then only publishers that offer it are heard.
+    /// Whether what is lost is asked for again; then only publishers that offer it are received.
     reliable: bool,
 }
 
@@ -154,7 +154,7 @@ struct Node {
     /// The latest stamp answered.
     answered: Option<Time>,
     /// When a message last came.
-    heard: Time,
+    last_message: Time,
     topics: Vec<Topic>,
     /// The live view, if it was asked for.
     screen: Option<Screen>,
@@ -163,7 +163,7 @@ struct Node {
 /// A topic that is listened to.
 struct Topic {
     reader: TopicReader,
-    /// What was last wrong with a message, told once.
+    /// The last complaint about a message, logged once.
     trouble: Option<String>,
 }
 
@@ -251,7 +251,7 @@ impl Node {
     }
 
     fn learn(&mut self, rt: &Runtime<Event>, place: usize, sample: &RawSample) {
-        self.heard = rt.now();
+        self.last_message = rt.now();
         let restarts = |identifier: &Identifier| -> Vec<u32> {
             let pairs = identifier.pairs().iter();
             pairs.map(|pair| pair.account().restarts).collect()
@@ -260,10 +260,10 @@ impl Node {
         let Some(topic) = self.topics.get_mut(place) else {
             return;
         };
-        let heard = self
-            .identifier
-            .on_payload(&mut topic.reader, &sample.received, &sample.bytes);
-        let trouble = heard.refused.into_iter().next();
+        let outcome =
+            self.identifier
+                .on_payload(&mut topic.reader, &sample.received, &sample.bytes);
+        let trouble = outcome.refused.into_iter().next();
         if trouble.is_some() && trouble != topic.trouble {
             let reason = trouble.as_deref().unwrap_or_default();
             log::warn!(
@@ -285,15 +285,15 @@ impl Node {
                 );
             }
         }
-        self.publish(&heard.estimates);
-        if let Some(stamp) = heard.stamp {
+        self.publish(&outcome.estimates);
+        if let Some(stamp) = outcome.stamp {
             self.answer(rt, &sample.topic, stamp);
         }
     }
 
     /// Says how each pair is doing.
     fn tell(&self, rt: &Runtime<Event>) {
-        let silence = (rt.now().nanos() - self.heard.nanos()) as f64 * 1e-9;
+        let silence = (rt.now().nanos() - self.last_message.nanos()) as f64 * 1e-9;
         for pair in self.identifier.pairs() {
             let config = pair.config();
             let estimate = pair.estimate(Time::default());

@@ -24,7 +24,7 @@ pub const FIRST: &str = "model";
 /// Changes that may wait for their time.
 const MOST_CHANGES: usize = 10_000;
 
-/// What a user does to what is learnt.
+/// A user's change to an estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Change {
     /// All of it is forgotten.
@@ -40,11 +40,11 @@ pub struct Scheduled {
     pub restarts: u32,
     /// The stamp of the last sample before it, ns.
     pub stamp: i64,
-    /// What changes.
+    /// The change.
     pub change: Change,
 }
 
-/// What has become of a pair's messages.
+/// Counts of a pair's messages.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Account {
     /// How often the samples began anew after something was missing.
@@ -62,7 +62,7 @@ pub struct Account {
 pub struct Pair {
     name: String,
     config: Config,
-    /// What puts the signals on a grid first, if asked for.
+    /// The grid that the signals are put on first, if asked for.
     grid: Option<LiveGrid>,
     aligner: Aligner,
     learner: Learner,
@@ -73,7 +73,7 @@ pub struct Pair {
     /// Stamps of outputs not yet learnt whose input is not to be trusted, ns.
     broken: BTreeSet<i64>,
     account: Account,
-    /// What is to change, in time.
+    /// Changes to come, in the order of time.
     changes: VecDeque<Scheduled>,
 }
 
@@ -143,7 +143,7 @@ impl Pair {
                 .resample
                 .map(|max_gap| LiveGrid::new(period(&config), max_gap)),
             aligner: Aligner::new(period(&config)),
-            learner: Learner::new(&config).map_err(of_pair)?,
+            learner: Learner::new(&config).map_err(|e| of_pair(e.to_string()))?,
             name,
             config,
             began: None,
@@ -166,7 +166,7 @@ impl Pair {
         &self.config
     }
 
-    /// What has become of its messages.
+    /// Counts of its messages.
     #[must_use]
     pub fn account(&self) -> Account {
         self.account
@@ -185,9 +185,9 @@ impl Pair {
     /// A sentence, when the estimator refuses it; nothing changes then.
     pub(crate) fn set_config(&mut self, new: Config) -> Result<(), String> {
         if self.config.retuned(&new) == new {
-            self.learner.retune(&new)?;
+            self.learner.retune(&new).map_err(|e| e.to_string())?;
         } else if self.config != new {
-            let mut learner = Learner::new(&new)?;
+            let mut learner = Learner::new(&new).map_err(|e| e.to_string())?;
             learner.set_frozen(self.frozen());
             self.learner = learner;
             self.began = None;

@@ -7,7 +7,7 @@ use planesman_signals::Signal;
 
 use crate::parameters::Config;
 
-/// What a message says to the identifier.
+/// The numbers of a message that the identifier takes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sample {
     /// The stamp it carries; `None` for a type without.
@@ -128,7 +128,7 @@ impl TopicReader {
         Ok(Self { readers })
     }
 
-    /// What a payload says to each pair concerned, by its place; or a sentence as of [`Reader::read`].
+    /// The sample in a payload for each pair concerned, by its place; or a sentence as of [`Reader::read`].
     pub fn read<'a>(
         &'a mut self,
         payload: &'a [u8],

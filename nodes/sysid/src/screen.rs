@@ -8,7 +8,8 @@ use std::time::Duration;
 use console::Term;
 use nalgebra::{Complex, DMatrix, DVector};
 use planesman_identification::estimators::{Error, Estimate};
-use planesman_identification::{Layout, Reading, Structure, Uncertain};
+use planesman_identification::{IdentificationError, Layout, Reading, Structure, Uncertain};
+use planesman_linear::pole_text;
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 use planesman_text::shown;
 
@@ -54,7 +55,7 @@ impl Screen {
         self.term.is_term()
     }
 
-    /// Takes an estimate; without a terminal it is told at once.
+    /// Takes an estimate; without a terminal it is printed at once.
     pub fn take(&mut self, model: &ModelEstimate) {
         if !self.is_drawn() {
             // A closed stdout is no reason to stop.
@@ -173,7 +174,7 @@ impl Track {
         ];
         let estimate = estimate_of(model);
         let reading = estimate.as_ref().map(|estimate| Reading::of(estimate, 0));
-        let poles = |found: Option<Result<Vec<Uncertain>, String>>| {
+        let poles = |found: Option<Result<Vec<Uncertain>, IdentificationError>>| {
             let texts: Vec<String> = found.into_iter().flatten().flatten().map(text).collect();
             texts.join("   ")
         };
@@ -215,7 +216,10 @@ fn line(model: &ModelEstimate) -> String {
         .zip(&model.s_poles_im)
         .max_by(|p, q| p.0.total_cmp(q.0).then(p.1.total_cmp(q.1)));
     let pole = slowest.map_or_else(String::new, |(re, im)| {
-        format!(", slowest pole {} 1/s", complex(Complex::new(*re, *im)))
+        format!(
+            ", slowest pole {} 1/s",
+            pole_text(Complex::new(*re, *im), 4)
+        )
     });
     format!(
         "{:.2} {} {}: {} samples, fit {:.2} %{pole}{}, {}",
@@ -233,24 +237,16 @@ fn state(model: &ModelEstimate) -> &str {
     if model.valid { "valid" } else { &model.reason }
 }
 
-fn complex(value: Complex<f64>) -> String {
-    if value.im == 0.0 {
-        format!("{:.4}", value.re)
-    } else {
-        format!("{:.4}{:+.4}i", value.re, value.im)
-    }
-}
-
+/// A number and its standard deviation; of a complex one that of either part.
 fn text(uncertain: Uncertain) -> String {
-    let deviation = Complex::new(
-        uncertain.real_deviation(),
-        if uncertain.value.im == 0.0 {
-            0.0
-        } else {
-            uncertain.imaginary_deviation()
-        },
-    );
-    format!("{} ± {}", complex(uncertain.value), complex(deviation))
+    let value = pole_text(uncertain.value, 4);
+    let real = uncertain.real_deviation();
+    if uncertain.value.im == 0.0 {
+        format!("{value} ± {real:.4}")
+    } else {
+        let deviation = Complex::new(real, uncertain.imaginary_deviation());
+        format!("{value} ± ({})", pole_text(deviation, 4))
+    }
 }
 
 /// The estimate that a message tells of; `None` when its covariance is not that of its coefficients.

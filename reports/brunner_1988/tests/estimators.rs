@@ -233,7 +233,11 @@ fn a_record_that_says_nothing_is_refused_with_the_reason() {
             .collect();
         let problem = Problem::new(Structure::of_order(2), SAMPLE_TIME, runs).unwrap();
         assert!(
-            method.fit(&problem).unwrap_err().contains("determines"),
+            method
+                .fit(&problem)
+                .unwrap_err()
+                .to_string()
+                .contains("determines"),
             "{method:?}"
         );
     }

@@ -1,4 +1,4 @@
-//! What was found, as text for the terminal.
+//! The analysis as text for the terminal.
 
 use std::fmt::Write as _;
 
@@ -9,7 +9,7 @@ use crate::uncertainty::{Reading, SIGMAS_95, Uncertain};
 const SHOWN: usize = 8;
 
 impl Analysis {
-    /// What was found, and the verdict.
+    /// The findings and the verdict.
     #[must_use]
     pub fn text(&self) -> String {
         let mut text = self.findings();
@@ -19,7 +19,7 @@ impl Analysis {
         text
     }
 
-    /// What was found, in numbers.
+    /// The findings in numbers.
     #[must_use]
     pub fn findings(&self) -> String {
         let structure = &self.estimate.layout.structure;

@@ -12,6 +12,7 @@ mod account;
 mod verdict;
 
 use crate::conversion;
+use crate::error::{IdentificationError, Result};
 use crate::estimators::{Estimate, Estimator, Knowledge, Method, Physical, TwoStages};
 use crate::model::Model;
 use crate::record::{Record, Stretch};
@@ -20,12 +21,12 @@ use crate::uncertainty::Reading;
 use crate::validation::order_search::{Candidate, choice, first_part, search};
 use crate::validation::{identifiability, residuals::ResidualTests};
 
-/// What is asked for.
+/// Options of the analysis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
     /// How to estimate.
     pub method: Method,
-    /// What the method is told.
+    /// Knowledge that the method begins with.
     pub knowledge: Knowledge,
     /// The order, known poles not counted; `None` to search.
     pub order: Option<usize>,
@@ -94,7 +95,7 @@ pub struct Trajectory {
 /// A model and what there is to know of it.
 #[derive(Clone, Debug)]
 pub struct Analysis {
-    /// What was asked for.
+    /// The options it was made with.
     pub options: Options,
     /// The input's name.
     pub input: String,
@@ -106,7 +107,7 @@ pub struct Analysis {
     pub estimate: Estimate,
     /// The same without heed to the reference, where one was given.
     pub direct: Option<Estimate>,
-    /// What was tried; empty when the order was given.
+    /// The orders and delays tried; empty when the order was given.
     pub candidates: Vec<Candidate>,
     /// Samples it was tried on.
     pub searched: usize,
@@ -130,15 +131,17 @@ pub struct Analysis {
 /// loop they are in.
 ///
 /// # Errors
-/// A sentence: a record without input or output, or one that determines no model asked for.
-pub fn analyse(record: &Record, options: &Options) -> Result<Analysis, String> {
+/// [`IdentificationError`](crate::IdentificationError): a record without input or output, or one that determines no model asked for.
+pub fn analyse(record: &Record, options: &Options) -> Result<Analysis> {
     let stretches = used(record);
     let of = |number: &usize| &record.stretches[*number];
     let runs = stretches.iter().map(of).map(run).collect::<Option<_>>();
     let mut problem = Problem::new(
         structure(options, options.order.unwrap_or(2)),
         record.sample_time,
-        runs.ok_or("a record with an input and an output is needed")?,
+        runs.ok_or_else(|| {
+            IdentificationError::Record("a record with an input and an output is needed".to_owned())
+        })?,
     )?;
     let references: Vec<&[f64]> = stretches
         .iter()
@@ -321,7 +324,7 @@ impl Analysis {
         self.estimate.model(self.longest)
     }
 
-    /// What can be read from it.
+    /// Poles, zeros, gain and response of that model.
     #[must_use]
     pub fn reading(&self) -> Reading<'_> {
         Reading::of(&self.estimate, self.longest)

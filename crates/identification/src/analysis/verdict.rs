@@ -1,4 +1,4 @@
-//! What there is to say of a model in plain words.
+//! The verdict on a model, in plain words.
 
 use std::f64::consts::PI;
 
@@ -69,7 +69,7 @@ impl Analysis {
         said
     }
 
-    /// What of the record was not used, or not everywhere.
+    /// The parts of the record that were not used, or not everywhere.
     fn left_out(&self, record: &Record) -> Vec<String> {
         let mut said = Vec::new();
         let all = record.stretches.len();
@@ -91,7 +91,7 @@ impl Analysis {
         said
     }
 
-    /// What heed to the reference has changed: the size of the response where it has moved most.
+    /// The effect of the two stages: the size of the response where it has moved most.
     fn of_two_stages(&self) -> Option<String> {
         let (direct, reference) = (self.direct.as_ref()?, self.reference.as_ref()?);
         let (staged, direct) = (self.reading(), Reading::of(direct, self.longest));
@@ -155,7 +155,7 @@ impl Analysis {
     }
 }
 
-/// What a test found, in numbers.
+/// The result of a test in numbers.
 fn evidence(found: &Correlation) -> String {
     let largest = found
         .values

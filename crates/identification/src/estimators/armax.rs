@@ -16,9 +16,10 @@ use super::levenberg_marquardt::{minimise, unit_covariance};
 use super::output_error::OutputError;
 use super::recursive::{self, Kind};
 use super::rows::{freedom, rows_by_run};
+use crate::error::{IdentificationError, Result};
 use crate::structure::Problem;
 
-/// What the roots of C begin with, of those of A.
+/// Where the roots of C begin, as a share of those of A.
 const NEAR: f64 = 0.98;
 
 /// ARMAX: the equation error with a model of the noise.
@@ -26,7 +27,7 @@ const NEAR: f64 = 0.98;
 pub struct Armax;
 
 impl Estimator for Armax {
-    fn fit(&self, problem: &Problem<'_>) -> Result<Estimate, String> {
+    fn fit(&self, problem: &Problem<'_>) -> Result<Estimate> {
         let model = Equation::of(problem);
         let starts = match problem.part() {
             Some(part) => vec![model.continued(&self.fit(&part)?)],
@@ -44,7 +45,9 @@ impl Estimator for Armax {
                     .norm_squared()
                     .total_cmp(&q.1.errors.norm_squared())
             })
-            .ok_or("the search for the least prediction error found no minimum")?;
+            .ok_or(IdentificationError::Search(
+                "the search for the least prediction error found no minimum",
+            ))?;
         let noise_variance = at.errors.norm_squared() / freedom(at.errors.len(), theta.len())?;
         let covariance = unit_covariance(&at)? * noise_variance;
         let plain = problem.layout().without_motion();
@@ -65,7 +68,7 @@ impl Estimator for Armax {
         })
     }
 
-    fn learner(&self, problem: &Problem<'_>) -> Result<Box<dyn Recursive>, String> {
+    fn learner(&self, problem: &Problem<'_>) -> Result<Box<dyn Recursive>> {
         recursive::learner(Kind::PredictionError, problem)
     }
 }

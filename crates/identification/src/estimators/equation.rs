@@ -11,6 +11,7 @@ use super::estimate::Estimate;
 use super::levenberg_marquardt::Linearised;
 use super::rows::{regression, rows_by_run};
 use crate::batch::Triangle;
+use crate::error::Result;
 use crate::structure::{Problem, filter};
 
 /// Rounds of extended least squares before the search.
@@ -46,7 +47,7 @@ impl Equation {
         self.through(&c, equation.as_slice())
     }
 
-    /// What was found in a part, without its constant.
+    /// The parameters found in a part of the records, without its constant.
     pub(super) fn continued(&self, found: &Estimate) -> DVector<f64> {
         let plain = self.phi.ncols();
         let known = found.layout.b(0);
@@ -58,7 +59,7 @@ impl Equation {
     }
 
     /// Where searches begin: least squares, and extended least squares.
-    pub(super) fn starts(&self) -> Result<Vec<DVector<f64>>, String> {
+    pub(super) fn starts(&self) -> Result<Vec<DVector<f64>>> {
         let plain = self.phi.ncols();
         let first = Triangle::of(&self.phi, &self.outputs)?.solution()?;
         let mut theta = first.clone().insert_rows(plain, self.n, 0.0);

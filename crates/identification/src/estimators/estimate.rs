@@ -8,10 +8,10 @@ use crate::fit::{Spread, fit};
 use crate::model::Model;
 use crate::structure::{Layout, Run, filter};
 
-/// What an estimator found.
+/// The result of an estimator.
 #[derive(Clone, Debug)]
 pub struct Estimate {
-    /// What the residuals are, and where a constant stands.
+    /// The kind of residual, which says where a constant stands.
     pub error: Error,
     /// Where each unknown stands in theta.
     pub layout: Layout,
@@ -25,7 +25,7 @@ pub struct Estimate {
     pub noise_variance: f64,
     /// `c1 ... cn` of the noise model `C`; empty for a method without one.
     pub noise_model: Vec<f64>,
-    /// What the method took for noise in each record, output unit.
+    /// The residuals of each record, output unit.
     pub residuals: Vec<Vec<f64>>,
     /// The vehicle's own coefficients, where those were sought.
     pub physical: Option<Physical>,
@@ -114,7 +114,7 @@ impl Estimate {
     }
 }
 
-/// What is made small.
+/// The error that an estimator minimises.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Error {
     /// `A y - B u - constant`, white or through a noise model: the constant stands in the equation.

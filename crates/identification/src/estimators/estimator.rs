@@ -5,25 +5,26 @@ use std::fmt;
 use nalgebra::{DMatrix, DVector};
 
 use super::estimate::Estimate;
+use crate::error::Result;
 use crate::structure::{Problem, Run};
 
-/// What finds a system in records.
+/// An estimator over whole records.
 pub trait Estimator: fmt::Debug + Send + Sync {
     /// Finds the unknowns.
     ///
     /// # Errors
-    /// A sentence: records that do not determine the unknowns, a search that finds no minimum, a
+    /// [`IdentificationError`](crate::IdentificationError): records that do not determine the unknowns, a search that finds no minimum, a
     /// structure the estimator is not for.
-    fn fit(&self, problem: &Problem<'_>) -> Result<Estimate, String>;
+    fn fit(&self, problem: &Problem<'_>) -> Result<Estimate>;
 
     /// The estimator's recursive form before its first sample, to watch it learn.
     ///
     /// # Errors
-    /// A sentence, when it has none for this problem.
-    fn learner(&self, problem: &Problem<'_>) -> Result<Box<dyn Recursive>, String>;
+    /// [`IdentificationError`](crate::IdentificationError), when it has none for this problem.
+    fn learner(&self, problem: &Problem<'_>) -> Result<Box<dyn Recursive>>;
 }
 
-/// What estimates while samples arrive.
+/// An estimator that learns while samples arrive.
 pub trait Recursive {
     /// Begins the history anew with `output`, which no known input has led to: at the start of
     /// a record and after a gap. What has been learnt stays.
@@ -32,10 +33,10 @@ pub trait Recursive {
     /// Takes the next output, and the input over the interval that ended with it.
     fn push(&mut self, input: f64, output: f64);
 
-    /// What has been learnt.
+    /// The parameters so far.
     fn parameters(&self) -> DVector<f64>;
 
-    /// What they are called.
+    /// The parameters' names.
     fn names(&self) -> Vec<String>;
 
     /// Its covariance, by the estimator's own reckoning; `None` before there are more samples than

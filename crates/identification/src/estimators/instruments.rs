@@ -18,6 +18,7 @@ use super::estimator::{Estimator, Recursive};
 use super::recursive::{self, Kind};
 use super::simulator::Simulator;
 use super::starts::{cost, starts};
+use crate::error::{IdentificationError, Result};
 use crate::structure::{Problem, filter};
 
 /// Rounds at most; fewer than ten are usual.
@@ -32,7 +33,7 @@ const HALVINGS: usize = 20;
 pub struct Instruments;
 
 impl Estimator for Instruments {
-    fn fit(&self, problem: &Problem<'_>) -> Result<Estimate, String> {
+    fn fit(&self, problem: &Problem<'_>) -> Result<Estimate> {
         let simulator = Simulator::new(problem);
         let (theta, at) = starts(self, problem, &simulator)?
             .into_iter()
@@ -42,11 +43,13 @@ impl Estimator for Instruments {
                 (theta, at)
             })
             .min_by(|p, q| cost(&p.1).total_cmp(&cost(&q.1)))
-            .ok_or("the instrumental variables settle nowhere")?;
+            .ok_or(IdentificationError::Search(
+                "the instrumental variables settle nowhere",
+            ))?;
         simulator.estimate(theta, &at)
     }
 
-    fn learner(&self, problem: &Problem<'_>) -> Result<Box<dyn Recursive>, String> {
+    fn learner(&self, problem: &Problem<'_>) -> Result<Box<dyn Recursive>> {
         recursive::learner(Kind::OutputError, problem)
     }
 }

@@ -19,6 +19,7 @@ use nalgebra::{DMatrix, DVector};
 use super::estimator::Recursive;
 use super::physical::{NAMES, Physical, UNKNOWNS};
 use super::vehicle::Vehicle;
+use crate::error::{IdentificationError, Result};
 
 /// Where the filter begins and what it takes for noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,8 +57,8 @@ pub struct Filter {
 
 impl Settings {
     /// # Errors
-    /// A sentence, when a deviation is negative or not finite, or the noise is 0.
-    fn check(&self) -> Result<(), String> {
+    /// [`IdentificationError`](crate::IdentificationError), when a deviation is negative or not finite, or the noise is 0.
+    fn check(&self) -> Result<()> {
         let sizes = [
             self.bias_deviation,
             self.bias_drift,
@@ -67,10 +68,14 @@ impl Settings {
         let sound = |v: &f64| *v >= 0.0 && v.is_finite();
         let mut all = sizes.iter().chain(&self.deviations).chain(&self.drift);
         if !all.all(sound) || self.parameters.iter().any(|v| !v.is_finite()) {
-            return Err("the Kalman filter's deviations must not be negative".to_owned());
+            return Err(IdentificationError::Option(
+                "the Kalman filter's deviations must not be negative".to_owned(),
+            ));
         }
         if !(self.noise > 0.0 && self.noise.is_finite()) {
-            return Err("the Kalman filter needs noise above 0".to_owned());
+            return Err(IdentificationError::Option(
+                "the Kalman filter needs noise above 0".to_owned(),
+            ));
         }
         Ok(())
     }
@@ -80,11 +85,13 @@ impl Filter {
     /// A filter before its first sample.
     ///
     /// # Errors
-    /// A sentence, when a deviation is negative or not finite, or the noise is 0.
-    pub fn new(vehicle: Vehicle, sample_time: f64, settings: Settings) -> Result<Self, String> {
+    /// [`IdentificationError`](crate::IdentificationError), when a deviation is negative or not finite, or the noise is 0.
+    pub fn new(vehicle: Vehicle, sample_time: f64, settings: Settings) -> Result<Self> {
         settings.check()?;
         if sample_time.is_nan() || sample_time <= 0.0 {
-            return Err("the Kalman filter needs an interval above 0".to_owned());
+            return Err(IdentificationError::Option(
+                "the Kalman filter needs an interval above 0".to_owned(),
+            ));
         }
         let size = vehicle.states() + vehicle.unknowns() + 1;
         let mut filter = Self {
@@ -114,7 +121,7 @@ impl Filter {
     ///
     /// # Errors
     /// As [`Filter::new`]; nothing changes then.
-    pub fn set_settings(&mut self, settings: Settings) -> Result<(), String> {
+    pub fn set_settings(&mut self, settings: Settings) -> Result<()> {
         settings.check()?;
         self.settings = settings;
         Ok(())

@@ -12,6 +12,7 @@ use super::estimator::{Estimator, Recursive};
 use super::recursive::{self, Kind};
 use super::rows::{freedom, regression, rows_by_run};
 use crate::batch::Triangle;
+use crate::error::Result;
 use crate::structure::Problem;
 
 /// Least squares on the equation error, as the thesis.
@@ -19,7 +20,7 @@ use crate::structure::Problem;
 pub struct LeastSquares;
 
 impl Estimator for LeastSquares {
-    fn fit(&self, problem: &Problem<'_>) -> Result<Estimate, String> {
+    fn fit(&self, problem: &Problem<'_>) -> Result<Estimate> {
         let (phi, outputs) = regression(problem);
         let triangle = Triangle::of(&phi, &outputs)?;
         let theta = triangle.solution()?;
@@ -38,7 +39,7 @@ impl Estimator for LeastSquares {
         })
     }
 
-    fn learner(&self, problem: &Problem<'_>) -> Result<Box<dyn Recursive>, String> {
+    fn learner(&self, problem: &Problem<'_>) -> Result<Box<dyn Recursive>> {
         recursive::learner(Kind::LeastSquares, problem)
     }
 }

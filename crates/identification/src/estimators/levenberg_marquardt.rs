@@ -10,6 +10,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::batch::Triangle;
+use crate::error::{IdentificationError, Result};
 
 /// Steps at most; ten are usual.
 const STEPS: usize = 200;
@@ -41,16 +42,18 @@ impl Linearised {
 /// The least cost near `start`, and the errors and slopes there.
 ///
 /// # Errors
-/// A sentence, when the errors at `start` or the slopes at the minimum are not finite or do not
+/// [`IdentificationError`](crate::IdentificationError), when the errors at `start` or the slopes at the minimum are not finite or do not
 /// determine every parameter.
 pub(super) fn minimise(
     start: DVector<f64>,
     linearise: impl Fn(&DVector<f64>) -> Linearised,
-) -> Result<(DVector<f64>, Linearised), String> {
+) -> Result<(DVector<f64>, Linearised)> {
     let mut theta = start;
     let mut here = linearise(&theta);
     if here.cost().is_infinite() {
-        return Err("the search began where the model overflows".to_owned());
+        return Err(IdentificationError::Search(
+            "the search began where the model overflows",
+        ));
     }
     let mut damping = 1e-3;
     for _ in 0..STEPS {
@@ -91,10 +94,12 @@ struct Valley {
 
 impl Valley {
     /// `None` when nothing slopes.
-    fn of(at: &Linearised) -> Result<Option<Self>, String> {
+    fn of(at: &Linearised) -> Result<Option<Self>> {
         let mut scales = lengths(&at.slopes);
         if scales.iter().any(|scale| !scale.is_finite()) {
-            return Err("the search left the numbers that can be reckoned with".to_owned());
+            return Err(IdentificationError::Search(
+                "the search left the range of the numbers",
+            ));
         }
         let largest = scales.iter().copied().fold(0.0, f64::max);
         if largest == 0.0 {
@@ -127,8 +132,8 @@ fn lengths(slopes: &DMatrix<f64>) -> Vec<f64> {
 /// `(psi'psi)^-1`, reckoned with columns of equal length.
 ///
 /// # Errors
-/// A sentence, when the slopes do not determine every parameter.
-pub(super) fn unit_covariance(at: &Linearised) -> Result<DMatrix<f64>, String> {
+/// [`IdentificationError`](crate::IdentificationError), when the slopes do not determine every parameter.
+pub(super) fn unit_covariance(at: &Linearised) -> Result<DMatrix<f64>> {
     let mut scales = lengths(&at.slopes);
     for scale in scales.iter_mut().filter(|scale| **scale == 0.0) {
         *scale = 1.0;

@@ -36,7 +36,7 @@ pub enum Method {
     Kalman,
 }
 
-/// What some methods know beforehand.
+/// Knowledge that some methods begin with.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Knowledge {
     /// The vehicle.

@@ -12,6 +12,7 @@ use super::levenberg_marquardt::{Linearised, minimise};
 use super::recursive::{self, Kind};
 use super::simulator::Simulator;
 use super::starts::starts;
+use crate::error::{IdentificationError, Result};
 use crate::structure::Problem;
 
 /// Output error.
@@ -19,7 +20,7 @@ use crate::structure::Problem;
 pub struct OutputError;
 
 impl Estimator for OutputError {
-    fn fit(&self, problem: &Problem<'_>) -> Result<Estimate, String> {
+    fn fit(&self, problem: &Problem<'_>) -> Result<Estimate> {
         let simulator = Simulator::new(problem);
         let mut best: Option<(DVector<f64>, Linearised)> = None;
         for start in starts(self, problem, &simulator)? {
@@ -31,11 +32,13 @@ impl Estimator for OutputError {
                 best = Some(found);
             }
         }
-        let (theta, at) = best.ok_or("the search for the least output error found no minimum")?;
+        let (theta, at) = best.ok_or(IdentificationError::Search(
+            "the search for the least output error found no minimum",
+        ))?;
         simulator.estimate(theta, &at)
     }
 
-    fn learner(&self, problem: &Problem<'_>) -> Result<Box<dyn Recursive>, String> {
+    fn learner(&self, problem: &Problem<'_>) -> Result<Box<dyn Recursive>> {
         recursive::learner(Kind::OutputError, problem)
     }
 }

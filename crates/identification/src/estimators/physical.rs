@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 /// `kappa`, `beta`, `mu`: what nothing is known of beforehand.
 pub const UNKNOWNS: usize = planesman_vehicle::pitch::PITCH;
 
-/// What the coefficients are called, the unknown ones first.
+/// The coefficients' names, the unknown ones first.
 pub const NAMES: [&str; 7] = [
     "K/J",
     "B/J",

@@ -25,8 +25,9 @@ use planesman_linear::polynomial;
 
 use super::estimate::{Error, Estimate};
 use super::estimator::Recursive;
+use crate::error::{IdentificationError, Result};
 use crate::regression::Input;
-use crate::rls::RecursiveLeastSquares;
+use crate::rls::{RecursiveLeastSquares, check_forgetting};
 use crate::structure::{Layout, Problem, Structure};
 
 /// Which recursion.
@@ -45,7 +46,7 @@ pub enum Kind {
 /// How the past is forgotten.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Forgetting {
-    /// What a row counts for after each later one, everywhere.
+    /// The forgetting factor per sample, in every direction.
     Constant(f64),
     /// The same, only in the direction of the new row: what it says nothing about is kept (Cao and
     /// Schwartz, *Automatica* 36, 2000).
@@ -67,42 +68,41 @@ pub struct Options {
     pub forgetting: Forgetting,
     /// p0, parameter unit squared per output unit squared.
     pub initial_covariance: f64,
-    /// What the trace of P is kept below; `None` for no limit.
+    /// The limit of the trace of P; `None` for no limit.
     pub covariance_limit: Option<f64>,
     /// Errors up to this size teach nothing, output unit; 0 for none.
     pub dead_zone: f64,
 }
 
 impl Options {
-    /// What every row forgets by itself, before [`Recursion`] has looked at it.
+    /// The forgetting factor of the rows themselves, before [`Recursion`] forgets in its own way.
     ///
     /// # Errors
-    /// A sentence, when an option has no meaning.
-    fn row_forgetting(&self) -> Result<f64, String> {
+    /// [`IdentificationError`](crate::IdentificationError), when an option has no meaning.
+    fn row_forgetting(&self) -> Result<f64> {
+        let refuse = |reason: &str| Err(IdentificationError::Option(reason.to_owned()));
         if self
             .covariance_limit
             .is_some_and(|limit| !(limit > 0.0 && limit.is_finite()))
         {
-            return Err("the covariance's limit must be above 0".to_owned());
+            return refuse("the covariance's limit must be above 0");
         }
-        let sound = |lambda: f64| lambda > 0.0 && lambda <= 1.0;
         match self.forgetting {
-            Forgetting::Constant(lambda) => Ok(lambda),
-            Forgetting::Directional(lambda) if sound(lambda) => Ok(1.0),
-            Forgetting::Variable { least, information } if sound(least) && information > 0.0 => {
-                Ok(1.0)
+            Forgetting::Constant(lambda) => check_forgetting(lambda).map(|()| lambda),
+            Forgetting::Directional(lambda) => check_forgetting(lambda).map(|()| 1.0),
+            Forgetting::Variable { least, information } if information > 0.0 => {
+                check_forgetting(least).map(|()| 1.0)
             }
-            Forgetting::Directional(_) => Err("forgetting must lie in (0, 1]".to_owned()),
-            Forgetting::Variable { .. } => Err(
-                "variable forgetting needs a smallest in (0, 1] and an information above 0"
-                    .to_owned(),
-            ),
+            Forgetting::Variable { .. } => {
+                refuse("variable forgetting needs an information above 0")
+            }
         }
     }
 }
 
 impl Default for Options {
-    /// Nothing forgotten, no prior to speak of.
+    /// Nothing forgotten, and a weak prior: `p0 = 1e8`, for records at hand. The node declares its own default, 1e18
+    /// (`initial_covariance`): what it learns from may be small in its units and has no second pass.
     fn default() -> Self {
         Self {
             forgetting: Forgetting::Constant(1.0),
@@ -179,13 +179,13 @@ impl Recursion {
     /// Before the first sample.
     ///
     /// # Errors
-    /// A sentence, when an option has no meaning, or the structure no parameters.
+    /// [`IdentificationError`](crate::IdentificationError), when an option has no meaning, or the structure no parameters.
     pub fn new(
         kind: Kind,
         structure: Structure,
         sample_time: f64,
         options: Options,
-    ) -> Result<Self, String> {
+    ) -> Result<Self> {
         let layout = Layout { structure, runs: 1 };
         let count = Self::count(kind, &layout, false);
         let lambda = options.row_forgetting()?;
@@ -213,7 +213,7 @@ impl Recursion {
     ///
     /// # Errors
     /// As [`Recursion::new`].
-    pub fn with_moments(mut self) -> Result<Self, String> {
+    pub fn with_moments(mut self) -> Result<Self> {
         self.with_moments = true;
         self.rls = RecursiveLeastSquares::new(
             Self::count(self.kind, &self.layout, true),
@@ -238,8 +238,8 @@ impl Recursion {
     /// Learns by other options from the next sample on; what it began with stays.
     ///
     /// # Errors
-    /// A sentence, when an option has no meaning; nothing changes then.
-    pub fn set_options(&mut self, options: Options) -> Result<(), String> {
+    /// [`IdentificationError`](crate::IdentificationError), when an option has no meaning; nothing changes then.
+    pub fn set_options(&mut self, options: Options) -> Result<()> {
         self.rls.set_forgetting(options.row_forgetting()?)?;
         self.options = options;
         Ok(())
@@ -539,7 +539,7 @@ impl Recursive for Recursion {
 }
 
 /// The recursion by which a batch estimator is watched while it learns.
-pub(super) fn learner(kind: Kind, problem: &Problem<'_>) -> Result<Box<dyn Recursive>, String> {
+pub(super) fn learner(kind: Kind, problem: &Problem<'_>) -> Result<Box<dyn Recursive>> {
     let structure = Structure {
         own_numerators: false,
         ..problem.structure.clone()

@@ -6,6 +6,7 @@ use super::estimator::{Estimator, Recursive, learn};
 use super::recursive::{Kind, Options, Recursion};
 use super::rows::{rows_by_run, samples_by_run};
 use super::simulator::Simulator;
+use crate::error::{IdentificationError, Result};
 use crate::structure::{Problem, Start};
 
 /// A recursion over whole records, one after the other.
@@ -18,10 +19,12 @@ pub struct Recursively {
 }
 
 impl Estimator for Recursively {
-    fn fit(&self, problem: &Problem<'_>) -> Result<Estimate, String> {
+    fn fit(&self, problem: &Problem<'_>) -> Result<Estimate> {
         let structure = problem.structure.clone();
         if structure.own_numerators && problem.runs.len() > 1 {
-            return Err("a recursion learns one numerator for all records".to_owned());
+            return Err(IdentificationError::Option(
+                "a recursion learns one numerator for all records".to_owned(),
+            ));
         }
         let mut recursion =
             Recursion::new(self.kind, structure, problem.sample_time, self.options)?;
@@ -30,18 +33,20 @@ impl Estimator for Recursively {
         }
         let found = recursion
             .estimate()
-            .ok_or("the records are too short for a recursion")?;
+            .ok_or(IdentificationError::Undetermined(
+                "the records are too short for a recursion",
+            ))?;
         Ok(of_records(problem, found))
     }
 
-    fn learner(&self, problem: &Problem<'_>) -> Result<Box<dyn Recursive>, String> {
+    fn learner(&self, problem: &Problem<'_>) -> Result<Box<dyn Recursive>> {
         let structure = problem.structure.clone();
         let recursion = Recursion::new(self.kind, structure, problem.sample_time, self.options)?;
         Ok(Box::new(recursion))
     }
 }
 
-/// What was learnt as an estimate of all records, which have one constant, with what it leaves of each.
+/// An estimate of all records, which share one constant, with the residuals of each.
 fn of_records(problem: &Problem<'_>, learnt: Estimate) -> Estimate {
     let mut layout = problem.layout();
     layout.structure.start = Start::Rest;

@@ -2,15 +2,16 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::error::{IdentificationError, Result};
 use crate::structure::Problem;
 
 /// Degrees of freedom: rows beyond the parameters.
-pub(super) fn freedom(rows: usize, parameters: usize) -> Result<f64, String> {
+pub(super) fn freedom(rows: usize, parameters: usize) -> Result<f64> {
     match rows.checked_sub(parameters) {
         Some(freedom) if freedom > 0 => Ok(freedom as f64),
-        _ => Err(format!(
+        _ => Err(IdentificationError::Record(format!(
             "{rows} rows leave nothing to judge {parameters} parameters by"
-        )),
+        ))),
     }
 }
 

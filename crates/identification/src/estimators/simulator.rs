@@ -11,6 +11,7 @@ use nalgebra::{DMatrix, DVector};
 use super::estimate::{Error, Estimate};
 use super::levenberg_marquardt::{Linearised, unit_covariance};
 use super::rows::{freedom, impulse, samples_by_run};
+use crate::error::Result;
 use crate::structure::{Layout, Problem, filter};
 
 /// The records, ready to be simulated with any parameters.
@@ -88,11 +89,7 @@ impl<'a> Simulator<'a> {
     }
 
     /// The estimate at `theta`.
-    pub(super) fn estimate(
-        &self,
-        theta: DVector<f64>,
-        at: &Linearised,
-    ) -> Result<Estimate, String> {
+    pub(super) fn estimate(&self, theta: DVector<f64>, at: &Linearised) -> Result<Estimate> {
         let freedom = freedom(at.errors.len(), theta.len())?;
         let noise_variance = at.errors.norm_squared() / freedom;
         Ok(Estimate {

@@ -9,6 +9,7 @@ use super::levenberg_marquardt::Linearised;
 use super::rows::regression;
 use super::simulator::Simulator;
 use crate::batch::Triangle;
+use crate::error::{IdentificationError, Result};
 use crate::structure::{Problem, filter};
 
 /// The first filters, `(1 - rho q^-1)^-n`: from none to the slowest that 20 Hz records call for. The
@@ -27,12 +28,12 @@ const STARTS: usize = 3;
 /// records, the poles that `estimator` finds in a part.
 ///
 /// # Errors
-/// A sentence, when the records do not determine every parameter even then.
+/// [`IdentificationError`](crate::IdentificationError), when the records do not determine every parameter even then.
 pub(super) fn starts(
     estimator: &dyn Estimator,
     problem: &Problem<'_>,
     simulator: &Simulator<'_>,
-) -> Result<Vec<DVector<f64>>, String> {
+) -> Result<Vec<DVector<f64>>> {
     let n = problem.structure.poles;
     if let Some(part) = problem.part() {
         let found = estimator.fit(&part)?;
@@ -94,11 +95,13 @@ fn real_poles(problem: &Problem<'_>) -> Vec<Vec<f64>> {
 }
 
 /// Why no start was found: what least squares says of the record.
-fn why_not(problem: &Problem<'_>) -> String {
+fn why_not(problem: &Problem<'_>) -> IdentificationError {
     LeastSquares
         .fit(problem)
         .err()
-        .unwrap_or_else(|| "the record determines no stable model".to_owned())
+        .unwrap_or(IdentificationError::Undetermined(
+            "the record determines no stable model",
+        ))
 }
 
 pub(super) fn cost(at: &Linearised) -> f64 {

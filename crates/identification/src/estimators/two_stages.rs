@@ -13,6 +13,7 @@
 use super::estimate::Estimate;
 use super::estimator::{Estimator, Recursive};
 use super::least_squares::LeastSquares;
+use crate::error::{IdentificationError, Result};
 use crate::structure::{Problem, Run, Structure, filter};
 
 /// Terms of the first stage: from, to.
@@ -35,17 +36,19 @@ impl TwoStages<'_> {
     /// The part of each record's input that its reference causes.
     ///
     /// # Errors
-    /// A sentence, when a reference is shorter than its record, or determines nothing.
-    pub fn caused(&self, problem: &Problem<'_>) -> Result<Vec<Vec<f64>>, String> {
+    /// [`IdentificationError`](crate::IdentificationError), when a reference is shorter than its record, or determines nothing.
+    pub fn caused(&self, problem: &Problem<'_>) -> Result<Vec<Vec<f64>>> {
         if self.references.len() != problem.runs.len() {
-            return Err("every record needs a reference".to_owned());
+            return Err(IdentificationError::Record(
+                "every record needs a reference".to_owned(),
+            ));
         }
         let ahead = self
             .references
             .iter()
             .zip(&problem.runs)
             .map(|(reference, run)| shifted(reference, run.inputs.len()))
-            .collect::<Result<Vec<_>, _>>()?;
+            .collect::<Result<Vec<_>>>()?;
         let runs = ahead.iter().zip(&problem.runs).map(|(ahead, run)| Run {
             inputs: ahead,
             outputs: run.inputs,
@@ -72,8 +75,8 @@ impl TwoStages<'_> {
     fn second_stage<T>(
         &self,
         problem: &Problem<'_>,
-        estimate: impl FnOnce(&Problem<'_>) -> Result<T, String>,
-    ) -> Result<T, String> {
+        estimate: impl FnOnce(&Problem<'_>) -> Result<T>,
+    ) -> Result<T> {
         let caused = self.caused(problem)?;
         let runs = caused.iter().zip(&problem.runs).map(|(caused, run)| Run {
             inputs: caused,
@@ -87,23 +90,23 @@ impl TwoStages<'_> {
 }
 
 impl Estimator for TwoStages<'_> {
-    fn fit(&self, problem: &Problem<'_>) -> Result<Estimate, String> {
+    fn fit(&self, problem: &Problem<'_>) -> Result<Estimate> {
         self.second_stage(problem, |problem| self.second.fit(problem))
     }
 
-    fn learner(&self, problem: &Problem<'_>) -> Result<Box<dyn Recursive>, String> {
+    fn learner(&self, problem: &Problem<'_>) -> Result<Box<dyn Recursive>> {
         self.second_stage(problem, |problem| self.second.learner(problem))
     }
 }
 
 /// The input answers the reference at once: S begins with the sample it is given at. Shifted by
 /// one, that is a model with a delay of one.
-fn shifted(reference: &[f64], count: usize) -> Result<Vec<f64>, String> {
+fn shifted(reference: &[f64], count: usize) -> Result<Vec<f64>> {
     if reference.len() < count {
-        return Err(format!(
+        return Err(IdentificationError::Record(format!(
             "{} samples of the reference for {count} of the input",
             reference.len()
-        ));
+        )));
     }
     let mut ahead = reference.get(1..count).unwrap_or_default().to_vec();
     ahead.extend(reference[..count].last());
@@ -111,7 +114,7 @@ fn shifted(reference: &[f64], count: usize) -> Result<Vec<f64>, String> {
 }
 
 /// `0, s0 ... sL` of `u = S r`, the reference a sample ahead.
-fn response(mut problem: Problem<'_>) -> Result<Vec<f64>, String> {
+fn response(mut problem: Problem<'_>) -> Result<Vec<f64>> {
     let rows: usize = problem.runs.iter().map(|run| run.outputs.len()).sum();
     let mut best: Option<(f64, Estimate)> = None;
     let mut terms = *TERMS.start();
@@ -119,7 +122,7 @@ fn response(mut problem: Problem<'_>) -> Result<Vec<f64>, String> {
         problem.structure.numerator = terms;
         let found = LeastSquares
             .fit(&problem)
-            .map_err(|reason| format!("from the reference to the input: {reason}"))?;
+            .map_err(|reason| IdentificationError::FirstStage(Box::new(reason)))?;
         let criterion = akaike(&found);
         if best.as_ref().is_some_and(|(least, _)| *least <= criterion) {
             break;
@@ -127,7 +130,9 @@ fn response(mut problem: Problem<'_>) -> Result<Vec<f64>, String> {
         best = Some((criterion, found));
         terms *= 2;
     }
-    let (_, found) = best.ok_or("the records are too short for two stages")?;
+    let (_, found) = best.ok_or(IdentificationError::Undetermined(
+        "the records are too short for two stages",
+    ))?;
     let mut response = vec![0.0];
     response.extend(&found.theta.as_slice()[found.layout.b(0)]);
     Ok(response)

@@ -20,7 +20,7 @@
 //! exp( T [ M   0 ] )  =  [ E   0 ]      M = [ A B ; 0 0 ],  E = [ F G ; 0 1 ]
 //!        [ dM  M ]       [ dE  E ]
 //! ```
-//! What is found is told as the transfer function of the sampled equations too, with the
+//! The result is given as the transfer function of the sampled equations too, with the
 //! covariance carried over, so that everything read from other estimates is read from these.
 //! Three unknowns in place of five or six coefficients are what makes short records suffice.
 
@@ -46,7 +46,7 @@ pub struct Heave {
     pub doubt: f64,
 }
 
-/// What is known of the vehicle.
+/// The known part of the vehicle's equations.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Vehicle {
     /// Its heave equation; `None` to leave heave out.
@@ -247,7 +247,7 @@ fn fraction(
     (value, slope)
 }
 
-/// What is found of a vehicle besides its coefficients, and how well all of it is known.
+/// Everything found of a vehicle, with its covariance.
 pub(crate) struct Found {
     /// All coefficients.
     pub(crate) coefficients: DVector<f64>,
@@ -283,7 +283,7 @@ impl Vehicle {
         self.columns(structure, runs - 1).1.end
     }
 
-    /// What was found, as a transfer function.
+    /// The estimate as a transfer function.
     pub(crate) fn estimate(&self, problem: &Problem<'_>, found: Found) -> Estimate {
         let n = self.states();
         let unknowns = self.unknowns();

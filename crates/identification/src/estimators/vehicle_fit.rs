@@ -11,7 +11,12 @@ use super::physical::UNKNOWNS;
 use super::rows::{freedom, samples_by_run};
 use super::vehicle::{Found, Vehicle};
 use crate::batch::Triangle;
+use crate::error::{IdentificationError, Result};
 use crate::structure::{Problem, Start, variance};
+
+/// Why there is no vehicle.
+const UNDETERMINED: IdentificationError =
+    IdentificationError::Undetermined("the records do not determine the vehicle");
 
 /// Decay rates that first guesses are made of, from the record's length to one sample.
 const GUESSES: usize = 6;
@@ -23,12 +28,12 @@ const ROUNDS: usize = 3;
 /// motion of its own. Of the problem's structure only these two are heeded.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct VehicleSearch {
-    /// What is known.
+    /// The known part of the equations.
     pub vehicle: Vehicle,
 }
 
 impl Estimator for VehicleSearch {
-    fn fit(&self, problem: &Problem<'_>) -> Result<Estimate, String> {
+    fn fit(&self, problem: &Problem<'_>) -> Result<Estimate> {
         let vehicle = self.vehicle;
         let prior = vehicle.prior();
         let mut noise = 0.0;
@@ -47,7 +52,7 @@ impl Estimator for VehicleSearch {
                     let cost = |it: &(DVector<f64>, Linearised)| it.1.errors.norm_squared();
                     cost(p).total_cmp(&cost(q))
                 })
-                .ok_or("the records do not determine the vehicle")?;
+                .ok_or(UNDETERMINED)?;
             let rows = at.errors.len() - prior.len();
             let freedom = freedom(rows, theta.len() - prior.len())?;
             let variance = at.errors.rows(0, rows).norm_squared() / freedom;
@@ -55,7 +60,7 @@ impl Estimator for VehicleSearch {
             start = vec![theta.clone()];
             last = Some((theta, variance));
         }
-        let (theta, noise_variance) = last.ok_or("the records do not determine the vehicle")?;
+        let (theta, noise_variance) = last.ok_or(UNDETERMINED)?;
         let at = self.linearised(problem, &theta, noise);
         let rows = at.errors.len() - prior.len();
         let (coefficients, biases, motions) = self.parts(problem, &theta);
@@ -70,7 +75,7 @@ impl Estimator for VehicleSearch {
         Ok(vehicle.estimate(problem, found))
     }
 
-    fn learner(&self, problem: &Problem<'_>) -> Result<Box<dyn Recursive>, String> {
+    fn learner(&self, problem: &Problem<'_>) -> Result<Box<dyn Recursive>> {
         VehicleFilter::of(self.vehicle).learner(problem)
     }
 }
@@ -78,7 +83,7 @@ impl Estimator for VehicleSearch {
 impl VehicleSearch {
     /// Where to begin: the best of a grid of decay rates, everything else by least squares; what is known
     /// of heave as it is known.
-    fn starts(&self, problem: &Problem<'_>) -> Result<Vec<DVector<f64>>, String> {
+    fn starts(&self, problem: &Problem<'_>) -> Result<Vec<DVector<f64>>> {
         let vehicle = self.vehicle;
         let unknowns = vehicle.unknowns();
         let count = vehicle.count(&problem.structure, problem.runs.len());
@@ -100,13 +105,12 @@ impl VehicleSearch {
             }
             Some(theta)
         };
-        let none = || "the records do not determine the vehicle".to_owned();
         if let Some(part) = problem.part() {
             let found = self.fit(&part)?;
             let mut guess = DVector::zeros(count);
-            let values = found.physical.ok_or_else(none)?.values;
+            let values = found.physical.ok_or(UNDETERMINED)?.values;
             guess.rows_mut(0, unknowns).copy_from(&values);
-            return Ok(vec![completed(&guess).ok_or_else(none)?]);
+            return Ok(vec![completed(&guess).ok_or(UNDETERMINED)?]);
         }
         let longest = problem.runs.iter().map(|run| run.outputs.len()).max();
         let longest = longest.unwrap_or(0).max(2) as f64;
@@ -127,7 +131,7 @@ impl VehicleSearch {
         starts.sort_by(|p, q| p.0.total_cmp(&q.0));
         starts.truncate(2);
         match starts.is_empty() {
-            true => Err(none()),
+            true => Err(UNDETERMINED),
             false => Ok(starts.into_iter().map(|(_, theta)| theta).collect()),
         }
     }
@@ -198,7 +202,7 @@ impl VehicleSearch {
 /// The weight of what is known before there is a noise to weigh it by.
 const HELD: f64 = 1e6;
 
-/// What a filter is told of the unknowns before its first sample.
+/// A filter's knowledge of the unknowns before its first sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Guess {
     /// `kappa`, `beta`, `mu`.
@@ -216,7 +220,7 @@ const PASSES: usize = 4;
 /// and how records begin are heeded.
 #[derive(Clone, Copy, Debug)]
 pub struct VehicleFilter {
-    /// What is known of the vehicle.
+    /// The known part of the equations.
     pub vehicle: Vehicle,
     /// Where to begin; `None` for a guess from the records that may be as far off as it is large.
     pub guess: Option<Guess>,
@@ -245,7 +249,7 @@ impl VehicleFilter {
         }
     }
 
-    fn settings(&self, problem: &Problem<'_>) -> Result<Settings, String> {
+    fn settings(&self, problem: &Problem<'_>) -> Result<Settings> {
         let all: Vec<f64> = problem
             .runs
             .iter()
@@ -279,7 +283,7 @@ impl VehicleFilter {
     }
 
     /// The best of a coarse grid.
-    fn guessed(&self, problem: &Problem<'_>, size: f64) -> Result<Guess, String> {
+    fn guessed(&self, problem: &Problem<'_>, size: f64) -> Result<Guess> {
         let search = VehicleSearch {
             vehicle: self.vehicle,
         };
@@ -329,7 +333,7 @@ fn second_differences(problem: &Problem<'_>) -> f64 {
 }
 
 impl Estimator for VehicleFilter {
-    fn fit(&self, problem: &Problem<'_>) -> Result<Estimate, String> {
+    fn fit(&self, problem: &Problem<'_>) -> Result<Estimate> {
         let mut settings = self.settings(problem)?;
         let mut filter = Filter::new(self.vehicle, problem.sample_time, settings)?;
         let (mut biases, mut residuals) = (Vec::new(), Vec::new());
@@ -350,7 +354,7 @@ impl Estimator for VehicleFilter {
             }
             let found = filter.physical().values;
             if found.iter().any(|v| !v.is_finite()) {
-                return Err("the Kalman filter diverged".to_owned());
+                return Err(IdentificationError::Search("the Kalman filter diverged"));
             }
             settings.parameters = [found[0], found[1], found[2]];
         }
@@ -387,7 +391,7 @@ impl Estimator for VehicleFilter {
         Ok(self.vehicle.estimate(problem, found))
     }
 
-    fn learner(&self, problem: &Problem<'_>) -> Result<Box<dyn Recursive>, String> {
+    fn learner(&self, problem: &Problem<'_>) -> Result<Box<dyn Recursive>> {
         let settings = self.settings(problem)?;
         let filter = Filter::new(self.vehicle, problem.sample_time, settings)?;
         Ok(Box::new(filter))

@@ -107,7 +107,7 @@ pub fn choice(candidates: &[Candidate]) -> Option<&Candidate> {
         .min_by_key(|candidate| candidate.parameters)
 }
 
-/// What the search says of the order, in a sentence.
+/// A verdict on the order, in a sentence.
 #[must_use]
 pub fn verdict(candidates: &[Candidate]) -> Option<String> {
     let chosen = choice(candidates)?;

@@ -24,7 +24,7 @@ const HARDLY_EVER: f64 = 4.0;
 pub struct Correlation {
     /// Lag in samples and correlation, each between -1 and 1.
     pub values: Vec<(i64, f64)>,
-    /// What 99 % of each value stay within when there is no relation.
+    /// The bound that 99 % of each value stay within when there is no relation.
     pub bound: f64,
 }
 
@@ -62,7 +62,7 @@ impl Correlation {
     }
 }
 
-/// What the tests found.
+/// The residual tests of a model.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ResidualTests {
     /// Of the residual with itself, lags 1 to 20.

@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-use anyhow::{Result, anyhow};
+use anyhow::{Error, Result};
 use planesman_identification::Model;
 use planesman_linear::{TransferFunction, pair_text};
 
@@ -16,7 +16,7 @@ use crate::predicted::{PitchAlone, scaled, table_8};
 /// "very little difference" (p. 95) is below it in each of its excellent fits.
 const WORTH_ANOTHER_ORDER: f64 = 5.0;
 
-/// What of a run is fitted to what.
+/// The two signals of a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Relation {
     /// Pitch rate to plane command.
@@ -27,7 +27,7 @@ pub(super) enum Relation {
     DepthOfPlanes,
 }
 
-/// What the report fitted, in the order of its figures.
+/// The report's fits, in the order of its figures.
 pub(super) const FITTED: [(Run, Relation); 8] = [
     (Run::SevenThree, Relation::PitchRate),
     (Run::SevenFive, Relation::PitchRate),
@@ -40,7 +40,7 @@ pub(super) const FITTED: [(Run, Relation); 8] = [
 ];
 
 impl Relation {
-    /// What drives and what answers.
+    /// Input and output.
     fn signals(self) -> [&'static str; 2] {
         match self {
             Self::PitchRate => ["plane command", "gyro"],
@@ -49,7 +49,7 @@ impl Relation {
         }
     }
 
-    /// What the book of numbers calls its models in Table 9, before the order.
+    /// The name of its models in the book's Table 9, before the order.
     fn in_table_9(self) -> &'static str {
         match self {
             Self::PitchRate => "qd",
@@ -72,10 +72,10 @@ impl Relation {
             Self::Depth => Identification::depth(run, &[2, 4].map(Orders::of)),
             Self::DepthOfPlanes => Identification::depth_of_planes(run),
         }
-        .map_err(|reason| anyhow!(reason))
+        .map_err(Error::from)
     }
 
-    /// What Table 8 predicts at a speed \[ft/s\], volts over volts in the polarity of the records, by name. Of depth
+    /// The predictions of Table 8 at a speed \[ft/s\], volts over volts in the polarity of the records, by name. Of depth
     /// over planes it predicts nothing.
     ///
     /// # Errors
@@ -228,7 +228,7 @@ fn account_of(run: Run, relation: Relation) -> Result<String> {
     Ok(text)
 }
 
-/// What was taken away.
+/// The trend taken away.
 fn taken(signal: &Prepared) -> String {
     // Zero has no sign.
     let taken = signal.taken + 0.0;

@@ -45,7 +45,7 @@ pub fn book() -> Result<Book, BookError> {
     Book::parse(ENTRIES, ERRATA)
 }
 
-/// What the numbers of Table 9 come to: name and value, in the entry's unit. Coefficients come
+/// The numbers of Table 9 computed again: name and value, in the entry's unit. Coefficients come
 /// from records that are lost: they are computed again only where the roots contradict them.
 #[must_use]
 pub fn recomputed() -> Vec<(&'static str, f64)> {
@@ -154,7 +154,7 @@ impl<'b> Row<'b> {
         TransferFunction::new(vec![gain], vec![of_report("J")?, damping]).ok()
     }
 
-    /// What `quantity` comes to; `None` for one that is not computed.
+    /// The value of `quantity`; `None` for one that is not computed.
     fn value(&self, quantity: &str) -> Option<f64> {
         let model = self.model()?;
         match quantity {

@@ -1,4 +1,4 @@
-//! What every estimator makes of the five synthetic runs, over many noises.
+//! Bias and coverage of every estimator on the five synthetic runs, over many noises.
 //!
 //! Each run of [`super::synthetic`], 5 mV of noise and 25 mV of bias on its gyro, is identified anew with
 //! each of many seeds. Two quantities are held against the truth: the dominant pole, which carries
@@ -22,7 +22,7 @@ use super::synthetic::{self, BIAS, NOISE, SAMPLE_TIME};
 
 /// One way to identify, with the structure it is given.
 pub struct Contender {
-    /// What the table calls it.
+    /// Its name in the table.
     pub name: &'static str,
     structure: Structure,
     /// Which records it is given.
@@ -239,7 +239,7 @@ fn doubtful(run: synthetic::Run, seed: u32, doubt: f64) -> Vehicle {
     }
 }
 
-/// A filter that is told beforehand the thesis' block estimates (Table 8: J 0.6, B 0.72, K 0.14 by
+/// A filter that knows beforehand the thesis' block estimates (Table 8: J 0.6, B 0.72, K 0.14 by
 /// 1.25 V/V, M_theta 0.16) with room for all else, and the level of the noise.
 fn filter(vehicle: Vehicle, passes: usize) -> VehicleFilter {
     VehicleFilter {
@@ -292,7 +292,7 @@ impl Score {
     }
 }
 
-/// What one contender came to on one run.
+/// The scores of one contender on one run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cell {
     /// Of the dominant pole's real part.
@@ -499,7 +499,7 @@ impl Table {
     }
 }
 
-/// What least squares makes of noise and of bias: the thesis' two failures, as means over the noises.
+/// Least squares under noise and under bias: the thesis' two failures, as means over the noises.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Failures {
     /// The second root of order 2 with noise alone: a smoother's, where the plant has 0.95 or more.

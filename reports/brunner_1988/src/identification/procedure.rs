@@ -10,7 +10,8 @@
 //! The records are lost: the procedure is run here on [`super::synthetic`] ones.
 
 use planesman_identification::{
-    Input, Model, RecursiveLeastSquares, Shape, filter, rows, simulated, with_noise,
+    IdentificationError, Input, Model, RecursiveLeastSquares, Shape, filter, rows, simulated,
+    with_noise,
 };
 
 use super::synthetic::{BIAS, NOISE, Run, SAMPLE_TIME};
@@ -30,7 +31,7 @@ pub enum Detrend {
 }
 
 impl Detrend {
-    /// What the thesis did to a run's gyro.
+    /// The thesis' detrending of a run's gyro.
     #[must_use]
     pub fn of_gyro(run: Run) -> Self {
         match run {
@@ -39,7 +40,7 @@ impl Detrend {
         }
     }
 
-    /// What the thesis did to a run's plane command.
+    /// The thesis' detrending of a run's plane command.
     #[must_use]
     pub fn of_planes(run: Run) -> Self {
         match run {
@@ -71,11 +72,11 @@ impl Detrend {
 /// A signal after step 2.
 #[derive(Clone, Debug)]
 pub struct Prepared {
-    /// What was to be taken away of it.
+    /// The kind of trend taken away.
     pub detrend: Detrend,
     /// How much that was, V.
     pub taken: f64,
-    /// What is left, V.
+    /// The signal without it, V.
     pub values: Vec<f64>,
 }
 
@@ -99,7 +100,7 @@ impl Orders {
     }
 
     /// Step 4: the fit of the data.
-    fn fit(self, inputs: &[Input], outputs: &[f64]) -> Result<Model, String> {
+    fn fit(self, inputs: &[Input], outputs: &[f64]) -> Result<Model, IdentificationError> {
         let order = self.denominator;
         let shape = Shape {
             order,
@@ -136,9 +137,9 @@ pub struct Comparison {
 /// Two signals of a run, prepared, and what comes of fitting the one to the other.
 #[derive(Clone, Debug)]
 pub struct Identification {
-    /// What drives.
+    /// The input.
     pub input: Prepared,
-    /// What answers.
+    /// The output.
     pub output: Prepared,
     /// The fitted models, in the order asked for.
     pub found: Vec<(Orders, Comparison)>,
@@ -149,7 +150,11 @@ impl Identification {
     ///
     /// # Errors
     /// As [`RecursiveLeastSquares::new`]: a model of order zero has no parameters.
-    pub fn of(input: Prepared, output: Prepared, orders: &[Orders]) -> Result<Self, String> {
+    pub fn of(
+        input: Prepared,
+        output: Prepared,
+        orders: &[Orders],
+    ) -> Result<Self, IdentificationError> {
         let mut identification = Self {
             input,
             output,
@@ -168,7 +173,7 @@ impl Identification {
     ///
     /// # Errors
     /// As [`Identification::of`].
-    pub fn pitch_rate(run: Run) -> Result<Self, String> {
+    pub fn pitch_rate(run: Run) -> Result<Self, IdentificationError> {
         Self::of(
             Detrend::of_planes(run).apply(run.planes()),
             Detrend::of_gyro(run).apply(pitch_rate(run)),
@@ -180,7 +185,7 @@ impl Identification {
     ///
     /// # Errors
     /// As [`Identification::of`].
-    pub fn depth(run: Run, orders: &[Orders]) -> Result<Self, String> {
+    pub fn depth(run: Run, orders: &[Orders]) -> Result<Self, IdentificationError> {
         Self::of(
             Detrend::of_gyro(run).apply(pitch_rate(run)),
             Detrend::Nothing.apply(depth(run)),
@@ -192,7 +197,7 @@ impl Identification {
     ///
     /// # Errors
     /// As [`Identification::of`].
-    pub fn depth_of_planes(run: Run) -> Result<Self, String> {
+    pub fn depth_of_planes(run: Run) -> Result<Self, IdentificationError> {
         Self::of(
             Detrend::of_planes(run).apply(run.planes()),
             Detrend::Nothing.apply(depth(run)),
