@@ -26,10 +26,13 @@ struct OfEveryNode {
     use_sim_time: bool,
 }
 
+/// The rule for a set of values beyond the declaration of each.
+type Validate = Box<dyn Fn(&Values) -> Result<(), String>>;
+
 /// The values in force and the rule for new ones.
 pub(crate) struct ParameterServer {
     pub(crate) values: Values,
-    validate: Box<dyn Fn(&Values) -> Result<(), String>>,
+    validate: Validate,
 }
 
 impl ParameterServer {
