@@ -52,7 +52,7 @@ impl CycleClock {
     /// Time from the present cycle's begin to the instant `nanos` after the start, s, within
     /// [0, T].
     #[must_use]
-    pub(crate) fn into_cycle(&self, nanos: i64) -> f64 {
+    pub(crate) fn time_in_cycle(&self, nanos: i64) -> f64 {
         let past = self.past_its_begin(nanos);
         if past >= NANOS_PER_MILLIHERTZ {
             self.period()
@@ -82,7 +82,7 @@ mod tests {
             cycles += 1;
         }
         assert_eq!(cycles, 3);
-        assert_eq!(clock.into_cycle(50_000_000), clock.period());
+        assert_eq!(clock.time_in_cycle(50_000_000), clock.period());
         assert!(clock.ends_before(50_000_001));
     }
 
@@ -93,8 +93,8 @@ mod tests {
         let years = 365 * 86_400;
         clock.cycle = 165 * years / 2;
         let nanos = years as i64 * 1_000_000_000;
-        assert_eq!(clock.into_cycle(nanos), 0.0);
-        assert_eq!(clock.into_cycle(nanos + 6_000_000), 0.006);
+        assert_eq!(clock.time_in_cycle(nanos), 0.0);
+        assert_eq!(clock.time_in_cycle(nanos + 6_000_000), 0.006);
         assert!(clock.ends_before(nanos + 12_121_213));
         assert!(!clock.ends_before(nanos + 12_121_212));
     }

@@ -134,14 +134,14 @@ impl Dha {
             self.clock.next();
             self.begin_cycle(demand);
         }
-        self.hydraulics.advance(self.clock.into_cycle(nanos));
+        self.hydraulics.advance(self.clock.time_in_cycle(nanos));
     }
 
     /// The hydraulics at the instant `nanos`, to which it has been advanced.
     #[must_use]
     pub fn reading(&self, nanos: i64) -> Reading {
         let time = if self.begun {
-            self.clock.into_cycle(nanos)
+            self.clock.time_in_cycle(nanos)
         } else {
             0.0
         };

@@ -101,7 +101,7 @@ pub struct Constants {
     /// Delta F.
     pub coulomb: f64,
     /// Share by which the friction at rest exceeds Delta F; 0 unless the report's "stepping" is
-    /// wanted ([`crate::condition`]).
+    /// wanted ([`crate::Condition::stepping`]).
     pub stepping: f64,
     /// beta/V.
     pub stiffness: f64,

@@ -1,5 +1,5 @@
 //! The actuator's parameters: the only place where its defaults and ranges stand, but for
-//! `first_order.*` ([`Lag`]).
+//! `first_order.*` (`Lag`).
 //!
 //! What the actuator is made of stands in its file ([`crate::actuator_file`]); here is which
 //! file, and what a user changes while it runs.

@@ -11,12 +11,12 @@
 //! polynomial's roots as the fixed gains place them at the reference speed, but for a factor by which
 //! stronger planes make the loop faster (and for `m`, which no gain is changed for):
 //!
-//! - [`pitch_model`]: `k`, `b`, `m`, and how they go with the speed; from an identified model too.
-//! - [`schedule`]: gains for such a model and speed.
-//! - [`trust`]: what an identified model has to be.
-//! - [`adaptive`]: the schedule on what `sysid` identifies, as far as that can be trusted.
-//! - [`from_file`]: the schedule on what it has identified before, from a model file.
-//! - [`follower`]: the gains in force at a tick.
+//! - `pitch_model`: `k`, `b`, `m` over the speed, also from an identified model.
+//! - `schedule`: gains for such a model and speed.
+//! - `trust`: conditions on an identified model.
+//! - `adaptive`: the schedule on what `sysid` identifies, as far as that can be trusted.
+//! - `from_file`: the schedule on what it has identified before, from a model file.
+//! - `follower`: the gains in force at a tick.
 
 mod adaptive;
 mod follower;
