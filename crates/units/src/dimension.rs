@@ -53,7 +53,7 @@ impl Unit {
     }
 }
 
-/// What a quantity measures.
+/// The dimension of a quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dimension {
     /// Plane angle, rad.

@@ -48,7 +48,7 @@ pub enum PitchDamping {
     },
 }
 
-/// What is changed. The default changes nothing.
+/// The changes. The default changes nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Variant {
     /// How pitch is damped.

@@ -54,7 +54,7 @@ pub enum VehicleError {
     Unreadable {
         /// Its path.
         file: String,
-        /// What the system says.
+        /// The system's error.
         reason: std::io::Error,
     },
     /// The text is not YAML of the right form.

@@ -68,7 +68,7 @@ pub(super) fn recomputed() -> Recomputed {
     .concat()
 }
 
-/// What the numbers are computed from.
+/// The sources of the numbers.
 struct Report {
     book: Book,
     vehicle: Vehicle,
