@@ -1,4 +1,4 @@
-//! Vehicle files: YAML, every dimensional value with its unit, checked and converted once.
+//! Vehicle files: YAML, every dimensional value with its unit (`28 in`), checked and converted to SI once.
 //!
 //! `vehicles/brunner.yaml` and `vehicles/remus_100.yaml` are the patterns, and are built in under the
 //! names `brunner` and `remus_100`; so is `brunner_as_printed`, the vehicle that the thesis' programs

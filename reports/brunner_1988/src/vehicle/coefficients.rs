@@ -7,7 +7,7 @@ use std::f64::consts::FRAC_PI_6;
 
 use planesman_book::Book;
 
-use super::Recomputed;
+use super::{Recomputed, rounding::to_decimals, structure};
 use planesman_units::{FOOT, INCH, POUND_FORCE, PSI, SLUG};
 
 use planesman_vehicle::{
@@ -19,8 +19,6 @@ use planesman_vehicle::{
         lift, munk, power,
         reference::{Reference, reference_mass},
         restoring,
-        rounding::to_decimals,
-        structure,
         swing::Swing,
         table,
     },
