@@ -10,7 +10,7 @@ use super::{
     swing::Swing,
 };
 use crate::Vehicle;
-use planesman_units::{FOOT, POUND_FORCE};
+use planesman_units::{FOOT, FOOT_POUND, POUND_FORCE};
 
 /// A unit in both systems.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,8 +23,6 @@ pub struct Unit {
     pub size: f64,
 }
 
-const FOOT_POUND: f64 = POUND_FORCE * FOOT;
-const WATTS_PER_FOOT_POUND: f64 = FOOT_POUND;
 const MASS: Unit = unit("kg", "slug", POUND_FORCE / FOOT);
 const FORCE: Unit = unit("N/rad", "lbf/rad", POUND_FORCE);
 const FORCE_PER_VELOCITY: Unit = unit("N s/m", "lbf s/ft", POUND_FORCE / FOOT);
@@ -33,7 +31,7 @@ const MOMENT: Unit = unit("N m/rad", "ft lbf/rad", FOOT_POUND);
 const MOMENT_PER_RATE: Unit = unit("N m s", "ft lbf s", FOOT_POUND);
 const QUADRATIC: Unit = unit("N m s^2", "ft lbf s^2", FOOT_POUND);
 const INERTIA: Unit = unit("kg m^2", "ft lbf s^2", FOOT_POUND);
-const POWER: Unit = unit("W", "ft lbf/s", WATTS_PER_FOOT_POUND);
+const POWER: Unit = unit("W", "ft lbf/s", FOOT_POUND);
 const SPEED: Unit = unit("m/s", "ft/s", FOOT);
 
 const fn unit(si: &'static str, imperial: &'static str, size: f64) -> Unit {

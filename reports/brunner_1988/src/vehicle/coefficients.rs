@@ -8,7 +8,7 @@ use std::f64::consts::FRAC_PI_6;
 use planesman_book::Book;
 
 use super::{Recomputed, rounding::to_decimals, structure};
-use planesman_units::{FOOT, INCH, POUND_FORCE, PSI, SLUG};
+use planesman_units::{FOOT, FOOT_POUND, INCH, POUND_FORCE, PSI, SLUG};
 
 use planesman_vehicle::{
     Vehicle,
@@ -25,7 +25,6 @@ use planesman_vehicle::{
     vehicle_file::{self, BRUNNER},
 };
 
-const FOOT_POUND: f64 = POUND_FORCE * FOOT;
 const SQUARE_INCH: f64 = INCH * INCH;
 const CUBIC_INCH: f64 = SQUARE_INCH * INCH;
 const CUBIC_FOOT: f64 = FOOT * FOOT * FOOT;
