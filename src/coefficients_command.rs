@@ -75,7 +75,7 @@ pub fn text(table: &Table, name: &str, speed: f64) -> String {
             "{:<13} {:<40} {:>10.4} {file:>10} {off:>8} {:>11.4} {:<11} {:>11.4} {}",
             row.coefficient,
             row.method,
-            row.reckoned,
+            row.computed,
             row.imperial(),
             row.unit.imperial,
             row.si(),

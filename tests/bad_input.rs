@@ -107,7 +107,7 @@ fn a_scenario_with_a_bad_value_is_refused_before_anything_starts() {
 #[test]
 fn a_vehicle_file_with_a_negative_mass_names_the_file_the_field_and_the_rule() {
     let stage = Stage::new();
-    let weightless = VEHICLE.replace("mass: {value: 0.6", "mass: {value: -0.6");
+    let weightless = VEHICLE.replace("mass: 0.6", "mass: -0.6");
     assert_ne!(weightless, VEHICLE);
     let vehicle = stage.file("vehicle.yaml", weightless);
     let parameters = format!("  plant_sim: {{vehicle: {vehicle}}}");

@@ -9,6 +9,8 @@ pub const FOOT: f64 = 0.3048;
 pub const INCH: f64 = 0.0254;
 /// Newtons in a pound-force.
 pub const POUND_FORCE: f64 = 4.448_221_615_260_5;
+/// Newton metres in a foot-pound, joules as well.
+pub const FOOT_POUND: f64 = FOOT * POUND_FORCE;
 /// Kilograms in a slug.
 pub const SLUG: f64 = 14.593_902_94;
 /// Pascals in a pound-force per square inch.
@@ -53,7 +55,7 @@ impl Unit {
     }
 }
 
-/// What a quantity measures.
+/// The dimension of a quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dimension {
     /// Plane angle, rad.
@@ -103,7 +105,6 @@ impl Dimension {
     #[must_use]
     pub fn units(self) -> &'static [Unit] {
         use Unit as U;
-        const FOOT_POUND: f64 = FOOT * POUND_FORCE;
         match self {
             Self::Angle => const { &[U::new("rad", 1.0), U::new("deg", DEGREE)] },
             Self::Rate => const { &[U::new("rad/s", 1.0), U::new("deg/s", DEGREE)] },

@@ -42,7 +42,7 @@ pub struct Turn {
 pub struct HeldAxis {
     /// `exp(A dt)`, by rows.
     transition: [[f64; 2]; 2],
-    /// What a held moment of 1 N m adds.
+    /// The change under a held moment of 1 N m.
     input: [f64; 2],
 }
 
@@ -82,7 +82,7 @@ impl Axis {
 }
 
 impl HeldAxis {
-    /// Where a step under a held moment \[N m\] leads.
+    /// The state after a step under a held moment \[N m\].
     #[must_use]
     pub fn step(&self, from: Turn, moment: f64) -> Turn {
         let [[aa, ar], [ra, rr]] = self.transition;

@@ -100,14 +100,14 @@ impl Body {
     }
 }
 
-/// What the actuators do over a tick.
+/// The actuators' positions over a tick.
 #[derive(Clone, Copy, Debug)]
 pub struct Inputs<'a> {
     /// The dive planes \[rad\], positive dive.
     pub dive_planes: PlanePath<'a>,
-    /// What the bow planes have more, and the stern planes less \[rad\].
+    /// Added to the bow planes' angle and subtracted from the stern planes' \[rad\].
     pub bow_stern_differential: PlanePath<'a>,
-    /// What the starboard bow plane has more, and the port one less \[rad\].
+    /// Added to the starboard bow plane's angle and subtracted from the port one's \[rad\].
     pub roll_differential: PlanePath<'a>,
     /// The rudder \[rad\], positive to starboard.
     pub rudder: PlanePath<'a>,
@@ -126,7 +126,7 @@ impl Turning {
     /// The plant in steps of `step` \[s\].
     ///
     /// # Errors
-    /// What is wrong with its numbers.
+    /// Its numbers overflow, or the step is not above zero.
     pub fn new(axis: Axis, step: f64) -> Result<Self, planesman_linear::Error> {
         Ok(Self {
             half_step: axis.held_over(0.5 * step)?,
@@ -140,14 +140,14 @@ impl Turning {
     }
 }
 
-/// What drives the vehicle by thrust.
+/// A vehicle driven by thrust.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drive {
     /// Thrust and drag.
     pub propulsion: Propulsion,
     /// Whose derivatives change with the speed.
     pub vehicle: Vehicle,
-    /// What of its equations is changed.
+    /// The changes of its equations.
     pub variant: Variant,
 }
 
@@ -158,7 +158,7 @@ impl Drive {
     }
 }
 
-/// What a tick's motion depends on besides the state, the actuators and the waves.
+/// The parameters of a tick's motion: vehicle, water, step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyMotion {
     /// The vertical plane at the held speed, and the step.
@@ -173,7 +173,7 @@ pub struct BodyMotion {
     pub current: [f64; 3],
     /// How deep the water is.
     pub tank: Tank,
-    /// What the vehicle draws behind it.
+    /// The line in tow.
     pub tether: Tether,
 }
 
@@ -239,7 +239,7 @@ mod tests {
         }
     }
 
-    /// What four held values do over `seconds`.
+    /// The body after `seconds` under four held inputs.
     fn go(
         motion: &BodyMotion,
         from: &Body,
@@ -269,7 +269,7 @@ mod tests {
 
     #[test]
     fn with_all_off_it_is_the_vertical_plane_alone() {
-        // Brunner's equations as they stand, without a word of drag, coupling or attitude.
+        // Brunner's equations as they stand, without drag, coupling or attitude.
         let motion = vertical(FOOT, 0.001);
         let d = motion.derivatives;
         let mut y = [0.0, 1.0, 0.0, 0.0, 0.0];

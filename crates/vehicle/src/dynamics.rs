@@ -145,7 +145,7 @@ impl Derivatives {
         }
     }
 
-    /// What water and weight do to the moving body, planes neutral and but for added inertia: at
+    /// The force and moment of water and weight on the moving body, planes neutral, without added inertia: at
     /// `w` \[m/s\], `q` \[rad/s\] and a pitch.
     #[must_use]
     pub fn hull_load(&self, w: f64, q: f64, pitch: Angle, restoring: Restoring) -> Load {
@@ -162,7 +162,7 @@ impl Derivatives {
         }
     }
 
-    /// What the planes do: bow and stern planes together at `delta` \[rad\], the bow planes at
+    /// The force and moment of the planes: bow and stern planes together at `delta` \[rad\], the bow planes at
     /// `differential` \[rad\] more and the stern planes at so much less.
     #[must_use]
     pub fn plane_load(&self, delta: f64, differential: f64) -> Load {

@@ -5,9 +5,9 @@
 //! the vehicle is trimmed neutral in whatever water it is in. Sea water's 2.5 % is less than
 //! the coefficients' own uncertainty.
 //!
-//! What moves the water and how far it reaches: `tank`, `seaway`.
+//! Its extent and its waves: `tank`, `seaway`.
 
-/// What surrounds the vehicle, in SI units.
+/// Water and gravity, in SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Environment {
     /// `rho` \[kg/m^3\].

@@ -27,7 +27,7 @@ use crate::{
     vehicle::Derivatives,
 };
 
-/// What the plane angle is seen to move.
+/// An output of the linear model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Output {
     /// `q` \[rad/s\].
@@ -143,7 +143,7 @@ pub fn pitch_rate(vehicle: &Vehicle, speed: f64) -> Result<StateSpace, Error> {
     response(&vehicle.derivatives(speed), Output::PitchRate)
 }
 
-/// What identification from plane angle to pitch rate should find.
+/// The true model of pitch rate over plane angle, which identification should find.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrueModel {
     /// `q / delta` sampled every `dt` with the plane angle held between \[1/s\]: the numerator

@@ -7,7 +7,7 @@ use crate::{Restoring, environment::Environment, vehicle::Derivatives};
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("step refused, the motion diverges: {quantity} would be {value}, beyond {limit}")]
 pub struct Diverged {
-    /// What went out of range, with its unit.
+    /// The quantity out of range, with its unit.
     pub quantity: &'static str,
     /// Where it would have gone; may be infinite or NaN.
     pub value: f64,
@@ -15,7 +15,7 @@ pub struct Diverged {
     pub limit: f64,
 }
 
-/// What a tick's motion depends on besides the state and the planes.
+/// The parameters of a tick's motion in the vertical plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
     /// The vehicle at its speed.
@@ -55,7 +55,7 @@ mod tests {
         }
     }
 
-    /// What a dive with the planes held for a time, and level again to 60 s, comes to.
+    /// The results of a dive with the planes held for a time, then neutral until 60 s.
     struct Dive {
         pitch_at_release: f64,
         steepest_pitch: f64,

@@ -25,7 +25,7 @@ pub(crate) const DENSITY: f64 = 1.94 * SLUG / (FOOT * FOOT * FOOT);
 /// `nu` \[m^2/s\]: 1.25e-5 ft^2/s, with which Table 6 has Re = 1.4e5 at 1 ft/s over 21 in.
 pub(crate) const KINEMATIC_VISCOSITY: f64 = 1.25e-5 * FOOT * FOOT;
 
-/// What drives the vehicle and what it drives against, in SI units.
+/// Thrust and drag of the vehicle, in SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Propulsion {
     /// `A` \[m^2\], the cross section.
@@ -65,7 +65,7 @@ impl Propulsion {
         0.5 * DENSITY * self.frontal_area * (forebody + base) * speed * speed
     }
 
-    /// What the drag takes \[W\] at a speed \[m/s\].
+    /// The power lost to drag \[W\] at a speed \[m/s\].
     #[must_use]
     pub fn power(&self, speed: f64) -> f64 {
         self.drag(speed) * speed

@@ -12,7 +12,7 @@
 
 use crate::environment::SURFACE;
 
-/// What was touched.
+/// A limit of the water.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Boundary {
     /// From below.
@@ -66,7 +66,7 @@ impl Tank {
         }
     }
 
-    /// What the vehicle is in contact with at a depth.
+    /// The limit that the vehicle touches at a depth.
     #[must_use]
     pub fn touched(&self, depth: f64) -> Option<Boundary> {
         if depth <= SURFACE {

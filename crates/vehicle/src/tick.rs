@@ -1,12 +1,10 @@
 //! A tick of the body's motion, step by step.
 //!
 //! Within a step speed, roll and course are taken first, to its middle and to its end; the
-//! vertical plane then sees them, the planes and the loads at the three times at which the Runge-Kutta
-//! method looks.
+//! vertical plane then takes them, the planes and the loads at the three times of the Runge-Kutta method.
 //!
-//! What does not change within the tick is reckoned once before it (the inverse of the inertias), what
-//! does not change between the method's four looks once per time (the planes' load, the sines of roll
-//! and course, the derivatives at the speed), and the end of one step is the start of the next.
+//! The inverse of the inertias is computed once per tick. The planes' load, the sines of roll and course, and
+//! the derivatives at the speed are computed once per time; the end of one step is the start of the next.
 
 use planesman_linear::runge_kutta_step;
 
@@ -22,7 +20,7 @@ use crate::{
     vehicle::Derivatives,
 };
 
-/// What is the same throughout a tick.
+/// The quantities that are constant throughout a tick.
 pub(crate) struct Tick<'a> {
     motion: &'a BodyMotion,
     inputs: &'a Inputs<'a>,
@@ -34,7 +32,7 @@ pub(crate) struct Tick<'a> {
     full_thrust: f64,
 }
 
-/// What moves apart from the vertical plane.
+/// Speed, roll and course: the motion apart from the vertical plane.
 #[derive(Clone, Copy)]
 struct Apart {
     speed: f64,
@@ -52,7 +50,7 @@ impl Apart {
     }
 }
 
-/// What the vertical plane sees of the rest at one time.
+/// The inputs of the vertical plane at one time.
 #[derive(Clone, Copy)]
 struct Outside {
     /// \[rad\], both pairs of planes together.
@@ -72,7 +70,7 @@ pub struct Acceleration {
     pub heave: f64,
     /// `q'` \[rad/s^2\], of the pitch angle's rate.
     pub pitch: f64,
-    /// What surface or bottom adds to the origin's acceleration \[m/s^2\], straight down, while it holds the
+    /// The acceleration that surface or bottom adds to the origin's \[m/s^2\], straight down, while it holds the
     /// body at its depth; the velocities above do not know of it.
     pub boundary: f64,
 }
@@ -109,7 +107,7 @@ impl BodyMotion {
     }
 
     /// How the body's velocities change at the start of the inputs, under `load`; a boundary that
-    /// it is in contact with is told apart (`tank`).
+    /// it is in contact with is given apart (`tank`).
     #[must_use]
     pub fn acceleration(&self, body: &Body, inputs: &Inputs<'_>, load: Load) -> Acceleration {
         Tick::new(self, inputs, load).acceleration(body)
@@ -296,7 +294,7 @@ impl<'a> Tick<'a> {
         }
     }
 
-    /// What is seen of a body at the start of the tick.
+    /// The inputs of the vertical plane at the start of the tick.
     fn outside_at_the_start(&self, body: &Body) -> Outside {
         let level = Outside {
             dive_planes: 0.0,
@@ -307,7 +305,7 @@ impl<'a> Tick<'a> {
         self.outside(&level, &Apart::of(body), 0.0)
     }
 
-    /// What is seen at `t`, a little after something else was.
+    /// The inputs of the vertical plane at `t`, a little after those of an earlier time.
     #[inline(always)]
     fn outside(&self, before: &Outside, apart: &Apart, t: f64) -> Outside {
         Outside {
@@ -370,7 +368,7 @@ impl<'a> Tick<'a> {
     }
 }
 
-/// What the Runge-Kutta method integrates.
+/// The state that the Runge-Kutta method integrates.
 fn vector(body: &Body) -> [f64; 6] {
     let State {
         distance,

@@ -48,7 +48,7 @@ pub enum PitchDamping {
     },
 }
 
-/// What is changed. The default changes nothing.
+/// The changes. The default changes nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Variant {
     /// How pitch is damped.
@@ -114,10 +114,10 @@ impl Variant {
 
 #[cfg(test)]
 mod tests {
+    use planesman_units::FOOT_POUND;
+
     use super::*;
     use crate::{Restoring, State, vehicle_file::brunner};
-
-    const FOOT_POUND: f64 = FOOT * POUND_FORCE;
 
     fn damped(damping: PitchDamping) -> Derivatives {
         let variant = Variant {

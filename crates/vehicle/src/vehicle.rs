@@ -26,7 +26,7 @@ use crate::{axis::Axis, propulsion::Propulsion};
 /// A vehicle, in SI units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Vehicle {
-    /// What it is called.
+    /// Its name.
     pub name: String,
     /// `L` \[m\], of the coefficients.
     pub reference_length: f64,
@@ -52,7 +52,7 @@ pub struct Vehicle {
     pub roll: Option<Axis>,
     /// How it turns under the rudder; `None`: it keeps its course.
     pub course: Option<Axis>,
-    /// What drives it; `None`: its speed can only be held.
+    /// Thrust and drag; `None`: its speed can only be held.
     pub propulsion: Option<Propulsion>,
 }
 

@@ -1,4 +1,4 @@
-//! Vehicle files: YAML, every dimensional value with its unit, checked and converted once.
+//! Vehicle files: YAML, every dimensional value with its unit (`28 in`), checked and converted to SI once.
 //!
 //! `vehicles/brunner.yaml` and `vehicles/remus_100.yaml` are the patterns, and are built in under the
 //! names `brunner` and `remus_100`; so is `brunner_as_printed`, the vehicle that the thesis' programs
@@ -54,7 +54,7 @@ pub enum VehicleError {
     Unreadable {
         /// Its path.
         file: String,
-        /// What the system says.
+        /// The system's error.
         reason: std::io::Error,
     },
     /// The text is not YAML of the right form.

@@ -1,4 +1,4 @@
-//! What the equations of motion must keep, whatever the numbers: energy, momentum, symmetry.
+//! Invariants of the equations of motion: energy, momentum, symmetry.
 
 use planesman_vehicle::{
     BRUNNER_SECANT_RATE, BRUNNER_VISCOUS_DAMPING, Derivatives, Environment, Motion, PitchDamping,

@@ -161,7 +161,7 @@ fn two_seconds_of_neutral_and_two_of_diving_planes_pitch_it_thirty_degrees_down(
     let [u, _, _, theta, z] = fly(ON_AN_EVEN_KEEL, &planes, true);
     assert!((theta.to_degrees() + 30.0).abs() < 2.0, "{theta}");
     assert!((z - 10.6).abs() < 0.1, "{z}");
-    // By then it has lost a quarter of its speed, which ours is told to hold.
+    // By then it has lost a quarter of its speed, which this vehicle holds.
     assert!((1.1..1.25).contains(&u), "{u}");
     let ours = fly_ours(deep(), &planes);
     assert!((ours.pitch.to_degrees() + 30.0).abs() < 5.0, "{ours:?}");

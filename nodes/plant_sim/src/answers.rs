@@ -50,7 +50,7 @@ impl Answers {
         (oldest..=now).contains(&stamp) && self.flown.is_none_or(|flown| stamp > flown)
     }
 
-    /// What the tick at `now` (ns) is flown on, and how many ticks old that is.
+    /// The answer that the tick at `now` (ns) is flown on, and its age in ticks.
     pub(crate) fn fly(&mut self, now: i64) -> Option<(PlaneMotion, i64)> {
         let waiting = std::mem::take(&mut self.waiting);
         let (stamp, motion) = waiting.into_iter().next_back()?;

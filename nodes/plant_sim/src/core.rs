@@ -62,14 +62,14 @@ pub struct Plant {
     /// The first contact of the tick that ended now, timed from its start.
     contact: Option<Contact>,
     waves: Waves,
-    /// What the sensors remember for the next tick.
+    /// The sensors' state for the next tick.
     memory: Memory,
-    /// What they read at the present one.
+    /// Their readings at the present tick.
     readings: Readings,
 }
 
-/// What acts on the vehicle at the stamp: where the tick before it left the actuators, and the waves'
-/// load over that tick.
+/// The inputs at the stamp: the actuators' positions at the end of the tick before it, and the waves' load
+/// over that tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Acting {
     dive_planes: f64,
@@ -106,7 +106,7 @@ impl Acting {
 /// The vehicle that the parameters name.
 ///
 /// # Errors
-/// What is refused and why.
+/// The refusal and its reason.
 pub fn vehicle(parameters: &PlantParameters) -> Result<Vehicle, String> {
     vehicle_file::load_on(&parameters.vehicle, &parameters.vehicle_base)
         .map_err(|refusal| refusal.to_string())
@@ -116,7 +116,7 @@ impl Plant {
     /// The plant at its initial state, planes neutral.
     ///
     /// # Errors
-    /// What is refused and why: a vehicle file, a prefix, or a step that does not divide the
+    /// The refusal and its reason: a vehicle file, a prefix, or a step that does not divide the
     /// tick or is too long for the vehicle.
     pub fn new(parameters: &PlantParameters) -> Result<Self, String> {
         let vehicle = vehicle(parameters)?;
@@ -179,7 +179,7 @@ impl Plant {
         self.body.speed
     }
 
-    /// What is published at the present tick, which falls on `stamp`.
+    /// The messages of the present tick, which falls on `stamp`.
     #[must_use]
     pub fn observe(&self, stamp: Time) -> Observation {
         let (readings, sensors) = (&self.readings, &self.settings.sensors);
@@ -308,7 +308,7 @@ impl Plant {
         }
     }
 
-    /// What the waves do over the coming tick.
+    /// The waves' load over the coming tick.
     fn waves_load(&self, settings: &Settings) -> Load {
         match &settings.seaway {
             Some((seaway, _)) => {
@@ -320,7 +320,7 @@ impl Plant {
     }
 }
 
-/// What the instruments have to measure.
+/// The true quantities that the instruments measure.
 fn truth(settings: &Settings, body: &Body, acting: &Acting) -> Truth {
     let motion = &settings.motion;
     let acceleration = motion.acceleration(body, &acting.held(), acting.waves);

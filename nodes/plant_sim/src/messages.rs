@@ -18,7 +18,7 @@ use crate::{
     sensors::{Readings, Sensors},
 };
 
-/// What the messages of one stamp have in common.
+/// Stamp and frames common to the messages of one tick.
 pub(crate) struct Frames<'a> {
     pub(crate) stamp: Time,
     pub(crate) prefix: &'a str,

@@ -27,7 +27,7 @@ use crate::parameters::{ActuatorAnswer, PlantParameters, TimeSource};
 use planesman_vehicle::Boundary;
 
 /// In lockstep, everything is said again after this long without all answers: a member that
-/// came back, or whose link was cut, has not heard it.
+/// came back, or whose link was cut, has not received it.
 const REPEAT_AFTER: Duration = Duration::from_secs(1);
 
 /// How long to listen for another vehicle here before the first tick; a running peer is found within 0.2 s.
@@ -48,7 +48,7 @@ enum Event {
     Parameters(Box<PlantParameters>),
 }
 
-/// Runs the node with its command-line arguments until it is told to stop.
+/// Runs the node with its command-line arguments until it is asked to stop.
 #[must_use]
 pub fn main(args: Vec<String>) -> ExitCode {
     planesman_node::exit_code("plant_sim", || run(args))
@@ -98,7 +98,7 @@ enum Pace {
     External,
 }
 
-/// What a `step` request still waits for.
+/// The ticks that a `step` request still waits for.
 struct Stepping {
     ticks: u32,
     responder: Responder<Step>,

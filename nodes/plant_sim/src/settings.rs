@@ -88,7 +88,7 @@ impl Settings {
         })
     }
 
-    /// What cannot change once the plant is made.
+    /// The settings that cannot change once the plant is made.
     pub(crate) fn fixed(&self) -> (&str, i64, u32) {
         (&self.vehicle, self.tick_nanos, self.steps)
     }
@@ -130,7 +130,7 @@ fn tick_and_steps(tick: f64, step: f64) -> Result<(i64, u32), String> {
     Ok((tick_nanos, steps))
 }
 
-/// What drives the vehicle, when its speed is not held.
+/// Thrust and drag, when the speed is not held.
 fn drive(
     propulsion: Propulsion,
     vehicle: &Vehicle,

@@ -43,7 +43,7 @@ pub const CF2_PRINTED: f64 = 4.306;
 pub const DEPTH_VOLTS_PER_PLANE_VOLT: f64 =
     0.257 * 12.0 / FOOT / (0.010 * 180.0 / std::f64::consts::PI);
 
-/// What the `D2` behind the numbers of Table 8 is, over that of its formula: `-ln 0.8332 / 0.05`
+/// The `D2` behind the numbers of Table 8 over that of its formula: `-ln 0.8332 / 0.05`
 /// is 3.6497, `D2 / D1` by the formula 2.4327.
 pub const D2_ANOMALY: f64 = 1.5;
 
@@ -63,7 +63,7 @@ pub enum DepthRate {
 }
 
 impl DepthRate {
-    /// What stands where (7b) has `U`.
+    /// The number in place of the `U` of (7b).
     fn u(self) -> f64 {
         match self {
             Self::AsPrinted { feet_per_second } => feet_per_second,
@@ -314,7 +314,7 @@ pub mod table_8 {
         PRINTED.pitch_rate()?.zero_order_hold(SAMPLING_TIME)
     }
 
-    /// What turns [`pitch_rate_third_order`] into volts per volt, per `U` \[ft/s\]: `Cf1 / L`. The copy
+    /// The factor from [`pitch_rate_third_order`] to volts per volt, per `U` \[ft/s\]: `Cf1 / L`. The copy
     /// shows "1.54U" for 0.54U.
     #[must_use]
     pub fn pitch_rate_gain() -> f64 {
@@ -350,14 +350,14 @@ pub mod table_8 {
         depth_fourth_order(feet_per_second, D2_ANOMALY)
     }
 
-    /// What turns [`depth_fourth_order`] into volts per volt, times `U` \[ft/s\]: `Cf2 L^2`.
+    /// The factor from [`depth_fourth_order`] to volts per volt, times `U` \[ft/s\]: `Cf2 L^2`.
     #[must_use]
     pub fn depth_gain() -> f64 {
         CF2_PRINTED * FEET_PER_LENGTH * FEET_PER_LENGTH
     }
 }
 
-/// What Table 8 should be: `q / delta` in gyro volts per plane volt, for any vehicle at a speed
+/// Table 8 corrected: `q / delta` in gyro volts per plane volt, for any vehicle at a speed
 /// \[m/s\], sampled every `dt` \[s\].
 ///
 /// # Errors

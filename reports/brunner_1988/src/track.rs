@@ -5,7 +5,7 @@
 
 use planesman_vehicle::{Diverged, Motion, PlanePath, State};
 
-/// What is recorded of one instant.
+/// The record of one instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sample {
     /// `z` \[length\], positive down.

@@ -1,4 +1,4 @@
-//! What the methods need to know of a vehicle: the `geometry:` section of its file, in SI.
+//! The geometry of a vehicle: the `geometry:` section of its file, in SI.
 //!
 //! The section is optional: nothing but [`table`](super::table) reads it. Every length, area and so on stands
 //! in the file with its unit, and must be finite and above zero, but for the arms of fins, which are
@@ -208,7 +208,7 @@ impl Plate {
     }
 }
 
-/// Areas and lengths that drag is reckoned with.
+/// Areas and lengths that drag is computed with.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DragAreas {
@@ -238,7 +238,7 @@ pub struct Screws {
     /// Their diameter \[m\].
     #[serde(deserialize_with = "length")]
     pub diameter: f64,
-    /// What they push against \[N\] at the cruising speed.
+    /// The drag they overcome \[N\] at the cruising speed.
     #[serde(deserialize_with = "force")]
     pub drag: f64,
     /// The cruising speed \[m/s\].
@@ -250,7 +250,7 @@ pub struct Screws {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SwingTest {
-    /// What it measures, such as `Jy`.
+    /// The measured quantity, such as `Jy`.
     pub name: String,
     /// Pivot to centre of mass \[m\].
     #[serde(deserialize_with = "length")]

@@ -14,8 +14,6 @@
 //! - [`drag`]: friction and pressure drag (Tables 5 and 6).
 //! - [`power`]: power against drag, jets behind screws, forces of deflected jets, induced drag.
 //! - [`swing`]: moments of inertia from a swing test, with their uncertainty.
-//! - [`structure`]: thickness and bending of the hull's plates.
-//! - [`rounding`]: rounding as a report does between its steps.
 //! - [`table`]: all methods beside the coefficients of the vehicle's file.
 
 pub mod added_mass;
@@ -29,8 +27,6 @@ pub mod munk;
 pub mod power;
 pub mod reference;
 pub mod restoring;
-pub mod rounding;
-pub mod structure;
 pub mod swing;
 pub mod table;
 

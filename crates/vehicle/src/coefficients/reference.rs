@@ -1,4 +1,4 @@
-//! What makes coefficients nondimensional, and the way back (Brunner 1988, Table 2, p. 42).
+//! Reference quantities that make coefficients nondimensional, and the way back (Brunner 1988, Table 2, p. 42).
 //!
 //! ```text
 //! m0 = rho L^2 T / 2     F0 = m0 U^2 / L     M0 = F0 L

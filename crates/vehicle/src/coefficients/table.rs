@@ -10,7 +10,7 @@ use super::{
     swing::Swing,
 };
 use crate::Vehicle;
-use planesman_units::{FOOT, POUND_FORCE};
+use planesman_units::{FOOT, FOOT_POUND, POUND_FORCE};
 
 /// A unit in both systems.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,8 +23,6 @@ pub struct Unit {
     pub size: f64,
 }
 
-const FOOT_POUND: f64 = POUND_FORCE * FOOT;
-const WATTS_PER_FOOT_POUND: f64 = FOOT_POUND;
 const MASS: Unit = unit("kg", "slug", POUND_FORCE / FOOT);
 const FORCE: Unit = unit("N/rad", "lbf/rad", POUND_FORCE);
 const FORCE_PER_VELOCITY: Unit = unit("N s/m", "lbf s/ft", POUND_FORCE / FOOT);
@@ -33,7 +31,7 @@ const MOMENT: Unit = unit("N m/rad", "ft lbf/rad", FOOT_POUND);
 const MOMENT_PER_RATE: Unit = unit("N m s", "ft lbf s", FOOT_POUND);
 const QUADRATIC: Unit = unit("N m s^2", "ft lbf s^2", FOOT_POUND);
 const INERTIA: Unit = unit("kg m^2", "ft lbf s^2", FOOT_POUND);
-const POWER: Unit = unit("W", "ft lbf/s", WATTS_PER_FOOT_POUND);
+const POWER: Unit = unit("W", "ft lbf/s", FOOT_POUND);
 const SPEED: Unit = unit("m/s", "ft/s", FOOT);
 
 const fn unit(si: &'static str, imperial: &'static str, size: f64) -> Unit {
@@ -45,11 +43,11 @@ const fn unit(si: &'static str, imperial: &'static str, size: f64) -> Unit {
 pub struct Row {
     /// Its name.
     pub coefficient: &'static str,
-    /// How it was reckoned.
+    /// The method it was computed by.
     pub method: &'static str,
-    /// What came out, nondimensional.
-    pub reckoned: f64,
-    /// What the vehicle's file says, nondimensional; `None` when it has no such coefficient.
+    /// Computed, nondimensional.
+    pub computed: f64,
+    /// From the vehicle's file, nondimensional; `None` when it has no such coefficient.
     pub in_the_file: Option<f64>,
     /// SI of one nondimensional unit at the table's speed.
     pub factor: f64,
@@ -58,24 +56,24 @@ pub struct Row {
 }
 
 impl Row {
-    /// What came out, in SI.
+    /// Computed, in SI.
     #[must_use]
     pub fn si(&self) -> f64 {
-        self.reckoned * self.factor
+        self.computed * self.factor
     }
 
-    /// What came out, imperial.
+    /// Computed, imperial.
     #[must_use]
     pub fn imperial(&self) -> f64 {
         self.si() / self.unit.size
     }
 
-    /// How much more is reckoned than stands in the file, as a share of that.
+    /// The relative difference of the computed value from the file's.
     #[must_use]
     pub fn difference(&self) -> Option<f64> {
         self.in_the_file
             .filter(|v| *v != 0.0)
-            .map(|v| self.reckoned / v - 1.0)
+            .map(|v| self.computed / v - 1.0)
     }
 }
 
@@ -84,11 +82,11 @@ impl Row {
 pub struct Figure {
     /// Its name.
     pub quantity: String,
-    /// How it was reckoned.
+    /// The method it was computed by.
     pub method: &'static str,
-    /// What came out, in SI.
+    /// Computed, in SI.
     pub si: f64,
-    /// Its standard uncertainty in SI, where the method tells it.
+    /// Its standard uncertainty in SI, where the method gives it.
     pub uncertainty: Option<f64>,
     /// The units.
     pub unit: Unit,
@@ -99,9 +97,9 @@ pub struct Figure {
 pub struct Table {
     /// Coefficients, beside those of the file.
     pub rows: Vec<Row>,
-    /// What has no place among the coefficients: inertia, damping, drag, power, swing tests.
+    /// Quantities that are no coefficients: inertia, damping, drag, power, swing tests.
     pub figures: Vec<Figure>,
-    /// What could not be reckoned, and why.
+    /// The coefficients that could not be computed, and why.
     pub missing: Vec<String>,
 }
 
@@ -154,7 +152,7 @@ impl Table {
         table.row(Row {
             coefficient: "M'theta",
             method: "W BG",
-            reckoned: restoring::m_theta(vehicle.weight, arm, &reference),
+            computed: restoring::m_theta(vehicle.weight, arm, &reference),
             in_the_file: None,
             factor: reference.moment(),
             unit: MOMENT,
@@ -183,11 +181,11 @@ impl Table {
         let file = vehicle.coefficients;
         let fins = planes(vehicle, geometry);
         let hull_z_w = hull_lift(vehicle, geometry, l);
-        let mut row = |coefficient, method, reckoned, in_the_file, factor, unit| {
+        let mut row = |coefficient, method, computed, in_the_file, factor, unit| {
             self.rows.push(Row {
                 coefficient,
                 method,
-                reckoned,
+                computed,
                 in_the_file: Some(in_the_file),
                 factor,
                 unit,
@@ -275,7 +273,7 @@ impl Table {
             self.row(Row {
                 coefficient: "M'q",
                 method,
-                reckoned: value,
+                computed: value,
                 in_the_file: Some(file.m_q),
                 factor,
                 unit: MOMENT_PER_RATE,
@@ -284,7 +282,7 @@ impl Table {
         self.row(Row {
             coefficient: "M'delta",
             method: "fins",
-            reckoned: fins.m_delta(),
+            computed: fins.m_delta(),
             in_the_file: Some(file.m_delta),
             factor: reference.moment(),
             unit: MOMENT,
@@ -298,7 +296,7 @@ impl Table {
         self.row(Row {
             coefficient: "m'",
             method: "W / g",
-            reckoned: vehicle.weight / geometry.gravity / vehicle.reference_mass,
+            computed: vehicle.weight / geometry.gravity / vehicle.reference_mass,
             in_the_file: Some(vehicle.mass / vehicle.reference_mass),
             factor: vehicle.reference_mass,
             unit: MASS,
@@ -324,7 +322,7 @@ impl Table {
                 self.row(Row {
                     coefficient: "Z'wdot",
                     method: "square blocks",
-                    reckoned: -added / reference.mass,
+                    computed: -added / reference.mass,
                     in_the_file: Some(vehicle.coefficients.z_w_dot),
                     factor: reference.mass,
                     unit: MASS,
@@ -332,7 +330,7 @@ impl Table {
                 self.row(Row {
                     coefficient: "I'y - M'qdot",
                     method: "box in air and square blocks",
-                    reckoned: whole / reference.inertia(),
+                    computed: whole / reference.inertia(),
                     in_the_file: Some(vehicle.coefficients.i_y_minus_m_q_dot),
                     factor: reference.inertia(),
                     unit: INERTIA,
@@ -376,7 +374,7 @@ impl Table {
                     self.row(Row {
                         coefficient: "M'q",
                         method,
-                        reckoned: -b / reference.moment_per_rate(),
+                        computed: -b / reference.moment_per_rate(),
                         in_the_file: Some(vehicle.coefficients.m_q),
                         factor: reference.moment_per_rate(),
                         unit: MOMENT_PER_RATE,
@@ -506,6 +504,6 @@ mod tests {
             .iter()
             .find(|f| f.quantity == "Jx")
             .expect("there");
-        assert!(jx.uncertainty.expect("told") > jx.si);
+        assert!(jx.uncertainty.expect("given") > jx.si);
     }
 }

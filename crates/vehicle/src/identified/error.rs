@@ -68,7 +68,7 @@ pub enum Error {
     Unstable {
         /// Its symbol.
         coefficient: &'static str,
-        /// What the vehicle would do.
+        /// The motion that would follow.
         consequence: &'static str,
     },
     /// The vehicle's numbers overflow.

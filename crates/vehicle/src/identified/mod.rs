@@ -7,7 +7,7 @@
 //! q' = kappa delta - beta q - mu theta + nu w       kappa = M_delta/J, beta = -M_q/J, mu = W BG/J
 //! ```
 //! and so gives `M'delta`, `M'q` and `BG`, with `J` the base's; at other speeds they go as every
-//! coefficient goes. A model file that holds the vehicle's equations is taken at its word (`target`): its heave
+//! coefficient goes. A model file that holds the vehicle's equations is used as it stands (`target`): its heave
 //! equation too, and `nu = 0` if it left heave out. Of a transfer function alone, from planes to pitch
 //! rate or pitch, those `kappa`, `beta`, `mu` are sought that with the base's heave come nearest to it
 //! (`nearest`).
@@ -53,7 +53,7 @@ pub fn vehicle(base: &Vehicle, model: &ModelFile) -> Result<Vehicle, Error> {
     Ok(found)
 }
 
-/// What the model's output is, if its signals are the vehicle's in rad and s.
+/// The model's output, if its signals are the vehicle's in rad and s.
 fn signals(model: &ModelFile) -> Result<Output, Error> {
     // Where these fields are in rad; on `daq` they are volts.
     let on = |signal: &str, topics: &[&str], field: &str| {

@@ -52,7 +52,7 @@ struct Response {
     deviation: f64,
 }
 
-/// What the file knows of its response to [`KNOWN`] or better, by the slopes of `G = B/A`,
+/// The file's response where its relative deviation is [`KNOWN`] or better, by the slopes of `G = B/A`,
 /// `dG/da_i = -G z^(n-i) / A` and `dG/db_j = z^(n-j) / A`.
 fn known_responses(model: &ModelFile) -> Vec<Response> {
     let nyquist = std::f64::consts::PI / model.sample_time;
@@ -91,7 +91,7 @@ fn known_responses(model: &ModelFile) -> Vec<Response> {
         .collect()
 }
 
-/// What the vehicle nearest to the file's transfer function is.
+/// The pitch equation nearest to the file's transfer function.
 pub(super) fn nearest(
     base: &Vehicle,
     model: &ModelFile,

@@ -11,7 +11,7 @@ const CLOSE: f64 = 1e-11;
 /// Rounds after which it is given up.
 const ROUNDS: usize = 50;
 
-/// What the linearised vehicle is to be.
+/// The pitch and heave equations that the vehicle is to have.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Target {
     /// m/s

@@ -1,4 +1,4 @@
-//! What the analog computer did against the gyro's drifting zero.
+//! The analog computer's remedies for the gyro's drifting zero.
 //!
 //! Source: Brunner 1988, p. 69 (filters) and p. 90 (comparator). Neither has printed constants.
 //!
@@ -26,7 +26,7 @@ pub(crate) enum Conditioning {
     DeadBand(f64),
 }
 
-/// What the two integrators hold \[V\].
+/// The state of the two integrators \[V\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Memory([f64; 2]);
 

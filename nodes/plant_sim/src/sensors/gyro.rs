@@ -206,7 +206,7 @@ fn reflected(x: f64, range: f64) -> f64 {
     from_end.min(4.0 * range - from_end) - range
 }
 
-/// What all gyros' imperfections are.
+/// The imperfections of a gyro.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Errors {
     /// Relative error of the reference voltage.

@@ -1,4 +1,4 @@
-//! What the vehicle's instruments read, in volts on the wires and in SI units from drivers.
+//! The readings of the vehicle's instruments, in volts on the wires and in SI units from drivers.
 //!
 //! ```text
 //! truth -> gyro, cell, plane signal -> volts -+-> conditioning -> ADC -> daq
@@ -95,7 +95,7 @@ impl Default for Sensors {
     }
 }
 
-/// What there is to measure.
+/// The true quantities that are measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Truth {
     /// Roll, pitch and yaw rate \[rad/s\] about the body's axes forward, right, down.
@@ -114,7 +114,7 @@ pub(crate) struct Truth {
     pub planes: f64,
 }
 
-/// What the instruments remember from tick to tick.
+/// The instruments' state from tick to tick.
 #[derive(Clone, Debug)]
 pub(crate) struct Memory {
     gyro_noise: [Stream; 3],
@@ -170,14 +170,14 @@ pub(crate) struct Readings {
     pub depth_pressure: f64,
     /// Stagnation less static pressure \[Pa\].
     pub speed_pressure: f64,
-    /// What the converter gives \[V\].
+    /// The converter's output \[V\].
     pub volts: Channels<f64>,
     /// Which channel is at an end of its instrument's or the converter's range.
     pub saturated: Channels<bool>,
 }
 
 impl Sensors {
-    /// What the instruments read now; `memory` moves on by a tick of `dt` \[s\].
+    /// The readings now; `memory` moves on by a tick of `dt` \[s\].
     ///
     /// Every stream gives a number in every tick, whether or not it is used.
     pub(crate) fn read(

@@ -6,7 +6,7 @@
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::{Pcg64, rand_core::SeedableRng};
 
-/// What is random in the instruments.
+/// The sources of random errors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Source {
     /// White noise of the rate gyro about an axis, 0 to 2: roll, pitch, yaw.

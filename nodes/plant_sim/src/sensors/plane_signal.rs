@@ -20,7 +20,7 @@ pub struct PlaneSignal {
     pub zero: f64,
     /// \[V/deg\], dive positive.
     pub slope: f64,
-    /// What the pot takes away \[V\].
+    /// The offset that the pot subtracts \[V\].
     pub compensation: f64,
     /// Standard deviation of the white noise \[V\].
     pub noise: f64,

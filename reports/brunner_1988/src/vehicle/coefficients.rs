@@ -7,8 +7,8 @@ use std::f64::consts::FRAC_PI_6;
 
 use planesman_book::Book;
 
-use super::Recomputed;
-use planesman_units::{FOOT, INCH, POUND_FORCE, PSI, SLUG};
+use super::{Recomputed, rounding::to_decimals, structure};
+use planesman_units::{FOOT, FOOT_POUND, INCH, POUND_FORCE, PSI, SLUG};
 
 use planesman_vehicle::{
     Vehicle,
@@ -19,15 +19,12 @@ use planesman_vehicle::{
         lift, munk, power,
         reference::{Reference, reference_mass},
         restoring,
-        rounding::to_decimals,
-        structure,
         swing::Swing,
         table,
     },
     vehicle_file::{self, BRUNNER},
 };
 
-const FOOT_POUND: f64 = POUND_FORCE * FOOT;
 const SQUARE_INCH: f64 = INCH * INCH;
 const CUBIC_INCH: f64 = SQUARE_INCH * INCH;
 const CUBIC_FOOT: f64 = FOOT * FOOT * FOOT;
@@ -68,7 +65,7 @@ pub(super) fn recomputed() -> Recomputed {
     .concat()
 }
 
-/// What the numbers are computed from.
+/// The sources of the numbers.
 struct Report {
     book: Book,
     vehicle: Vehicle,

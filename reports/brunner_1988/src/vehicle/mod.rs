@@ -9,7 +9,9 @@ use planesman_book::{Book, BookError};
 
 mod coefficients;
 mod programs;
+mod rounding;
 mod sensors;
+mod structure;
 mod transfer_functions;
 
 /// The book for as long as the program runs, so that values may borrow the entries' names.

@@ -105,7 +105,7 @@ struct Dive {
     watched_for: f64,
 }
 
-/// What the entries of one dive are called.
+/// The names of one dive's entries.
 struct Names {
     pitch_at_release: &'static str,
     steepest_pitch: &'static str,
@@ -160,7 +160,7 @@ impl Dive {
 static CONSISTENT: LazyLock<Vec<Vec<(&'static str, f64)>>> = LazyLock::new(|| {
     consistent()
         .iter()
-        // A dive that diverges gives no values, which whoever looks for them will see.
+        // A dive that diverges gives no values, which the check of the book reports.
         .filter_map(|dive| dive.fly().ok())
         .collect()
 });

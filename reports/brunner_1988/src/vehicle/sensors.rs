@@ -21,7 +21,7 @@ const SAMPLING_TIME: f64 = 0.05;
 const DRIFT: f64 = 25.0;
 /// Depth at which the bench calibration gives full scale \[in\] (p. 76).
 const BENCH_FULL_SCALE: f64 = 39.0;
-/// What the speed cell is made for \[in of water\] (p. 75).
+/// The speed cell's full scale \[in of water\] (p. 75).
 const SPEED_FULL_SCALE: f64 = 0.8;
 
 /// Every number of the families gyro, press, plane, daq and tank that can be recomputed; rollplane and tx have

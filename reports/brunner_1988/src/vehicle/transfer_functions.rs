@@ -16,7 +16,7 @@ type Entries = Vec<(&'static str, f64)>;
 #[must_use]
 pub(super) fn recomputed() -> Entries {
     let mut all = vec![("Cf1", CF1), ("Cf2", CF2)];
-    // A model that cannot be formed gives no values, which whoever looks for them will see.
+    // A model that cannot be formed gives no values, which the check of the book reports.
     for part in [
         equation_7(),
         table_8(),

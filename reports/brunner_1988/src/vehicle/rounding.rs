@@ -2,7 +2,7 @@
 
 /// `value` to so many decimals.
 #[must_use]
-pub fn to_decimals(value: f64, decimals: i32) -> f64 {
+pub(super) fn to_decimals(value: f64, decimals: i32) -> f64 {
     let scale = 10_f64.powi(decimals);
     (value * scale).round() / scale
 }
