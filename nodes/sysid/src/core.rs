@@ -41,7 +41,7 @@ impl Identifier {
     /// An identifier before its first message.
     ///
     /// # Errors
-    /// As [`pair::described`] and [`Config::from_values`].
+    /// As [`Config::from_values`], and when an entry of `pairs` is not written as it should be.
     pub fn new(values: &Values) -> Result<Self, String> {
         let pairs = pair::described(values)?
             .into_iter()
