@@ -1,6 +1,6 @@
 //! Least squares over a whole record, by Householder QR.
 //!
-//! `theta = argmin |Phi theta - y|`. The recursive form ([`crate::rls`]) with lambda = 1 and
+//! `theta = argmin |Phi theta - y|`. The recursive form ([`crate::RecursiveLeastSquares`]) with lambda = 1 and
 //! p0 without bound gives the same; this is its independent check and the tool for
 //! records at hand. Every batch estimator here ends in it: Gauss-Newton steps and instruments too.
 
@@ -29,7 +29,7 @@ impl Triangle {
     /// Factorises the regression of `outputs` on the rows of `phi`.
     ///
     /// # Errors
-    /// [`IdentificationError`](crate::IdentificationError), when there are fewer rows than parameters, or a number is not finite.
+    /// [`IdentificationError`], when there are fewer rows than parameters, or a number is not finite.
     pub fn of(phi: &DMatrix<f64>, outputs: &DVector<f64>) -> Result<Self> {
         let (rows, parameters) = phi.shape();
         if parameters == 0 || rows < parameters {
@@ -107,7 +107,7 @@ impl Triangle {
     /// theta.
     ///
     /// # Errors
-    /// [`IdentificationError`](crate::IdentificationError), when the rows do not determine every parameter.
+    /// [`IdentificationError`], when the rows do not determine every parameter.
     pub fn solution(&self) -> Result<DVector<f64>> {
         self.determined()?;
         self.r
@@ -145,7 +145,7 @@ impl Triangle {
 /// The parameters that fit rows and outputs best.
 ///
 /// # Errors
-/// [`IdentificationError`](crate::IdentificationError), when there are fewer rows than parameters, rows differ in length, or the rows do not
+/// [`IdentificationError`], when there are fewer rows than parameters, rows differ in length, or the rows do not
 /// determine every parameter.
 pub fn least_squares(rows: &[(Vec<f64>, f64)]) -> Result<DVector<f64>> {
     let parameters = rows.first().map_or(0, |(row, _)| row.len());

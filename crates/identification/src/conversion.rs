@@ -30,7 +30,7 @@ pub struct Continuous {
 /// The continuous model whose response to a held input is the sampled one's.
 ///
 /// # Errors
-/// [`IdentificationError`](crate::IdentificationError): a pole without a continuous counterpart, poles too near each other.
+/// [`IdentificationError`]: a pole without a continuous counterpart, poles too near each other.
 pub fn continuous(model: &Model) -> Result<Continuous> {
     let dt = model.sample_time;
     let (mut a, mut b) = (model.a.clone(), model.b.clone());
@@ -102,7 +102,7 @@ pub fn continuous(model: &Model) -> Result<Continuous> {
 /// with the covariance carried over (slopes by central differences).
 ///
 /// # Errors
-/// [`IdentificationError`](crate::IdentificationError), when the estimate has another structure, or poles that no continuous system has.
+/// [`IdentificationError`], when the estimate has another structure, or poles that no continuous system has.
 pub fn pitch_equation(estimate: &Estimate) -> Result<Physical> {
     let s = &estimate.layout.structure;
     if (s.poles, s.numerator, s.delay) != (2, 1, 1)

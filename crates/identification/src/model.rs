@@ -11,7 +11,7 @@ use crate::regression::{Input, Shape};
 /// for a pole at z = 1: the steady gain would be rounding.
 const INTEGRATOR_TOLERANCE: f64 = 1e-12;
 
-/// The model of [`crate::regression`], its parameters by name.
+/// The model of [`rows`](crate::rows), its parameters by name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Model {
     /// The sampling interval, s.

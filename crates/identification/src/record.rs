@@ -51,7 +51,7 @@ impl Record {
     /// A record of one stretch that begins at time 0, from numbers that are on the grid.
     ///
     /// # Errors
-    /// [`IdentificationError`](crate::IdentificationError), when a name and its numbers do not pair, signals differ in length, or the
+    /// [`IdentificationError`], when a name and its numbers do not pair, signals differ in length, or the
     /// sampling interval is not a positive number.
     pub fn of_run(
         sample_time: f64,

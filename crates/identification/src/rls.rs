@@ -57,7 +57,7 @@ impl RecursiveLeastSquares {
     /// No rows yet: theta = 0, P = `initial_covariance` I. `forgetting` is lambda in (0, 1].
     ///
     /// # Errors
-    /// [`IdentificationError`](crate::IdentificationError), when there are no parameters, lambda is outside (0, 1] or p0 is not
+    /// [`IdentificationError`], when there are no parameters, lambda is outside (0, 1] or p0 is not
     /// positive and finite.
     pub fn new(parameters: usize, forgetting: f64, initial_covariance: f64) -> Result<Self> {
         if parameters == 0 {
@@ -102,7 +102,7 @@ impl RecursiveLeastSquares {
     /// Forgets at another rate from the next row on.
     ///
     /// # Errors
-    /// [`IdentificationError`](crate::IdentificationError), when lambda is outside (0, 1].
+    /// [`IdentificationError`], when lambda is outside (0, 1].
     pub fn set_forgetting(&mut self, forgetting: f64) -> Result<()> {
         check_forgetting(forgetting)?;
         self.forgetting = forgetting;

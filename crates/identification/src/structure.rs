@@ -132,7 +132,7 @@ pub struct Problem<'a> {
 
 impl<'a> Problem<'a> {
     /// # Errors
-    /// [`IdentificationError`](crate::IdentificationError): a structure without unknowns or delay, a record whose inputs and outputs differ
+    /// [`IdentificationError`]: a structure without unknowns or delay, a record whose inputs and outputs differ
     /// in number, numbers that are not finite.
     pub fn new(structure: Structure, sample_time: f64, runs: Vec<Run<'a>>) -> Result<Self> {
         let option = |reason| Err(IdentificationError::Option(reason));

@@ -153,7 +153,7 @@ struct Wanted {
 
 impl Wanted {
     fn find(bag: &BagReader, request: &Request) -> Result<Self> {
-        let signal: Signal = request.name.parse().map_err(|e: String| anyhow!(e))?;
+        let signal: Signal = request.name.parse()?;
         let mut found: Vec<&Arc<Topic>> = bag
             .topics()
             .iter()

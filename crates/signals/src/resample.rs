@@ -19,6 +19,7 @@ use std::collections::VecDeque;
 use std::ops::RangeInclusive;
 
 use planesman_identification::{Record, Stretch};
+use thiserror::Error;
 
 use crate::channel::{Channel, Method};
 use crate::signal::LARGEST;
@@ -41,6 +42,41 @@ const RUN: usize = 10;
 
 /// Stamps beyond this, ns (146 years from the epoch), are counted late: differences fit 64 bits.
 const FARTHEST: i64 = 1 << 62;
+
+/// Why samples make no record.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum GridError {
+    /// No signal was asked for.
+    #[error("there is no signal")]
+    NoSignal,
+    /// No window was asked for.
+    #[error("there is no window")]
+    NoWindow,
+    /// The record would be too long.
+    #[error(
+        "at {interval} s an interval the record would have more than {MOST} numbers; a lower --rate or a --window makes it shorter"
+    )]
+    TooLong {
+        /// The interval between instants, s.
+        interval: f64,
+    },
+    /// A signal has no sample.
+    #[error("{signal}: there is no sample of it{reasons}")]
+    NoSample {
+        /// The signal.
+        signal: String,
+        /// The counts of samples left out, each after a semicolon.
+        reasons: String,
+    },
+    /// The signals have no instant in common.
+    #[error("there is no instant{within} at which all signals are known: {spans}")]
+    NoCommonInstant {
+        /// The window, if there is one.
+        within: String,
+        /// From when to when each signal is known.
+        spans: String,
+    },
+}
 
 /// Options of the gridding.
 #[derive(Clone, Debug, PartialEq)]
@@ -208,15 +244,15 @@ impl Resampler {
     /// The record of all that has come.
     ///
     /// # Errors
-    /// A sentence, when a signal has no sample, there is no instant at which all are known, or the record would have more
+    /// [`GridError`], when a signal has no sample, there is no instant at which all are known, or the record would have more
     /// than [`MOST`] numbers.
-    pub fn finish(mut self) -> Result<Resampled, String> {
+    pub fn finish(mut self) -> Result<Resampled, GridError> {
         if self.running.is_none() {
             self.run();
         }
         let methods: Vec<Method> = (0..self.names.len()).map(|it| self.method(it)).collect();
         let Some(mut running) = self.running else {
-            return Err("there is no signal".to_owned());
+            return Err(GridError::NoSignal);
         };
         // Outputs first: inputs that are held act as long as there are outputs.
         let mut until = i64::MIN;
@@ -232,11 +268,9 @@ impl Resampler {
         let instants = instants.fold(0, i64::saturating_add) as usize;
         let numbers = instants.saturating_mul(running.tracks.len());
         if running.is_full() || numbers > MOST {
-            return Err(format!(
-                "at {} s an interval the record would have more than {MOST} numbers; a lower --rate or a --window makes \
-                 it shorter",
-                running.grid.step * 1e-9
-            ));
+            return Err(GridError::TooLong {
+                interval: running.grid.step * 1e-9,
+            });
         }
         let mut channels: Vec<Channel> = self
             .names
@@ -253,10 +287,10 @@ impl Resampler {
         for channel in &channels {
             if channel.timing.samples == 0 {
                 let Timed { absent, not_finite } = Timed::of(channel);
-                return Err(format!(
-                    "{}: there is no sample of it{absent}{not_finite}",
-                    channel.name
-                ));
+                return Err(GridError::NoSample {
+                    signal: channel.name.clone(),
+                    reasons: absent + &not_finite,
+                });
             }
         }
         if common.is_empty() {
@@ -272,10 +306,10 @@ impl Resampler {
                     window.end()
                 )
             };
-            return Err(format!(
-                "there is no instant{within} at which all signals are known: {}",
-                spans.join("; ")
-            ));
+            return Err(GridError::NoCommonInstant {
+                within,
+                spans: spans.join("; "),
+            });
         }
         let stretches = common
             .into_iter()

@@ -15,10 +15,40 @@ use std::str::FromStr;
 
 use planesman_decode::FieldPath;
 use planesman_identification::Input;
+use thiserror::Error;
 
 /// The largest magnitude taken. Beyond any physical signal in any unit, and small enough
 /// that no sum of squares overflows.
 pub const LARGEST: f64 = 1e30;
+
+/// Why a signal is refused.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum SignalError {
+    /// It is not written as a signal.
+    #[error(
+        "signal '{text}' refused: {rule}; it is written TOPIC:FIELD, as in odom:twist.twist.angular.y"
+    )]
+    Syntax {
+        /// The text.
+        text: String,
+        /// The rule it breaks.
+        rule: String,
+    },
+    /// A message has no number there, as a list that is empty.
+    #[error("signal '{0}': the message has no number there")]
+    Absent(String),
+    /// A number is NaN or infinite.
+    #[error("signal '{0}': it is not finite")]
+    NotFinite(String),
+    /// A number is beyond [`LARGEST`].
+    #[error("signal '{signal}': {number} refused: it must lie within ±{LARGEST:e}")]
+    TooLarge {
+        /// The signal.
+        signal: String,
+        /// The number.
+        number: f64,
+    },
+}
 
 /// A reference to one number of one topic's messages.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -28,15 +58,15 @@ pub struct Signal {
 }
 
 impl FromStr for Signal {
-    type Err = String;
+    type Err = SignalError;
 
     /// Reads `TOPIC:FIELD`.
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, SignalError> {
         let refuse = |rule: &str| {
-            Err(format!(
-                "signal '{text}' refused: {rule}; it is written TOPIC:FIELD, as in \
-                 odom:twist.twist.angular.y"
-            ))
+            Err(SignalError::Syntax {
+                text: text.to_owned(),
+                rule: rule.to_owned(),
+            })
         };
         let Some((topic, field)) = text.split_once(':') else {
             return refuse("there is no ':'");
@@ -94,8 +124,8 @@ impl Signal {
     /// The signal over the interval that begins at the message's stamp, from the numbers the message has for it.
     ///
     /// # Errors
-    /// A sentence naming the signal, when there is none, or one is not finite or beyond [`LARGEST`].
-    pub fn input(&self, numbers: &[f64]) -> Result<Input, String> {
+    /// [`SignalError`], when there is none, or one is not finite or beyond [`LARGEST`].
+    pub fn input(&self, numbers: &[f64]) -> Result<Input, SignalError> {
         for number in numbers {
             self.check(*number)?;
         }
@@ -106,23 +136,24 @@ impl Signal {
     ///
     /// # Errors
     /// As [`Signal::input`].
-    pub fn output(&self, numbers: &[f64]) -> Result<f64, String> {
+    pub fn output(&self, numbers: &[f64]) -> Result<f64, SignalError> {
         let first = *numbers.first().ok_or_else(|| self.none())?;
         self.check(first)?;
         Ok(first)
     }
 
-    fn none(&self) -> String {
-        format!("signal '{self}': the message has no number there")
+    fn none(&self) -> SignalError {
+        SignalError::Absent(self.to_string())
     }
 
-    fn check(&self, number: f64) -> Result<(), String> {
+    fn check(&self, number: f64) -> Result<(), SignalError> {
         if !number.is_finite() {
-            Err(format!("signal '{self}': it is not finite"))
+            Err(SignalError::NotFinite(self.to_string()))
         } else if number.abs() > LARGEST {
-            Err(format!(
-                "signal '{self}': {number} refused: it must lie within ±{LARGEST:e}"
-            ))
+            Err(SignalError::TooLarge {
+                signal: self.to_string(),
+                number,
+            })
         } else {
             Ok(())
         }
@@ -188,7 +219,7 @@ mod tests {
             "//a:x",
             "a/:x",
         ] {
-            let refusal = text.parse::<Signal>().unwrap_err();
+            let refusal = text.parse::<Signal>().unwrap_err().to_string();
             assert!(refusal.contains("TOPIC:FIELD"), "{refusal}");
         }
     }
@@ -201,7 +232,7 @@ mod tests {
             (&[1.0, f64::INFINITY], "not finite"),
             (&[-1e31], "1e30"),
         ] {
-            let refusal = signal("t:x").input(numbers).unwrap_err();
+            let refusal = signal("t:x").input(numbers).unwrap_err().to_string();
             assert!(
                 refusal.contains(reason) && refusal.contains("t:x"),
                 "{refusal}"

@@ -4,7 +4,7 @@ use anyhow::{Result, anyhow};
 
 use crate::channel::Channel;
 use crate::request::{Reading, Request, Role};
-use crate::resample::{Options, Resampled, Resampler};
+use crate::resample::{GridError, Options, Resampled, Resampler};
 use crate::source::Source;
 
 /// A record taken from data, and how it was made.
@@ -106,7 +106,7 @@ pub fn take(
         Ok(joined)
     });
     let resampled = joined
-        .unwrap_or_else(|| Err("there is no window".to_owned()))
+        .unwrap_or(Err(GridError::NoWindow))
         .map_err(|reason| match &reading.notes[..] {
             [] => anyhow!(reason),
             notes => anyhow!("{reason} ({})", notes.join("; ")),

@@ -1,7 +1,7 @@
 //! Samples put on a grid are what the method says, and nothing is invented across a gap.
 #![allow(clippy::unwrap_used)]
 
-use planesman_signals::{MOST, Method, Options, Resampled, Resampler};
+use planesman_signals::{GridError, MOST, Method, Options, Resampled, Resampler};
 
 const SECOND: i64 = 1_000_000_000;
 const START: i64 = 1_700_000_000 * SECOND + 123_456_789;
@@ -9,7 +9,7 @@ const START: i64 = 1_700_000_000 * SECOND + 123_456_789;
 /// Stamps in seconds from [`START`], and values.
 type Samples = Vec<(f64, f64)>;
 
-fn resampled(u: &[(f64, f64)], y: &[(f64, f64)], options: Options) -> Result<Resampled, String> {
+fn resampled(u: &[(f64, f64)], y: &[(f64, f64)], options: Options) -> Result<Resampled, GridError> {
     let mut resampler = Resampler::new(&["u".to_owned()], &["y".to_owned()], options);
     let mut samples: Vec<_> = u.iter().map(|it| (0, *it)).collect();
     samples.extend(y.iter().map(|it| (1, *it)));
@@ -229,7 +229,7 @@ fn a_hold_for_ever_takes_no_memory_and_makes_no_endless_record() {
         max_gap: Some(1e9),
         ..at_rate(1e6)
     };
-    let refusal = resampled(&ends, &ends, options).unwrap_err();
+    let refusal = resampled(&ends, &ends, options).unwrap_err().to_string();
     assert!(refusal.contains(&MOST.to_string()), "{refusal}");
 }
 
@@ -293,12 +293,16 @@ fn order_is_restored_and_what_cannot_be_used_is_counted() {
 fn what_gives_no_record_is_refused_with_the_reason() {
     let y = line(100, 0.05);
     let later: Samples = y.iter().map(|(t, v)| (t + 1000.0, *v)).collect();
-    let refusal = resampled(&later, &y, Options::default()).unwrap_err();
+    let refusal = resampled(&later, &y, Options::default())
+        .unwrap_err()
+        .to_string();
     assert!(
         refusal.contains("no instant") && refusal.contains("u from"),
         "{refusal}"
     );
-    let refusal = resampled(&[], &y, Options::default()).unwrap_err();
+    let refusal = resampled(&[], &y, Options::default())
+        .unwrap_err()
+        .to_string();
     assert!(refusal.contains("u: there is no sample"), "{refusal}");
     // A record that would not fit stops growing, whatever the stamps.
     let ends = [(0.0, 1.0), (1e9, 1.0)];
@@ -306,6 +310,6 @@ fn what_gives_no_record_is_refused_with_the_reason() {
         max_gap: Some(1e9),
         ..at_rate(1e6)
     };
-    let refusal = resampled(&ends, &ends, options).unwrap_err();
+    let refusal = resampled(&ends, &ends, options).unwrap_err().to_string();
     assert!(refusal.contains(&MOST.to_string()), "{refusal}");
 }

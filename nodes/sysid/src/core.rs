@@ -40,7 +40,7 @@ impl Identifier {
     /// An identifier before its first message.
     ///
     /// # Errors
-    /// As [`pair::described`] and [`Config::new`].
+    /// When a parameter is rejected, or an entry of `pairs` is not written as it should be.
     pub fn new(parameters: &IdentifierParameters) -> Result<Self, String> {
         let pairs = pair::described(parameters)?
             .into_iter()

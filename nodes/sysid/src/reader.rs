@@ -80,7 +80,12 @@ impl Reader {
             .map_err(|error| error.to_string())?;
         let values = &self.values;
         let breaks = match &self.break_on {
-            Some((signal, place)) => signal.output(values.list(*place))? != 0.0,
+            Some((signal, place)) => {
+                signal
+                    .output(values.list(*place))
+                    .map_err(|e| e.to_string())?
+                    != 0.0
+            }
             None => false,
         };
         let input = self.input.as_ref();
@@ -94,10 +99,12 @@ impl Reader {
             }),
             input: input
                 .map(|(signal, place)| signal.input(values.list(*place)))
-                .transpose()?,
+                .transpose()
+                .map_err(|e| e.to_string())?,
             output: output
                 .map(|(signal, place)| signal.output(values.list(*place)))
-                .transpose()?,
+                .transpose()
+                .map_err(|e| e.to_string())?,
             breaks,
         })
     }

@@ -9,7 +9,7 @@ use console::Term;
 use nalgebra::{Complex, DMatrix, DVector};
 use planesman_identification::estimators::{Error, Estimate};
 use planesman_identification::{IdentificationError, Layout, Reading, Structure, Uncertain};
-use planesman_linear::pole_text;
+use planesman_linear::{pair_text, pole_text};
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 use planesman_text::shown;
 
@@ -175,8 +175,9 @@ impl Track {
         let estimate = estimate_of(model);
         let reading = estimate.as_ref().map(|estimate| Reading::of(estimate, 0));
         let poles = |found: Option<Result<Vec<Uncertain>, IdentificationError>>| {
-            let texts: Vec<String> = found.into_iter().flatten().flatten().map(text).collect();
-            texts.join("   ")
+            let once = found.into_iter().flatten().flatten();
+            let once = once.filter(|pole| pole.value.im >= 0.0);
+            once.map(text).collect::<Vec<_>>().join("   ")
         };
         lines.push(format!(
             "  poles z   {}",
@@ -237,19 +238,19 @@ fn state(model: &ModelEstimate) -> &str {
     if model.valid { "valid" } else { &model.reason }
 }
 
-/// A number and its standard deviation; of a complex one that of either part.
+/// A number, or both of a conjugate pair, and the standard deviation of each part.
 fn text(uncertain: Uncertain) -> String {
-    let value = pole_text(uncertain.value, 4);
+    let value = pair_text(uncertain.value, 4);
     let real = uncertain.real_deviation();
     if uncertain.value.im == 0.0 {
         format!("{value} ± {real:.4}")
     } else {
-        let deviation = Complex::new(real, uncertain.imaginary_deviation());
-        format!("{value} ± ({})", pole_text(deviation, 4))
+        let imaginary = uncertain.imaginary_deviation();
+        format!("{value} (sd {real:.4}, {imaginary:.4})")
     }
 }
 
-/// The estimate that a message tells of; `None` when its covariance is not that of its coefficients.
+/// The estimate in a message; `None` when its covariance is not that of its coefficients.
 fn estimate_of(model: &ModelEstimate) -> Option<Estimate> {
     let n = model.a.len();
     let width = model.covariance.len().isqrt();

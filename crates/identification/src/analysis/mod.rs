@@ -131,7 +131,7 @@ pub struct Analysis {
 /// loop they are in.
 ///
 /// # Errors
-/// [`IdentificationError`](crate::IdentificationError): a record without input or output, or one that determines no model asked for.
+/// [`IdentificationError`]: a record without input or output, or one that determines no model asked for.
 pub fn analyse(record: &Record, options: &Options) -> Result<Analysis> {
     let stretches = used(record);
     let of = |number: &usize| &record.stretches[*number];

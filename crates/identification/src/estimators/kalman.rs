@@ -57,7 +57,7 @@ pub struct Filter {
 
 impl Settings {
     /// # Errors
-    /// [`IdentificationError`](crate::IdentificationError), when a deviation is negative or not finite, or the noise is 0.
+    /// [`IdentificationError`], when a deviation is negative or not finite, or the noise is 0.
     fn check(&self) -> Result<()> {
         let sizes = [
             self.bias_deviation,
@@ -85,7 +85,7 @@ impl Filter {
     /// A filter before its first sample.
     ///
     /// # Errors
-    /// [`IdentificationError`](crate::IdentificationError), when a deviation is negative or not finite, or the noise is 0.
+    /// [`IdentificationError`], when a deviation is negative or not finite, or the noise is 0.
     pub fn new(vehicle: Vehicle, sample_time: f64, settings: Settings) -> Result<Self> {
         settings.check()?;
         if sample_time.is_nan() || sample_time <= 0.0 {

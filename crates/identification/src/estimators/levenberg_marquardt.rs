@@ -42,7 +42,7 @@ impl Linearised {
 /// The least cost near `start`, and the errors and slopes there.
 ///
 /// # Errors
-/// [`IdentificationError`](crate::IdentificationError), when the errors at `start` or the slopes at the minimum are not finite or do not
+/// [`IdentificationError`], when the errors at `start` or the slopes at the minimum are not finite or do not
 /// determine every parameter.
 pub(super) fn minimise(
     start: DVector<f64>,
@@ -132,7 +132,7 @@ fn lengths(slopes: &DMatrix<f64>) -> Vec<f64> {
 /// `(psi'psi)^-1`, reckoned with columns of equal length.
 ///
 /// # Errors
-/// [`IdentificationError`](crate::IdentificationError), when the slopes do not determine every parameter.
+/// [`IdentificationError`], when the slopes do not determine every parameter.
 pub(super) fn unit_covariance(at: &Linearised) -> Result<DMatrix<f64>> {
     let mut scales = lengths(&at.slopes);
     for scale in scales.iter_mut().filter(|scale| **scale == 0.0) {

@@ -5,7 +5,7 @@
 //! ```text
 //! theta += P psi e,   P^-1 = lambda P^-1 + psi psi'
 //! ```
-//! kept in square-root form ([`crate::rls`]): the row folded in is `psi`, its output `psi . theta + e`.
+//! kept in square-root form ([`RecursiveLeastSquares`]): the row folded in is `psi`, its output `psi . theta + e`.
 //!
 //! | kind | phi | psi |
 //! |---|---|---|
@@ -78,7 +78,7 @@ impl Options {
     /// The forgetting factor of the rows themselves, before [`Recursion`] forgets in its own way.
     ///
     /// # Errors
-    /// [`IdentificationError`](crate::IdentificationError), when an option has no meaning.
+    /// [`IdentificationError`], when an option has no meaning.
     fn row_forgetting(&self) -> Result<f64> {
         let refuse = |reason: &str| Err(IdentificationError::Option(reason.to_owned()));
         if self
@@ -179,7 +179,7 @@ impl Recursion {
     /// Before the first sample.
     ///
     /// # Errors
-    /// [`IdentificationError`](crate::IdentificationError), when an option has no meaning, or the structure no parameters.
+    /// [`IdentificationError`], when an option has no meaning, or the structure no parameters.
     pub fn new(
         kind: Kind,
         structure: Structure,
@@ -238,7 +238,7 @@ impl Recursion {
     /// Learns by other options from the next sample on; what it began with stays.
     ///
     /// # Errors
-    /// [`IdentificationError`](crate::IdentificationError), when an option has no meaning; nothing changes then.
+    /// [`IdentificationError`], when an option has no meaning; nothing changes then.
     pub fn set_options(&mut self, options: Options) -> Result<()> {
         self.rls.set_forgetting(options.row_forgetting()?)?;
         self.options = options;

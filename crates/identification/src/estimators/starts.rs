@@ -28,7 +28,7 @@ const STARTS: usize = 3;
 /// records, the poles that `estimator` finds in a part.
 ///
 /// # Errors
-/// [`IdentificationError`](crate::IdentificationError), when the records do not determine every parameter even then.
+/// [`IdentificationError`], when the records do not determine every parameter even then.
 pub(super) fn starts(
     estimator: &dyn Estimator,
     problem: &Problem<'_>,

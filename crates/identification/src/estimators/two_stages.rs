@@ -36,7 +36,7 @@ impl TwoStages<'_> {
     /// The part of each record's input that its reference causes.
     ///
     /// # Errors
-    /// [`IdentificationError`](crate::IdentificationError), when a reference is shorter than its record, or determines nothing.
+    /// [`IdentificationError`], when a reference is shorter than its record, or determines nothing.
     pub fn caused(&self, problem: &Problem<'_>) -> Result<Vec<Vec<f64>>> {
         if self.references.len() != problem.runs.len() {
             return Err(IdentificationError::Record(

@@ -66,7 +66,7 @@ impl Vehicle {
         UNKNOWNS + self.prior().len()
     }
 
-    /// All coefficients, in the order of [`NAMES`].
+    /// All coefficients, in the order of [`NAMES`](super::NAMES).
     #[must_use]
     pub fn coefficients(&self, pitch: [f64; UNKNOWNS]) -> DVector<f64> {
         let heave = self.heave.iter().flat_map(Heave::coefficients);
