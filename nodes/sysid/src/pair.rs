@@ -131,7 +131,7 @@ impl Pair {
     /// A pair before its first message.
     ///
     /// # Errors
-    /// As [`Config::new`].
+    /// When a parameter is rejected.
     pub fn new(name: String, parameters: &IdentifierParameters) -> Result<Self, String> {
         let of_pair = |reason| match name.as_str() {
             FIRST => reason,
