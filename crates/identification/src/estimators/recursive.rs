@@ -101,8 +101,8 @@ impl Options {
 }
 
 impl Default for Options {
-    /// Nothing forgotten, and a weak prior: `p0 = 1e8`, for records at hand. The node declares its own default, 1e18
-    /// (`initial_covariance`): what it learns from may be small in its units and has no second pass.
+    /// Nothing forgotten, and a weak prior, `p0 = 1e8`, for records at hand. Live identification has a default of its
+    /// own, 1e18: the node's parameter `initial_covariance`.
     fn default() -> Self {
         Self {
             forgetting: Forgetting::Constant(1.0),
