@@ -11,12 +11,11 @@ mod sensors;
 mod structure;
 mod transfer_functions;
 
-use numbers::Recomputed;
 pub use numbers::book;
 
 /// All recomputed numbers: name and value, in the entry's unit.
 #[must_use]
-pub fn recomputed() -> Recomputed {
+pub fn recomputed() -> Vec<(&'static str, f64)> {
     [
         coefficients::recomputed(),
         programs::recomputed(),
@@ -28,6 +27,6 @@ pub fn recomputed() -> Recomputed {
 
 /// The printed numbers that the instruments' models are made of.
 #[must_use]
-pub fn carried() -> Recomputed {
+pub fn carried() -> Vec<(&'static str, f64)> {
     sensors::carried()
 }

@@ -8,7 +8,7 @@ use planesman_book::{Book, BookError};
 pub(super) static BOOK: LazyLock<Option<Book>> = LazyLock::new(|| book().ok());
 
 /// Recomputed numbers: name and value, in the entry's unit.
-pub type Recomputed = Vec<(&'static str, f64)>;
+pub(super) type Recomputed = Vec<(&'static str, f64)>;
 
 /// The numbers of the vehicle and its instruments, with the report's errata.
 ///
