@@ -75,7 +75,9 @@ pub fn declarations(name: &str) -> Option<Vec<Declaration>> {
 /// What it would refuse, and why.
 pub fn validate(name: &str, values: &Values) -> Result<(), String> {
     match name {
-        "plant_sim" => Plant::new(&read(values)?).map(drop),
+        "plant_sim" => Plant::new(&read(values)?)
+            .map(drop)
+            .map_err(|e| e.to_string()),
         "depth_controller" => Controller::new(&read(values)?)
             .map(drop)
             .map_err(|e| e.to_string()),

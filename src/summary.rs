@@ -76,7 +76,7 @@ impl Summary {
 /// The vehicle's own sampled model between plane angle and pitch rate.
 fn truth(scenario: &Scenario) -> Result<Fingerprint> {
     let parameters = scenario.parameters_of("plant_sim")?;
-    let vehicle = plant_sim::vehicle(&parameters).map_err(|e| anyhow!(e))?;
+    let vehicle = plant_sim::vehicle(&parameters).map_err(|e| anyhow!("{e}"))?;
     let model = planesman_vehicle::linearised::true_model_of(
         &plant_sim::derivatives(&parameters, &vehicle),
         scenario.tick,
