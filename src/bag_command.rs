@@ -10,9 +10,10 @@ use std::path::Path;
 use anyhow::Result;
 use planesman_bag::{BagInfo, BagReader};
 
+use crate::flight::recorded;
+use crate::nodes::NODES;
 use crate::page::Count;
 use crate::run_folder::{Loss, RunFolder};
-use crate::scenario::NODES;
 
 /// Prints what the bag at `path` holds and lacks.
 ///
@@ -31,15 +32,6 @@ pub fn info(path: &Path) -> Result<()> {
         planesman_node::say!("{}", lack(&counts, &silent))?;
     }
     Ok(())
-}
-
-/// The messages that a bag holds, by topic.
-pub(crate) fn recorded(bag: &BagReader) -> BTreeMap<String, u64> {
-    let mut counts = BTreeMap::new();
-    for count in bag.topics() {
-        *counts.entry(count.topic.name.clone()).or_insert(0) += count.messages;
-    }
-    counts
 }
 
 /// The dive whose whole bag is at `path`.

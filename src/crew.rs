@@ -2,28 +2,14 @@
 
 use std::fs::File;
 use std::os::unix::process::CommandExt;
-use std::process::{Child, Command, ExitCode, ExitStatus, Stdio};
+use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
-use rustix::process::{Pid, Signal, kill_process, set_parent_process_death_signal};
+use rustix::process::{Pid, Signal, kill_process};
 
-use crate::dive::NAMESPACE;
+use crate::nodes::{LAUNCHED, NAMESPACE};
 use crate::run_folder::RunFolder;
-
-/// Set for a node that a launcher started: it stops when the launcher is gone.
-pub const LAUNCHED: &str = "PLANESMAN_LAUNCHED";
-
-/// Runs a launched node: it ends with its launcher, whatever becomes of that.
-#[must_use]
-pub fn launched(node: impl FnOnce() -> ExitCode) -> ExitCode {
-    if std::env::var_os(LAUNCHED).is_some()
-        && let Err(error) = set_parent_process_death_signal(Some(Signal::TERM))
-    {
-        planesman_node::complain!("this node will outlive its launcher if that is killed: {error}");
-    }
-    node()
-}
 
 /// How long a node may take to stop cleanly.
 const STOP_TIMEOUT: Duration = Duration::from_secs(10);

@@ -22,14 +22,12 @@ use recorder::loop_topics;
 use recorder::node::BAG;
 
 use crate::crew::Crew;
+use crate::fingerprint::identified;
+use crate::nodes::NODES;
 use crate::run_folder::{Loss, RunFolder};
-use crate::scenario::{NODES, Scenario};
+use crate::scenario::Scenario;
 use crate::sink::full_name;
-use crate::summary::identified;
 
-/// Where a vehicle is, unless it is told otherwise. Its time is on `/clock`; that of vehicles in other
-/// namespaces is on a topic there, so that several may fly in one domain.
-pub const NAMESPACE: &str = "/auv";
 /// How long the nodes may find nobody new while they look for each other, and for how long one may owe an answer.
 const GATHERING: Duration = Duration::from_secs(30);
 /// How long to listen for a loop that runs already; a running peer is found within 0.2 s.

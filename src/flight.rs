@@ -16,10 +16,9 @@ use planesman_msgs::planesman_msgs::msg::{
 };
 use planesman_msgs::{Message, cdr};
 
-use crate::bag_command::recorded;
 use crate::course::Course;
+use crate::fingerprint::identified;
 use crate::in_order::{InOrder, Met, Next};
-use crate::summary::identified;
 
 /// Points over time: s since the first state, and the quantity.
 pub type Points = Vec<(f64, f64)>;
@@ -115,6 +114,15 @@ impl Flight {
         flight.truncated = damage.or_else(|| (!whole).then(|| bag.completeness().to_string()));
         Ok(flight)
     }
+}
+
+/// The messages that a bag holds, by topic.
+pub(crate) fn recorded(bag: &BagReader) -> BTreeMap<String, u64> {
+    let mut counts = BTreeMap::new();
+    for count in bag.topics() {
+        *counts.entry(count.topic.name.clone()).or_insert(0) += count.messages;
+    }
+    counts
 }
 
 /// A message with a stamp.

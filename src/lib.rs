@@ -18,11 +18,12 @@ pub mod crew;
 pub mod design;
 pub mod dha;
 pub mod dive;
+pub mod fingerprint;
 pub mod flight;
 pub mod in_order;
 pub mod nodes;
 pub mod page;
-
+pub mod params_command;
 pub mod reproduce;
 pub mod run_folder;
 pub mod scenario;

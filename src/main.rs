@@ -15,7 +15,7 @@ use planesman::dive::{self, Pace};
 use planesman::reproduce::{self, ReproduceArgs};
 use planesman::run_folder::{Loss, RunFolder};
 use planesman::scenario::{BUILTIN, Scenario};
-use planesman::{bag_command, nodes, sim, tf_command};
+use planesman::{bag_command, nodes, params_command, sim, tf_command};
 use planesman_parameters::Parameters as _;
 use planesman_text::{did_you_mean, shown};
 use plant_sim::PlantParameters;
@@ -114,7 +114,7 @@ struct DiveArgs {
     #[arg(long)]
     keep_running: bool,
     /// The namespace of all nodes; in another than the default, simulated time is on NAMESPACE/clock
-    #[arg(long, default_value = dive::NAMESPACE, value_parser = NonEmptyStringValueParser::new())]
+    #[arg(long, default_value = nodes::NAMESPACE, value_parser = NonEmptyStringValueParser::new())]
     namespace: String,
 }
 
@@ -128,7 +128,7 @@ struct SimArgs {
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// The namespace of the topics in the bag
-    #[arg(long, default_value = dive::NAMESPACE, value_parser = NonEmptyStringValueParser::new())]
+    #[arg(long, default_value = nodes::NAMESPACE, value_parser = NonEmptyStringValueParser::new())]
     namespace: String,
 }
 
@@ -251,7 +251,7 @@ fn main() -> ExitCode {
             yaml: true,
             scenario,
         } => parameter_file(node.as_deref(), scenario.as_deref()),
-        Command::Params { node, .. } => nodes::list_parameters(node.as_deref()),
+        Command::Params { node, .. } => params_command::list_parameters(node.as_deref()),
         Command::Coefficients(args) => coefficients_command::run(&args),
         Command::Design(command) => design::run(&command),
         Command::Dha(command) => dha::run(&command),
@@ -325,7 +325,7 @@ fn parameter_file(node: Option<&str>, scenario: Option<&str>) -> Result<()> {
     let scenario = scenario.map(Scenario::load).transpose()?;
     planesman_node::print(format_args!(
         "{}",
-        nodes::parameter_file(node, scenario.as_ref())?
+        params_command::parameter_file(node, scenario.as_ref())?
     ))?;
     Ok(())
 }

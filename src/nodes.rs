@@ -1,18 +1,30 @@
-//! The nodes by name: run in this process, and their parameters listed.
+//! The nodes by name: run in this process, their parameters declared and checked.
 
-use std::fmt::Write as _;
 use std::process::ExitCode;
 
-use anyhow::{Result, bail};
 use depth_controller::{Controller, ControllerParameters};
 use dha_actuator::{Actuator, ActuatorParameters};
-use planesman_parameters::{Declaration, Parameters, Value, Values};
+use planesman_parameters::{Declaration, Parameters, Values};
 use plant_sim::{Plant, PlantParameters};
 use recorder::parameters::{RecorderParameters, writer_options};
+use rustix::process::{Signal, set_parent_process_death_signal};
 use sysid::{Identifier, IdentifierParameters};
 
-use crate::crew::launched;
-use crate::scenario::{NODES, Scenario};
+/// The nodes whose parameters a scenario sets, in the order in which they are started.
+pub const NODES: [&str; 5] = [
+    "recorder",
+    "sysid",
+    "dha_actuator",
+    "depth_controller",
+    "plant_sim",
+];
+
+/// Where a vehicle is, unless it is told otherwise. Its time is on `/clock`; that of vehicles in other
+/// namespaces is on a topic there, so that several may fly in one domain.
+pub const NAMESPACE: &str = "/auv";
+
+/// Set for a node that a launcher started: it stops when the launcher is gone.
+pub const LAUNCHED: &str = "PLANESMAN_LAUNCHED";
 
 /// Runs the node `name` with its arguments (`--ros-args` and all) until it is told to stop.
 #[must_use]
@@ -31,6 +43,17 @@ pub fn run(name: &str, args: Vec<String>) -> ExitCode {
             ExitCode::FAILURE
         }
     })
+}
+
+/// Runs a launched node: it ends with its launcher, whatever becomes of that.
+#[must_use]
+pub fn launched(node: impl FnOnce() -> ExitCode) -> ExitCode {
+    if std::env::var_os(LAUNCHED).is_some()
+        && let Err(error) = set_parent_process_death_signal(Some(Signal::TERM))
+    {
+        planesman_node::complain!("this node will outlive its launcher if that is killed: {error}");
+    }
+    node()
 }
 
 /// The parameters that the node `name` declares, `None` when there is no such node.
@@ -52,7 +75,9 @@ pub fn declarations(name: &str) -> Option<Vec<Declaration>> {
 /// What it would refuse, and why.
 pub fn validate(name: &str, values: &Values) -> Result<(), String> {
     match name {
-        "plant_sim" => Plant::new(&read(values)?).map(drop),
+        "plant_sim" => Plant::new(&read(values)?)
+            .map(drop)
+            .map_err(|e| e.to_string()),
         "depth_controller" => Controller::new(&read(values)?)
             .map(drop)
             .map_err(|e| e.to_string()),
@@ -71,133 +96,4 @@ pub fn validate(name: &str, values: &Values) -> Result<(), String> {
 
 fn read<P: Parameters>(values: &Values) -> Result<P, String> {
     P::from_values(values).map_err(|refusal| refusal.to_string())
-}
-
-/// Prints the parameters of one node, or of all.
-///
-/// # Errors
-/// When there is no such node.
-pub fn list_parameters(node: Option<&str>) -> Result<()> {
-    for name in NODES.iter().filter(|n| node.is_none_or(|only| only == **n)) {
-        planesman_node::say!("{name}:")?;
-        for d in declarations(name).unwrap_or_default() {
-            let range = d
-                .range
-                .map(|(low, high)| format!(" in [{low}, {high}]"))
-                .unwrap_or_default();
-            let choices = if d.choices.is_empty() {
-                String::new()
-            } else {
-                format!(" one of {}", d.choices.join(", "))
-            };
-            let fixed = if d.read_only { " (fixed at start)" } else { "" };
-            planesman_node::say!(
-                "  {}: {} {}{range}{choices}{fixed}\n      {}",
-                d.name,
-                d.default,
-                d.unit,
-                d.description
-            )?;
-        }
-    }
-    match node {
-        Some(name) if !NODES.contains(&name) => {
-            bail!("there is no node '{name}'; there are {}", NODES.join(", "))
-        }
-        _ => Ok(()),
-    }
-}
-
-/// Every parameter of one node, or of all, as a ROS 2 parameter file for any namespace: at its
-/// default, or at the scenario's value; unit and range beside it.
-///
-/// # Errors
-/// When there is no such node.
-pub fn parameter_file(node: Option<&str>, scenario: Option<&Scenario>) -> Result<String> {
-    if let Some(name) = node
-        && declarations(name).is_none()
-    {
-        bail!("there is no node '{name}'; there are {}", NODES.join(", "));
-    }
-    let mut text = match scenario {
-        None => "# Every parameter of every node at its default: a ROS 2 parameter file, as\n\
-                 # `planesman params --yaml` writes it.\n"
-            .to_owned(),
-        Some(scenario) => format!(
-            "# {}: a ROS 2 parameter file.\n",
-            scenario.description.replace('\n', " ")
-        ),
-    };
-    for name in NODES.iter().filter(|n| node.is_none_or(|only| only == **n)) {
-        let values = scenario.map(|s| s.values(name)).transpose()?;
-        write!(text, "\n/**/{name}:\n  ros__parameters:\n")?;
-        for d in declarations(name).unwrap_or_default() {
-            let value = values
-                .as_ref()
-                .and_then(|v| v.get(&d.name))
-                .unwrap_or(&d.default);
-            let sentence = d.description.trim_end_matches('.');
-            writeln!(text, "    # {sentence}.")?;
-            write!(text, "    {}: {}", d.name, yaml(value))?;
-            let rules = rules(&d);
-            if !rules.is_empty() {
-                write!(text, "  # {rules}")?;
-            }
-            text.push('\n');
-        }
-    }
-    Ok(text)
-}
-
-/// What a value must obey, in a few words: `m/s, 0 to 5, fixed at start`.
-fn rules(d: &Declaration) -> String {
-    let mut rules = Vec::new();
-    if !d.unit.is_empty() {
-        rules.push(d.unit.to_owned());
-    }
-    match d.range {
-        Some((low, high)) if matches!(d.default, Value::Integer(_)) && high >= i64::MAX as f64 => {
-            rules.push(format!("{low} or more"));
-        }
-        Some((low, high)) => rules.push(format!("{} to {}", brief(low), brief(high))),
-        None => {}
-    }
-    if !d.choices.is_empty() {
-        rules.push(d.choices.join(" | "));
-    }
-    if d.read_only {
-        rules.push("fixed at start".to_owned());
-    }
-    rules.join(", ")
-}
-
-/// A bound for a reader: angles by their names, and no rows of zeros.
-fn brief(bound: f64) -> String {
-    use std::f64::consts::{FRAC_PI_2, PI};
-    let sign = if bound < 0.0 { "-" } else { "" };
-    if bound.abs() == PI {
-        return format!("{sign}pi");
-    }
-    if bound.abs() == FRAC_PI_2 {
-        return format!("{sign}pi/2");
-    }
-    let (plain, short) = (format!("{bound}"), format!("{bound:e}"));
-    if plain.len() > short.len() + 3 {
-        short
-    } else {
-        plain
-    }
-}
-
-/// A value as every YAML reader takes it; those of YAML 1.1 see no number in `1e18`.
-fn yaml(value: &Value) -> String {
-    let text = value.to_string();
-    match (value, text.split_once('e')) {
-        (Value::Double(_), Some((digits, exponent))) => {
-            let point = if digits.contains('.') { "" } else { ".0" };
-            let sign = if exponent.starts_with('-') { "" } else { "+" };
-            format!("{digits}{point}e{sign}{exponent}")
-        }
-        _ => text,
-    }
 }

@@ -8,8 +8,8 @@ use anyhow::{Context, Result, bail};
 use planesman_bag::reader::BagReader;
 use recorder::parameters::RecorderParameters;
 
-use crate::bag_command::recorded;
-use crate::flight::Flight;
+use crate::flight::{Flight, recorded};
+use crate::nodes::NODES;
 use crate::page::{self, Count};
 use crate::scenario::Scenario;
 use crate::summary::Summary;
@@ -189,7 +189,7 @@ impl RunFolder {
                 )
             })
             .collect();
-        for node in crate::scenario::NODES {
+        for node in NODES {
             let Some(published) = published(&self.exit_report(node)) else {
                 continue;
             };

@@ -12,14 +12,7 @@ use planesman_parameters::{Parameters, Value, Values, file};
 use planesman_text::{did_you_mean, yaml};
 use serde::{Deserialize, Serialize};
 
-/// The nodes whose parameters a scenario sets, in the order in which they are started.
-pub const NODES: [&str; 5] = [
-    "recorder",
-    "sysid",
-    "dha_actuator",
-    "depth_controller",
-    "plant_sim",
-];
+use crate::nodes::{self, NODES};
 
 /// The scenarios that come with the program: name and text.
 pub const BUILTIN: [(&str, &str); 4] = [
@@ -142,7 +135,7 @@ impl Scenario {
     /// Each node's own rule for its parameters, and the files they name.
     fn check(&self) -> Result<()> {
         for node in NODES {
-            crate::nodes::validate(node, &self.values(node)?)
+            nodes::validate(node, &self.values(node)?)
                 .map_err(|reason| anyhow!("node {node}: {reason}"))?;
         }
         Ok(())
@@ -198,7 +191,7 @@ impl Scenario {
     /// # Errors
     /// When a value breaks its declaration.
     pub fn values(&self, node: &str) -> Result<Values> {
-        let Some(declarations) = crate::nodes::declarations(node) else {
+        let Some(declarations) = nodes::declarations(node) else {
             bail!("there is no node '{node}'");
         };
         let mut changes: Vec<(String, Value)> = match node {

@@ -75,8 +75,9 @@ impl McapSink {
     pub fn create(path: &Path, namespace: &str) -> Result<Self> {
         let draft = Draft::new(path)?;
         Ok(Self {
-            writer: BagWriter::create_file(
+            writer: BagWriter::create_draft(
                 &draft.draft,
+                &draft.path,
                 WriterOptions {
                     flush_interval: None,
                     ..WriterOptions::default()

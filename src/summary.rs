@@ -4,34 +4,13 @@ use std::fmt;
 
 use anyhow::{Result, anyhow};
 use planesman_linear::{Complex, StepMetrics, TransferFunction, pole_text};
-use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 
+use crate::fingerprint::{Fingerprint, identified, slowest_first};
 use crate::flight::Flight;
 use crate::scenario::Scenario;
 
 /// The dominant pole is called found when it is this close, relative to its magnitude.
 pub const POLE_TOLERANCE: f64 = 0.10;
-
-/// A transfer function's fingerprint.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Fingerprint {
-    /// Continuous poles, 1/s, slowest first.
-    pub poles: Vec<Complex<f64>>,
-    /// Gain at rest, output unit per input unit; `None` with a pole at rest.
-    pub dc_gain: Option<f64>,
-    /// Response to a held unit input after one, two, … samples (the impulse response of
-    /// the sampled system): the gain at short times.
-    pub first_response: f64,
-}
-
-impl Fingerprint {
-    /// The slowest pole; of a pair the one with the positive imaginary part.
-    #[must_use]
-    pub fn dominant(&self) -> Option<Complex<f64>> {
-        let slowest = *self.poles.first()?;
-        Some(Complex::new(slowest.re, slowest.im.abs()))
-    }
-}
 
 /// What a flight shows.
 #[derive(Clone, Debug)]
@@ -97,7 +76,7 @@ impl Summary {
 /// The vehicle's own sampled model between plane angle and pitch rate.
 fn truth(scenario: &Scenario) -> Result<Fingerprint> {
     let parameters = scenario.parameters_of("plant_sim")?;
-    let vehicle = plant_sim::vehicle(&parameters).map_err(|e| anyhow!(e))?;
+    let vehicle = plant_sim::vehicle(&parameters).map_err(|e| anyhow!("{e}"))?;
     let model = planesman_vehicle::linearised::true_model_of(
         &plant_sim::derivatives(&parameters, &vehicle),
         scenario.tick,
@@ -120,31 +99,6 @@ fn first_response(model: &TransferFunction) -> f64 {
     }
     .copied()
     .unwrap_or(0.0)
-}
-
-/// The fingerprint of an estimate.
-#[must_use]
-pub fn identified(model: &ModelEstimate) -> Fingerprint {
-    let poles = model
-        .s_poles_re
-        .iter()
-        .zip(&model.s_poles_im)
-        .map(|(re, im)| Complex::new(*re, *im))
-        .collect();
-    Fingerprint {
-        poles: slowest_first(poles),
-        dc_gain: model.has_dc_gain.then_some(model.dc_gain),
-        first_response: model.b.first().copied().unwrap_or(0.0),
-    }
-}
-
-fn slowest_first(mut poles: Vec<Complex<f64>>) -> Vec<Complex<f64>> {
-    poles.sort_by(|a, b| {
-        a.norm()
-            .total_cmp(&b.norm())
-            .then_with(|| b.im.total_cmp(&a.im))
-    });
-    poles
 }
 
 fn seconds(value: Option<f64>) -> String {

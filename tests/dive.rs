@@ -8,8 +8,9 @@ mod stage;
 use std::path::Path;
 
 use planesman::flight::Flight;
+use planesman::nodes::NODES;
 use planesman::run_folder::RunFolder;
-use planesman::scenario::{NODES, Scenario};
+use planesman::scenario::Scenario;
 use planesman::summary::{POLE_TOLERANCE, Summary};
 use planesman_bag::BagReader;
 use planesman_msgs::planesman_msgs::msg::VehicleState;

@@ -10,7 +10,7 @@ mod stage;
 use std::{collections::BTreeMap, fs, path::Path};
 
 use foreign::{Python, full_name};
-use planesman::{run_folder::RunFolder, scenario::NODES};
+use planesman::{nodes::NODES, run_folder::RunFolder};
 use planesman_bag::BagReader;
 use planesman_node::ExitReport;
 use serde_json::Value;

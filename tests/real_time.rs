@@ -8,8 +8,8 @@ mod stage;
 use std::path::Path;
 
 use planesman::flight::Flight;
+use planesman::nodes::NODES;
 use planesman::run_folder::RunFolder;
-use planesman::scenario::NODES;
 use planesman_msgs::builtin_interfaces::msg::{Duration, Time};
 use planesman_msgs::planesman_msgs::msg::{PlaneMotion, VehicleState};
 use planesman_node::{ExitReport, Qos};

@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used)]
 
 use planesman::compose::{Loop, Tick};
+use planesman::fingerprint::{Fingerprint, identified};
 use planesman::scenario::Scenario;
-use planesman::summary::{Fingerprint, identified};
 use planesman_linear::Complex;
 use planesman_vehicle::{linearised, vehicle_file};
 

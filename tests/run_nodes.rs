@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use planesman::nodes::parameter_file;
+use planesman::params_command::parameter_file;
 use planesman::scenario::Scenario;
 use planesman_bag::BagReader;
 use planesman_node::testing::OwnDomain;

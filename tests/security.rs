@@ -55,7 +55,7 @@ impl Credentials {
 fn vehicle(stage: &Stage, depth: f64, variables: &[(&str, &str)]) -> Process {
     let depth = format!("initial_depth:={depth}");
     let arguments = ["node", "plant_sim", "--ros-args", "-p", &depth];
-    let variables = [&[(planesman::crew::LAUNCHED, "1")], variables].concat();
+    let variables = [&[(planesman::nodes::LAUNCHED, "1")], variables].concat();
     stage.start_as(&arguments, &variables)
 }
 

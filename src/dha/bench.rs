@@ -4,13 +4,13 @@
 use std::fmt::Write as _;
 
 use anyhow::Result;
-use dha_actuator::units::DEGREE;
 use ibm_1966::procedure::{
     ANALOG_GAIN_TESTS, analog_gain_limit, analog_is_stable, analog_step_limit,
 };
 use ibm_1966::tables::{Row, TABLE_2_1, TABLE_3_2, TABLE_4_2};
 use ibm_1966::{Case, Surrogate};
 use planesman_book::{Book, Verdict};
+use planesman_units::DEGREE;
 
 /// The arguments.
 #[derive(Clone, Debug, clap::Args)]

@@ -30,6 +30,9 @@ use serde::Deserialize;
 
 use crate::design::subject::default_gains;
 
+/// Above this much of 1 + N H a harmonic balance is no cycle.
+pub const MOST_RESIDUAL: f64 = 0.1;
+
 /// The control computer's sampling time, s.
 const TICK: f64 = 0.05;
 /// The vehicle's steps in a tick.

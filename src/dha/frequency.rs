@@ -6,11 +6,11 @@ use std::fmt::Write as _;
 use anyhow::{Result, anyhow};
 use dha_actuator::frequency_response::{self, Periods};
 use dha_actuator::linearised::{self, Ram};
-use dha_actuator::units::DEGREE;
 use dha_actuator::{ActuatorSet, Demand, actuator_file};
 use ibm_1966::flight_control::{self, FlightControl};
 use ibm_1966::{Case, Gains, PULSE, Start, Surrogate};
 use planesman_linear::Complex;
+use planesman_units::DEGREE;
 
 /// The arguments.
 #[derive(Clone, Debug, clap::Args)]

@@ -6,8 +6,7 @@ use std::fmt::Write as _;
 use anyhow::Result;
 use planesman_units::INCH;
 
-use super::MOST_RESIDUAL;
-use super::depth_loop::{Case, Figure, LimitCycle, Prediction, cases};
+use super::depth_loop::{Case, Figure, LimitCycle, MOST_RESIDUAL, Prediction, cases};
 
 /// The arguments.
 #[derive(Clone, Debug, clap::Args)]

@@ -14,9 +14,6 @@ pub mod frequency;
 pub mod limit_cycles;
 pub mod size;
 
-/// Above this much of 1 + N H a harmonic balance is no cycle.
-const MOST_RESIDUAL: f64 = 0.1;
-
 /// The commands of `planesman dha`.
 #[derive(Clone, Debug, clap::Subcommand)]
 pub enum DhaCommand {

@@ -13,7 +13,7 @@ use ibm_1966::{Gains, Surrogate};
 use planesman_linear::Complex;
 use planesman_units::{DEGREE, Dimension, INCH, Quantity};
 
-use super::depth_loop::Loop;
+use super::depth_loop::{Loop, MOST_RESIDUAL};
 
 /// The arguments. A quantity is a number and its unit, as in an actuator file.
 #[derive(Clone, Debug, clap::Args)]
@@ -182,7 +182,7 @@ fn depth_cycle(set: &ActuatorSet) -> String {
         position_loop: false,
         ..Demand::angle(angle)
     });
-    if cycle.residual > super::MOST_RESIDUAL {
+    if cycle.residual > MOST_RESIDUAL {
         return format!("none (1 + N H stays {:.2} from 0)", cycle.residual);
     }
     format!(
@@ -203,7 +203,7 @@ fn yaw_cycle(set: &ActuatorSet) -> String {
     let Ok(plant) = plant.transfer_function() else {
         return "none".to_owned();
     };
-    if cycle.residual > super::MOST_RESIDUAL {
+    if cycle.residual > MOST_RESIDUAL {
         return format!("none (1 + N H stays {:.2} from 0)", cycle.residual);
     }
     // The first harmonic of a square wave of half a quantum.
@@ -218,7 +218,6 @@ fn yaw_cycle(set: &ActuatorSet) -> String {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
     use clap::Parser;
 

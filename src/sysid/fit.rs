@@ -306,14 +306,15 @@ fn as_json(found: &Found) -> Result<Value> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
+    use planesman_units::{FOOT, INCH};
+
     use super::*;
 
     #[test]
     fn heave_of_the_thesis_vehicle_is_that_of_its_coefficients() {
         // Brunner 1988, Table 1 (p. 41): Z'w -1.295, Z'q + m' 0.196, Z'delta 0.095, M'w 0.088, m' - Z'w_dot 1.046,
         // I'y 0.072 with M'q_dot; 28 in long.
-        let (speed, length) = (2.1 * 0.3048, 28.0 * 0.0254);
+        let (speed, length) = (2.1 * FOOT, 28.0 * INCH);
         let rate = speed / length;
         let expected = [
             0.088 / 0.072 * rate / length,

@@ -85,7 +85,6 @@ fn place(it: &Uncertain) -> Place {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
     use planesman_identification::analysis::{Options, analyse};
     use planesman_identification::noise;

@@ -299,7 +299,6 @@ fn bode(analysis: &Analysis) -> Result<Vec<Markup>> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
     use brunner_1988::identification::synthetic::{BIAS, NOISE, Run, SAMPLE_TIME};
     use planesman_identification::analysis::{Options, analyse};

@@ -541,7 +541,6 @@ fn short(value: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
 
     fn field(path: &str, values: &[f64]) -> FieldSurvey {

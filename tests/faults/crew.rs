@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use planesman::crew::LAUNCHED;
-use planesman::scenario::NODES;
+use planesman::nodes::LAUNCHED;
+use planesman::nodes::NODES;
 use planesman_bag::BagReader;
 
 use super::evidence::{self, Flight, Part};

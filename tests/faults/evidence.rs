@@ -6,8 +6,8 @@ use std::fs;
 use std::ops::RangeInclusive;
 use std::path::Path;
 
+use planesman::nodes::NODES;
 use planesman::run_folder::RunFolder;
-use planesman::scenario::NODES;
 use planesman_bag::BagReader;
 use planesman_msgs::Message;
 use planesman_msgs::planesman_msgs::msg::{ControlState, DhaState, ModelEstimate, VehicleState};

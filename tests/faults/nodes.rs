@@ -307,7 +307,7 @@ impl Cell {
             _ => "use_sim_time:=".to_owned() + &self.pace.owns_time().to_string(),
         };
         arguments.extend(["-p", &own]);
-        stage.start_as(&arguments, &[(planesman::crew::LAUNCHED, "1")])
+        stage.start_as(&arguments, &[(planesman::nodes::LAUNCHED, "1")])
     }
 
     /// The process that it happens to.

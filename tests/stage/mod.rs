@@ -161,7 +161,7 @@ impl Stage {
         for parameter in parameters {
             arguments.extend(["-p", parameter]);
         }
-        self.start_as(&arguments, &[(planesman::crew::LAUNCHED, "1")])
+        self.start_as(&arguments, &[(planesman::nodes::LAUNCHED, "1")])
     }
 
     /// Somebody who hears the loop and can speak to it.

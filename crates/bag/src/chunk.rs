@@ -2,7 +2,7 @@
 
 use std::io::Read;
 
-use crate::{fields::Chunk, reader::Limits};
+use crate::{fields::Chunk, limits::Limits};
 
 /// Unpacks a chunk's records into `records` as its header says, and checks length and checksum.
 ///

@@ -20,142 +20,16 @@ use crate::{
     BagMetadata, Topic, chunk,
     definitions::CHANNEL,
     metadata::{self, MetadataError},
+    read_error::CONVERTER,
     recording::{Counts, Recording},
     records::Damage,
     walk::{Raw, Walk},
 };
 
-/// What is taken from a bag at most. The defaults are far above what recorders write, and keep a hostile bag from taking
-/// the memory: that is at most one record, its chunk unpacked, one message and the topics.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Limits {
-    /// Bytes of one record, and of one chunk when unpacked. 128 MiB; recorders write about 1.
-    pub chunk: u64,
-    /// Bytes that all topics and their types may take in memory. 192 MiB, a million topics; a busy bag takes 1. What is
-    /// beyond is told as [`BagReader::omitted`].
-    pub definitions: u64,
-}
-
-impl Default for Limits {
-    fn default() -> Self {
-        Self {
-            chunk: 128 << 20,
-            definitions: 192 << 20,
-        }
-    }
-}
-
-/// The order of messages.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Order {
-    /// As written.
-    #[default]
-    File,
-    /// By log time within each chunk; equal times as written. Chunks stay as written.
-    LogTimeInChunk,
-}
-
-/// What makes a bag that is read of one of another kind.
-pub(crate) const CONVERTER: &str =
-    "'rosbags-convert --src OLD --dst NEW --dst-storage mcap' (of PyPI's rosbags)";
-
-/// Why a bag cannot be read.
-#[derive(Debug, thiserror::Error)]
-pub enum ReadError {
-    /// Nothing has that path.
-    #[error(
-        "{path}: no such file or folder; a bag is a folder, its metadata.yaml, or a .mcap file"
-    )]
-    NotFound {
-        /// The path asked for.
-        path: PathBuf,
-    },
-    /// The file system refused.
-    #[error("{path} cannot be read: {source}")]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// What the system says.
-        source: io::Error,
-    },
-    /// A file without a byte.
-    #[error("{path} is empty; a .mcap file is wanted")]
-    Empty {
-        /// The file.
-        path: PathBuf,
-    },
-    /// Something else than an MCAP file.
-    #[error(
-        "{path} is no MCAP file but {found}; a bag is a folder, its metadata.yaml, or a .mcap file"
-    )]
-    NotABag {
-        /// The file.
-        path: PathBuf,
-        /// What it seems to be.
-        found: &'static str,
-    },
-    /// The file is cut off before its first record.
-    #[error("{path} is cut off or damaged in its header: no message can be read")]
-    NoHeader {
-        /// The file.
-        path: PathBuf,
-    },
-    /// A folder without `.mcap` files.
-    #[error("{path} is no bag that can be read: it holds no .mcap file{instead}")]
-    NoMcap {
-        /// The folder.
-        path: PathBuf,
-        /// What it holds instead and what to do, if that is known.
-        instead: String,
-    },
-    /// A storage other than MCAP.
-    #[error(
-        "{path} is a bag in rosbag2's '{storage}' storage; only mcap is read; {CONVERTER} makes one of it, as 'ros2 bag convert' does"
-    )]
-    Storage {
-        /// The metadata.
-        path: PathBuf,
-        /// The storage it names.
-        storage: String,
-    },
-    /// Files or messages compressed by rosbag2 rather than by MCAP, in a way that is not read.
-    #[error(
-        "{path} is a bag compressed by {mode} ({format}); read are MCAP's own chunk compression, messages packed with zstd, and \
-         files once they are unpacked ('zstd -d NAME.mcap.zstd', beside the packed ones)"
-    )]
-    Compressed {
-        /// The metadata.
-        path: PathBuf,
-        /// `file` or `message`.
-        mode: String,
-        /// The compressor.
-        format: String,
-    },
-    /// `metadata.yaml` is not what it should be.
-    #[error(transparent)]
-    Metadata(#[from] MetadataError),
-    /// A file that was closed, and damaged since.
-    #[error("{path} is damaged at byte {offset}: {reason}; what comes before has been read")]
-    Damaged {
-        /// The file.
-        path: PathBuf,
-        /// Where nothing more can be read.
-        offset: u64,
-        /// What is wrong there.
-        reason: String,
-    },
-}
-
-impl ReadError {
-    pub(crate) fn open(path: &Path, source: io::Error) -> Self {
-        let path = path.to_owned();
-        if source.kind() == io::ErrorKind::NotFound {
-            Self::NotFound { path }
-        } else {
-            Self::Io { path, source }
-        }
-    }
-}
+pub use crate::{
+    limits::{Limits, Order},
+    read_error::ReadError,
+};
 
 /// Whether a bag is all that was to be recorded.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -14,7 +14,8 @@ use std::{
 use crate::{
     definitions::Channels,
     fields::{Header, op},
-    reader::{Limits, Order, ReadError},
+    limits::{Limits, Order},
+    read_error::ReadError,
     records::{Damage, Records, read_up_to},
     summary,
     walk::Walk,

@@ -11,7 +11,7 @@ use std::{
 use crate::{
     definitions::{Definitions, Known},
     fields::{self, Footer, Statistics, op},
-    reader::Limits,
+    limits::Limits,
     records::{Records, read_up_to},
     walk::{BUFFER, is_told},
 };

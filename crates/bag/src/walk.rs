@@ -11,7 +11,7 @@ use crate::{
     Topic, chunk,
     definitions::{Channels, Definitions, Known},
     fields::{self, op},
-    reader::{Limits, Order},
+    limits::{Limits, Order},
     records::{Damage, Records, record_at},
 };
 

@@ -273,11 +273,23 @@ impl BagWriter {
     /// [`WriteError::Exists`] if anything has that path; [`WriteError::Create`] if the file
     /// system refuses.
     pub fn create_file(file: &Path, options: WriterOptions) -> Result<Self, WriteError> {
+        Self::create_draft(file, file, options)
+    }
+
+    /// Starts a single `.mcap` file at `draft` that is to be moved to `file` once it is closed, and names itself so.
+    ///
+    /// # Errors
+    /// As [`create_file`](Self::create_file), of `draft`.
+    pub fn create_draft(
+        draft: &Path,
+        file: &Path,
+        options: WriterOptions,
+    ) -> Result<Self, WriteError> {
         let output = File::options()
             .write(true)
             .create_new(true)
-            .open(file)
-            .map_err(|source| refused(file, source))?;
+            .open(draft)
+            .map_err(|source| refused(draft, source))?;
         Self::start(file, Box::new(output), options)
     }
 

@@ -157,6 +157,25 @@ fn messages_out_of_order_are_put_in_order_within_a_chunk() {
 }
 
 #[test]
+fn a_draft_names_the_file_that_it_becomes() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = folder.path().join("dive.mcap");
+    let written = [".dive.mcap.1.part", ".dive.mcap.22.part"].map(|draft| {
+        let draft = folder.path().join(draft);
+        let mut writer =
+            BagWriter::create_draft(&draft, &file, WriterOptions::default()).expect("a new file");
+        let depth = writer.add_topic(&topic("/depth")).expect("a new topic");
+        writer
+            .write_raw(depth, &payload(1.0), 1, 0)
+            .expect("room on the disk");
+        let account = writer.close().expect("room on the disk");
+        assert_eq!(account.relative_file_paths, ["dive.mcap"]);
+        fs::read(&draft).expect("written")
+    });
+    assert_eq!(written[0], written[1]);
+}
+
+#[test]
 fn a_split_bag_is_read_in_the_order_of_its_metadata() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let parts: Vec<_> = (0..11)

@@ -1,9 +1,7 @@
 //! A message type with all it refers to, read from the text that a bag's channel holds.
 
-use planesman_rosidl::definition::{Arity, Element, Field, Kind};
+use planesman_rosidl::definition::Element;
 use planesman_rosidl::{Error, Library, Message, TypeName, parse_idl_schema, parse_schema};
-
-use crate::{Decoder, FieldPath};
 
 /// A message type and every type it refers to, checked: all are defined, none contains itself.
 #[derive(Clone, Debug)]
@@ -66,33 +64,6 @@ impl Types {
     #[must_use]
     pub fn root(&self) -> &TypeName {
         &self.root
-    }
-
-    /// Where messages of this type carry their stamp: `header.stamp`, or else the first field that
-    /// is a `builtin_interfaces/Time`. It holds `sec` and `nanosec`. `None` for a type without, or one whose
-    /// schema has a header or time of its own making.
-    #[must_use]
-    pub fn stamp(&self) -> Option<FieldPath> {
-        let one = |field: &Field, package: &str, name: &str| {
-            let wanted = TypeName::new(package, Kind::Msg, name);
-            field.field_type.arity == Arity::One
-                && field.field_type.element == Element::Message(wanted)
-        };
-        let fields = &self.message(&self.root)?.fields;
-        let path = |field: &Field| field.name.parse::<FieldPath>().ok();
-        let header = fields.iter().find(|it| one(it, "std_msgs", "Header"));
-        let time = fields
-            .iter()
-            .find(|it| one(it, "builtin_interfaces", "Time"));
-        let places = [
-            header.and_then(path).map(|header| header.field("stamp")),
-            time.and_then(path),
-        ];
-        let is_stamp = |place: &FieldPath| {
-            let parts = ["sec", "nanosec"].map(|name| place.field(name));
-            Decoder::compile(self, &parts).is_ok()
-        };
-        places.into_iter().flatten().find(is_stamp)
     }
 
     /// Whether there is a wide string anywhere.

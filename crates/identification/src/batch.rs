@@ -161,7 +161,6 @@ pub fn least_squares(rows: &[(Vec<f64>, f64)]) -> Result<DVector<f64>> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
 
     #[test]

@@ -160,7 +160,6 @@ pub fn pitch_equation(estimate: &Estimate) -> Result<Physical> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::common::{SAMPLE_TIME, pulses};
     use crate::estimators::{Estimator, OutputError, VehicleSearch};

@@ -60,7 +60,6 @@ pub fn simulated(model: &Model, inputs: &[Input], outputs: &[f64]) -> Option<f64
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
 
     #[test]

@@ -143,7 +143,6 @@ fn sort_largest_first(roots: &mut [Complex<f64>]) {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
 
     fn model(a: &[f64], b: &[f64]) -> Model {

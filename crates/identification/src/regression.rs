@@ -152,7 +152,6 @@ pub fn rows(shape: Shape, inputs: &[Input], outputs: &[f64]) -> Vec<(Vec<f64>, f
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
 
     #[test]

@@ -318,7 +318,6 @@ pub(crate) fn check_forgetting(forgetting: f64) -> Result<()> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
 
     /// The textbook recursion, for comparison: g = P phi / (lambda + phi' P phi).

@@ -342,7 +342,6 @@ pub fn filter(num: &[f64], den: &[f64], input: &[f64]) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
 
     #[test]

@@ -175,7 +175,6 @@ fn squared_magnitude(p: &[f64]) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
 
     fn tf(num: &[f64], den: &[f64]) -> TransferFunction {

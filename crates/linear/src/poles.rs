@@ -4,7 +4,7 @@
 
 use nalgebra::{Complex, DMatrix, Schur, linalg::balancing::balance_parlett_reinsch};
 
-use crate::{Error, error::finite, polynomial::sort_slowest_first};
+use crate::{Error, error::finite};
 
 /// QR steps allowed per row before a start is given up; two or three are usual.
 const STEPS_PER_ROW: usize = 100;
@@ -93,6 +93,12 @@ pub fn eigenvalues(matrix: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, Error> {
     Ok(values)
 }
 
+/// Largest real part first, then largest imaginary part: the slowest continuous mode, or the
+/// discrete one nearest to +1, leads.
+pub(crate) fn sort_slowest_first(roots: &mut [Complex<f64>]) {
+    roots.sort_by(|a, b| b.re.total_cmp(&a.re).then(b.im.total_cmp(&a.im)));
+}
+
 /// `H M H` with the Householder mirror `H = 1 - 2 v v' / v'v`, `v = (1, 2, ..., n)`.
 fn mirrored(matrix: &DMatrix<f64>) -> DMatrix<f64> {
     let size = matrix.nrows();
@@ -104,7 +110,6 @@ fn mirrored(matrix: &DMatrix<f64>) -> DMatrix<f64> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
 
     #[test]

@@ -5,7 +5,11 @@
 
 use nalgebra::{Complex, DMatrix};
 
-use crate::{Error, error::finite, poles::eigenvalues};
+use crate::{
+    Error,
+    error::finite,
+    poles::{eigenvalues, sort_slowest_first},
+};
 
 /// Newton steps per root. Convergence is quadratic from eigenvalues good to half the digits or
 /// more; a multiple root stops sooner because no step improves it.
@@ -126,12 +130,6 @@ pub(crate) fn check(what: &'static str, coefficients: &[f64]) -> Result<(), Erro
     }
 }
 
-/// Largest real part first, then largest imaginary part: the slowest continuous mode, or the
-/// discrete one nearest to +1, leads.
-pub(crate) fn sort_slowest_first(roots: &mut [Complex<f64>]) {
-    roots.sort_by(|a, b| b.re.total_cmp(&a.re).then(b.im.total_cmp(&a.im)));
-}
-
 /// Newton steps for as long as each brings the polynomial nearer to zero.
 fn polish(monic: &[f64], slope: &[f64], mut root: Complex<f64>) -> Complex<f64> {
     let mut residual = evaluate(monic, root);
@@ -150,7 +148,6 @@ fn polish(monic: &[f64], slope: &[f64], mut root: Complex<f64>) -> Complex<f64> 
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
 
     fn close(found: Complex<f64>, re: f64, im: f64, tolerance: f64) {

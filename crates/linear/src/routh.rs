@@ -63,7 +63,6 @@ impl RouthColumn {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::{Complex, polynomial};
 

@@ -171,9 +171,57 @@ impl StateSpace {
     }
 }
 
+/// The way back.
+impl TransferFunction {
+    /// A state space of this transfer function, in controllable companion form: with the denominator
+    /// scaled to `s^n + a_1 s^(n-1) + ... + a_n` and the numerator to `d (that) + b_1 s^(n-1) + ... + b_n`,
+    ///
+    /// ```text
+    ///     [-a_1 ... -a_n]       [1]
+    /// A = [  1         0]   B = [0]   C = [b_1 ... b_n]   D = d
+    ///     [      1     0]       [0]
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Improper`] when the numerator's degree is above the denominator's,
+    /// [`Error::NotFinite`].
+    pub fn companion(&self) -> Result<StateSpace, Error> {
+        let num = self.trimmed_num();
+        if num.len() > self.den.len() {
+            return Err(Error::Improper {
+                numerator: num.len() - 1,
+                denominator: self.den.len() - 1,
+            });
+        }
+        let n = self.den.len() - 1;
+        let lead = self.den[0];
+        let a: Vec<f64> = self.den.iter().map(|a| a / lead).collect();
+        let mut b = vec![0.0; self.den.len() - num.len()];
+        b.extend(num.iter().map(|b| b / lead));
+        StateSpace::new(
+            DMatrix::from_fn(n, n, |row, column| match row {
+                0 => -a[column + 1],
+                _ => f64::from(u8::from(row == column + 1)),
+            }),
+            DMatrix::from_fn(n, 1, |row, _| f64::from(u8::from(row == 0))),
+            DMatrix::from_fn(1, n, |_, column| b[column + 1] - b[0] * a[column + 1]),
+            DMatrix::from_element(1, 1, b[0]),
+        )
+    }
+
+    /// This continuous system seen through a zero-order hold and a sampler of `dt` \[s\]: in `z`.
+    ///
+    /// # Errors
+    /// Those of [`companion`](Self::companion) and [`StateSpace::zero_order_hold`].
+    pub fn zero_order_hold(&self, dt: f64) -> Result<Self, Error> {
+        self.companion()?
+            .zero_order_hold(dt)?
+            .transfer_function(0, 0)
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
 
     /// A mass on a spring with a damper: `x'' = -w^2 x - 2 z w x' + u`.

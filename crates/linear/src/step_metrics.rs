@@ -246,7 +246,6 @@ fn crossing(from: Sample, to: Sample, level: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
 
     fn sampled(duration: f64, response: impl Fn(f64) -> f64) -> (Vec<f64>, Vec<f64>) {

@@ -5,15 +5,16 @@
 //! send window; an answer then waits for room. The node goes on meanwhile: one task looks after all that wait, at
 //! most [`MOST`], and [`MOST_EACH`] of a client.
 
-use std::{cell::RefCell, collections::VecDeque, rc::Rc, time::Duration};
+use std::{rc::Rc, time::Duration};
 
 use ros2_client::{RmwRequestId, error::WriteError};
 use rustdds::GUID;
 use smol::Timer;
 
 use crate::{
-    service::{replies_topic, requests_topic},
+    names::{replies_topic, requests_topic},
     shared::Shared,
+    waiting::Waiting,
 };
 
 /// Time between two looks, and how many there are for an answer.
@@ -23,26 +24,6 @@ const LOOKS: u32 = 500;
 /// Answers that wait, in all and for one client; a further one is not sent.
 const MOST: usize = 100;
 const MOST_EACH: usize = 10;
-
-/// An attempt to send an answer, again if there was no room.
-type Send = Box<dyn FnMut() -> Result<(), WriteError<()>>>;
-
-/// One that waits.
-struct Waiting {
-    /// The service's name.
-    service: String,
-    client: GUID,
-    /// Whether our writer is matched with the client's reader.
-    heard: bool,
-    looks: u32,
-    send: Send,
-}
-
-/// All that wait, oldest first.
-#[derive(Default)]
-pub(crate) struct Answers {
-    waiting: RefCell<VecDeque<Waiting>>,
-}
 
 /// Sends an answer of the service `name` to whoever asked `request`: now, or as soon as who asked is known to listen and
 /// there is room, or never, which is told. `send` must not wait.

@@ -8,26 +8,8 @@ use std::{path::PathBuf, str::FromStr};
 use log::LevelFilter;
 use planesman_parameters::{Value, file};
 
-use crate::names::check_namespace;
-
-/// An argument that cannot be used, and why.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("'{argument}': {reason}")]
-pub struct BadArgument {
-    /// The argument, or the name it held.
-    pub argument: String,
-    /// What is wrong with it.
-    pub reason: String,
-}
-
-impl BadArgument {
-    pub(crate) fn new(argument: &str, reason: &str) -> Self {
-        Self {
-            argument: argument.to_owned(),
-            reason: reason.to_owned(),
-        }
-    }
-}
+pub use crate::bad_argument::BadArgument;
+use crate::name_rules::check_namespace;
 
 /// What a remapping rule applies to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -137,7 +137,6 @@ impl<R: Clone, W> Goals<R, W> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
     use planesman_msgs::{action_msgs::msg::GoalInfo, unique_identifier_msgs::msg::UUID};
 

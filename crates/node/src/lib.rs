@@ -51,17 +51,17 @@
 //! |---|---|
 //! | [`runtime`] | the node: one thread, one event at a time |
 //! | [`args`] | `--ros-args` |
-//! | [`names`] | expanding and remapping names |
+//! | [`names`], `name_rules` | expanding and remapping names; their form |
 //! | [`domain`], `unsupported` | `ROS_DOMAIN_ID` and the discovery range; what of ROS's variables there is not |
 //! | `security` | `ROS_SECURITY_*` and enclaves |
 //! | `parameters` | the six parameter services |
 //! | [`qos`] | quality of service as ROS conventions have it |
 //! | [`publisher`], `subscription`, [`raw`] | topics out, in, and undecoded |
-//! | [`service`], `answers` | services served and called; answers on their way |
+//! | [`service`], `answers`, `waiting` | services served and called; answers on their way |
 //! | `share` | how much of its time a node gives to requests |
 //! | [`action_server`], [`action_client`], `goals` | actions served and asked; the server's book |
 //! | `endpoint` | one end of a topic: peers and counts |
-//! | `clock` | wall time or `/clock` |
+//! | `clock`, `clock_source` | wall time or `/clock` |
 //! | [`logging`] | stderr and `/rosout` |
 //! | [`diagnostics`] | `/diagnostics`, written and read |
 //! | [`claim`] | being the only one that does something |
@@ -75,8 +75,10 @@ pub mod action_client;
 pub mod action_server;
 mod answers;
 pub mod args;
+mod bad_argument;
 pub mod claim;
 mod clock;
+mod clock_source;
 pub mod diagnostics;
 pub mod domain;
 mod endpoint;
@@ -84,6 +86,7 @@ pub mod file_size;
 mod goals;
 pub mod logging;
 pub mod memory;
+mod name_rules;
 pub mod names;
 mod parameters;
 pub mod publisher;
@@ -99,6 +102,7 @@ pub mod shutdown;
 mod subscription;
 pub mod testing;
 mod unsupported;
+mod waiting;
 mod watchdog;
 
 use std::process::ExitCode;

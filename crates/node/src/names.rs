@@ -4,7 +4,11 @@
 //! on design.ros2.org, as `rcl` applies them: a name is expanded, then the first rule
 //! whose expanded left side is that name replaces it.
 
-use crate::args::{BadArgument, Remap, RemapKind};
+use crate::{
+    args::{Remap, RemapKind},
+    bad_argument::BadArgument,
+    name_rules::{check, check_namespace, is_token},
+};
 
 /// A node's name and namespace after remapping.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -102,33 +106,14 @@ fn join(parent: &str, child: &str) -> String {
     format!("{}/{child}", parent.trim_end_matches('/'))
 }
 
-/// Letters, digits and single underscores, not beginning with a digit.
-fn is_token(token: &str) -> bool {
-    token.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
-        && token.chars().next().is_some_and(|c| !c.is_ascii_digit())
-        && !token.contains("__")
+/// The DDS topic that a service's requests go by.
+pub(crate) fn requests_topic(service: &str) -> String {
+    format!("rq{service}Request")
 }
 
-/// Refuses what is no absolute ROS name.
-fn check(absolute: &str) -> Result<(), BadArgument> {
-    let tokens = absolute.strip_prefix('/').unwrap_or(absolute);
-    if tokens.split('/').all(is_token) {
-        return Ok(());
-    }
-    Err(BadArgument::new(
-        absolute,
-        "a name consists of tokens between slashes: letters, digits and single underscores, \
-         not beginning with a digit",
-    ))
-}
-
-/// Refuses what is no absolute ROS namespace; an enclave's name has the same form.
-pub(crate) fn check_namespace(name: &str) -> Result<(), BadArgument> {
-    match name {
-        "/" => Ok(()),
-        _ if name.starts_with('/') => check(name),
-        _ => Err(BadArgument::new(name, "it does not begin with a slash")),
-    }
+/// The DDS topic that a service's answers go by.
+pub(crate) fn replies_topic(service: &str) -> String {
+    format!("rr{service}Reply")
 }
 
 #[cfg(test)]

@@ -50,7 +50,7 @@ use crate::{
     action_server::{ActionServer, Goal, GoalId},
     args::RosArguments,
     claim::Claim,
-    clock,
+    clock_source,
     diagnostics::{self, Connections, Level},
     domain::Domain,
     endpoint::{Direction, Endpoint, TypeNames},
@@ -271,7 +271,7 @@ impl<E: 'static> Runtime<E> {
             failed,
             failure: RefCell::default(),
         };
-        clock::set_source(&runtime.shared, runtime.parameters.borrow().uses_sim_time())?;
+        clock_source::set_source(&runtime.shared, runtime.parameters.borrow().uses_sim_time())?;
         runtime.serve_parameters(spec.on_parameters)?;
         runtime.send_diagnostics(heard)?;
         runtime.watch_middleware(participant.thread_watch(), fail);
@@ -760,7 +760,7 @@ impl<E: 'static> Runtime<E> {
                     P::from_values(&parameters.values),
                 )
             };
-            if let Err(error) = clock::set_source(&shared, uses_sim_time) {
+            if let Err(error) = clock_source::set_source(&shared, uses_sim_time) {
                 log::error!("no /clock: {error:#}");
             }
             events.publish(&ParameterEvent {

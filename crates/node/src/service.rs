@@ -14,7 +14,11 @@ use ros2_client::{RmwRequestId, service::ServiceMapping};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use smol::{Timer, lock::Mutex};
 
-use crate::{answers, shared::Shared};
+use crate::{
+    answers,
+    names::{replies_topic, requests_topic},
+    shared::Shared,
+};
 
 /// A message in the middleware's eyes, which takes only types that carry its mark.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -113,16 +117,6 @@ pub(crate) async fn within<T>(
         Either::Left((answer, _)) => answer.with_context(|| name.to_owned()),
         Either::Right(_) => bail!("{name}: no answer within {timeout:?}"),
     }
-}
-
-/// The DDS topic that a service's requests go by.
-pub(crate) fn requests_topic(service: &str) -> String {
-    format!("rq{service}Request")
-}
-
-/// The DDS topic that a service's answers go by.
-pub(crate) fn replies_topic(service: &str) -> String {
-    format!("rr{service}Reply")
 }
 
 /// Calls one service of another node. Clones share one connection.

@@ -15,7 +15,6 @@ use rustdds::{DomainParticipant, GUID, RTPSEntity as _, Topic, discovery::announ
 use smol::{LocalExecutor, channel::Sender};
 
 use crate::{
-    answers::Answers,
     args::{Remap, RemapKind},
     clock::Clock,
     endpoint::{Direction, Endpoint, TypeNames},
@@ -23,6 +22,7 @@ use crate::{
     names::NodeNames,
     qos::Qos,
     share::Share,
+    waiting::Answers,
 };
 
 /// Time between two warnings about one topic, s.

@@ -15,12 +15,16 @@ extern crate self as planesman_parameters;
 
 mod declaration;
 pub mod file;
+mod parameter_type;
+mod refusal;
 mod typed;
 mod value;
 mod values;
 
 pub use declaration::Declaration;
+pub use parameter_type::{Choice, ParameterType};
 pub use planesman_parameters_derive::{Choice, Parameters};
-pub use typed::{Choice, ParameterType, Parameters, dotted};
+pub use refusal::Refusal;
+pub use typed::{Parameters, dotted};
 pub use value::Value;
-pub use values::{Refusal, Values};
+pub use values::Values;

@@ -95,74 +95,13 @@ impl Parameters for () {
     }
 }
 
-/// A text parameter with a closed list of values: derive it for an enum without fields.
-pub trait Choice: Copy {
-    /// The values as users write them, in snake case.
-    const NAMES: &'static [&'static str];
-
-    /// The value as users write it.
-    fn name(self) -> &'static str;
-
-    /// The variant of that name.
-    fn named(name: &str) -> Option<Self>;
+impl Values {
+    /// The defaults of a struct of parameters.
+    #[must_use]
+    pub fn of<P: Parameters>() -> Self {
+        Self::defaults(P::declarations())
+    }
 }
-
-/// A Rust type that a parameter may have.
-pub trait ParameterType: Sized {
-    /// The only texts accepted; empty when any is.
-    const CHOICES: &'static [&'static str] = &[];
-
-    /// The ROS value.
-    fn to_value(&self) -> Value;
-
-    /// The Rust value; `None` when the ROS value is of another type or does not fit.
-    fn from_value(value: &Value) -> Option<Self>;
-}
-
-macro_rules! parameter_types {
-    ($($rust:ty => $ros:ident),* $(,)?) => {$(
-        impl ParameterType for $rust {
-            fn to_value(&self) -> Value {
-                Value::$ros(self.clone())
-            }
-
-            fn from_value(value: &Value) -> Option<Self> {
-                match value {
-                    Value::$ros(it) => Some(it.clone()),
-                    _ => None,
-                }
-            }
-        }
-    )*};
-}
-
-parameter_types! {
-    bool => Bool,
-    i64 => Integer,
-    f64 => Double,
-    String => String,
-    Vec<f64> => DoubleArray,
-    Vec<String> => StringArray,
-}
-
-macro_rules! counts {
-    ($($rust:ty),*) => {$(
-        impl ParameterType for $rust {
-            fn to_value(&self) -> Value {
-                Value::Integer(i64::try_from(*self).unwrap_or(i64::MAX))
-            }
-
-            fn from_value(value: &Value) -> Option<Self> {
-                match value {
-                    Value::Integer(count) => Self::try_from(*count).ok(),
-                    _ => None,
-                }
-            }
-        }
-    )*};
-}
-
-counts!(u32, u64, usize);
 
 /// The name of a parameter in a group; `under` is the group's name, `""` for none.
 #[must_use]

@@ -4,24 +4,7 @@ use std::collections::BTreeMap;
 
 use planesman_text::did_you_mean;
 
-use crate::{Declaration, ParameterType, Parameters, Value};
-
-/// Why a parameter, or a parameter file, was not accepted.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{}{reason}", parameter(name))]
-pub struct Refusal {
-    /// The parameter; empty for a whole file, which the caller names.
-    pub name: String,
-    /// The value and the rule it breaks.
-    pub reason: String,
-}
-
-fn parameter(name: &str) -> String {
-    match name {
-        "" => String::new(),
-        name => format!("parameter '{name}': "),
-    }
-}
+use crate::{Declaration, ParameterType, Refusal, Value};
 
 /// Declared parameters with their present values. Always complete and valid: a change
 /// is accepted whole or refused whole.
@@ -43,12 +26,6 @@ impl Values {
             declarations,
             values,
         }
-    }
-
-    /// The defaults of a struct of parameters.
-    #[must_use]
-    pub fn of<P: Parameters>() -> Self {
-        Self::defaults(P::declarations())
     }
 
     /// The declarations, in declared order.
@@ -137,6 +114,7 @@ impl Values {
 mod tests {
     use super::*;
     use crate::Choice;
+    use crate::Parameters;
 
     #[derive(Clone, Copy, Debug, PartialEq, Choice)]
     enum Mode {

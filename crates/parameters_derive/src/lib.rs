@@ -23,23 +23,3 @@ pub fn choice(input: TokenStream) -> TokenStream {
         .unwrap_or_else(|error| error.to_compile_error())
         .into()
 }
-
-/// The doc comment among the attributes: its lines joined by spaces.
-fn doc_text(attributes: &[syn::Attribute]) -> String {
-    let lines = attributes.iter().filter_map(|attribute| {
-        let syn::Meta::NameValue(pair) = &attribute.meta else {
-            return None;
-        };
-        let syn::Expr::Lit(syn::ExprLit {
-            lit: syn::Lit::Str(line),
-            ..
-        }) = &pair.value
-        else {
-            return None;
-        };
-        pair.path
-            .is_ident("doc")
-            .then(|| line.value().trim().to_owned())
-    });
-    lines.collect::<Vec<_>>().join(" ").trim().to_owned()
-}

@@ -164,7 +164,7 @@ fn entry(field: &Field) -> Result<Entry<'_>> {
             Ok(())
         })?;
     }
-    let description = crate::doc_text(&field.attrs);
+    let description = doc_text(&field.attrs);
     let kind = match default {
         Some(default) if !description.is_empty() => Kind::Leaf {
             default,
@@ -210,4 +210,24 @@ fn bounds(range: Expr) -> Result<(Expr, Expr)> {
             "a closed interval is expected: low..=high",
         )),
     }
+}
+
+/// The doc comment among the attributes: its lines joined by spaces.
+fn doc_text(attributes: &[syn::Attribute]) -> String {
+    let lines = attributes.iter().filter_map(|attribute| {
+        let syn::Meta::NameValue(pair) = &attribute.meta else {
+            return None;
+        };
+        let syn::Expr::Lit(syn::ExprLit {
+            lit: syn::Lit::Str(line),
+            ..
+        }) = &pair.value
+        else {
+            return None;
+        };
+        pair.path
+            .is_ident("doc")
+            .then(|| line.value().trim().to_owned())
+    });
+    lines.collect::<Vec<_>>().join(" ").trim().to_owned()
 }

@@ -2,6 +2,9 @@
 
 use std::fmt;
 
+/// How deep messages may be nested; keeps every walk over a definition shallow, also a foreign one.
+pub const MAX_DEPTH: usize = 64;
+
 /// An interface definition was refused: where, and by which rule.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Error {
@@ -78,8 +81,8 @@ pub enum Rule {
     /// A message that contains itself, directly or through others.
     #[error("{0} contains itself")]
     Recursive(String),
-    /// Messages nested deeper than [`crate::MAX_DEPTH`].
-    #[error("messages are nested more than {max} deep", max = crate::MAX_DEPTH)]
+    /// Messages nested deeper than [`MAX_DEPTH`].
+    #[error("messages are nested more than {max} deep", max = MAX_DEPTH)]
     TooDeep,
     /// A definition that is valid but has no Rust counterpart here.
     #[error("no Rust source is generated for {0}")]

@@ -11,8 +11,8 @@ use std::collections::BTreeMap;
 use crate::definition::{
     Arity, EMPTY_MESSAGE_FIELD, Element, Field, FieldType, Message, Primitive, TypeName, is_name,
 };
-use crate::error::{Error, Rule};
-use crate::library::{Library, MAX_DEPTH};
+use crate::error::{Error, MAX_DEPTH, Rule};
+use crate::library::Library;
 
 /// Reads a `ros2idl` schema text that defines `type_name` and all it refers to.
 ///

@@ -22,8 +22,8 @@ pub mod rust;
 pub mod schema;
 
 pub use definition::{Action, Message, Service, TypeName};
-pub use error::{Error, Rule};
+pub use error::{Error, MAX_DEPTH, Rule};
 pub use idl::parse_idl_schema;
-pub use library::{Library, MAX_DEPTH};
+pub use library::Library;
 pub use parse::{parse_action, parse_message, parse_service};
 pub use schema::parse_schema;

@@ -14,11 +14,8 @@ use std::path::Path;
 use crate::definition::{
     Action, Arity, Element, Field, FieldType, Kind, Message, Primitive, Service, TypeName,
 };
-use crate::error::{Error, Rule};
+use crate::error::{Error, MAX_DEPTH, Rule};
 use crate::parse::{parse_action, parse_message, parse_service};
-
-/// How deep messages may be nested; keeps every walk over a definition shallow, also a foreign one.
-pub const MAX_DEPTH: usize = 64;
 
 /// Definitions by name.
 #[derive(Debug, Clone, Default)]

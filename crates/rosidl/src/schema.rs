@@ -6,8 +6,8 @@
 use std::collections::BTreeSet;
 
 use crate::definition::TypeName;
-use crate::error::{Error, Rule};
-use crate::library::{Library, MAX_DEPTH};
+use crate::error::{Error, MAX_DEPTH, Rule};
+use crate::library::Library;
 use crate::parse::parse_part;
 
 const SEPARATOR: &str =

@@ -295,7 +295,6 @@ impl Aligner {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
 
     const PERIOD: i64 = 50_000_000;

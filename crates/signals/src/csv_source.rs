@@ -291,7 +291,6 @@ impl<R: Read> Read for ShortLines<R> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
 
     #[test]

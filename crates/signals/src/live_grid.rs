@@ -228,7 +228,6 @@ impl LiveGrid {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
 
     const T: i64 = 1000;

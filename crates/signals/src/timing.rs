@@ -97,7 +97,6 @@ impl Meter {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
 
     fn timing(stamps: impl IntoIterator<Item = i64>) -> Timing {

@@ -155,7 +155,6 @@ impl<'de> Visitor<'de> for Written {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::{DEGREE, FOOT};
 

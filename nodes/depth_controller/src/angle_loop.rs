@@ -44,7 +44,6 @@ pub(crate) fn short_way(from: f64, to: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
 
     #[test]

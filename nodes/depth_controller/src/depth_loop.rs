@@ -66,7 +66,6 @@ impl DepthLoop {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
 
     fn depth_loop() -> DepthLoop {

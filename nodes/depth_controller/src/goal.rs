@@ -124,7 +124,6 @@ fn signal(goal: &ManoeuvreGoal) -> Result<TestSignal, String> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
 
     const TICK: i64 = 50_000_000;

@@ -89,7 +89,6 @@ impl Integral {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
 
     /// The share after 10 s at an error that asks for 1/s, and the time until `u = error + i` leaves the limit 1

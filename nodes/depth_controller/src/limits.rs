@@ -78,7 +78,6 @@ pub(crate) fn slewed(from: f64, to: f64, rate: f64, dt: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
 
     #[test]

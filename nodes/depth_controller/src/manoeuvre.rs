@@ -201,7 +201,6 @@ pub(crate) fn nanoseconds(seconds: f64) -> i64 {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
 
     const MILLISECOND: i64 = 1_000_000;

@@ -7,6 +7,7 @@
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_6, PI};
 
 use planesman_parameters::{Choice, Parameters};
+use planesman_units::FOOT;
 
 use crate::allocation::{Allocation, DivePlanes};
 use crate::angle_loop::AngleLoop;
@@ -24,10 +25,7 @@ use crate::setpoint::Bounds;
 use crate::speed_loop::SpeedLoop;
 
 /// The speed that full thrust is to give, m/s: 5 ft/s (Brunner 1988, p. 57).
-const DESIGN_SPEED: f64 = 5.0 * METRES_PER_FOOT;
-
-/// Metres in a foot (exact, by definition).
-pub const METRES_PER_FOOT: f64 = 0.3048;
+const DESIGN_SPEED: f64 = 5.0 * FOOT;
 
 /// Every parameter of `depth_controller`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
@@ -93,10 +91,10 @@ pub struct ControllerParameters {
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Depth {
     /// Dive angle per metre of depth error, Kpz = 0.25 rad/ft (Brunner 1988, program T6).
-    #[parameter(default = 0.25 / METRES_PER_FOOT, unit = "rad/m", range = 0.0..=1e3)]
+    #[parameter(default = 0.25 / FOOT, unit = "rad/m", range = 0.0..=1e3)]
     pub p: f64,
     /// Dive angle taken away per m/s of depth rate, Kdz = 0.6 rad s/ft (Brunner 1988, program T6).
-    #[parameter(default = 0.6 / METRES_PER_FOOT, unit = "rad s/m", range = 0.0..=1e3)]
+    #[parameter(default = 0.6 / FOOT, unit = "rad s/m", range = 0.0..=1e3)]
     pub d: f64,
     /// Dive angle per metre of depth error and second; the report has none.
     #[parameter(default = 0.0, unit = "rad/(m s)", range = 0.0..=1e3)]
@@ -293,7 +291,7 @@ pub struct Feedback {
     #[parameter(default = SpeedSource::Nominal, read_only)]
     pub speed_source: SpeedSource,
     /// The nominal speed through the water.
-    #[parameter(default = METRES_PER_FOOT, unit = "m/s", range = 0.0..=100.0)]
+    #[parameter(default = FOOT, unit = "m/s", range = 0.0..=100.0)]
     pub speed: f64,
     /// Largest depth that the depth cell measures: readings from here on are not used; 0: all are used.
     #[parameter(default = 0.0, unit = "m", range = 0.0..=11_000.0)]
@@ -336,10 +334,10 @@ pub struct GainsParameters {
     #[parameter(default = "")]
     pub file: String,
     /// The speed that the fixed gains are right for.
-    #[parameter(default = METRES_PER_FOOT, unit = "m/s", range = 1e-3..=100.0)]
+    #[parameter(default = FOOT, unit = "m/s", range = 1e-3..=100.0)]
     pub reference_speed: f64,
     /// Below this speed scheduled gains grow no further.
-    #[parameter(default = 0.5 * METRES_PER_FOOT, unit = "m/s", range = 1e-3..=100.0)]
+    #[parameter(default = 0.5 * FOOT, unit = "m/s", range = 1e-3..=100.0)]
     pub lowest_speed: f64,
     /// `gains.model.*`.
     pub model: ModelParameters,
@@ -729,7 +727,6 @@ fn test_signal(p: &Identification, planes_limit: Limit) -> Result<TestSignal, St
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
     use planesman_parameters::Value;
 
@@ -748,7 +745,7 @@ mod tests {
         }
         let config = with(&[]).unwrap();
         assert_eq!(config.mode, Mode::Depth);
-        assert!((config.gains.depth.p * METRES_PER_FOOT - 0.25).abs() < 1e-15);
+        assert!((config.gains.depth.p * FOOT - 0.25).abs() < 1e-15);
     }
 
     #[test]

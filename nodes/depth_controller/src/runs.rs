@@ -125,7 +125,6 @@ impl Run {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
 
     /// The run at the report's samples, in degrees.

@@ -148,7 +148,6 @@ impl Safety {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
 
     const ENVELOPE: Envelope = Envelope {

@@ -105,7 +105,6 @@ fn check(what: &str, unit: &str, beginnings: &[f64], depths: &[f64]) -> Result<(
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
 
     #[test]

@@ -14,8 +14,8 @@
 use std::{hint::black_box, time::Instant};
 
 use dha_actuator::actuator_file::{BUILT_IN, load};
-use dha_actuator::units::{DEGREE, INCH};
 use dha_actuator::{ActuatorSet, Command, Demand, Dha, Hydraulics, Volume};
+use planesman_units::{DEGREE, INCH};
 
 const ROUNDS: usize = 20;
 const SECONDS: u32 = 20;

@@ -134,11 +134,10 @@ pub fn toggling(rest: &DelayedLoop, quantum: f64, threshold: f64) -> Balance {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::actuator_file::load;
     use crate::pulse_logic::{PulseLogic, Volume};
-    use crate::units::DEGREE;
+    use planesman_units::DEGREE;
 
     #[test]
     fn the_quantizers_describing_function_is_the_pulse_logics_first_harmonic() {

@@ -259,7 +259,7 @@ impl Dha {
 mod tests {
     use super::*;
     use crate::actuator_file::load;
-    use crate::units::DEGREE;
+    use planesman_units::DEGREE;
 
     fn tight() -> ActuatorSet {
         let mut set = load("auv").expect("built in");

@@ -101,11 +101,10 @@ pub fn actuator(
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::actuator_file::load;
     use crate::linearised::{self, Ram};
-    use crate::units::DEGREE;
+    use planesman_units::DEGREE;
 
     #[test]
     fn the_first_harmonic_of_a_delayed_sine_with_an_offset() {

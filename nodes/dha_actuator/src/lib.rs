@@ -37,7 +37,6 @@ mod pulse_logic;
 mod pulse_train;
 mod ram;
 pub mod sizing;
-pub mod units;
 mod valves;
 
 pub use crate::core::{Actuator, Output};

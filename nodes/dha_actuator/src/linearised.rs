@@ -53,7 +53,6 @@ pub fn actuator(set: &ActuatorSet, ram: Ram) -> Result<DelayedLoop, Error> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::actuator_file::load;
 

@@ -63,7 +63,7 @@ impl PositionLoop {
 mod tests {
     use super::*;
     use crate::actuator_file::load;
-    use crate::units::DEGREE;
+    use planesman_units::DEGREE;
 
     #[test]
     fn polaris_looks_one_command_ahead_and_the_auv_none() {

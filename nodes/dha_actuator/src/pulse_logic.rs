@@ -276,7 +276,7 @@ impl PulseLogic {
 mod tests {
     use super::*;
     use crate::actuator_file::load;
-    use crate::units::{DEGREE, INCH};
+    use planesman_units::{DEGREE, INCH};
 
     fn polaris() -> ActuatorSet {
         let mut set = load("table_4_1").expect("built in");

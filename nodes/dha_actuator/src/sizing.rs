@@ -15,7 +15,7 @@
 
 use crate::actuator_set::{ActuatorSet, LimitOption};
 use crate::linearised::dead_time;
-use crate::units::{DEGREE, INCH, POUND, PSI};
+use planesman_units::{DEGREE, INCH, POUND_FORCE as POUND, PSI};
 
 /// Watts in a horsepower: 6600 in lb/s.
 pub const HORSEPOWER: f64 = 6600.0 * INCH * POUND;
@@ -255,7 +255,6 @@ pub fn sizes(set: &ActuatorSet) -> Vec<Size> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::actuator_file::load;
 

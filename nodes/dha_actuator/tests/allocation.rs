@@ -5,8 +5,8 @@
 use std::alloc::System;
 
 use dha_actuator::actuator_file::load;
-use dha_actuator::units::DEGREE;
 use dha_actuator::{Demand, Dha};
+use planesman_units::DEGREE;
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 
 #[global_allocator]

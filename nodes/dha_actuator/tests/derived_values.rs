@@ -5,7 +5,7 @@ mod common;
 
 use common::{Bench, CUBIC_INCH, actuator};
 use dha_actuator::ActuatorSet;
-use dha_actuator::units::{DEGREE, INCH, POUND, PSI};
+use planesman_units::{DEGREE, INCH, POUND_FORCE as POUND, PSI};
 
 fn hardware() -> ActuatorSet {
     actuator("table_3_1", true, true)

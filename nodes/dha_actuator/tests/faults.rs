@@ -3,8 +3,8 @@
 mod common;
 
 use common::{Bench, actuator};
-use dha_actuator::units::{DEGREE, INCH, PSI};
 use dha_actuator::{Condition, Demand, Dha, Load, StuckValve};
+use planesman_units::{DEGREE, INCH, PSI};
 
 const SOUND: Condition = Condition::SOUND;
 

@@ -3,8 +3,8 @@
 mod common;
 
 use common::{Bench, Dice, actuator};
-use dha_actuator::units::INCH;
 use dha_actuator::{ActuatorSet, Condition, Load, StuckValve, break_away_force};
+use planesman_units::INCH;
 
 const SETS: [&str; 3] = ["table_3_1", "table_4_1", "auv"];
 

@@ -4,11 +4,11 @@
 mod common;
 
 use common::{Dice, actuator};
-use dha_actuator::units::DEGREE;
 use dha_actuator::{
     ActuatorSet, Condition, Demand, Dha, DriftOption, Encoder, Load, Options, Reading, SignChange,
     Sound, StuckValve, break_away_force,
 };
+use planesman_units::DEGREE;
 
 const RUNS: u64 = 120;
 const TICK: i64 = 50_000_000;

@@ -4,7 +4,7 @@
 mod common;
 
 use common::{Bench, Instant, actuator};
-use dha_actuator::units::{INCH, POUND};
+use planesman_units::{INCH, POUND_FORCE as POUND};
 use serde_json::Value;
 
 fn number(value: &Value) -> f64 {

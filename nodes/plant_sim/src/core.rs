@@ -16,6 +16,7 @@ use planesman_msgs::{
 };
 
 use crate::{
+    error::Error,
     messages::Frames,
     odometry::{self, wrapped},
     parameters::PlantParameters,
@@ -107,9 +108,11 @@ impl Acting {
 ///
 /// # Errors
 /// The refusal and its reason.
-pub fn vehicle(parameters: &PlantParameters) -> Result<Vehicle, String> {
-    vehicle_file::load_on(&parameters.vehicle, &parameters.vehicle_base)
-        .map_err(|refusal| refusal.to_string())
+pub fn vehicle(parameters: &PlantParameters) -> Result<Vehicle, Error> {
+    Ok(vehicle_file::load_on(
+        &parameters.vehicle,
+        &parameters.vehicle_base,
+    )?)
 }
 
 impl Plant {
@@ -118,7 +121,7 @@ impl Plant {
     /// # Errors
     /// The refusal and its reason: a vehicle file, a prefix, or a step that does not divide the
     /// tick or is too long for the vehicle.
-    pub fn new(parameters: &PlantParameters) -> Result<Self, String> {
+    pub fn new(parameters: &PlantParameters) -> Result<Self, Error> {
         let vehicle = vehicle(parameters)?;
         let settings = Settings::new(parameters, &vehicle)?;
         let mut memory = Memory::new(settings.seed);
@@ -144,12 +147,10 @@ impl Plant {
     ///
     /// # Errors
     /// As [`Plant::new`]; then the parameters before stay in force.
-    pub fn set_parameters(&mut self, parameters: &PlantParameters) -> Result<(), String> {
+    pub fn set_parameters(&mut self, parameters: &PlantParameters) -> Result<(), Error> {
         let next = Settings::new(parameters, &self.vehicle)?;
         if next.fixed() != self.settings.fixed() {
-            return Err(
-                "parameters 'vehicle', 'tick' and 'step' are fixed at the start".to_owned(),
-            );
+            return Err(Error::Fixed);
         }
         self.next_settings = Some(next);
         Ok(())
@@ -207,17 +208,17 @@ impl Plant {
     /// # Errors
     /// A motion that does not fit the tick, or one under which the vehicle's numbers diverge.
     /// The plant is then as it was.
-    pub fn advance(&mut self, motion: Option<&PlaneMotion>) -> Result<(), String> {
+    pub fn advance(&mut self, motion: Option<&PlaneMotion>) -> Result<(), Error> {
         let settings = self.next_settings.as_ref().unwrap_or(&self.settings);
         let inputs = match motion {
             Some(motion) => inputs_of(motion, settings.tick_nanos)?,
             None => self.acting.held(),
         };
         let waves = self.waves_load(settings);
-        let (body, contact) = settings
-            .motion
-            .advance(&self.body, &inputs, waves, settings.steps)
-            .map_err(|e| e.to_string())?;
+        let (body, contact) =
+            settings
+                .motion
+                .advance(&self.body, &inputs, waves, settings.steps)?;
         let acting = Acting::at_the_end_of(&inputs, waves);
 
         if let Some((_, filter)) = &settings.seaway {
@@ -239,7 +240,7 @@ impl Plant {
     ///
     /// # Errors
     /// As [`Plant::advance`].
-    pub fn advance_late(&mut self, motion: &PlaneMotion) -> Result<(), String> {
+    pub fn advance_late(&mut self, motion: &PlaneMotion) -> Result<(), Error> {
         self.advance(Some(motion))?;
         self.planes_source = VehicleState::PLANES_LATE;
         Ok(())
@@ -347,17 +348,14 @@ fn read(settings: &Settings, truth: &Truth, vehicle: &Vehicle, memory: &mut Memo
 }
 
 /// The five paths of a motion over a tick of `tick` ns; what is left out is neutral.
-fn inputs_of(motion: &PlaneMotion, tick: i64) -> Result<Inputs<'_>, String> {
+fn inputs_of(motion: &PlaneMotion, tick: i64) -> Result<Inputs<'_>, Error> {
     let duration = motion.duration.nanos();
     // Written so that NaN is refused too.
     if let Some(share) = motion.thrust.iter().find(|n| !(-1.0..=1.0).contains(*n)) {
-        return Err(format!(
-            "thrust {share} refused: a share of full thrust lies in [-1, 1]"
-        ));
+        return Err(Error::Thrust(*share));
     }
     Ok(Inputs {
-        dive_planes: PlanePath::new(&motion.dive_planes, duration, tick)
-            .map_err(|e| e.to_string())?,
+        dive_planes: PlanePath::new(&motion.dive_planes, duration, tick)?,
         bow_stern_differential: or_neutral(
             "bow-stern differential",
             &motion.bow_stern_differential,
@@ -377,15 +375,15 @@ fn inputs_of(motion: &PlaneMotion, tick: i64) -> Result<Inputs<'_>, String> {
 
 /// A path, neutral when no samples are given.
 fn or_neutral<'a>(
-    name: &str,
+    name: &'static str,
     samples: &'a [f64],
     duration: i64,
     tick: i64,
-) -> Result<PlanePath<'a>, String> {
+) -> Result<PlanePath<'a>, Error> {
     if samples.is_empty() {
         return Ok(PlanePath::NEUTRAL);
     }
-    PlanePath::new(samples, duration, tick).map_err(|e| format!("{name}: {e}"))
+    PlanePath::new(samples, duration, tick).map_err(|error| Error::Motion(name, error))
 }
 
 #[cfg(test)]
@@ -759,21 +757,27 @@ mod tests {
             (("vehicle", Value::from("no/such.yaml")), "no/such.yaml"),
             (("frame_prefix", Value::from("a b")), "frame_prefix"),
         ] {
-            let refusal = Plant::new(&with(&[changes])).expect_err("refused");
+            let refusal = Plant::new(&with(&[changes]))
+                .expect_err("refused")
+                .to_string();
             assert!(refusal.contains(reason), "{refusal}");
         }
         let undriven = [
             ("vehicle", Value::from("remus_100")),
             ("propulsion", Value::from("thrust")),
         ];
-        let refusal = Plant::new(&with(&undriven)).expect_err("no propulsion");
+        let refusal = Plant::new(&with(&undriven))
+            .expect_err("no propulsion")
+            .to_string();
         assert!(refusal.contains("no propulsion"), "{refusal}");
         let coarse = [
             ("step", Value::Double(0.1)),
             ("tick", Value::Double(0.1)),
             ("speed", Value::Double(5.0)),
         ];
-        let refusal = Plant::new(&with(&coarse)).expect_err("too coarse");
+        let refusal = Plant::new(&with(&coarse))
+            .expect_err("too coarse")
+            .to_string();
         assert!(refusal.contains("rad/s"), "{refusal}");
     }
 

@@ -10,6 +10,7 @@
 
 mod answers;
 mod core;
+mod error;
 mod lockstep;
 mod messages;
 mod node;
@@ -19,6 +20,7 @@ mod sensors;
 mod settings;
 
 pub use core::{Observation, Plant, vehicle};
+pub use error::Error;
 pub use node::main;
 pub use parameters::PlantParameters;
 pub use sensors::{gyro, plane_signal, pressure_cell, specific_force};

@@ -59,7 +59,9 @@ fn run(args: Vec<String>) -> Result<()> {
         NodeSpec {
             name: "plant_sim",
             namespace: "/auv",
-            validate: |parameters: &PlantParameters| Plant::new(parameters).map(drop),
+            validate: |parameters: &PlantParameters| {
+                Plant::new(parameters).map(drop).map_err(|e| e.to_string())
+            },
             on_parameters: |parameters| Event::Parameters(Box::new(parameters)),
         },
         args::only(args)?,
@@ -137,7 +139,7 @@ struct Node {
 
 impl Node {
     fn new(rt: &Runtime<Event>, parameters: &PlantParameters) -> Result<Self> {
-        let plant = Plant::new(parameters).map_err(|e| anyhow!(e))?;
+        let plant = Plant::new(parameters).map_err(|e| anyhow!("{e}"))?;
         let factor = parameters.factor;
         let (pace, owns_time) = match parameters.time {
             TimeSource::Lockstep => {
@@ -219,7 +221,7 @@ impl Node {
             Event::Parameters(parameters) => {
                 self.plant
                     .set_parameters(&parameters)
-                    .map_err(|e| anyhow!(e))?;
+                    .map_err(|e| anyhow!("{e}"))?;
                 self.answers.set_budget(parameters.delay_budget);
             }
         }
@@ -369,7 +371,7 @@ impl Node {
             }
             Err(reason) => {
                 log::error!("the vehicle stands still: {reason}");
-                rt.set_status("vehicle", Level::Error, &reason, &[]);
+                rt.set_status("vehicle", Level::Error, &reason.to_string(), &[]);
                 self.paused = true;
             }
         }

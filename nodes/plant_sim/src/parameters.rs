@@ -240,8 +240,8 @@ pub struct Depth {
     /// Known output of the depth cell at the surface (Fig. 38); 0 as zeroed on the bench
     #[parameter(default = 1.627, unit = "V", range = -10.0..=10.0)]
     pub zero: f64,
-    /// Largest output of the depth cell, reached at 32.58 in; 0: no limit
-    #[parameter(default = 10.0, unit = "V", range = 0.0..=1000.0)]
+    /// Largest output of the depth cell, 0: no limit; that of the 1988 report, 10 V, is reached at 32.58 in
+    #[parameter(default = 0.0, unit = "V", range = 0.0..=1000.0)]
     pub saturation: f64,
     /// Unknown zero error of the depth cell; the report's shift of 1.627 V was one until noticed
     #[parameter(default = 0.0, unit = "V", range = -10.0..=10.0)]
@@ -258,8 +258,8 @@ pub struct Speed {
     /// lines, no effect of pitch
     #[parameter(default = 0.3683, unit = "m", range = 0.0..=100.0)]
     pub dry_lines: f64,
-    /// Largest output of the speed cell, reached at 2.07 ft/s; 0: no limit
-    #[parameter(default = 10.0, unit = "V", range = 0.0..=1000.0)]
+    /// Largest output of the speed cell, 0: no limit; that of the 1988 report, 10 V, is reached at 2.07 ft/s
+    #[parameter(default = 0.0, unit = "V", range = 0.0..=1000.0)]
     pub saturation: f64,
     /// Zero error of the speed cell
     #[parameter(default = 0.0, unit = "V", range = -10.0..=10.0)]

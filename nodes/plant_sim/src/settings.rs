@@ -8,6 +8,7 @@ use planesman_vehicle::{
 };
 
 use crate::{
+    error::Error,
     parameters::{self, DampingLaw, PlantParameters, Propulsion, RestoringMoment},
     sensors::Sensors,
 };
@@ -28,7 +29,7 @@ pub(crate) struct Settings {
 }
 
 impl Settings {
-    pub(crate) fn new(parameters: &PlantParameters, vehicle: &Vehicle) -> Result<Self, String> {
+    pub(crate) fn new(parameters: &PlantParameters, vehicle: &Vehicle) -> Result<Self, Error> {
         let (tick_nanos, steps) = tick_and_steps(parameters.tick, parameters.step)?;
         let outside = &parameters.environment;
         let environment = Environment {
@@ -53,7 +54,10 @@ impl Settings {
         let turning = |axis: Option<Axis>| {
             axis.map(|axis| Turning::new(axis, vertical.step))
                 .transpose()
-                .map_err(|e| format!("vehicle '{}' refused: {e}", vehicle.name))
+                .map_err(|reason| Error::Turning {
+                    vehicle: vehicle.name.clone(),
+                    reason,
+                })
         };
         let bottom = outside.bottom;
         let plane = State {
@@ -117,16 +121,13 @@ fn variant(parameters: &PlantParameters) -> Variant {
 }
 
 /// The tick in whole nanoseconds, and how many steps it is.
-fn tick_and_steps(tick: f64, step: f64) -> Result<(i64, u32), String> {
+fn tick_and_steps(tick: f64, step: f64) -> Result<(i64, u32), Error> {
     let [tick_nanos, step_nanos] = [tick, step].map(|seconds| (seconds * 1e9).round() as i64);
     if step_nanos <= 0 || tick_nanos <= 0 || tick_nanos % step_nanos != 0 {
-        return Err(format!(
-            "parameter 'step': {step} refused: the tick, {tick} s, must be a whole number of steps"
-        ));
+        return Err(Error::Steps { step, tick });
     }
-    let steps = u32::try_from(tick_nanos / step_nanos).map_err(|_| {
-        format!("parameter 'step': {step} refused: too small for the tick, {tick} s")
-    })?;
+    let steps =
+        u32::try_from(tick_nanos / step_nanos).map_err(|_| Error::SmallStep { step, tick })?;
     Ok((tick_nanos, steps))
 }
 
@@ -135,16 +136,12 @@ fn drive(
     propulsion: Propulsion,
     vehicle: &Vehicle,
     variant: Variant,
-) -> Result<Option<Drive>, String> {
+) -> Result<Option<Drive>, Error> {
     if propulsion == Propulsion::Held {
         return Ok(None);
     }
     let Some(propulsion) = vehicle.propulsion else {
-        return Err(format!(
-            "parameter 'propulsion': thrust refused: vehicle '{}' has no propulsion, its speed \
-             can only be held",
-            vehicle.name
-        ));
+        return Err(Error::NoPropulsion(vehicle.name.clone()));
     };
     Ok(Some(Drive {
         propulsion,
@@ -154,10 +151,7 @@ fn drive(
 }
 
 /// The waves asked for; `None` when it is calm.
-fn seaway(
-    waves: &parameters::Seaway,
-    tick: f64,
-) -> Result<Option<(Seaway, ShapingFilter)>, String> {
+fn seaway(waves: &parameters::Seaway, tick: f64) -> Result<Option<(Seaway, ShapingFilter)>, Error> {
     let seaway = Seaway {
         force: waves.force,
         moment: waves.moment,
@@ -167,37 +161,36 @@ fn seaway(
     if seaway.is_calm() {
         return Ok(None);
     }
-    let filter = seaway
-        .filter(tick)
-        .map_err(|e| format!("environment.seaway refused: {e}"))?;
+    let filter = seaway.filter(tick).map_err(Error::Seaway)?;
     Ok(Some((seaway, filter)))
 }
 
 /// Refuses a step that the vehicle's fastest mode would outrun.
-fn refuse_fast_modes(vehicle: &Vehicle, fastest: &Derivatives, step: f64) -> Result<(), String> {
+fn refuse_fast_modes(vehicle: &Vehicle, fastest: &Derivatives, step: f64) -> Result<(), Error> {
     let speed = fastest.speed;
     let poles = linearised::response(fastest, Output::PitchRate)
         .and_then(|system| system.poles())
-        .map_err(|e| format!("vehicle '{}' at {speed} m/s refused: {e}", vehicle.name))?;
+        .map_err(|reason| Error::Speed {
+            vehicle: vehicle.name.clone(),
+            speed,
+            reason,
+        })?;
     let fastest = poles.iter().map(|p| p.norm()).fold(0.0, f64::max);
     if fastest * step > LARGEST_POLE_STEP {
-        return Err(format!(
-            "parameter 'step': {step} refused: vehicle '{}' has a mode of {fastest:.3} rad/s at \
-             {speed} m/s, the step must be at most {:.3e} s",
-            vehicle.name,
-            LARGEST_POLE_STEP / fastest
-        ));
+        return Err(Error::FastMode {
+            step,
+            vehicle: vehicle.name.clone(),
+            mode: fastest,
+            speed,
+        });
     }
     Ok(())
 }
 
-fn frame_prefix(prefix: &str) -> Result<String, String> {
+fn frame_prefix(prefix: &str) -> Result<String, Error> {
     let allowed = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '/';
     if prefix.len() > 100 || !prefix.chars().all(allowed) {
-        return Err(format!(
-            "parameter 'frame_prefix': '{}' refused: at most 100 letters, digits, '_' and '/'",
-            prefix.escape_debug()
-        ));
+        return Err(Error::FramePrefix(prefix.escape_debug().to_string()));
     }
     Ok(prefix.to_owned())
 }

@@ -108,7 +108,6 @@ fn definition(name: &TypeName, prefixes: &[PathBuf]) -> Result<String, String> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
 
     /// The project's own definitions, laid out as an installation.

@@ -434,7 +434,6 @@ fn settings(kalman: &Kalman) -> Settings {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
     use planesman_parameters::Value;
 

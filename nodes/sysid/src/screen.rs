@@ -277,7 +277,6 @@ fn estimate_of(model: &ModelEstimate) -> Option<Estimate> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
 
     fn model(samples: u64, pole: f64) -> ModelEstimate {

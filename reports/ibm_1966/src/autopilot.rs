@@ -12,7 +12,7 @@
 //! only negative feedback flies.
 
 use crate::missile::Surrogate;
-use dha_actuator::units::DEGREE;
+use planesman_units::DEGREE;
 
 /// K_2, rad per pulse: 0.075 degrees, because 12 pulses against 11 are "0.075 degree larger, a
 /// difference of 8 percent" (Section IV.B.3).

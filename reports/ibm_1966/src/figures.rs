@@ -16,8 +16,8 @@ use crate::tables::{Row, TABLE_3_2, TABLE_4_2};
 use anyhow::Result;
 use dha_actuator::frequency_response::Periods;
 use dha_actuator::linearised::Ram;
-use dha_actuator::units::{DEGREE, INCH};
 use dha_actuator::{Condition, PulseTrain};
+use planesman_units::{DEGREE, INCH};
 
 use planesman_book::Chapter;
 use planesman_plot::{Plot, Style};

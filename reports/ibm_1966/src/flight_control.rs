@@ -144,12 +144,11 @@ pub fn full_response(case: &Case, pulses: f64, frequency: f64, periods: Periods)
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::missile::Surrogate;
     use dha_actuator::actuator_file::load;
     use dha_actuator::describing_function::toggling;
-    use dha_actuator::units::DEGREE;
+    use planesman_units::DEGREE;
     use std::f64::consts::PI;
 
     /// The flight control on PS-2 with K = 2^-`k`.

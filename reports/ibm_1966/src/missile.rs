@@ -17,7 +17,7 @@ use std::fmt;
 use planesman_linear::{Error, TransferFunction, runge_kutta_step};
 
 use dha_actuator::ActuatorSet;
-use dha_actuator::units::{DEGREE, INCH};
+use planesman_units::{DEGREE, INCH};
 
 /// The constants of a yaw plant.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -16,7 +16,7 @@ use crate::autopilot::Gains;
 use crate::case::Case;
 use crate::digital_loop::Start;
 use crate::missile::Surrogate;
-use dha_actuator::units::{DEGREE, INCH};
+use planesman_units::{DEGREE, INCH};
 
 /// How long a missile must stay on course to count as stable, s.
 const TRIAL: f64 = 30.0;

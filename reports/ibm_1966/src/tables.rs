@@ -12,7 +12,7 @@
 use crate::case::Case;
 use crate::missile::Surrogate;
 use dha_actuator::actuator_file::{self, ActuatorFileError};
-use dha_actuator::units::{INCH, POUND, PSI};
+use planesman_units::{INCH, POUND_FORCE as POUND, PSI};
 
 /// A row of a table.
 #[derive(Clone, Copy, Debug)]

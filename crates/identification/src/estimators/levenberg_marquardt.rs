@@ -147,7 +147,6 @@ pub(super) fn unit_covariance(at: &Linearised) -> Result<DMatrix<f64>> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
 
     /// e = (1 - x, 10 (y - x^2)): the curved valley of Rosenbrock (1960).

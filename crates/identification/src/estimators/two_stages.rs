@@ -148,7 +148,6 @@ fn akaike(found: &Estimate) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::estimators::OutputError;
     use crate::noise::noise;

@@ -25,7 +25,7 @@
 //! Three unknowns in place of five or six coefficients are what makes short records suffice.
 
 use nalgebra::{DMatrix, DVector};
-use planesman_vehicle::pitch;
+use planesman_pitch as pitch;
 
 use super::estimate::{Error, Estimate};
 use super::physical::{Physical, UNKNOWNS};

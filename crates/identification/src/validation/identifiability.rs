@@ -137,7 +137,6 @@ fn feedback_leaves(inputs: &[f64], outputs: &[f64], history: usize) -> Option<f6
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use std::f64::consts::PI;
 
     use super::*;

@@ -148,7 +148,6 @@ fn centred(values: &[f64]) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::noise::noise;
     use crate::structure::filter;

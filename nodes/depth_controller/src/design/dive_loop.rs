@@ -236,7 +236,6 @@ impl DiveLoop {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::gains::T6 as PROGRAM_T6;
 

@@ -196,11 +196,9 @@ fn gains(logarithms: &[f64; 4]) -> LoopGains {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::gains::{PitchModel, SpeedLaw};
-
-    const FOOT: f64 = 0.3048;
+    use planesman_units::FOOT;
 
     fn wishes(speeds: &[f64]) -> Wishes {
         let law = SpeedLaw {

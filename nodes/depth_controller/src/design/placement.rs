@@ -44,7 +44,6 @@ pub fn gains(model: &PitchModel, speed: f64, poles: &Poles, pitch_p: f64) -> Loo
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::design::dive_loop::{DiveLoop, DivePlant, Path};
 

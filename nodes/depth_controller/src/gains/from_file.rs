@@ -70,7 +70,6 @@ fn estimate(file: &ModelFile) -> ModelEstimate {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::gains::PitchModel;
     use crate::gains::adaptive::Adaptive;

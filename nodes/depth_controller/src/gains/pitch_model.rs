@@ -178,7 +178,6 @@ fn reduced(a: &[f64], b: &[f64], dt: f64) -> Result<PitchModel, String> {
 
 #[cfg(test)]
 pub(super) mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
     use planesman_vehicle::pitch;
 

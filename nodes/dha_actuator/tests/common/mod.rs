@@ -2,8 +2,8 @@
 #![allow(dead_code)] // each test file uses its part
 
 use dha_actuator::actuator_file::load;
-use dha_actuator::units::{INCH, PSI};
 use dha_actuator::{ActuatorSet, Condition, Constants, Leakages, PulseTrain, Reading, Sound};
+use planesman_units::{INCH, PSI};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 

@@ -248,7 +248,6 @@ const DEPTH_SEED: u32 = 54321;
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
 
     #[test]

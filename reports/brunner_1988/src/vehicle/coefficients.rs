@@ -7,7 +7,7 @@ use std::f64::consts::FRAC_PI_6;
 
 use planesman_book::Book;
 
-use super::{Recomputed, rounding::to_decimals, structure};
+use super::{numbers::Recomputed, rounding::to_decimals, structure};
 use planesman_units::{FOOT, FOOT_POUND, INCH, POUND_FORCE, PSI, SLUG};
 
 use planesman_vehicle::{

@@ -4,7 +4,7 @@
 
 use std::f64::consts::PI;
 
-use super::{BOOK, Recomputed};
+use super::numbers::{BOOK, Recomputed};
 use planesman_units::{FOOT, INCH};
 
 use planesman_vehicle::Port;

@@ -4,8 +4,8 @@ use crate::autopilot::{COMPENSATION, PULSE};
 use crate::missile::Surrogate;
 use dha_actuator::ActuatorSet;
 use dha_actuator::actuator_file::{ActuatorFileError, load};
-use dha_actuator::units::{DEGREE, INCH, POUND, PSI};
 use planesman_book::Recomputed;
+use planesman_units::{DEGREE, INCH, POUND_FORCE as POUND, PSI};
 
 const CUBIC_INCH: f64 = INCH * INCH * INCH;
 /// q_LC of both tables, in^3/s.

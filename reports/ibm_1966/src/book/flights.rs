@@ -7,8 +7,8 @@ use crate::procedure::{
 };
 use crate::tables::{Outcome, Row, TABLE_2_1, TABLE_3_2, TABLE_4_2};
 use dha_actuator::actuator_file::ActuatorFileError;
-use dha_actuator::units::DEGREE;
 use planesman_book::Recomputed;
+use planesman_units::DEGREE;
 
 /// Every value of the tables, and the limit cycles.
 ///

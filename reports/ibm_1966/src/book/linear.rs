@@ -5,8 +5,8 @@ use planesman_linear::Error;
 use crate::case::Case;
 use crate::flight_control::FlightControl;
 use dha_actuator::linearised::Ram;
-use dha_actuator::units::DEGREE;
 use planesman_book::Recomputed;
+use planesman_units::DEGREE;
 
 /// Frequencies, rad/s, between which both gain limits lie,
 const MARGINS: (f64, f64) = (0.5, 150.0);

@@ -1,0 +1,20 @@
+//! What is said of an argument that cannot be used.
+
+/// An argument that cannot be used, and why.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("'{argument}': {reason}")]
+pub struct BadArgument {
+    /// The argument, or the name it held.
+    pub argument: String,
+    /// What is wrong with it.
+    pub reason: String,
+}
+
+impl BadArgument {
+    pub(crate) fn new(argument: &str, reason: &str) -> Self {
+        Self {
+            argument: argument.to_owned(),
+            reason: reason.to_owned(),
+        }
+    }
+}

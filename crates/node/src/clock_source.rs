@@ -1,0 +1,36 @@
+//! Where the node's clock gets its time: the machine, or `/clock`.
+
+use std::rc::Rc;
+
+use planesman_msgs::rosgraph_msgs::msg::Clock;
+
+use crate::{
+    endpoint::Direction,
+    qos::Qos,
+    shared::{Shared, types_of},
+    subscription::{non_finite, pump},
+};
+
+/// Takes the node's time from `/clock`, subscribed to now if need be, or from the machine.
+///
+/// The middleware's own `/clock` subscription has another type and never hears anything.
+pub(crate) fn set_source(shared: &Rc<Shared>, simulated: bool) -> anyhow::Result<()> {
+    shared.clock.simulated.set(simulated);
+    if !simulated || shared.clock.followed.get() {
+        return Ok(());
+    }
+    let topic = shared.topic_name("/clock")?;
+    let types = types_of::<Clock>();
+    let (endpoint, dds) = shared.endpoint(Direction::Subscription, &topic, types, Qos::sensor())?;
+    let reader = shared.with_node(|node| node.create_subscription::<Clock>(&dds, None))?;
+    shared.clock.followed.set(true);
+    let state = Rc::clone(shared);
+    shared.spawn(async move {
+        let ours = Rc::clone(&state);
+        let tick = async move |message: Clock, _: &_| {
+            ours.clock.latest.set(message.clock.nanos());
+        };
+        pump(state, endpoint, reader.async_stream(), non_finite, tick).await;
+    });
+    Ok(())
+}

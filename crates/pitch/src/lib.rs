@@ -1,0 +1,82 @@
+//! The linear equations of pitch, and of heave beside it, each divided by its inertia.
+//!
+//! ```text
+//! q'     = kappa delta - beta q - mu theta + nu w        kappa = M_delta/J, beta = -M_q/J, mu = W BG/J
+//! theta' = q
+//! w'     = epsilon delta + eta q - zeta w
+//! ```
+//! These ratios are what plane angle and pitch rate determine of a vehicle: identification finds them, an
+//! identified vehicle is built from them. Without heave they are the pitch equation of Brunner 1988, p. 93,
+//! `J q' = K delta - B q - M_theta theta`.
+//!
+//! Coefficients come as a list `kappa, beta, mu`, or with heave `kappa, beta, mu, nu, zeta, eta, epsilon`.
+
+use planesman_linear::{DMatrix, Error, StateSpace};
+
+/// Coefficients of pitch alone: `kappa`, `beta`, `mu`.
+pub const PITCH: usize = 3;
+
+/// Coefficients of pitch and heave.
+pub const PITCH_AND_HEAVE: usize = 7;
+
+/// Row, column and sign of each coefficient in `[A B]` with heave.
+const PLACES: [(usize, usize, f64); PITCH_AND_HEAVE] = [
+    (0, 3, 1.0),
+    (0, 0, -1.0),
+    (0, 1, -1.0),
+    (0, 2, 1.0),
+    (2, 2, -1.0),
+    (2, 0, 1.0),
+    (2, 3, 1.0),
+];
+
+/// Row, column and sign of a coefficient (by its index) in the `[A B]` of so many `states`: 2, or 3 with
+/// heave.
+#[must_use]
+pub fn place(coefficient: usize, states: usize) -> (usize, usize, f64) {
+    let (row, column, sign) = PLACES[coefficient];
+    // Without heave the input's column is the third.
+    (row, column.min(states), sign)
+}
+
+/// `[A B]` of `x' = A x + B delta`, `x = (q, theta[, w])`.
+#[must_use]
+pub fn equations(coefficients: &[f64]) -> DMatrix<f64> {
+    let states = if coefficients.len() > PITCH { 3 } else { 2 };
+    let mut equations = DMatrix::zeros(states, states + 1);
+    equations[(1, 0)] = 1.0;
+    for (i, value) in coefficients.iter().enumerate() {
+        let (row, column, sign) = place(i, states);
+        equations[(row, column)] = sign * value;
+    }
+    equations
+}
+
+/// The linear system from the plane angle to the pitch rate.
+///
+/// # Errors
+/// [`Error::NotFinite`].
+pub fn state_space(coefficients: &[f64]) -> Result<StateSpace, Error> {
+    let equations = equations(coefficients);
+    let states = equations.nrows();
+    StateSpace::new(
+        equations.columns(0, states).into_owned(),
+        equations.columns(states, 1).into_owned(),
+        DMatrix::from_fn(1, states, |_, column| f64::from(u8::from(column == 0))),
+        DMatrix::zeros(1, 1),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn without_heave_it_is_a_damped_inertia() {
+        let system = state_space(&[-0.47, 1.2, 0.27]).and_then(|it| it.transfer_function(0, 0));
+        let model = system.expect("a model");
+        // q / delta = kappa s / (s^2 + beta s + mu)
+        assert_eq!(model.den, [1.0, 1.2, 0.27]);
+        assert!((model.num[1] + 0.47).abs() < 1e-15 && model.num[2].abs() < 1e-15);
+    }
+}

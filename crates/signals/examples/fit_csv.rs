@@ -1,0 +1,52 @@
+//! Writes a CSV table of a known system, reads it back onto a grid, fits a model, and prints the verdict.
+//!
+//! ```sh
+//! cargo run -p planesman_signals --example fit_csv
+//! ```
+
+use std::{fs, path::Path};
+
+use planesman_identification::{
+    analysis::{self, analyse},
+    filter, noise, with_noise,
+};
+use planesman_signals::{CsvSource, Options, Source, TimeUnit, take};
+
+/// Time between two rows, s.
+const SAMPLE_TIME: f64 = 0.05;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let path = std::env::temp_dir().join(format!("fit_csv-{}.csv", std::process::id()));
+    fs::write(&path, table())?;
+    let found = fit(&path);
+    fs::remove_file(&path)?;
+    println!("{}", found?);
+    Ok(())
+}
+
+/// A system with poles at z = 0.9 and 0.7, its output measured with noise.
+fn table() -> String {
+    let input = noise(1, 800);
+    let output = with_noise(
+        &filter(&[0.0, 0.2, 0.1], &[1.0, -1.6, 0.63], &input),
+        2,
+        0.1,
+    );
+    let rows = input.iter().zip(&output).enumerate();
+    let rows = rows.map(|(k, (u, y))| format!("{},{u},{y}\n", k as f64 * SAMPLE_TIME));
+    "time,u,y\n".to_owned() + &rows.collect::<String>()
+}
+
+fn fit(path: &Path) -> Result<String, Box<dyn std::error::Error>> {
+    let source = Source::Csv(CsvSource::open(path, None, TimeUnit::S)?);
+    let names = |name: &str| [name.to_owned()];
+    let taken = take(
+        &source,
+        &names("u"),
+        &names("y"),
+        &[Options::default()],
+        &|_| {},
+    )?;
+    let analysis = analyse(&taken.resampled.record, &analysis::Options::default())?;
+    Ok(analysis.text())
+}
