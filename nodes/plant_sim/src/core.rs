@@ -689,7 +689,10 @@ mod tests {
         let topics = ["imu", "depth_pressure", "speed_pressure", "daq"];
         let flown = |change: (&'static str, Value)| {
             let [depth, pitch] = deep.clone();
-            let mut plant = plant(&[depth, pitch, change]);
+            // The report's cells.
+            let cells = ["sensors.depth.saturation", "sensors.speed.saturation"];
+            let [deepest, fastest] = cells.map(|it| (it, Value::Double(10.0)));
+            let mut plant = plant(&[depth, pitch, deepest, fastest, change]);
             let seen = run(&mut plant, 20);
             let o = plant.observe(stamp(20));
             assert_eq!(o.daq.first_non_finite(), None);
