@@ -7,7 +7,7 @@ use planesman_units::FOOT;
 use planesman_vehicle::coefficients::Table;
 use planesman_vehicle::vehicle_file;
 
-use crate::design::subject::within;
+use crate::arguments::within;
 
 /// What the command takes.
 #[derive(Clone, Debug, clap::Args)]

@@ -10,6 +10,7 @@
 //! [`reproduce`] computes the 1988 report's numbers again; [`design`] has the loops on paper,
 //! [`sysid`] the identifier's pages.
 
+pub mod arguments;
 pub mod bag_command;
 pub mod coefficients_command;
 pub mod compose;

@@ -14,7 +14,7 @@ use planesman_vehicle::LevelFlight;
 use planesman_vehicle::linearised::{self, Output};
 use planesman_vehicle::vehicle_file;
 
-use crate::design::subject::within;
+use crate::arguments::within;
 
 /// What to print, and of which vehicle.
 #[derive(Args)]

@@ -8,7 +8,8 @@ use depth_controller::design::dive_loop::Judgement;
 use depth_controller::gains::LoopGains;
 use planesman_linear::StepMetrics;
 
-use super::subject::{GainArgs, Subject, gains_text, poles_text, speed_text, within};
+use super::subject::{GainArgs, Subject, gains_text, poles_text, speed_text};
+use crate::arguments::within;
 
 /// What to analyse.
 #[derive(Args)]

@@ -5,7 +5,8 @@ use clap::Args;
 use depth_controller::design::optimise::Wishes;
 
 use super::analyse::described;
-use super::subject::{GainArgs, Subject, gains_text, speed_text, within};
+use super::subject::{GainArgs, Subject, gains_text, speed_text};
+use crate::arguments::within;
 
 /// What is asked of the gains.
 #[derive(Args)]

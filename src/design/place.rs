@@ -10,7 +10,8 @@ use depth_controller::design::placement::{self, Poles};
 use depth_controller::gains::PitchModel;
 
 use super::analyse::{described, judged};
-use super::subject::{Subject, TABLE_3, gains_text, speed_text, within};
+use super::subject::{Subject, TABLE_3, gains_text, speed_text};
+use crate::arguments::within;
 
 /// Which poles, for which vehicle.
 #[derive(Args)]

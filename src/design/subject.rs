@@ -1,5 +1,6 @@
 //! What is designed for: a vehicle, its gains, its actuator, as the command line names them.
 
+use crate::arguments::within;
 use anyhow::{Context as _, Result, anyhow};
 use brunner_1988::controllers::pitch;
 use clap::{Args, ValueEnum};
@@ -65,14 +66,6 @@ pub enum Varied {
     PitchRate,
     /// U (m/s)
     Speed,
-}
-
-/// A parser of numbers in `[least, most]`.
-pub fn within(least: f64, most: f64) -> impl Fn(&str) -> Result<f64, String> + Clone {
-    move |text| match text.parse::<f64>() {
-        Ok(value) if (least..=most).contains(&value) => Ok(value),
-        _ => Err(format!("a number from {least} to {most} is expected")),
-    }
 }
 
 /// The depth controller's default gains: those of program T6.

@@ -10,7 +10,7 @@ use clap::Args;
 use planesman_linear::step_metrics;
 use planesman_units::FOOT;
 
-use super::subject::within;
+use crate::arguments::within;
 use crate::compose::Loop;
 use crate::scenario::Scenario;
 

@@ -8,6 +8,8 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, bail};
 use planesman_book::Reckoning;
 
+use crate::arguments::output_file;
+
 pub mod listing;
 pub mod page;
 
@@ -15,7 +17,7 @@ pub mod page;
 #[derive(Clone, Debug, clap::Args)]
 pub struct ReproduceArgs {
     /// Also write the numbers and the redrawn figures as one HTML page
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output_file)]
     html: Option<PathBuf>,
 }
 

@@ -15,6 +15,7 @@ use serde_json::{Value, json};
 
 use super::arguments::{SignalArgs, choice};
 use super::{model_file, page};
+use crate::arguments::output_file;
 
 /// Find a model between two signals of any bag or table, with its uncertainty, tests and a verdict.
 #[derive(Clone, Debug, Parser)]
@@ -36,7 +37,7 @@ pub struct FitArgs {
     #[arg(long, value_name = "FILE", value_parser = model_path)]
     model: Option<PathBuf>,
     /// Write a page: data, comparison, residual tests, poles and zeros, frequency response
-    #[arg(long, value_name = "FILE", value_parser = file)]
+    #[arg(long, value_name = "FILE", value_parser = output_file)]
     html: Option<PathBuf>,
 }
 
@@ -228,19 +229,8 @@ fn heave_of(vehicle: &str, speed: f64) -> Result<[f64; 4]> {
     Ok(heave)
 }
 
-/// A file that can be written when the work is done: its folder is there.
-fn file(text: &str) -> Result<PathBuf, String> {
-    let path = PathBuf::from(text);
-    match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
-            Err(format!("there is no folder '{}'", folder.display()))
-        }
-        _ => Ok(path),
-    }
-}
-
 fn model_path(text: &str) -> Result<PathBuf, String> {
-    let path = file(text)?;
+    let path = output_file(text)?;
     ModelFile::takes_name(&path)?;
     Ok(path)
 }

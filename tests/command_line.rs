@@ -1,0 +1,80 @@
+//! The command line as its user meets it: what is refused before the work is done, names and units as they are
+//! written, and the remedy in the refusal.
+#![allow(clippy::unwrap_used)]
+
+mod stage;
+
+use stage::Stage;
+
+/// `planesman ARGUMENTS` ends with status `code`, prints nothing, and says all of `says` in one line.
+fn refused(stage: &Stage, code: i32, arguments: &[&str], says: &[&str]) {
+    let outcome = stage.run(arguments);
+    assert_eq!(outcome.status.code(), Some(code), "{outcome:#?}");
+    assert!(outcome.stdout.is_empty(), "{outcome:#?}");
+    let complaints = outcome.complaints();
+    assert_eq!(complaints.len(), 1, "{arguments:?}: {outcome:#?}");
+    for part in says {
+        assert!(
+            complaints[0].contains(part),
+            "no '{part}' in: {}",
+            complaints[0]
+        );
+    }
+}
+
+/// A flight of a few seconds in one process.
+fn flight(stage: &Stage, name: &str) {
+    let text = stage::scenario(5.0, "");
+    let file = stage.file("short.yaml", text);
+    stage.run(&["sim", &file, "--out", name]).success();
+}
+
+#[test]
+fn a_file_that_could_not_be_written_is_refused_before_anything_is_computed() {
+    let stage = Stage::new();
+    flight(&stage, "flight.csv");
+    stage.file("there.json", "{}");
+    let fit = [
+        "sysid",
+        "fit",
+        "flight.csv",
+        "-i",
+        "dive_planes",
+        "-o",
+        "pitch",
+    ];
+    for option in ["--html", "--model"] {
+        let missing = [&fit[..], &[option, "no/such/x.json"]].concat();
+        refused(
+            &stage,
+            2,
+            &missing,
+            &["no/such/x.json", "there is no folder 'no/such'"],
+        );
+        let there = [&fit[..], &[option, "there.json"]].concat();
+        refused(&stage, 2, &there, &["there.json", "exists already"]);
+    }
+    refused(
+        &stage,
+        2,
+        &["reproduce", "--html", "there.json"],
+        &["exists already"],
+    );
+    let locus = [
+        "design",
+        "locus",
+        "--vary",
+        "speed",
+        "--to",
+        "1",
+        "--svg",
+        "there.json",
+    ];
+    refused(&stage, 2, &locus, &["exists already"]);
+    refused(
+        &stage,
+        1,
+        &["sim", "dive", "--out", "flight.csv"],
+        &["flight.csv"],
+    );
+}
