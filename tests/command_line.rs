@@ -78,3 +78,62 @@ fn a_file_that_could_not_be_written_is_refused_before_anything_is_computed() {
         &["flight.csv"],
     );
 }
+
+#[test]
+fn a_column_is_named_without_its_unit_and_a_signal_must_say_which_number_it_is() {
+    let stage = Stage::new();
+    flight(&stage, "flight.csv");
+    flight(&stage, "flight.mcap");
+    let fit = |data: &str, input: &str, output: &str| {
+        stage.run(&[
+            "sysid", "fit", data, "-i", input, "-o", output, "--order", "1",
+        ])
+    };
+    for (data, input, output, says) in [
+        (
+            "flight.csv",
+            "dive_plane",
+            "pitch",
+            "did you mean 'dive_planes'?",
+        ),
+        (
+            "flight.csv",
+            "pitch",
+            "pitch [rad]",
+            "is the input and the output",
+        ),
+        (
+            "flight.mcap",
+            "state:pitch",
+            "/auv/state:pitch",
+            "is the input and the output",
+        ),
+        (
+            "flight.mcap",
+            "planes:position",
+            "state:pitch",
+            "a list of 2 numbers, one for each 'name'",
+        ),
+        (
+            "flight.mcap",
+            "stat:pitch",
+            "state:pitch",
+            "did you mean 'state'?",
+        ),
+        (
+            "flight.mcap",
+            "state:pich",
+            "state:heave",
+            "did you mean 'pitch'?",
+        ),
+    ] {
+        let outcome = fit(data, input, output);
+        assert_eq!(outcome.status.code(), Some(1), "{outcome:#?}");
+        assert!(outcome.stderr.contains(says), "{outcome:#?}");
+    }
+    assert!(
+        fit("flight.csv", "dive_planes", "pitch_rate")
+            .stdout
+            .contains("pitch_rate")
+    );
+}

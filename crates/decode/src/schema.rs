@@ -95,6 +95,13 @@ impl Types {
         places.into_iter().flatten().find(is_stamp)
     }
 
+    /// The field with the names of what the numbers of the list at `path` belong to, as in a
+    /// `sensor_msgs/JointState`; `None` if `path` leads to a number, or a list whose elements have no names.
+    #[must_use]
+    pub fn names_of(&self, path: &FieldPath) -> Option<&str> {
+        crate::decoder::names_of(self, path)
+    }
+
     /// Whether there is a wide string anywhere.
     pub(crate) fn has_wide_text(&self) -> bool {
         let fields = self.library.messages().flat_map(|message| &message.fields);
