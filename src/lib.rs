@@ -23,6 +23,7 @@ pub mod flight;
 pub mod in_order;
 pub mod nodes;
 pub mod page;
+pub mod progress;
 
 pub mod reproduce;
 pub mod run_folder;

@@ -4,6 +4,9 @@
 
 mod stage;
 
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
 use stage::Stage;
 
 /// `planesman ARGUMENTS` ends with status `code`, prints nothing, and says all of `says` in one line.
@@ -136,4 +139,20 @@ fn a_column_is_named_without_its_unit_and_a_signal_must_say_which_number_it_is()
             .stdout
             .contains("pitch_rate")
     );
+}
+
+#[test]
+fn work_ends_when_its_reader_has_gone() {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_planesman"))
+        .args(["dha", "limit-cycles"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let begin = Instant::now();
+    let status = stage::eventually("the end of the program", || child.try_wait().unwrap());
+    assert!(status.success(), "{status}");
+    // The work itself takes a minute.
+    assert!(begin.elapsed() < Duration::from_secs(10));
 }

@@ -12,6 +12,7 @@ use planesman_units::FOOT;
 
 use crate::arguments::within;
 use crate::compose::Loop;
+use crate::progress::{end_with_reader, on_all_cores};
 use crate::scenario::Scenario;
 
 /// Which flights.
@@ -73,8 +74,13 @@ pub fn run(args: &TableArgs) -> Result<()> {
         "| step ft | speed ft/s | actuator | feedback | gains | overshoot % | settling (5 %) s | steady error mm | pitch error deg rms | plane travel deg/s |"
     )?;
     planesman_node::say!("|---|---|---|---|---|---|---|---|---|---|")?;
-    for choice in choices(args) {
-        let outcome = choice.fly(args).with_context(|| choice.text())?;
+    let choices = choices(args);
+    end_with_reader();
+    let outcomes = on_all_cores("flights", &choices, |choice| {
+        choice.fly(args).with_context(|| choice.text())
+    });
+    for (choice, outcome) in choices.iter().zip(outcomes) {
+        let outcome = outcome?;
         let settling = outcome
             .settling
             .map_or("never".to_owned(), |t| format!("{t:.1}"));

@@ -8,6 +8,7 @@ use planesman_units::INCH;
 
 use super::MOST_RESIDUAL;
 use super::depth_loop::{Case, Figure, LimitCycle, Prediction, cases};
+use crate::progress::{end_with_reader, on_all_cores};
 
 /// The arguments.
 #[derive(Clone, Debug, clap::Args)]
@@ -25,22 +26,21 @@ pub struct LimitCyclesArgs {
 /// When no configuration has such a name.
 pub fn run(args: &LimitCyclesArgs) -> Result<()> {
     let wanted = args.name.as_deref().unwrap_or_default();
-    let mut rows = Vec::new();
-    for case in cases()? {
-        if !case.name.contains(wanted) {
-            continue;
-        }
-        let cycle = case.run()?;
-        let prediction = (!args.no_prediction).then(|| case.predict()).transpose()?;
-        rows.push(Row {
-            case,
-            cycle,
-            prediction,
-        });
-    }
-    if rows.is_empty() {
+    let mut cases = cases()?;
+    cases.retain(|case| case.name.contains(wanted));
+    if cases.is_empty() {
         anyhow::bail!("no configuration is called '{wanted}'; without a name all are shown");
     }
+    end_with_reader();
+    let row = |case: &Case| -> Result<Row> {
+        Ok(Row {
+            case: case.clone(),
+            cycle: case.run()?,
+            prediction: (!args.no_prediction).then(|| case.predict()).transpose()?,
+        })
+    };
+    let rows = on_all_cores("limit cycles", &cases, row);
+    let rows = rows.into_iter().collect::<Result<Vec<_>>>()?;
     planesman_node::print(format_args!("{}", text(&rows)))?;
     Ok(())
 }

@@ -16,6 +16,7 @@ use serde_json::{Value, json};
 use super::arguments::{SignalArgs, choice};
 use super::{model_file, page};
 use crate::arguments::output_file;
+use crate::progress::spinner;
 
 /// Find a model between two signals of any bag or table, with its uncertainty, tests and a verdict.
 #[derive(Clone, Debug, Parser)]
@@ -216,7 +217,10 @@ impl Found {
 pub fn fit(args: &FitArgs) -> Result<Found> {
     let options = args.options()?;
     let taken = args.signals.record()?;
-    let analysis = analyse(&taken.resampled.record, &options)?;
+    let working = spinner("models");
+    let analysis = analyse(&taken.resampled.record, &options);
+    working.finish_and_clear();
+    let analysis = analysis?;
     Ok(Found { taken, analysis })
 }
 
