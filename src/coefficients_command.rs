@@ -7,7 +7,7 @@ use planesman_units::FOOT;
 use planesman_vehicle::coefficients::Table;
 use planesman_vehicle::vehicle_file;
 
-use crate::arguments::within;
+use crate::arguments::speed;
 
 /// What the command takes.
 #[derive(Clone, Debug, clap::Args)]
@@ -18,8 +18,8 @@ pub struct CoefficientsArgs {
     /// The vehicle that an identified model takes all but its pitch dynamics from
     #[arg(long, default_value = vehicle_file::BRUNNER)]
     base: String,
-    /// The speed of the dimensional values (m/s)
-    #[arg(long, default_value_t = FOOT, value_parser = within(0.001, 100.0))]
+    /// The speed of the dimensional values (m/s, or with its unit: 1ft/s)
+    #[arg(long, default_value_t = FOOT, value_parser = speed(0.001, 100.0))]
     speed: f64,
 }
 

@@ -156,3 +156,19 @@ fn work_ends_when_its_reader_has_gone() {
     // The work itself takes a minute.
     assert!(begin.elapsed() < Duration::from_secs(10));
 }
+
+#[test]
+fn a_speed_is_in_si_unless_its_unit_is_written() {
+    let stage = Stage::new();
+    let tf = |speed: &str| stage.run(&["tf", "brunner", "--speed", speed]).stdout;
+    assert_eq!(tf("1ft/s"), tf("0.3048"));
+    assert!(tf("1ft/s").contains("0.3048 m/s"), "{}", tf("1ft/s"));
+    let analyse = |speeds: &str| stage.run(&["design", "analyse", "--speed", speeds]).stdout;
+    assert_eq!(analyse("1ft/s,3ft/s"), analyse("0.3048,0.9144"));
+    refused(
+        &stage,
+        2,
+        &["tf", "brunner", "--speed", "1ft"],
+        &["m/s, ft/s"],
+    );
+}

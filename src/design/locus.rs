@@ -8,7 +8,7 @@ use clap::Args;
 use planesman_linear::Complex;
 
 use super::subject::{GainArgs, Subject, Varied, poles_text};
-use crate::arguments::{output_file, within};
+use crate::arguments::{output_file, speed, within};
 use planesman_plot::{Plot, Style};
 
 /// How finely the drawing is dotted.
@@ -22,8 +22,8 @@ pub struct LocusArgs {
     subject: Subject,
     #[command(flatten)]
     gains: GainArgs,
-    /// Speed through the water (m/s), unless it varies
-    #[arg(long, default_value_t = 0.3048, value_parser = within(1e-3, 100.0))]
+    /// Speed through the water (m/s, or with its unit: 1ft/s), unless it varies
+    #[arg(long, default_value_t = 0.3048, value_parser = speed(1e-3, 100.0))]
     speed: f64,
     /// What varies
     #[arg(long, value_enum)]

@@ -10,7 +10,7 @@ use clap::Args;
 use planesman_linear::step_metrics;
 use planesman_units::FOOT;
 
-use crate::arguments::within;
+use crate::arguments::{length, number, speed, within};
 use crate::compose::Loop;
 use crate::progress::{end_with_reader, on_all_cores};
 use crate::scenario::Scenario;
@@ -22,11 +22,11 @@ pub struct TableArgs {
     /// A built-in vehicle or a vehicle file
     #[arg(default_value = "brunner")]
     vehicle: String,
-    /// Speeds (ft/s), separated by commas
-    #[arg(long, value_delimiter = ',', default_value = "0.5,1,2,3", value_parser = within(0.01, 100.0))]
+    /// Speeds (m/s, or with their unit), separated by commas
+    #[arg(long, value_delimiter = ',', default_value = "0.5ft/s,1ft/s,2ft/s,3ft/s", value_parser = speed(0.003, 30.0))]
     speed: Vec<f64>,
-    /// Depth steps (ft), separated by commas
-    #[arg(long, value_delimiter = ',', default_value = "3,5", value_parser = within(0.01, 1000.0))]
+    /// Depth steps (m, or with their unit), separated by commas
+    #[arg(long, value_delimiter = ',', default_value = "3ft,5ft", value_parser = length(0.003, 300.0))]
     step: Vec<f64>,
     /// Amplitude of the test signal (deg)
     #[arg(long, default_value_t = 1.0, value_parser = within(0.0, 30.0))]
@@ -38,7 +38,9 @@ pub struct TableArgs {
 
 /// One flight's choices.
 struct Choice {
+    /// m
     step: f64,
+    /// m/s
     speed: f64,
     actuator: &'static str,
     feedback: &'static str,
@@ -86,8 +88,8 @@ pub fn run(args: &TableArgs) -> Result<()> {
             .map_or("never".to_owned(), |t| format!("{t:.1}"));
         planesman_node::say!(
             "| {} | {} | {} | {} | {} | {:.1} | {settling} | {:+.1} | {:.2} | {:.2} |",
-            choice.step,
-            choice.speed,
+            number(choice.step / FOOT),
+            number(choice.speed / FOOT),
             choice.actuator,
             choice.feedback,
             choice.gains,
@@ -131,12 +133,13 @@ impl Choice {
             feedback,
             gains,
         } = self;
-        format!("{step} ft at {speed} ft/s, {actuator}, {feedback}, {gains}")
+        let (feet, feet_per_second) = (number(step / FOOT), number(speed / FOOT));
+        format!("{feet} ft at {feet_per_second} ft/s, {actuator}, {feedback}, {gains}")
     }
 
     /// A slow vehicle is given more time.
     fn duration(&self) -> f64 {
-        120.0 / self.speed.min(1.0)
+        120.0 / (self.speed / FOOT).min(1.0)
     }
 
     fn scenario(&self, args: &TableArgs) -> Result<Scenario> {
@@ -166,8 +169,8 @@ parameters:
             duration = self.duration(),
             seed = args.seed,
             vehicle = args.vehicle,
-            speed = self.speed * FOOT,
-            step = self.step * FOOT,
+            speed = self.speed,
+            step = self.step,
             feedback = self.feedback,
             gains = self.gains,
             signal = if args.signal > 0.0 { "prbs" } else { "none" },
@@ -194,7 +197,7 @@ parameters:
                 stood = *angle;
             }
         }
-        let metrics = step_metrics::of(&times, &depths, 0.0, self.step * FOOT)?;
+        let metrics = step_metrics::of(&times, &depths, 0.0, self.step)?;
         Ok(Outcome {
             overshoot: metrics.overshoot,
             settling: metrics.settling_time_5,
@@ -212,14 +215,14 @@ mod tests {
     fn outcome(feedback: &'static str) -> Outcome {
         let args = TableArgs {
             vehicle: "brunner".to_owned(),
-            speed: vec![1.0],
-            step: vec![3.0],
+            speed: vec![FOOT],
+            step: vec![3.0 * FOOT],
             signal: 1.0,
             seed: 1,
         };
         let choice = Choice {
-            step: 3.0,
-            speed: 1.0,
+            step: 3.0 * FOOT,
+            speed: FOOT,
             actuator: "ideal",
             feedback,
             gains: "fixed",
@@ -244,8 +247,8 @@ mod tests {
     fn every_step_speed_actuator_feedback_and_gain_source_is_flown() {
         let args = TableArgs {
             vehicle: "brunner".to_owned(),
-            speed: vec![0.5, 1.0, 2.0, 3.0],
-            step: vec![3.0, 5.0],
+            speed: [0.5, 1.0, 2.0, 3.0].map(|it| it * FOOT).to_vec(),
+            step: [3.0, 5.0].map(|it| it * FOOT).to_vec(),
             signal: 1.0,
             seed: 1,
         };

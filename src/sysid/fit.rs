@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 
 use super::arguments::{SignalArgs, choice};
 use super::{model_file, page};
-use crate::arguments::output_file;
+use crate::arguments::{output_file, speed};
 use crate::progress::spinner;
 
 /// Find a model between two signals of any bag or table, with its uncertainty, tests and a verdict.
@@ -86,8 +86,8 @@ struct VehicleArgs {
     /// The standard deviation of what is known of heave, % of each
     #[arg(long, value_name = "PERCENT", default_value_t = 0.0, value_parser = positive)]
     heave_doubt: f64,
-    /// The vehicle's speed (m/s), for --vehicle and the model file
-    #[arg(long, value_parser = above_zero)]
+    /// The vehicle's speed (m/s, or with its unit: 1ft/s), for --vehicle and the model file
+    #[arg(long, value_parser = speed(1e-3, 100.0))]
     speed: Option<f64>,
     /// The moment of inertia J, which K, B and M_theta follow with
     #[arg(long, value_parser = above_zero)]
