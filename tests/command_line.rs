@@ -172,3 +172,38 @@ fn a_speed_is_in_si_unless_its_unit_is_written() {
         &["m/s, ft/s"],
     );
 }
+
+#[test]
+fn an_actuator_has_one_name_in_design_in_scenarios_and_in_the_actuator_s_own_commands() {
+    let stage = Stage::new();
+    for name in ["ideal", "first_order"] {
+        let fly = |parameter: &str| {
+            let out = format!("{parameter}-{name}.csv");
+            let set = format!("dha_actuator.{parameter}={name}");
+            let short = stage.file("short.yaml", stage::scenario(5.0, "  plant_sim: {}\n"));
+            stage
+                .run(&["sim", &short, "--set", &set, "--out", &out])
+                .success();
+            std::fs::read(stage.path(&out)).unwrap()
+        };
+        assert!(fly("actuator") == fly("model"), "{name}");
+        let design = ["design", "analyse", "--actuator", name];
+        let design = stage.run(&design);
+        assert!(
+            design.stdout.contains(&format!("behind {name}")),
+            "{design:#?}"
+        );
+        refused(
+            &stage,
+            1,
+            &["dha", "size", name],
+            &[name, "without hydraulics", "auv"],
+        );
+    }
+    refused(
+        &stage,
+        1,
+        &["dha", "size", "table_31"],
+        &["did you mean 'table_3_1'?"],
+    );
+}
