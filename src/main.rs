@@ -16,6 +16,7 @@ use planesman::reproduce::{self, ReproduceArgs};
 use planesman::run_folder::{Loss, RunFolder};
 use planesman::scenario::{BUILTIN, Scenario};
 use planesman::{bag_command, nodes, sim, tf_command};
+use planesman_node::in_one_line;
 use planesman_parameters::Parameters as _;
 use planesman_text::{did_you_mean, shown};
 use plant_sim::PlantParameters;
@@ -261,7 +262,7 @@ fn main() -> ExitCode {
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            planesman_node::complain!("planesman: {}", shown(format_args!("{error:#}")));
+            planesman_node::complain!("planesman: {}", shown(in_one_line(&error)));
             ExitCode::FAILURE
         }
     }
