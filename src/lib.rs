@@ -32,4 +32,5 @@ pub mod sim;
 pub mod sink;
 pub mod summary;
 pub mod sysid;
+pub mod table;
 pub mod tf_command;

@@ -15,6 +15,7 @@ use planesman::dive::{self, Pace};
 use planesman::reproduce::{self, ReproduceArgs};
 use planesman::run_folder::{Loss, RunFolder};
 use planesman::scenario::{BUILTIN, Scenario};
+use planesman::table::Format;
 use planesman::{bag_command, nodes, sim, tf_command};
 use planesman_node::in_one_line;
 use planesman_parameters::Parameters as _;
@@ -77,6 +78,9 @@ enum Command {
         /// With this scenario's values: a built-in one (dive, open_loop, way_depths, remus_100) or a file
         #[arg(long, requires = "yaml")]
         scenario: Option<String>,
+        /// As a table [default: a list]
+        #[arg(long, value_enum, conflicts_with = "yaml")]
+        format: Option<Format>,
     },
     /// Reckon a vehicle's coefficients from its geometry, beside those of its file
     Coefficients(CoefficientsArgs),
@@ -251,8 +255,9 @@ fn main() -> ExitCode {
             node,
             yaml: true,
             scenario,
+            ..
         } => parameter_file(node.as_deref(), scenario.as_deref()),
-        Command::Params { node, .. } => nodes::list_parameters(node.as_deref()),
+        Command::Params { node, format, .. } => nodes::list_parameters(node.as_deref(), format),
         Command::Coefficients(args) => coefficients_command::run(&args),
         Command::Design(command) => design::run(&command),
         Command::Dha(command) => dha::run(&command),

@@ -207,3 +207,26 @@ fn an_actuator_has_one_name_in_design_in_scenarios_and_in_the_actuator_s_own_com
         &["did you mean 'table_3_1'?"],
     );
 }
+
+#[test]
+fn a_table_is_printed_in_the_format_that_is_asked_for() {
+    let stage = Stage::new();
+    let params = |format: &str| {
+        stage
+            .run(&["params", "recorder", "--format", format])
+            .stdout
+    };
+    assert!(
+        params("table")
+            .lines()
+            .all(|line| line.chars().count() <= 80)
+    );
+    assert!(
+        params("md").starts_with("| node | parameter | default | rules | description |\n|---|")
+    );
+    assert!(params("csv").starts_with("node,parameter,default,rules,description\n"));
+    let json: serde_json::Value = serde_json::from_str(&params("json")).unwrap();
+    assert_eq!(json[0]["node"], "recorder");
+    let coefficients = ["coefficients", "brunner", "--format", "csv"];
+    assert!(stage.run(&coefficients).stdout.contains("M'delta"));
+}

@@ -14,6 +14,7 @@ use crate::arguments::{length, number, speed, within};
 use crate::compose::Loop;
 use crate::progress::{end_with_reader, on_all_cores};
 use crate::scenario::Scenario;
+use crate::table::{Format, Table};
 
 /// Which flights.
 #[derive(Args)]
@@ -34,6 +35,9 @@ pub struct TableArgs {
     /// Of every noise
     #[arg(long, default_value_t = 1)]
     seed: u32,
+    /// How to print the table [default: table on a terminal, md elsewhere]
+    #[arg(long, value_enum)]
+    format: Option<Format>,
 }
 
 /// One flight's choices.
@@ -61,45 +65,54 @@ struct Outcome {
     activity: f64,
 }
 
-/// Flies them all and prints a table in Markdown.
+/// Flies them all and prints a table.
 ///
 /// # Errors
 /// A vehicle or parameter that is refused, or a flight that breaks off.
 pub fn run(args: &TableArgs) -> Result<()> {
-    planesman_node::say!(
-        "{}, test signal {} deg, seed {}; one flight a row\n",
-        args.vehicle,
-        args.signal,
-        args.seed
-    )?;
-    planesman_node::say!(
-        "| step ft | speed ft/s | actuator | feedback | gains | overshoot % | settling (5 %) s | steady error mm | pitch error deg rms | plane travel deg/s |"
-    )?;
-    planesman_node::say!("|---|---|---|---|---|---|---|---|---|---|")?;
     let choices = choices(args);
     end_with_reader();
     let outcomes = on_all_cores("flights", &choices, |choice| {
         choice.fly(args).with_context(|| choice.text())
     });
+    let mut table = Table::new([
+        "step ft",
+        "speed ft/s",
+        "actuator",
+        "feedback",
+        "gains",
+        "overshoot %",
+        "settling (5 %) s",
+        "steady error mm",
+        "pitch error deg rms",
+        "plane travel deg/s",
+    ]);
     for (choice, outcome) in choices.iter().zip(outcomes) {
         let outcome = outcome?;
-        let settling = outcome
-            .settling
-            .map_or("never".to_owned(), |t| format!("{t:.1}"));
-        planesman_node::say!(
-            "| {} | {} | {} | {} | {} | {:.1} | {settling} | {:+.1} | {:.2} | {:.2} |",
+        let settling = outcome.settling;
+        table.row([
             number(choice.step / FOOT),
             number(choice.speed / FOOT),
-            choice.actuator,
-            choice.feedback,
-            choice.gains,
-            outcome.overshoot,
-            1e3 * outcome.steady_error,
-            outcome.pitch_error.to_degrees(),
-            outcome.activity.to_degrees(),
+            choice.actuator.to_owned(),
+            choice.feedback.to_owned(),
+            choice.gains.to_owned(),
+            format!("{:.1}", outcome.overshoot),
+            settling.map_or("never".to_owned(), |t| format!("{t:.1}")),
+            format!("{:+.1}", 1e3 * outcome.steady_error),
+            format!("{:.2}", outcome.pitch_error.to_degrees()),
+            format!("{:.2}", outcome.activity.to_degrees()),
+        ]);
+    }
+    let format = Format::or_by_output(args.format);
+    if matches!(format, Format::Table | Format::Md) {
+        planesman_node::say!(
+            "{}, test signal {} deg, seed {}; one flight a row\n",
+            args.vehicle,
+            args.signal,
+            args.seed
         )?;
     }
-    Ok(())
+    Ok(planesman_node::print(table.text(format)?)?)
 }
 
 fn choices(args: &TableArgs) -> Vec<Choice> {
@@ -219,6 +232,7 @@ mod tests {
             step: vec![3.0 * FOOT],
             signal: 1.0,
             seed: 1,
+            format: None,
         };
         let choice = Choice {
             step: 3.0 * FOOT,
@@ -251,6 +265,7 @@ mod tests {
             step: [3.0, 5.0].map(|it| it * FOOT).to_vec(),
             signal: 1.0,
             seed: 1,
+            format: None,
         };
         assert_eq!(choices(&args).len(), 2 * 4 * 2 * 3 * 3);
         for choice in choices(&args) {

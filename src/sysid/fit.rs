@@ -17,6 +17,7 @@ use super::arguments::{SignalArgs, choice};
 use super::{model_file, page};
 use crate::arguments::{output_file, speed};
 use crate::progress::spinner;
+use crate::table::wrapped;
 
 /// Find a model between two signals of any bag or table, with its uncertainty, tests and a verdict.
 #[derive(Clone, Debug, Parser)]
@@ -248,7 +249,11 @@ pub fn run(args: &FitArgs) -> Result<()> {
     let text = if args.json {
         serde_json::to_string_pretty(&as_json(&found)?)? + "\n"
     } else {
-        format!("{}\n{}", found.taken.account(), found.analysis.text())
+        wrapped(&format!(
+            "{}\n{}",
+            found.taken.account(),
+            found.analysis.text()
+        ))
     };
     planesman_node::print(text)?;
     if let Some(path) = &args.model {
