@@ -19,6 +19,7 @@ pub mod crew;
 pub mod design;
 pub mod dha;
 pub mod dive;
+pub mod doctor;
 pub mod flight;
 pub mod in_order;
 pub mod nodes;

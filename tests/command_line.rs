@@ -209,6 +209,43 @@ fn an_actuator_has_one_name_in_design_in_scenarios_and_in_the_actuator_s_own_com
 }
 
 #[test]
+fn the_program_prints_its_completions_and_its_manual() {
+    let stage = Stage::new();
+    let completions = stage.run(&["completions", "bash"]);
+    assert!(
+        completions.stdout.contains("limit-cycles"),
+        "{completions:#?}"
+    );
+    let manual = stage.run(&["man"]);
+    assert!(manual.stdout.contains(".TH planesman"), "{manual:#?}");
+    let fit = stage.run(&["man", "sysid", "fit"]);
+    assert!(fit.stdout.contains("heave"), "{fit:#?}");
+    refused(
+        &stage,
+        1,
+        &["man", "sysid", "fitt"],
+        &["did you mean 'fit'?"],
+    );
+}
+
+#[test]
+fn a_doctor_finds_nothing_wrong_where_the_tests_run_and_names_what_is() {
+    let stage = Stage::new();
+    let well = stage.run(&["doctor"]);
+    for line in ["domain and range", "middleware", "multicast", "other loops"] {
+        assert!(
+            well.stdout.contains(&format!("ok       {line}")),
+            "{well:#?}"
+        );
+    }
+    assert!(well.stdout.contains("planesman_msgs"), "{well:#?}");
+    let variables = [("RMW_IMPLEMENTATION", "rmw_zenoh_cpp")];
+    let ill = stage.start_as(&["doctor"], &variables).finish();
+    assert_eq!(ill.status.code(), Some(1), "{ill:#?}");
+    assert!(ill.stdout.contains("TROUBLE  middleware"), "{ill:#?}");
+}
+
+#[test]
 fn a_table_is_printed_in_the_format_that_is_asked_for() {
     let stage = Stage::new();
     let params = |format: &str| {
