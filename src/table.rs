@@ -4,7 +4,7 @@ use std::io::IsTerminal as _;
 
 use anyhow::{Context as _, Result};
 use clap::ValueEnum;
-use comfy_table::{Cell, CellAlignment, ContentArrangement, presets};
+use comfy_table::{Cell, CellAlignment, ColumnConstraint, ContentArrangement, Width, presets};
 use serde_json::{Map, Value};
 
 /// The columns where there is no terminal to ask.
@@ -89,7 +89,28 @@ impl Table {
                 Cell::new(text).set_alignment(side)
             }));
         }
+        self.keep_words_whole(&mut table, width);
         table.trim_fmt() + "\n"
+    }
+
+    /// Gives each column the width of its longest word, where there is room for all of them.
+    fn keep_words_whole(&self, table: &mut comfy_table::Table, width: u16) {
+        let longest = |column: usize| {
+            let cells = self.rows.iter().filter_map(|row| row.get(column));
+            let words = cells
+                .chain(self.columns.get(column))
+                .flat_map(|cell| cell.split(' '));
+            words.map(|word| word.chars().count()).max().unwrap_or(0)
+        };
+        // A space parts two columns.
+        let least: Vec<usize> = (0..self.columns.len()).map(|it| longest(it) + 1).collect();
+        let fits = least.iter().sum::<usize>() <= usize::from(width);
+        for (column, least) in table.column_iter_mut().zip(least) {
+            column.set_padding((0, 1));
+            if let (true, Ok(least)) = (fits, u16::try_from(least)) {
+                column.set_constraint(ColumnConstraint::LowerBoundary(Width::Fixed(least)));
+            }
+        }
     }
 
     fn markdown(&self) -> String {
@@ -188,6 +209,7 @@ mod tests {
             "{text}"
         );
         assert!(text.lines().count() > 4, "{text}");
+        assert!(text.contains("rather") && text.contains("column"), "{text}");
     }
 
     #[test]
