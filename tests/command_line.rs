@@ -266,6 +266,13 @@ fn a_table_is_printed_in_the_format_that_is_asked_for() {
     assert_eq!(json[0]["node"], "recorder");
     let coefficients = ["coefficients", "brunner", "--format", "csv"];
     assert!(stage.run(&coefficients).stdout.contains("M'delta"));
+    let sizes = ["dha", "size", "table_4_1", "--format", "csv"];
+    assert!(
+        stage
+            .run(&sizes)
+            .stdout
+            .starts_with("quantity,SI,unit,report,report's unit\n")
+    );
     flight(&stage, "flight.mcap");
     let topics = ["sysid", "topics", "flight.mcap", "--format", "csv"];
     assert!(stage.run(&topics).stdout.contains("\n/auv/state:pitch,"));
