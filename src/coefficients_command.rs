@@ -7,7 +7,8 @@ use planesman_units::FOOT;
 use planesman_vehicle::coefficients::Table;
 use planesman_vehicle::vehicle_file;
 
-use crate::design::subject::within;
+use crate::arguments::{number, speed};
+use crate::table::{self, Format};
 
 /// What the command takes.
 #[derive(Clone, Debug, clap::Args)]
@@ -18,9 +19,12 @@ pub struct CoefficientsArgs {
     /// The vehicle that an identified model takes all but its pitch dynamics from
     #[arg(long, default_value = vehicle_file::BRUNNER)]
     base: String,
-    /// The speed of the dimensional values (m/s)
-    #[arg(long, default_value_t = FOOT, value_parser = within(0.001, 100.0))]
+    /// The speed of the dimensional values (m/s, or with its unit: 1ft/s)
+    #[arg(long, default_value_t = FOOT, value_parser = speed(0.001, 100.0))]
     speed: f64,
+    /// As one table in this format [default: two tables with the speed above them]
+    #[arg(long, value_enum)]
+    format: Option<Format>,
 }
 
 /// Prints the table.
@@ -36,15 +40,48 @@ pub fn run(args: &CoefficientsArgs) -> Result<()> {
             vehicle_file::BRUNNER
         );
     };
-    planesman_node::print(format_args!(
-        "{}",
-        text(
-            &Table::of(&vehicle, &geometry, args.speed),
-            &vehicle.name,
-            args.speed
-        )
-    ))?;
-    Ok(())
+    let found = Table::of(&vehicle, &geometry, args.speed);
+    let text = match args.format {
+        Some(format) => in_one(&found).text(format)?,
+        None => text(&found, &vehicle.name, args.speed),
+    };
+    Ok(planesman_node::print(text)?)
+}
+
+/// Coefficients and quantities in one table.
+fn in_one(found: &Table) -> table::Table {
+    let mut table = table::Table::new([
+        "quantity", "method", "computed", "file", "off, %", "imperial", "unit", "SI", "SI unit",
+    ]);
+    let written = |value: Option<f64>| value.map_or_else(String::new, number);
+    for row in &found.rows {
+        table.row([
+            row.coefficient.to_string(),
+            row.method.to_string(),
+            number(row.computed),
+            written(row.in_the_file),
+            written(row.difference().map(|d| 100.0 * d)),
+            number(row.imperial()),
+            row.unit.imperial.to_string(),
+            number(row.si()),
+            row.unit.si.to_string(),
+        ]);
+    }
+    for figure in &found.figures {
+        let none = String::new;
+        table.row([
+            figure.quantity.to_string(),
+            figure.method.to_string(),
+            none(),
+            none(),
+            none(),
+            number(figure.si / figure.unit.size),
+            figure.unit.imperial.to_string(),
+            number(figure.si),
+            figure.unit.si.to_string(),
+        ]);
+    }
+    table
 }
 
 /// The table as text.

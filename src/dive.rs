@@ -16,7 +16,9 @@ use planesman_msgs::diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus};
 use planesman_msgs::planesman_msgs::msg::{ModelEstimate, VehicleState};
 use planesman_msgs::std_srvs::srv::{SetBool, SetBoolRequest, SetBoolResponse};
 use planesman_node::claim::{Claim, Stage};
-use planesman_node::{Client, Connections, Direction, Flow, Next, NodeSpec, Qos, Runtime, args};
+use planesman_node::{
+    Client, Connections, Direction, Domain, Flow, Next, NodeSpec, Qos, Runtime, args,
+};
 use planesman_parameters::Value;
 use recorder::loop_topics;
 use recorder::node::BAG;
@@ -106,6 +108,12 @@ pub fn run(scenario: &Scenario, run: &RunFolder, options: &Options) -> Result<Op
     let claim = be_alone(&rt, options)?;
     // All that can be refused has been: now there is something to keep.
     run.create(scenario, &parameters)?;
+    if options.keep_running {
+        planesman_node::say!(
+            "{}",
+            other_terminal(Domain::from_environment()?, &options.namespace)
+        )?;
+    }
     fly(rt, go, claim, scenario, run, options).inspect_err(|error| run.note_failure(error))
 }
 
@@ -163,6 +171,20 @@ fn fly(
     }
     planesman_node::say!("{}", run.report()?)?;
     run.loss()
+}
+
+/// What to paste into another terminal to look into the loop.
+fn other_terminal(domain: Domain, namespace: &str) -> String {
+    let range = if domain.local { "LOCALHOST" } else { "SUBNET" };
+    let namespace = namespace.trim_end_matches('/');
+    format!(
+        "In another terminal (Ctrl-C here ends the loop):\n\
+         \x20 export ROS_DOMAIN_ID={} ROS_AUTOMATIC_DISCOVERY_RANGE={range}\n\
+         \x20 ros2 topic list\n\
+         \x20 ros2 topic echo {namespace}/state\n\
+         \x20 planesman sysid watch --namespace {namespace}\n",
+        domain.id
+    )
 }
 
 /// Nothing flies here yet: a second loop's nodes would answer the first one's vehicle. Returns the claim to
@@ -527,4 +549,22 @@ fn bar(ticks: u64) -> ProgressBar {
         bar.set_style(style);
     }
     bar
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_lines_for_another_terminal_name_domain_range_and_topic() {
+        let domain = Domain { id: 7, local: true };
+        let lines = other_terminal(domain, "/second");
+        for part in [
+            "export ROS_DOMAIN_ID=7 ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST",
+            "ros2 topic echo /second/state",
+            "--namespace /second",
+        ] {
+            assert!(lines.contains(part), "{lines}");
+        }
+    }
 }

@@ -10,6 +10,7 @@
 //! [`reproduce`] computes the 1988 report's numbers again; [`design`] has the loops on paper,
 //! [`sysid`] the identifier's pages.
 
+pub mod arguments;
 pub mod bag_command;
 pub mod coefficients_command;
 pub mod compose;
@@ -18,12 +19,14 @@ pub mod crew;
 pub mod design;
 pub mod dha;
 pub mod dive;
+pub mod doctor;
 pub mod fingerprint;
 pub mod flight;
 pub mod in_order;
 pub mod nodes;
 pub mod page;
 pub mod params_command;
+pub mod progress;
 pub mod reproduce;
 pub mod run_folder;
 pub mod scenario;
@@ -31,4 +34,5 @@ pub mod sim;
 pub mod sink;
 pub mod summary;
 pub mod sysid;
+pub mod table;
 pub mod tf_command;

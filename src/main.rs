@@ -4,10 +4,11 @@ use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::Result;
+use anyhow::{Result, anyhow};
 use clap::builder::NonEmptyStringValueParser;
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory as _, Parser, Subcommand};
+use clap_complete::Shell;
 use planesman::coefficients_command::{self, CoefficientsArgs};
 use planesman::design::{self, DesignCommand};
 use planesman::dha::{self, DhaCommand};
@@ -15,7 +16,9 @@ use planesman::dive::{self, Pace};
 use planesman::reproduce::{self, ReproduceArgs};
 use planesman::run_folder::{Loss, RunFolder};
 use planesman::scenario::{BUILTIN, Scenario};
-use planesman::{bag_command, nodes, params_command, sim, tf_command};
+use planesman::table::Format;
+use planesman::{bag_command, doctor, nodes, params_command, sim, tf_command};
+use planesman_node::in_one_line;
 use planesman_parameters::Parameters as _;
 use planesman_text::{did_you_mean, shown};
 use plant_sim::PlantParameters;
@@ -23,20 +26,41 @@ use plant_sim::PlantParameters;
 /// The exit status of a dive whose bag lacks something.
 const LOST: u8 = 3;
 
-/// What a script is told.
+/// The exit status of every command.
 const EXIT_CODES: &str = "\
-Exit status of a dive:
-  0  flown, and the bag holds all that was published
-  1  it could not be flown, or not to its end; the last line says why
+Exit status:
+  0  done
+  1  refused or failed; the last line says why
   2  the command line is wrong
-  3  flown, but the bag lacks what was published; the last line says how much of which topic";
+  3  done, but data was lost: a dive's bag lacks what was published; the last line says how much of which topic";
+
+/// What to try first.
+const EXAMPLES: &str = "\
+Examples:
+  planesman                                           fly the built-in dive
+  planesman dive --set depth_controller.depth.p=1.2   with another gain
+  planesman sim dive --out dive.csv                   in one process, into a table
+  planesman sysid topics dive.csv                     what there is to identify from
+  planesman sysid fit dive.csv -i dive_planes -o pitch_rate
+  planesman doctor                                    whether nodes find each other here";
+
+/// What follows a dive.
+const AFTER_A_DIVE: &str = "\
+Next:
+  planesman report FOLDER             summarise the flight again
+  planesman bag info FOLDER/bag       topics, counts, and what the bag lacks
+  planesman sysid topics FOLDER/bag   signals to identify from";
+
+fn help(parts: &[&str]) -> String {
+    parts.join("\n\n")
+}
 
 /// Dives, breaks and identifies an underwater vehicle: a ROS 2 Jazzy node suite.
 ///
 /// Without a command it dives: it starts the simulated vehicle, its controller, its hydraulic
 /// actuator, an identifier and a recorder as separate processes over DDS, and shows what came of it.
 #[derive(Parser)]
-#[command(name = "planesman", version, args_conflicts_with_subcommands = true, after_help = EXIT_CODES)]
+#[command(name = "planesman", version, args_conflicts_with_subcommands = true, after_help = help(&[EXAMPLES, EXIT_CODES]))]
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
@@ -47,7 +71,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     /// Fly a scenario as separate processes over DDS (the default)
-    #[command(after_help = EXIT_CODES)]
+    #[command(after_help = help(&[AFTER_A_DIVE, EXIT_CODES]))]
     Dive(DiveArgs),
     /// Fly a scenario in one process, without DDS, into a bag or a table
     Sim(SimArgs),
@@ -76,6 +100,9 @@ enum Command {
         /// With this scenario's values: a built-in one (dive, open_loop, way_depths, remus_100) or a file
         #[arg(long, requires = "yaml")]
         scenario: Option<String>,
+        /// As a table [default: a list]
+        #[arg(long, value_enum, conflicts_with = "yaml")]
+        format: Option<Format>,
     },
     /// Reckon a vehicle's coefficients from its geometry, beside those of its file
     Coefficients(CoefficientsArgs),
@@ -87,6 +114,28 @@ enum Command {
     Dha(DhaCommand),
     /// Compute the numbers of the two historical reports again, and say which agree
     Reproduce(ReproduceArgs),
+    /// Say whether nodes find each other here: domain, middleware, multicast, messages, other loops
+    Doctor {
+        /// The namespace to look for other loops in
+        #[arg(long, default_value = nodes::NAMESPACE, value_parser = NonEmptyStringValueParser::new())]
+        namespace: String,
+    },
+    /// Print a script that completes command lines in a shell
+    #[command(
+        after_help = "Example:\n  planesman completions bash > ~/.local/share/bash-completion/completions/planesman"
+    )]
+    Completions {
+        /// The shell
+        shell: Shell,
+    },
+    /// Print the manual page of the program or of a command
+    #[command(
+        after_help = "Example:\n  planesman man | man -l -\n  planesman man sysid fit | man -l -"
+    )]
+    Man {
+        /// A command, as sysid fit
+        command: Vec<String>,
+    },
     /// Run one node in this process (what `ros2 run` would start)
     Node(NodeArgs),
 }
@@ -250,21 +299,54 @@ fn main() -> ExitCode {
             node,
             yaml: true,
             scenario,
+            ..
         } => parameter_file(node.as_deref(), scenario.as_deref()),
-        Command::Params { node, .. } => params_command::list_parameters(node.as_deref()),
+        Command::Params { node, format, .. } => {
+            params_command::list_parameters(node.as_deref(), format)
+        }
         Command::Coefficients(args) => coefficients_command::run(&args),
         Command::Design(command) => design::run(&command),
         Command::Dha(command) => dha::run(&command),
         Command::Reproduce(args) => reproduce::run(&args),
+        Command::Doctor { namespace } => stay_local().and_then(|()| doctor::run(&namespace)),
+        Command::Completions { shell } => {
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Cli::command(), "planesman", &mut script);
+            written(script)
+        }
+        Command::Man { command } => manual(&command).and_then(written),
         Command::Node(args) => return nodes::run(&args.name, args.args),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            planesman_node::complain!("planesman: {}", shown(format_args!("{error:#}")));
+            planesman_node::complain!("planesman: {}", shown(in_one_line(&error)));
             ExitCode::FAILURE
         }
     }
+}
+
+/// The manual page of the command behind these names, in roff.
+fn manual(names: &[String]) -> Result<Vec<u8>> {
+    let mut command = Cli::command();
+    command.build();
+    for name in names {
+        let known: Vec<_> = command
+            .get_subcommands()
+            .map(|it| it.get_name().to_owned())
+            .collect();
+        command = command.find_subcommand(name).cloned().ok_or_else(|| {
+            let meant = did_you_mean(name, known.iter().map(String::as_str));
+            anyhow!("there is no command '{}'{meant}", names.join(" "))
+        })?;
+    }
+    let mut page = Vec::new();
+    clap_mangen::Man::new(command).render(&mut page)?;
+    Ok(page)
+}
+
+fn written(text: Vec<u8>) -> Result<()> {
+    Ok(planesman_node::print(String::from_utf8(text)?)?)
 }
 
 /// Discovery stays on this machine unless the user's environment says otherwise. The variable

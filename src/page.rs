@@ -10,7 +10,7 @@ use planesman_text::shown;
 
 use crate::flight::{Flight, Points};
 use crate::scenario::Scenario;
-use crate::summary::Summary;
+use crate::summary::{Summary, distance_text};
 use planesman_plot::{Plot, Style};
 
 /// Messages of one topic, as sent and as recorded.
@@ -122,7 +122,7 @@ fn model_table(summary: &Summary) -> Markup {
                     tr { td { "gain at rest [1/s]" } td { (gain(found.dc_gain)) } td { (gain(summary.truth.dc_gain)) } }
                 }
                 @if let Some(error) = summary.pole_error() {
-                    p { "The dominant pole lies " (format!("{:.1} %", 100.0 * error)) " of its magnitude from the true one ("
+                    p { "The dominant pole lies " (distance_text(error)) " of its magnitude from the true one ("
                         (summary.samples) " samples, one-step fit " (format!("{:.2}", summary.fit)) " %)." }
                 }
             }

@@ -7,12 +7,30 @@ use planesman_parameters::{Declaration, Value};
 
 use crate::nodes::{NODES, declarations};
 use crate::scenario::Scenario;
+use crate::table::{Format, Table};
 
-/// Prints the parameters of one node, or of all.
+/// Prints the parameters of one node, or of all, as a list or in a table's format.
 ///
 /// # Errors
 /// When there is no such node.
-pub fn list_parameters(node: Option<&str>) -> Result<()> {
+pub fn list_parameters(node: Option<&str>, format: Option<Format>) -> Result<()> {
+    if let (Some(format), true) = (format, node.is_none_or(|name| NODES.contains(&name))) {
+        let mut table = Table::new(["node", "parameter", "default", "rules", "description"]);
+        for name in NODES.iter().filter(|n| node.is_none_or(|only| only == **n)) {
+            for d in declarations(name).unwrap_or_default() {
+                let rules = rules(&d);
+                let default = d.default.to_string();
+                table.row([
+                    (*name).to_owned(),
+                    d.name,
+                    default,
+                    rules,
+                    d.description.to_owned(),
+                ]);
+            }
+        }
+        return Ok(planesman_node::print(table.text(format)?)?);
+    }
     for name in NODES.iter().filter(|n| node.is_none_or(|only| only == **n)) {
         planesman_node::say!("{name}:")?;
         for d in declarations(name).unwrap_or_default() {

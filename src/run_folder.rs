@@ -6,6 +6,7 @@ use std::{fmt, fs};
 
 use anyhow::{Context, Result, bail};
 use planesman_bag::reader::BagReader;
+use planesman_node::in_one_line;
 use recorder::parameters::RecorderParameters;
 
 use crate::flight::{Flight, recorded};
@@ -60,7 +61,7 @@ impl RunFolder {
     /// Says in the folder that the flight failed, and why.
     pub fn note_failure(&self, error: &anyhow::Error) {
         // The error is on its way to the terminal; a full disk must not hide it.
-        let _ = fs::write(self.path.join("failed.txt"), format!("{error:#}\n"));
+        let _ = fs::write(self.path.join("failed.txt"), in_one_line(error) + "\n");
     }
 
     /// A folder that a flight left.

@@ -14,6 +14,18 @@ use serde::{Deserialize, Serialize};
 
 use crate::nodes::{self, NODES};
 
+/// The parameters that name a file, or something built in.
+const FILES: [(&str, &str); 8] = [
+    ("plant_sim", "vehicle"),
+    ("plant_sim", "vehicle_base"),
+    ("depth_controller", "gains.file"),
+    ("dha_actuator", "actuator"),
+    ("dha_actuator", "bow.actuator"),
+    ("dha_actuator", "stern.actuator"),
+    ("dha_actuator", "roll.actuator"),
+    ("dha_actuator", "rudder.actuator"),
+];
+
 /// The scenarios that come with the program: name and text.
 pub const BUILTIN: [(&str, &str); 4] = [
     (
@@ -94,18 +106,22 @@ impl Scenario {
         };
         let mut scenario =
             Self::parse(&text).with_context(|| format!("scenario '{name_or_path}'"))?;
+        if let Some(folder) = Path::new(name_or_path).parent() {
+            scenario.find_files(folder)?;
+        }
         for change in changes {
             scenario
                 .set(change)
                 .with_context(|| format!("--set {change}"))?;
         }
+        scenario.find_files(Path::new(""))?;
         scenario
             .check()
             .with_context(|| format!("scenario '{name_or_path}'"))?;
         Ok(scenario)
     }
 
-    /// Sets a parameter as `NODE.PARAMETER=VALUE`, also in the text that is kept with the flight.
+    /// Sets a parameter as `NODE.PARAMETER=VALUE`; the description says so.
     fn set(&mut self, change: &str) -> Result<()> {
         let (name, value) = change
             .split_once('=')
@@ -116,7 +132,14 @@ impl Scenario {
         if !NODES.contains(&node) {
             bail!("there is no node '{node}'{}", did_you_mean(node, NODES));
         }
-        let value: serde_yaml_ng::Value = yaml::from_str(value)?;
+        self.put(node, parameter, yaml::from_str(value)?)?;
+        self.description = format!("{}; {change}", self.description);
+        self.source = serde_yaml_ng::to_string(self)?;
+        Ok(())
+    }
+
+    /// Sets a parameter, also in the text that is kept with the flight.
+    fn put(&mut self, node: &str, parameter: &str, value: serde_yaml_ng::Value) -> Result<()> {
         let section = self
             .parameters
             .entry(node.to_owned())
@@ -129,6 +152,25 @@ impl Scenario {
         entries.insert(parameter.into(), value);
         self.values(node)?;
         self.source = serde_yaml_ng::to_string(self)?;
+        Ok(())
+    }
+
+    /// Makes the relative paths of files absolute: those in `folder`, where the scenario's file is, before those in the
+    /// working directory. So they are also in the text that is kept with the flight.
+    fn find_files(&mut self, folder: &Path) -> Result<()> {
+        for (node, parameter) in FILES {
+            let Some(Value::String(name)) = self.values(node)?.get(parameter).cloned() else {
+                continue;
+            };
+            // A built-in name is no path.
+            let is_relative = Path::new(&name).is_relative() && name.contains(['.', '/']);
+            let places = [folder.join(&name), name.clone().into()];
+            let found = places.iter().find(|place| place.is_file());
+            if let (true, Some(place)) = (is_relative, found) {
+                let path = std::path::absolute(place)?;
+                self.put(node, parameter, path.display().to_string().into())?;
+            }
+        }
         Ok(())
     }
 
@@ -310,6 +352,11 @@ mod tests {
                 .expect("declared");
             assert_eq!(controller.depth.p, 1.5);
             assert_eq!(scenario.duration, 90.0);
+            assert!(
+                scenario
+                    .description
+                    .ends_with("; depth_controller.depth.p=1.5")
+            );
         }
         for (change, reason) in [
             ("depth_controller.depth.p", "NODE.PARAMETER=VALUE"),
@@ -320,6 +367,43 @@ mod tests {
             let refusal = format!("{:#}", set(change).expect_err(change));
             assert!(refusal.contains(reason), "{refusal}");
         }
+    }
+
+    #[test]
+    fn a_file_is_looked_for_beside_the_scenario_and_kept_by_its_absolute_path() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let write = |name: &str, text: &str| {
+            let path = folder.path().join(name);
+            std::fs::create_dir_all(path.parent().expect("a folder")).expect("made");
+            std::fs::write(&path, text).expect("written");
+            path.display().to_string()
+        };
+        let vehicle = include_str!("../crates/vehicle/vehicles/brunner.yaml");
+        let beside = write("vehicles/own.yaml", vehicle);
+        let text =
+            "{description: d, duration: 1, parameters: {plant_sim: {vehicle: vehicles/own.yaml}}}";
+        let scenario = Scenario::load(&write("flight.yaml", text)).expect("found");
+        for scenario in [
+            &scenario,
+            &Scenario::parse(scenario.source()).expect("kept"),
+        ] {
+            let vehicle = scenario.values("plant_sim").expect("values");
+            assert_eq!(vehicle.get("vehicle"), Some(&Value::String(beside.clone())));
+            let actuator = scenario.values("dha_actuator").expect("values");
+            assert_eq!(
+                actuator.get("actuator"),
+                Some(&Value::String("auv".to_owned()))
+            );
+        }
+        // From the working directory, where it is not beside the scenario.
+        let text = text.replace("vehicles/own.yaml", "crates/vehicle/vehicles/brunner.yaml");
+        let scenario = Scenario::load(&write("other.yaml", &text)).expect("found");
+        let here = std::path::absolute("crates/vehicle/vehicles/brunner.yaml").expect("a path");
+        let vehicle = scenario.values("plant_sim").expect("values");
+        assert_eq!(
+            vehicle.get("vehicle"),
+            Some(&Value::String(here.display().to_string()))
+        );
     }
 
     #[test]

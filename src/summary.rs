@@ -101,6 +101,16 @@ fn first_response(model: &TransferFunction) -> f64 {
     .unwrap_or(0.0)
 }
 
+/// A distance relative to the true pole's magnitude, %; beyond ten times that its number says nothing.
+#[must_use]
+pub fn distance_text(distance: f64) -> String {
+    if distance <= 10.0 {
+        format!("{:.1} %", 100.0 * distance)
+    } else {
+        "more than 1000 %".to_owned()
+    }
+}
+
 fn seconds(value: Option<f64>) -> String {
     value.map_or_else(|| "not reached".to_owned(), |v| format!("{v:.2} s"))
 }
@@ -156,13 +166,13 @@ impl fmt::Display for Summary {
                 if let Some(error) = self.pole_error() {
                     writeln!(
                         f,
-                        "  dominant pole {} of the true one (distance {:.1} % of its magnitude, {} samples, one-step fit {:.2} %)",
+                        "  dominant pole {} of the true one (distance {} of its magnitude, {} samples, one-step fit {:.2} %)",
                         if error <= POLE_TOLERANCE {
                             format!("within {:.0} %", 100.0 * POLE_TOLERANCE)
                         } else {
                             format!("NOT within {:.0} %", 100.0 * POLE_TOLERANCE)
                         },
-                        100.0 * error,
+                        distance_text(error),
                         self.samples,
                         self.fit
                     )?;
@@ -184,6 +194,14 @@ impl fmt::Display for Summary {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_distance_beyond_all_sense_is_not_counted_out() {
+        assert_eq!(distance_text(0.0234), "2.3 %");
+        for far in [22_519_660_479_084.685, f64::INFINITY, f64::NAN] {
+            assert_eq!(distance_text(far), "more than 1000 %");
+        }
+    }
 
     /// Setpoints one after the other: what is shown is the response to the last.
     #[test]

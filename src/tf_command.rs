@@ -14,7 +14,7 @@ use planesman_vehicle::LevelFlight;
 use planesman_vehicle::linearised::{self, Output};
 use planesman_vehicle::vehicle_file;
 
-use crate::design::subject::within;
+use crate::arguments::{speed, within};
 
 /// What to print, and of which vehicle.
 #[derive(Args)]
@@ -31,8 +31,8 @@ pub struct TfArgs {
     /// What is seen of it
     #[arg(long, value_enum, default_value_t = OutputName::PitchRate)]
     output: OutputName,
-    /// Speed through the water (m/s)
-    #[arg(long, value_parser = within(0.001, 100.0), default_value_t = FOOT)]
+    /// Speed through the water (m/s, or with its unit: 1ft/s)
+    #[arg(long, value_parser = speed(0.001, 100.0), default_value_t = FOOT)]
     speed: f64,
     /// Samples per second of the zero-order hold (Hz)
     #[arg(long, value_parser = within(0.01, 10_000.0), default_value_t = 20.0)]

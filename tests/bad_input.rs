@@ -233,6 +233,7 @@ fn a_wrong_argument_is_named_with_what_would_be_right() {
     for (arguments, says) in [
         (vec!["dive", "--lockstep", "--factor", "2"], "--lockstep"),
         (vec!["dive", "--fast"], "--fast"),
+        (vec!["sim", "dive", "--out"], "--out"),
         (vec!["surface"], "'surface' is no command and no scenario"),
         (
             vec!["tf", "brunner", "--speed", "-1"],

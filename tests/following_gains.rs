@@ -9,9 +9,9 @@ const SETPOINT: f64 = 10.3048;
 
 /// The ticks of `too_fast` with this source of gains.
 fn fly(source: &str) -> Vec<Tick> {
-    let text = std::fs::read_to_string("launch-scripts/scenarios/too_fast.yaml").unwrap();
-    let text = text.replace("source: fixed", &format!("source: {source}"));
-    let scenario = Scenario::parse(&text).unwrap();
+    let change = format!("depth_controller.gains.source={source}");
+    let file = "launch-scripts/scenarios/too_fast.yaml";
+    let scenario = Scenario::load_with(file, &[change]).unwrap();
     Loop::new(&scenario).unwrap().map(Result::unwrap).collect()
 }
 

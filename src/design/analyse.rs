@@ -8,7 +8,8 @@ use depth_controller::design::dive_loop::Judgement;
 use depth_controller::gains::LoopGains;
 use planesman_linear::StepMetrics;
 
-use super::subject::{GainArgs, Subject, gains_text, poles_text, speed_text, within};
+use super::subject::{GainArgs, Subject, gains_text, poles_text, speed_text};
+use crate::arguments::{speed, within};
 
 /// What to analyse.
 #[derive(Args)]
@@ -18,8 +19,8 @@ pub struct AnalyseArgs {
     subject: Subject,
     #[command(flatten)]
     gains: GainArgs,
-    /// Speeds through the water (m/s), separated by commas
-    #[arg(long, value_delimiter = ',', default_value = "0.3048", value_parser = within(1e-3, 100.0))]
+    /// Speeds through the water (m/s, or with their unit: 1ft/s), separated by commas
+    #[arg(long, value_delimiter = ',', default_value = "0.3048", value_parser = speed(1e-3, 100.0))]
     speed: Vec<f64>,
     /// How long the step response is watched (s)
     #[arg(long, default_value_t = 120.0, value_parser = within(1.0, 1e4))]

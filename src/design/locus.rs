@@ -7,7 +7,8 @@ use anyhow::{Context as _, Result};
 use clap::Args;
 use planesman_linear::Complex;
 
-use super::subject::{GainArgs, Subject, Varied, poles_text, within};
+use super::subject::{GainArgs, Subject, Varied, poles_text};
+use crate::arguments::{output_file, speed, within};
 use planesman_plot::{Plot, Style};
 
 /// How finely the drawing is dotted.
@@ -21,8 +22,8 @@ pub struct LocusArgs {
     subject: Subject,
     #[command(flatten)]
     gains: GainArgs,
-    /// Speed through the water (m/s), unless it varies
-    #[arg(long, default_value_t = 0.3048, value_parser = within(1e-3, 100.0))]
+    /// Speed through the water (m/s, or with its unit: 1ft/s), unless it varies
+    #[arg(long, default_value_t = 0.3048, value_parser = speed(1e-3, 100.0))]
     speed: f64,
     /// What varies
     #[arg(long, value_enum)]
@@ -37,7 +38,7 @@ pub struct LocusArgs {
     #[arg(long, default_value_t = 11, value_parser = clap::value_parser!(u32).range(2..=10_000))]
     rows: u32,
     /// Draw it into this file
-    #[arg(long, value_name = "FILE.svg")]
+    #[arg(long, value_name = "FILE.svg", value_parser = output_file)]
     svg: Option<PathBuf>,
 }
 

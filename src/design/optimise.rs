@@ -5,7 +5,8 @@ use clap::Args;
 use depth_controller::design::optimise::Wishes;
 
 use super::analyse::described;
-use super::subject::{GainArgs, Subject, gains_text, speed_text, within};
+use super::subject::{GainArgs, Subject, gains_text, speed_text};
+use crate::arguments::{length, speed, within};
 
 /// What is asked of the gains.
 #[derive(Args)]
@@ -16,8 +17,8 @@ pub struct OptimiseArgs {
     /// Where the search begins
     #[command(flatten)]
     gains: GainArgs,
-    /// Speeds through the water (m/s) that one set of gains is to serve, separated by commas
-    #[arg(long, value_delimiter = ',', default_value = "0.1524,0.3048,0.6096,0.9144", value_parser = within(1e-3, 100.0))]
+    /// Speeds through the water (m/s, or with their unit: 1ft/s) that one set of gains is to serve, separated by commas
+    #[arg(long, value_delimiter = ',', default_value = "0.1524,0.3048,0.6096,0.9144", value_parser = speed(1e-3, 100.0))]
     speed: Vec<f64>,
     /// The smallest phase margin (deg)
     #[arg(long, default_value_t = 45.0, value_parser = within(0.0, 179.0))]
@@ -28,8 +29,8 @@ pub struct OptimiseArgs {
     /// The largest overshoot of a depth step (%)
     #[arg(long, default_value_t = 5.0, value_parser = within(0.0, 100.0))]
     overshoot: f64,
-    /// The depth step that may not ask for more than the limits at its first instant (m)
-    #[arg(long, default_value_t = 0.9144, value_parser = within(1e-3, 1e4))]
+    /// The depth step that may not ask for more than the limits at its first instant (m, or with its unit: 3ft)
+    #[arg(long, default_value_t = 0.9144, value_parser = length(1e-3, 1e4))]
     step: f64,
     /// Of the pitch command (deg)
     #[arg(long, default_value_t = 45.0, value_parser = within(1.0, 90.0))]

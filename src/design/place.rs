@@ -10,7 +10,8 @@ use depth_controller::design::placement::{self, Poles};
 use depth_controller::gains::PitchModel;
 
 use super::analyse::{described, judged};
-use super::subject::{Subject, TABLE_3, gains_text, speed_text, within};
+use super::subject::{Subject, TABLE_3, gains_text, speed_text};
+use crate::arguments::{speed, within};
 
 /// Which poles, for which vehicle.
 #[derive(Args)]
@@ -18,8 +19,8 @@ use super::subject::{Subject, TABLE_3, gains_text, speed_text, within};
 pub struct PlaceArgs {
     #[command(flatten)]
     subject: Subject,
-    /// Speed through the water (m/s)
-    #[arg(long, default_value_t = 0.3048, value_parser = within(1e-3, 100.0))]
+    /// Speed through the water (m/s, or with its unit: 1ft/s)
+    #[arg(long, default_value_t = 0.3048, value_parser = speed(1e-3, 100.0))]
     speed: f64,
     /// The real pole's decay (1/s)
     #[arg(long, value_parser = within(1e-4, 100.0))]

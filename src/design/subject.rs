@@ -6,11 +6,14 @@ use clap::{Args, ValueEnum};
 use depth_controller::ControllerParameters;
 use depth_controller::design::dive_loop::{DiveLoop, DivePlant, Path};
 use depth_controller::gains::LoopGains;
+use dha_actuator::ActuatorParameters;
 use planesman_linear::{Complex, DMatrix, StateSpace, pair_text};
 use planesman_units::FOOT;
 use planesman_vehicle::Vehicle;
 use planesman_vehicle::linearised;
 use planesman_vehicle::vehicle_file;
+
+use crate::arguments::within;
 
 /// The report's vehicle in pitch alone (Table 3): it goes where it points, and its planes' moment does not know
 /// the speed.
@@ -26,7 +29,8 @@ pub struct Subject {
     /// The vehicle that an identified model takes all but its pitch dynamics from
     #[arg(long, default_value = vehicle_file::BRUNNER)]
     pub base: String,
-    /// What moves the planes: ideal, or a built-in actuator or actuator file for its dead time in small motion
+    /// What moves the planes: ideal, first_order with the bandwidth of dha_actuator's default, or a built-in
+    /// actuator or actuator file for its dead time in small motion
     #[arg(long, default_value = "auv")]
     pub actuator: String,
     /// Commands per second, each held until the next (Hz); 0: continuous
@@ -65,14 +69,6 @@ pub enum Varied {
     PitchRate,
     /// U (m/s)
     Speed,
-}
-
-/// A parser of numbers in `[least, most]`.
-pub fn within(least: f64, most: f64) -> impl Fn(&str) -> Result<f64, String> + Clone {
-    move |text| match text.parse::<f64>() {
-        Ok(value) if (least..=most).contains(&value) => Ok(value),
-        _ => Err(format!("a number from {least} to {most} is expected")),
-    }
 }
 
 /// The depth controller's default gains: those of program T6.
@@ -149,16 +145,17 @@ impl Subject {
         } else {
             0.0
         };
-        let actuator = match self.actuator.as_str() {
-            "ideal" => 0.0,
+        let (lag, delay) = match self.actuator.as_str() {
+            "ideal" => (0.0, 0.0),
+            "first_order" => (1.0 / ActuatorParameters::default().first_order.omega, 0.0),
             name => {
                 let set = dha_actuator::actuator_file::load(name).map_err(|e| anyhow!("{e}"))?;
-                dha_actuator::linearised::dead_time(&set)
+                (0.0, dha_actuator::linearised::dead_time(&set))
             }
         };
         Ok(Path {
-            lag: 0.0,
-            delay: hold + actuator,
+            lag,
+            delay: hold + delay,
         })
     }
 

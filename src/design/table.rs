@@ -10,9 +10,11 @@ use clap::Args;
 use planesman_linear::step_metrics;
 use planesman_units::FOOT;
 
-use super::subject::within;
+use crate::arguments::{length, number, speed, within};
 use crate::compose::Loop;
+use crate::progress::{end_with_reader, on_all_cores};
 use crate::scenario::Scenario;
+use crate::table::{Format, Table};
 
 /// Which flights.
 #[derive(Args)]
@@ -21,11 +23,11 @@ pub struct TableArgs {
     /// A built-in vehicle or a vehicle file
     #[arg(default_value = "brunner")]
     vehicle: String,
-    /// Speeds (ft/s), separated by commas
-    #[arg(long, value_delimiter = ',', default_value = "0.5,1,2,3", value_parser = within(0.01, 100.0))]
+    /// Speeds (m/s, or with their unit), separated by commas
+    #[arg(long, value_delimiter = ',', default_value = "0.5ft/s,1ft/s,2ft/s,3ft/s", value_parser = speed(0.003, 30.0))]
     speed: Vec<f64>,
-    /// Depth steps (ft), separated by commas
-    #[arg(long, value_delimiter = ',', default_value = "3,5", value_parser = within(0.01, 1000.0))]
+    /// Depth steps (m, or with their unit), separated by commas
+    #[arg(long, value_delimiter = ',', default_value = "3ft,5ft", value_parser = length(0.003, 300.0))]
     step: Vec<f64>,
     /// Amplitude of the test signal (deg)
     #[arg(long, default_value_t = 1.0, value_parser = within(0.0, 30.0))]
@@ -33,11 +35,16 @@ pub struct TableArgs {
     /// Of every noise
     #[arg(long, default_value_t = 1)]
     seed: u32,
+    /// How to print the table [default: table on a terminal, md elsewhere]
+    #[arg(long, value_enum)]
+    format: Option<Format>,
 }
 
 /// One flight's choices.
 struct Choice {
+    /// m
     step: f64,
+    /// m/s
     speed: f64,
     actuator: &'static str,
     feedback: &'static str,
@@ -58,40 +65,54 @@ struct Outcome {
     activity: f64,
 }
 
-/// Flies them all and prints a table in Markdown.
+/// Flies them all and prints a table.
 ///
 /// # Errors
 /// A vehicle or parameter that is refused, or a flight that breaks off.
 pub fn run(args: &TableArgs) -> Result<()> {
-    planesman_node::say!(
-        "{}, test signal {} deg, seed {}; one flight a row\n",
-        args.vehicle,
-        args.signal,
-        args.seed
-    )?;
-    planesman_node::say!(
-        "| step ft | speed ft/s | actuator | feedback | gains | overshoot % | settling (5 %) s | steady error mm | pitch error deg rms | plane travel deg/s |"
-    )?;
-    planesman_node::say!("|---|---|---|---|---|---|---|---|---|---|")?;
-    for choice in choices(args) {
-        let outcome = choice.fly(args).with_context(|| choice.text())?;
-        let settling = outcome
-            .settling
-            .map_or("never".to_owned(), |t| format!("{t:.1}"));
+    let choices = choices(args);
+    end_with_reader();
+    let outcomes = on_all_cores("flights", &choices, |choice| {
+        choice.fly(args).with_context(|| choice.text())
+    });
+    let mut table = Table::new([
+        "step ft",
+        "speed ft/s",
+        "actuator",
+        "feedback",
+        "gains",
+        "overshoot %",
+        "settling (5 %) s",
+        "steady error mm",
+        "pitch error deg rms",
+        "plane travel deg/s",
+    ]);
+    for (choice, outcome) in choices.iter().zip(outcomes) {
+        let outcome = outcome?;
+        let settling = outcome.settling;
+        table.row([
+            number(choice.step / FOOT),
+            number(choice.speed / FOOT),
+            choice.actuator.to_owned(),
+            choice.feedback.to_owned(),
+            choice.gains.to_owned(),
+            format!("{:.1}", outcome.overshoot),
+            settling.map_or("never".to_owned(), |t| format!("{t:.1}")),
+            format!("{:+.1}", 1e3 * outcome.steady_error),
+            format!("{:.2}", outcome.pitch_error.to_degrees()),
+            format!("{:.2}", outcome.activity.to_degrees()),
+        ]);
+    }
+    let format = Format::or_by_output(args.format);
+    if matches!(format, Format::Table | Format::Md) {
         planesman_node::say!(
-            "| {} | {} | {} | {} | {} | {:.1} | {settling} | {:+.1} | {:.2} | {:.2} |",
-            choice.step,
-            choice.speed,
-            choice.actuator,
-            choice.feedback,
-            choice.gains,
-            outcome.overshoot,
-            1e3 * outcome.steady_error,
-            outcome.pitch_error.to_degrees(),
-            outcome.activity.to_degrees(),
+            "{}, test signal {} deg, seed {}; one flight a row\n",
+            args.vehicle,
+            args.signal,
+            args.seed
         )?;
     }
-    Ok(())
+    Ok(planesman_node::print(table.text(format)?)?)
 }
 
 fn choices(args: &TableArgs) -> Vec<Choice> {
@@ -125,12 +146,13 @@ impl Choice {
             feedback,
             gains,
         } = self;
-        format!("{step} ft at {speed} ft/s, {actuator}, {feedback}, {gains}")
+        let (feet, feet_per_second) = (number(step / FOOT), number(speed / FOOT));
+        format!("{feet} ft at {feet_per_second} ft/s, {actuator}, {feedback}, {gains}")
     }
 
     /// A slow vehicle is given more time.
     fn duration(&self) -> f64 {
-        120.0 / self.speed.min(1.0)
+        120.0 / (self.speed / FOOT).min(1.0)
     }
 
     fn scenario(&self, args: &TableArgs) -> Result<Scenario> {
@@ -160,8 +182,8 @@ parameters:
             duration = self.duration(),
             seed = args.seed,
             vehicle = args.vehicle,
-            speed = self.speed * FOOT,
-            step = self.step * FOOT,
+            speed = self.speed,
+            step = self.step,
             feedback = self.feedback,
             gains = self.gains,
             signal = if args.signal > 0.0 { "prbs" } else { "none" },
@@ -188,7 +210,7 @@ parameters:
                 stood = *angle;
             }
         }
-        let metrics = step_metrics::of(&times, &depths, 0.0, self.step * FOOT)?;
+        let metrics = step_metrics::of(&times, &depths, 0.0, self.step)?;
         Ok(Outcome {
             overshoot: metrics.overshoot,
             settling: metrics.settling_time_5,
@@ -206,14 +228,15 @@ mod tests {
     fn outcome(feedback: &'static str) -> Outcome {
         let args = TableArgs {
             vehicle: "brunner".to_owned(),
-            speed: vec![1.0],
-            step: vec![3.0],
+            speed: vec![FOOT],
+            step: vec![3.0 * FOOT],
             signal: 1.0,
             seed: 1,
+            format: None,
         };
         let choice = Choice {
-            step: 3.0,
-            speed: 1.0,
+            step: 3.0 * FOOT,
+            speed: FOOT,
             actuator: "ideal",
             feedback,
             gains: "fixed",
@@ -238,10 +261,11 @@ mod tests {
     fn every_step_speed_actuator_feedback_and_gain_source_is_flown() {
         let args = TableArgs {
             vehicle: "brunner".to_owned(),
-            speed: vec![0.5, 1.0, 2.0, 3.0],
-            step: vec![3.0, 5.0],
+            speed: [0.5, 1.0, 2.0, 3.0].map(|it| it * FOOT).to_vec(),
+            step: [3.0, 5.0].map(|it| it * FOOT).to_vec(),
             signal: 1.0,
             seed: 1,
+            format: None,
         };
         assert_eq!(choices(&args).len(), 2 * 4 * 2 * 3 * 3);
         for choice in choices(&args) {

@@ -12,6 +12,8 @@ use ibm_1966::{Case, Surrogate};
 use planesman_book::{Book, Verdict};
 use planesman_units::DEGREE;
 
+use crate::progress::{end_with_reader, on_all_cores};
+
 /// The arguments.
 #[derive(Clone, Debug, clap::Args)]
 pub struct BenchArgs {
@@ -82,8 +84,9 @@ pub fn run(args: &BenchArgs) -> Result<()> {
         some => some,
     };
     let book = ibm_1966::book()?;
-    for table in wanted {
-        planesman_node::say!("{}", text(*table, surrogate, &book)?)?;
+    end_with_reader();
+    for table in on_all_cores("tables", wanted, |table| text(*table, surrogate, &book)) {
+        planesman_node::say!("{}", table?)?;
     }
     Ok(())
 }

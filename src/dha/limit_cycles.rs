@@ -1,12 +1,12 @@
 //! `planesman dha limit-cycles`: what the digital hydraulic actuator leaves of a dive, predicted and
 //! simulated, in one table.
 
-use std::fmt::Write as _;
-
 use anyhow::Result;
 use planesman_units::INCH;
 
 use super::depth_loop::{Case, Figure, LimitCycle, MOST_RESIDUAL, Prediction, cases};
+use crate::progress::{end_with_reader, on_all_cores};
+use crate::table::{Format, Table, wrapped};
 
 /// The arguments.
 #[derive(Clone, Debug, clap::Args)]
@@ -16,6 +16,9 @@ pub struct LimitCyclesArgs {
     /// Without the prediction by harmonic balance, which takes most of the time
     #[arg(long)]
     pub no_prediction: bool,
+    /// How to print the table [default: table on a terminal, md elsewhere]
+    #[arg(long, value_enum)]
+    pub format: Option<Format>,
 }
 
 /// Prints the table.
@@ -24,23 +27,23 @@ pub struct LimitCyclesArgs {
 /// When no configuration has such a name.
 pub fn run(args: &LimitCyclesArgs) -> Result<()> {
     let wanted = args.name.as_deref().unwrap_or_default();
-    let mut rows = Vec::new();
-    for case in cases()? {
-        if !case.name.contains(wanted) {
-            continue;
-        }
-        let cycle = case.run()?;
-        let prediction = (!args.no_prediction).then(|| case.predict()).transpose()?;
-        rows.push(Row {
-            case,
-            cycle,
-            prediction,
-        });
-    }
-    if rows.is_empty() {
+    let mut cases = cases()?;
+    cases.retain(|case| case.name.contains(wanted));
+    if cases.is_empty() {
         anyhow::bail!("no configuration is called '{wanted}'; without a name all are shown");
     }
-    planesman_node::print(format_args!("{}", text(&rows)))?;
+    end_with_reader();
+    let row = |case: &Case| -> Result<Row> {
+        Ok(Row {
+            case: case.clone(),
+            cycle: case.run()?,
+            prediction: (!args.no_prediction).then(|| case.predict()).transpose()?,
+        })
+    };
+    let rows = on_all_cores("limit cycles", &cases, row);
+    let rows = rows.into_iter().collect::<Result<Vec<_>>>()?;
+    let format = Format::or_by_output(args.format);
+    planesman_node::print(format_args!("{}", text(&rows, format)?))?;
     Ok(())
 }
 
@@ -55,35 +58,43 @@ pub struct Row {
     pub prediction: Option<Prediction>,
 }
 
-/// The table in Markdown, a deviation marked with an asterisk.
-#[must_use]
-pub fn text(rows: &[Row]) -> String {
-    let mut text = "| configuration | M_theta | depth pp, in | mean error, in | planes pp, deg | volumes/s | t95, s | f, Hz | predicted f, Hz: depth pp, in |\n|---|---|---|---|---|---|---|---|---|\n".to_owned();
+/// The table, a deviation marked with an asterisk; for people also what the marks mean.
+///
+/// # Errors
+/// Those of [`Table::text`].
+pub fn text(rows: &[Row], format: Format) -> Result<String> {
+    let mut table = Table::new([
+        "configuration",
+        "M_theta",
+        "depth pp, in",
+        "mean error, in",
+        "planes pp, deg",
+        "volumes/s",
+        "t95, s",
+        "f, Hz",
+        "predicted f, Hz: depth pp, in",
+    ]);
     let (mut compared, mut deviating) = (0, 0);
     for row in rows {
         let expected = row.case.expected.unwrap_or_default();
-        let mut cells = String::new();
+        let mut cells = vec![row.case.name.clone(), row.case.restoring.to_string()];
         for figure in row.cycle.figures(&expected) {
             compared += usize::from(figure.expected.is_some());
             deviating += usize::from(!figure.agrees());
-            // Writing to a String does not fail.
-            let _ = write!(cells, " {} |", cell(&figure));
+            cells.push(cell(&figure));
         }
-        let _ = writeln!(
-            text,
-            "| {} | {} |{cells} {:.3} | {} |",
-            row.case.name,
-            row.case.restoring,
-            row.cycle.frequency,
-            foreseen(row.prediction.as_ref())
-        );
+        cells.push(format!("{:.3}", row.cycle.frequency));
+        cells.push(foreseen(row.prediction.as_ref()));
+        table.row(cells);
     }
-    let _ = writeln!(
-        text,
-        "\nFound (expected by an independent simulation); {deviating} of {compared} figures deviate by more than 15 % (*).\n\
-         Predicted where 1 + N H comes within {MOST_RESIDUAL} of 0; otherwise no cycle of the loop is foreseen."
-    );
-    text
+    let mut text = table.text(format)?;
+    if matches!(format, Format::Table | Format::Md) {
+        text += &wrapped(&format!(
+            "\nFound (expected by an independent simulation); {deviating} of {compared} figures deviate by more than 15 % (*).\n\
+             Predicted where 1 + N H comes within {MOST_RESIDUAL} of 0; otherwise no cycle of the loop is foreseen.\n"
+        ));
+    }
+    Ok(text)
 }
 
 fn cell(figure: &Figure) -> String {

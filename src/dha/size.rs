@@ -14,6 +14,8 @@ use planesman_linear::Complex;
 use planesman_units::{DEGREE, Dimension, INCH, Quantity};
 
 use super::depth_loop::{Loop, MOST_RESIDUAL};
+use crate::arguments::number;
+use crate::table::{Format, Table};
 
 /// The arguments. A quantity is a number and its unit, as in an actuator file.
 #[derive(Clone, Debug, clap::Args)]
@@ -55,6 +57,9 @@ pub struct SizeArgs {
     /// T_v, such as '5.5 ms'
     #[arg(long, requires = "resolution")]
     valve_time: Option<String>,
+    /// Print the sizes alone, as a table in this format [default: a list, and the limit cycles foreseen]
+    #[arg(long, value_enum)]
+    format: Option<Format>,
 }
 
 /// Prints the sizes and the limit cycles foreseen.
@@ -69,8 +74,11 @@ pub fn run(args: &SizeArgs) -> Result<()> {
             for_load(&args.load(resolution, &given)?).map_err(|refusal| anyhow!(refusal))?
         }
     };
-    planesman_node::print(format_args!("{}", text(&set)))?;
-    Ok(())
+    let text = match args.format {
+        Some(format) => table(&set).text(format)?,
+        None => text(&set),
+    };
+    Ok(planesman_node::print(text)?)
 }
 
 impl SizeArgs {
@@ -125,6 +133,25 @@ fn quantity(name: &str, text: &str, dimension: Dimension) -> Result<f64> {
     text.parse::<Quantity>()?
         .argument(dimension)
         .map_err(|rule| anyhow!("--{name}: '{text}' refused: {rule}"))
+}
+
+/// The sizes in a table.
+fn table(set: &ActuatorSet) -> Table {
+    let mut table = Table::new(["quantity", "SI", "unit", "report", "report's unit"]);
+    for size in sizes(set) {
+        let report = match size.report_unit {
+            "" => String::new(),
+            _ => number(size.value / size.report_size),
+        };
+        table.row([
+            size.quantity.to_string(),
+            number(size.value),
+            size.unit.to_string(),
+            report,
+            size.report_unit.to_string(),
+        ]);
+    }
+    table
 }
 
 /// The sizes, and the limit cycles foreseen in two loops.

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use crate::arguments::number;
 use planesman_book::{Book, Line, Reckoning};
 
 /// Every entry, the errata that are named, and the totals.
@@ -18,9 +19,9 @@ pub fn text(book: &Book, reckoning: &Reckoning<'_>) -> String {
             text,
             "{:<30} {:>12} {:>14} {:>10} {:<12} {:<12} {}",
             entry.id,
-            number(entry.printed),
-            number(line.value),
-            number(entry.slack.or(entry.tolerance)),
+            written(entry.printed),
+            written(line.value),
+            written(entry.slack.or(entry.tolerance)),
             entry.unit,
             verdict(line),
             entry.erratum.as_deref().unwrap_or_default(),
@@ -79,43 +80,8 @@ pub fn verdict(line: &Line<'_>) -> String {
     }
 }
 
-/// A number in six significant digits without the zeros at its end, or nothing.
+/// A number in six significant digits, or nothing.
 #[must_use]
-pub fn number(value: Option<f64>) -> String {
-    let Some(value) = value else {
-        return String::new();
-    };
-    if value == 0.0 {
-        return "0".to_owned();
-    }
-    if !(1e-4..1e6).contains(&value.abs()) {
-        return format!("{value:.3e}");
-    }
-    let decimals = (5.0 - value.abs().log10().floor()).max(0.0) as usize;
-    let text = format!("{value:.decimals$}");
-    match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
-        false => text,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::number;
-
-    #[test]
-    fn numbers_are_written_in_six_digits_or_fewer() {
-        for (value, text) in [
-            (2.600_410_8, "2.60041"),
-            (-0.854_145, "-0.854145"),
-            (543.0, "543"),
-            (0.002_513_463, "0.00251346"),
-            (125_000.0, "125000"),
-            (1.54e-6, "1.540e-6"),
-            (0.0, "0"),
-        ] {
-            assert_eq!(number(Some(value)), text);
-        }
-        assert_eq!(number(None), "");
-    }
+pub fn written(value: Option<f64>) -> String {
+    value.map_or_else(String::new, number)
 }

@@ -8,6 +8,9 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, bail};
 use planesman_book::Reckoning;
 
+use crate::arguments::output_file;
+use crate::progress::{end_with_reader, spinner};
+
 pub mod listing;
 pub mod page;
 
@@ -15,7 +18,7 @@ pub mod page;
 #[derive(Clone, Debug, clap::Args)]
 pub struct ReproduceArgs {
     /// Also write the numbers and the redrawn figures as one HTML page
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = output_file)]
     html: Option<PathBuf>,
 }
 
@@ -25,11 +28,16 @@ pub struct ReproduceArgs {
 /// When a verdict is not the one that stands in the book, when a number moved away from its reference,
 /// or when the page cannot be written.
 pub fn run(args: &ReproduceArgs) -> Result<()> {
+    if args.html.is_none() {
+        end_with_reader();
+    }
     let mut page = page::Page::default();
     let mut news = 0;
     for report in [brunner_1988::REPORT, ibm_1966::REPORT] {
         let book = (report.book)()?;
+        let working = spinner(report.name);
         let values = (report.recomputed)();
+        working.finish_and_clear();
         let reckoning = Reckoning::of(&book, values.iter().map(|(id, v)| (id.as_str(), *v)));
         planesman_node::say!("{}\n", report.citation)?;
         planesman_node::say!("{}", listing::text(&book, &reckoning))?;
@@ -39,6 +47,7 @@ pub fn run(args: &ReproduceArgs) -> Result<()> {
         }
         news += reckoning.totals().news;
         if args.html.is_some() {
+            let _working = spinner("figures");
             page.add(&report, &book, &reckoning, account.as_deref())?;
         }
     }

@@ -4,7 +4,7 @@ use anyhow::Result;
 use maud::{Markup, html};
 use planesman_book::{Book, Chapter, Reckoning, Report, Verdict};
 
-use super::listing::{number, totals, verdict};
+use super::listing::{totals, verdict, written};
 use crate::page::{self, document};
 use planesman_plot::Plot;
 
@@ -91,8 +91,8 @@ fn numbers(book: &Book, reckoning: &Reckoning<'_>) -> Markup {
                 };
                 tr {
                     td { (entry.id) } td { (entry.source) } td { (entry.unit) }
-                    td { (number(entry.printed)) } td { (number(line.value)) }
-                    td { (number(entry.slack.or(entry.tolerance))) }
+                    td { (written(entry.printed)) } td { (written(line.value)) }
+                    td { (written(entry.slack.or(entry.tolerance))) }
                     td class=(class) { (verdict(line)) }
                     td.note {
                         @if let Some(news) = line.news() { b { "Not as in the book: " (news) ". " } }

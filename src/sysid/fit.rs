@@ -15,6 +15,9 @@ use serde_json::{Value, json};
 
 use super::arguments::{SignalArgs, choice};
 use super::{model_file, page};
+use crate::arguments::{output_file, speed};
+use crate::progress::spinner;
+use crate::table::wrapped;
 
 /// Find a model between two signals of any bag or table, with its uncertainty, tests and a verdict.
 #[derive(Clone, Debug, Parser)]
@@ -36,7 +39,7 @@ pub struct FitArgs {
     #[arg(long, value_name = "FILE", value_parser = model_path)]
     model: Option<PathBuf>,
     /// Write a page: data, comparison, residual tests, poles and zeros, frequency response
-    #[arg(long, value_name = "FILE", value_parser = file)]
+    #[arg(long, value_name = "FILE", value_parser = output_file)]
     html: Option<PathBuf>,
 }
 
@@ -84,8 +87,8 @@ struct VehicleArgs {
     /// The standard deviation of what is known of heave, % of each
     #[arg(long, value_name = "PERCENT", default_value_t = 0.0, value_parser = positive)]
     heave_doubt: f64,
-    /// The vehicle's speed (m/s), for --vehicle and the model file
-    #[arg(long, value_parser = above_zero)]
+    /// The vehicle's speed (m/s, or with its unit: 1ft/s), for --vehicle and the model file
+    #[arg(long, value_parser = speed(1e-3, 100.0))]
     speed: Option<f64>,
     /// The moment of inertia J, which K, B and M_theta follow with
     #[arg(long, value_parser = above_zero)]
@@ -215,7 +218,10 @@ impl Found {
 pub fn fit(args: &FitArgs) -> Result<Found> {
     let options = args.options()?;
     let taken = args.signals.record()?;
-    let analysis = analyse(&taken.resampled.record, &options)?;
+    let working = spinner("models");
+    let analysis = analyse(&taken.resampled.record, &options);
+    working.finish_and_clear();
+    let analysis = analysis?;
     Ok(Found { taken, analysis })
 }
 
@@ -228,19 +234,8 @@ fn heave_of(vehicle: &str, speed: f64) -> Result<[f64; 4]> {
     Ok(heave)
 }
 
-/// A file that can be written when the work is done: its folder is there.
-fn file(text: &str) -> Result<PathBuf, String> {
-    let path = PathBuf::from(text);
-    match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
-            Err(format!("there is no folder '{}'", folder.display()))
-        }
-        _ => Ok(path),
-    }
-}
-
 fn model_path(text: &str) -> Result<PathBuf, String> {
-    let path = file(text)?;
+    let path = output_file(text)?;
     ModelFile::takes_name(&path)?;
     Ok(path)
 }
@@ -254,7 +249,11 @@ pub fn run(args: &FitArgs) -> Result<()> {
     let text = if args.json {
         serde_json::to_string_pretty(&as_json(&found)?)? + "\n"
     } else {
-        format!("{}\n{}", found.taken.account(), found.analysis.text())
+        wrapped(&format!(
+            "{}\n{}",
+            found.taken.account(),
+            found.analysis.text()
+        ))
     };
     planesman_node::print(text)?;
     if let Some(path) = &args.model {

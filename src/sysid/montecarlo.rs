@@ -2,7 +2,10 @@
 
 use anyhow::Result;
 use brunner_1988::identification::montecarlo::{contenders, failures_markdown, table};
+use brunner_1988::identification::synthetic::Run;
 use clap::Parser;
+
+use crate::progress::{bar, end_with_reader};
 
 /// Hold every estimator's claims against the truth, on five synthetic runs with many noises.
 #[derive(Clone, Debug, Parser)]
@@ -19,7 +22,11 @@ pub struct MonteCarloArgs {
 /// None; the type is that of every command.
 pub(super) fn run(args: &MonteCarloArgs) -> Result<()> {
     let seeds = args.seeds as usize;
-    let table = table(&contenders(), seeds);
+    end_with_reader();
+    let contenders = contenders();
+    let progress = bar("estimators on runs", contenders.len() * Run::ALL.len());
+    let table = table(&contenders, seeds, &|| progress.inc(1));
+    progress.finish_and_clear();
     planesman_node::say!("{}\n{}", table.markdown(), failures_markdown(seeds))?;
     planesman_node::say!(
         "Under 2 % bias and 90 to 98 % coverage of the dominant pole on every run:"

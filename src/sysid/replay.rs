@@ -21,6 +21,8 @@ use planesman_parameters::{Parameters as _, Values, file};
 use planesman_signals as signals;
 use sysid::{Change, Identifier, IdentifierParameters, Scheduled, TopicReader};
 
+use crate::progress::spinner;
+
 /// Identify from a bag what the node identifies live.
 #[derive(Clone, Debug, Parser)]
 #[command(name = "replay")]
@@ -79,7 +81,10 @@ fn key(estimate: &ModelEstimate) -> Key {
 /// # Errors
 /// One line for the terminal: a bag, file or parameter that is refused, a bag without the signals.
 pub fn run(args: &ReplayArgs) -> Result<()> {
-    let found = replay(args)?;
+    let working = spinner("messages");
+    let found = replay(args);
+    working.finish_and_clear();
+    let found = found?;
     let tables: Vec<String> = found.estimates.iter().map(table).collect();
     planesman_node::print(format_args!("{}", tables.join("\n")))?;
     if let Some(live) = found.live {

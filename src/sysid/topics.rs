@@ -14,6 +14,7 @@ use serde::Serialize;
 use sysid::sparkline;
 
 use super::arguments::DataArgs;
+use crate::table::{Format, Table};
 
 /// Fields of a topic that are looked at, and of all topics together.
 const FIELDS_OF_TOPIC: usize = 1000;
@@ -40,6 +41,9 @@ pub struct TopicsArgs {
     /// Print JSON
     #[arg(long)]
     json: bool,
+    /// Print one table of all fields in this format [default: a list by topic, with each field's course]
+    #[arg(long, value_enum, conflicts_with = "json")]
+    format: Option<Format>,
 }
 
 /// The topics of a bag or table.
@@ -93,6 +97,8 @@ pub fn run(args: &TopicsArgs) -> Result<()> {
     let survey = survey(args)?;
     let text = if args.json {
         serde_json::to_string_pretty(&survey)? + "\n"
+    } else if let Some(format) = args.format {
+        of_fields(&survey).text(format)?
     } else {
         table(&survey)
     };
@@ -415,6 +421,28 @@ fn of_table(table: &CsvSource, progress: &dyn Fn(u64)) -> Result<Survey> {
         }],
         notes: reading.notes,
     })
+}
+
+/// Every field in a table.
+fn of_fields(survey: &Survey) -> Table {
+    let mut table = Table::new(["signal", "rate, Hz", "count", "not finite", "min", "max"]);
+    for topic in &survey.topics {
+        for field in &topic.fields {
+            let signal = match topic.type_name.as_str() {
+                "" => field.path.clone(),
+                _ => format!("{}:{}", topic.name, field.path),
+            };
+            table.row([
+                signal,
+                format!("{:.3}", topic.timing.rate()),
+                field.count.to_string(),
+                field.not_finite.to_string(),
+                short(field.min),
+                short(field.max),
+            ]);
+        }
+    }
+    table
 }
 
 /// The survey, for people.

@@ -10,9 +10,28 @@ use sysid::{DRAW, Screen};
 #[derive(Clone, Debug, Parser)]
 #[command(name = "sysid watch")]
 pub struct WatchArgs {
+    /// The namespace of the identifier's topics [default: /auv]
+    #[arg(long)]
+    namespace: Option<String>,
     /// ROS arguments: --ros-args -r __ns:=/auv -r model:=/other/model
     #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
     ros: Vec<String>,
+}
+
+impl WatchArgs {
+    /// ROS's arguments, the namespace among them if one is given.
+    fn ros_arguments(&self) -> Vec<String> {
+        let namespace = self.namespace.iter().flat_map(|namespace| {
+            let remap = format!("__ns:={namespace}");
+            [
+                "--ros-args".to_owned(),
+                "-r".to_owned(),
+                remap,
+                "--".to_owned(),
+            ]
+        });
+        namespace.chain(self.ros.iter().cloned()).collect()
+    }
 }
 
 enum Event {
@@ -27,7 +46,7 @@ enum Event {
 /// One line for the terminal: an argument that is refused, middleware that does not come up.
 pub(super) fn run(watch: &WatchArgs) -> Result<()> {
     let mut screen = Screen::new();
-    let mut arguments = args::only(watch.ros.clone())?;
+    let mut arguments = args::only(watch.ros_arguments())?;
     arguments.console &= !screen.is_drawn();
     let (rt, ()) = Runtime::start(
         NodeSpec {
@@ -73,4 +92,23 @@ fn heading(connections: &Connections) -> String {
                 it.topic, it.messages
             )
         })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use planesman_node::RosArguments;
+
+    #[test]
+    fn a_namespace_is_that_of_the_ros_argument() {
+        let read = |arguments: &[&str]| -> RosArguments {
+            let watch = WatchArgs::try_parse_from(arguments).expect("a command line");
+            args::only(watch.ros_arguments()).expect("ROS's arguments")
+        };
+        let remaps = read(&["watch", "--namespace", "/second"]).remaps;
+        let ros = read(&["watch", "--", "--ros-args", "-r", "__ns:=/second"]).remaps;
+        assert_eq!(remaps, ros);
+        assert_eq!(remaps.len(), 1);
+        assert!(read(&["watch"]).remaps.is_empty());
+    }
 }

@@ -15,6 +15,7 @@
 
 use planesman_rosidl::TypeName;
 use planesman_rosidl::definition::{Arity, Element, Field, Kind};
+use planesman_text::did_you_mean;
 
 use crate::cursor::{Cursor, DecodeError};
 use crate::path::Step;
@@ -91,7 +92,7 @@ pub struct CompileError {
 #[non_exhaustive]
 pub enum Reason {
     /// No field of that name.
-    #[error("{within} has no field '{name}'; it has {fields}")]
+    #[error("{within} has no field '{name}'; it has {fields}{meant}")]
     NoField {
         /// The message.
         within: String,
@@ -99,6 +100,8 @@ pub enum Reason {
         name: String,
         /// The names there are.
         fields: String,
+        /// The name that was probably meant, as a question; empty if none is similar.
+        meant: String,
     },
     /// A name behind something that is no message.
     #[error("there is nothing called '{0}' in a {1}")]
@@ -291,6 +294,13 @@ impl Types {
         };
         places.into_iter().flatten().find(is_stamp)
     }
+
+    /// The field with the names of what the numbers of the list at `path` belong to, as in a
+    /// `sensor_msgs/JointState`; `None` if `path` leads to a number, or a list whose elements have no names.
+    #[must_use]
+    pub fn names_of(&self, path: &FieldPath) -> Option<&str> {
+        names_of(self, path)
+    }
 }
 
 /// Follows a path through the definitions.
@@ -308,6 +318,7 @@ fn target(types: &Types, path: &FieldPath) -> Result<Target, Reason> {
                             within: name.short(),
                             name: field.clone(),
                             fields: names(types, name),
+                            meant: did_you_mean(field, fields_of(types, name)),
                         });
                 }
             },
@@ -341,16 +352,43 @@ fn target(types: &Types, path: &FieldPath) -> Result<Target, Reason> {
     Err(Reason::NotANumber(at.type_name(), hint))
 }
 
+/// The field that names the elements of the list at `path`, as `name` those of the other lists in a
+/// `sensor_msgs/JointState`.
+fn names_of<'t>(types: &'t Types, path: &FieldPath) -> Option<&'t str> {
+    let (Step::Field(list), before) = path.steps.split_last()? else {
+        return None;
+    };
+    let mut message = types.root();
+    for step in before {
+        if let Step::Field(name) = step {
+            match &find(types, message, name)?.field_type.element {
+                Element::Message(inner) => message = inner,
+                _ => return None,
+            }
+        }
+    }
+    if find(types, message, list)?.field_type.arity == Arity::One {
+        return None;
+    }
+    let names = find(types, message, "name")?;
+    let are_texts = matches!(names.field_type.element, Element::String { .. });
+    (are_texts && names.field_type.arity != Arity::One).then_some(&names.name)
+}
+
 fn find<'t>(types: &'t Types, message: &TypeName, name: &str) -> Option<&'t Field> {
     let message = types.message(message)?;
     message.fields.iter().find(|field| field.name == name)
 }
 
+fn fields_of<'t>(types: &'t Types, message: &TypeName) -> impl Iterator<Item = &'t str> {
+    let fields = types.message(message).map_or(&[][..], |it| &it.fields);
+    fields.iter().map(|it| it.name.as_str())
+}
+
 /// The names of a message's fields, the first of many.
 fn names(types: &Types, message: &TypeName) -> String {
     const MOST: usize = 30;
-    let fields = types.message(message).map_or(&[][..], |it| &it.fields);
-    let mut names: Vec<&str> = fields.iter().map(|it| it.name.as_str()).collect();
+    let mut names: Vec<&str> = fields_of(types, message).collect();
     if names.len() > MOST {
         names.truncate(MOST);
         names.push("...");

@@ -129,10 +129,27 @@ pub fn exit_code(program: &str, run: impl FnOnce() -> anyhow::Result<()>) -> Exi
     match run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            complain!("{program}: {}", shown(format_args!("{error:#}")));
+            complain!("{program}: {}", shown(in_one_line(&error)));
             ExitCode::FAILURE
         }
     }
+}
+
+/// An error with its causes, each said once: many a message ends with its cause already.
+#[must_use]
+pub fn in_one_line(error: &anyhow::Error) -> String {
+    error
+        .chain()
+        .map(ToString::to_string)
+        .fold(String::new(), |said, cause| {
+            if said.is_empty() {
+                cause
+            } else if said.ends_with(&cause) {
+                said
+            } else {
+                format!("{said}: {cause}")
+            }
+        })
 }
 
 /// Prints a line of what a command has to say, as [`print()`] does.
@@ -169,5 +186,20 @@ pub fn print(text: impl std::fmt::Display) -> std::io::Result<()> {
     match write!(out, "{}", shown(text)).and_then(|()| out.flush()) {
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
         result => result,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::in_one_line;
+    use anyhow::anyhow;
+
+    #[test]
+    fn a_cause_that_the_message_ends_with_is_said_once() {
+        let twice = anyhow!("missing field")
+            .context("file: missing field")
+            .context("scenario");
+        assert_eq!(in_one_line(&twice), "scenario: file: missing field");
+        assert_eq!(in_one_line(&anyhow!("b").context("a")), "a: b");
     }
 }

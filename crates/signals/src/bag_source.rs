@@ -7,8 +7,9 @@ use anyhow::{Result, anyhow, bail};
 use planesman_bag::{BagReader, Message, Order, Topic};
 use planesman_decode::{Decoder, FieldPath, Types, Values, schema};
 use planesman_identification::Input;
+use planesman_text::did_you_mean;
 
-use crate::request::{Clock, Reading, Request, Role, Take};
+use crate::request::{Clock, Reading, Request, Role, Take, distinct};
 use crate::signal::Signal;
 
 /// How often progress is reported, in messages.
@@ -69,6 +70,8 @@ impl BagSource {
             .iter()
             .map(|request| Wanted::find(&self.bag, request))
             .collect::<Result<Vec<_>>>()?;
+        let places: Vec<_> = wanted.iter().map(|it| (&it.topic, &it.path)).collect();
+        distinct(requests, &places)?;
         let clock = self.chosen(&wanted)?;
         let mut reading = Reading {
             stamps: match clock {
@@ -165,8 +168,9 @@ impl Wanted {
         }
         let Some(topic) = found.first() else {
             bail!(
-                "{signal}: the bag has no such topic; it has {}",
-                topics(bag)
+                "{signal}: the bag has no such topic; it has {}{}",
+                topics(bag),
+                meant(bag, &signal)
             );
         };
         if found.iter().any(|it| it.name != topic.name) {
@@ -176,8 +180,15 @@ impl Wanted {
             );
         }
         let types = types(topic)?;
-        Decoder::compile(&types, std::slice::from_ref(signal.path()))
+        let decoder = Decoder::compile(&types, std::slice::from_ref(signal.path()))
             .map_err(|error| anyhow!("{}: {error}", topic.name))?;
+        if let Some(names) = types.names_of(signal.path()) {
+            let count = first_count(bag, &topic.name, &decoder);
+            bail!(
+                "{signal}: it is a list of {}numbers, one for each '{names}'; name one by its index, as {signal}[0]",
+                count.map_or_else(String::new, |count| format!("{count} ")),
+            );
+        }
         Ok(Self {
             topic: topic.name.clone(),
             type_name: topic.kind.type_name.clone(),
@@ -186,6 +197,27 @@ impl Wanted {
             has_stamp: types.stamp().is_some(),
         })
     }
+}
+
+/// How many numbers the first message of a topic that can be read holds.
+fn first_count(bag: &BagReader, topic: &str, decoder: &Decoder) -> Option<usize> {
+    let mut values = Values::default();
+    let mut messages = bag
+        .messages_of(|it| it.name == topic, Order::File)
+        .flatten();
+    let first = messages.find(|it| decoder.read(&it.payload, &mut values).is_ok());
+    first.map(|_| values.list(0).len())
+}
+
+/// The topic that was probably meant; without a leading `/`, by the end of its name.
+fn meant(bag: &BagReader, signal: &Signal) -> String {
+    let parts = signal.topic().split('/').count();
+    let names = bag.topics().iter().map(|it| it.topic.name.as_str());
+    let ends = names.map(|name| match name.rmatch_indices('/').nth(parts - 1) {
+        Some((slash, _)) if !signal.topic().starts_with('/') => &name[slash + 1..],
+        _ => name,
+    });
+    did_you_mean(signal.topic(), ends)
 }
 
 /// The names of a bag's topics, the first of many.

@@ -10,9 +10,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
 use csv::{ByteRecord, Reader, ReaderBuilder};
-use planesman_text::unmarked;
+use planesman_text::{did_you_mean, unmarked};
 
-use crate::request::{Reading, Request, Role, Take, TimeUnit};
+use crate::request::{Reading, Request, Role, Take, TimeUnit, distinct};
 
 /// The longest line taken, bytes.
 const LONGEST_LINE: usize = 1 << 20;
@@ -84,7 +84,7 @@ impl CsvSource {
                     table
                         .columns
                         .iter()
-                        .position(|it| it.eq_ignore_ascii_case(name))
+                        .position(|it| without_unit(it).eq_ignore_ascii_case(name))
                 })
                 .unwrap_or(0),
         };
@@ -114,12 +114,13 @@ impl CsvSource {
         others.map(|(_, name)| name.as_str()).collect()
     }
 
-    /// Where each column is, by its name; of several of one name the first.
+    /// Where each column is, by its name in full and by its name without the unit (`pitch` for `pitch [rad]`); of
+    /// several of one name the first.
     fn places(&self) -> BTreeMap<&str, usize> {
-        let columns = self.columns.iter().enumerate().rev();
-        columns
-            .map(|(place, name)| (name.as_str(), place))
-            .collect()
+        let columns = || self.columns.iter().enumerate().rev();
+        let plain = columns().map(|(place, name)| (without_unit(name), place));
+        let full = columns().map(|(place, name)| (name.as_str(), place));
+        plain.chain(full).collect()
     }
 
     fn place(&self, places: &BTreeMap<&str, usize>, name: &str) -> Result<usize> {
@@ -127,13 +128,14 @@ impl CsvSource {
             let names = self.columns.iter().take(LISTED);
             let more = self.columns.len().saturating_sub(LISTED);
             anyhow!(
-                "{}: it has no column '{name}'; it has {}{}",
+                "{}: it has no column '{name}'; it has {}{}{}",
                 self.path.display(),
                 names.cloned().collect::<Vec<_>>().join(", "),
                 match more {
                     0 => String::new(),
                     more => format!(" and {more} more"),
-                }
+                },
+                did_you_mean(name, places.keys().copied()),
             )
         })
     }
@@ -161,6 +163,7 @@ impl CsvSource {
             .iter()
             .map(|request| self.place(&places, &request.name))
             .collect::<Result<Vec<_>>>()?;
+        distinct(requests, &columns)?;
         let mut reading = Reading {
             stamps: format!("of the column '{}'", self.columns[self.time]),
             notes: Vec::new(),
@@ -219,6 +222,12 @@ impl CsvSource {
         };
         self.signals().into_iter().map(request).collect()
     }
+}
+
+/// The name of a column `NAME [UNIT]`.
+fn without_unit(column: &str) -> &str {
+    let name = column.strip_suffix(']').and_then(|it| it.rsplit_once('['));
+    name.map_or(column, |(name, _)| name.trim_end())
 }
 
 /// The file at `path`, from behind its byte-order mark if it has one.
@@ -292,6 +301,50 @@ impl<R: Read> Read for ShortLines<R> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_column_is_found_by_its_name_without_the_unit() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("flight.csv");
+        std::fs::write(&path, "depth [m],t [s],pitch [rad],pitch\n1,2,3,4\n").unwrap();
+        let table = CsvSource::open(&path, None, TimeUnit::S).unwrap();
+        assert_eq!(table.columns[table.time], "t [s]");
+        let places = table.places();
+        for (name, place) in [
+            ("depth", 0),
+            ("depth [m]", 0),
+            ("pitch [rad]", 2),
+            ("pitch", 3),
+        ] {
+            assert_eq!(table.place(&places, name).unwrap(), place, "{name}");
+        }
+        let refusal = table.place(&places, "dpeth").unwrap_err().to_string();
+        assert!(refusal.contains("did you mean 'depth'?"), "{refusal}");
+    }
+
+    #[test]
+    fn one_column_as_input_and_output_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("flight.csv");
+        std::fs::write(&path, "t,pitch [rad]\n1,2\n").unwrap();
+        let table = CsvSource::open(&path, None, TimeUnit::S).unwrap();
+        let request = |name: &str, role| Request {
+            name: name.to_owned(),
+            role,
+        };
+        let same = [
+            request("pitch", Role::Input),
+            request("pitch [rad]", Role::Output),
+        ];
+        let refusal = table
+            .read(&same, &mut |_, _, _| true, &|_| {})
+            .unwrap_err()
+            .to_string();
+        assert!(
+            refusal.contains("'pitch' is the input and the output"),
+            "{refusal}"
+        );
+    }
 
     #[test]
     fn a_time_is_read_to_the_nanosecond() {

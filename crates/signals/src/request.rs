@@ -1,5 +1,6 @@
 //! A request for signals of a bag or table, and the notes of reading it.
 
+use anyhow::{Result, bail};
 use serde::Serialize;
 
 /// The clock whose stamps are taken.
@@ -42,6 +43,25 @@ pub struct Request {
     pub name: String,
     /// Its role.
     pub role: Role,
+}
+
+/// Checks that no signal is an input and an output: the model would be 1. `found` has what each request has led to.
+///
+/// # Errors
+/// A sentence with the signal's name.
+pub(crate) fn distinct<T: PartialEq>(requests: &[Request], found: &[T]) -> Result<()> {
+    let all = || requests.iter().zip(found);
+    for (input, of_input) in all().filter(|(it, _)| it.role == Role::Input) {
+        let is_the_same =
+            |(it, found): (&Request, &T)| it.role == Role::Output && found == of_input;
+        if all().any(is_the_same) {
+            bail!(
+                "'{}' is the input and the output; name two signals",
+                input.name
+            );
+        }
+    }
+    Ok(())
 }
 
 /// Notes of reading.

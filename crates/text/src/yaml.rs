@@ -37,8 +37,14 @@ pub enum Error {
     #[error("{0}")]
     Scan(String),
     /// No YAML, or not of the form that is wanted.
-    #[error(transparent)]
-    Parse(#[from] serde_yaml_ng::Error),
+    #[error("{0}")]
+    Parse(String),
+}
+
+impl From<serde_yaml_ng::Error> for Error {
+    fn from(error: serde_yaml_ng::Error) -> Self {
+        Self::Parse(error.to_string())
+    }
 }
 
 /// The value that a YAML text describes.
@@ -47,7 +53,21 @@ pub enum Error {
 /// [`Error`]: a text beyond the bounds, no YAML, or one that is no `T`.
 pub fn from_str<'de, T: Deserialize<'de>>(text: &'de str) -> Result<T, Error> {
     check(text)?;
-    Ok(serde_yaml_ng::from_str(text)?)
+    serde_yaml_ng::from_str(text).map_err(|error| Error::Parse(explained(error.to_string(), text)))
+}
+
+/// The reason of a parser; where it stumbles over a tab, in words.
+fn explained(reason: String, text: &str) -> String {
+    let is_indented_by_tab = |line: &str| {
+        let indent = line.len() - line.trim_start().len();
+        line[..indent].contains('\t')
+    };
+    match text.lines().position(is_indented_by_tab) {
+        Some(line) if reason.contains("cannot start any token") => {
+            format!("line {} is indented by a tab; YAML takes spaces", line + 1)
+        }
+        _ => reason,
+    }
 }
 
 /// What an anchored value unfolds to.
@@ -71,7 +91,7 @@ fn check(text: &str) -> Result<(), Error> {
             Ok(event) => event,
             // The parser proper has the last word on what YAML is, where it can do no harm.
             Err(_) if is_harmless(text) => return Ok(()),
-            Err(error) => return Err(Error::Scan(error.to_string())),
+            Err(error) => return Err(Error::Scan(explained(error.to_string(), text))),
         };
         let line = at.start.line();
         let before = values;
@@ -127,6 +147,20 @@ mod tests {
         let list = format!("[{}]", "{a: 1}, ".repeat(20_000));
         let value: Vec<Value> = from_str(&list).expect("taken");
         assert_eq!(value.len(), 20_000);
+    }
+
+    #[test]
+    fn a_reason_is_said_once_and_a_tab_is_called_a_tab() {
+        #[derive(Debug, Deserialize)]
+        struct Named {
+            #[serde(rename = "name")]
+            _name: String,
+        }
+        let missing = from_str::<Named>("a: 1").expect_err("no name");
+        assert_eq!(missing.to_string(), "missing field `name`");
+        assert!(std::error::Error::source(&missing).is_none());
+        let tab = refusal("a:\n\tb: 1\n");
+        assert_eq!(tab, "line 2 is indented by a tab; YAML takes spaces");
     }
 
     #[test]

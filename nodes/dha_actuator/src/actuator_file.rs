@@ -6,10 +6,12 @@
 
 use std::path::Path;
 
-use planesman_parameters::file;
+use planesman_parameters::{Choice as _, file};
+use planesman_text::did_you_mean;
 use planesman_units::{DEGREE, Dimension, Quantity, Unit};
 use serde::Deserialize;
 
+use crate::actuator_model::Model;
 use crate::actuator_set::{ActuatorSet, LimitOption, MOST_CYCLES_IN_FLIGHT, SmallVolume};
 
 /// The built-in actuators: name and file.
@@ -28,13 +30,15 @@ pub const BUILT_IN: [(&str, &str); 4] = [
 pub enum ActuatorFileError {
     /// The file cannot be read.
     #[error(
-        "actuator file '{file}': {reason}; built in are auv, auv_two_speed, table_3_1 and table_4_1"
+        "actuator file '{file}': {reason}; built in are auv, auv_two_speed, table_3_1 and table_4_1{meant}"
     )]
     Unreadable {
         /// The path.
         file: String,
         /// What the system says.
         reason: String,
+        /// The built-in name that was probably meant, as a question; empty if none is similar.
+        meant: String,
     },
     /// The file is not YAML, misses a field, or has one that is not known.
     #[error("actuator file '{file}': {reason}")]
@@ -68,7 +72,11 @@ pub fn load(name: &str) -> Result<ActuatorSet, ActuatorFileError> {
     }
     let text = file::read(Path::new(name)).map_err(|error| ActuatorFileError::Unreadable {
         file: name.to_owned(),
-        reason: error.to_string(),
+        reason: match Model::named(name) {
+            Some(Model::Ideal | Model::FirstOrder) => "it is a model without hydraulics".to_owned(),
+            _ => error.to_string(),
+        },
+        meant: did_you_mean(name, BUILT_IN.iter().map(|(name, _)| *name)),
     })?;
     parse(name, &text)
 }

@@ -18,7 +18,7 @@ use crate::pulse_logic::{DriftOption, Options, SignChange};
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct ActuatorParameters {
     /// The actuator's constants: auv, auv_two_speed, table_3_1, table_4_1 (IBM 66-L03-005), or the path of an
-    /// actuator file.
+    /// actuator file; ideal or first_order: that `model`.
     #[parameter(default = "auv", read_only)]
     pub actuator: String,
     /// dha: the digital hydraulic actuator; first_order: a lag with a rate limit; ideal: planes that follow
@@ -71,7 +71,7 @@ pub struct ActuatorParameters {
 /// The parameters of one group of planes with an actuator of its own, `bow.*` and so on.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct GroupParameters {
-    /// With groups: each, this group's actuator; same: as `actuator`.
+    /// With groups: each, this group's actuator, ideal or first_order; same: as `actuator`.
     #[parameter(default = "same", read_only)]
     pub actuator: String,
     /// With groups: each, what moves this group; same: as `model`.
@@ -311,15 +311,20 @@ fn member(parameters: &ActuatorParameters, group: Group) -> Member {
         Some(own) if own.actuator != "same" => &own.actuator,
         _ => &parameters.actuator,
     };
+    // A model's name means that model wherever an actuator is named; it has no constants of its own.
+    let (actuator, model_named) = match Model::named(actuator) {
+        Some(model) => (ActuatorParameters::default().actuator, model),
+        None => (actuator.clone(), parameters.model),
+    };
     let model = match own.map_or(GroupModel::Same, |own| own.model) {
-        GroupModel::Same => parameters.model,
+        GroupModel::Same => model_named,
         GroupModel::Dha => Model::Dha,
         GroupModel::FirstOrder => Model::FirstOrder,
         GroupModel::Ideal => Model::Ideal,
     };
     Member {
         group,
-        actuator: actuator.clone(),
+        actuator,
         model,
     }
 }

@@ -55,6 +55,13 @@ impl Reader {
             (Some(signal), Some(_)) => place(signal),
             _ => None,
         };
+        for path in &paths {
+            if let Some(names) = types.names_of(path) {
+                return Err(format!(
+                    "{topic}: {path} is a list of numbers, one for each '{names}'; name one by its index, as {path}[0]"
+                ));
+            }
+        }
         let stamp = types.stamp().map(|stamp| {
             paths.extend(["sec", "nanosec"].map(|name| stamp.field(name)));
             paths.len() - 2

@@ -167,7 +167,7 @@ impl Track {
                 model.estimator,
                 model.order,
                 model.samples,
-                model.sample_time,
+                (model.sample_time * 1e9).round() / 1e9,
                 if model.frozen { ", frozen" } else { "" },
                 state(model)
             ),

@@ -14,7 +14,7 @@ fn the_vehicles_equations_give_the_dominant_pole_and_claim_what_is_true() {
         .into_iter()
         .filter(|it| it.name.contains("heave known"))
         .collect();
-    let found = table(&ways, SEEDS);
+    let found = table(&ways, SEEDS, &|| ());
     for (name, cells) in &found.rows {
         for (run, cell) in Run::ALL.iter().zip(cells) {
             assert_eq!(cell.refused, 0, "{name}, {}", run.name());

@@ -31,7 +31,7 @@ impl Analysis {
             structure.poles,
             structure.numerator,
             structure.delay,
-            self.estimate.sample_time
+            to_a_nanosecond(self.estimate.sample_time)
         );
         if let Some(reference) = &self.reference {
             let _ = writeln!(text, "in two stages, from {reference}");
@@ -161,4 +161,9 @@ pub(super) fn interval(it: &Uncertain) -> String {
             SIGMAS_95 * it.imaginary_deviation()
         )
     }
+}
+
+/// A time, s, without the digits that are below its nanoseconds.
+fn to_a_nanosecond(seconds: f64) -> f64 {
+    (seconds * 1e9).round() / 1e9
 }

@@ -318,9 +318,9 @@ pub fn seed(i: usize) -> u32 {
     (i as u32).wrapping_mul(2_654_435_761).wrapping_add(12345)
 }
 
-/// Every contender on every run with `seeds` noises, the runs side by side.
+/// Every contender on every run with `seeds` noises, the runs side by side; `done` is called after each of them.
 #[must_use]
-pub fn table(contenders: &[Contender], seeds: usize) -> Table {
+pub fn table(contenders: &[Contender], seeds: usize, done: &(dyn Fn() + Sync)) -> Table {
     let columns: Vec<Vec<Cell>> = std::thread::scope(|scope| {
         let threads: Vec<_> = synthetic::Run::ALL
             .map(|run| {
@@ -328,6 +328,7 @@ pub fn table(contenders: &[Contender], seeds: usize) -> Table {
                     contenders
                         .iter()
                         .map(|it| it.on(run, seeds))
+                        .inspect(|_| done())
                         .collect::<Vec<_>>()
                 })
             })

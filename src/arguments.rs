@@ -1,0 +1,153 @@
+//! Values on the command line, read and written: what several commands share.
+
+use std::path::{Path, PathBuf};
+
+use planesman_units::{Dimension, Quantity};
+use rustix::fs::{Access, access};
+
+/// A parser of numbers in `[least, most]`.
+pub fn within(least: f64, most: f64) -> impl Fn(&str) -> Result<f64, String> + Clone {
+    move |text| match text.parse::<f64>() {
+        Ok(value) if (least..=most).contains(&value) => Ok(value),
+        _ => Err(format!("a number from {least} to {most} is expected")),
+    }
+}
+
+/// A parser of quantities in `[least, most]`, both in SI. A bare number is in SI; any other unit is written with
+/// it, as `1ft/s`.
+pub fn quantity(
+    dimension: Dimension,
+    least: f64,
+    most: f64,
+) -> impl Fn(&str) -> Result<f64, String> + Clone {
+    move |text| {
+        let Ok(quantity) = text.parse::<Quantity>();
+        match quantity.argument(dimension) {
+            Ok(value) if (least..=most).contains(&value) => Ok(value),
+            _ => {
+                let symbols = dimension.units().iter().map(|unit| unit.symbol);
+                let symbols: Vec<&str> = symbols.collect();
+                Err(format!(
+                    "a number from {least} to {most} {} is expected, or one with its unit: {}",
+                    symbols[0],
+                    symbols.join(", ")
+                ))
+            }
+        }
+    }
+}
+
+/// A parser of speeds in `[least, most]`, m/s.
+pub fn speed(least: f64, most: f64) -> impl Fn(&str) -> Result<f64, String> + Clone {
+    quantity(Dimension::Speed, least, most)
+}
+
+/// A parser of lengths in `[least, most]`, m.
+pub fn length(least: f64, most: f64) -> impl Fn(&str) -> Result<f64, String> + Clone {
+    quantity(Dimension::Length, least, most)
+}
+
+/// A file that a command is to write. It is checked before the work is done: the folder exists and can be written,
+/// and no file or folder of that name is there. A device such as `/dev/stdout` may be there.
+///
+/// # Errors
+/// A sentence: what keeps the file from being written.
+pub fn output_file(text: &str) -> Result<PathBuf, String> {
+    let path = Path::new(text);
+    if path.file_name().is_none() {
+        return Err("the name of a file is expected".to_owned());
+    }
+    match path.metadata() {
+        Ok(there) if there.is_dir() => return Err("it is a folder".to_owned()),
+        Ok(there) if there.is_file() => {
+            return Err("it exists already; name a new file".to_owned());
+        }
+        Ok(_) => return Ok(path.to_owned()),
+        Err(_) => {}
+    }
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    if !folder.is_dir() {
+        return Err(format!("there is no folder '{}'", folder.display()));
+    }
+    access(folder, Access::WRITE_OK | Access::EXEC_OK)
+        .map_err(|error| format!("the folder '{}': {error}", folder.display()))?;
+    Ok(path.to_owned())
+}
+
+/// A number in six significant digits without the zeros at its end.
+#[must_use]
+pub fn number(value: f64) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    if !(1e-4..1e6).contains(&value.abs()) {
+        return format!("{value:.3e}");
+    }
+    let decimals = (5.0 - value.abs().log10().floor()).max(0.0) as usize;
+    let text = format!("{value:.decimals$}");
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use planesman_units::FOOT;
+
+    #[test]
+    fn a_quantity_is_in_si_unless_its_unit_is_written() {
+        let read = speed(0.01, 10.0);
+        for text in ["0.3048", "1ft/s", "1 ft/s", "0.3048m/s"] {
+            assert_eq!(read(text), Ok(FOOT), "{text}");
+        }
+        for text in ["", "fast", "1 ft", "0", "11", "100ft/s", "nan"] {
+            let refusal = read(text).expect_err(text);
+            assert!(refusal.contains("from 0.01 to 10 m/s"), "{text}: {refusal}");
+            assert!(refusal.contains("ft/s"), "{text}: {refusal}");
+        }
+        assert_eq!(length(0.0, 10.0)("3ft"), Ok(3.0 * FOOT));
+    }
+
+    #[test]
+    fn an_output_is_refused_where_it_could_not_be_written() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = |name: &str| folder.path().join(name).display().to_string();
+        std::fs::write(path("there.html"), "").expect("written");
+        for (name, reason) in [
+            (path("there.html"), "exists already"),
+            (path("no/such/page.html"), "there is no folder"),
+            (path("."), "it is a folder"),
+            (path(".."), "the name of a file"),
+        ] {
+            let refusal = output_file(&name).expect_err(&name);
+            assert!(refusal.contains(reason), "{name}: {refusal}");
+        }
+        for name in [
+            path("new.html"),
+            "/dev/null".to_owned(),
+            "new.html".to_owned(),
+        ] {
+            assert_eq!(output_file(&name), Ok(PathBuf::from(&name)));
+        }
+    }
+
+    #[test]
+    fn numbers_are_written_in_six_digits_or_fewer() {
+        for (value, text) in [
+            (2.600_410_8, "2.60041"),
+            (-0.854_145, "-0.854145"),
+            (543.0, "543"),
+            (0.002_513_463, "0.00251346"),
+            (125_000.0, "125000"),
+            (1.54e-6, "1.540e-6"),
+            (0.0, "0"),
+        ] {
+            assert_eq!(number(value), text);
+        }
+    }
+}

@@ -1,0 +1,163 @@
+//! `planesman doctor`: whether nodes would find each other here, and what to do where they would not.
+
+use std::fmt::Display;
+use std::net::{Ipv4Addr, UdpSocket};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context as _, Result, bail};
+use planesman_msgs::planesman_msgs::msg::VehicleState;
+use planesman_node::{Direction, Domain, NodeSpec, Qos, Runtime, args};
+
+/// How long other loops are listened for.
+const LISTENING: Duration = Duration::from_secs(2);
+
+/// Where DDS participants look for each other.
+const GROUP: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);
+
+/// The packages of an installation, below a prefix in `AMENT_PREFIX_PATH`.
+const MESSAGES: &str = "share/ament_index/resource_index/packages/planesman_msgs";
+
+/// Prints what it finds, a line each.
+///
+/// # Errors
+/// When a loop could not be flown here; the lines say why.
+pub fn run(namespace: &str) -> Result<()> {
+    let mut troubles = 0;
+    let mut tell = |what: &str, found: Result<String>| -> std::io::Result<()> {
+        troubles += usize::from(found.is_err());
+        match found {
+            Ok(text) => planesman_node::say!("ok       {what}: {text}"),
+            Err(error) => planesman_node::say!("TROUBLE  {what}: {error:#}"),
+        }
+    };
+    let domain = Domain::from_environment();
+    let local = domain.as_ref().is_ok_and(|domain| domain.local);
+    tell("domain and range", domain.map(described))?;
+    tell(
+        "middleware",
+        middleware(std::env::var("RMW_IMPLEMENTATION").ok()),
+    )?;
+    tell("multicast", multicast(local))?;
+    tell("other loops", others(namespace))?;
+    let prefixes = std::env::var_os("AMENT_PREFIX_PATH").unwrap_or_default();
+    let installed = std::env::split_paths(&prefixes).find(|prefix| prefix.join(MESSAGES).is_file());
+    planesman_node::say!("{}", messages(installed.as_deref()))?;
+    match troubles {
+        0 => Ok(()),
+        1 => bail!("1 trouble found"),
+        n => bail!("{n} troubles found"),
+    }
+}
+
+fn described(domain: Domain) -> String {
+    let range = if domain.local {
+        "LOCALHOST: nodes on this machine alone"
+    } else {
+        "SUBNET: nodes on all machines of the subnet"
+    };
+    format!("ROS_DOMAIN_ID {}, discovery range {range}", domain.id)
+}
+
+/// The middleware whose form of services the nodes speak.
+fn middleware(named: Option<String>) -> Result<String> {
+    match named.as_deref() {
+        None | Some("") => Ok("rmw_fastrtps_cpp, Jazzy's default".to_owned()),
+        Some(
+            name @ ("rmw_fastrtps_cpp"
+            | "rmw_fastrtps_dynamic_cpp"
+            | "rmw_connextdds"
+            | "rmw_cyclonedds_cpp"),
+        ) => Ok(name.to_owned()),
+        Some(other) => bail!(
+            "RMW_IMPLEMENTATION='{other}': the nodes speak DDS only; unset it, or name rmw_fastrtps_cpp or \
+             rmw_cyclonedds_cpp"
+        ),
+    }
+}
+
+/// Sends a datagram to the group and receives it, on the interface that the nodes use.
+fn multicast(local: bool) -> Result<String> {
+    let (interface, name) = if local {
+        (Ipv4Addr::LOCALHOST, "the loopback interface")
+    } else {
+        (Ipv4Addr::UNSPECIFIED, "the default interface")
+    };
+    let arrived = || -> std::io::Result<()> {
+        let listener = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0))?;
+        listener.join_multicast_v4(&GROUP, &interface)?;
+        listener.set_read_timeout(Some(Duration::from_secs(1)))?;
+        let speaker = UdpSocket::bind((interface, 0))?;
+        speaker.send_to(b"planesman", (GROUP, listener.local_addr()?.port()))?;
+        listener.recv(&mut [0; 16]).map(drop)
+    };
+    arrived().with_context(|| {
+        format!(
+            "no datagram to {GROUP} comes back on {name}; allow multicast there (ip link set DEVICE multicast on, \
+             a route for 224.0.0.0/4, the firewall)"
+        )
+    })?;
+    Ok(format!("a datagram to {GROUP} comes back on {name}"))
+}
+
+/// Whether somebody publishes the loop's state in the namespace already.
+fn others(namespace: &str) -> Result<String> {
+    let remap = format!("__ns:={namespace}");
+    let (rt, ()) = Runtime::start(
+        NodeSpec {
+            name: "planesman_doctor",
+            namespace: "/auv",
+            validate: |(): &()| Ok(()),
+            on_parameters: |_| (),
+        },
+        args::only(["--ros-args", "-r", &remap, "--log-level", "warn"].map(str::to_owned))?,
+    )?;
+    rt.subscribe("state", Qos::reliable(10), |_: VehicleState| ())?;
+    let began = Instant::now();
+    while began.elapsed() < LISTENING {
+        let _ = rt.next(Duration::from_millis(50));
+        let connections = rt.connections();
+        let taken = connections.list.iter().find(|end| {
+            end.direction == Direction::Subscription
+                && end.topic.ends_with("/state")
+                && end.peers > 0
+        });
+        if let Some(end) = taken {
+            bail!(
+                "somebody publishes {} already; stop that loop, or choose another ROS_DOMAIN_ID or --namespace",
+                end.topic
+            );
+        }
+    }
+    Ok(format!("none flies in {namespace}"))
+}
+
+/// The package that `ros2` needs to show the loop's own messages.
+fn messages(installed: Option<&Path>) -> impl Display {
+    match installed {
+        Some(prefix) => format!("ok       planesman_msgs: in {}", prefix.display()),
+        None => "note     planesman_msgs: in no prefix of AMENT_PREFIX_PATH; ros2 topic echo shows standard messages \
+                 only. Build it: colcon build --packages-select planesman_msgs, then source install/setup.bash"
+            .to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_middleware_that_is_no_dds_is_a_trouble_with_its_remedy() {
+        for good in ["", "rmw_fastrtps_cpp", "rmw_cyclonedds_cpp"] {
+            assert!(middleware(Some(good.to_owned())).is_ok(), "{good}");
+        }
+        let trouble = middleware(Some("rmw_zenoh_cpp".to_owned())).expect_err("no DDS");
+        assert!(trouble.to_string().contains("unset it"), "{trouble}");
+    }
+
+    #[test]
+    fn multicast_comes_back_on_the_loopback_interface() {
+        let found = multicast(true).expect("the tests' nodes find each other so");
+        assert!(found.contains("loopback"), "{found}");
+    }
+}

@@ -1,0 +1,105 @@
+//! Long work: on all cores, with its progress on the terminal, and no longer than somebody reads its output.
+
+use std::num::NonZero;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use rustix::event::{PollFd, PollFlags, poll};
+
+/// A bar on standard error with the time left; nothing where that is no terminal.
+#[must_use]
+pub fn bar(what: &'static str, steps: usize) -> ProgressBar {
+    styled(
+        ProgressBar::new(steps as u64),
+        what,
+        "{msg} {bar:30} {pos}/{len}, {eta} left",
+    )
+}
+
+/// The time that work of unknown length has taken, on standard error; nothing where that is no terminal.
+#[must_use]
+pub fn spinner(what: &'static str) -> ProgressBar {
+    styled(
+        ProgressBar::new_spinner(),
+        what,
+        "{spinner} {msg}, {elapsed}",
+    )
+}
+
+fn styled(bar: ProgressBar, what: &'static str, template: &str) -> ProgressBar {
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style);
+    }
+    bar.set_message(what);
+    if !bar.is_hidden() {
+        bar.enable_steady_tick(Duration::from_millis(200));
+    }
+    bar
+}
+
+/// The results of `work` on each of the items, in their order, computed on all cores. A panic in `work` is passed on.
+pub fn on_all_cores<T: Sync, R: Send>(
+    what: &'static str,
+    items: &[T],
+    work: impl Fn(&T) -> R + Sync,
+) -> Vec<R> {
+    let bar = bar(what, items.len());
+    let next = AtomicUsize::new(0);
+    let some = || {
+        let mut done = Vec::new();
+        loop {
+            let place = next.fetch_add(1, Ordering::Relaxed);
+            let Some(item) = items.get(place) else {
+                return done;
+            };
+            done.push((place, work(item)));
+            bar.inc(1);
+        }
+    };
+    let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
+    let mut done: Vec<(usize, R)> = std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..cores).map(|_| scope.spawn(some)).collect();
+        let parts = workers.into_iter().map(|worker| match worker.join() {
+            Ok(part) => part,
+            Err(panic) => std::panic::resume_unwind(panic),
+        });
+        parts.flatten().collect()
+    });
+    bar.finish_and_clear();
+    done.sort_by_key(|(place, _)| *place);
+    done.into_iter().map(|(_, result)| result).collect()
+}
+
+/// Ends the program once nobody can read its standard output any more, as behind `| head`. For commands that
+/// leave nothing but that output.
+pub fn end_with_reader() {
+    std::thread::spawn(|| {
+        let stdout = std::io::stdout();
+        let mut watched = [PollFd::new(&stdout, PollFlags::empty())];
+        loop {
+            match poll(&mut watched, None) {
+                Err(rustix::io::Errno::INTR) => {}
+                Ok(_) if watched[0].revents().contains(PollFlags::ERR) => std::process::exit(0),
+                _ => return,
+            }
+        }
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn results_stand_in_the_order_of_the_items() {
+        let items: Vec<u64> = (0..100).collect();
+        let slower_first = |item: &u64| {
+            std::thread::sleep(Duration::from_micros(100 - item));
+            item * item
+        };
+        let squares: Vec<u64> = items.iter().map(|item| item * item).collect();
+        assert_eq!(on_all_cores("squares", &items, slower_first), squares);
+        assert!(on_all_cores("nothing", &[], slower_first).is_empty());
+    }
+}

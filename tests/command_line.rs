@@ -1,0 +1,279 @@
+//! The command line as its user meets it: what is refused before the work is done, names and units as they are
+//! written, and the remedy in the refusal.
+#![allow(clippy::unwrap_used)]
+
+mod stage;
+
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use stage::Stage;
+
+/// `planesman ARGUMENTS` ends with status `code`, prints nothing, and says all of `says` in one line.
+fn refused(stage: &Stage, code: i32, arguments: &[&str], says: &[&str]) {
+    let outcome = stage.run(arguments);
+    assert_eq!(outcome.status.code(), Some(code), "{outcome:#?}");
+    assert!(outcome.stdout.is_empty(), "{outcome:#?}");
+    let complaints = outcome.complaints();
+    assert_eq!(complaints.len(), 1, "{arguments:?}: {outcome:#?}");
+    for part in says {
+        assert!(
+            complaints[0].contains(part),
+            "no '{part}' in: {}",
+            complaints[0]
+        );
+    }
+}
+
+/// A flight of a few seconds in one process.
+fn flight(stage: &Stage, name: &str) {
+    let text = stage::scenario(5.0, "");
+    let file = stage.file("short.yaml", text);
+    stage.run(&["sim", &file, "--out", name]).success();
+}
+
+#[test]
+fn a_file_that_could_not_be_written_is_refused_before_anything_is_computed() {
+    let stage = Stage::new();
+    flight(&stage, "flight.csv");
+    stage.file("there.json", "{}");
+    let fit = [
+        "sysid",
+        "fit",
+        "flight.csv",
+        "-i",
+        "dive_planes",
+        "-o",
+        "pitch",
+    ];
+    for option in ["--html", "--model"] {
+        let missing = [&fit[..], &[option, "no/such/x.json"]].concat();
+        refused(
+            &stage,
+            2,
+            &missing,
+            &["no/such/x.json", "there is no folder 'no/such'"],
+        );
+        let there = [&fit[..], &[option, "there.json"]].concat();
+        refused(&stage, 2, &there, &["there.json", "exists already"]);
+    }
+    refused(
+        &stage,
+        2,
+        &["reproduce", "--html", "there.json"],
+        &["exists already"],
+    );
+    let locus = [
+        "design",
+        "locus",
+        "--vary",
+        "speed",
+        "--to",
+        "1",
+        "--svg",
+        "there.json",
+    ];
+    refused(&stage, 2, &locus, &["exists already"]);
+    refused(
+        &stage,
+        1,
+        &["sim", "dive", "--out", "flight.csv"],
+        &["flight.csv"],
+    );
+}
+
+#[test]
+fn a_column_is_named_without_its_unit_and_a_signal_must_say_which_number_it_is() {
+    let stage = Stage::new();
+    flight(&stage, "flight.csv");
+    flight(&stage, "flight.mcap");
+    let fit = |data: &str, input: &str, output: &str| {
+        stage.run(&[
+            "sysid", "fit", data, "-i", input, "-o", output, "--order", "1",
+        ])
+    };
+    for (data, input, output, says) in [
+        (
+            "flight.csv",
+            "dive_plane",
+            "pitch",
+            "did you mean 'dive_planes'?",
+        ),
+        (
+            "flight.csv",
+            "pitch",
+            "pitch [rad]",
+            "is the input and the output",
+        ),
+        (
+            "flight.mcap",
+            "state:pitch",
+            "/auv/state:pitch",
+            "is the input and the output",
+        ),
+        (
+            "flight.mcap",
+            "planes:position",
+            "state:pitch",
+            "a list of 2 numbers, one for each 'name'",
+        ),
+        (
+            "flight.mcap",
+            "stat:pitch",
+            "state:pitch",
+            "did you mean 'state'?",
+        ),
+        (
+            "flight.mcap",
+            "state:pich",
+            "state:heave",
+            "did you mean 'pitch'?",
+        ),
+    ] {
+        let outcome = fit(data, input, output);
+        assert_eq!(outcome.status.code(), Some(1), "{outcome:#?}");
+        assert!(outcome.stderr.contains(says), "{outcome:#?}");
+    }
+    assert!(
+        fit("flight.csv", "dive_planes", "pitch_rate")
+            .stdout
+            .contains("pitch_rate")
+    );
+}
+
+#[test]
+fn work_ends_when_its_reader_has_gone() {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_planesman"))
+        .args(["dha", "limit-cycles"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let begin = Instant::now();
+    let status = stage::eventually("the end of the program", || child.try_wait().unwrap());
+    assert!(status.success(), "{status}");
+    // The work itself takes a minute.
+    assert!(begin.elapsed() < Duration::from_secs(10));
+}
+
+#[test]
+fn a_speed_is_in_si_unless_its_unit_is_written() {
+    let stage = Stage::new();
+    let tf = |speed: &str| stage.run(&["tf", "brunner", "--speed", speed]).stdout;
+    assert_eq!(tf("1ft/s"), tf("0.3048"));
+    assert!(tf("1ft/s").contains("0.3048 m/s"), "{}", tf("1ft/s"));
+    let analyse = |speeds: &str| stage.run(&["design", "analyse", "--speed", speeds]).stdout;
+    assert_eq!(analyse("1ft/s,3ft/s"), analyse("0.3048,0.9144"));
+    refused(
+        &stage,
+        2,
+        &["tf", "brunner", "--speed", "1ft"],
+        &["m/s, ft/s"],
+    );
+}
+
+#[test]
+fn an_actuator_has_one_name_in_design_in_scenarios_and_in_the_actuator_s_own_commands() {
+    let stage = Stage::new();
+    for name in ["ideal", "first_order"] {
+        let fly = |parameter: &str| {
+            let out = format!("{parameter}-{name}.csv");
+            let set = format!("dha_actuator.{parameter}={name}");
+            let short = stage.file("short.yaml", stage::scenario(5.0, "  plant_sim: {}\n"));
+            stage
+                .run(&["sim", &short, "--set", &set, "--out", &out])
+                .success();
+            std::fs::read(stage.path(&out)).unwrap()
+        };
+        assert!(fly("actuator") == fly("model"), "{name}");
+        let design = ["design", "analyse", "--actuator", name];
+        let design = stage.run(&design);
+        assert!(
+            design.stdout.contains(&format!("behind {name}")),
+            "{design:#?}"
+        );
+        refused(
+            &stage,
+            1,
+            &["dha", "size", name],
+            &[name, "without hydraulics", "auv"],
+        );
+    }
+    refused(
+        &stage,
+        1,
+        &["dha", "size", "table_31"],
+        &["did you mean 'table_3_1'?"],
+    );
+}
+
+#[test]
+fn the_program_prints_its_completions_and_its_manual() {
+    let stage = Stage::new();
+    let completions = stage.run(&["completions", "bash"]);
+    assert!(
+        completions.stdout.contains("limit-cycles"),
+        "{completions:#?}"
+    );
+    let manual = stage.run(&["man"]);
+    assert!(manual.stdout.contains(".TH planesman"), "{manual:#?}");
+    let fit = stage.run(&["man", "sysid", "fit"]);
+    assert!(fit.stdout.contains("heave"), "{fit:#?}");
+    refused(
+        &stage,
+        1,
+        &["man", "sysid", "fitt"],
+        &["did you mean 'fit'?"],
+    );
+}
+
+#[test]
+fn a_doctor_finds_nothing_wrong_where_the_tests_run_and_names_what_is() {
+    let stage = Stage::new();
+    let well = stage.run(&["doctor"]);
+    for line in ["domain and range", "middleware", "multicast", "other loops"] {
+        assert!(
+            well.stdout.contains(&format!("ok       {line}")),
+            "{well:#?}"
+        );
+    }
+    assert!(well.stdout.contains("planesman_msgs"), "{well:#?}");
+    let variables = [("RMW_IMPLEMENTATION", "rmw_zenoh_cpp")];
+    let ill = stage.start_as(&["doctor"], &variables).finish();
+    assert_eq!(ill.status.code(), Some(1), "{ill:#?}");
+    assert!(ill.stdout.contains("TROUBLE  middleware"), "{ill:#?}");
+}
+
+#[test]
+fn a_table_is_printed_in_the_format_that_is_asked_for() {
+    let stage = Stage::new();
+    let params = |format: &str| {
+        stage
+            .run(&["params", "recorder", "--format", format])
+            .stdout
+    };
+    assert!(
+        params("table")
+            .lines()
+            .all(|line| line.chars().count() <= 80)
+    );
+    assert!(
+        params("md").starts_with("| node | parameter | default | rules | description |\n|---|")
+    );
+    assert!(params("csv").starts_with("node,parameter,default,rules,description\n"));
+    let json: serde_json::Value = serde_json::from_str(&params("json")).unwrap();
+    assert_eq!(json[0]["node"], "recorder");
+    let coefficients = ["coefficients", "brunner", "--format", "csv"];
+    assert!(stage.run(&coefficients).stdout.contains("M'delta"));
+    let sizes = ["dha", "size", "table_4_1", "--format", "csv"];
+    assert!(
+        stage
+            .run(&sizes)
+            .stdout
+            .starts_with("quantity,SI,unit,report,report's unit\n")
+    );
+    flight(&stage, "flight.mcap");
+    let topics = ["sysid", "topics", "flight.mcap", "--format", "csv"];
+    assert!(stage.run(&topics).stdout.contains("\n/auv/state:pitch,"));
+}
