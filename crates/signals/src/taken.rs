@@ -30,7 +30,7 @@ impl Taken {
         self
     }
 
-    /// How the record was made, for people.
+    /// How the record was made, as text.
     #[must_use]
     pub fn account(&self) -> String {
         let Resampled {
@@ -39,15 +39,11 @@ impl Taken {
             outputs,
         } = &self.resampled;
         let mut text = format!(
-            "{:.6} Hz, {} samples in {} stretch{}, {:.3} s; stamps {}\n",
+            "{:.6} Hz, {} samples in {} segment{}, {:.3} s; stamps {}\n",
             1.0 / record.sample_time,
             record.samples(),
             record.stretches.len(),
-            if record.stretches.len() == 1 {
-                ""
-            } else {
-                "es"
-            },
+            if record.stretches.len() == 1 { "" } else { "s" },
             record.duration(),
             self.reading.stamps
         );
