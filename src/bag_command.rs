@@ -1,4 +1,4 @@
-//! `planesman bag info`: what a bag holds, and what it lacks of what was published.
+//! `planesman bag info`: a bag's contents, and the published messages that it lacks.
 //!
 //! A bag alone knows only what its recorder missed. The bag of a dive lies beside the accounts that the nodes left of what
 //! they published; it is held against those.
@@ -51,7 +51,7 @@ fn run_of(path: &Path) -> Option<RunFolder> {
     (!is_one_file_of_it && run.bag() == bag).then_some(run)
 }
 
-/// What of the messages that were published is not in the bag; `silent` nodes did not say what they published.
+/// The published messages that are not in the bag; the `silent` nodes left no exit report.
 fn lack(counts: &BTreeMap<String, Count>, silent: &[&str]) -> String {
     let published: u64 = counts.values().filter_map(|count| count.published).sum();
     let mut said = match Loss::of(counts) {

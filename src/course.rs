@@ -8,7 +8,7 @@
 /// Columns kept at most; the widest plot has some 750 pixels, and no less than half the columns are in use.
 pub const COLUMNS: usize = 2048;
 
-/// What lies in one column, in the order of x.
+/// The points kept of one column, in the order of x.
 #[derive(Clone, Copy, Debug)]
 struct Column {
     first: Point,

@@ -11,14 +11,14 @@ pub struct InOrder<M> {
     last: Option<i64>,
     /// The message that waits for the next one.
     held: Option<(i64, M)>,
-    /// What was met beside plain order.
+    /// Messages out of plain order.
     pub met: Met,
 }
 
-/// What was met beside plain order.
+/// Messages out of plain order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Met {
-    /// Messages with the stamp of another: said again, and counted once.
+    /// Messages with the stamp of another: sent again, counted once.
     pub repeated: u64,
     /// Single messages whose stamps are out of line with those about them, and which are left out.
     pub out_of_line: u64,

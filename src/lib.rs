@@ -5,7 +5,7 @@
 //! ([`sim`], through [`compose`]). Either way a bag remains, from which [`flight`], [`summary`] and
 //! [`page`] tell what happened.
 //!
-//! Beside flying: [`coefficients_command`] reckons a vehicle's coefficients from its geometry, [`dha`] puts
+//! Beside flying: [`coefficients_command`] computes a vehicle's coefficients from its geometry, [`dha`] puts
 //! the actuator on the bench of its 1966 study, and
 //! [`reproduce`] computes the 1988 report's numbers again; [`design`] has the loops on paper,
 //! [`sysid`] the identifier's pages.

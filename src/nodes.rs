@@ -14,7 +14,7 @@ use sysid::{Identifier, IdentifierParameters};
 use crate::crew::launched;
 use crate::scenario::{NODES, Scenario};
 
-/// Runs the node `name` with its arguments (`--ros-args` and all) until it is told to stop.
+/// Runs the node `name` with its arguments (`--ros-args` and all) until it is asked to stop.
 #[must_use]
 pub fn run(name: &str, args: Vec<String>) -> ExitCode {
     launched(|| match name {
@@ -46,10 +46,10 @@ pub fn declarations(name: &str) -> Option<Vec<Declaration>> {
     })
 }
 
-/// Whether the node `name` would start with these parameters; a node that there is not would.
+/// Whether the node `name` would start with these parameters; true of an unknown node.
 ///
 /// # Errors
-/// What it would refuse, and why.
+/// The refusal, with its reason.
 pub fn validate(name: &str, values: &Values) -> Result<(), String> {
     match name {
         "plant_sim" => Plant::new(&read(values)?).map(drop),
@@ -149,7 +149,7 @@ pub fn parameter_file(node: Option<&str>, scenario: Option<&Scenario>) -> Result
     Ok(text)
 }
 
-/// What a value must obey, in a few words: `m/s, 0 to 5, fixed at start`.
+/// Unit, range and mutability of a value: `m/s, 0 to 5, fixed at start`.
 fn rules(d: &Declaration) -> String {
     let mut rules = Vec::new();
     if !d.unit.is_empty() {

@@ -41,16 +41,16 @@ pub const BUILTIN: [(&str, &str); 4] = [
     ),
 ];
 
-/// What is flown.
+/// A scenario file.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(
     deny_unknown_fields,
     expecting = "a mapping with a description, a duration and parameters"
 )]
 pub struct Scenario {
-    /// What it is, in a sentence.
+    /// A description, one sentence.
     pub description: String,
-    /// How long the vehicle is flown, s of vehicle time.
+    /// Duration, s of vehicle time.
     pub duration: f64,
     /// The sampling time of the loop, s.
     #[serde(default = "default_tick")]

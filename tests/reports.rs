@@ -172,7 +172,7 @@ fn foreign_messages_are_counted_named_and_left_out() {
     for part in [
         STATE,
         "not a planesman_msgs/msg/VehicleState",
-        "out of line",
+        "out of order",
     ] {
         assert!(notes.contains(part), "{part}: {notes}");
     }
@@ -199,8 +199,7 @@ fn a_topic_of_another_type_is_named_and_the_rest_is_told() {
     });
     let summary = told.summary();
     assert_same_flight(&summary, &plain().summary());
-    let expected =
-        "/auv/plane_command: 600 left out, the first because it is a std_msgs/msg/String";
+    let expected = "/auv/plane_command: 600 skipped, the first because it is a std_msgs/msg/String";
     assert!(summary.notes[0].starts_with(expected), "{summary}");
     told.report();
 }
@@ -244,7 +243,7 @@ fn depths_beyond_all_numbers_leave_a_page_that_says_so() {
     });
     let (text, page) = told.report();
     assert!(
-        text.contains("finite") || text.contains("cannot be judged"),
+        text.contains("finite") || text.contains("no depth response"),
         "{text}"
     );
     assert!(page.contains("</html>"));

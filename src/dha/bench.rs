@@ -56,7 +56,7 @@ enum Table {
     /// The analog flight control
     #[value(name = "4-3")]
     T43,
-    /// What remains of half a degree
+    /// Limit cycles after half a degree
     LimitCycles,
 }
 

@@ -1,5 +1,5 @@
-//! `planesman dha limit-cycles`: what the digital hydraulic actuator leaves of a dive, predicted and
-//! simulated, in one table.
+//! `planesman dha limit-cycles`: limit cycles of the depth loop with the digital hydraulic actuator, predicted
+//! and simulated, in one table.
 
 use std::fmt::Write as _;
 
@@ -39,13 +39,15 @@ pub fn run(args: &LimitCyclesArgs) -> Result<()> {
         });
     }
     if rows.is_empty() {
-        anyhow::bail!("no configuration is called '{wanted}'; without a name all are shown");
+        anyhow::bail!(
+            "no configuration has '{wanted}' in its name; without a name all are printed"
+        );
     }
     planesman_node::print(format_args!("{}", text(&rows)))?;
     Ok(())
 }
 
-/// A configuration with what came of it.
+/// A configuration with its results.
 #[derive(Clone, Debug)]
 pub struct Row {
     /// The configuration.

@@ -11,10 +11,10 @@ use planesman_book::Reckoning;
 pub mod listing;
 pub mod page;
 
-/// What the command takes.
+/// The output of `reproduce`.
 #[derive(Clone, Debug, clap::Args)]
 pub struct ReproduceArgs {
-    /// Also write the numbers and the redrawn figures as one HTML page
+    /// Also write numbers and redrawn figures as one HTML page
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
 }

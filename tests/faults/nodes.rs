@@ -414,7 +414,7 @@ impl Dive {
         let outcome = self.launcher.finish();
         assert!(outcome.stdout.contains("Interrupted after"), "{outcome:#?}");
         // A launcher that hears its nodes has their reports.
-        let deaf = outcome.stdout.contains("gave up waiting: waiting for");
+        let deaf = outcome.stdout.contains("timeout: waiting for");
         assert!(!deaf, "{outcome:#?}");
         evidence::ends_and_says_what_it_lost(&outcome, Path::new(&self.out));
         evidence::nobody_is_left(&self.nodes);
