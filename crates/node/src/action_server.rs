@@ -57,7 +57,7 @@ type Middleware<A> = ros2_client::action::ActionServer<
     Wire<<A as Action>::Feedback>,
 >;
 
-/// What has come in.
+/// An incoming request.
 enum Request<A: Action> {
     Goal(RmwRequestId, SendGoalRequest<Wire<A::Goal>>),
     Cancel(RmwRequestId, action_msgs::CancelGoalRequest),
@@ -88,7 +88,7 @@ impl<A: Action> Goal<A> {
         self.id
     }
 
-    /// What is asked for.
+    /// The request.
     #[must_use]
     pub fn asked(&self) -> &A::Goal {
         &self.asked

@@ -16,7 +16,7 @@ use crate::names::check_namespace;
 pub struct BadArgument {
     /// The argument, or the name it held.
     pub argument: String,
-    /// What is wrong with it.
+    /// The reason.
     pub reason: String,
 }
 
@@ -29,7 +29,7 @@ impl BadArgument {
     }
 }
 
-/// What a remapping rule applies to.
+/// The target of a remapping rule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RemapKind {
     /// `__node:=name`
@@ -49,7 +49,7 @@ pub enum RemapKind {
 pub struct Remap {
     /// The node it is for, any if `None`.
     pub node: Option<String>,
-    /// What it applies to.
+    /// Its target.
     pub kind: RemapKind,
     /// The name to replace, as written.
     pub from: String,
@@ -126,7 +126,7 @@ pub struct RosArguments {
     pub console: bool,
     /// The enclave whose keys and permissions the node has under DDS Security (`--enclave /NAME`).
     pub enclave: String,
-    /// What was given but has no effect here, in words for the log.
+    /// Arguments without effect here, as warnings for the log.
     pub ignored: Vec<String>,
 }
 

@@ -106,7 +106,7 @@ impl Endpoint {
             .len()
     }
 
-    /// What is wrong with the type of the writer `gid`, empty if nothing; `None` while the
+    /// The type mismatch of the writer `gid`, empty if there is none; `None` while the
     /// writer is not discovered. The middleware matches by topic alone.
     pub(crate) fn objection_to(&self, gid: Gid, participant: &DomainParticipant) -> Option<String> {
         let guid = GUID::from(gid);
