@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, fmt, path::PathBuf};
 
 use crate::{BagMetadata, BagReader, Completeness, Topic, reader::TopicCount};
 
-/// What a bag holds, in numbers.
+/// The contents of a bag, in numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BagInfo {
     /// The path that was opened.

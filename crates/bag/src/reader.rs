@@ -25,7 +25,7 @@ use crate::{
     walk::{Raw, Walk},
 };
 
-/// What is taken from a bag at most. The defaults are far above what recorders write, and keep a hostile bag from taking
+/// Limits on the memory that a bag may use. The defaults are far above what recorders write, and keep a hostile bag from taking
 /// the memory: that is at most one record, its chunk unpacked, one message and the topics.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Limits {
@@ -55,7 +55,7 @@ pub enum Order {
     LogTimeInChunk,
 }
 
-/// What makes a bag that is read of one of another kind.
+/// The hint that converts a bag of another kind.
 pub(crate) const CONVERTER: &str =
     "'rosbags-convert --src OLD --dst NEW --dst-storage mcap' (of PyPI's rosbags)";
 
@@ -75,7 +75,7 @@ pub enum ReadError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The error of the operating system.
         source: io::Error,
     },
     /// A file without a byte.
@@ -91,7 +91,7 @@ pub enum ReadError {
     NotABag {
         /// The file.
         path: PathBuf,
-        /// What it seems to be.
+        /// Its probable format.
         found: &'static str,
     },
     /// The file is cut off before its first record.
@@ -105,7 +105,7 @@ pub enum ReadError {
     NoMcap {
         /// The folder.
         path: PathBuf,
-        /// What it holds instead and what to do, if that is known.
+        /// Its contents and the remedy, if known.
         instead: String,
     },
     /// A storage other than MCAP.
@@ -141,7 +141,7 @@ pub enum ReadError {
         path: PathBuf,
         /// Where nothing more can be read.
         offset: u64,
-        /// What is wrong there.
+        /// The reason.
         reason: String,
     },
 }
@@ -168,7 +168,7 @@ pub enum Completeness {
         path: PathBuf,
         /// Bytes of that file that are read, if it is a file.
         readable: Option<u64>,
-        /// What shows it.
+        /// The evidence.
         reason: String,
     },
     /// Its files were closed, but its account of them cannot be read.
@@ -467,7 +467,7 @@ pub struct Messages<'a> {
     order: Order,
     unpack: Option<u64>,
     wanted: Box<dyn Fn(&Topic) -> bool + 'a>,
-    /// What it said of the current file's topics, by channel.
+    /// Its statements on the current file's topics, by channel.
     are_wanted: BTreeMap<u16, bool>,
 }
 
@@ -559,7 +559,7 @@ fn is_zstd(file: &Path) -> bool {
         .is_some_and(|extension| extension == "zstd")
 }
 
-/// What a packed file has been unpacked to beside itself, if it has.
+/// The unpacked file beside a packed one, if there is one.
 fn unpacked(file: PathBuf) -> PathBuf {
     let beside = file.with_extension("");
     if is_zstd(&file) && beside.is_file() {
@@ -569,7 +569,7 @@ fn unpacked(file: PathBuf) -> PathBuf {
     }
 }
 
-/// What a folder without `.mcap` files holds instead, and what to do.
+/// The contents of a folder without `.mcap` files, and the remedy.
 fn instead(folder: &Path) -> String {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let mut endings = entries.filter_map(|entry| entry.path().extension().map(ToOwned::to_owned));

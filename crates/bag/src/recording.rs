@@ -20,7 +20,7 @@ use crate::{
     walk::Walk,
 };
 
-/// What a file holds.
+/// The contents of a file.
 #[derive(Clone, Debug)]
 pub(crate) struct Recording {
     pub(crate) path: PathBuf,
@@ -38,7 +38,7 @@ pub(crate) struct Recording {
     pub(crate) span: Option<(i64, i64)>,
     /// Why it is not whole, if it is not.
     pub(crate) cut: Option<String>,
-    /// What was taken of it at most.
+    /// The limits on its memory.
     limits: Limits,
 }
 
@@ -178,7 +178,7 @@ fn check_beginning(path: &Path, file: &mut File) -> Result<(), ReadError> {
     }
 }
 
-/// What a file that is no MCAP file seems to be, by its first bytes.
+/// The probable format of a file that is not MCAP, by its first bytes.
 fn guess(beginning: &[u8]) -> &'static str {
     const KINDS: [(&[u8], &str); 8] = [
         (b"\xFF\xD8\xFF", "a JPEG picture"),

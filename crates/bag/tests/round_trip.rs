@@ -1,4 +1,4 @@
-//! What is written is read again, and the folder is the one rosbag2 expects.
+//! Round trip: written messages are read back, from the folder that rosbag2 expects.
 
 mod common;
 

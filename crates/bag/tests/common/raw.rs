@@ -1,6 +1,6 @@
 //! MCAP files put together byte by byte, so that they may lie.
 
-/// What every file begins and ends with.
+/// The magic at the start and the end of every file.
 pub(crate) const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 
 /// A record.
