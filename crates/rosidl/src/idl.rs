@@ -16,7 +16,7 @@ use crate::library::{Library, MAX_DEPTH};
 
 /// Reads a `ros2idl` schema text that defines `type_name` and all it refers to.
 ///
-/// What comes back has passed [`Library::check`].
+/// The result has passed [`Library::check`].
 ///
 /// # Errors
 /// The line of the text and the rule it breaks.
@@ -470,7 +470,7 @@ fn within(scope: &[String], name: &str) -> String {
     full
 }
 
-/// What `name` means in `scope`: the innermost module that knows it.
+/// The meaning of `name` in `scope`: that of the innermost module that defines it.
 fn find<'d>(
     declared: &'d Declarations,
     scope: &[String],
