@@ -289,7 +289,7 @@ impl RecursiveLeastSquares {
     }
 
     /// How many directions in the space of the parameters in `columns` the rows say too little
-    /// about: their estimate is still the prior's. 0 when all can be told apart.
+    /// about: their estimate is still the prior's. 0 when all are determined.
     #[must_use]
     pub fn unlearnt(&self, columns: &[usize]) -> usize {
         let chosen = self.r.select_columns(columns);

@@ -1,4 +1,4 @@
-//! What is said of records whose truth is known.
+//! Verdicts on records whose true model is known.
 
 #![allow(clippy::unwrap_used)]
 

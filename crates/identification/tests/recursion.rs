@@ -1,5 +1,5 @@
-//! What the recursions come to: batch least squares, the plant under noise, and what the several ways
-//! of forgetting keep and let go.
+//! Limits of the recursions: batch least squares, the plant under noise, and what the laws
+//! of forgetting keep and discard.
 
 #![allow(clippy::unwrap_used)]
 

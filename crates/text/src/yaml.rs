@@ -50,7 +50,7 @@ pub fn from_str<'de, T: Deserialize<'de>>(text: &'de str) -> Result<T, Error> {
     Ok(serde_yaml_ng::from_str(text)?)
 }
 
-/// What an anchored value unfolds to.
+/// The expansion of an anchored value.
 struct Open {
     anchor: usize,
     /// Values before it.
