@@ -53,7 +53,7 @@ const HOLD_ONE_METRE: &str = "  plant_sim: {initial_depth: 1.0}
   depth_controller: {depth_setpoint: 1.0}
 ";
 
-/// What the loop says only when asked to: the estimate where it flies on the instruments, the further rams' states
+/// Topics that are published on request only: the estimate with feedback from the instruments, the further rams' states
 /// where each group of planes has a ram.
 const UNSAID: [&str; 4] = [
     "estimate",
@@ -396,7 +396,7 @@ fn the_identifier_tells_its_model_and_forgets_it_when_asked(python: &Python, sta
     let frozen = fit();
     assert_eq!(frozen["model"]["frozen"], true);
     assert_eq!(fit()["model"]["a"], frozen["model"]["a"]);
-    assert_eq!(freeze(false)["message"], "learning again");
+    assert_eq!(freeze(false)["message"], "estimation resumed");
 
     // With the vehicle paused there is nothing new to learn.
     let pause = r#"{"data": true}"#;

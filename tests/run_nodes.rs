@@ -137,7 +137,7 @@ fn ctrl_c_stops_all_nodes_and_the_recorder_last() {
     std::fs::write(script.path("params.yaml"), parameters).unwrap();
     let options = ["--lockstep", "--params", "params.yaml", "--bag", "the bag"];
     let mut running = script.start(&options);
-    running.until_log_says("all 40 ticks are flown");
+    running.until_log_says("done: 40 ticks");
     running.press_ctrl_c();
     assert_eq!(running.end(), Some(0), "{}", running.log());
 

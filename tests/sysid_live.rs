@@ -38,7 +38,7 @@ impl Message for Reading {
     const TYPE_HASH: &'static str =
         "RIHS01_649527e2092773fa368049c2cf6a55a4732e758cf08e25647abc8f2b5fef6176";
 
-    /// What is not finite is to be the node's affair here.
+    /// Numbers that are not finite are left to the node here.
     fn first_non_finite(&self) -> Option<String> {
         None
     }
@@ -211,7 +211,7 @@ fn a_model_is_found_between_topics_of_a_type_read_from_the_ament_index() {
 
 #[test]
 fn each_pair_is_fitted_frozen_and_reset_by_service() {
-    // The plant backwards, from its output to its input, is none of first order: it only has to be told apart.
+    // The plant backwards, from its output to its input, is none of first order: it only has to be distinguishable.
     let back = "pairs:=['back: answer:value -> command:value order=2']";
     let mut rig = Rig::new(&["-p", back]);
     let model = rig.model("a valid model", |model| {
@@ -248,7 +248,7 @@ fn each_pair_is_fitted_frozen_and_reset_by_service() {
         status.message.starts_with("frozen") && value(status, "frozen") == "true"
     });
     assert_eq!(rig.fit("").model.samples, kept.samples);
-    assert_eq!(rig.freeze(false), "learning again");
+    assert_eq!(rig.freeze(false), "estimation resumed");
     rig.model("more samples", |model| {
         model.name == "model" && !model.frozen && model.samples > kept.samples
     });
@@ -334,7 +334,7 @@ fn what_is_no_number_or_of_another_type_is_refused_and_said_and_silence_too() {
             && array.status.iter().any(|status| {
                 status.name == "/auv/sysid: model"
                     && status.level == DiagnosticStatus::WARN
-                    && status.message.contains("command:value has been silent for")
+                    && status.message.contains("no messages of command:value for")
             })
         {
             break;

@@ -191,7 +191,7 @@ mod tests {
             change(&mut goal);
             underway(&goal).unwrap_err()
         };
-        for (refusal, word) in [
+        for (refusal, reason) in [
             (changed(|_| (), "loop"), "run_7_3"),
             (changed(|_| (), "none"), "doublet"),
             (changed(|g| g.amplitude = 0.6, "step"), "planes.limit"),
@@ -209,7 +209,7 @@ mod tests {
             (changed(|g| g.period = 0.0, "square"), "period"),
             (changed(|g| g.period_end = 0.0, "chirp"), "period_end"),
         ] {
-            assert!(refusal.contains(word), "{refusal}");
+            assert!(refusal.contains(reason), "{refusal}");
         }
     }
 }

@@ -347,7 +347,7 @@ mod tests {
             duration: 0.0,
             seed: 0,
         };
-        for (bad, word) in [
+        for (bad, reason) in [
             (
                 Manoeuvre {
                     period: 0.0,
@@ -377,7 +377,7 @@ mod tests {
                 "amplitude",
             ),
         ] {
-            assert!(bad.build().unwrap_err().contains(word));
+            assert!(bad.build().unwrap_err().contains(reason));
         }
     }
 }

@@ -425,7 +425,7 @@ pub enum GainSource {
 /// The parameters as the loops take them: checked each and together.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Config {
-    /// What is held.
+    /// The control mode.
     pub mode: Mode,
     /// The standing depth setpoint, m.
     pub depth_setpoint: f64,
@@ -439,11 +439,11 @@ pub(crate) struct Config {
     pub setpoint_timeout: f64,
     /// Silence of the state after which the planes are put to neutral, s.
     pub state_timeout: f64,
-    /// What the vehicle is kept within.
+    /// The limits of the vehicle.
     pub envelope: Envelope,
-    /// What the depth setpoint is kept within.
+    /// The limits of the depth setpoint.
     pub depth_bounds: Bounds,
-    /// What the pitch setpoint is kept within.
+    /// The limits of the pitch setpoint.
     pub pitch_bounds: Bounds,
     /// The gains of the dive loops.
     pub gains: Gains,
@@ -471,7 +471,7 @@ pub(crate) struct Config {
     pub schedule: Schedule,
     /// The test signal.
     pub identification: TestSignal,
-    /// What is fed back.
+    /// The feedback.
     pub feedback: estimator::Rules,
     /// How the gains follow the vehicle.
     pub following: gains::Rules,
@@ -760,7 +760,7 @@ mod tests {
 
     #[test]
     fn values_that_do_not_go_together_are_refused_by_name() {
-        for (changes, word) in [
+        for (changes, reason) in [
             (vec![("planes.limit", Value::Double(0.0))], "planes.limit"),
             (vec![("depth.min", Value::Double(1.0))], "depth_setpoint"),
             (vec![("safety.floor", Value::Double(3.0))], "depth.max"),
@@ -818,7 +818,7 @@ mod tests {
             (vec![("mode", Value::from("climb"))], "mode"),
         ] {
             let refusal = with(&changes).unwrap_err();
-            assert!(refusal.contains(word), "{refusal}");
+            assert!(refusal.contains(reason), "{refusal}");
         }
     }
 }

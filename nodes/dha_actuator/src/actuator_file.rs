@@ -33,7 +33,7 @@ pub enum ActuatorFileError {
     Unreadable {
         /// The path.
         file: String,
-        /// What the system says.
+        /// The error of the operating system.
         reason: String,
     },
     /// The file is not YAML, misses a field, or has one that is not known.
@@ -41,7 +41,7 @@ pub enum ActuatorFileError {
     Malformed {
         /// The path or built-in name.
         file: String,
-        /// What and where.
+        /// The reason and the place.
         reason: String,
     },
     /// A value breaks a rule.
@@ -53,7 +53,7 @@ pub enum ActuatorFileError {
         field: String,
         /// As written.
         value: String,
-        /// What it must be.
+        /// The accepted values.
         rule: String,
     },
 }
@@ -165,7 +165,7 @@ struct Logic {
     limit_feedback: Option<Quantity>,
 }
 
-/// What a value must be, apart from its unit.
+/// The range of a value, apart from its unit.
 #[derive(Clone, Copy)]
 enum Sign {
     Positive,

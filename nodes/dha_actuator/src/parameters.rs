@@ -1,8 +1,8 @@
 //! The actuator's parameters: the only place where its defaults and ranges stand, but for
 //! `first_order.*` (`Lag`).
 //!
-//! What the actuator is made of stands in its file ([`crate::actuator_file`]); here is which
-//! file, and what a user changes while it runs.
+//! The actuator's constants are in its file ([`crate::actuator_file`]); the parameters select the
+//! file and hold the values that a user changes while it runs.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_6};
 
@@ -150,7 +150,7 @@ pub struct Fault {
     pub encoder: Encoder,
 }
 
-/// What moves a group of planes.
+/// The actuator model of a group of planes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Choice)]
 pub enum GroupModel {
     /// The node's `model`.
@@ -211,7 +211,7 @@ pub(crate) struct Member {
     pub group: Group,
     /// A built-in actuator's name or a path.
     pub actuator: String,
-    /// What moves them.
+    /// The actuator model.
     pub model: Model,
 }
 
@@ -288,9 +288,9 @@ impl Config {
         }
     }
 
-    /// What the faults of an actuator are, in words; none of one that is sound or has no oil.
+    /// The faults of an actuator as texts; none for a sound one or one without oil.
     #[must_use]
-    pub(crate) fn fault_words(&self, member: &Member) -> Vec<String> {
+    pub(crate) fn fault_texts(&self, member: &Member) -> Vec<String> {
         match member.model {
             Model::Dha => self.condition(member.group).faults_beside(&self.worn),
             Model::FirstOrder | Model::Ideal => Vec::new(),

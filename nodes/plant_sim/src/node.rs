@@ -1,6 +1,6 @@
 //! The node: keeps the vehicle's time, publishes what it shows, takes the actuator's answer.
 //!
-//! What the vehicle does is [`Plant`]'s; when a tick ends is decided here, in one of the ways
+//! [`Plant`] moves the vehicle; this module decides when a tick ends, in one of the ways
 //! that ARCHITECTURE.md ("Time") describes.
 
 use std::process::ExitCode;
@@ -114,7 +114,7 @@ struct Node {
     k: i64,
     /// Ticks to fly in all, `None` for no end.
     ticks: Option<i64>,
-    /// What the present tick shows, to be said again to a member that comes back; `None`
+    /// The observation of the present tick, to be sent again to a member that restarts; `None`
     /// between ticks, while paused and at the end.
     observation: Option<Observation>,
     /// The actuator's answers where no tick waits for them.
@@ -190,7 +190,7 @@ impl Node {
             Event::Planes(planes) => match motion_of(&planes, self.plant.tick_nanos()) {
                 Some(motion) => self.on_motion(motion),
                 None => {
-                    log::warn!("planes refused: there is no joint 'dive_planes' with a position")
+                    log::warn!("planes refused: no joint 'dive_planes' with a position")
                 }
             },
             Event::Answer(answer) => {
@@ -210,10 +210,10 @@ impl Node {
             Event::Step(request, responder) => self.step(rt, &request, responder)?,
             Event::Reset(responder) => {
                 self.plant.reset();
-                log::info!("the vehicle is back at its initial state; time goes on");
+                log::info!("vehicle reset to its initial state; time continues");
                 responder.answer(TriggerResponse {
                     success: true,
-                    message: "back at the initial state".to_owned(),
+                    message: "reset to the initial state".to_owned(),
                 });
             }
             Event::Parameters(parameters) => {
@@ -315,7 +315,7 @@ impl Node {
         let topic = self.publishers.state.topic();
         if let Some(holder) = self.claim.holder() {
             bail!(
-                "{holder} is the vehicle on {topic} already; stop it, or choose another namespace or ROS_DOMAIN_ID"
+                "{holder} already publishes {topic}; stop it, or choose another namespace or ROS_DOMAIN_ID"
             );
         }
         let Some(since) = self.listening else {
@@ -329,7 +329,7 @@ impl Node {
             }
         } else if since.elapsed() >= LEAVING && self.claim.rival().is_none() {
             bail!(
-                "somebody publishes {topic} already; stop it, or choose another namespace or ROS_DOMAIN_ID"
+                "{topic} has a publisher already; stop it, or choose another namespace or ROS_DOMAIN_ID"
             );
         }
         Ok(())
@@ -368,7 +368,7 @@ impl Node {
                 }
             }
             Err(reason) => {
-                log::error!("the vehicle stands still: {reason}");
+                log::error!("simulation stopped: {reason}");
                 rt.set_status("vehicle", Level::Error, &reason, &[]);
                 self.paused = true;
             }
@@ -376,7 +376,7 @@ impl Node {
         self.observation = None;
         self.k += 1;
         if self.ticks == Some(self.k) {
-            log::info!("all {} ticks are flown", self.k);
+            log::info!("done: {} ticks", self.k);
         }
         if let Some(stepping) = &mut self.stepping {
             stepping.ticks -= 1;
@@ -395,16 +395,16 @@ impl Node {
     /// Ten times a second, and when the wall clock says that a tick is over.
     fn look(&mut self, rt: &Runtime<Event>) -> Result<()> {
         self.be_alone(rt)?;
-        let mut status = (Level::Ok, "flying".to_owned());
+        let mut status = (Level::Ok, "running".to_owned());
         if self.listening.is_some() {
-            status.1 = "listening for another vehicle".to_owned();
+            status.1 = "checking for another vehicle".to_owned();
         } else if self.observation.is_none() {
             let flown = self.ticks.is_some_and(|ticks| self.k >= ticks);
-            status.1 = if flown { "flown" } else { "paused" }.to_owned();
+            status.1 = if flown { "done" } else { "paused" }.to_owned();
         } else if self.age > 0 {
             status = (
                 Level::Warn,
-                format!("flying on an answer {} ticks old", self.age),
+                format!("using an answer {} ticks old", self.age),
             );
         } else if let (
             Pace::Lockstep {
@@ -491,7 +491,7 @@ impl Publishers {
     }
 }
 
-/// A contact in words, its time in seconds of the stamps' clock.
+/// A contact as text, its time in seconds of the stamps' clock.
 fn contact_of(contact: Option<(Boundary, i64)>) -> String {
     match contact {
         None => "none".to_owned(),

@@ -320,7 +320,7 @@ pub struct Lockstep {
     pub members: Vec<String>,
 }
 
-/// What moves the vehicle forward.
+/// The propulsion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Choice)]
 pub enum Propulsion {
     /// The speed is held.

@@ -67,7 +67,7 @@ impl LoopTopic {
         }
     }
 
-    /// What the publishers offer.
+    /// The QoS that the publishers offer.
     #[must_use]
     pub fn offered_qos(&self) -> OfferedQos {
         match self.delivery {

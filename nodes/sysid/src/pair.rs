@@ -99,20 +99,20 @@ pub(crate) fn described(
         let (input, rest) = rest
             .split_once(" -> ")
             .ok_or_else(|| refuse("it has no '->'"))?;
-        let mut words = rest.split_whitespace();
-        let output = words.next().ok_or_else(|| refuse("it has no output"))?;
+        let mut parts = rest.split_whitespace();
+        let output = parts.next().ok_or_else(|| refuse("it has no output"))?;
         let name = name.trim();
         if name.is_empty() || name.contains(char::is_whitespace) {
-            return Err(refuse("its name is not one word"));
+            return Err(refuse("its name contains a space"));
         }
         if all.iter().any(|(other, _)| other == name) {
             return Err(refuse("another pair has that name"));
         }
         let mut changes = vec![("input", input.trim().into()), ("output", output.into())];
-        for word in words {
-            let (parameter, value) = word
+        for part in parts {
+            let (parameter, value) = part
                 .split_once('=')
-                .ok_or_else(|| refuse(&format!("'{word}' is no PARAMETER=VALUE")))?;
+                .ok_or_else(|| refuse(&format!("'{part}' is not PARAMETER=VALUE")))?;
             if parameters::OF_THE_NODE.contains(&parameter) {
                 return Err(refuse(&format!("'{parameter}' is the node's")));
             }
@@ -326,7 +326,7 @@ impl Pair {
             return None;
         };
         let seconds = lead as f64 * self.config.sample_time;
-        Some(format!("{silent} has been silent for {seconds:.1} s"))
+        Some(format!("no messages of {silent} for {seconds:.1} s"))
     }
 
     /// The estimate as it stands, stamped so.

@@ -250,11 +250,11 @@ impl EstimatorKind {
 /// The parameters as the identifier takes them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Config {
-    /// What drives.
+    /// The input.
     pub input: Signal,
-    /// What responds.
+    /// The output.
     pub output: Signal,
-    /// What says, where it is not 0, that the input before an output is not to be trusted.
+    /// The flag which, where it is not 0, invalidates the input before an output.
     pub break_on: Option<Signal>,
     /// The interval between samples, s.
     pub sample_time: f64,
@@ -264,15 +264,15 @@ pub struct Config {
     pub start: i64,
     /// How the model is found.
     pub estimator: EstimatorKind,
-    /// What is unknown of the difference equation.
+    /// The structure of the difference equation.
     pub structure: Structure,
     /// First moments are regressed on.
     pub moment: bool,
     /// How a recursion learns.
     pub options: Options,
-    /// What is known of the vehicle.
+    /// Prior knowledge of the vehicle.
     pub vehicle: Vehicle,
-    /// What the Kalman filter begins with and takes for noise.
+    /// Initial state and noise of the Kalman filter.
     pub settings: Settings,
     /// Samples from one published estimate to the next.
     pub publish_every: u64,
@@ -451,7 +451,7 @@ mod tests {
 
     #[test]
     fn signals_that_are_none_or_the_same_are_refused_by_name() {
-        for (name, value, word) in [
+        for (name, value, reason) in [
             ("input", Value::from("dive_planes"), "TOPIC:FIELD"),
             ("output", "plane_motion:dive_planes".into(), "input as well"),
             ("zeros_at_one", 3.into(), "left to be found"),
@@ -461,7 +461,7 @@ mod tests {
                 .unwrap();
             let refusal = Config::new(&parameters).unwrap_err();
             assert!(
-                refusal.contains(name) && refusal.contains(word),
+                refusal.contains(name) && refusal.contains(reason),
                 "{refusal}"
             );
         }
