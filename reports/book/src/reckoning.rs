@@ -9,14 +9,14 @@ use crate::{Book, Entry, Verdict};
 pub struct Line<'a> {
     /// The entry.
     pub entry: &'a Entry,
-    /// What it comes to now; `None` when nothing recomputes it.
+    /// The recomputed value; `None` when nothing recomputes it.
     pub value: Option<f64>,
     /// The verdict now; `None` without a printed or without a recomputed number.
     pub verdict: Option<Verdict>,
 }
 
 impl Line<'_> {
-    /// What is not as it stands in the book: another verdict, or a value away from the reference.
+    /// A difference from the book: another verdict, or a value away from the reference.
     #[must_use]
     pub fn news(&self) -> Option<String> {
         let value = self.value?;
