@@ -17,7 +17,7 @@ const TICK: i64 = 50_000_000;
 /// By the vehicle's clock a loop that stands is not silent.
 const SIM_TIME: &str = "use_sim_time:=true";
 
-/// What the peer hears, by the tick of its stamp.
+/// The messages received by the peer, by the tick of their stamp.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Heard {
     State(i64),

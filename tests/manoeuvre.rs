@@ -67,7 +67,7 @@ impl Flight {
         self.operator.rt.block_on(result).unwrap()
     }
 
-    /// What the manoeuvre adds to the planes at the next ticks. An answer that is said again counts once.
+    /// The plane angles added by the manoeuvre at the next ticks. A repeated answer counts once.
     fn offsets(&self, ticks: u32) -> Vec<f64> {
         let first = self.flown.get() * TICK;
         self.fly(ticks);

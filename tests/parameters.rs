@@ -1,4 +1,4 @@
-//! What an operator changes in mid-dive: gains through the parameter services, setpoints on their
+//! Changes by an operator during a dive: gains through the parameter services, setpoints on their
 //! topics; and that a bad one changes nothing and is told.
 //!
 //! The vehicle is flown tick by tick, so that it is known between which two ticks a change falls.

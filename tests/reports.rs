@@ -58,7 +58,7 @@ impl Told {
         Summary::of(&Flight::read(&self.bag()).unwrap(), &scenario()).unwrap()
     }
 
-    /// What `planesman report` prints, and the page.
+    /// The output of `planesman report`, and the page.
     fn report(&self) -> (String, String) {
         let run = RunFolder::open(self.folder.path()).unwrap();
         (
@@ -97,7 +97,7 @@ fn stranger(message: &Message, seconds: i32, depth: f64) -> Vec<u8> {
     cdr::to_bytes(&state)
 }
 
-/// What is told of both flights is the same, but for the notes.
+/// The reports of both flights are the same, but for the notes.
 fn assert_same_flight(told: &Summary, plain: &Summary) {
     assert_eq!(told.depth, plain.depth);
     assert_eq!(told.depth_setpoint, plain.depth_setpoint);

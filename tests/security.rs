@@ -18,7 +18,7 @@ const DIVE: &str = "  plant_sim: {speed: 0.36576}
   depth_controller: {depth_setpoint: 0.5}
 ";
 
-/// What puts a process under security in one enclave.
+/// The variables that put a process under security in one enclave.
 struct Credentials {
     keystore: String,
     enclave: &'static str,

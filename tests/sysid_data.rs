@@ -1,4 +1,4 @@
-//! What `planesman sysid topics` and `planesman sysid fit` make of data: good, mixed, broken and hostile.
+//! `planesman sysid topics` and `planesman sysid fit` on good, mixed, broken and hostile data.
 #![allow(clippy::unwrap_used)]
 
 mod bags;

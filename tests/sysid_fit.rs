@@ -1,4 +1,4 @@
-//! What `planesman sysid fit` makes of tables: loops with a reference, several runs, long records, and what it refuses.
+//! `planesman sysid fit` on CSV files: loops with a reference, several runs, long records, and refusals.
 
 #![allow(clippy::unwrap_used)]
 

@@ -15,7 +15,7 @@ use planesman_bag::{BagReader, Message, Order};
 use planesman_decode::{Catalogue, Decoder, FieldPath, Values};
 use serde_json::Value;
 
-/// What a peer told; `None` where there is no Python with `rosbags`.
+/// The output of a peer; `None` where there is no Python with `rosbags`.
 fn told(program: &str, arguments: &[&str]) -> Option<String> {
     let output = peers::program(program)?.args(arguments).output().unwrap();
     let complaints = String::from_utf8_lossy(&output.stderr);

@@ -52,7 +52,7 @@ pub(crate) fn trials() -> Vec<Trial> {
     ]
 }
 
-/// What is sent: made of chance and of what the participants said of themselves.
+/// The garbage: random, or made of the participants' own announcements.
 type Maker = fn(&mut Pcg64, &[Vec<u8>]) -> Vec<u8>;
 
 /// As [`lives_through`], for [`DURATION`]; and the loop keeps more than half of its speed.
@@ -163,7 +163,7 @@ fn port(domain: u16, participant: u16) -> u16 {
     7410 + 250 * domain + 2 * participant
 }
 
-/// What participants say of themselves, heard where a twelfth one would.
+/// The participants' announcements, received as a twelfth one would.
 struct Announcements {
     socket: UdpSocket,
 }

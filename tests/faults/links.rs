@@ -1,4 +1,4 @@
-//! What becomes of the loop when one of its nodes is behind a bad link.
+//! The loop with one node behind a bad link.
 
 use std::thread::sleep;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
@@ -15,7 +15,7 @@ use super::pace::Pace;
 use super::stage::Stage;
 use super::trial_where;
 
-/// What happens to the link once the loop flies over it.
+/// The fault of the link during the flight.
 #[derive(Clone, Copy)]
 enum Trouble {
     /// It stays so to the end.

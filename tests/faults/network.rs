@@ -64,7 +64,7 @@ impl Network {
         self.order(Some(link));
     }
 
-    /// What has become of the frames so far: those to the far end, then those to the near one.
+    /// The fate of the frames so far: those to the far end, then those to the near one.
     pub(crate) fn counts(&mut self) -> [Counts; 2] {
         self.order(None)
     }

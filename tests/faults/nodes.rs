@@ -1,4 +1,4 @@
-//! What becomes of a flight when one of its processes is stopped, killed, frozen, comes back, or is there twice.
+//! Flights in which one process is stopped, killed, frozen, restarted or duplicated.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ use super::pace::{PACES, Pace};
 use super::stage::{Heard, Operator, Process, Signal, Stage, eventually, kill, scenario};
 use super::trial;
 
-/// What happens to a process.
+/// The fault of a process.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Fault {
     Terminate,
@@ -27,7 +27,7 @@ enum Fault {
     Twin,
 }
 
-/// What is to become of the flight.
+/// The expected outcome of the flight.
 #[derive(Clone, Copy, Debug)]
 enum Fate {
     /// The launcher stops all nodes and says who left.
@@ -225,7 +225,7 @@ impl Cell {
         assert_eq!(Part::of(&flown, since), Part::ALL);
     }
 
-    /// What was flown is readable, within the envelope, and in lockstep complete.
+    /// The flight is readable, within the envelope, and in lockstep complete.
     fn check(self, bag: &Path) -> Flight {
         let flight = evidence::flight(bag);
         assert!(!flight.states.is_empty());

@@ -33,7 +33,7 @@ pub(crate) struct Python {
     pub(crate) environment: &'static str,
     /// The folder with its programs, from the root.
     programs: &'static str,
-    /// What the nodes are told to speak with it.
+    /// The nodes' environment to match it.
     pub(crate) middleware: &'static str,
 }
 
@@ -51,7 +51,7 @@ pub(crate) const RCLPY: Python = Python {
     middleware: "rmw_fastrtps_cpp",
 };
 
-/// What a peer printed, one JSON object a line, and how it ended.
+/// The output of a peer, one JSON object per line, and its exit status.
 #[derive(Debug)]
 pub(crate) struct Told {
     pub(crate) lines: Vec<Value>,
@@ -166,17 +166,17 @@ impl Python {
         Running::of(self.command(program, domain, arguments))
     }
 
-    /// What `read_bag.py` finds, told as one JSON value.
+    /// The result of `read_bag.py`, one JSON value.
     pub(crate) fn read_bag(&self, arguments: &[&Path]) -> Value {
         self.read("read_bag.py", arguments)
     }
 
-    /// What `load_model.py` finds, told as one JSON value.
+    /// The result of `load_model.py`, one JSON value.
     pub(crate) fn load_model(&self, file: &Path) -> Value {
         self.read("load_model.py", &[file])
     }
 
-    /// What a reader finds, told as one JSON value.
+    /// The result of a reader, one JSON value.
     fn read(&self, program: &str, arguments: &[&Path]) -> Value {
         let output = Command::new(self.interpreter())
             .arg(root().join("tests/peers").join(program))

@@ -94,7 +94,7 @@ impl Stage {
         path
     }
 
-    /// What the folder holds, but for the programs' outputs.
+    /// The contents of the folder, without the programs' outputs.
     pub(crate) fn content(&self) -> Vec<String> {
         let names = fs::read_dir(self.folder.path()).unwrap();
         let mut names: Vec<String> = names
@@ -193,7 +193,7 @@ impl Outcome {
         self
     }
 
-    /// What it told the person at the terminal, without the log's lines that only inform.
+    /// Its standard error, without log lines of level INFO.
     pub(crate) fn complaints(&self) -> Vec<&str> {
         let lines = self.stderr.lines();
         lines.filter(|line| !line.starts_with("[INFO]")).collect()
@@ -305,7 +305,7 @@ pub(crate) fn runs(pid: Pid) -> bool {
     })
 }
 
-/// What an operator hears.
+/// A message to the operator.
 #[derive(Clone, Debug)]
 pub(crate) enum Heard {
     State(VehicleState),
