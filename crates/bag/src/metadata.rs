@@ -48,7 +48,7 @@ pub struct BagMetadata {
     /// Every topic, with its messages in all files.
     pub topics_with_message_count: Vec<TopicWithCount>,
     /// The compressor of whole files or single messages; empty for none. MCAP compresses its
-    /// chunks itself, which is not told here.
+    /// chunks itself, which is not recorded here.
     #[serde(default)]
     pub compression_format: String,
     /// `file`, `message`, or empty for none.

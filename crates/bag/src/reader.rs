@@ -32,7 +32,7 @@ pub struct Limits {
     /// Bytes of one record, and of one chunk when unpacked. 128 MiB; recorders write about 1.
     pub chunk: u64,
     /// Bytes that all topics and their types may take in memory. 192 MiB, a million topics; a busy bag takes 1. What is
-    /// beyond is told as [`BagReader::omitted`].
+    /// beyond is reported as [`BagReader::omitted`].
     pub definitions: u64,
 }
 
@@ -283,9 +283,9 @@ impl BagReader {
     }
 
     fn open_folder(folder: &Path, limits: Limits) -> Result<Self, ReadError> {
-        let told = folder.join(metadata::FILE_NAME);
-        let not_told = match BagMetadata::read(&told) {
-            Ok(metadata) => return Self::open_listed(&told, folder, metadata, limits),
+        let listing = folder.join(metadata::FILE_NAME);
+        let no_metadata = match BagMetadata::read(&listing) {
+            Ok(metadata) => return Self::open_listed(&listing, folder, metadata, limits),
             Err(MetadataError::Io { source, .. }) if source.kind() == io::ErrorKind::NotFound => {
                 Completeness::Truncated {
                     path: folder.to_owned(),
@@ -298,19 +298,19 @@ impl BagReader {
             },
         };
         let files = mcap_files(folder)?;
-        Self::open_files(folder, files, None, Some(not_told), limits)
+        Self::open_files(folder, files, None, Some(no_metadata), limits)
     }
 
-    /// Opens the files that the metadata at `told` lists.
+    /// Opens the files that the metadata at `listing` lists.
     fn open_listed(
-        told: &Path,
+        listing: &Path,
         folder: &Path,
         metadata: BagMetadata,
         limits: Limits,
     ) -> Result<Self, ReadError> {
         if metadata.storage_identifier != "mcap" {
             return Err(ReadError::Storage {
-                path: told.to_owned(),
+                path: listing.to_owned(),
                 storage: metadata.storage_identifier,
             });
         }
@@ -328,7 +328,7 @@ impl BagReader {
         let is_read = matches!(mode.as_str(), "" | "none" | "storage" | "file") || are_packed;
         if !is_read || is_packed {
             return Err(ReadError::Compressed {
-                path: told.to_owned(),
+                path: listing.to_owned(),
                 mode: metadata.compression_mode,
                 format: metadata.compression_format,
             });
@@ -342,7 +342,7 @@ impl BagReader {
         path: &Path,
         files: Vec<PathBuf>,
         metadata: Option<BagMetadata>,
-        not_told: Option<Completeness>,
+        no_metadata: Option<Completeness>,
         limits: Limits,
     ) -> Result<Self, ReadError> {
         if files.is_empty() {
@@ -362,7 +362,7 @@ impl BagReader {
             topics.take(&mut recording, &counts);
             recordings.push(recording);
         }
-        let completeness = completeness(path, &recordings, metadata.as_ref(), not_told);
+        let completeness = completeness(path, &recordings, metadata.as_ref(), no_metadata);
         Ok(Self {
             path: path.to_owned(),
             topics: topics.list,
@@ -516,15 +516,15 @@ impl Iterator for Messages<'_> {
                 }
                 Ok(None) => {
                     // A record whose opcode was changed is passed by; its messages are missed here.
-                    let (told, met) = (recording.messages, walk.met);
-                    if told == met {
+                    let (indexed, met) = (recording.messages, walk.met);
+                    if indexed == met {
                         self.passed += recording.size;
                         self.current = None;
                         continue;
                     }
                     Damage {
                         offset: recording.readable,
-                        reason: format!("its index tells of {told} messages, {met} are there"),
+                        reason: format!("its index lists {indexed} messages, {met} are there"),
                     }
                 }
                 Err(damage) => damage,
@@ -694,12 +694,12 @@ fn message_count(recordings: &[Recording]) -> u64 {
         .fold(0, u64::saturating_add)
 }
 
-/// `not_told` is what the want of metadata says.
+/// `no_metadata` is what the want of metadata says.
 fn completeness(
     path: &Path,
     recordings: &[Recording],
     metadata: Option<&BagMetadata>,
-    not_told: Option<Completeness>,
+    no_metadata: Option<Completeness>,
 ) -> Completeness {
     for recording in recordings {
         if let Some(reason) = &recording.cut {
@@ -716,10 +716,10 @@ fn completeness(
             path: path.to_owned(),
             readable: None,
             reason: format!(
-                "its metadata.yaml tells of {} messages, its files hold {counted}",
+                "its metadata.yaml lists {} messages, its files hold {counted}",
                 metadata.message_count
             ),
         },
-        _ => not_told.unwrap_or(Completeness::Whole),
+        _ => no_metadata.unwrap_or(Completeness::Whole),
     }
 }

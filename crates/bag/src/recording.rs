@@ -1,6 +1,6 @@
 //! One `.mcap` file: what it holds.
 //!
-//! That is told by its summary, if it was closed; else it is read through once and counted. Either way [`Recording`] knows
+//! That is in its summary, if it was closed; else it is read through once and counted. Either way [`Recording`] knows
 //! up to which byte it can be read.
 
 use std::{
