@@ -61,11 +61,11 @@ fn eight_times_faster_than_the_clock_nothing_is_lost() {
     assert_eq!(stamps(&out), expected);
     assert_nothing_lost(&out, &flight);
 
-    // A busy machine may be late with an answer; such ticks are flagged and told.
+    // A busy machine may be late with an answer; such ticks are flagged and reported.
     let is_held = |state: &&VehicleState| state.planes_source == VehicleState::PLANES_HELD;
     let held = states(&out).iter().filter(is_held).count();
-    let told = format!("ticks without its answer: {held}");
-    assert!(outcome.stdout.contains(&told), "{}", outcome.stdout);
+    let line = format!("ticks without its answer: {held}");
+    assert!(outcome.stdout.contains(&line), "{}", outcome.stdout);
 }
 
 #[test]

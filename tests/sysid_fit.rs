@@ -40,9 +40,9 @@ fn fit(data: &[PathBuf], more: &str) -> Found {
     try_fit(data, more).unwrap()
 }
 
-fn says(found: &Found, words: &str) -> bool {
+fn says(found: &Found, phrase: &str) -> bool {
     let sentences = &found.analysis.verdict;
-    sentences.iter().any(|sentence| sentence.contains(words))
+    sentences.iter().any(|sentence| sentence.contains(phrase))
 }
 
 /// y = 0.2 q^-1 / (1 - 0.9 q^-1) u + v, u = r - 2 y, v strong and slow: r, u and y.

@@ -133,12 +133,12 @@ fn lost(out: &Path) -> BTreeMap<String, u64> {
 pub(crate) fn ends_and_says_what_it_lost(outcome: &Outcome, out: &Path) {
     let lost = lost(out);
     match outcome.status.code() {
-        Some(0) => assert!(lost.is_empty(), "lost, and not a word of it: {lost:?}"),
+        Some(0) => assert!(lost.is_empty(), "lost without a report: {lost:?}"),
         Some(DATA_LOST) => {
-            let told = outcome.complaints();
-            let last = told.last().copied().unwrap_or_default();
+            let complaints = outcome.complaints();
+            let last = complaints.last().copied().unwrap_or_default();
             let number = format!("lacks {} of", lost.values().sum::<u64>());
-            assert!(last.contains(&number), "lost {lost:?}, told: {last}");
+            assert!(last.contains(&number), "lost {lost:?}, reported: {last}");
         }
         _ => panic!("{outcome:#?}"),
     }
@@ -164,7 +164,7 @@ pub(crate) fn nobody_is_left(nodes: &BTreeMap<String, Pid>) {
 pub(crate) struct Part {
     pub(crate) answered: bool,
     pub(crate) steered: bool,
-    pub(crate) heard: bool,
+    pub(crate) commanded: bool,
     pub(crate) learnt: bool,
 }
 
@@ -172,7 +172,7 @@ impl Part {
     pub(crate) const ALL: Self = Self {
         answered: true,
         steered: true,
-        heard: true,
+        commanded: true,
         learnt: true,
     };
 
@@ -207,7 +207,7 @@ impl Part {
     }
 
     pub(crate) fn see_actuator(&mut self, state: &DhaState, since: i64) {
-        self.heard |= state.header.stamp.nanos() > since && !state.command_stale;
+        self.commanded |= state.header.stamp.nanos() > since && !state.command_stale;
     }
 
     pub(crate) fn see_model(&mut self, model: &ModelEstimate, since: i64) {

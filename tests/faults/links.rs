@@ -117,9 +117,9 @@ pub(crate) fn trials() -> Vec<Trial> {
         for (name, trouble) in TROUBLES {
             let name = format!("links/{far}/{name}/{}", pace.name());
             let always = ALWAYS.contains(&name.as_str());
-            let told = name.clone();
+            let place = name.clone();
             trials.push(trial_where(network::is_possible, name, always, move || {
-                flies(&told, far, pace, trouble)
+                flies(&place, far, pace, trouble)
             }));
         }
     }

@@ -53,13 +53,13 @@ pub(crate) const RCLPY: Python = Python {
 
 /// The output of a peer, one JSON object per line, and its exit status.
 #[derive(Debug)]
-pub(crate) struct Told {
+pub(crate) struct Printed {
     pub(crate) lines: Vec<Value>,
     pub(crate) status: i32,
     pub(crate) complaints: String,
 }
 
-impl Told {
+impl Printed {
     /// The lines of a peer that succeeded.
     pub(crate) fn well(self) -> Vec<Value> {
         assert_eq!(self.status, 0, "{}", self.complaints);
@@ -126,7 +126,7 @@ impl Python {
     }
 
     /// Runs a peer to its end.
-    pub(crate) fn run(&self, program: &str, domain: u16, arguments: &[&str]) -> Told {
+    pub(crate) fn run(&self, program: &str, domain: u16, arguments: &[&str]) -> Printed {
         self.run_as(program, domain, arguments, &[])
     }
 
@@ -137,11 +137,11 @@ impl Python {
         domain: u16,
         arguments: &[&str],
         variables: &[(&str, &str)],
-    ) -> Told {
+    ) -> Printed {
         let mut command = self.command(program, domain, arguments);
         let output = command.envs(variables.iter().copied()).output().unwrap();
         let text = String::from_utf8(output.stdout).unwrap();
-        Told {
+        Printed {
             lines: text.lines().map(json).collect(),
             status: output.status.code().unwrap_or(-1),
             complaints: String::from_utf8_lossy(&output.stderr).into_owned(),

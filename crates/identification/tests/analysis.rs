@@ -30,11 +30,11 @@ fn found(inputs: Vec<f64>, outputs: Vec<f64>, options: &Options) -> Analysis {
     analyse(&record(vec![(inputs, outputs)]), options).unwrap()
 }
 
-fn says(analysis: &Analysis, words: &str) -> bool {
+fn says(analysis: &Analysis, phrase: &str) -> bool {
     analysis
         .verdict
         .iter()
-        .any(|sentence| sentence.contains(words))
+        .any(|sentence| sentence.contains(phrase))
 }
 
 /// Second order, poles 0.9 and 0.7, first effect after two samples.

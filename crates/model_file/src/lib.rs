@@ -131,7 +131,7 @@ pub struct ModelFile {
     pub output: String,
     /// The estimator's name.
     pub method: String,
-    /// The vehicle's speed in the record, m/s; none when it was not told.
+    /// The vehicle's speed in the record, m/s; none when it was not given.
     pub speed: Option<f64>,
     /// The interval between samples, s.
     pub sample_time: f64,

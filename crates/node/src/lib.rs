@@ -154,7 +154,7 @@ pub fn write_complaint(text: std::fmt::Arguments<'_>) {
     let _ = std::io::stderr().write_fmt(text);
 }
 
-/// Prints the output of a command, with foreign names and texts made harmless ([`shown`]). A reader that has heard
+/// Prints the output of a command, with foreign names and texts made harmless ([`shown`]). A reader that has read
 /// enough (`| head`) is no error.
 ///
 /// # Errors
