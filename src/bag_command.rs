@@ -56,11 +56,11 @@ fn lack(counts: &BTreeMap<String, Count>, silent: &[&str]) -> String {
     let published: u64 = counts.values().filter_map(|count| count.published).sum();
     let mut said = match Loss::of(counts) {
         Some(loss) => loss.to_string(),
-        None if published == 0 => "published unknown: no node left an account".to_owned(),
+        None if published == 0 => "published unknown: no node left an exit report".to_owned(),
         None => format!("published {published}, all of which it holds"),
     };
     if published > 0 && !silent.is_empty() {
-        said += &format!("\nno account of {}", silent.join(", "));
+        said += &format!("\nno exit report of {}", silent.join(", "));
     }
     said
 }
@@ -84,7 +84,7 @@ mod tests {
         holed.insert("/c".to_owned(), count(Some(10), 8));
         assert_eq!(
             lack(&holed, &["sysid"]),
-            "the bag lacks 2 of 13 messages that were published: /c 2 of 10\nno account of sysid"
+            "the bag lacks 2 of 13 messages that were published: /c 2 of 10\nno exit report of sysid"
         );
         assert!(lack(&BTreeMap::new(), &NODES).contains("unknown"));
     }

@@ -131,7 +131,7 @@ impl Scenario {
         // The last entry counts, also where the file has the parameter in a nested mapping.
         let entries = section
             .as_mapping_mut()
-            .ok_or_else(|| anyhow!("the parameters of {node} are no mapping"))?;
+            .ok_or_else(|| anyhow!("the parameters of {node} are not a mapping"))?;
         entries.remove(parameter);
         entries.insert(parameter.into(), value);
         self.values(node)?;

@@ -104,7 +104,7 @@ impl Sink for McapSink {
             Some(id) => *id,
             None => {
                 let Some(known) = loop_topics::ALL.iter().find(|t| t.name == topic) else {
-                    bail!("'{topic}' is no topic of the loop");
+                    bail!("'{topic}' is not a topic of the loop");
                 };
                 let id = self
                     .writer

@@ -102,7 +102,7 @@ fn a_node_without_its_enclave_is_refused_under_enforce_and_speaks_in_the_clear_o
     assert!(
         refused
             .stderr
-            .contains("enclaves/elsewhere/identity_ca.cert.pem is no file"),
+            .contains("enclaves/elsewhere/identity_ca.cert.pem is not a file"),
         "{refused:?}"
     );
 

@@ -48,7 +48,7 @@ pub fn run(args: &ReproduceArgs) -> Result<()> {
     }
     match news {
         0 => Ok(()),
-        1 => bail!("1 number is not as it stands in the book"),
+        1 => bail!("1 number differs from the book"),
         n => bail!("{n} numbers are not as they stand in the book"),
     }
 }

@@ -233,7 +233,7 @@ fn file(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
-            Err(format!("there is no folder '{}'", folder.display()))
+            Err(format!("no folder '{}'", folder.display()))
         }
         _ => Ok(path),
     }

@@ -86,7 +86,7 @@ pub enum ReadError {
     },
     /// Something else than an MCAP file.
     #[error(
-        "{path} is no MCAP file but {found}; a bag is a folder, its metadata.yaml, or a .mcap file"
+        "{path} is not an MCAP file but {found}; a bag is a folder, its metadata.yaml, or a .mcap file"
     )]
     NotABag {
         /// The file.

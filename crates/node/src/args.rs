@@ -225,7 +225,7 @@ fn take_section(
                 ros.ignored
                     .push(format!("{argument} {file}: no log files are written"));
             }
-            _ => return Err(BadArgument::new(&argument, "it is no ROS argument")),
+            _ => return Err(BadArgument::new(&argument, "not a ROS argument")),
         }
     }
     Ok(())

@@ -30,7 +30,7 @@ impl NodeNames {
         let namespace = rule(RemapKind::Namespace).unwrap_or(namespace);
         let name = rule(RemapKind::Node).unwrap_or(name);
         if !is_token(name) {
-            return Err(BadArgument::new(name, "it is no node name"));
+            return Err(BadArgument::new(name, "not a node name"));
         }
         let namespace = format!("/{}", namespace.trim_matches('/'));
         check_namespace(&namespace)?;
@@ -127,7 +127,7 @@ pub(crate) fn check_namespace(name: &str) -> Result<(), BadArgument> {
     match name {
         "/" => Ok(()),
         _ if name.starts_with('/') => check(name),
-        _ => Err(BadArgument::new(name, "it does not begin with a slash")),
+        _ => Err(BadArgument::new(name, "it does not start with a slash")),
     }
 }
 

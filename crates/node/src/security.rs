@@ -79,7 +79,7 @@ impl Security {
             .join(name.trim_start_matches('/'));
         match FILES.iter().find(|file| !folder.join(file).is_file()) {
             None => Ok(Self::Enclave(folder)),
-            Some(absent) => Err(format!("{} is no file", folder.join(absent).display())),
+            Some(absent) => Err(format!("{} is not a file", folder.join(absent).display())),
         }
     }
 
@@ -196,7 +196,7 @@ mod tests {
         assert_eq!(found("/auv/plant_sim", &replaced("")), own);
         assert_eq!(found("/", &replaced("/auv/plant_sim")), own);
         for (name, reason) in [
-            ("/auv", "identity_ca.cert.pem is no file"),
+            ("/auv", "identity_ca.cert.pem is not a file"),
             ("/../enclaves", "tokens"),
             ("auv", "slash"),
         ] {

@@ -194,7 +194,7 @@ pub fn topics(bag: &BagReader) -> String {
     let names = listed(bag.topics().iter().map(|it| it.topic.name.as_str()));
     match bag.omitted() {
         0 => names,
-        more => format!("{names}, beside {more} that there is no room for"),
+        more => format!("{names}, and {more} more"),
     }
 }
 
@@ -290,7 +290,7 @@ impl Plan {
             Clock::Header => nanoseconds(values, self.signals.len()),
         };
         let Some(stamp) = stamp else {
-            self.refuse("its stamp is beyond all time".to_owned());
+            self.refuse("its stamp is out of range".to_owned());
             return true;
         };
         let mut more = true;

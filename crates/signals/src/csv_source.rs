@@ -49,7 +49,7 @@ impl CsvSource {
         // Asked before it is opened: a pipe would be waited for, and a table is read twice.
         let about = std::fs::metadata(path).with_context(unreadable)?;
         if !about.is_file() {
-            bail!("{shown} is no regular file; a table is");
+            bail!("{shown} is not a regular file");
         }
         let bytes = about.len();
         let mut header = Vec::new();
@@ -281,7 +281,7 @@ impl<R: Read> Read for ShortLines<R> {
             self.length = if *byte == b'\n' { 0 } else { self.length + 1 };
             if self.length > LONGEST_LINE {
                 return Err(io::Error::other(format!(
-                    "a line has more than {LONGEST_LINE} bytes: it is no table"
+                    "a line has more than {LONGEST_LINE} bytes: not a CSV file"
                 )));
             }
         }

@@ -127,13 +127,13 @@ fn channel_account(channel: &Channel) -> String {
     }
     if channel.held > 0.0 {
         text += &format!(
-            "; a sample held for up to {:.3} s (--max-gap SECONDS makes gaps of pauses)",
+            "; a sample held for up to {:.3} s (--max-gap SECONDS limits it)",
             channel.held
         );
     }
     for (count, what) in [
-        (timing.duplicates, "with a stamp that came before"),
-        (timing.late, "too late to be put in order"),
+        (timing.duplicates, "with a repeated stamp"),
+        (timing.late, "too late for their place in order"),
         (timing.not_finite, "not finite"),
         (timing.absent, "messages without it"),
     ] {

@@ -314,7 +314,7 @@ impl Pair {
         let Config { input, output, .. } = &self.config;
         if self.aligner.inputs_are_off_grid() {
             return Some(format!(
-                "{input} is not stamped when {output} is: the stamps are to be whole sample_times apart, or resample is to be set"
+                "{input} is not stamped when {output} is: the stamps must be whole sample_times apart; otherwise set resample"
             ));
         }
         let lead = self.aligner.outputs_ahead();

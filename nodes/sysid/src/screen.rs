@@ -194,7 +194,7 @@ impl Track {
         let gain = reading.and_then(|it| it.dc_gain());
         lines.push(format!(
             "  gain      {}",
-            gain.map_or_else(|| "none, a pole stands at z = 1".to_owned(), text)
+            gain.map_or_else(|| "none, there is a pole at z = 1".to_owned(), text)
         ));
         let physical = model.physical_names.iter().zip(&model.physical_values);
         for ((name, value), deviation) in physical.zip(&model.physical_deviations) {

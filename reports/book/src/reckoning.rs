@@ -26,7 +26,7 @@ impl Line<'_> {
             return Some(format!("the verdict was '{stands}' and is '{now}'"));
         }
         if self.entry.near_reference(value) == Some(false) {
-            return Some("it is not what it came to before".to_owned());
+            return Some("it differs from the previous value".to_owned());
         }
         None
     }
