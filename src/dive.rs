@@ -1,4 +1,4 @@
-//! `planesman dive`: the scenario flown by separate processes over DDS.
+//! `planesman dive`: a scenario run by separate processes over DDS.
 //!
 //! The launcher is a node itself: it reads all diagnostics until every node has discovered the
 //! others, releases the vehicle, shows its progress, and stops the nodes in the order in which

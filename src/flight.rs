@@ -578,7 +578,7 @@ struct Response {
     measured: Measured,
 }
 
-/// How far a response has been measured.
+/// The progress of measuring a response.
 enum Measured {
     NotBegun,
     /// The vehicle was at its setpoint.

@@ -1,4 +1,4 @@
-//! One topic's messages in the order of their stamps, looked at one ahead.
+//! One topic's messages in the order of their stamps, with one message of look-ahead.
 //!
 //! A loop that was held up says a tick again, a foreign message may bear any stamp, and a vehicle that was reset
 //! begins at zero once more. One message ahead is enough to tell these apart without keeping the flight.
@@ -22,7 +22,7 @@ pub struct Met {
     pub repeated: u64,
     /// Single messages whose stamps are out of line with those about them, and which are left out.
     pub out_of_line: u64,
-    /// How often time went back for good.
+    /// Number of restarts of the time.
     pub restarts: u64,
 }
 

@@ -1,4 +1,4 @@
-//! Planesman: dives, breaks and identifies an underwater vehicle.
+//! Planesman: simulates, controls and identifies an underwater vehicle.
 //!
 //! This package is the program around the nodes. From a [`scenario`] it flies the vehicle two
 //! ways that agree bit for bit: as separate processes over DDS ([`dive`]), or in one process

@@ -1,4 +1,4 @@
-//! A scenario: one file that says what is flown, by what, and how long.
+//! A scenario file: duration, sampling time, seed, and parameters per node.
 //!
 //! The same file feeds the processes over DDS (as a ROS 2 parameter file) and the
 //! in-process composition, through the same declarations and the same checks.

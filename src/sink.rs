@@ -1,4 +1,4 @@
-//! Where composed messages go: a bag, or a CSV table.
+//! The outputs of the composition: a bag, or a CSV file.
 
 use std::collections::BTreeMap;
 use std::fs::File;

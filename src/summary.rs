@@ -85,7 +85,7 @@ impl Summary {
         })
     }
 
-    /// How far the identified dominant pole lies from the true one, relative to its magnitude.
+    /// The distance of the identified dominant pole from the true one, relative to its magnitude.
     #[must_use]
     pub fn pole_error(&self) -> Option<f64> {
         let found = self.identified.as_ref()?.dominant()?;

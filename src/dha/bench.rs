@@ -138,7 +138,7 @@ fn text(table: Table, surrogate: Surrogate, book: &Book) -> Result<String> {
     })
 }
 
-/// How many cells agree.
+/// The number of cells that agree.
 #[derive(Default)]
 struct Score {
     exact: usize,

@@ -1,4 +1,4 @@
-//! `planesman reproduce`: every number of the two historical reports beside what it comes to.
+//! `planesman reproduce`: every number of the two historical reports, compared with the recomputed value.
 //!
 //! - [`listing`]: the numbers as text.
 //! - [`page`]: the numbers, errata and figures as one HTML page.

@@ -1,4 +1,4 @@
-//! The arguments that several of the commands take: data, signals, a grid.
+//! Arguments shared by several commands: data, signals, a grid.
 
 use std::io::IsTerminal;
 use std::path::PathBuf;

@@ -25,7 +25,7 @@ const TOPICS: usize = 1000;
 /// Columns of a sparkline.
 const SPARKS: usize = 24;
 
-/// How often progress is reported, in messages.
+/// The interval of progress reports, in messages.
 const TELL: u64 = 4096;
 
 /// List every numeric field of a bag or CSV file, with rate, gaps, range and time history.
@@ -58,7 +58,7 @@ pub struct TopicSurvey {
     pub name: String,
     /// The type of its messages; empty for a table.
     pub type_name: String,
-    /// Whose stamps the timing is of.
+    /// The source of the stamps: header or log.
     pub stamps: String,
     /// How its messages lie in time.
     pub timing: Timing,

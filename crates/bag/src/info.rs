@@ -1,4 +1,4 @@
-//! A bag's summary, for people: what `planesman bag info` prints.
+//! A bag's summary as text: the output of `planesman bag info`.
 
 use std::{collections::BTreeMap, fmt, path::PathBuf};
 

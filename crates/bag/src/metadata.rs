@@ -1,4 +1,4 @@
-//! `metadata.yaml`: rosbag2's account of a bag, written when the bag is closed.
+//! `metadata.yaml`: rosbag2's description of a bag, written when the bag is closed.
 //!
 //! The fields and their order are rosbag2's `BagMetadata`, version 9 (Jazzy). Versions 5 to 8
 //! lack some of them or write the QoS as text; both are read. A bag without this file was not

@@ -1,4 +1,4 @@
-//! Reading bags: whole ones, cut ones, and files that are no bag at all.
+//! The reader of bags, complete or truncated; other files are refused.
 //!
 //! [`BagReader::open`] takes the bag's folder, its `metadata.yaml`, or a single `.mcap` file, and
 //! finds out what is there; [`BagReader::messages`] streams it. What comes from the file is
@@ -540,7 +540,7 @@ impl Iterator for Messages<'_> {
 }
 
 impl Messages<'_> {
-    /// How many bytes of the bag's files have been read, to show how far one is.
+    /// The number of bytes of the bag's files read so far, for a progress display.
     #[must_use]
     pub fn bytes_read(&self) -> u64 {
         let current = self.current.as_ref();

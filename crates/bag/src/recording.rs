@@ -1,7 +1,7 @@
-//! One `.mcap` file: what it holds.
+//! One `.mcap` file: its contents.
 //!
-//! That is in its summary, if it was closed; else it is read through once and counted. Either way [`Recording`] knows
-//! up to which byte it can be read.
+//! They are in its summary if the file was closed; otherwise the file is read once and counted. Either way
+//! [`Recording`] has the byte up to which it can be read.
 
 use std::{
     collections::BTreeMap,
@@ -30,7 +30,7 @@ pub(crate) struct Recording {
     pub(crate) readable: u64,
     /// Its topics.
     pub(crate) channels: Arc<Channels>,
-    /// How many topics there was no room for.
+    /// The number of topics beyond the limit.
     pub(crate) omitted: u64,
     /// Its messages on all topics.
     pub(crate) messages: u64,

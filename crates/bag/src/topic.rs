@@ -1,4 +1,4 @@
-//! A recorded topic: what an MCAP channel and its schema say together.
+//! A recorded topic: an MCAP channel with its schema.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! Writing a bag, so that whatever has been flushed stays readable.
+//! The writer of bags; flushed data stays readable.
 //!
 //! Messages gather in a chunk in memory. The chunk goes to the file as one whole record when it
 //! has grown to [`WriterOptions::chunk_size`], or when [`WriterOptions::flush_interval`] has

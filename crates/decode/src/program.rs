@@ -42,7 +42,7 @@ pub(crate) enum Op {
     },
 }
 
-/// How many elements a list has.
+/// The number of elements of a list.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Count {
     Fixed(u32),

@@ -130,7 +130,7 @@ impl Record {
         self.stretches.iter().map(Stretch::len).sum()
     }
 
-    /// How long the stretches are together, s.
+    /// The total length of the segments, s.
     #[must_use]
     pub fn duration(&self) -> f64 {
         self.samples() as f64 * self.sample_time

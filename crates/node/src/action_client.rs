@@ -1,4 +1,4 @@
-//! Actions asked of another node.
+//! Action clients.
 
 use std::{
     rc::{Rc, Weak},

@@ -1,4 +1,4 @@
-//! Actions served: goals with feedback, cancelling, and a result for whoever asks.
+//! Action servers: goals with feedback, cancelling and a result.
 //!
 //! An action `NAME` is three services and two topics below `NAME/_action` (design.ros2.org, "Actions"):
 //! `send_goal`, `cancel_goal`, `get_result`; `feedback`, `status`. The middleware gives them their names and

@@ -1,4 +1,4 @@
-//! Answers on their way: to a client not yet known to listen, or one whose middleware has no room.
+//! Pending answers: to a client that is not matched yet, or when the middleware has no room.
 //!
 //! A client asks as soon as it knows of us. Our writer may be matched with its reader a little later; what is written
 //! before that is lost. So the first answer to a client waits for it. And a client that acknowledges nothing fills the

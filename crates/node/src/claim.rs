@@ -178,7 +178,7 @@ impl Claim {
         }
     }
 
-    /// Who goes before us: `process 4711 on host`.
+    /// The party with priority over us: `process 4711 on host`.
     #[must_use]
     pub fn holder(&self) -> Option<String> {
         let book = self.book.borrow();

@@ -1,4 +1,4 @@
-//! One publisher or subscription of the node: what it is, what it did, who its peers are.
+//! One publisher or subscription of the node: its description, its counters, its peers.
 
 use std::cell::Cell;
 

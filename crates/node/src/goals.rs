@@ -1,4 +1,4 @@
-//! An action server's book of goals: what each has come to, and who waits for its result.
+//! The goals of an action server: their outcomes, and the clients that wait for them.
 //!
 //! No middleware here but its names for a goal and a request. The states and codes are those of
 //! `action_msgs` (design.ros2.org, "Actions").

@@ -1,4 +1,4 @@
-//! The node runtime: what every node of the suite needs and none should write again.
+//! The node runtime, shared by all nodes of the suite.
 //!
 //! A node's program is a `match` over its events:
 //!

@@ -84,7 +84,7 @@ impl Qos {
         self.latched
     }
 
-    /// How many samples are kept.
+    /// The history depth.
     #[must_use]
     pub fn depth(&self) -> usize {
         self.depth

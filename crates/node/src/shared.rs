@@ -110,7 +110,7 @@ impl Shared {
             .or_default() += 1;
     }
 
-    /// How many clients of the service `name` are open.
+    /// The number of open clients of the service `name`.
     pub(crate) fn clients_of(&self, name: &str) -> usize {
         self.clients.borrow().get(name).copied().unwrap_or(0)
     }

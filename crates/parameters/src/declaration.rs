@@ -1,4 +1,4 @@
-//! One parameter as a node declares it.
+//! The declaration of a parameter.
 
 use crate::{ParameterType, Refusal, Value};
 

@@ -223,7 +223,7 @@ impl fmt::Display for Element {
     }
 }
 
-/// How many elements a field holds.
+/// The number of elements of a field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Arity {
     /// Exactly one: `T`.

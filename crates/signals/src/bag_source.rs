@@ -1,4 +1,4 @@
-//! Samples out of a bag of any messages, decoded by the schemas in it.
+//! Samples from a bag with any message types, decoded by its schemas.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use planesman_identification::Input;
 use crate::request::{Clock, Reading, Request, Role, Take};
 use crate::signal::Signal;
 
-/// How often progress is reported, in messages.
+/// The interval of progress reports, in messages.
 const TELL: u64 = 4096;
 
 /// Names that are listed in an error at most.
@@ -43,7 +43,7 @@ impl BagSource {
         &self.bag
     }
 
-    /// Whose stamps were asked for.
+    /// The requested source of stamps.
     #[must_use]
     pub fn clock(&self) -> Option<Clock> {
         self.clock

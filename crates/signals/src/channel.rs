@@ -1,4 +1,4 @@
-//! How a signal's samples lay in time, and how they were put on the grid of a record.
+//! The timing of a signal's samples, and the method of resampling.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! Samples out of a table: a header row with the columns' names, one of them the time.
+//! Samples from a CSV file: a header row with column names, one of them the time.
 //!
 //! Cells are parted by commas, semicolons or tabs, whichever the header has most of (RFC 4180 quotes are
 //! understood). A cell that is no number is a sample that is not there.
@@ -23,7 +23,7 @@ const TIMES: [&str; 4] = ["time", "t", "stamp", "timestamp"];
 /// Names that are listed in an error at most.
 const LISTED: usize = 20;
 
-/// How often progress is reported, in rows.
+/// The interval of progress reports, in rows.
 const TELL: u64 = 4096;
 
 /// A table.

@@ -1,4 +1,4 @@
-//! A record taken from data: named signals of one source, put on one grid.
+//! A record from data: named signals of one source, resampled to one grid.
 
 use anyhow::{Result, anyhow};
 

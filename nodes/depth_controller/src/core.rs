@@ -173,7 +173,7 @@ impl Controller {
         self.manoeuvre = None;
     }
 
-    /// How far the manoeuvre under way has come.
+    /// The progress of the running manoeuvre.
     #[must_use]
     pub fn manoeuvre(&self) -> Option<Progress> {
         self.manoeuvre.as_ref().map(|underway| underway.progress)

@@ -23,11 +23,11 @@ pub(crate) struct Underway {
     duration: i64,
     /// When its first tick was, ns of the run; `None` before that.
     began: Option<i64>,
-    /// How far it has come.
+    /// Its progress.
     pub progress: Progress,
 }
 
-/// How far a manoeuvre has come.
+/// The progress of a manoeuvre.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Progress {
     /// Since it began, s.

@@ -70,7 +70,7 @@ pub(crate) struct Manoeuvre {
     pub period_end: f64,
     /// When it begins, s since the run began.
     pub start: f64,
-    /// How long it lasts, s; 0 for without end.
+    /// The duration, s; 0: no end.
     pub duration: f64,
     /// Where in its cycle the pseudo-random sequence starts.
     pub seed: i64,

@@ -435,7 +435,7 @@ pub(crate) struct Config {
     pub course_setpoint: f64,
     /// The standing speed setpoint, m/s.
     pub speed_setpoint: f64,
-    /// How long a setpoint from a topic holds, s; 0 for good.
+    /// The lifetime of a setpoint from a topic, s; 0: no limit.
     pub setpoint_timeout: f64,
     /// Silence of the state after which the planes are put to neutral, s.
     pub state_timeout: f64,

@@ -239,7 +239,7 @@ pub(crate) struct Config {
     pub logic: Options,
     /// Bound of the plane angle asked for, rad.
     pub command_limit: f64,
-    /// How long a command holds, ns.
+    /// The lifetime of a command, ns.
     pub command_timeout: i64,
     /// Longest time between two samples of motion, ns.
     pub sample_interval: i64,

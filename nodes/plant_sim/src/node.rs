@@ -1,4 +1,4 @@
-//! The node: keeps the vehicle's time, publishes what it shows, takes the actuator's answer.
+//! The node: keeps the vehicle's time, publishes state and sensors, receives the actuator's answer.
 //!
 //! [`Plant`] moves the vehicle; this module decides when a tick ends, in one of the ways
 //! that ARCHITECTURE.md ("Time") describes.
@@ -30,10 +30,10 @@ use planesman_vehicle::Boundary;
 /// came back, or whose link was cut, has not received it.
 const REPEAT_AFTER: Duration = Duration::from_secs(1);
 
-/// How long to listen for another vehicle here before the first tick; a running peer is found within 0.2 s.
+/// Time to detect another vehicle before the first tick; a running peer is found within 0.2 s.
 const LISTENING: Duration = Duration::from_millis(500);
 
-/// How long another that says nothing of itself may take to go: the nodes of a launcher that is gone.
+/// Time for another vehicle without a claim to disappear: the nodes of a launcher that has ended.
 const LEAVING: Duration = Duration::from_secs(7);
 
 enum Event {
@@ -79,7 +79,7 @@ fn run(args: Vec<String>) -> Result<()> {
     rt.run(|rt, event| node.on(rt, event))
 }
 
-/// Who decides that a tick is over.
+/// The end of a tick.
 enum Pace {
     /// The answers.
     Lockstep {
@@ -125,7 +125,7 @@ struct Node {
     held: u64,
     delayed: u64,
     late: u64,
-    /// How many ticks old the answer was that the last tick was flown on.
+    /// The age of the answer used in the last tick, in ticks.
     age: i64,
     /// The latest contact, its time \[ns\] by the stamps.
     contact: Option<(Boundary, i64)>,

@@ -1,4 +1,4 @@
-//! The node's parameters: the one place where their defaults and ranges are written.
+//! The node's parameters, with defaults and ranges.
 
 use std::f64::consts::PI;
 

@@ -1,4 +1,4 @@
-//! The node: every topic of the loop, as it comes over the wire, into a bag.
+//! The node: records every topic of the loop, undecoded, into a bag.
 
 use std::path::PathBuf;
 use std::process::ExitCode;

@@ -1,4 +1,4 @@
-//! The recorder's parameters: where to, how compressed, how often flushed, which topics.
+//! The recorder's parameters: folder, compression, flush interval, topics.
 //!
 //! All are set at start-up: a bag is written one way from its first message to its last.
 

@@ -1,4 +1,4 @@
-//! The node: learns from topics while they arrive, publishes what it has learnt.
+//! The node: identifies models from live topics and publishes the estimates.
 
 use std::collections::BTreeMap;
 use std::process::ExitCode;

@@ -1,4 +1,4 @@
-//! One pair of signals: its samples put in order, what is learnt from them, and what has become of them.
+//! One pair of signals: the order of its samples, the estimate, and the counters.
 //!
 //! - **A gap** in the stamps begins the history anew and keeps what was learnt.
 //! - **Time going back** (a vehicle put back, a bag that loops, a peer started again) begins everything
@@ -36,7 +36,7 @@ pub enum Change {
 /// A change after a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Scheduled {
-    /// How often time had gone back.
+    /// Number of restarts of the time.
     pub restarts: u32,
     /// The stamp of the last sample before it, ns.
     pub stamp: i64,
@@ -47,9 +47,9 @@ pub struct Scheduled {
 /// Counts of a pair's messages.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Account {
-    /// How often the samples began anew after something was missing.
+    /// Number of gaps.
     pub gaps: u64,
-    /// How often time went back, upon which everything began anew.
+    /// Number of times that time went back, each a restart of the estimate.
     pub restarts: u32,
     /// Repeats, and what came too late or off the grid.
     pub left_out: u64,

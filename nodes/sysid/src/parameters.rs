@@ -260,7 +260,7 @@ pub struct Config {
     pub sample_time: f64,
     /// The longest interval between two outputs that is no gap, ns, where signals are put on a grid first.
     pub resample: Option<i64>,
-    /// How long after the first sample learning begins, ns.
+    /// Delay from the first sample to the start of the estimation, ns.
     pub start: i64,
     /// How the model is found.
     pub estimator: EstimatorKind,

@@ -1,4 +1,4 @@
-//! The estimates of any identifier, live in the terminal: what `planesman sysid watch` and `sysid --watch` show.
+//! The estimates of an identifier, live in the terminal: the view of `planesman sysid watch` and `sysid --watch`.
 //!
 //! On a terminal the view is drawn anew a few times a second; elsewhere each estimate is a line.
 

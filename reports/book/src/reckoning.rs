@@ -1,4 +1,4 @@
-//! A book gone through with freshly recomputed numbers.
+//! The comparison of a book with recomputed numbers.
 
 use std::collections::BTreeMap;
 
@@ -32,7 +32,7 @@ impl Line<'_> {
     }
 }
 
-/// How many entries there are of each kind.
+/// The number of entries of each kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Totals {
     /// Printed numbers that agree to their rounding.
@@ -86,7 +86,7 @@ impl<'a> Reckoning<'a> {
         }
     }
 
-    /// How many there are of each kind.
+    /// The number of each kind.
     #[must_use]
     pub fn totals(&self) -> Totals {
         let mut totals = Totals::default();

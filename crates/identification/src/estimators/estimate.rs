@@ -1,4 +1,4 @@
-//! An estimate: the unknowns as found, their covariance, and the model they make.
+//! An estimate: the parameters, their covariance, and the model.
 
 use nalgebra::{DMatrix, DVector};
 

@@ -1,4 +1,4 @@
-//! The estimators by their names.
+//! The estimators by name.
 
 use super::armax::Armax;
 use super::estimator::Estimator;
@@ -43,9 +43,9 @@ pub struct Knowledge {
     pub vehicle: Vehicle,
     /// The noise on the output as a standard deviation, where it is known.
     pub noise: Option<f64>,
-    /// How far the sensor's bias drifts in one second, output unit.
+    /// Standard deviation of the sensor's bias drift in one second, output unit.
     pub bias_drift: f64,
-    /// How far disturbances move the output in one second, output unit.
+    /// Standard deviation of the output's change by disturbances in one second, output unit.
     pub disturbance: f64,
 }
 

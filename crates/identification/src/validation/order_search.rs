@@ -1,4 +1,4 @@
-//! Which order and delay does the record ask for?
+//! The search of order and delay.
 //!
 //! Every candidate is fitted to the first part of each record and judged on the rest by simulation,
 //! and fitted to all of it for the criteria (Ljung 1999, sec. 16.4)

@@ -30,7 +30,7 @@ const STRAY: usize = 3;
 /// The largest pitch the model is linearised at, rad: beyond it depth says little of pitch.
 const STEEPEST: f64 = 1.4;
 
-/// How far each quantity is trusted, as standard deviations: the parameters `kalman.*`.
+/// The standard deviations of the filter: the parameters `kalman.*`.
 #[derive(Clone, Copy, Debug, PartialEq, planesman_parameters::Parameters)]
 pub struct Tuning {
     /// Standard deviation of a gyro reading; 5 mV at 12.5 mV per deg/s.

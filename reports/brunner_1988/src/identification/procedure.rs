@@ -74,7 +74,7 @@ impl Detrend {
 pub struct Prepared {
     /// The kind of trend taken away.
     pub detrend: Detrend,
-    /// How much that was, V.
+    /// The removed value, V.
     pub taken: f64,
     /// The signal without it, V.
     pub values: Vec<f64>,
