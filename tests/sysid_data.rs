@@ -146,7 +146,7 @@ fn a_tables_blanks_are_absent_and_its_faults_are_told() {
     }
     fs::write(&table, "x,y\n".to_owned() + &"9".repeat(3 << 20)).unwrap();
     let refusal = try_fit(&table, "-i x -o y").unwrap_err();
-    assert!(refusal.contains("it is no table"), "{refusal}");
+    assert!(refusal.contains("not a CSV file"), "{refusal}");
 }
 
 #[test]

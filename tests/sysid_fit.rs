@@ -192,20 +192,20 @@ fn options_that_do_not_go_together_are_refused() {
     let (u, y) = (run.planes(), run.clean());
     let data = [table(folder.path(), "a.csv", &[("u", &u), ("y", &y)])];
     for (more, reason) in [
-        ("--method vehicle --order 3", "its equations have the order"),
+        ("--method vehicle --order 3", "given by the vehicle's equations"),
         (
             "--order 2 --heave 1,2,3,4",
             "for --method vehicle and kalman",
         ),
         (
             "--method vehicle --heave 1,2,3",
-            "four numbers are expected",
+            "expected four numbers",
         ),
         ("--method vehicle --heave 1,2,3,nan", "'nan' is not finite"),
         ("--method guesswork", "output_error"),
         ("--inertia 0", "above 0"),
         ("--reference z", "no column 'z'"),
-        ("--window 3..2", "no window"),
+        ("--window 3..2", "not a window"),
     ] {
         let refusal = try_fit(&data, more).unwrap_err();
         assert!(refusal.contains(reason), "{more}: {refusal}");

@@ -324,7 +324,7 @@ mod tests {
     #[test]
     fn a_bad_argument_is_refused_with_its_reason() {
         for (line, reason) in [
-            ("x --ros-args --frobnicate", "no ROS argument"),
+            ("x --ros-args --frobnicate", "not a ROS argument"),
             ("x --ros-args -r state", "from:=to"),
             ("x --ros-args -r :=b", "empty"),
             ("x --ros-args -p", "value is missing"),

@@ -793,7 +793,7 @@ fn what_changes_while_it_learns_and_what_begins_anew_is_as_described() {
         };
         let name = declaration.name.as_str();
         // The order leaves room for what is known of it.
-        let anew = declaration.description.contains("begins the estimate anew");
+        let anew = declaration.description.contains("restarts the estimate");
         let kept = samples(&[(name, other)]) == 97;
         assert_eq!(kept, !anew, "{name}");
     }
