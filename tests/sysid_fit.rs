@@ -192,15 +192,15 @@ fn options_that_do_not_go_together_are_refused() {
     let (u, y) = (run.planes(), run.clean());
     let data = [table(folder.path(), "a.csv", &[("u", &u), ("y", &y)])];
     for (more, reason) in [
-        ("--method vehicle --order 3", "given by the vehicle's equations"),
+        (
+            "--method vehicle --order 3",
+            "given by the vehicle's equations",
+        ),
         (
             "--order 2 --heave 1,2,3,4",
             "for --method vehicle and kalman",
         ),
-        (
-            "--method vehicle --heave 1,2,3",
-            "expected four numbers",
-        ),
+        ("--method vehicle --heave 1,2,3", "expected four numbers"),
         ("--method vehicle --heave 1,2,3,nan", "'nan' is not finite"),
         ("--method guesswork", "output_error"),
         ("--inertia 0", "above 0"),

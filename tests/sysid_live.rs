@@ -234,7 +234,7 @@ fn each_pair_is_fitted_frozen_and_reset_by_service() {
         none.message
     );
 
-    assert!(rig.freeze(true).starts_with("frozen"));
+    assert!(rig.freeze(true).starts_with("estimate frozen"));
     assert!(rig.freeze(true).contains("already"));
     let kept = rig.fit("").model;
     assert!(kept.frozen && kept.valid);
