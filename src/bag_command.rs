@@ -1,4 +1,4 @@
-//! `planesman bag info`: what a bag holds, and what it lacks of what was published.
+//! `planesman bag info`: a bag's contents, and the published messages that it lacks.
 //!
 //! A bag alone knows only what its recorder missed. The bag of a dive lies beside the accounts that the nodes left of what
 //! they published; it is held against those.
@@ -43,16 +43,16 @@ fn run_of(path: &Path) -> Option<RunFolder> {
     (!is_one_file_of_it && run.bag() == bag).then_some(run)
 }
 
-/// What of the messages that were published is not in the bag; `silent` nodes did not say what they published.
+/// The published messages that are not in the bag; the `silent` nodes left no exit report.
 fn lack(counts: &BTreeMap<String, Count>, silent: &[&str]) -> String {
     let published: u64 = counts.values().filter_map(|count| count.published).sum();
     let mut said = match Loss::of(counts) {
         Some(loss) => loss.to_string(),
-        None if published == 0 => "published unknown: no node left an account".to_owned(),
+        None if published == 0 => "published unknown: no node left an exit report".to_owned(),
         None => format!("published {published}, all of which it holds"),
     };
     if published > 0 && !silent.is_empty() {
-        said += &format!("\nno account of {}", silent.join(", "));
+        said += &format!("\nno exit report of {}", silent.join(", "));
     }
     said
 }
@@ -76,7 +76,7 @@ mod tests {
         holed.insert("/c".to_owned(), count(Some(10), 8));
         assert_eq!(
             lack(&holed, &["sysid"]),
-            "the bag lacks 2 of 13 messages that were published: /c 2 of 10\nno account of sysid"
+            "the bag lacks 2 of 13 messages that were published: /c 2 of 10\nno exit report of sysid"
         );
         assert!(lack(&BTreeMap::new(), &NODES).contains("unknown"));
     }

@@ -1,4 +1,4 @@
-//! `planesman coefficients`: what a vehicle's geometry says of its coefficients, beside its file.
+//! `planesman coefficients`: a vehicle's coefficients computed from its geometry, compared with its file.
 
 use std::fmt::Write as _;
 
@@ -10,13 +10,13 @@ use planesman_vehicle::vehicle_file;
 use crate::arguments::{number, speed};
 use crate::table::{self, Format};
 
-/// What the command takes.
+/// Compute a vehicle's coefficients from its geometry, and compare with its file.
 #[derive(Clone, Debug, clap::Args)]
 #[command(allow_negative_numbers = true)]
 pub struct CoefficientsArgs {
-    /// A built-in vehicle (brunner), a vehicle file, or an identified model's
+    /// A built-in vehicle (brunner), a vehicle file, or a model file
     vehicle: String,
-    /// The vehicle that an identified model takes all but its pitch dynamics from
+    /// Base vehicle of an identified model: gives all but the pitch dynamics
     #[arg(long, default_value = vehicle_file::BRUNNER)]
     base: String,
     /// The speed of the dimensional values (m/s, or with its unit: 1ft/s)
@@ -35,7 +35,7 @@ pub fn run(args: &CoefficientsArgs) -> Result<()> {
     let vehicle = vehicle_file::load_on(&args.vehicle, &args.base)?;
     let Some(geometry) = vehicle_file::geometry_on(&args.vehicle, &args.base)? else {
         bail!(
-            "vehicle '{}' has no section 'geometry': there is nothing to reckon coefficients from (the built-in vehicle '{}' has one)",
+            "vehicle '{}' has no section 'geometry': no coefficients can be computed (the built-in vehicle '{}' has one)",
             args.vehicle,
             vehicle_file::BRUNNER
         );
@@ -92,7 +92,7 @@ pub fn text(table: &Table, name: &str, speed: f64) -> String {
         speed / FOOT,
         "coefficient",
         "method",
-        "reckoned",
+        "computed",
         "file",
         "off",
         "imperial",
@@ -140,7 +140,7 @@ pub fn text(table: &Table, name: &str, speed: f64) -> String {
         );
     }
     for missing in &table.missing {
-        let _ = writeln!(text, "not reckoned: {missing}");
+        let _ = writeln!(text, "not computed: {missing}");
     }
     text
 }

@@ -19,20 +19,20 @@ use sysid::Identifier;
 
 use crate::scenario::Scenario;
 
-/// Everything the loop says in one tick.
+/// Every message of the loop in one tick.
 #[derive(Clone, Debug)]
 pub struct Tick {
     /// The instant, also the stamp of every message.
     pub stamp: Time,
-    /// What the vehicle and its sensors show at the stamp.
+    /// State and sensors of the vehicle at the stamp.
     pub observation: Observation,
-    /// What the controller commands.
+    /// The command of the controller.
     pub command: PlaneCommand,
-    /// The controller's inside.
+    /// The state of the controller.
     pub control: ControlState,
-    /// What the controller worked on, where that was not the truth.
+    /// The estimated motion, when the controller does not use the true state.
     pub estimate: Option<MotionEstimate>,
-    /// What the actuator does until the next stamp.
+    /// The motion of the actuator until the next stamp.
     pub actuator: Output,
     /// The planes it moves, a state each.
     pub groups: &'static [Group],
@@ -50,7 +50,7 @@ pub trait Sink {
 }
 
 impl Tick {
-    /// Hands every message of the tick to `sink`, in the order in which the loop says them.
+    /// Hands every message of the tick to `sink`, in the order in which the loop publishes them.
     ///
     /// # Errors
     /// When the sink cannot keep one.

@@ -1,4 +1,4 @@
-//! The course of a quantity, kept as finely as a page can show it.
+//! The time history of a quantity, at the resolution of a page.
 //!
 //! However long the course, at most [`COLUMNS`] columns of equal width are kept, of each the first, the least, the
 //! greatest and the last point: a line through them covers the same pixels as the line through all
@@ -8,7 +8,7 @@
 /// Columns kept at most; the widest plot has some 750 pixels, and no less than half the columns are in use.
 pub const COLUMNS: usize = 2048;
 
-/// What lies in one column, in the order of x.
+/// The points kept of one column, in the order of x.
 #[derive(Clone, Copy, Debug)]
 struct Column {
     first: Point,

@@ -1,4 +1,4 @@
-//! The nodes as child processes: started, watched, stopped in order, never left behind.
+//! The nodes as child processes: started, monitored, and stopped in order.
 
 use std::fs::File;
 use std::os::unix::process::CommandExt;
@@ -11,7 +11,7 @@ use rustix::process::{Pid, Signal, kill_process};
 use crate::nodes::{LAUNCHED, NAMESPACE};
 use crate::run_folder::RunFolder;
 
-/// How long a node may take to stop cleanly.
+/// Timeout for a node to stop cleanly.
 const STOP_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// One node's process.

@@ -1,8 +1,8 @@
-//! `planesman dive`: the scenario flown by separate processes over DDS.
+//! `planesman dive`: a scenario run by separate processes over DDS.
 //!
-//! The launcher is a node itself: it reads everybody's diagnostics to know when all have
-//! discovered each other, lets the vehicle go, shows how it flies, and stops all in the order
-//! in which nothing is lost: first who talks, last the recorder.
+//! The launcher is a node itself: it reads all diagnostics until every node has discovered the
+//! others, releases the vehicle, shows its progress, and stops the nodes in the order in which
+//! no message is lost: publishers first, the recorder last.
 
 use std::collections::BTreeMap;
 use std::io::IsTerminal;
@@ -30,27 +30,27 @@ use crate::run_folder::{Loss, RunFolder};
 use crate::scenario::Scenario;
 use crate::sink::full_name;
 
-/// How long the nodes may find nobody new while they look for each other, and for how long one may owe an answer.
+/// Timeout of discovery without a new match, and of an answer.
 const GATHERING: Duration = Duration::from_secs(30);
-/// How long to listen for a loop that runs already; a running peer is found within 0.2 s.
+/// Time to detect a running loop; a running peer is found within 0.2 s.
 const LISTENING: Duration = Duration::from_millis(500);
-/// How long nodes that were killed may still seem to be there: their lease of 5 s, and some.
+/// Time until killed nodes are forgotten: their lease of 5 s, with a margin.
 const FORGETTING: Duration = Duration::from_secs(7);
-/// How long the last messages may take to reach everybody.
+/// Timeout for the last messages to arrive.
 const LANDING: Duration = Duration::from_secs(10);
-/// How long the vehicle may take to say that it stands.
+/// Timeout for the vehicle to confirm its stop.
 const STOPPING: Duration = Duration::from_secs(10);
-/// The same two when somebody has asked to stop: who is deaf is not waited for long.
+/// The same two timeouts after an interrupt.
 const SOON: Duration = Duration::from_secs(5);
 
-/// Who decides when a tick is over.
+/// The end of a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Pace {
-    /// Everybody has answered.
+    /// When every member has answered.
     Lockstep,
-    /// The wall clock.
+    /// By the wall clock.
     Real {
-        /// How many times faster than the wall clock.
+        /// The real-time factor.
         factor: f64,
         /// Stamps from 0, `/clock` published.
         sim_time: bool,
@@ -70,15 +70,15 @@ impl Pace {
 /// How a dive is run.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// Who decides when a tick is over.
+    /// The end of a tick.
     pub pace: Pace,
-    /// Leaves the loop up until Ctrl-C.
+    /// Keep the loop running until Ctrl-C.
     pub keep_running: bool,
     /// The namespace of all nodes.
     pub namespace: String,
 }
 
-/// Flies `scenario` into `run` and prints what it showed. Returns what the bag lacks of it.
+/// Runs `scenario` into `run` and prints the summary. Returns the published messages that the bag lacks.
 ///
 /// # Errors
 /// When a node cannot start, does not find the others, or fails in flight.
@@ -149,7 +149,7 @@ fn fly(
     let flown = captain.command(&rt);
     captain.bar.finish_and_clear();
     flown.and(rt.shutdown())?;
-    // Who talks stops first, so that the recorder hears the last word, also when one of them does not stop.
+    // Publishers stop first, so that the recorder receives their last messages, also when one does not stop.
     let stopped: Vec<Result<()>> = NODES
         .iter()
         .rev()
@@ -187,8 +187,7 @@ fn other_terminal(domain: Domain, namespace: &str) -> String {
     )
 }
 
-/// Nothing flies here yet: a second loop's nodes would answer the first one's vehicle. Returns the claim to
-/// the namespace.
+/// Waits until no other loop runs in the namespace, whose vehicle the nodes would answer. Returns the claim to it.
 fn be_alone(rt: &Runtime<Event>, options: &Options) -> Result<Claim> {
     let began = Instant::now();
     let claim = rt.claim(&format!("launch {}", options.namespace))?;
@@ -207,7 +206,7 @@ fn be_alone(rt: &Runtime<Event>, options: &Options) -> Result<Claim> {
                 return Ok(claim);
             }
             Some(end) if began.elapsed() > FORGETTING => bail!(
-                "somebody publishes {} already: is another loop running? Stop it, or choose \
+                "{} has a publisher already: is another loop running? Stop it, or choose \
                  another ROS_DOMAIN_ID or --namespace",
                 end.topic
             ),
@@ -216,11 +215,11 @@ fn be_alone(rt: &Runtime<Event>, options: &Options) -> Result<Claim> {
     }
 }
 
-/// Of several dives at once one flies, the same in everybody's eyes; the others end.
+/// Ends this dive if another one holds the claim; of several at once exactly one continues.
 fn give_way(claim: &Claim, options: &Options) -> Result<()> {
     if let Some(holder) = claim.holder() {
         bail!(
-            "another dive, {holder}, holds the loop of {} here; wait for its end, or choose another ROS_DOMAIN_ID or \
+            "another dive, {holder}, runs in namespace {}; wait for its end, or choose another ROS_DOMAIN_ID or \
              --namespace",
             options.namespace
         );
@@ -228,7 +227,7 @@ fn give_way(claim: &Claim, options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// What only the launcher knows.
+/// The parameters that the launcher sets.
 fn extra(run: &RunFolder, options: &Options) -> Vec<(&'static str, &'static str, Value)> {
     let lockstep = options.pace == Pace::Lockstep;
     let mut extra: Vec<(&str, &str, Value)> = vec![
@@ -268,21 +267,21 @@ enum Event {
     Diagnostics(DiagnosticArray),
     State(VehicleState),
     Model(Box<ModelEstimate>),
-    /// What the vehicle says to being let go.
+    /// The vehicle's answer to its release.
     Going(Result<SetBoolResponse>),
-    /// What it says to being stopped.
+    /// Its answer to the stop.
     Stopped(Result<SetBoolResponse>),
     Look,
 }
 
 enum Phase {
-    /// Waiting until all have discovered each other: the pairs found at most, since then.
+    /// Waiting until all have discovered each other: the largest number of matches, and its time.
     Gathering { found: usize, since: Instant },
-    /// The vehicle was told to go.
+    /// The vehicle was released.
     Flying,
-    /// It was told to stop.
+    /// It was asked to stop.
     Stopping,
-    /// It stands, since then; the last messages are on their way.
+    /// It has stopped, at this time; the last messages are in transit.
     Landing(Instant),
 }
 
@@ -293,7 +292,7 @@ struct Captain {
     go: Client<SetBool>,
     claim: Claim,
     phase: Phase,
-    /// What each node says of its endpoints.
+    /// The endpoints of each node.
     connections: BTreeMap<String, Connections>,
     bar: ProgressBar,
     /// The first state's stamp, ns.
@@ -301,13 +300,12 @@ struct Captain {
     ticks: u64,
     pole: String,
     began: Instant,
-    /// Whether the flight was ended from outside.
+    /// Whether the dive was interrupted.
     interrupted: bool,
 }
 
 impl Captain {
-    /// Handles what happens until the flight is over. Who asks to stop is obeyed in good order,
-    /// and at once the second time.
+    /// Handles events until the dive ends. A first interrupt ends it in order, a second one at once.
     fn command(&mut self, rt: &Runtime<Event>) -> Result<()> {
         loop {
             match rt.next(GATHERING) {
@@ -348,8 +346,8 @@ impl Captain {
             Event::Model(_) => {}
             Event::Going(outcome) => drop(outcome?),
             Event::Stopped(outcome) => {
-                outcome.context("the vehicle does not stop")?;
-                // What counts is what the nodes say from now on.
+                outcome.context("plant_sim does not stop")?;
+                // Only diagnostics from now on count.
                 self.connections.clear();
                 self.phase = Phase::Landing(Instant::now());
             }
@@ -358,7 +356,7 @@ impl Captain {
         Ok(Flow::Continue)
     }
 
-    /// Why nothing more is recorded. The recorder's log may stand on the disk that is full.
+    /// The reason why recording stopped. The recorder's log may be on the full disk.
     fn trouble_of_the_bag<'a>(&self, array: &'a DiagnosticArray) -> Option<&'a str> {
         let bag = format!("{}: {BAG}", full_name(&self.options.namespace, "recorder"));
         let failed = |status: &&DiagnosticStatus| {
@@ -394,7 +392,7 @@ impl Captain {
             Phase::Landing(since) => match self.on_its_way() {
                 None => return Ok(Flow::Stop),
                 Some(missing) if since.elapsed() > self.patience(LANDING) => {
-                    self.say(&format!("gave up waiting: {missing}"));
+                    self.say(&format!("timeout: {missing}"));
                     return Ok(Flow::Stop);
                 }
                 Some(_) => {}
@@ -404,7 +402,7 @@ impl Captain {
         Ok(Flow::Continue)
     }
 
-    /// Lets the vehicle go once all have discovered each other; gives up when nothing new was found for long.
+    /// Releases the vehicle once all have discovered each other; gives up after [`GATHERING`] without a new match.
     fn gather(&mut self, rt: &Runtime<Event>, found: usize, since: Instant) -> Result<()> {
         let own = rt.connections();
         let Some(missing) = self.missing(&own) else {
@@ -426,7 +424,7 @@ impl Captain {
             };
         } else if since.elapsed() > GATHERING {
             bail!(
-                "the nodes do not find each other, nothing new for {} s: {missing}",
+                "the nodes do not discover each other, no new match for {} s: {missing}",
                 GATHERING.as_secs()
             );
         }
@@ -450,12 +448,12 @@ impl Captain {
         if std::io::stderr().is_terminal() {
             self.bar.println(text);
         } else {
-            // What matters is told again at the end, where it can fail.
+            // The summary at the end is checked; this line need not be.
             let _ = planesman_node::say!("{text}");
         }
     }
 
-    /// What every node says of its endpoints, or who has not said it yet.
+    /// The endpoints of every node, or the node whose report is missing.
     fn reports(&self) -> Result<Vec<&Connections>, String> {
         let of = |node: &&str| {
             self.connections
@@ -465,8 +463,8 @@ impl Captain {
         NODES.iter().map(of).collect()
     }
 
-    /// What somebody has sent and another has not received yet, `None` when there is
-    /// nothing. Only topics of the loop, which are all reliable here.
+    /// A topic with messages sent but not yet received, `None` without one. Only topics of the loop, which are
+    /// all reliable here.
     fn on_its_way(&self) -> Option<String> {
         let all = match self.reports() {
             Ok(all) => all,
@@ -498,7 +496,7 @@ impl Captain {
         None
     }
 
-    /// How many connections the nodes and the launcher have found.
+    /// The number of matches of the nodes and the launcher.
     fn found(&self, own: &Connections) -> usize {
         let all = self.connections.values().chain([own]);
         all.flat_map(|node| &node.list)
@@ -506,13 +504,13 @@ impl Captain {
             .sum()
     }
 
-    /// What is still missing before everybody hears everybody, `None` when nothing is.
+    /// A match that is still missing, `None` when all endpoints are matched.
     ///
     /// Every node must have reported; every endpoint must be matched with as many others as all
     /// nodes together, this one included, have on its topic.
     fn missing(&self, own: &Connections) -> Option<String> {
         if let Some(rival) = self.claim.rival() {
-            return Some(format!("another dive, {rival}, is giving way"));
+            return Some(format!("waiting for another dive, {rival}, to end"));
         }
         let mut all = match self.reports() {
             Ok(all) => all,

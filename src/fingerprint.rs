@@ -3,7 +3,7 @@
 use planesman_linear::Complex;
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 
-/// A transfer function's fingerprint.
+/// The characteristics of a transfer function that are compared.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fingerprint {
     /// Continuous poles, 1/s, slowest first.
@@ -24,7 +24,7 @@ impl Fingerprint {
     }
 }
 
-/// The fingerprint of an estimate.
+/// The characteristics of an estimate.
 #[must_use]
 pub fn identified(model: &ModelEstimate) -> Fingerprint {
     let poles = model

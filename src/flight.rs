@@ -1,8 +1,8 @@
-//! A flight as its bag tells it: what the summary and the page are made of.
+//! A flight read from its bag: the data of the summary and the page.
 //!
-//! The bag is streamed: what is kept of a flight does not grow with its length. What a loop survives, a report
-//! survives: a tick said again counts once, a message that does not decode or bears a stamp out of line is left
-//! out, a vehicle that begins at zero again begins a new flight; and each is told in [`Flight::notes`].
+//! The bag is streamed: what is kept of a flight does not grow with its length. The same
+//! irregularities are tolerated as in the loop: a repeated tick counts once, a message that does not decode or whose
+//! stamp is out of order is skipped, a restart of the vehicle begins a new flight. [`Flight::notes`] lists each.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -30,25 +30,25 @@ const DRAWN_SAMPLES: usize = 5;
 /// More actuators than any vehicle has.
 const ACTUATORS: usize = 16;
 
-/// What one flight shows. Where the bag holds several, begun one after the other, it is the last.
+/// One flight; the last one of a bag with several.
 #[derive(Clone, Debug, Default)]
 pub struct Flight {
     /// Messages per topic.
     pub counts: BTreeMap<String, u64>,
     /// Why the bag is not whole, `None` when it is.
     pub truncated: Option<String>,
-    /// What was met in the bag that is not the plain flight, a sentence each.
+    /// Irregularities of the bag, a sentence each.
     pub notes: Vec<String>,
     /// Ticks, each counted once.
     pub ticks: u64,
-    /// Ticks in which the actuator's answer was missing.
+    /// Ticks without the actuator's answer.
     pub held_ticks: u64,
-    /// The last change of the depth asked for; `None` without a state.
+    /// The last change of the depth setpoint; `None` without a state.
     pub step: Option<Step>,
     /// The actuators, by the planes they move.
     pub actuators: BTreeMap<String, Actuator>,
     /// The last model of pitch rate over plane angle that calls itself valid; of several pairs' that of
-    /// sysid's first, or that which spoke first.
+    /// sysid's first, or that which was published first.
     pub model: Option<ModelEstimate>,
     /// Why the last of those models was not valid.
     pub no_model: String,
@@ -56,16 +56,16 @@ pub struct Flight {
     pub courses: Courses,
 }
 
-/// The last change of the depth asked for, and what came of it.
+/// The last change of the depth setpoint, and the response.
 #[derive(Clone, Debug)]
 pub struct Step {
-    /// The depth asked for at the end, m; without depth control that reached.
+    /// The last depth setpoint, m; without depth control that reached.
     pub setpoint: f64,
     /// The response; `None` when there was no step to respond to.
     pub response: Option<StepMetrics>,
 }
 
-/// What is shown of one actuator.
+/// The data of one actuator.
 #[derive(Clone, Debug, Default)]
 pub struct Actuator {
     /// Pulses issued.
@@ -79,15 +79,15 @@ pub struct Actuator {
 pub struct Courses {
     /// The true depth, m.
     pub depth: Points,
-    /// The depth asked for, m.
+    /// The depth setpoint, m.
     pub depth_setpoint: Points,
     /// The true pitch, rad.
     pub pitch: Points,
-    /// The pitch asked for, rad.
+    /// The pitch command, rad.
     pub pitch_command: Points,
     /// The plane angle as the actuator moved it, rad: of the whole flight and of its first seconds.
     pub planes: [Points; 2],
-    /// The plane angle asked for, rad, likewise.
+    /// The plane command, rad, likewise.
     pub plane_command: [Points; 2],
     /// The dominant pole's real and imaginary part as it was identified, 1/s.
     pub pole: [Points; 2],
@@ -102,13 +102,13 @@ impl Flight {
     pub fn read(path: &Path) -> Result<Self> {
         let bag = BagReader::open(path)?;
         let mut account = Account::of(&bag);
-        let damage = account.hear(&bag);
+        let damage = account.read_all(&bag);
         let mut flight = account.tell();
         flight.step = account.step(&bag, &mut flight.notes);
         flight.counts = recorded(&bag);
         if bag.dropped() > 0 {
-            let told = format!("{} messages were lost while recording", bag.dropped());
-            flight.notes.push(told);
+            let note = format!("{} messages were lost while recording", bag.dropped());
+            flight.notes.push(note);
         }
         let whole = bag.completeness().is_whole();
         flight.truncated = damage.or_else(|| (!whole).then(|| bag.completeness().to_string()));
@@ -150,23 +150,23 @@ stamped!(
     ModelEstimate
 );
 
-/// Something that is told of from one topic's messages in order.
-trait Told: Default {
+/// Data collected from one topic's messages, in their order.
+trait Collected: Default {
     type Message: Stamped;
 
-    /// Takes the next message; `t` is its stamp in s.
+    /// Takes the next message; `t` is its stamp, s.
     fn take(&mut self, t: f64, message: &Self::Message);
 }
 
-/// One topic's messages, and what they tell.
+/// One topic's messages, and the data collected from them.
 #[derive(Default)]
-struct Line<T: Told> {
+struct Line<T: Collected> {
     order: InOrder<T::Message>,
-    told: T,
+    data: T,
 }
 
-impl<T: Told> Line<T> {
-    fn hear(&mut self, origin: i64, message: T::Message) {
+impl<T: Collected> Line<T> {
+    fn push(&mut self, origin: i64, message: T::Message) {
         let next = self.order.take(message.stamp(), message);
         self.take(origin, next);
     }
@@ -181,11 +181,11 @@ impl<T: Told> Line<T> {
             None => return,
             Some(Next::On(stamp, message)) => (stamp, message),
             Some(Next::Anew(stamp, message)) => {
-                self.told = T::default();
+                self.data = T::default();
                 (stamp, message)
             }
         };
-        self.told.take(seconds(origin, stamp), &message);
+        self.data.take(seconds(origin, stamp), &message);
     }
 }
 
@@ -206,7 +206,7 @@ struct States {
     pitch: Course,
 }
 
-impl Told for States {
+impl Collected for States {
     type Message = VehicleState;
 
     fn take(&mut self, t: f64, state: &VehicleState) {
@@ -221,7 +221,7 @@ impl Told for States {
     }
 }
 
-/// The controller's inside.
+/// The state of the controller.
 #[derive(Default)]
 struct Controls {
     /// The depth held (m), and since when (ns); `None` where none is.
@@ -230,7 +230,7 @@ struct Controls {
     pitch_command: Course,
 }
 
-impl Told for Controls {
+impl Collected for Controls {
     type Message = ControlState;
 
     fn take(&mut self, t: f64, control: &ControlState) {
@@ -274,7 +274,7 @@ impl Angle {
 #[derive(Default)]
 struct Commands(Angle);
 
-impl Told for Commands {
+impl Collected for Commands {
     type Message = PlaneCommand;
 
     fn take(&mut self, t: f64, command: &PlaneCommand) {
@@ -286,7 +286,7 @@ impl Told for Commands {
 #[derive(Default)]
 struct Motions(Angle);
 
-impl Told for Motions {
+impl Collected for Motions {
     type Message = PlaneMotion;
 
     fn take(&mut self, t: f64, motion: &PlaneMotion) {
@@ -304,7 +304,7 @@ struct Rams {
     pressure: Course,
 }
 
-impl Told for Rams {
+impl Collected for Rams {
     type Message = DhaState;
 
     fn take(&mut self, t: f64, state: &DhaState) {
@@ -321,7 +321,7 @@ struct Models {
     pole: [Course; 2],
 }
 
-impl Told for Models {
+impl Collected for Models {
     type Message = ModelEstimate;
 
     fn take(&mut self, t: f64, model: &ModelEstimate) {
@@ -337,11 +337,11 @@ impl Told for Models {
     }
 }
 
-/// Everything that is heard of a flight.
+/// The data of all topics of a flight.
 struct Account {
-    /// What stands before the topics' last names.
+    /// The namespace of the topics.
     namespace: String,
-    /// The stamp of the first message heard, ns; times are kept from there.
+    /// The stamp of the first message, ns; the origin of the times.
     origin: Option<i64>,
     states: Line<States>,
     controls: Line<Controls>,
@@ -380,15 +380,15 @@ impl Account {
         }
     }
 
-    /// Hears the whole bag; returns what ended it early.
-    fn hear(&mut self, bag: &BagReader) -> Option<String> {
+    /// Reads the whole bag; returns the reason if it ends early.
+    fn read_all(&mut self, bag: &BagReader) -> Option<String> {
         let namespace = self.namespace.clone();
         let mut messages = bag.messages_of(|topic| concerns(&namespace, &topic.name), Order::File);
         let damage = each(&mut messages, |message| {
             let topic = &message.topic;
             let name = topic.name.strip_prefix(&namespace).unwrap_or_default();
-            let heard = self.hear_one(name, &topic.kind.type_name, &message.payload);
-            if let Err(reason) = heard {
+            let taken = self.take_one(name, &topic.kind.type_name, &message.payload);
+            if let Err(reason) = taken {
                 let (count, _) = self
                     .refused
                     .entry(topic.name.clone())
@@ -409,24 +409,24 @@ impl Account {
         damage
     }
 
-    fn hear_one(&mut self, name: &str, type_name: &str, payload: &[u8]) -> Result<(), String> {
+    fn take_one(&mut self, name: &str, type_name: &str, payload: &[u8]) -> Result<(), String> {
         let Self { origin, .. } = self;
         match name {
             "state" => {
                 let state = decode(type_name, payload)?;
-                self.states.hear(begun(origin, &state), state);
+                self.states.push(begun(origin, &state), state);
             }
             "control_state" => {
                 let control = decode(type_name, payload)?;
-                self.controls.hear(begun(origin, &control), control);
+                self.controls.push(begun(origin, &control), control);
             }
             "plane_command" => {
                 let command = decode(type_name, payload)?;
-                self.commands.hear(begun(origin, &command), command);
+                self.commands.push(begun(origin, &command), command);
             }
             "plane_motion" => {
                 let motion = decode(type_name, payload)?;
-                self.motions.hear(begun(origin, &motion), motion);
+                self.motions.push(begun(origin, &motion), motion);
             }
             "model" => {
                 let model: ModelEstimate = decode(type_name, payload)?;
@@ -435,36 +435,36 @@ impl Account {
                     return Ok(());
                 }
                 if model.name == FIRST_PAIR {
-                    self.models.hear(origin, model);
+                    self.models.push(origin, model);
                     return Ok(());
                 }
                 let (name, line) = self
                     .other_models
                     .get_or_insert_with(|| (model.name.clone(), Line::default()));
                 if *name == model.name {
-                    line.hear(origin, model);
+                    line.push(origin, model);
                 }
             }
             _ => {
                 let state: DhaState = decode(type_name, payload)?;
                 if !self.rams.contains_key(&state.group) && self.rams.len() == ACTUATORS {
-                    return Err(format!("it is of more than {ACTUATORS} actuators"));
+                    return Err(format!("more than {ACTUATORS} actuators"));
                 }
                 let ram = self.rams.entry(state.group.clone()).or_default();
-                ram.hear(begun(origin, &state), state);
+                ram.push(begun(origin, &state), state);
             }
         }
         Ok(())
     }
 
-    /// The last change of the depth asked for. What its response is judged by depends on when it began and
-    /// ended, so the states are read a second time.
+    /// The last change of the depth setpoint. Its response needs the times of its start and end, so the states
+    /// are read a second time.
     fn step(&self, bag: &BagReader, notes: &mut Vec<String>) -> Option<Step> {
-        let states = &self.states.told;
+        let states = &self.states.data;
         let (start, end) = states.span?;
         let (setpoint, since) = self
             .controls
-            .told
+            .data
             .held
             .unwrap_or((states.last_depth, start));
         let mut order = InOrder::default();
@@ -486,15 +486,15 @@ impl Account {
         });
         response.take(order.finish());
         let response = response.metrics().unwrap_or_else(|error| {
-            notes.push(format!("the depth response cannot be judged: {error}"));
+            notes.push(format!("no depth response: {error}"));
             None
         });
         Some(Step { setpoint, response })
     }
 
     fn tell(&self) -> Flight {
-        let states = &self.states.told;
-        let controls = &self.controls.told;
+        let states = &self.states.data;
+        let controls = &self.controls.data;
         let start = states.span.map_or(0, |(start, _)| start);
         let shift = seconds(self.origin.unwrap_or(start), start);
         let other = self.other_models.as_ref().map(|(_, line)| line);
@@ -502,14 +502,14 @@ impl Account {
         let models = Some(&self.models).filter(spoken).or(other);
         let no_model = match models {
             None => "no model was published".to_owned(),
-            Some(models) => models.told.reason.clone(),
+            Some(models) => models.data.reason.clone(),
         };
         let pole =
-            |part: usize| models.map_or_else(Vec::new, |line| points(&line.told.pole[part], shift));
+            |part: usize| models.map_or_else(Vec::new, |line| points(&line.data.pole[part], shift));
         let actuator = |(group, line): (&String, &Line<Rams>)| {
             let actuator = Actuator {
-                pulses: line.told.pulses,
-                pressure: points(&line.told.pressure, shift),
+                pulses: line.data.pulses,
+                pressure: points(&line.data.pressure, shift),
             };
             (group.clone(), actuator)
         };
@@ -518,27 +518,27 @@ impl Account {
             ticks: states.ticks,
             held_ticks: states.held,
             actuators: self.rams.iter().map(actuator).collect(),
-            model: models.and_then(|line| line.told.valid.clone()),
+            model: models.and_then(|line| line.data.valid.clone()),
             no_model,
             courses: Courses {
                 depth: points(&states.depth, shift),
                 depth_setpoint: points(&controls.depth_setpoint, shift),
                 pitch: points(&states.pitch, shift),
                 pitch_command: points(&controls.pitch_command, shift),
-                planes: self.motions.told.0.points(shift),
-                plane_command: self.commands.told.0.points(shift),
+                planes: self.motions.data.0.points(shift),
+                plane_command: self.commands.data.0.points(shift),
                 pole: [pole(0), pole(1)],
             },
             ..Flight::default()
         }
     }
 
-    /// What was met beside the plain flight.
+    /// The irregularities of the bag.
     fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
         let refused = self.refused.iter();
         notes.extend(refused.map(|(topic, (count, reason))| {
-            format!("{topic}: {count} left out, the first because {reason}")
+            format!("{topic}: {count} skipped, the first because {reason}")
         }));
         let lines = [
             ("state", self.states.order.met),
@@ -557,8 +557,8 @@ impl Account {
                 restarts,
             } = met;
             for (count, what) in [
-                (repeated, "said again with the same stamp, counted once"),
-                (out_of_line, "left out, their stamps are out of line"),
+                (repeated, "with a repeated stamp, counted once"),
+                (out_of_line, "skipped, with stamps out of order"),
             ] {
                 if count > 0 {
                     notes.push(format!("{}{name}: {count} {what}", self.namespace));
@@ -566,7 +566,7 @@ impl Account {
             }
             if restarts > 0 {
                 notes.push(format!(
-                    "{}{name}: time went back {restarts} times; this is the flight since then",
+                    "{}{name}: time went back {restarts} times; only the flight after that is shown",
                     self.namespace
                 ));
             }
@@ -586,10 +586,10 @@ struct Response {
     measured: Measured,
 }
 
-/// How far a response has been measured.
+/// The progress of measuring a response.
 enum Measured {
     NotBegun,
-    /// The vehicle was where it was asked to be.
+    /// The vehicle was at its setpoint.
     NoStep,
     By(Box<StepMeter>),
     Failed(planesman_linear::Error),
@@ -655,9 +655,9 @@ fn begun(origin: &mut Option<i64>, message: &impl Stamped) -> i64 {
     *origin.get_or_insert(message.stamp())
 }
 
-/// Whether a flight in the namespace is told from a topic of this name.
+/// Whether a topic of this name has data of a flight in the namespace.
 fn concerns(namespace: &str, topic: &str) -> bool {
-    let told = [
+    let names = [
         "state",
         "control_state",
         "plane_command",
@@ -666,7 +666,7 @@ fn concerns(namespace: &str, topic: &str) -> bool {
     ];
     topic
         .strip_prefix(namespace)
-        .is_some_and(|name| told.contains(&name) || is_of_a_ram(name))
+        .is_some_and(|name| names.contains(&name) || is_of_a_ram(name))
 }
 
 fn is_of_a_ram(name: &str) -> bool {

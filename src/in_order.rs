@@ -1,4 +1,4 @@
-//! One topic's messages in the order of their stamps, looked at one ahead.
+//! One topic's messages in the order of their stamps, with one message of look-ahead.
 //!
 //! A loop that was held up says a tick again, a foreign message may bear any stamp, and a vehicle that was reset
 //! begins at zero once more. One message ahead is enough to tell these apart without keeping the flight.
@@ -11,18 +11,18 @@ pub struct InOrder<M> {
     last: Option<i64>,
     /// The message that waits for the next one.
     held: Option<(i64, M)>,
-    /// What was met beside plain order.
+    /// Messages out of plain order.
     pub met: Met,
 }
 
-/// What was met beside plain order.
+/// Messages out of plain order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Met {
-    /// Messages with the stamp of another: said again, and counted once.
+    /// Messages with the stamp of another: sent again, counted once.
     pub repeated: u64,
     /// Single messages whose stamps are out of line with those about them, and which are left out.
     pub out_of_line: u64,
-    /// How often time went back for good.
+    /// Number of restarts of the time.
     pub restarts: u64,
 }
 

@@ -1,11 +1,11 @@
-//! Planesman: dives, breaks and identifies an underwater vehicle.
+//! Planesman: simulates, controls and identifies an underwater vehicle.
 //!
 //! This package is the program around the nodes. From a [`scenario`] it flies the vehicle two
 //! ways that agree bit for bit: as separate processes over DDS ([`dive`]), or in one process
 //! ([`sim`], through [`compose`]). Either way a bag remains, from which [`flight`], [`summary`] and
 //! [`page`] tell what happened.
 //!
-//! Beside flying: [`coefficients_command`] reckons a vehicle's coefficients from its geometry, [`dha`] puts
+//! Beside flying: [`coefficients_command`] computes a vehicle's coefficients from its geometry, [`dha`] puts
 //! the actuator on the bench of its 1966 study, and
 //! [`reproduce`] computes the 1988 report's numbers again; [`design`] has the loops on paper,
 //! [`sysid`] the identifier's pages.

@@ -23,7 +23,7 @@ use planesman_parameters::Parameters as _;
 use planesman_text::{did_you_mean, shown};
 use plant_sim::PlantParameters;
 
-/// The exit status of a dive whose bag lacks something.
+/// Exit status of a dive whose bag lacks messages.
 const LOST: u8 = 3;
 
 /// The exit status of every command.
@@ -55,10 +55,10 @@ fn help(parts: &[&str]) -> String {
     parts.join("\n\n")
 }
 
-/// Dives, breaks and identifies an underwater vehicle: a ROS 2 Jazzy node suite.
+/// Simulates, controls and identifies an underwater vehicle: a ROS 2 Jazzy node suite.
 ///
 /// Without a command it dives: it starts the simulated vehicle, its controller, its hydraulic
-/// actuator, an identifier and a recorder as separate processes over DDS, and shows what came of it.
+/// actuator, an identifier and a recorder as separate processes over DDS, and prints a summary.
 #[derive(Parser)]
 #[command(name = "planesman", version, args_conflicts_with_subcommands = true, after_help = help(&[EXAMPLES, EXIT_CODES]))]
 struct Cli {
@@ -70,49 +70,49 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Fly a scenario as separate processes over DDS (the default)
+    /// Run a scenario as separate processes over DDS (the default)
     #[command(after_help = help(&[AFTER_A_DIVE, EXIT_CODES]))]
     Dive(DiveArgs),
-    /// Fly a scenario in one process, without DDS, into a bag or a table
+    /// Run a scenario in one process, without DDS, and write a bag or a CSV file
     Sim(SimArgs),
-    /// Tell again what a flight showed, from its folder
+    /// Summarise a recorded flight, from its folder
     Report {
-        /// A folder that `planesman dive` left
+        /// Folder written by `planesman dive`
         folder: PathBuf,
     },
-    /// Identify from a bag what sysid identifies live
+    /// Run the live identifier on a bag and compare with its published estimates
     Replay(planesman::sysid::replay::ReplayArgs),
-    /// Look for signals in any bag or table, and find models in them
+    /// Identify models from bags or CSV files: list signals, fit, test estimators, watch
     #[command(subcommand)]
     Sysid(planesman::sysid::Command),
-    /// Look into a bag
+    /// Inspect a bag
     #[command(subcommand)]
     Bag(BagCommand),
-    /// Print a vehicle's transfer functions: continuous and sampled, right or as the thesis prints them
+    /// Print a vehicle's transfer functions, continuous and sampled, or as the thesis prints them
     Tf(tf_command::TfArgs),
     /// List every parameter of every node, with unit, range and default
     Params {
-        /// Only this node's
+        /// Only the parameters of this node
         node: Option<String>,
         /// As a ROS 2 parameter file
         #[arg(long)]
         yaml: bool,
-        /// With this scenario's values: a built-in one (dive, open_loop, way_depths, remus_100) or a file
+        /// With the values of this scenario: a built-in one (dive, open_loop, way_depths, remus_100) or a file
         #[arg(long, requires = "yaml")]
         scenario: Option<String>,
         /// As a table [default: a list]
         #[arg(long, value_enum, conflicts_with = "yaml")]
         format: Option<Format>,
     },
-    /// Reckon a vehicle's coefficients from its geometry, beside those of its file
+    /// Compute a vehicle's coefficients from its geometry, and compare with its file
     Coefficients(CoefficientsArgs),
-    /// Design the depth and pitch loops: stability, margins, pole placement, gains
+    /// Design the depth and pitch loops: stability, margins, root locus, pole placement, gains
     #[command(subcommand)]
     Design(DesignCommand),
-    /// The digital hydraulic actuator by itself: the 1966 study's bench, limit cycles
+    /// Analyse the digital hydraulic actuator: sizes, frequency response, limit cycles, the 1966 tables
     #[command(subcommand)]
     Dha(DhaCommand),
-    /// Compute the numbers of the two historical reports again, and say which agree
+    /// Recompute the numbers of the two historical reports and print which agree
     Reproduce(ReproduceArgs),
     /// Say whether nodes find each other here: domain, middleware, multicast, messages, other loops
     Doctor {
@@ -136,7 +136,7 @@ enum Command {
         /// A command, as sysid fit
         command: Vec<String>,
     },
-    /// Run one node in this process (what `ros2 run` would start)
+    /// Run one node in this process, as `ros2 run` does
     Node(NodeArgs),
 }
 
@@ -147,22 +147,22 @@ struct DiveArgs {
     scenario: String,
     #[command(flatten)]
     changes: Changes,
-    /// Where the bag and the page go; must not exist yet [default: runs/SCENARIO-TIME]
+    /// Folder for bag, parameters, logs and report; must not exist [default: runs/SCENARIO-TIME]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
-    /// Wait in every tick until every node has answered: no wall clock enters the data (the default)
+    /// Run in lockstep: each tick ends when every node has answered, independent of the wall clock (the default)
     #[arg(long, conflicts_with_all = ["factor", "sim_time"])]
     lockstep: bool,
-    /// Run by the wall clock, this many times faster
+    /// Run in real time with this real-time factor
     #[arg(long, value_name = "F", value_parser = factor)]
     factor: Option<f64>,
-    /// Run by the wall clock, with stamps from 0 and a /clock topic (implied by a factor other than 1)
+    /// Run in real time with stamps from 0 and a /clock topic (implied by a factor other than 1)
     #[arg(long)]
     sim_time: bool,
-    /// Leave the loop running until Ctrl-C, for `ros2 topic echo` and friends
+    /// Keep the loop running until Ctrl-C, for `ros2 topic echo` and similar tools
     #[arg(long)]
     keep_running: bool,
-    /// The namespace of all nodes; in another than the default, simulated time is on NAMESPACE/clock
+    /// Namespace of all nodes; if it is not the default, simulated time is on NAMESPACE/clock
     #[arg(long, default_value = nodes::NAMESPACE, value_parser = NonEmptyStringValueParser::new())]
     namespace: String,
 }
@@ -173,10 +173,10 @@ struct SimArgs {
     scenario: String,
     #[command(flatten)]
     changes: Changes,
-    /// The file to write: *.mcap or *.csv; must not exist yet [default: SCENARIO.mcap]
+    /// File to write, *.mcap or *.csv; must not exist [default: SCENARIO.mcap]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// The namespace of the topics in the bag
+    /// Namespace of the topics in the bag
     #[arg(long, default_value = nodes::NAMESPACE, value_parser = NonEmptyStringValueParser::new())]
     namespace: String,
 }
@@ -191,7 +191,7 @@ struct Changes {
 
 #[derive(Subcommand)]
 enum BagCommand {
-    /// Topics, counts, times, whether the bag is whole, and what it lacks of what a dive published
+    /// Print topics, counts and times, whether the bag is complete, and which published messages it lacks
     Info {
         /// A bag folder, a metadata.yaml or an .mcap file
         path: PathBuf,
@@ -208,30 +208,30 @@ struct NodeArgs {
     args: Vec<String>,
 }
 
-/// A factor on the wall clock that the vehicle takes.
+/// A real-time factor within the range of the parameter.
 fn factor(text: &str) -> Result<f64, String> {
-    let factor: f64 = text.parse().map_err(|_| "a number is expected")?;
+    let factor: f64 = text.parse().map_err(|_| "expected a number")?;
     PlantParameters::default()
         .with(&[("factor", factor.into())])
         .map_err(|refusal| refusal.to_string())?;
     Ok(factor)
 }
 
-/// The command that the arguments begin with, whose help says what would have been right.
+/// The command that the arguments begin with, to refer to its help.
 fn command_of(arguments: impl Iterator<Item = String>) -> String {
     let program = Cli::command();
-    let (mut command, mut words) = (&program, program.get_name().to_owned());
+    let (mut command, mut name) = (&program, program.get_name().to_owned());
     for argument in arguments {
         let Some(found) = command.find_subcommand(&argument) else {
             break;
         };
-        words = format!("{words} {argument}");
+        name = format!("{name} {argument}");
         command = found;
     }
-    words
+    name
 }
 
-/// A command-line error as one line: what is wrong and what was probably meant, without the usage.
+/// A command-line error as one line: the error and the suggestion, without the usage.
 fn one_line(error: &clap::Error) -> String {
     let text = error.to_string();
     let mut lines = text.lines().map(str::trim);
@@ -267,7 +267,7 @@ fn main() -> ExitCode {
             let scenarios = BUILTIN.iter().map(|(name, _)| (*name).to_owned());
             let known: Vec<String> = commands.chain(scenarios).collect();
             planesman_node::complain!(
-                "planesman: '{}' is no command and no scenario{} (see planesman --help)",
+                "planesman: '{}' is neither a command nor a scenario{} (see planesman --help)",
                 shown(&cli.dive.scenario),
                 did_you_mean(&cli.dive.scenario, known.iter().map(String::as_str)),
             );

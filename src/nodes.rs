@@ -19,14 +19,14 @@ pub const NODES: [&str; 5] = [
     "plant_sim",
 ];
 
-/// Where a vehicle is, unless it is told otherwise. Its time is on `/clock`; that of vehicles in other
-/// namespaces is on a topic there, so that several may fly in one domain.
+/// The default namespace. Its time is on `/clock`; other namespaces have a clock topic of their own, so that several
+/// vehicles can run in one domain.
 pub const NAMESPACE: &str = "/auv";
 
 /// Set for a node that a launcher started: it stops when the launcher is gone.
 pub const LAUNCHED: &str = "PLANESMAN_LAUNCHED";
 
-/// Runs the node `name` with its arguments (`--ros-args` and all) until it is told to stop.
+/// Runs the node `name` with its arguments (`--ros-args` and all) until it is asked to stop.
 #[must_use]
 pub fn run(name: &str, args: Vec<String>) -> ExitCode {
     launched(|| match name {
@@ -69,10 +69,10 @@ pub fn declarations(name: &str) -> Option<Vec<Declaration>> {
     })
 }
 
-/// Whether the node `name` would start with these parameters; a node that there is not would.
+/// Whether the node `name` would start with these parameters; true of an unknown node.
 ///
 /// # Errors
-/// What it would refuse, and why.
+/// The refusal, with its reason.
 pub fn validate(name: &str, values: &Values) -> Result<(), String> {
     match name {
         "plant_sim" => Plant::new(&read(values)?)

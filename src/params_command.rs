@@ -102,7 +102,7 @@ pub fn parameter_file(node: Option<&str>, scenario: Option<&Scenario>) -> Result
     Ok(text)
 }
 
-/// What a value must obey, in a few words: `m/s, 0 to 5, fixed at start`.
+/// Unit, range and mutability of a value: `m/s, 0 to 5, fixed at start`.
 fn rules(d: &Declaration) -> String {
     let mut rules = Vec::new();
     if !d.unit.is_empty() {

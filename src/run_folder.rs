@@ -40,7 +40,7 @@ impl RunFolder {
         );
         if path.exists() {
             bail!(
-                "'{}' exists already; a flight never overwrites another, name a new folder",
+                "'{}' exists already and is not overwritten; name a new folder",
                 path.display()
             );
         }
@@ -58,7 +58,7 @@ impl RunFolder {
             .with_context(|| format!("cannot make the folder '{}'", self.path.display()))
     }
 
-    /// Says in the folder that the flight failed, and why.
+    /// Writes into the folder that the flight failed, with the reason.
     pub fn note_failure(&self, error: &anyhow::Error) {
         // The error is on its way to the terminal; a full disk must not hide it.
         let _ = fs::write(self.path.join("failed.txt"), in_one_line(error) + "\n");
@@ -105,13 +105,13 @@ impl RunFolder {
         self.path.join("parameters.yaml")
     }
 
-    /// What a node wrote to its standard error.
+    /// The standard error of a node.
     #[must_use]
     pub fn log(&self, node: &str) -> PathBuf {
         self.path.join("log").join(format!("{node}.log"))
     }
 
-    /// What a node told when it stopped (JSON).
+    /// The exit report of a node (JSON).
     #[must_use]
     pub fn exit_report(&self, node: &str) -> PathBuf {
         self.path.join("log").join(format!("{node}.json"))
@@ -121,7 +121,7 @@ impl RunFolder {
         self.path.join("scenario.yaml")
     }
 
-    /// What was to be flown.
+    /// The scenario of the flight.
     ///
     /// # Errors
     /// When the scenario cannot be read.
@@ -156,7 +156,7 @@ impl RunFolder {
         Ok(out)
     }
 
-    /// What was published and is not in the bag; `None` when nothing is missing.
+    /// The published messages that are not in the bag; `None` when it has all.
     ///
     /// # Errors
     /// When the folder or the bag cannot be read.
@@ -205,7 +205,7 @@ impl RunFolder {
     }
 }
 
-/// What was published and is not in the bag.
+/// The published messages that are not in the bag.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Loss {
     /// By topic: messages missing, of how many.
@@ -264,7 +264,7 @@ fn is_counted(topic: &str) -> bool {
     !["/diagnostics", "/rosout", "/parameter_events"].contains(&topic)
 }
 
-/// What a node was to send, by its exit report; `None` when there is no such report.
+/// The messages that a node published, by its exit report; `None` without a report.
 fn published(path: &Path) -> Option<BTreeMap<String, u64>> {
     let text = fs::read_to_string(path).ok()?;
     let report: planesman_node::ExitReport = serde_json::from_str(&text).ok()?;

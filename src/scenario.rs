@@ -1,4 +1,4 @@
-//! A scenario: one file that says what is flown, by what, and how long.
+//! A scenario file: duration, sampling time, seed, and parameters per node.
 //!
 //! The same file feeds the processes over DDS (as a ROS 2 parameter file) and the
 //! in-process composition, through the same declarations and the same checks.
@@ -46,16 +46,16 @@ pub const BUILTIN: [(&str, &str); 4] = [
     ),
 ];
 
-/// What is flown.
+/// A scenario file.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(
     deny_unknown_fields,
     expecting = "a mapping with a description, a duration and parameters"
 )]
 pub struct Scenario {
-    /// What it is, in a sentence.
+    /// A description, one sentence.
     pub description: String,
-    /// How long the vehicle is flown, s of vehicle time.
+    /// Duration, s of vehicle time.
     pub duration: f64,
     /// The sampling time of the loop, s.
     #[serde(default = "default_tick")]
@@ -147,7 +147,7 @@ impl Scenario {
         // The last entry counts, also where the file has the parameter in a nested mapping.
         let entries = section
             .as_mapping_mut()
-            .ok_or_else(|| anyhow!("the parameters of {node} are no mapping"))?;
+            .ok_or_else(|| anyhow!("the parameters of {node} are not a mapping"))?;
         entries.remove(parameter);
         entries.insert(parameter.into(), value);
         self.values(node)?;

@@ -1,4 +1,4 @@
-//! `planesman sim`: a scenario flown in one process, as fast as it goes.
+//! `planesman sim`: a scenario simulated in one process, as fast as possible.
 
 use std::path::Path;
 

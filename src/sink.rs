@@ -1,4 +1,4 @@
-//! Where composed messages go: a bag, or a CSV table.
+//! The outputs of the composition: a bag, or a CSV file.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -105,7 +105,7 @@ impl Sink for McapSink {
             Some(id) => *id,
             None => {
                 let Some(known) = loop_topics::ALL.iter().find(|t| t.name == topic) else {
-                    bail!("'{topic}' is no topic of the loop");
+                    bail!("'{topic}' is not a topic of the loop");
                 };
                 let id = self
                     .writer

@@ -1,4 +1,4 @@
-//! What a flight shows: the depth response, and the identified model beside the true one.
+//! The summary of a flight: the depth response, and the identified model beside the true one.
 
 use std::fmt;
 
@@ -9,15 +9,15 @@ use crate::fingerprint::{Fingerprint, identified, slowest_first};
 use crate::flight::Flight;
 use crate::scenario::Scenario;
 
-/// The dominant pole is called found when it is this close, relative to its magnitude.
+/// Tolerance of the dominant pole, relative to its magnitude.
 pub const POLE_TOLERANCE: f64 = 0.10;
 
-/// What a flight shows.
+/// The summary of a flight.
 #[derive(Clone, Debug)]
 pub struct Summary {
-    /// The depth asked for at the end, m.
+    /// The last depth setpoint, m.
     pub depth_setpoint: f64,
-    /// The depth response to the last change of what was asked for, `None` when the flight has no depth step.
+    /// The response to the last change of the depth setpoint, `None` when the flight has no depth step.
     pub depth: Option<StepMetrics>,
     /// The identified model, `None` while none is valid.
     pub identified: Option<Fingerprint>,
@@ -29,16 +29,16 @@ pub struct Summary {
     pub no_model: String,
     /// The vehicle's own model at its speed.
     pub truth: Fingerprint,
-    /// Ticks in which the actuator's answer was missing.
+    /// Ticks without the actuator's answer.
     pub held_ticks: u64,
     /// Pulses that all actuators issued.
     pub pulses: u64,
-    /// What was met in the bag that is not the plain flight, a sentence each.
+    /// Irregularities of the bag, a sentence each.
     pub notes: Vec<String>,
 }
 
 impl Summary {
-    /// What `flight`, flown after `scenario`, shows.
+    /// The summary of `flight`, a run of `scenario`.
     ///
     /// # Errors
     /// When the flight holds no states or the scenario's vehicle cannot be linearised.
@@ -64,7 +64,7 @@ impl Summary {
         })
     }
 
-    /// How far the identified dominant pole lies from the true one, relative to its magnitude.
+    /// The distance of the identified dominant pole from the true one, relative to its magnitude.
     #[must_use]
     pub fn pole_error(&self) -> Option<f64> {
         let found = self.identified.as_ref()?.dominant()?;

@@ -16,25 +16,25 @@ use planesman_vehicle::vehicle_file;
 
 use crate::arguments::{speed, within};
 
-/// What to print, and of which vehicle.
+/// The vehicle, the pair of signals and the sampling.
 #[derive(Args)]
 #[command(allow_negative_numbers = true)]
 pub struct TfArgs {
-    /// A built-in vehicle (brunner, brunner_as_printed, remus_100), a vehicle file, or an identified model's
+    /// A built-in vehicle (brunner, brunner_as_printed, remus_100), a vehicle file, or a model file
     vehicle: String,
-    /// The vehicle that an identified model takes all but its pitch dynamics from
+    /// Base vehicle of an identified model: gives all but the pitch dynamics
     #[arg(long, default_value = vehicle_file::BRUNNER)]
     base: String,
-    /// What moves the vehicle
+    /// Input of the transfer function
     #[arg(long, value_enum, default_value_t = InputName::DivePlanes)]
     input: InputName,
-    /// What is seen of it
+    /// Output of the transfer function
     #[arg(long, value_enum, default_value_t = OutputName::PitchRate)]
     output: OutputName,
     /// Speed through the water (m/s, or with its unit: 1ft/s)
     #[arg(long, value_parser = speed(0.001, 100.0), default_value_t = FOOT)]
     speed: f64,
-    /// Samples per second of the zero-order hold (Hz)
+    /// Sampling rate of the zero-order hold (Hz)
     #[arg(long, value_parser = within(0.01, 10_000.0), default_value_t = 20.0)]
     rate: f64,
     /// As the thesis prints them (eq. 7, Table 8), for its own vehicle: nondimensional, sampled every
@@ -49,7 +49,7 @@ pub struct TfArgs {
 pub enum InputName {
     /// The dive planes' angle (rad), positive to dive
     DivePlanes,
-    /// The pitch rate (rad/s), for depth alone: what the dive planes do left out
+    /// The pitch rate (rad/s), for output depth only; without the direct effect of the planes
     PitchRate,
 }
 
@@ -78,7 +78,7 @@ impl From<OutputName> for Output {
     }
 }
 
-/// A model before and after the zero-order hold, with words on what it is.
+/// A model before and after the zero-order hold, with its heading and remarks.
 struct Models {
     heading: String,
     continuous: TransferFunction,
@@ -128,12 +128,12 @@ fn corrected(args: &TfArgs) -> Result<Models> {
             let mut den = of(Output::PitchRate)?.num;
             den.push(0.0);
             let g = TransferFunction::new(of(Output::Depth)?.num, trimmed(den))
-                .map_err(|_| anyhow!("the planes do not turn this vehicle"))?;
+                .map_err(|_| anyhow!("the planes have no effect on the pitch of this vehicle"))?;
             let g = monic(g);
             let sampled = trimmed_num(&g).zero_order_hold(dt).with_context(context)?;
             (g, tidy(sampled), "m s/rad")
         }
-        (InputName::PitchRate, _) => bail!("from pitch_rate there is a model to depth alone"),
+        (InputName::PitchRate, _) => bail!("pitch_rate is an input for the output depth only"),
     };
     Ok(Models {
         heading: format!(
@@ -151,7 +151,7 @@ fn corrected(args: &TfArgs) -> Result<Models> {
     })
 }
 
-/// What the model's variables depart from.
+/// The operating point of the linearised model.
 fn operating_point(level: Option<LevelFlight>) -> String {
     match level {
         Some(level) if level == LevelFlight::default() => {
@@ -162,7 +162,7 @@ fn operating_point(level: Option<LevelFlight>) -> String {
             level.pitch.to_degrees(),
             level.planes.to_degrees()
         ),
-        None => "about an even keel: at this speed it does not fly level".to_owned(),
+        None => "about zero pitch: at this speed the vehicle has no trim".to_owned(),
     }
 }
 
@@ -223,7 +223,7 @@ fn input_name(input: InputName) -> &'static str {
     }
 }
 
-/// Without what rounding left where a coefficient is zero.
+/// Coefficients that are zero but for rounding, set to zero.
 fn tidy(mut g: TransferFunction) -> TransferFunction {
     for polynomial in [&mut g.num, &mut g.den] {
         let largest = polynomial.iter().fold(0.0_f64, |m, c| m.max(c.abs()));

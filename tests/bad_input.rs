@@ -234,7 +234,10 @@ fn a_wrong_argument_is_named_with_what_would_be_right() {
         (vec!["dive", "--lockstep", "--factor", "2"], "--lockstep"),
         (vec!["dive", "--fast"], "--fast"),
         (vec!["sim", "dive", "--out"], "--out"),
-        (vec!["surface"], "'surface' is no command and no scenario"),
+        (
+            vec!["surface"],
+            "'surface' is neither a command nor a scenario",
+        ),
         (
             vec!["tf", "brunner", "--speed", "-1"],
             "a number from 0.001 to 100",

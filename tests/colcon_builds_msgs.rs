@@ -14,12 +14,15 @@ fn colcon_builds_the_messages_and_a_program_uses_them() {
         .arg(foreign::root().join("tests/colcon/build_msgs.sh"))
         .output()
         .expect("bash starts");
-    let told = String::from_utf8_lossy(&output.stdout);
+    let printed = String::from_utf8_lossy(&output.stdout);
     if output.status.code() == Some(SKIPPED) {
-        foreign::skip(told.trim().trim_start_matches("skipped: "));
+        foreign::skip(printed.trim().trim_start_matches("skipped: "));
         return;
     }
     let complaints = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{told}{complaints}");
-    assert!(told.contains("ok: colcon built planesman_msgs"), "{told}");
+    assert!(output.status.success(), "{printed}{complaints}");
+    assert!(
+        printed.contains("ok: colcon built planesman_msgs"),
+        "{printed}"
+    );
 }

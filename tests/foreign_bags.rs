@@ -19,7 +19,7 @@ use stage::{Stage, eventually, scenario};
 /// Messages by topic.
 type Counts = BTreeMap<String, u64>;
 
-/// What a foreign reader found.
+/// The result of a foreign reader.
 fn found(report: &Value) -> Counts {
     let topics = report["topics"].as_object().unwrap();
     let count = |topic: &Value| topic["count"].as_u64().unwrap();
@@ -29,14 +29,14 @@ fn found(report: &Value) -> Counts {
         .collect()
 }
 
-/// What our own reader finds.
+/// The result of our own reader.
 fn ours(bag: &BagReader) -> Counts {
     let count =
         |topic: &planesman_bag::reader::TopicCount| (topic.topic.name.clone(), topic.messages);
     bag.topics().iter().map(count).collect()
 }
 
-/// What the nodes told when they stopped.
+/// The exit reports of the nodes.
 fn published(run: &RunFolder) -> Counts {
     let mut sum = Counts::new();
     for node in NODES {

@@ -53,7 +53,7 @@ const HOLD_ONE_METRE: &str = "  plant_sim: {initial_depth: 1.0}
   depth_controller: {depth_setpoint: 1.0}
 ";
 
-/// What the loop says only when asked to: the estimate where it flies on the instruments, the further rams' states
+/// Topics that are published on request only: the estimate with feedback from the instruments, the further rams' states
 /// where each group of planes has a ram.
 const UNSAID: [&str; 4] = [
     "estimate",
@@ -107,7 +107,7 @@ fn every_topic_is_discovered_with_its_type_qos_and_type_hash(python: &Python, st
         .run("peer_topics.py", stage.domain(), &arguments)
         .well();
 
-    // A dive loses nothing, its sensors' words neither.
+    // A dive loses nothing, its sensors' messages neither.
     for topic in loop_topics::ALL.iter().map(|topic| topic.without_loss()) {
         let name = full_name(topic.name);
         let of = |kind: &str| -> Vec<&Value> {
@@ -257,7 +257,7 @@ fn parameters_are_listed_read_described_and_set_and_a_bad_value_is_refused(
     assert_eq!(ask(&["get", "depth.p"]).answer(), gain(0.5));
 
     // A value that is no number, out of range, or of another type; and a parameter that is not there.
-    for (assignment, words) in [
+    for (assignment, parts) in [
         ("depth.p=NaN", ["depth.p", "finite"]),
         ("depth.p=-1.0", ["depth.p", "[0, 1000]"]),
         ("depth.p=much", ["depth.p", "a number is expected"]),
@@ -266,8 +266,8 @@ fn parameters_are_listed_read_described_and_set_and_a_bad_value_is_refused(
     ] {
         let refusal = ask(&["set", assignment]).refusal();
         assert_eq!(refusal["successful"], false);
-        for word in words {
-            assert!(text(&refusal["reason"]).contains(word), "{refusal}");
+        for part in parts {
+            assert!(text(&refusal["reason"]).contains(part), "{refusal}");
         }
     }
     assert_eq!(ask(&["get", "depth.p"]).answer(), gain(0.5));
@@ -283,11 +283,11 @@ fn parameters_are_listed_read_described_and_set_and_a_bad_value_is_refused(
     let described = ask(&["describe", "depth.p"]).answer();
     assert_eq!(described["name"], "depth.p");
     assert_eq!(described["read_only"], false);
-    let told = format!(
+    let printed = format!(
         "{} {}",
         described["description"], described["additional_constraints"]
     );
-    assert!(told.contains("rad/m"), "the unit: {described}");
+    assert!(printed.contains("rad/m"), "the unit: {described}");
     let range = &described["floating_point_range"][0];
     assert_eq!(number(&range["from_value"]), 0.0);
     assert_eq!(number(&range["to_value"]), 1000.0);
@@ -396,7 +396,7 @@ fn the_identifier_tells_its_model_and_forgets_it_when_asked(python: &Python, sta
     let frozen = fit();
     assert_eq!(frozen["model"]["frozen"], true);
     assert_eq!(fit()["model"]["a"], frozen["model"]["a"]);
-    assert_eq!(freeze(false)["message"], "learning again");
+    assert_eq!(freeze(false)["message"], "estimation resumed");
 
     // With the vehicle paused there is nothing new to learn.
     let pause = r#"{"data": true}"#;
@@ -459,24 +459,24 @@ fn a_goal_is_sent_told_of_and_cancelled_as_ros2_action_does(python: &Python, sta
     };
 
     let sinusoid = json!({"name": "sinusoid", "amplitude": 0.1, "period": 1.0, "duration": 2.0});
-    let told = ask(sinusoid, &[]).well();
-    assert_eq!(told[0]["accepted"], true);
-    let feedback = told.iter().filter(|line| line["feedback"].is_object());
-    assert!(feedback.count() >= 5, "{told:?}");
-    let end = told.last().unwrap();
+    let printed = ask(sinusoid, &[]).well();
+    assert_eq!(printed[0]["accepted"], true);
+    let feedback = printed.iter().filter(|line| line["feedback"].is_object());
+    assert!(feedback.count() >= 5, "{printed:?}");
+    let end = printed.last().unwrap();
     assert_eq!(end["status"], "SUCCEEDED");
     assert_eq!(end["result"]["completed"], true);
     let statuses = end["statuses"].as_array().unwrap();
     assert_eq!(statuses.last().unwrap(), "SUCCEEDED", "{statuses:?}");
 
     let endless = json!({"name": "square", "amplitude": 0.1, "period": 1.0, "duration": 1000.0});
-    let told = ask(endless, &["--cancel-after", "0.5"]).well();
-    let end = told.last().unwrap();
-    assert_eq!(end["status"], "CANCELED", "{told:?}");
+    let printed = ask(endless, &["--cancel-after", "0.5"]).well();
+    let end = printed.last().unwrap();
+    assert_eq!(end["status"], "CANCELED", "{printed:?}");
     assert_eq!(end["result"]["completed"], false);
 
-    let told = ask(json!({"name": "loop"}), &[]).well();
-    let end = told.last().unwrap();
+    let printed = ask(json!({"name": "loop"}), &[]).well();
+    let end = printed.last().unwrap();
     assert_eq!(end["status"], "ABORTED");
     let reason = end["result"]["message"].as_str().unwrap();
     assert!(

@@ -11,7 +11,7 @@ use planesman::flight::Flight;
 use planesman_bag::BagReader;
 use planesman_msgs::diagnostic_msgs::msg::DiagnosticStatus;
 use planesman_msgs::planesman_msgs::msg::VehicleState;
-use stage::{Heard, Operator, Process, Signal, Stage, eventually, scenario};
+use stage::{Operator, Process, Received, Signal, Stage, eventually, scenario};
 
 /// The sampling time, ns.
 const TICK: i64 = 50_000_000;
@@ -95,11 +95,11 @@ fn a_killed_controller_halts_the_lockstep_loop_and_another_resumes_it() {
     // The vehicle stands, and says for whom it waits.
     let vehicle = "/auv/plant_sim: vehicle";
     let mut last = early;
-    let level = operator.until("a vehicle that waits", |heard| {
-        if let Heard::State(state) = &heard {
+    let level = operator.until("a vehicle that waits", |received| {
+        if let Received::State(state) = &received {
             last = state.clone();
         }
-        let status = heard.status(vehicle)?;
+        let status = received.status(vehicle)?;
         (status.message == "waiting for the actuator").then_some(status.level)
     });
     assert_eq!(level, DiagnosticStatus::WARN);
@@ -162,8 +162,8 @@ fn without_a_controller_the_actuator_asks_for_neutral_planes_and_says_why() {
     let (_plant, _actuator, controller, operator) = in_real_time(&stage);
     controller.kill();
     let actuator = "/auv/dha_actuator: actuator";
-    let stale = operator.until("neutral planes asked for", |heard| match heard {
-        Heard::Actuator(state) if state.command_stale => Some(state),
+    let stale = operator.until("neutral planes asked for", |received| match received {
+        Received::Actuator(state) if state.command_stale => Some(state),
         _ => None,
     });
     assert_eq!(stale.commanded_angle, 0.0);
@@ -175,10 +175,15 @@ fn without_a_controller_the_actuator_asks_for_neutral_planes_and_says_why() {
     });
 
     let _controller = stage.node("depth_controller", &[DEEP]);
-    operator.until("commands that are followed again", |heard| match heard {
-        Heard::Actuator(state) if !state.command_stale && state.commanded_angle > 0.2 => Some(()),
-        _ => None,
-    });
+    operator.until(
+        "commands that are followed again",
+        |received| match received {
+            Received::Actuator(state) if !state.command_stale && state.commanded_angle > 0.2 => {
+                Some(())
+            }
+            _ => None,
+        },
+    );
     let level = operator.status(actuator, "following");
     assert_eq!(level, DiagnosticStatus::OK);
 }
@@ -194,8 +199,8 @@ fn a_killed_vehicle_that_comes_back_at_time_zero_is_identified_anew_and_counted(
     let _sysid = stage.node("sysid", &[SIM_TIME]);
     let operator = stage.operator();
     let learnt = |restarts: &str, least: u64| {
-        operator.until("rows learnt from", |heard| {
-            let status = heard.status("/auv/sysid: model")?;
+        operator.until("rows learnt from", |received| {
+            let status = received.status("/auv/sysid: model")?;
             let value = |key: &str| status.values.iter().find(|pair| pair.key == key);
             let rows: u64 = value("rows")?.value.parse().ok()?;
             (value("restarts")?.value == restarts && rows >= least).then_some(rows)

@@ -19,7 +19,7 @@ use stage::{Stage, scenario};
 /// parameter events tell when somebody changed one.
 const OF_WALL_TIME: [&str; 3] = ["/diagnostics", "/rosout", "/parameter_events"];
 
-/// What the loop in one process says: everything but the answers that keep processes in step.
+/// The messages of the loop in one process: all but the answers that keep processes in step.
 const COMPOSED: [&str; 14] = [
     "/auv/control_state",
     "/auv/daq",

@@ -17,9 +17,9 @@ const TICK: i64 = 50_000_000;
 /// By the vehicle's clock a loop that stands is not silent.
 const SIM_TIME: &str = "use_sim_time:=true";
 
-/// What the peer hears, by the tick of its stamp.
+/// The messages received by the peer, by the tick of their stamp.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Heard {
+enum Received {
     State(i64),
     Imu(i64),
     Motion(i64),
@@ -36,7 +36,7 @@ fn tick(stamp: &Time) -> i64 {
 }
 
 struct Peer {
-    rt: Runtime<Heard>,
+    rt: Runtime<Received>,
 }
 
 impl Peer {
@@ -45,7 +45,7 @@ impl Peer {
             name: "peer",
             namespace: "/auv",
             validate: |(): &()| Ok(()),
-            on_parameters: |_| Heard::Other,
+            on_parameters: |_| Received::Other,
         };
         let domain = Domain {
             id: stage.domain(),
@@ -56,7 +56,7 @@ impl Peer {
     }
 
     /// A publisher that the real node listens to.
-    fn heard<M: planesman_msgs::Message>(&self, topic: &str) -> Publisher<M> {
+    fn matched_publisher<M: planesman_msgs::Message>(&self, topic: &str) -> Publisher<M> {
         let publisher = self.rt.publisher(topic, Qos::reliable(100)).unwrap();
         self.wait_for("a listener", || publisher.readers() > 0);
         publisher
@@ -79,22 +79,25 @@ impl Peer {
         }
     }
 
-    /// The next words that `pick` picks, as many as are expected.
-    fn hears(&self, expected: &[Heard], pick: impl Fn(&Heard) -> bool) {
+    /// The next messages that `pick` accepts, as many as are expected.
+    fn receives(&self, expected: &[Received], pick: impl Fn(&Received) -> bool) {
         let deadline = Instant::now() + PATIENCE;
-        let mut heard = Vec::new();
-        while heard.len() < expected.len() {
+        let mut received = Vec::new();
+        while received.len() < expected.len() {
             match self.rt.next(Duration::from_millis(10)) {
-                Next::Event(event) if pick(&event) => heard.push(event),
-                _ => assert!(Instant::now() < deadline, "{expected:?}: heard {heard:?}"),
+                Next::Event(event) if pick(&event) => received.push(event),
+                _ => assert!(
+                    Instant::now() < deadline,
+                    "{expected:?}: received {received:?}"
+                ),
             }
         }
-        assert_eq!(heard, expected);
+        assert_eq!(received, expected);
     }
 
-    /// Says something now and then until `expected` is heard: the first words of a publisher may be spoken
+    /// Says something now and then until `expected` is received: the first words of a publisher may be spoken
     /// before it knows who listens.
-    fn until_heard(&self, expected: Heard, say: impl Fn()) {
+    fn until_received(&self, expected: Received, say: impl Fn()) {
         let deadline = Instant::now() + PATIENCE;
         loop {
             say();
@@ -112,17 +115,17 @@ impl Peer {
         let (rt, qos) = (&self.rt, Qos::reliable(1000));
         let of = |header: &planesman_msgs::std_msgs::msg::Header| tick(&header.stamp);
         rt.subscribe("state", qos, move |m: VehicleState| {
-            Heard::State(of(&m.header))
+            Received::State(of(&m.header))
         })
         .unwrap();
-        rt.subscribe("imu", qos, move |m: Imu| Heard::Imu(of(&m.header)))
+        rt.subscribe("imu", qos, move |m: Imu| Received::Imu(of(&m.header)))
             .unwrap();
         rt.subscribe("plane_motion", qos, move |m: PlaneMotion| {
-            Heard::Motion(of(&m.header))
+            Received::Motion(of(&m.header))
         })
         .unwrap();
         rt.subscribe("tick_answer", qos, move |m: TickAnswer| {
-            Heard::Answer(of(&m.header))
+            Received::Answer(of(&m.header))
         })
         .unwrap();
     }
@@ -149,14 +152,14 @@ fn an_identifier_that_lacks_a_motion_answers_when_it_comes_again_and_at_last_wit
     let _sysid = stage.node("sysid", &["answer:=true", SIM_TIME]);
     let peer = Peer::join(&stage);
     peer.listen();
-    let states = peer.heard("state");
-    let motions = peer.heard("plane_motion");
+    let states = peer.matched_publisher("state");
+    let motions = peer.matched_publisher("plane_motion");
     peer.wait_until_said("/auv/tick_answer");
 
-    peer.until_heard(Heard::Answer(0), || {
+    peer.until_received(Received::Answer(0), || {
         states.publish(&state(0));
     });
-    peer.until_heard(Heard::Answer(1), || {
+    peer.until_received(Received::Answer(1), || {
         motions.publish(&motion(0));
         states.publish(&state(1));
     });
@@ -165,13 +168,13 @@ fn an_identifier_that_lacks_a_motion_answers_when_it_comes_again_and_at_last_wit
     states.publish(&state(2));
     states.publish(&state(2));
     motions.publish(&motion(1));
-    peer.until_heard(Heard::Answer(2), || ());
+    peer.until_received(Received::Answer(2), || ());
 
     // That over tick 2 is lost for good.
     for _ in 0..3 {
         states.publish(&state(3));
     }
-    peer.until_heard(Heard::Answer(3), || ());
+    peer.until_received(Received::Answer(3), || ());
 }
 
 #[test]
@@ -180,19 +183,19 @@ fn an_actuator_whose_command_comes_again_says_the_motion_before_it_too() {
     let _actuator = stage.node("dha_actuator", &["lockstep:=true", SIM_TIME]);
     let peer = Peer::join(&stage);
     peer.listen();
-    let commands = peer.heard("plane_command");
+    let commands = peer.matched_publisher("plane_command");
     peer.wait_until_said("/auv/plane_motion");
     let command = |k: i64| {
         let mut command = PlaneCommand::default();
         command.header.stamp = stamp(k);
         commands.publish(&command);
     };
-    peer.until_heard(Heard::Motion(0), || command(0));
+    peer.until_received(Received::Motion(0), || command(0));
     command(1);
-    peer.until_heard(Heard::Motion(1), || ());
+    peer.until_received(Received::Motion(1), || ());
     command(1);
-    let motions = [0, 1].map(Heard::Motion);
-    peer.hears(&motions, |heard| matches!(heard, Heard::Motion(_)));
+    let motions = [0, 1].map(Received::Motion);
+    peer.receives(&motions, |received| matches!(received, Received::Motion(_)));
 }
 
 #[test]
@@ -205,8 +208,8 @@ fn a_vehicle_that_waits_for_an_answer_says_its_instruments_words_again_too() {
         &["time:=lockstep", "lockstep.members:=['nobody']"],
     );
     // Reliable, for members that wait for them; nobody answers tick 0.
-    let words = [Heard::Imu(0), Heard::Imu(0)];
-    peer.hears(&words, |heard| matches!(heard, Heard::Imu(_)));
-    let states = [Heard::State(0), Heard::State(0)];
-    peer.hears(&states, |heard| matches!(heard, Heard::State(_)));
+    let imu = [Received::Imu(0), Received::Imu(0)];
+    peer.receives(&imu, |received| matches!(received, Received::Imu(_)));
+    let states = [Received::State(0), Received::State(0)];
+    peer.receives(&states, |received| matches!(received, Received::State(_)));
 }

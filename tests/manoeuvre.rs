@@ -1,4 +1,4 @@
-//! Manoeuvres asked of the controller's action over DDS: flown on the planes, told of, cancelled, replaced,
+//! Manoeuvres asked of the controller's action over DDS: executed on the planes, reported, cancelled, replaced,
 //! refused.
 #![allow(clippy::unwrap_used)]
 
@@ -12,7 +12,7 @@ use planesman_msgs::planesman_msgs::action::{
 };
 use planesman_msgs::planesman_msgs::srv::{Step, StepRequest};
 use planesman_node::{ActionClient, Client, GoalId, GoalStatus};
-use stage::{Heard, Operator, PATIENCE, Process, Stage, text};
+use stage::{Operator, PATIENCE, Process, Received, Stage, text};
 
 /// The sampling time, ns.
 const TICK: i64 = 50_000_000;
@@ -41,7 +41,7 @@ impl Flight {
             step: operator.rt.client("plant_sim/step").unwrap(),
             action: operator
                 .rt
-                .action_client("depth_controller/manoeuvre", Heard::Progress)
+                .action_client("depth_controller/manoeuvre", Received::Progress)
                 .unwrap(),
             operator,
             flown: Cell::new(0),
@@ -67,13 +67,13 @@ impl Flight {
         self.operator.rt.block_on(result).unwrap()
     }
 
-    /// What the manoeuvre adds to the planes at the next ticks. An answer that is said again counts once.
+    /// The plane angles added by the manoeuvre at the next ticks. A repeated answer counts once.
     fn offsets(&self, ticks: u32) -> Vec<f64> {
         let first = self.flown.get() * TICK;
         self.fly(ticks);
         let mut offsets = BTreeMap::new();
-        self.operator.until("as many answers", |heard| {
-            if let Heard::Control(control) = heard {
+        self.operator.until("as many answers", |received| {
+            if let Received::Control(control) = received {
                 offsets.insert(control.header.stamp.nanos(), control.manoeuvre);
             }
             (offsets.range(first..).count() == ticks as usize).then_some(())
@@ -104,7 +104,7 @@ fn a_pulse_is_flown_told_of_and_completed() {
     assert_eq!(
         flight.result(id).0,
         GoalStatus::Succeeded,
-        "who asks late is told"
+        "a late client gets the result"
     );
 }
 
@@ -118,13 +118,16 @@ fn a_manoeuvre_tells_how_far_it_has_come_and_stops_when_it_is_cancelled() {
     };
     let id = flight.send(run);
     flight.fly(30);
-    let told = flight
-        .operator
-        .until("feedback from within the pulse", |heard| match heard {
-            Heard::Progress(of, told) if of == id && told.elapsed >= 1.2 => Some(told),
+    let progress = flight.operator.until(
+        "feedback from within the pulse",
+        |received| match received {
+            Received::Progress(of, progress) if of == id && progress.elapsed >= 1.2 => {
+                Some(progress)
+            }
             _ => None,
-        });
-    let ManoeuvreFeedback { dive_planes, .. } = told;
+        },
+    );
+    let ManoeuvreFeedback { dive_planes, .. } = progress;
     assert_eq!(dive_planes, 20_f64.to_radians());
 
     let cancel = flight.action.cancel(id, PATIENCE);
@@ -157,12 +160,12 @@ fn a_newer_goal_takes_the_place_of_an_older_one() {
 fn what_cannot_be_flown_is_refused_with_the_reason() {
     let stage = Stage::new();
     let flight = Flight::begin(&stage, &["planes.limit:=0.2"]);
-    let refused = |change: fn(&mut ManoeuvreGoal), word: &str| {
+    let refused = |change: fn(&mut ManoeuvreGoal), phrase: &str| {
         let mut goal = pulse();
         change(&mut goal);
         let (status, result) = flight.result(flight.send(goal));
         assert_eq!(status, GoalStatus::Aborted);
-        assert!(result.message.contains(word), "{}", result.message);
+        assert!(result.message.contains(phrase), "{}", result.message);
     };
     refused(|goal| goal.amplitude = 0.3, "planes.limit");
     refused(|goal| goal.name = "roll".to_owned(), "run_9_2");

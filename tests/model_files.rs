@@ -119,7 +119,7 @@ fn the_vehicle_s_equations_come_round_to_their_own_poles() {
 fn what_takes_a_vehicle_takes_a_model_file() {
     let stage = Stage::new();
     let _ = identified(&stage, "model.json");
-    let told = |command: &[&str], vehicle: &str, rest: &[&str]| {
+    let printed = |command: &[&str], vehicle: &str, rest: &[&str]| {
         let arguments = [command, &[vehicle], rest].concat();
         stage.run(&arguments).success().stdout
     };
@@ -133,8 +133,8 @@ fn what_takes_a_vehicle_takes_a_model_file() {
             &["--real", "0.2", "--frequency", "0.7"],
         ),
     ] {
-        let of_the_model = told(command, "model.json", rest);
-        let of_the_truth = told(command, "brunner", rest);
+        let of_the_model = printed(command, "model.json", rest);
+        let of_the_truth = printed(command, "brunner", rest);
         assert_eq!(of_the_model.lines().count(), of_the_truth.lines().count());
         assert_ne!(of_the_model, of_the_truth, "they are near, not the same");
     }
@@ -184,9 +184,9 @@ fn python_control_loads_the_same_model() {
     let Some(python) = Python::find() else { return };
     let stage = Stage::new();
     let file = identified(&stage, "model.json");
-    let told = python.load_model(Path::new(&stage.path("model.json")));
+    let loaded = python.load_model(Path::new(&stage.path("model.json")));
     let list = |name: &str| -> Vec<Complex<f64>> {
-        serde_json::from_value::<Vec<[f64; 2]>>(told[name].clone())
+        serde_json::from_value::<Vec<[f64; 2]>>(loaded[name].clone())
             .unwrap()
             .into_iter()
             .map(|[re, im]| Complex::new(re, im))
@@ -209,7 +209,7 @@ fn python_control_loads_the_same_model() {
     all_are("continuous_poles", &file.continuous_poles, 1e-7);
     let [gain, _] = file.dc_gain.unwrap();
     for name in ["dc_gain", "continuous_dc_gain"] {
-        let found = told[name].as_f64().unwrap();
+        let found = loaded[name].as_f64().unwrap();
         assert!((found - gain).abs() < 1e-6, "{name}: {found} for {gain}");
     }
     // Its own zero-order hold leads from the continuous model to the sampled one.

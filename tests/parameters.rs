@@ -1,5 +1,5 @@
-//! What an operator changes in mid-dive: gains through the parameter services, setpoints on their
-//! topics; and that a bad one changes nothing and is told.
+//! Changes by an operator during a dive: gains through the parameter services, setpoints on their
+//! topics; and that a bad one changes nothing and is refused with a reason.
 //!
 //! The vehicle is flown tick by tick, so that it is known between which two ticks a change falls.
 #![allow(clippy::unwrap_used)]
@@ -18,7 +18,7 @@ use planesman_msgs::rcl_interfaces::srv::{
 use planesman_msgs::std_msgs::msg::Float64;
 use planesman_node::{Client, Connections, Direction, Publisher, Qos};
 use serde::{Deserialize, Serialize};
-use stage::{Heard, Operator, Process, Stage, double, text};
+use stage::{Operator, Process, Received, Stage, double, text};
 
 /// The sampling time, ns.
 const TICK: i64 = 50_000_000;
@@ -56,8 +56,8 @@ impl Dive {
     fn fly(&mut self, ticks: u32) -> ControlState {
         let last = self.fly_to(ticks);
         let what = format!("the controller's answer at {last} ns");
-        self.operator.until(&what, |heard| match heard {
-            Heard::Control(control) if control.header.stamp.nanos() == last => Some(control),
+        self.operator.until(&what, |received| match received {
+            Received::Control(control) if control.header.stamp.nanos() == last => Some(control),
             _ => None,
         })
     }
@@ -74,8 +74,8 @@ impl Dive {
     fn fly_actuator(&mut self, ticks: u32) -> DhaState {
         let last = self.fly_to(ticks);
         let what = format!("the actuator's answer at {last} ns");
-        self.operator.until(&what, |heard| match heard {
-            Heard::Actuator(state) if state.header.stamp.nanos() == last => Some(state),
+        self.operator.until(&what, |received| match received {
+            Received::Actuator(state) if state.header.stamp.nanos() == last => Some(state),
             _ => None,
         })
     }
@@ -176,8 +176,8 @@ fn a_set_with_one_bad_value_changes_nothing_and_the_reason_is_told() {
     ] {
         let answer = dive.set::<SetUnchecked>(&[double("depth.p", 0.5), bad.clone()]);
         assert!(!answer.result.successful, "{bad:?}");
-        let told = answer.result.reason;
-        assert!(told.contains(reason), "{reason}: {told}");
+        let answered = answer.result.reason;
+        assert!(answered.contains(reason), "{reason}: {answered}");
         let after = dive.fly(1);
         let gain = after.depth_p / after.depth_error;
         assert!((gain - printed).abs() < 1e-12, "{bad:?}: gain {gain}");
@@ -196,22 +196,23 @@ fn a_setpoint_that_is_no_number_is_refused_and_told_and_the_dive_goes_on() {
         .rt
         .publisher(topic, Qos::reliable(10))
         .unwrap();
-    let refused = |heard: &Heard| {
-        let Heard::Diagnostics(array) = heard else {
+    let refused = |received: &Received| {
+        let Received::Diagnostics(array) = received else {
             return None;
         };
         let connections = Connections::from_diagnostics(array)?;
         let input = connections.find(Direction::Subscription, "/auv/depth_setpoint")?;
         Some((array.status[0].level, input.peers, input.refused))
     };
-    dive.operator.until("a controller that listens", |heard| {
-        refused(&heard).filter(|(_, peers, _)| *peers == 1)
-    });
+    dive.operator
+        .until("a controller that listens", |received| {
+            refused(&received).filter(|(_, peers, _)| *peers == 1)
+        });
     for number in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         assert!(setpoint.publish(&Unchecked(Float64 { data: number })));
     }
-    let (level, ..) = dive.operator.until("three refusals", |heard| {
-        refused(&heard).filter(|(_, _, refused)| *refused == 3)
+    let (level, ..) = dive.operator.until("three refusals", |received| {
+        refused(&received).filter(|(_, _, refused)| *refused == 3)
     });
     assert_eq!(level, DiagnosticStatus::WARN);
     let said = dive.controller.stderr();
@@ -247,8 +248,8 @@ fn a_fault_in_mid_dive_acts_from_the_next_tick_on_is_told_and_can_be_mended() {
         let set = [double("fault.air", 0.5), bad];
         let answer = dive.set_of::<SetUnchecked>(node, &set);
         assert!(!answer.result.successful);
-        let told = answer.result.reason;
-        assert!(told.contains(reason), "{told}");
+        let answered = answer.result.reason;
+        assert!(answered.contains(reason), "{answered}");
     }
     assert_eq!(dive.fly_actuator(1).faults, "");
 

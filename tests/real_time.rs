@@ -61,11 +61,11 @@ fn eight_times_faster_than_the_clock_nothing_is_lost() {
     assert_eq!(stamps(&out), expected);
     assert_nothing_lost(&out, &flight);
 
-    // A busy machine may be late with an answer; such ticks are flagged and told.
+    // A busy machine may be late with an answer; such ticks are flagged and reported.
     let is_held = |state: &&VehicleState| state.planes_source == VehicleState::PLANES_HELD;
     let held = states(&out).iter().filter(is_held).count();
-    let told = format!("ticks without its answer: {held}");
-    assert!(outcome.stdout.contains(&told), "{}", outcome.stdout);
+    let line = format!("ticks without its answer: {held}");
+    assert!(outcome.stdout.contains(&line), "{}", outcome.stdout);
 }
 
 #[test]
@@ -114,7 +114,7 @@ fn an_answer_within_the_delay_budget_is_flown_late_and_flagged() {
         state.planes_source == VehicleState::PLANES_LATE
     });
     assert_eq!(late.dive_planes, 0.1);
-    operator.status("/auv/plant_sim: vehicle", "flying on an answer 2 ticks old");
+    operator.status("/auv/plant_sim: vehicle", "using an answer 2 ticks old");
 }
 
 /// Keeps a dive of one second running, tells `stop` to stop it once it has flown on for long,

@@ -14,7 +14,7 @@ use planesman_msgs::{Message, cdr};
 use planesman_node::{Domain, NodeSpec, Publisher, Qos, RosArguments, Runtime};
 use stage::{PATIENCE, Signal, Stage};
 
-fn heard<M: Message>(rt: &Runtime<()>, topic: &str) -> Publisher<M> {
+fn matched_publisher<M: Message>(rt: &Runtime<()>, topic: &str) -> Publisher<M> {
     let publisher = rt.publisher(topic, Qos::reliable(100)).unwrap();
     let deadline = Instant::now() + PATIENCE;
     // The recorder, and its clock.
@@ -43,18 +43,18 @@ fn a_clock_before_its_epoch_ends_no_recording() {
         local: true,
     };
     let (rt, ()) = Runtime::start_in(domain, spec, RosArguments::default()).unwrap();
-    let clock = heard::<Clock>(&rt, "/clock");
-    let setpoint = heard::<Float64>(&rt, "depth_setpoint");
+    let clock = matched_publisher::<Clock>(&rt, "/clock");
+    let setpoint = matched_publisher::<Float64>(&rt, "depth_setpoint");
     let operator = stage.operator();
     for (phase, seconds) in [-5, 5].into_iter().enumerate() {
         let mut before = None;
-        // Until the recorder has told of some at that time.
-        operator.until("a report of the recorder's", |heard| {
+        // Until the recorder has reported some at that time.
+        operator.until("a report of the recorder's", |received| {
             clock.publish(&Clock {
                 clock: Time::from_nanos(seconds * 1_000_000_000),
             });
             setpoint.publish(&Float64 { data: phase as f64 });
-            let status = heard.status("/auv/recorder: bag")?;
+            let status = received.status("/auv/recorder: bag")?;
             let value = |key: &str| status.values.iter().find(|v| v.key == key);
             let number = |key: &str| value(key).unwrap().value.parse::<u64>().unwrap();
             let first = *before.get_or_insert(number("messages"));

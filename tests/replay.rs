@@ -10,7 +10,7 @@ use clap::Parser;
 use planesman::sysid::replay::{Replay, ReplayArgs, replay};
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 use planesman_msgs::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerRequest};
-use stage::{Heard, Signal, Stage, scenario};
+use stage::{Received, Signal, Stage, scenario};
 
 fn replayed(arguments: &[&str]) -> Replay {
     let args = ["replay"].iter().chain(arguments);
@@ -68,8 +68,8 @@ fn what_was_frozen_and_forgotten_in_flight_is_so_in_the_replay_for_every_pair() 
     let operator = stage.operator();
     let learnt = |estimates: usize| {
         for _ in 0..estimates {
-            operator.until("an estimate", |heard| {
-                matches!(heard, Heard::Model(_)).then_some(())
+            operator.until("an estimate", |received| {
+                matches!(received, Received::Model(_)).then_some(())
             });
         }
     };

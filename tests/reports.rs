@@ -28,26 +28,26 @@ parameters:
 
 const STATE: &str = "/auv/state";
 
-/// A flight's folder whose bag holds a short dive, told anew.
-struct Told {
+/// A flight's folder whose bag holds a short dive, written anew.
+struct Rewritten {
     folder: tempfile::TempDir,
 }
 
-impl Told {
+impl Rewritten {
     /// The dive's messages as `tell` writes them, each with how often it has been called before.
     fn by(mut tell: impl FnMut(&mut BagWriter, usize, &Message)) -> Self {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join("scenario.yaml"), SCENARIO).unwrap();
         let plain = folder.path().join("plain.mcap");
         sim::run(&scenario(), &plain, "/auv").unwrap();
-        let told = Self { folder };
-        let mut writer = BagWriter::create(&told.bag(), WriterOptions::default()).unwrap();
+        let rewritten = Self { folder };
+        let mut writer = BagWriter::create(&rewritten.bag(), WriterOptions::default()).unwrap();
         let bag = BagReader::open(&plain).unwrap();
         for (k, message) in bag.messages(Order::File).enumerate() {
             tell(&mut writer, k, &message.unwrap());
         }
         writer.close().unwrap();
-        told
+        rewritten
     }
 
     fn bag(&self) -> PathBuf {
@@ -58,7 +58,7 @@ impl Told {
         Summary::of(&Flight::read(&self.bag()).unwrap(), &scenario()).unwrap()
     }
 
-    /// What `planesman report` prints, and the page.
+    /// The output of `planesman report`, and the page.
     fn report(&self) -> (String, String) {
         let run = RunFolder::open(self.folder.path()).unwrap();
         (
@@ -81,9 +81,9 @@ fn again(writer: &mut BagWriter, message: &Message) {
     put(writer, &message.topic, &message.payload, message.log_time);
 }
 
-/// The flight told as it was.
-fn plain() -> Told {
-    Told::by(|writer, _, message| again(writer, message))
+/// The flight without a change.
+fn plain() -> Rewritten {
+    Rewritten::by(|writer, _, message| again(writer, message))
 }
 
 /// A message of the state's topic with another stamp and depth.
@@ -97,23 +97,23 @@ fn stranger(message: &Message, seconds: i32, depth: f64) -> Vec<u8> {
     cdr::to_bytes(&state)
 }
 
-/// What is told of both flights is the same, but for the notes.
-fn assert_same_flight(told: &Summary, plain: &Summary) {
-    assert_eq!(told.depth, plain.depth);
-    assert_eq!(told.depth_setpoint, plain.depth_setpoint);
-    assert_eq!(told.identified, plain.identified);
+/// The reports of both flights are the same, but for the notes.
+fn assert_same_flight(rewritten: &Summary, plain: &Summary) {
+    assert_eq!(rewritten.depth, plain.depth);
+    assert_eq!(rewritten.depth_setpoint, plain.depth_setpoint);
+    assert_eq!(rewritten.identified, plain.identified);
     assert_eq!(
-        (told.pulses, told.held_ticks),
+        (rewritten.pulses, rewritten.held_ticks),
         (plain.pulses, plain.held_ticks)
     );
 }
 
 #[test]
 fn the_figures_are_those_of_all_states_since_the_depth_was_asked_for() {
-    let told = plain();
-    let states: Vec<VehicleState> = recorded::messages(&told.bag(), STATE).unwrap();
+    let rewritten = plain();
+    let states: Vec<VehicleState> = recorded::messages(&rewritten.bag(), STATE).unwrap();
     let controls: Vec<ControlState> =
-        recorded::messages(&told.bag(), "/auv/control_state").unwrap();
+        recorded::messages(&rewritten.bag(), "/auv/control_state").unwrap();
     assert!(controls.iter().all(|c| c.depth_target == 0.3));
     let times: Vec<f64> = states
         .iter()
@@ -121,34 +121,34 @@ fn the_figures_are_those_of_all_states_since_the_depth_was_asked_for() {
         .collect();
     let depths: Vec<f64> = states.iter().map(|s| s.depth).collect();
     let expected = StepMetrics::of(&times, &depths, depths[0], 0.3).unwrap();
-    let summary = told.summary();
+    let summary = rewritten.summary();
     assert_eq!(summary.depth, Some(expected));
     assert_eq!(summary.notes, [""; 0]);
 }
 
 #[test]
 fn ticks_said_again_while_the_loop_waited_count_once() {
-    let told = Told::by(|writer, k, message| {
+    let rewritten = Rewritten::by(|writer, k, message| {
         again(writer, message);
         if k % 97 < 20 {
             again(writer, message);
         }
     });
-    let summary = told.summary();
+    let summary = rewritten.summary();
     assert_same_flight(&summary, &plain().summary());
     let note = summary.notes.iter().find(|note| note.starts_with(STATE));
     assert!(
         note.is_some_and(|it| it.contains("counted once")),
         "{summary}"
     );
-    let (text, page) = told.report();
+    let (text, page) = rewritten.report();
     assert!(text.contains("counted once") && page.contains("counted once"));
 }
 
 #[test]
 fn foreign_messages_are_counted_named_and_left_out() {
     let text = Topic::of::<Text>("/auv/plane_command", OfferedQos::reliable(1));
-    let told = Told::by(|writer, k, message| {
+    let rewritten = Rewritten::by(|writer, k, message| {
         if message.topic.name == STATE && k > 1000 && k % 100 < 20 {
             // Cut off, no number, from another time, and from another vehicle.
             let cut = &message.payload[..40];
@@ -166,20 +166,20 @@ fn foreign_messages_are_counted_named_and_left_out() {
         }
         again(writer, message);
     });
-    let summary = told.summary();
+    let summary = rewritten.summary();
     assert_same_flight(&summary, &plain().summary());
     let notes = summary.notes.join("\n");
     for part in [
         STATE,
         "not a planesman_msgs/msg/VehicleState",
-        "out of line",
+        "out of order",
     ] {
         assert!(notes.contains(part), "{part}: {notes}");
     }
-    told.report();
+    rewritten.report();
 }
 
-/// The topic under a name that the flight is not told from.
+/// The topic under a name that the flight does not use.
 fn text_of_another(topic: &Topic) -> Topic {
     Topic {
         name: "/auv/plane_command_text".to_owned(),
@@ -189,7 +189,7 @@ fn text_of_another(topic: &Topic) -> Topic {
 
 #[test]
 fn a_topic_of_another_type_is_named_and_the_rest_is_told() {
-    let told = Told::by(|writer, _, message| {
+    let rewritten = Rewritten::by(|writer, _, message| {
         if message.topic.name == "/auv/plane_command" {
             let other = Topic::of::<Text>("/auv/plane_command", OfferedQos::reliable(1));
             put(writer, &other, &message.payload, message.log_time);
@@ -197,38 +197,37 @@ fn a_topic_of_another_type_is_named_and_the_rest_is_told() {
             again(writer, message);
         }
     });
-    let summary = told.summary();
+    let summary = rewritten.summary();
     assert_same_flight(&summary, &plain().summary());
-    let expected =
-        "/auv/plane_command: 600 left out, the first because it is a std_msgs/msg/String";
+    let expected = "/auv/plane_command: 600 skipped, the first because it is a std_msgs/msg/String";
     assert!(summary.notes[0].starts_with(expected), "{summary}");
-    told.report();
+    rewritten.report();
 }
 
 #[test]
 fn of_a_vehicle_that_began_again_the_last_flight_is_told() {
     let mut first = Vec::new();
-    let told = Told::by(|writer, k, message| {
+    let rewritten = Rewritten::by(|writer, k, message| {
         if k < 2000 {
             first.push(message.clone());
         }
         again(writer, message);
     });
     // The same bag with a cut flight before it.
-    let twice = Told::by(|writer, k, message| {
+    let twice = Rewritten::by(|writer, k, message| {
         if k == 0 {
             first.iter().for_each(|message| again(writer, message));
         }
         again(writer, message);
     });
     let summary = twice.summary();
-    assert_same_flight(&summary, &told.summary());
+    assert_same_flight(&summary, &rewritten.summary());
     assert!(summary.to_string().contains("time went back"), "{summary}");
 }
 
 #[test]
 fn depths_beyond_all_numbers_leave_a_page_that_says_so() {
-    let told = Told::by(|writer, _, message| {
+    let rewritten = Rewritten::by(|writer, _, message| {
         if message.topic.name == STATE {
             let mut state: VehicleState = message.decode().unwrap();
             state.depth *= 1e308;
@@ -242,9 +241,9 @@ fn depths_beyond_all_numbers_leave_a_page_that_says_so() {
             again(writer, message);
         }
     });
-    let (text, page) = told.report();
+    let (text, page) = rewritten.report();
     assert!(
-        text.contains("finite") || text.contains("cannot be judged"),
+        text.contains("finite") || text.contains("no depth response"),
         "{text}"
     );
     assert!(page.contains("</html>"));
@@ -252,7 +251,7 @@ fn depths_beyond_all_numbers_leave_a_page_that_says_so() {
 
 #[test]
 fn names_in_a_bag_do_nothing_to_the_page_or_the_terminal() {
-    let told = Told::by(|writer, _, message| {
+    let rewritten = Rewritten::by(|writer, _, message| {
         again(writer, message);
         if message.topic.name != STATE {
             return;
@@ -263,15 +262,15 @@ fn names_in_a_bag_do_nothing_to_the_page_or_the_terminal() {
         };
         put(writer, &evil, &message.payload, message.log_time);
     });
-    let page = told.report().1;
+    let page = rewritten.report().1;
     assert!(!page.contains('\u{1b}') && !page.contains('\u{202e}') && !page.contains("<b>"));
     assert!(page.contains("[31m&lt;b&gt;\\u202e"));
 }
 
 #[test]
 fn a_bag_that_is_damaged_in_the_middle_is_reported_up_to_there() {
-    let told = plain();
-    let file: PathBuf = fs::read_dir(told.bag())
+    let rewritten = plain();
+    let file: PathBuf = fs::read_dir(rewritten.bag())
         .unwrap()
         .map(|entry| entry.unwrap().path())
         .find(|path: &PathBuf| path.extension().is_some_and(|it| it == "mcap"))
@@ -280,7 +279,7 @@ fn a_bag_that_is_damaged_in_the_middle_is_reported_up_to_there() {
     let middle = bytes.len() / 2;
     bytes[middle..middle + 64].fill(0xa5);
     fs::write(&file, bytes).unwrap();
-    let (text, page) = told.report();
+    let (text, page) = rewritten.report();
     assert!(text.contains("The bag is not whole"), "{text}");
     assert!(page.contains("The bag is not whole"));
 }

@@ -103,8 +103,8 @@ impl Running<'_> {
         kill_process_group(Pid::from_child(&self.child), Signal::INT).unwrap();
     }
 
-    /// The script's processes with `words` in their command lines.
-    fn children(&self, words: &str) -> Vec<Pid> {
+    /// The script's processes with `part` in their command lines.
+    fn children(&self, part: &str) -> Vec<Pid> {
         let parent = format!("PPid:\t{}\n", self.child.id());
         let mut found = Vec::new();
         for entry in std::fs::read_dir("/proc").unwrap().flatten() {
@@ -112,7 +112,7 @@ impl Running<'_> {
             let pid = entry.file_name().to_str().and_then(|n| n.parse().ok());
             if let Some(pid) = pid.and_then(Pid::from_raw)
                 && read("status").contains(&parent)
-                && read("cmdline").replace('\0', " ").contains(words)
+                && read("cmdline").replace('\0', " ").contains(part)
             {
                 found.push(pid);
             }
@@ -137,7 +137,7 @@ fn ctrl_c_stops_all_nodes_and_the_recorder_last() {
     std::fs::write(script.path("params.yaml"), parameters).unwrap();
     let options = ["--lockstep", "--params", "params.yaml", "--bag", "the bag"];
     let mut running = script.start(&options);
-    running.until_log_says("all 40 ticks are flown");
+    running.until_log_says("done: 40 ticks");
     running.press_ctrl_c();
     assert_eq!(running.end(), Some(0), "{}", running.log());
 
@@ -180,7 +180,7 @@ fn one_node_alone_is_started_by_its_name() {
 #[test]
 fn what_cannot_be_is_refused_in_one_line() {
     let script = Script::new();
-    for (options, word) in [
+    for (options, part) in [
         (vec!["--speed"], "--speed"),
         (vec!["rudder"], "rudder"),
         (vec!["--bag"], "--bag"),
@@ -191,6 +191,6 @@ fn what_cannot_be_is_refused_in_one_line() {
         let output = script.run(&options);
         let said = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{said}");
-        assert!(said.contains(word) && said.lines().count() == 1, "{said}");
+        assert!(said.contains(part) && said.lines().count() == 1, "{said}");
     }
 }

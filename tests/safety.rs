@@ -10,12 +10,12 @@ use planesman_msgs::planesman_msgs::msg::ControlState;
 use planesman_msgs::rcl_interfaces::msg::Parameter;
 use planesman_msgs::std_srvs::srv::{Trigger, TriggerRequest};
 use planesman_node::{ActionClient, Client, GoalStatus};
-use stage::{Heard, Operator, PATIENCE, Stage, double};
+use stage::{Operator, PATIENCE, Received, Stage, double};
 
 /// The controller's next state that `wanted` likes.
 fn control(operator: &Operator, what: &str, wanted: fn(&ControlState) -> bool) -> ControlState {
-    operator.until(what, |heard| match heard {
-        Heard::Control(control) if wanted(&control) => Some(control),
+    operator.until(what, |received| match received {
+        Received::Control(control) if wanted(&control) => Some(control),
         _ => None,
     })
 }
@@ -27,7 +27,7 @@ fn a_vehicle_too_deep_climbs_and_obeys_again_only_after_a_reset() {
     let reset: Client<Trigger> = operator.rt.client("depth_controller/reset_fault").unwrap();
     let action: ActionClient<Manoeuvre> = operator
         .rt
-        .action_client("depth_controller/manoeuvre", Heard::Progress)
+        .action_client("depth_controller/manoeuvre", Received::Progress)
         .unwrap();
     let _plant = stage.node("plant_sim", &["initial_depth:=3.0", "factor:=4.0"]);
     let _actuator = stage.node("dha_actuator", &[]);

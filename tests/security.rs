@@ -11,14 +11,14 @@ mod stage;
 use std::process::{Command, Stdio};
 
 use foreign::{CYCLONE, root};
-use stage::{Heard, Process, Stage, scenario};
+use stage::{Process, Received, Stage, scenario};
 
 /// A dive that is over soon.
 const DIVE: &str = "  plant_sim: {speed: 0.36576}
   depth_controller: {depth_setpoint: 0.5}
 ";
 
-/// What puts a process under security in one enclave.
+/// The variables that put a process under security in one enclave.
 struct Credentials {
     keystore: String,
     enclave: &'static str,
@@ -65,27 +65,27 @@ fn a_dive_is_flown_among_strangers_who_neither_hear_it_nor_are_heard() {
     let ours = Credentials::make(&stage, "ours", "/");
     let theirs = Credentials::make(&stage, "theirs", "/");
 
-    // Either vehicle would be refused for the other, and the dive for both, if they heard each other.
+    // Either vehicle would be refused for the other, and the dive for both, if they received each other's messages.
     let mut in_the_clear = vehicle(&stage, 5.0, &[]);
     let mut of_another_authority = vehicle(&stage, 7.0, &theirs.variables());
     let listener = stage.operator();
-    let depth = |heard| match heard {
-        Heard::State(state) => Some(state.depth),
+    let depth = |received| match received {
+        Received::State(state) => Some(state.depth),
         _ => None,
     };
-    let heard = listener.until("a vehicle in the clear", depth);
-    assert!((heard - 5.0).abs() < 1.0, "{heard} m");
+    let received = listener.until("a vehicle in the clear", depth);
+    assert!((received - 5.0).abs() < 1.0, "{received} m");
 
     let file = stage.file("dive.yaml", scenario(20.0, DIVE));
     let out = stage.path("out");
     let arguments = ["dive", &file, "--out", &out];
     let mut dive = stage.start_as(&arguments, &ours.variables());
     while dive.is_running() {
-        let heard = listener.until("the vehicle in the clear", depth);
-        assert!((heard - 5.0).abs() < 1.0, "{heard} m");
+        let received = listener.until("the vehicle in the clear", depth);
+        assert!((received - 5.0).abs() < 1.0, "{received} m");
     }
-    let told = dive.finish().success().stdout;
-    assert!(told.contains("6 processes over DDS"), "{told}");
+    let printed = dive.finish().success().stdout;
+    assert!(printed.contains("6 processes over DDS"), "{printed}");
     assert!(in_the_clear.is_running() && of_another_authority.is_running());
 }
 
@@ -102,7 +102,7 @@ fn a_node_without_its_enclave_is_refused_under_enforce_and_speaks_in_the_clear_o
     assert!(
         refused
             .stderr
-            .contains("enclaves/elsewhere/identity_ca.cert.pem is no file"),
+            .contains("enclaves/elsewhere/identity_ca.cert.pem is not a file"),
         "{refused:?}"
     );
 

@@ -1,4 +1,4 @@
-//! What `planesman sysid topics` and `planesman sysid fit` make of data: good, mixed, broken and hostile.
+//! `planesman sysid topics` and `planesman sysid fit` on good, mixed, broken and hostile data.
 #![allow(clippy::unwrap_used)]
 
 mod bags;
@@ -146,7 +146,7 @@ fn a_tables_blanks_are_absent_and_its_faults_are_told() {
     }
     fs::write(&table, "x,y\n".to_owned() + &"9".repeat(3 << 20)).unwrap();
     let refusal = try_fit(&table, "-i x -o y").unwrap_err();
-    assert!(refusal.contains("it is no table"), "{refusal}");
+    assert!(refusal.contains("not a CSV file"), "{refusal}");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! What `planesman sysid fit` makes of tables: loops with a reference, several runs, long records, and what it refuses.
+//! `planesman sysid fit` on CSV files: loops with a reference, several runs, long records, and refusals.
 
 #![allow(clippy::unwrap_used)]
 
@@ -40,9 +40,9 @@ fn fit(data: &[PathBuf], more: &str) -> Found {
     try_fit(data, more).unwrap()
 }
 
-fn says(found: &Found, words: &str) -> bool {
+fn says(found: &Found, phrase: &str) -> bool {
     let sentences = &found.analysis.verdict;
-    sentences.iter().any(|sentence| sentence.contains(words))
+    sentences.iter().any(|sentence| sentence.contains(phrase))
 }
 
 /// y = 0.2 q^-1 / (1 - 0.9 q^-1) u + v, u = r - 2 y, v strong and slow: r, u and y.
@@ -70,13 +70,16 @@ fn a_loop_is_noticed_and_its_reference_sets_the_model_right() {
     )];
     let direct = fit(&data, "--order 1");
     let text = direct.analysis.text();
-    assert!(says(&direct, "there is feedback"), "{text}");
+    assert!(says(&direct, "closed-loop"), "{text}");
     assert!(says(&direct, "--reference"), "{text}");
 
     let staged = fit(&data, "--order 1 --reference r");
     let text = staged.analysis.text();
-    assert!(says(&staged, "misleads the direct fit"), "{text}");
-    assert!(!says(&staged, "there is feedback"), "{text}");
+    assert!(
+        says(&staged, "feedback of noise biases the direct fit"),
+        "{text}"
+    );
+    assert!(!says(&staged, "closed-loop"), "{text}");
     let off = |found: &Found| {
         let gain = found.analysis.reading().dc_gain().unwrap();
         (gain.value.re - 2.0).abs() / gain.real_deviation()
@@ -189,20 +192,20 @@ fn options_that_do_not_go_together_are_refused() {
     let (u, y) = (run.planes(), run.clean());
     let data = [table(folder.path(), "a.csv", &[("u", &u), ("y", &y)])];
     for (more, reason) in [
-        ("--method vehicle --order 3", "its equations have the order"),
+        (
+            "--method vehicle --order 3",
+            "given by the vehicle's equations",
+        ),
         (
             "--order 2 --heave 1,2,3,4",
             "for --method vehicle and kalman",
         ),
-        (
-            "--method vehicle --heave 1,2,3",
-            "four numbers are expected",
-        ),
+        ("--method vehicle --heave 1,2,3", "expected four numbers"),
         ("--method vehicle --heave 1,2,3,nan", "'nan' is not finite"),
         ("--method guesswork", "output_error"),
         ("--inertia 0", "above 0"),
         ("--reference z", "no column 'z'"),
-        ("--window 3..2", "no window"),
+        ("--window 3..2", "not a window"),
     ] {
         let refusal = try_fit(&data, more).unwrap_err();
         assert!(refusal.contains(reason), "{more}: {refusal}");

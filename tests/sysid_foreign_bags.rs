@@ -15,8 +15,8 @@ use planesman_bag::{BagReader, Message, Order};
 use planesman_decode::{Catalogue, Decoder, FieldPath, Values};
 use serde_json::Value;
 
-/// What a peer told; `None` where there is no Python with `rosbags`.
-fn told(program: &str, arguments: &[&str]) -> Option<String> {
+/// The output of a peer; `None` where there is no Python with `rosbags`.
+fn printed(program: &str, arguments: &[&str]) -> Option<String> {
     let output = peers::program(program)?.args(arguments).output().unwrap();
     let complaints = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{complaints}");
@@ -25,8 +25,8 @@ fn told(program: &str, arguments: &[&str]) -> Option<String> {
 
 /// Writes a bag and returns what numpy found in it.
 fn make_bag(bag: &Path, compression: &str) -> Option<Value> {
-    let told = told("make_imu_bag.py", &[bag.to_str().unwrap(), compression])?;
-    Some(serde_json::from_str(&told).unwrap())
+    let printed = printed("make_imu_bag.py", &[bag.to_str().unwrap(), compression])?;
+    Some(serde_json::from_str(&printed).unwrap())
 }
 
 fn fit(data: &[PathBuf], output: &str) -> Found {
@@ -102,7 +102,7 @@ fn every_field_is_listed_with_its_range() {
     assert!(text.contains("orientation_covariance[0..8]"), "{text}");
 }
 
-/// The number at a path of a message as the foreign readers told it; `None` for an element that is not there.
+/// The number at a path of a message as the foreign readers printed it; `None` for an element that is not there.
 fn told_number(message: &Value, path: &FieldPath) -> Option<f64> {
     let pointer = format!("/{path}").replace(['.', '['], "/").replace(']', "");
     let value = message.pointer(&pointer)?;
@@ -112,15 +112,15 @@ fn told_number(message: &Value, path: &FieldPath) -> Option<f64> {
 #[test]
 fn every_number_of_every_kind_is_what_foreign_readers_read_in_bags_of_every_form() {
     let folder = tempfile::tempdir().unwrap();
-    if told("make_kinds_bag.py", &[folder.path().to_str().unwrap()]).is_none() {
+    if printed("make_kinds_bag.py", &[folder.path().to_str().unwrap()]).is_none() {
         return;
     }
     let at = |name: &str| folder.path().join(name);
     // rosbags and mcap-ros2-support agree, in either byte order.
     let read = ["little", "big"].map(|name| {
         let all = ["--decode", "100", at(name).to_str().unwrap()].map(str::to_owned);
-        let told = told("read_bag.py", &all.each_ref().map(String::as_str)).unwrap();
-        serde_json::from_str::<Value>(&told).unwrap()["topics"]["/kinds"]["values"].clone()
+        let printed = printed("read_bag.py", &all.each_ref().map(String::as_str)).unwrap();
+        serde_json::from_str::<Value>(&printed).unwrap()["topics"]["/kinds"]["values"].clone()
     });
     assert_eq!(read[0], read[1]);
     let expected = read[0].as_array().unwrap();

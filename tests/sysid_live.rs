@@ -38,7 +38,7 @@ impl Message for Reading {
     const TYPE_HASH: &'static str =
         "RIHS01_649527e2092773fa368049c2cf6a55a4732e758cf08e25647abc8f2b5fef6176";
 
-    /// What is not finite is to be the node's affair here.
+    /// Numbers that are not finite are left to the node here.
     fn first_non_finite(&self) -> Option<String> {
         None
     }
@@ -211,7 +211,7 @@ fn a_model_is_found_between_topics_of_a_type_read_from_the_ament_index() {
 
 #[test]
 fn each_pair_is_fitted_frozen_and_reset_by_service() {
-    // The plant backwards, from its output to its input, is none of first order: it only has to be told apart.
+    // The plant backwards, from its output to its input, is none of first order: it only has to be distinguishable.
     let back = "pairs:=['back: answer:value -> command:value order=2']";
     let mut rig = Rig::new(&["-p", back]);
     let model = rig.model("a valid model", |model| {
@@ -229,12 +229,12 @@ fn each_pair_is_fitted_frozen_and_reset_by_service() {
     let none = rig.fit("roll");
     assert!(!none.success);
     assert!(
-        none.message.contains("there are model, back"),
+        none.message.contains("the pairs are model, back"),
         "{}",
         none.message
     );
 
-    assert!(rig.freeze(true).starts_with("frozen"));
+    assert!(rig.freeze(true).starts_with("estimate frozen"));
     assert!(rig.freeze(true).contains("already"));
     let kept = rig.fit("").model;
     assert!(kept.frozen && kept.valid);
@@ -248,7 +248,7 @@ fn each_pair_is_fitted_frozen_and_reset_by_service() {
         status.message.starts_with("frozen") && value(status, "frozen") == "true"
     });
     assert_eq!(rig.fit("").model.samples, kept.samples);
-    assert_eq!(rig.freeze(false), "learning again");
+    assert_eq!(rig.freeze(false), "estimation resumed");
     rig.model("more samples", |model| {
         model.name == "model" && !model.frozen && model.samples > kept.samples
     });
@@ -334,7 +334,7 @@ fn what_is_no_number_or_of_another_type_is_refused_and_said_and_silence_too() {
             && array.status.iter().any(|status| {
                 status.name == "/auv/sysid: model"
                     && status.level == DiagnosticStatus::WARN
-                    && status.message.contains("command:value has been silent for")
+                    && status.message.contains("no messages of command:value for")
             })
         {
             break;
@@ -345,18 +345,18 @@ fn what_is_no_number_or_of_another_type_is_refused_and_said_and_silence_too() {
 #[test]
 fn a_watcher_without_a_terminal_tells_each_estimate_in_a_line() {
     let mut rig = Rig::new(&[]);
-    let told = rig.folder.path().join("told");
+    let printed = rig.folder.path().join("printed");
     let _watcher = Sysid(
         Command::new(env!("CARGO_BIN_EXE_planesman"))
             .args(["sysid", "watch"])
             .envs(rig.domain.variables())
-            .stdout(fs::File::create(&told).unwrap())
+            .stdout(fs::File::create(&printed).unwrap())
             .stderr(Stdio::null())
             .spawn()
             .unwrap(),
     );
     let line = rig.until("a line of the watcher's", |_| {
-        let text = fs::read_to_string(&told).unwrap();
+        let text = fs::read_to_string(&printed).unwrap();
         let line = text.lines().find(|line| line.ends_with("valid"))?;
         Some(line.to_owned())
     });

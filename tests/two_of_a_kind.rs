@@ -9,7 +9,7 @@ use std::path::Path;
 use planesman::flight::Flight;
 use planesman_msgs::diagnostic_msgs::msg::DiagnosticStatus;
 use planesman_msgs::planesman_msgs::msg::VehicleState;
-use stage::{Heard, Process, Stage, eventually, scenario};
+use stage::{Process, Received, Stage, eventually, scenario};
 
 #[test]
 fn of_two_dives_started_at_once_one_flies_and_the_other_says_who_holds_the_loop() {
@@ -63,10 +63,10 @@ fn two_controllers_or_actuators_are_an_error_that_each_of_them_tells() {
         let both = [stage.node(node, &[]), stage.node(node, &[])];
         let operator = stage.operator();
         let name = format!("/auv/{node}: connections");
-        let level = operator.until("an error", |heard: Heard| {
-            let status = heard.status(&name)?;
-            let told = status.message.contains(topic);
-            told.then_some(status.level)
+        let level = operator.until("an error", |received: Received| {
+            let status = received.status(&name)?;
+            let names_topic = status.message.contains(topic);
+            names_topic.then_some(status.level)
         });
         assert_eq!(level, DiagnosticStatus::ERROR);
         let tells = |one: &Process| {

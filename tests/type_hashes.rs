@@ -24,8 +24,8 @@ fn official(share: &Path) -> BTreeMap<String, String> {
             };
             let files = files.map(|file| file.unwrap().path());
             for file in files.filter(|file| file.extension().is_some_and(|it| it == "json")) {
-                let told: Value = serde_json::from_slice(&fs::read(&file).unwrap()).unwrap();
-                for entry in told["type_hashes"].as_array().unwrap() {
+                let recorded: Value = serde_json::from_slice(&fs::read(&file).unwrap()).unwrap();
+                for entry in recorded["type_hashes"].as_array().unwrap() {
                     let of = |key: &str| entry[key].as_str().unwrap().to_owned();
                     hashes.insert(of("type_name"), of("hash_string"));
                 }

@@ -68,7 +68,7 @@ fn published(out: &Path) -> Result<PathBuf> {
         .ok_or_else(|| format!("cargo metadata does not list rustdds {VERSION}").into())
 }
 
-/// What `cargo metadata` says of the manifest in `directory`, for this target only.
+/// The output of `cargo metadata` on the manifest in `directory`, for this target only.
 fn cargo_metadata(directory: &Path, offline: bool) -> Result<serde_json::Value> {
     let mut command = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command

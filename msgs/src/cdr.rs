@@ -28,7 +28,7 @@ pub enum Error {
     Fields {
         /// The message that was expected.
         type_name: &'static str,
-        /// What is wrong with the bytes.
+        /// The reason.
         source: cdr_encoding::Error,
     },
     /// More bytes than the message's fields take.

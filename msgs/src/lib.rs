@@ -54,9 +54,9 @@ pub trait Message:
 
 /// A ROS service.
 pub trait Service: Send + 'static {
-    /// What the client sends.
+    /// The request of the client.
     type Request: Message;
-    /// What the server answers.
+    /// The response of the server.
     type Response: Message;
     /// The ROS name, `std_srvs/srv/SetBool`.
     const TYPE_NAME: &'static str;
@@ -70,9 +70,9 @@ pub trait Service: Send + 'static {
 
 /// A ROS action.
 pub trait Action: Send + 'static {
-    /// What is asked for.
+    /// The request.
     type Goal: Message;
-    /// What came of it.
+    /// The result.
     type Result: Message;
     /// How it goes.
     type Feedback: Message;

@@ -18,7 +18,7 @@ pub struct TypeInfo {
 }
 
 impl TypeInfo {
-    /// What there is to know of a message type.
+    /// The data on a message type.
     #[must_use]
     pub const fn of<M: Message>() -> Self {
         Self {

@@ -1,4 +1,4 @@
-//! `planesman design analyse`: what a loop with given gains does at each speed.
+//! `planesman design analyse`: poles, margins and step response of the loop at each speed.
 
 use std::fmt::Write as _;
 
@@ -11,7 +11,7 @@ use planesman_linear::StepMetrics;
 use super::subject::{GainArgs, Subject, gains_text, poles_text, speed_text};
 use crate::arguments::{speed, within};
 
-/// What to analyse.
+/// The loop, the speeds and the observation time.
 #[derive(Args)]
 #[command(allow_negative_numbers = true)]
 pub struct AnalyseArgs {
@@ -22,7 +22,7 @@ pub struct AnalyseArgs {
     /// Speeds through the water (m/s, or with their unit: 1ft/s), separated by commas
     #[arg(long, value_delimiter = ',', default_value = "0.3048", value_parser = speed(1e-3, 100.0))]
     speed: Vec<f64>,
-    /// How long the step response is watched (s)
+    /// Duration of the step response (s)
     #[arg(long, default_value_t = 120.0, value_parser = within(1.0, 1e4))]
     duration: f64,
 }

@@ -11,10 +11,10 @@ use super::subject::{GainArgs, Subject, Varied, poles_text};
 use crate::arguments::{output_file, speed, within};
 use planesman_plot::{Plot, Style};
 
-/// How finely the drawing is dotted.
+/// Points of the drawing.
 const DOTS: u32 = 600;
 
-/// What varies.
+/// The quantity that varies, and its range.
 #[derive(Args)]
 #[command(allow_negative_numbers = true)]
 pub struct LocusArgs {
@@ -25,19 +25,19 @@ pub struct LocusArgs {
     /// Speed through the water (m/s, or with its unit: 1ft/s), unless it varies
     #[arg(long, default_value_t = 0.3048, value_parser = speed(1e-3, 100.0))]
     speed: f64,
-    /// What varies
+    /// Quantity that varies
     #[arg(long, value_enum)]
     vary: Varied,
-    /// Its first value
+    /// First value
     #[arg(long, default_value_t = 0.0, value_parser = within(0.0, 1e3))]
     from: f64,
-    /// Its last value
+    /// Last value
     #[arg(long, value_parser = within(0.0, 1e3))]
     to: f64,
-    /// Rows of the table
+    /// Number of rows of the table
     #[arg(long, default_value_t = 11, value_parser = clap::value_parser!(u32).range(2..=10_000))]
     rows: u32,
-    /// Draw it into this file
+    /// Write a drawing to this file
     #[arg(long, value_name = "FILE.svg", value_parser = output_file)]
     svg: Option<PathBuf>,
 }
@@ -59,7 +59,7 @@ pub fn run(args: &LocusArgs) -> Result<()> {
 }
 
 impl LocusArgs {
-    /// The value at a share of the way.
+    /// The value at a share of the range.
     fn value(&self, share: f64) -> f64 {
         let value = self.from + share * (self.to - self.from);
         // A vehicle at rest has no plane moments to speak of.

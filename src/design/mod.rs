@@ -1,10 +1,10 @@
-//! `planesman design`: the depth and pitch loops on paper, for any vehicle, speed, gains and actuator.
+//! `planesman design`: design of the depth and pitch loops, for any vehicle, speed, gains and actuator.
 //!
 //! - [`analyse`]: poles, Routh's scheme, margins and step response at each speed;
-//! - [`locus`]: where the poles go as one gain, or the speed, changes;
-//! - [`place`]: gains for poles that are wanted;
+//! - [`locus`]: the poles as one gain, or the speed, varies;
+//! - [`place`]: gains for given poles;
 //! - [`optimise`]: gains for a range of speeds;
-//! - [`table`]: depth steps flown with every actuator, feedback and gain source.
+//! - [`table`]: depth steps simulated with every actuator, feedback and gain source.
 //!
 //! The tools are [`depth_controller::design`]; here they meet vehicles and actuators.
 
@@ -18,22 +18,22 @@ pub mod table;
 use anyhow::Result;
 use clap::Subcommand;
 
-/// What is to be designed.
+/// The commands of `planesman design`.
 #[derive(Subcommand)]
 pub enum DesignCommand {
-    /// Poles, stability, margins and the step response, at one speed or several
+    /// Analyse poles, stability, margins and step response at one or several speeds
     Analyse(analyse::AnalyseArgs),
-    /// The root locus over a gain or over the speed, as a table or a drawing
+    /// Print the root locus over a gain or the speed, as a table or a drawing
     Locus(locus::LocusArgs),
-    /// Gains that put the depth loop's poles where they are wanted
+    /// Compute gains for given poles of the depth loop
     Place(place::PlaceArgs),
-    /// Gains proposed for a range of speeds, with the margins they get
+    /// Optimise gains for a range of speeds, with given margins
     Optimise(optimise::OptimiseArgs),
-    /// Depth steps flown with every actuator, feedback and gain source: what each choice costs
+    /// Simulate depth steps with every actuator, feedback and gain source, and compare them
     Table(table::TableArgs),
 }
 
-/// Designs what was asked for and prints it.
+/// Runs the command and prints the result.
 ///
 /// # Errors
 /// A vehicle or actuator that is refused, numbers that overflow, a drawing that cannot be written.

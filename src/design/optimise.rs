@@ -1,4 +1,4 @@
-//! `planesman design optimise`: gains proposed for a range of speeds, with the margins they get.
+//! `planesman design optimise`: gains for a range of speeds, with their margins.
 
 use anyhow::{Result, bail};
 use clap::Args;
@@ -8,45 +8,45 @@ use super::analyse::described;
 use super::subject::{GainArgs, Subject, gains_text, speed_text};
 use crate::arguments::{length, speed, within};
 
-/// What is asked of the gains.
+/// The requirements.
 #[derive(Args)]
 #[command(allow_negative_numbers = true)]
 pub struct OptimiseArgs {
     #[command(flatten)]
     subject: Subject,
-    /// Where the search begins
+    /// Initial gains of the search
     #[command(flatten)]
     gains: GainArgs,
     /// Speeds through the water (m/s, or with their unit: 1ft/s) that one set of gains is to serve, separated by commas
     #[arg(long, value_delimiter = ',', default_value = "0.1524,0.3048,0.6096,0.9144", value_parser = speed(1e-3, 100.0))]
     speed: Vec<f64>,
-    /// The smallest phase margin (deg)
+    /// Minimum phase margin (deg)
     #[arg(long, default_value_t = 45.0, value_parser = within(0.0, 179.0))]
     phase_margin: f64,
-    /// The smallest gain margin, to either side (dB)
+    /// Minimum gain margin, to either side (dB)
     #[arg(long, default_value_t = 6.0, value_parser = within(0.0, 60.0))]
     gain_margin: f64,
-    /// The largest overshoot of a depth step (%)
+    /// Maximum overshoot of a depth step (%)
     #[arg(long, default_value_t = 5.0, value_parser = within(0.0, 100.0))]
     overshoot: f64,
     /// The depth step that may not ask for more than the limits at its first instant (m, or with its unit: 3ft)
     #[arg(long, default_value_t = 0.9144, value_parser = length(1e-3, 1e4))]
     step: f64,
-    /// Of the pitch command (deg)
+    /// Limit of the pitch command (deg)
     #[arg(long, default_value_t = 45.0, value_parser = within(1.0, 90.0))]
     pitch_limit: f64,
-    /// Of the planes (deg)
+    /// Limit of the plane command (deg)
     #[arg(long, default_value_t = 30.0, value_parser = within(1.0, 90.0))]
     planes_limit: f64,
-    /// How long the step is watched (s)
+    /// Duration of the step response (s)
     #[arg(long, default_value_t = 120.0, value_parser = within(1.0, 1e4))]
     duration: f64,
 }
 
-/// Searches, and prints what was found.
+/// Searches and prints the gains.
 ///
 /// # Errors
-/// A vehicle or actuator that is refused, numbers that overflow, wishes that no gains fulfil.
+/// A vehicle or actuator that is refused, numbers that overflow, requirements that no gains meet.
 pub fn run(args: &OptimiseArgs) -> Result<()> {
     let wishes = Wishes {
         plants: args

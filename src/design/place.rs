@@ -1,7 +1,7 @@
-//! `planesman design place`: gains that put the poles of the depth loop where they are wanted.
+//! `planesman design place`: gains by pole placement for the depth loop.
 //!
-//! The poles are those of the vehicle in pitch alone with ideal planes; what heave and the actuator make of
-//! them is analysed below the gains.
+//! The poles are those of the vehicle in pitch alone with ideal planes; the analysis below the gains
+//! includes heave and the actuator.
 
 use anyhow::Result;
 use brunner_1988::controllers::pitch;
@@ -13,7 +13,7 @@ use super::analyse::{described, judged};
 use super::subject::{Subject, TABLE_3, gains_text, speed_text};
 use crate::arguments::{speed, within};
 
-/// Which poles, for which vehicle.
+/// The vehicle and the wanted poles.
 #[derive(Args)]
 #[command(allow_negative_numbers = true)]
 pub struct PlaceArgs {
@@ -22,21 +22,21 @@ pub struct PlaceArgs {
     /// Speed through the water (m/s, or with its unit: 1ft/s)
     #[arg(long, default_value_t = 0.3048, value_parser = speed(1e-3, 100.0))]
     speed: f64,
-    /// The real pole's decay (1/s)
+    /// Decay rate of the real pole (1/s)
     #[arg(long, value_parser = within(1e-4, 100.0))]
     real: f64,
-    /// The pair's natural frequency (rad/s)
+    /// Natural frequency of the pole pair (rad/s)
     #[arg(long, value_parser = within(1e-4, 100.0))]
     frequency: f64,
-    /// The pair's damping ratio
+    /// Damping ratio of the pole pair
     #[arg(long, default_value_t = 0.7, value_parser = within(0.0, 10.0))]
     damping_ratio: f64,
-    /// Kpy, which three poles leave free
+    /// Kpy, not determined by the three poles
     #[arg(long, default_value_t = 0.7, value_parser = within(1e-3, 1e3))]
     pitch_p: f64,
 }
 
-/// Prints the gains and what they do.
+/// Prints the gains and their analysis.
 ///
 /// # Errors
 /// A vehicle or actuator that is refused, numbers that overflow.

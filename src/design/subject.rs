@@ -1,4 +1,4 @@
-//! What is designed for: a vehicle, its gains, its actuator, as the command line names them.
+//! The subject of a design: a vehicle, its gains and its actuator, from the command line.
 
 use anyhow::{Context as _, Result, anyhow};
 use brunner_1988::controllers::pitch;
@@ -22,18 +22,18 @@ pub const TABLE_3: &str = "table_3";
 /// A vehicle behind an actuator.
 #[derive(Args, Clone)]
 pub struct Subject {
-    /// A built-in vehicle, a vehicle file, an identified model's, or table_3: the report's damped inertia, its
-    /// plane moment the same at every speed
+    /// A built-in vehicle, a vehicle file, a model file, or table_3: the report's damped inertia, with the same
+    /// plane moment at every speed
     #[arg(default_value = vehicle_file::BRUNNER)]
     pub vehicle: String,
-    /// The vehicle that an identified model takes all but its pitch dynamics from
+    /// Base vehicle of an identified model: gives all but the pitch dynamics
     #[arg(long, default_value = vehicle_file::BRUNNER)]
     pub base: String,
     /// What moves the planes: ideal, first_order with the bandwidth of dha_actuator's default, or a built-in
     /// actuator or actuator file for its dead time in small motion
     #[arg(long, default_value = "auv")]
     pub actuator: String,
-    /// Commands per second, each held until the next (Hz); 0: continuous
+    /// Sampling rate of the zero-order hold (Hz); 0: continuous
     #[arg(long, default_value_t = 20.0, value_parser = within(0.0, 1e4))]
     pub rate: f64,
 }
@@ -134,7 +134,7 @@ impl Subject {
         Ok(DivePlant::new(seen)?)
     }
 
-    /// What stands between the control law and the planes: the hold of a sampled command, half a sample late, and
+    /// The path from the control law to the planes: the hold of a sampled command, half a sample late, and
     /// of a digital hydraulic actuator the dead time from an error to the middle of the flow that answers it.
     ///
     /// # Errors

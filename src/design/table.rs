@@ -1,4 +1,4 @@
-//! `planesman design table`: what each choice costs in a depth step, flown.
+//! `planesman design table`: the effect of each choice on a simulated depth step.
 //!
 //! Every combination of step, speed, actuator, feedback and gains flies the whole loop in one process, as `planesman
 //! sim` does: vehicle with sensor errors, controller, actuator and identifier. A small pseudo-random test signal is on
@@ -16,7 +16,7 @@ use crate::progress::{end_with_reader, on_all_cores};
 use crate::scenario::Scenario;
 use crate::table::{Format, Table};
 
-/// Which flights.
+/// The flights to simulate.
 #[derive(Args)]
 #[command(allow_negative_numbers = true)]
 pub struct TableArgs {
@@ -32,7 +32,7 @@ pub struct TableArgs {
     /// Amplitude of the test signal (deg)
     #[arg(long, default_value_t = 1.0, value_parser = within(0.0, 30.0))]
     signal: f64,
-    /// Of every noise
+    /// Seed of every noise
     #[arg(long, default_value_t = 1)]
     seed: u32,
     /// How to print the table [default: table on a terminal, md elsewhere]
@@ -51,7 +51,7 @@ struct Choice {
     gains: &'static str,
 }
 
-/// What a flight came to.
+/// The results of a flight.
 struct Outcome {
     /// percent
     overshoot: f64,

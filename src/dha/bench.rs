@@ -58,7 +58,7 @@ enum Table {
     /// The analog flight control
     #[value(name = "4-3")]
     T43,
-    /// What remains of half a degree
+    /// Limit cycles after half a degree
     LimitCycles,
 }
 
@@ -141,7 +141,7 @@ fn text(table: Table, surrogate: Surrogate, book: &Book) -> Result<String> {
     })
 }
 
-/// How many cells agree.
+/// The number of cells that agree.
 #[derive(Default)]
 struct Score {
     exact: usize,

@@ -44,7 +44,7 @@ const SETPOINT: f64 = 3.0 * FOOT;
 /// When a dive is over, and when the observation ends, in ticks.
 const OBSERVED: (i64, i64) = (5_000, 10_000);
 
-/// How much the actuator leaks.
+/// The leakage of the actuator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Leakage {

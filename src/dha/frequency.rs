@@ -52,7 +52,7 @@ fn alone(set: &ActuatorSet) -> Result<String, planesman_linear::Error> {
     let model = linearised::actuator(set, Ram::OnItsOil)?;
     let quanta = [1.0, 4.0, 16.0];
     let mut text = format!(
-        "{}: planes over planes asked for, in the position loop\n\n{:>6} {:>20}",
+        "{}: plane angle over plane command, in the position loop\n\n{:>6} {:>20}",
         set.name, "f, Hz", "linear"
     );
     for n in quanta {

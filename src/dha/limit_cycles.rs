@@ -1,5 +1,5 @@
-//! `planesman dha limit-cycles`: what the digital hydraulic actuator leaves of a dive, predicted and
-//! simulated, in one table.
+//! `planesman dha limit-cycles`: limit cycles of the depth loop with the digital hydraulic actuator, predicted
+//! and simulated, in one table.
 
 use anyhow::Result;
 use planesman_units::INCH;
@@ -30,7 +30,9 @@ pub fn run(args: &LimitCyclesArgs) -> Result<()> {
     let mut cases = cases()?;
     cases.retain(|case| case.name.contains(wanted));
     if cases.is_empty() {
-        anyhow::bail!("no configuration is called '{wanted}'; without a name all are shown");
+        anyhow::bail!(
+            "no configuration has '{wanted}' in its name; without a name all are printed"
+        );
     }
     end_with_reader();
     let row = |case: &Case| -> Result<Row> {
@@ -47,7 +49,7 @@ pub fn run(args: &LimitCyclesArgs) -> Result<()> {
     Ok(())
 }
 
-/// A configuration with what came of it.
+/// A configuration with its results.
 #[derive(Clone, Debug)]
 pub struct Row {
     /// The configuration.

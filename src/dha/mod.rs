@@ -1,4 +1,4 @@
-//! `planesman dha`: the digital hydraulic actuator by itself.
+//! `planesman dha`: analysis of the digital hydraulic actuator.
 //!
 //! - [`mod@bench`]: the 1966 study's tables by simulation, beside the printed values.
 //! - [`size`]: sizes and rates of an actuator, or an actuator for a load.
@@ -17,13 +17,13 @@ pub mod size;
 /// The commands of `planesman dha`.
 #[derive(Clone, Debug, clap::Subcommand)]
 pub enum DhaCommand {
-    /// Run the 1966 study's flight-control tests and print its tables beside the results
+    /// Simulate the 1966 study's flight-control tests and compare with its tables
     Bench(bench::BenchArgs),
-    /// Print an actuator's sizes, or size one for a load
+    /// Print the sizes of an actuator, or size one for a load
     Size(Box<size::SizeArgs>),
-    /// Print the linear model's frequency response beside the full model's
+    /// Compare the frequency responses of the linear and the full model
     Frequency(frequency::FrequencyArgs),
-    /// Show what the actuator leaves of a dive: limit cycles of the AUV's depth loop, predicted and simulated
+    /// Print limit cycles of the AUV's depth loop with the actuator, predicted and simulated
     LimitCycles(limit_cycles::LimitCyclesArgs),
 }
 

@@ -1,4 +1,4 @@
-//! `planesman dha size`: what an actuator's constants come to, or an actuator for a load.
+//! `planesman dha size`: sizes and rates of an actuator, or an actuator for a load.
 
 use std::f64::consts::PI;
 use std::fmt::Write as _;
@@ -27,7 +27,7 @@ pub struct SizeArgs {
     /// delta_q, the step wanted at the planes, such as '0.5 deg'
     #[arg(long)]
     resolution: Option<String>,
-    /// The rate wanted at the planes, in deg/s or rad/s
+    /// Plane rate, required, in deg/s or rad/s
     #[arg(long, requires = "resolution")]
     slew: Option<String>,
     /// The planes' travel to either side, such as '30 deg'

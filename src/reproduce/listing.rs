@@ -70,7 +70,7 @@ pub fn totals(reckoning: &Reckoning<'_>) -> String {
     text
 }
 
-/// What is said of a line.
+/// The verdict on a line.
 #[must_use]
 pub fn verdict(line: &Line<'_>) -> String {
     match (line.verdict, line.value) {

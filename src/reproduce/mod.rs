@@ -1,4 +1,4 @@
-//! `planesman reproduce`: every number of the two historical reports beside what it comes to.
+//! `planesman reproduce`: every number of the two historical reports, compared with the recomputed value.
 //!
 //! - [`listing`]: the numbers as text.
 //! - [`page`]: the numbers, errata and figures as one HTML page.
@@ -14,10 +14,10 @@ use crate::progress::{end_with_reader, spinner};
 pub mod listing;
 pub mod page;
 
-/// What the command takes.
+/// The output of `reproduce`.
 #[derive(Clone, Debug, clap::Args)]
 pub struct ReproduceArgs {
-    /// Also write the numbers and the redrawn figures as one HTML page
+    /// Also write numbers and redrawn figures as one HTML page
     #[arg(long, value_name = "FILE", value_parser = output_file)]
     html: Option<PathBuf>,
 }
@@ -57,7 +57,7 @@ pub fn run(args: &ReproduceArgs) -> Result<()> {
     }
     match news {
         0 => Ok(()),
-        1 => bail!("1 number is not as it stands in the book"),
+        1 => bail!("1 number differs from the book"),
         n => bail!("{n} numbers are not as they stand in the book"),
     }
 }

@@ -1,4 +1,4 @@
-//! The arguments that several of the commands take: data, signals, a grid.
+//! Arguments shared by several commands: data, signals, a grid.
 
 use std::io::IsTerminal;
 use std::path::PathBuf;
@@ -9,7 +9,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use indicatif::{ProgressBar, ProgressStyle};
 use planesman_signals::{Clock, Data, Method, Options, Source, Taken, TimeUnit, take};
 
-/// A parser of one of some values, each with its name and a line about it.
+/// A parser for one of several values, each with its name and its help line.
 pub(super) fn choice<T: Copy + Send + Sync + 'static>(
     all: &'static [T],
     described: fn(T) -> (&'static str, &'static str),
@@ -22,7 +22,7 @@ pub(super) fn choice<T: Copy + Send + Sync + 'static>(
         let mut values = all.iter().copied();
         values
             .find(|value| described(*value).0 == name)
-            .ok_or("none of the values")
+            .ok_or("not one of the values")
     })
 }
 
@@ -32,13 +32,13 @@ pub(super) struct DataArgs {
     /// A bag folder, a metadata.yaml, one or several .mcap files of a split bag, or a .csv file
     #[arg(required = true, value_name = "DATA")]
     data: Vec<PathBuf>,
-    /// Whose stamps: the messages' own, or the recorder's [default: header if all messages have one]
+    /// Time stamps: of the message headers, or of the recorder (log) [default: header if all messages have one]
     #[arg(long, value_parser = choice(&Clock::ALL, Clock::described))]
     stamp: Option<Clock>,
-    /// The CSV column with the time [default: time, t, stamp or timestamp, else the first]
+    /// CSV column of time [default: time, t, stamp or timestamp, else the first]
     #[arg(long, value_name = "COLUMN")]
     time: Option<String>,
-    /// What the CSV column with the time counts
+    /// Unit of the time column of a CSV file
     #[arg(long, value_parser = choice(&TimeUnit::ALL, TimeUnit::described), default_value = "s")]
     time_unit: TimeUnit,
     /// Show no progress
@@ -74,7 +74,7 @@ impl DataArgs {
         }
     }
 
-    /// A bar on the terminal, if there is one and it is wanted.
+    /// A progress bar on the terminal, unless --quiet.
     pub(super) fn progress_bar(&self, bytes: u64) -> ProgressBar {
         if self.quiet || !std::io::stderr().is_terminal() {
             return ProgressBar::hidden();
@@ -92,13 +92,13 @@ impl DataArgs {
 pub(super) struct SignalArgs {
     #[command(flatten)]
     data: DataArgs,
-    /// The signal that drives: TOPIC:FIELD, or a CSV column
+    /// Input signal: TOPIC:FIELD, or a CSV column
     #[arg(long, short, value_name = "SIGNAL")]
     input: String,
-    /// The signal that responds
+    /// Output signal
     #[arg(long, short, value_name = "SIGNAL")]
     output: String,
-    /// The reference of the loop that the input is made in: the model is then found in two stages
+    /// Reference (setpoint) of the control loop, for closed-loop data: the model is then fitted in two stages
     #[arg(long, short, value_name = "SIGNAL")]
     reference: Option<String>,
     #[command(flatten)]
@@ -135,27 +135,27 @@ impl SignalArgs {
                 Some(before) => before.followed_by(next),
             });
         }
-        taken.ok_or_else(|| anyhow!("there is no data"))
+        taken.ok_or_else(|| anyhow!("no data"))
     }
 }
 
 /// How samples are put on a grid.
 #[derive(Clone, Debug, Args)]
 struct GridArgs {
-    /// Instants per second [default: that of the slowest output]
+    /// Sampling rate of the grid [default: that of the slowest output]
     #[arg(long, value_name = "HZ", value_parser = rate, allow_hyphen_values = true)]
     rate: Option<f64>,
-    /// Only what lies between these times, in seconds from the first output's first sample; several make runs
-    /// of one model
+    /// Use only data between these times, in seconds from the first output's first sample; several windows are
+    /// runs of one model
     #[arg(long, value_name = "FROM..TO", value_parser = window, allow_hyphen_values = true)]
     window: Vec<(f64, f64)>,
-    /// How inputs are put on the grid
+    /// Resampling of inputs
     #[arg(long, value_parser = choice(&Method::ALL, Method::described), default_value = "mean")]
     input_method: Method,
-    /// How outputs are put on the grid
+    /// Resampling of outputs
     #[arg(long, value_parser = choice(&Method::ALL, Method::described), default_value = "linear")]
     output_method: Method,
-    /// The longest pause that is no gap [default: five sample intervals; an input that is held has none]
+    /// Longest interval between two samples that is not a gap [default: five sample intervals; none for a held input]
     #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_hyphen_values = true)]
     max_gap: Option<f64>,
 }
@@ -180,7 +180,8 @@ impl GridArgs {
 }
 
 fn number(text: &str) -> Result<f64, String> {
-    text.parse().map_err(|_| format!("'{text}' is no number"))
+    text.parse()
+        .map_err(|_| format!("'{text}' is not a number"))
 }
 
 fn rate(text: &str) -> Result<f64, String> {
@@ -188,7 +189,7 @@ fn rate(text: &str) -> Result<f64, String> {
     if (1e-6..=1e6).contains(&rate) {
         Ok(rate)
     } else {
-        Err("a rate lies between 1e-6 and 1e6 Hz".to_owned())
+        Err("expected a rate between 1e-6 and 1e6 Hz".to_owned())
     }
 }
 
@@ -197,13 +198,12 @@ fn seconds(text: &str) -> Result<f64, String> {
     if seconds > 0.0 && seconds <= 1e9 {
         Ok(seconds)
     } else {
-        Err("a time between 0 and 1e9 s is expected".to_owned())
+        Err("expected a time between 0 and 1e9 s".to_owned())
     }
 }
 
 fn window(text: &str) -> Result<(f64, f64), String> {
-    let rule =
-        || format!("'{text}' is no window; one is written FROM..TO, as 10..60, 10.. or ..60");
+    let rule = || format!("'{text}' is not a window; write FROM..TO, as 10..60, 10.. or ..60");
     let (from, to) = text.split_once("..").ok_or_else(rule)?;
     let edge = |text: &str, open: f64| match text {
         "" => Ok(open),

@@ -1,4 +1,4 @@
-//! `planesman sysid fit`: from a bag or a table to a model one can judge.
+//! `planesman sysid fit`: a model with uncertainty, tests and a verdict, from a bag or a CSV file.
 
 use std::path::PathBuf;
 
@@ -19,13 +19,13 @@ use crate::arguments::{output_file, speed};
 use crate::progress::spinner;
 use crate::table::wrapped;
 
-/// Find a model between two signals of any bag or table, with its uncertainty, tests and a verdict.
+/// Identify a model between two signals of a bag or CSV file, with uncertainty, tests and a verdict.
 #[derive(Clone, Debug, Parser)]
 #[command(name = "sysid fit")]
 pub struct FitArgs {
     #[command(flatten)]
     signals: SignalArgs,
-    /// How to estimate
+    /// The estimator
     #[arg(long, value_parser = choice(&Method::ALL, Method::described), default_value = Method::default().name())]
     method: Method,
     #[command(flatten)]
@@ -38,7 +38,7 @@ pub struct FitArgs {
     /// Write the model: *.json or *.yaml
     #[arg(long, value_name = "FILE", value_parser = model_path)]
     model: Option<PathBuf>,
-    /// Write a page: data, comparison, residual tests, poles and zeros, frequency response
+    /// Write an HTML page: data, comparison, residual tests, poles and zeros, frequency response
     #[arg(long, value_name = "FILE", value_parser = output_file)]
     html: Option<PathBuf>,
 }
@@ -46,25 +46,25 @@ pub struct FitArgs {
 /// The model's structure.
 #[derive(Clone, Debug, clap::Args)]
 struct StructureArgs {
-    /// The model's order, known poles not counted [default: searched, 1 to 4]
+    /// Order of the model, known poles not counted [default: searched, 1 to 4]
     #[arg(long, value_parser = clap::value_parser!(u8).range(1..=20))]
     order: Option<u8>,
-    /// Samples from input to first effect [default: searched with the order, 1 to 3; 1 with --order]
+    /// Delay in samples from the input to its first effect [default: searched with the order, 1 to 3; 1 with --order]
     #[arg(long, value_parser = clap::value_parser!(u8).range(1..=40))]
     delay: Option<u8>,
-    /// Zeros known to be at z = 1
+    /// Number of zeros known to be at z = 1
     #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=4))]
     zeros_at_one: u8,
-    /// Poles known to be at z = 1
+    /// Number of poles known to be at z = 1
     #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=4))]
     integrators: u8,
     /// The output has no offset
     #[arg(long)]
     no_offset: bool,
-    /// The data begins at rest [default: in motion, which is estimated]
+    /// The data begins at rest [default: the initial state is estimated]
     #[arg(long)]
     at_rest: bool,
-    /// Several stretches have only their poles in common
+    /// Each segment has its own numerator; only the poles are common
     #[arg(long)]
     own_numerators: bool,
 }
@@ -84,22 +84,22 @@ struct VehicleArgs {
         requires = "speed"
     )]
     vehicle: Option<String>,
-    /// The standard deviation of what is known of heave, % of each
+    /// Standard deviation of the heave coefficients, in % of each
     #[arg(long, value_name = "PERCENT", default_value_t = 0.0, value_parser = positive)]
     heave_doubt: f64,
     /// The vehicle's speed (m/s, or with its unit: 1ft/s), for --vehicle and the model file
     #[arg(long, value_parser = speed(1e-3, 100.0))]
     speed: Option<f64>,
-    /// The moment of inertia J, which K, B and M_theta follow with
+    /// Moment of inertia J; K, B and M_theta are printed with it
     #[arg(long, value_parser = above_zero)]
     inertia: Option<f64>,
-    /// For kalman: the noise's standard deviation, output unit [default: from second differences]
+    /// For kalman: standard deviation of the noise, output unit [default: from second differences]
     #[arg(long, value_parser = above_zero)]
     noise: Option<f64>,
-    /// For kalman: how far the sensor's bias drifts in one second, output unit
+    /// For kalman: standard deviation of the sensor's bias drift in one second, output unit
     #[arg(long, default_value_t = 0.0, value_parser = positive)]
     bias_drift: f64,
-    /// For kalman: how far disturbances move the output in one second, output unit
+    /// For kalman: standard deviation of the output's change by disturbances in one second, output unit
     #[arg(long, default_value_t = 0.0, value_parser = positive)]
     disturbance: f64,
 }
@@ -108,7 +108,7 @@ fn finite(text: &str) -> Result<f64, String> {
     let value: f64 = text
         .trim()
         .parse()
-        .map_err(|_| format!("'{text}' is no number"))?;
+        .map_err(|_| format!("'{text}' is not a number"))?;
     value
         .is_finite()
         .then_some(value)
@@ -118,14 +118,14 @@ fn finite(text: &str) -> Result<f64, String> {
 fn positive(text: &str) -> Result<f64, String> {
     match finite(text)? {
         value if value >= 0.0 => Ok(value),
-        _ => Err("a number that is not negative is expected".to_owned()),
+        _ => Err("expected a number of 0 or more".to_owned()),
     }
 }
 
 fn above_zero(text: &str) -> Result<f64, String> {
     match finite(text)? {
         value if value > 0.0 => Ok(value),
-        _ => Err("a number above 0 is expected".to_owned()),
+        _ => Err("expected a number above 0".to_owned()),
     }
 }
 
@@ -133,7 +133,7 @@ fn heave(text: &str) -> Result<[f64; 4], String> {
     let numbers: Vec<f64> = text.split(',').map(finite).collect::<Result<_, _>>()?;
     numbers
         .try_into()
-        .map_err(|_| "four numbers are expected: NU,ZETA,ETA,EPSILON".to_owned())
+        .map_err(|_| "expected four numbers: NU,ZETA,ETA,EPSILON".to_owned())
 }
 
 impl FitArgs {
@@ -152,7 +152,7 @@ impl FitArgs {
         if self.method.is_of_the_vehicle() {
             if has_structure {
                 bail!(
-                    "--method {}: its equations have the order, delay and zeros that they have",
+                    "--method {}: order, delay and zeros are given by the vehicle's equations",
                     self.method.name()
                 );
             }
@@ -191,7 +191,7 @@ impl FitArgs {
     }
 }
 
-/// A model, and the record it is of.
+/// A model and its record.
 #[derive(Clone, Debug)]
 pub struct Found {
     /// The record, and how it was made.
@@ -210,7 +210,7 @@ impl Found {
     }
 }
 
-/// Reads the data and finds the model.
+/// Reads the data and identifies the model.
 ///
 /// # Errors
 /// One line: options that do not go together, a vehicle that is refused, data that cannot be read, a record that
@@ -225,8 +225,8 @@ pub fn fit(args: &FitArgs) -> Result<Found> {
     Ok(Found { taken, analysis })
 }
 
-/// nu, zeta, eta and epsilon of a vehicle about level flight: how heave turns it, 1/(m s), is damped, 1/s, and
-/// follows pitch rate, m/s, and planes, m/s^2 per rad.
+/// nu, zeta, eta and epsilon of a vehicle about level flight: pitch acceleration per heave, 1/(m s); damping of
+/// heave, 1/s; heave acceleration per pitch rate, m/s, and per plane angle, m/s^2 per rad.
 fn heave_of(vehicle: &str, speed: f64) -> Result<[f64; 4]> {
     let vehicle = vehicle_file::load(vehicle).map_err(|reason| anyhow!("{reason}"))?;
     let [_, _, _, heave @ ..] = pitch::coefficients(&vehicle.derivatives(speed))
@@ -240,10 +240,10 @@ fn model_path(text: &str) -> Result<PathBuf, String> {
     Ok(path)
 }
 
-/// Runs the command: prints what was found, writes the model file and the page.
+/// Runs the command: prints the model, writes the model file and the page.
 ///
 /// # Errors
-/// As [`fit`]; a model that is none to write, a file or page that cannot be written.
+/// As [`fit`]; a model that cannot be written, a file or page that cannot be written.
 pub fn run(args: &FitArgs) -> Result<()> {
     let found = fit(args)?;
     let text = if args.json {

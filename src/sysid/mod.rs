@@ -1,4 +1,4 @@
-//! `planesman sysid`: signals of any bag or table, and models between them; [`replay`] is `planesman replay`.
+//! `planesman sysid`: signals of a bag or CSV file, and models between them; [`replay`] is `planesman replay`.
 
 use anyhow::Result;
 use clap::Subcommand;
@@ -12,17 +12,17 @@ pub mod replay;
 pub mod topics;
 mod watch;
 
-/// A command on recorded data, or on an identifier that runs.
+/// Identify models from recorded data, or watch a running identifier.
 #[derive(Clone, Debug, Subcommand)]
 pub enum Command {
-    /// List every numeric field of a bag or table, with rate, gaps, range and course
+    /// List every numeric field of a bag or CSV file, with rate, gaps, range and time history
     Topics(topics::TopicsArgs),
-    /// Find a model between two signals of any bag or table, with its uncertainty, tests and a verdict
+    /// Identify a model between two signals of a bag or CSV file, with uncertainty, tests and a verdict
     Fit(Box<fit::FitArgs>),
-    /// Hold every estimator's claims against the truth, on five synthetic runs with many noises
+    /// Test every estimator by Monte Carlo simulation: bias, spread and coverage on five synthetic runs
     #[command(name = "montecarlo")]
     MonteCarlo(montecarlo::MonteCarloArgs),
-    /// Watch what a running identifier learns
+    /// Watch the estimates of a running identifier
     Watch(watch::WatchArgs),
 }
 

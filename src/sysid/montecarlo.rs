@@ -1,4 +1,4 @@
-//! `planesman sysid montecarlo`: every estimator on the thesis' kinds of runs, over many noises.
+//! `planesman sysid montecarlo`: every estimator on the thesis' kinds of runs, with many noise realisations.
 
 use anyhow::Result;
 use brunner_1988::identification::montecarlo::{contenders, failures_markdown, table};
@@ -7,11 +7,11 @@ use clap::Parser;
 
 use crate::progress::{bar, end_with_reader};
 
-/// Hold every estimator's claims against the truth, on five synthetic runs with many noises.
+/// Test every estimator by Monte Carlo simulation: bias, spread and coverage on five synthetic runs.
 #[derive(Clone, Debug, Parser)]
 #[command(name = "sysid montecarlo")]
 pub struct MonteCarloArgs {
-    /// Noises per run
+    /// Noise realisations per run
     #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     seeds: u32,
 }

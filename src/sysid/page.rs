@@ -1,5 +1,5 @@
 //! A model on one self-contained HTML page: data, comparison, residual tests, poles and zeros with their
-//! uncertainty, frequency response with bands, and how the parameters were learnt.
+//! uncertainty, frequency response with bands, and the parameter estimates over time.
 
 use std::f64::consts::{PI, TAU};
 
@@ -12,7 +12,7 @@ use planesman_plot::{Plot, Series, Style};
 
 use crate::page::{self, document};
 
-/// Points drawn of a line at most.
+/// Largest number of points drawn of a line.
 const POINTS: usize = 2000;
 /// Frequencies drawn.
 const FREQUENCIES: usize = 200;
@@ -83,7 +83,7 @@ fn plots(analysis: &Analysis, record: &Record) -> Result<Vec<Markup>> {
         .stretches
         .get(analysis.longest)
         .and_then(|number| record.stretches.get(*number))
-        .ok_or_else(|| anyhow!("the record does not hold the stretch the model is of"))?;
+        .ok_or_else(|| anyhow!("the record does not hold the segment of the model"))?;
     let (Some(inputs), Some(outputs)) = (stretch.inputs.first(), stretch.outputs.first()) else {
         return Err(anyhow!("the record has no input or no output"));
     };
@@ -97,7 +97,7 @@ fn plots(analysis: &Analysis, record: &Record) -> Result<Vec<Markup>> {
     let simulated = analysis.estimate.simulate(analysis.longest, inputs);
     let mut drawings = vec![
         drawn(
-            "What drives, over each sampling interval.",
+            "Input over each sampling interval.",
             plot(
                 "Input",
                 "time [s]",
@@ -106,7 +106,7 @@ fn plots(analysis: &Analysis, record: &Record) -> Result<Vec<Markup>> {
             ),
         )?,
         drawn(
-            "The model runs on the input alone.",
+            "The model is simulated on the input alone.",
             plot(
                 "Measured and simulated output",
                 "time [s]",
@@ -126,7 +126,7 @@ fn plots(analysis: &Analysis, record: &Record) -> Result<Vec<Markup>> {
         )?);
         drawings.push(correlation(
             "Residual with the input",
-            "Positive lags: what the model leaves unexplained; negative lags: feedback.",
+            "Outside the bound at positive lags: missing dynamics; at negative lags: feedback.",
             &tests.input,
         )?);
     }
@@ -151,7 +151,7 @@ fn plots(analysis: &Analysis, record: &Record) -> Result<Vec<Markup>> {
     drawings.push(drawn(
         "The recursive form of the estimator, sample by sample.",
         plot(
-            "Parameters as they are learnt",
+            "Parameter estimates over time",
             "time [s]",
             "parameter",
             series,
@@ -226,7 +226,7 @@ fn map(analysis: &Analysis) -> Result<Markup> {
         dashed("unit circle", circle),
     ];
     drawn(
-        "In the z plane; what lies beyond |z| = 4 is left out.",
+        "In the z plane; points beyond |z| = 4 are not shown.",
         plot("Poles and zeros", "real part", "imaginary part", series).one_scale(),
     )
 }
@@ -287,7 +287,7 @@ fn bode(analysis: &Analysis) -> Result<Vec<Markup>> {
     };
     Ok(vec![
         drawn(
-            "With the band that holds the truth with 95 % at each frequency.",
+            "With the 95 % band at each frequency.",
             plot("Magnitude", x, "magnitude [dB]", banded(&size)),
         )?,
         drawn(
@@ -336,7 +336,7 @@ mod tests {
             "Poles and zeros",
             "Magnitude",
             "Phase",
-            "as they are learnt",
+            "Parameter estimates over time",
         ] {
             assert!(page.contains(heading), "{heading}");
         }

@@ -1,9 +1,9 @@
-//! `planesman replay`: a bag's messages through the identifier, as they went through the node.
+//! `planesman replay`: a bag's messages through the identifier, in the order in which the node took them.
 //!
-//! The samples are put in the order of their stamps before anything is learnt ([`planesman_signals::Aligner`]),
+//! The samples are put in the order of their stamps before they are used ([`planesman_signals::Aligner`]),
 //! so the replayed estimates equal those the node published from the same messages. Where the bag
 //! holds the node's own `model` topic, every published estimate is compared; and when the node was frozen,
-//! let go or reset, which its estimates say, so is the replay, after the same sample.
+//! released or reset, which its estimates say, so is the replay, after the same sample.
 
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
@@ -23,7 +23,7 @@ use sysid::{Change, Identifier, IdentifierParameters, Scheduled, TopicReader};
 
 use crate::progress::spinner;
 
-/// Identify from a bag what the node identifies live.
+/// Run the live identifier on a bag and compare with its published estimates.
 #[derive(Clone, Debug, Parser)]
 #[command(name = "replay")]
 pub struct ReplayArgs {
@@ -35,7 +35,7 @@ pub struct ReplayArgs {
     /// A parameter, NAME:=VALUE, after the file's
     #[arg(short = 'p', long = "param", value_name = "NAME:=VALUE")]
     parameters: Vec<String>,
-    /// The name under which the parameter file knows the node
+    /// Name of the node in the parameter file
     #[arg(long, default_value = "/auv/sysid")]
     node: String,
 }
@@ -226,7 +226,7 @@ fn is_of_models(topic: &Topic) -> bool {
     topic.kind.type_name == ModelEstimate::TYPE_NAME && topic.name.ends_with("/model")
 }
 
-/// The changes made to the node while it learnt: its estimates say when it was frozen, let go and reset.
+/// The changes made to the node while it learnt: its estimates say when it was frozen, released and reset.
 fn changes(bag: &BagReader) -> Vec<(String, Scheduled)> {
     struct Before {
         frozen: bool,

@@ -1,4 +1,4 @@
-//! `planesman sysid topics`: every numeric field of a bag or table, with what one wants to know before fitting.
+//! `planesman sysid topics`: every numeric field of a bag or CSV file: rate, gaps, range and time history.
 
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -26,10 +26,10 @@ const TOPICS: usize = 1000;
 /// Columns of a sparkline.
 const SPARKS: usize = 24;
 
-/// How often progress is reported, in messages.
+/// The interval of progress reports, in messages.
 const TELL: u64 = 4096;
 
-/// List every numeric field of a bag or table.
+/// List every numeric field of a bag or CSV file, with rate, gaps, range and time history.
 #[derive(Clone, Debug, Parser)]
 #[command(name = "sysid topics")]
 pub struct TopicsArgs {
@@ -62,7 +62,7 @@ pub struct TopicSurvey {
     pub name: String,
     /// The type of its messages; empty for a table.
     pub type_name: String,
-    /// Whose stamps the timing is of.
+    /// The source of the stamps: header or log.
     pub stamps: String,
     /// How its messages lie in time.
     pub timing: Timing,
@@ -278,7 +278,7 @@ impl Look {
         }
     }
 
-    /// Takes the numbers in a message; returns the stamp it is to be counted by.
+    /// Takes the numbers of a message; returns its stamp.
     fn read(&mut self, payload: &[u8], log_time: i64, values: &mut Values) -> Result<i64, String> {
         let Some(plan) = &self.plan else {
             return Ok(log_time);
@@ -295,7 +295,7 @@ impl Look {
             return Ok(log_time);
         }
         signals::nanoseconds(values, plan.paths.len())
-            .ok_or_else(|| "its stamp is beyond all time".to_owned())
+            .ok_or_else(|| "its stamp is out of range".to_owned())
     }
 
     fn survey(self) -> TopicSurvey {
@@ -356,7 +356,7 @@ fn of_bag(source: &BagSource, wanted: Option<&str>, progress: &dyn Fn(u64)) -> S
     }
     if bag.omitted() > 0 {
         survey.notes.push(format!(
-            "{} further topics are passed over: there is no room for so many names and types",
+            "{} further topics are skipped: too many names and types",
             bag.omitted()
         ));
     }
@@ -445,7 +445,7 @@ fn of_fields(survey: &Survey) -> Table {
     table
 }
 
-/// The survey, for people.
+/// The survey as text.
 #[must_use]
 pub fn table(survey: &Survey) -> String {
     let mut text = String::new();

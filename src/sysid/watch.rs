@@ -1,4 +1,4 @@
-//! `planesman sysid watch`: what any running identifier learns, live in the terminal.
+//! `planesman sysid watch`: the estimates of a running identifier, live in the terminal.
 
 use anyhow::Result;
 use clap::Parser;
@@ -6,7 +6,7 @@ use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 use planesman_node::{Connections, Direction, Flow, NodeSpec, Qos, Runtime, args};
 use sysid::{DRAW, Screen};
 
-/// Watch what a running identifier learns.
+/// Watch the estimates of a running identifier.
 #[derive(Clone, Debug, Parser)]
 #[command(name = "sysid watch")]
 pub struct WatchArgs {
@@ -71,7 +71,7 @@ pub(super) fn run(watch: &WatchArgs) -> Result<()> {
     })
 }
 
-/// Whom the models come from.
+/// The publishers of the models.
 fn heading(connections: &Connections) -> String {
     let models = |c: &&planesman_node::Connection| c.direction == Direction::Subscription;
     connections

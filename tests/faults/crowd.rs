@@ -36,7 +36,7 @@ fn all_fly(vehicles: u32) {
                 "--out",
                 &out,
             ];
-            (stage.start_at(&place.words(), &arguments, &[]), out)
+            (stage.start_at(&place.command(), &arguments, &[]), out)
         })
         .collect();
     let mut fates = Vec::new();
@@ -81,7 +81,7 @@ impl Place {
         place
     }
 
-    fn words(&self) -> Vec<String> {
+    fn command(&self) -> Vec<String> {
         super::network::inside(self.holder.id())
     }
 }

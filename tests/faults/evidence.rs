@@ -1,4 +1,4 @@
-//! What a flight left: whether its vehicle stayed within its envelope, its data are complete, its bag is readable, its
+//! Evidence of a flight: whether its vehicle stayed within its envelope, its data are complete, its bag is readable, its
 //! exit code is true, and nobody is left behind.
 
 use std::collections::BTreeMap;
@@ -25,14 +25,14 @@ const DEPTHS: RangeInclusive<f64> = -0.5..=3.0;
 const HELD: f64 = 0.3048 * 0.05;
 /// Topics that are spoken before the recorder listens, and tell nothing of the vehicle's course.
 const OF_HEALTH: [&str; 3] = ["/diagnostics", "/rosout", "/parameter_events"];
-/// What `planesman dive` ends with when its bag lacks what was published.
+/// Exit status of `planesman dive` when its bag lacks published messages.
 const DATA_LOST: i32 = 3;
 
 pub(crate) fn stamp(state: &VehicleState) -> i64 {
     state.header.stamp.nanos()
 }
 
-/// What a bag holds of a flight.
+/// A bag's data on a flight.
 pub(crate) struct Flight {
     pub(crate) states: Vec<VehicleState>,
     controls: Vec<ControlState>,
@@ -133,12 +133,12 @@ fn lost(out: &Path) -> BTreeMap<String, u64> {
 pub(crate) fn ends_and_says_what_it_lost(outcome: &Outcome, out: &Path) {
     let lost = lost(out);
     match outcome.status.code() {
-        Some(0) => assert!(lost.is_empty(), "lost, and not a word of it: {lost:?}"),
+        Some(0) => assert!(lost.is_empty(), "lost without a report: {lost:?}"),
         Some(DATA_LOST) => {
-            let told = outcome.complaints();
-            let last = told.last().copied().unwrap_or_default();
+            let complaints = outcome.complaints();
+            let last = complaints.last().copied().unwrap_or_default();
             let number = format!("lacks {} of", lost.values().sum::<u64>());
-            assert!(last.contains(&number), "lost {lost:?}, told: {last}");
+            assert!(last.contains(&number), "lost {lost:?}, reported: {last}");
         }
         _ => panic!("{outcome:#?}"),
     }
@@ -158,13 +158,13 @@ pub(crate) fn nobody_is_left(nodes: &BTreeMap<String, Pid>) {
     }
 }
 
-/// What shows that all take part in the loop: the planes are answered for, the vehicle is steered, the actuator hears
+/// Evidence that all nodes take part in the loop: the planes are answered for, the vehicle is steered, the actuator receives
 /// it, and a model is learnt.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Part {
     pub(crate) answered: bool,
     pub(crate) steered: bool,
-    pub(crate) heard: bool,
+    pub(crate) commanded: bool,
     pub(crate) learnt: bool,
 }
 
@@ -172,11 +172,11 @@ impl Part {
     pub(crate) const ALL: Self = Self {
         answered: true,
         steered: true,
-        heard: true,
+        commanded: true,
         learnt: true,
     };
 
-    /// What a flight shows of it after the stamp `since`, ns.
+    /// The evidence after the stamp `since`, ns.
     pub(crate) fn of(flight: &Flight, since: i64) -> Self {
         let mut part = Self::default();
         flight
@@ -207,7 +207,7 @@ impl Part {
     }
 
     pub(crate) fn see_actuator(&mut self, state: &DhaState, since: i64) {
-        self.heard |= state.header.stamp.nanos() > since && !state.command_stale;
+        self.commanded |= state.header.stamp.nanos() > since && !state.command_stale;
     }
 
     pub(crate) fn see_model(&mut self, model: &ModelEstimate, since: i64) {

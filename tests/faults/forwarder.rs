@@ -1,4 +1,4 @@
-//! A program that joins two network namespaces by a link in user space, and does to its frames what it is told.
+//! A program that joins two network namespaces by a link in user space, and changes its frames as configured.
 //!
 //! It is this test program once more, started with [`FLAG`] in a network namespace of its own. It makes two more,
 //! the near and the far end, each with a TAP device, whose other sides it holds. Kernels without `netem` do as well.

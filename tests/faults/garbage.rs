@@ -52,7 +52,7 @@ pub(crate) fn trials() -> Vec<Trial> {
     ]
 }
 
-/// What is sent: made of chance and of what the participants said of themselves.
+/// The garbage: random, or made of the participants' own announcements.
 type Maker = fn(&mut Pcg64, &[Vec<u8>]) -> Vec<u8>;
 
 /// As [`lives_through`], for [`DURATION`]; and the loop keeps more than half of its speed.
@@ -91,8 +91,8 @@ fn lives_through(maker: Maker, time: Duration) -> [f64; 2] {
     let memory_during = memory(&nodes);
     for name in nodes.keys() {
         let status = format!("/auv/{name}: middleware");
-        let counts = operator.until("refusals that are counted", |heard| {
-            let status = heard.status(&status)?;
+        let counts = operator.until("refusals that are counted", |received| {
+            let status = received.status(&status)?;
             let counts = status
                 .values
                 .iter()
@@ -128,7 +128,7 @@ fn rate(operator: &Operator, time: Duration) -> f64 {
     let began = Instant::now();
     let mut last = first;
     while began.elapsed() < time {
-        if let planesman_node::Next::Event(super::stage::Heard::State(state)) =
+        if let planesman_node::Next::Event(super::stage::Received::State(state)) =
             operator.rt.next(Duration::from_millis(100))
         {
             last = stamp(&state);
@@ -163,7 +163,7 @@ fn port(domain: u16, participant: u16) -> u16 {
     7410 + 250 * domain + 2 * participant
 }
 
-/// What participants say of themselves, heard where a twelfth one would.
+/// The participants' announcements, received as a twelfth one would.
 struct Announcements {
     socket: UdpSocket,
 }
@@ -178,17 +178,17 @@ impl Announcements {
 
     /// Those of six participants at least.
     fn take(self) -> Vec<Vec<u8>> {
-        let mut heard = BTreeMap::new();
+        let mut received = BTreeMap::new();
         let mut buffer = [0; 65_536];
         eventually("announcements of all", || {
             while let Ok(length) = self.socket.recv(&mut buffer) {
                 if length >= HEADER && buffer[..4] == *b"RTPS" {
-                    heard.insert(buffer[8..HEADER].to_vec(), buffer[..length].to_vec());
+                    received.insert(buffer[8..HEADER].to_vec(), buffer[..length].to_vec());
                 }
             }
-            (heard.len() >= 6).then_some(())
+            (received.len() >= 6).then_some(())
         });
-        heard.into_values().collect()
+        received.into_values().collect()
     }
 }
 

@@ -1,4 +1,4 @@
-//! What a link does to the frames that pass it, in each direction by itself: a model, without a clock or a network.
+//! A model of a link that damages frames, in each direction separately, without a clock or a network.
 
 use std::fmt;
 use std::time::Duration;
@@ -56,7 +56,7 @@ pub(crate) enum To {
     Near,
 }
 
-/// What has become of the frames.
+/// The fate of the frames.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub(crate) struct Counts {
     /// Frames that came to the link.
@@ -115,7 +115,7 @@ impl Wire {
     }
 }
 
-/// What the model claims of itself.
+/// The specification of the model.
 pub(crate) mod claims {
     use super::*;
 

@@ -1,4 +1,4 @@
-//! What becomes of the loop when one of its nodes is behind a bad link.
+//! The loop with one node behind a bad link.
 
 use std::thread::sleep;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
@@ -15,7 +15,7 @@ use super::pace::Pace;
 use super::stage::Stage;
 use super::trial_where;
 
-/// What happens to the link once the loop flies over it.
+/// The fault of the link during the flight.
 #[derive(Clone, Copy)]
 enum Trouble {
     /// It stays so to the end.
@@ -117,9 +117,9 @@ pub(crate) fn trials() -> Vec<Trial> {
         for (name, trouble) in TROUBLES {
             let name = format!("links/{far}/{name}/{}", pace.name());
             let always = ALWAYS.contains(&name.as_str());
-            let told = name.clone();
+            let place = name.clone();
             trials.push(trial_where(network::is_possible, name, always, move || {
-                flies(&told, far, pace, trouble)
+                flies(&place, far, pace, trouble)
             }));
         }
     }

@@ -73,7 +73,7 @@ fn trial_where(
     .with_ignored_flag(!always && !all)
 }
 
-/// What the link's model claims of itself.
+/// The specification of the link's model.
 fn link_trials() -> Vec<Trial> {
     use link::claims::*;
     let claims: [(&str, fn()); 4] = [

@@ -9,7 +9,7 @@ use super::link::{Counts, Link};
 /// The usual longest packet of an Ethernet, B.
 pub(crate) const ETHERNET: u16 = 1500;
 
-/// Words to put before a command so that it runs elsewhere.
+/// Arguments to put before a command so that it runs elsewhere.
 pub(crate) type Place = Vec<String>;
 
 /// Two namespaces and their link; gone when dropped.
@@ -64,7 +64,7 @@ impl Network {
         self.order(Some(link));
     }
 
-    /// What has become of the frames so far: those to the far end, then those to the near one.
+    /// The fate of the frames so far: those to the far end, then those to the near one.
     pub(crate) fn counts(&mut self) -> [Counts; 2] {
         self.order(None)
     }
@@ -89,12 +89,12 @@ impl Network {
 
 /// In the namespaces of the process `pid`.
 pub(crate) fn inside(pid: u32) -> Place {
-    let mut words = vec!["nsenter".to_owned()];
+    let mut command = vec!["nsenter".to_owned()];
     if !rustix::process::geteuid().is_root() {
-        words.extend(["--user", "--preserve-credentials"].map(str::to_owned));
+        command.extend(["--user", "--preserve-credentials"].map(str::to_owned));
     }
-    words.extend(["--net".to_owned(), format!("--target={pid}")]);
-    words
+    command.extend(["--net".to_owned(), format!("--target={pid}")]);
+    command
 }
 
 impl Drop for Network {

@@ -1,4 +1,4 @@
-//! What becomes of a flight when one of its processes is stopped, killed, frozen, comes back, or is there twice.
+//! Flights in which one process is stopped, killed, frozen, restarted or duplicated.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -11,10 +11,10 @@ use rustix::process::Pid;
 use super::crew::Crew;
 use super::evidence::{self, Flight, Part, stamp};
 use super::pace::{PACES, Pace};
-use super::stage::{Heard, Operator, Process, Signal, Stage, eventually, kill, scenario};
+use super::stage::{Operator, Process, Received, Signal, Stage, eventually, kill, scenario};
 use super::trial;
 
-/// What happens to a process.
+/// The fault of a process.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Fault {
     Terminate,
@@ -27,7 +27,7 @@ enum Fault {
     Twin,
 }
 
-/// What is to become of the flight.
+/// The expected outcome of the flight.
 #[derive(Clone, Copy, Debug)]
 enum Fate {
     /// The launcher stops all nodes and says who left.
@@ -165,8 +165,8 @@ impl Cell {
         let outcome = flight.launcher.finish();
         assert_eq!(outcome.status.code(), Some(1), "{outcome:#?}");
         assert!(!outcome.stdout.contains("Flew "), "{outcome:#?}");
-        let told = format!("the node {} stopped by itself", self.who);
-        assert!(outcome.complaints()[0].contains(&told), "{outcome:#?}");
+        let expected = format!("the node {} stopped by itself", self.who);
+        assert!(outcome.complaints()[0].contains(&expected), "{outcome:#?}");
         evidence::nobody_is_left(&flight.nodes);
         // Who is killed cannot close what it writes.
         let is_closed = self.who != "recorder" || self.fault != Fault::Kill;
@@ -225,7 +225,7 @@ impl Cell {
         assert_eq!(Part::of(&flown, since), Part::ALL);
     }
 
-    /// What was flown is readable, within the envelope, and in lockstep complete.
+    /// The flight is readable, within the envelope, and in lockstep complete.
     fn check(self, bag: &Path) -> Flight {
         let flight = evidence::flight(bag);
         assert!(!flight.states.is_empty());
@@ -384,25 +384,25 @@ impl Dive {
     fn participants(&self) -> usize {
         self.operator.rt.next(Duration::ZERO);
         let connections = self.operator.rt.connections();
-        let told = connections.find(Direction::Subscription, "/diagnostics");
-        told.map_or(0, |end| end.peers)
+        let endpoint = connections.find(Direction::Subscription, "/diagnostics");
+        endpoint.map_or(0, |end| end.peers)
     }
 
     /// Waits until everybody has taken part after the newest state that is on its way now, and returns its stamp.
     fn everybody_takes_part(&self) -> i64 {
         let mut since = stamp(&self.operator.state("a state", |_| true));
-        while let Next::Event(heard) = self.operator.rt.next(Duration::ZERO) {
-            if let Heard::State(state) = heard {
+        while let Next::Event(received) = self.operator.rt.next(Duration::ZERO) {
+            if let Received::State(state) = received {
                 since = since.max(stamp(&state));
             }
         }
         let mut part = Part::default();
-        self.operator.until("everybody's part", |heard| {
-            match heard {
-                Heard::State(state) => part.see_state(&state, since),
-                Heard::Control(control) => part.see_control(&control, since),
-                Heard::Actuator(state) => part.see_actuator(&state, since),
-                Heard::Model(model) => part.see_model(&model, since),
+        self.operator.until("everybody's part", |received| {
+            match received {
+                Received::State(state) => part.see_state(&state, since),
+                Received::Control(control) => part.see_control(&control, since),
+                Received::Actuator(state) => part.see_actuator(&state, since),
+                Received::Model(model) => part.see_model(&model, since),
                 _ => {}
             }
             (part == Part::ALL).then_some(since)
@@ -414,7 +414,7 @@ impl Dive {
         let outcome = self.launcher.finish();
         assert!(outcome.stdout.contains("Interrupted after"), "{outcome:#?}");
         // A launcher that hears its nodes has their reports.
-        let deaf = outcome.stdout.contains("gave up waiting: waiting for");
+        let deaf = outcome.stdout.contains("timeout: waiting for");
         assert!(!deaf, "{outcome:#?}");
         evidence::ends_and_says_what_it_lost(&outcome, Path::new(&self.out));
         evidence::nobody_is_left(&self.nodes);

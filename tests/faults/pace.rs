@@ -1,6 +1,6 @@
 //! The three ways in which a vehicle's time goes on.
 
-/// What decides that a tick is over.
+/// The end of a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Pace {
     Lockstep,

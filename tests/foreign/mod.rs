@@ -33,7 +33,7 @@ pub(crate) struct Python {
     pub(crate) environment: &'static str,
     /// The folder with its programs, from the root.
     programs: &'static str,
-    /// What the nodes are told to speak with it.
+    /// The nodes' environment to match it.
     pub(crate) middleware: &'static str,
 }
 
@@ -51,15 +51,15 @@ pub(crate) const RCLPY: Python = Python {
     middleware: "rmw_fastrtps_cpp",
 };
 
-/// What a peer printed, one JSON object a line, and how it ended.
+/// The output of a peer, one JSON object per line, and its exit status.
 #[derive(Debug)]
-pub(crate) struct Told {
+pub(crate) struct Printed {
     pub(crate) lines: Vec<Value>,
     pub(crate) status: i32,
     pub(crate) complaints: String,
 }
 
-impl Told {
+impl Printed {
     /// The lines of a peer that succeeded.
     pub(crate) fn well(self) -> Vec<Value> {
         assert_eq!(self.status, 0, "{}", self.complaints);
@@ -126,7 +126,7 @@ impl Python {
     }
 
     /// Runs a peer to its end.
-    pub(crate) fn run(&self, program: &str, domain: u16, arguments: &[&str]) -> Told {
+    pub(crate) fn run(&self, program: &str, domain: u16, arguments: &[&str]) -> Printed {
         self.run_as(program, domain, arguments, &[])
     }
 
@@ -137,11 +137,11 @@ impl Python {
         domain: u16,
         arguments: &[&str],
         variables: &[(&str, &str)],
-    ) -> Told {
+    ) -> Printed {
         let mut command = self.command(program, domain, arguments);
         let output = command.envs(variables.iter().copied()).output().unwrap();
         let text = String::from_utf8(output.stdout).unwrap();
-        Told {
+        Printed {
             lines: text.lines().map(json).collect(),
             status: output.status.code().unwrap_or(-1),
             complaints: String::from_utf8_lossy(&output.stderr).into_owned(),
@@ -166,17 +166,17 @@ impl Python {
         Running::of(self.command(program, domain, arguments))
     }
 
-    /// What `read_bag.py` finds, told as one JSON value.
+    /// The result of `read_bag.py`, one JSON value.
     pub(crate) fn read_bag(&self, arguments: &[&Path]) -> Value {
         self.read("read_bag.py", arguments)
     }
 
-    /// What `load_model.py` finds, told as one JSON value.
+    /// The result of `load_model.py`, one JSON value.
     pub(crate) fn load_model(&self, file: &Path) -> Value {
         self.read("load_model.py", &[file])
     }
 
-    /// What a reader finds, told as one JSON value.
+    /// The result of a reader, one JSON value.
     fn read(&self, program: &str, arguments: &[&Path]) -> Value {
         let output = Command::new(self.interpreter())
             .arg(root().join("tests/peers").join(program))

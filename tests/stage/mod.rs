@@ -94,7 +94,7 @@ impl Stage {
         path
     }
 
-    /// What the folder holds, but for the programs' outputs.
+    /// The contents of the folder, without the programs' outputs.
     pub(crate) fn content(&self) -> Vec<String> {
         let names = fs::read_dir(self.folder.path()).unwrap();
         let mut names: Vec<String> = names
@@ -115,7 +115,7 @@ impl Stage {
         self.start_at(&[], arguments, variables)
     }
 
-    /// As [`start_as`](Self::start_as), behind the words of a command that becomes the program somewhere else.
+    /// As [`start_as`](Self::start_as), behind the arguments of a command that becomes the program somewhere else.
     pub(crate) fn start_at(
         &self,
         place: &[String],
@@ -126,9 +126,9 @@ impl Stage {
         let out = |stream: &str| PathBuf::from(self.path(&format!("program-{number}.{stream}")));
         let (stdout, stderr) = (out("stdout"), out("stderr"));
         let program = env!("CARGO_BIN_EXE_planesman").to_owned();
-        let words: Vec<String> = place.iter().cloned().chain([program]).collect();
-        let child = Command::new(&words[0])
-            .args(&words[1..])
+        let parts: Vec<String> = place.iter().cloned().chain([program]).collect();
+        let child = Command::new(&parts[0])
+            .args(&parts[1..])
             .args(arguments)
             .current_dir(self.folder.path())
             .envs(self.domain.variables())
@@ -164,7 +164,7 @@ impl Stage {
         self.start_as(&arguments, &[(planesman::nodes::LAUNCHED, "1")])
     }
 
-    /// Somebody who hears the loop and can speak to it.
+    /// An operator, subscribed to the topics of the loop and able to command it.
     pub(crate) fn operator(&self) -> Operator {
         Operator::join(&self.domain)
     }
@@ -193,7 +193,7 @@ impl Outcome {
         self
     }
 
-    /// What it told the person at the terminal, without the log's lines that only inform.
+    /// Its standard error, without log lines of level INFO.
     pub(crate) fn complaints(&self) -> Vec<&str> {
         let lines = self.stderr.lines();
         lines.filter(|line| !line.starts_with("[INFO]")).collect()
@@ -253,10 +253,10 @@ impl Process {
         let node_of = |entry: &Path| {
             let status = fs::read_to_string(entry.join("status")).ok()?;
             let command = fs::read_to_string(entry.join("cmdline")).ok()?;
-            let mut words = command.split('\0').skip(1);
-            let is_node = status.lines().any(|line| line == parent) && words.next()? == "node";
+            let mut parts = command.split('\0').skip(1);
+            let is_node = status.lines().any(|line| line == parent) && parts.next()? == "node";
             let pid = entry.file_name()?.to_str()?.parse().ok()?;
-            is_node.then_some((words.next()?.to_owned(), Pid::from_raw(pid)?))
+            is_node.then_some((parts.next()?.to_owned(), Pid::from_raw(pid)?))
         };
         fs::read_dir("/proc")
             .unwrap()
@@ -305,9 +305,9 @@ pub(crate) fn runs(pid: Pid) -> bool {
     })
 }
 
-/// What an operator hears.
+/// A message to the operator.
 #[derive(Clone, Debug)]
-pub(crate) enum Heard {
+pub(crate) enum Received {
     State(VehicleState),
     Control(ControlState),
     Actuator(DhaState),
@@ -317,7 +317,7 @@ pub(crate) enum Heard {
     Parameters,
 }
 
-impl Heard {
+impl Received {
     /// The node's own status `name`, such as `/auv/plant_sim: vehicle`.
     pub(crate) fn status(&self, name: &str) -> Option<&DiagnosticStatus> {
         let Self::Diagnostics(array) = self else {
@@ -329,7 +329,7 @@ impl Heard {
 
 /// A node of the test's own, in the loop's domain.
 pub(crate) struct Operator {
-    pub(crate) rt: Runtime<Heard>,
+    pub(crate) rt: Runtime<Received>,
 }
 
 impl Operator {
@@ -338,26 +338,27 @@ impl Operator {
             name: "operator",
             namespace: "/auv",
             validate: |(): &()| Ok(()),
-            on_parameters: |_| Heard::Parameters,
+            on_parameters: |_| Received::Parameters,
         };
         let (rt, ()) = Runtime::start_in(domain.domain(), spec, RosArguments::default()).unwrap();
         let qos = Qos::reliable(1000);
-        rt.subscribe("state", qos, Heard::State).unwrap();
-        rt.subscribe("control_state", qos, Heard::Control).unwrap();
-        rt.subscribe("dha_state", qos, Heard::Actuator).unwrap();
-        rt.subscribe("model", qos, |model| Heard::Model(Box::new(model)))
+        rt.subscribe("state", qos, Received::State).unwrap();
+        rt.subscribe("control_state", qos, Received::Control)
             .unwrap();
-        rt.subscribe("/diagnostics", qos, Heard::Diagnostics)
+        rt.subscribe("dha_state", qos, Received::Actuator).unwrap();
+        rt.subscribe("model", qos, |model| Received::Model(Box::new(model)))
+            .unwrap();
+        rt.subscribe("/diagnostics", qos, Received::Diagnostics)
             .unwrap();
         Self { rt }
     }
 
     /// Listens until `pick` has what it wants.
-    pub(crate) fn until<T>(&self, what: &str, mut pick: impl FnMut(Heard) -> Option<T>) -> T {
+    pub(crate) fn until<T>(&self, what: &str, mut pick: impl FnMut(Received) -> Option<T>) -> T {
         let deadline = Instant::now() + PATIENCE;
         loop {
-            if let Next::Event(heard) = self.rt.next(LOOK)
-                && let Some(picked) = pick(heard)
+            if let Next::Event(received) = self.rt.next(LOOK)
+                && let Some(picked) = pick(received)
             {
                 return picked;
             }
@@ -371,16 +372,16 @@ impl Operator {
         what: &str,
         mut wanted: impl FnMut(&VehicleState) -> bool,
     ) -> VehicleState {
-        self.until(what, |heard| match heard {
-            Heard::State(state) if wanted(&state) => Some(state),
+        self.until(what, |received| match received {
+            Received::State(state) if wanted(&state) => Some(state),
             _ => None,
         })
     }
 
     /// Waits until the node's status `name` has this message, and returns its level.
     pub(crate) fn status(&self, name: &str, message: &str) -> u8 {
-        self.until(&format!("{name}: {message}"), |heard| {
-            let status = heard.status(name)?;
+        self.until(&format!("{name}: {message}"), |received| {
+            let status = received.status(name)?;
             status.message.contains(message).then_some(status.level)
         })
     }

@@ -19,11 +19,11 @@ use crate::{
 /// A file's topics by channel number.
 pub(crate) type Channels = BTreeMap<u16, Arc<Topic>>;
 
-/// What a topic takes beside its name, in every list that holds it: the topic (64 bytes), its name's bookkeeping,
+/// The memory of a topic beside its name, in every list that holds it: the topic (64 bytes), its name's bookkeeping,
 /// and its places among its file's channels and the bag's topics.
 const TOPIC: u64 = 160;
 
-/// What a channel takes whose topic is known.
+/// The memory of a channel whose topic is known.
 pub(crate) const CHANNEL: u64 = 32;
 
 impl Topic {
@@ -64,7 +64,7 @@ pub(crate) struct Definitions {
     room: u64,
 }
 
-/// What a channel number stands for.
+/// The meaning of a channel number.
 pub(crate) enum Known<'a> {
     Topic(&'a Arc<Topic>),
     Omitted,
@@ -88,7 +88,7 @@ impl Definitions {
         }
     }
 
-    /// What a channel number stands for.
+    /// The meaning of a channel number.
     pub(crate) fn topic(&self, channel: u16) -> Known<'_> {
         match self.channels.get(&channel) {
             Some(Some(topic)) => Known::Topic(topic),
@@ -177,7 +177,7 @@ impl Definitions {
         Ok(())
     }
 
-    /// What the channel's messages are; `None` where there is no room for it.
+    /// The kind of the channel's messages; `None` where there is no room for it.
     fn kind(&mut self, given: &fields::Channel<'_>) -> Result<Option<Arc<TopicKind>>, String> {
         let no_schema = Schema::default();
         let schema = match self.schemas.get(&given.schema_id) {

@@ -14,7 +14,7 @@ pub(crate) mod op {
     };
 }
 
-/// What remains of a record.
+/// The unread rest of a record.
 struct Fields<'a>(&'a [u8]);
 
 impl<'a> Fields<'a> {
@@ -203,7 +203,7 @@ impl<'a> Chunk<'a> {
     }
 }
 
-/// What the file holds, in numbers.
+/// The contents of the file, in numbers.
 pub(crate) struct Statistics {
     pub(crate) message_count: u64,
     pub(crate) start_time: u64,

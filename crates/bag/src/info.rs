@@ -1,10 +1,10 @@
-//! A bag's summary, for people: what `planesman bag info` prints.
+//! A bag's summary as text: the output of `planesman bag info`.
 
 use std::{collections::BTreeMap, fmt, path::PathBuf};
 
 use crate::{BagMetadata, BagReader, Completeness, Topic, reader::TopicCount};
 
-/// What a bag holds, in numbers.
+/// The contents of a bag, in numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BagInfo {
     /// The path that was opened.

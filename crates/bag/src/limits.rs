@@ -1,13 +1,13 @@
 //! How a bag is read: what is taken of it at most, and in which order.
 
-/// What is taken from a bag at most. The defaults are far above what recorders write, and keep a hostile bag from taking
+/// Limits on the memory that a bag may use. The defaults are far above what recorders write, and keep a hostile bag from taking
 /// the memory: that is at most one record, its chunk unpacked, one message and the topics.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// Bytes of one record, and of one chunk when unpacked. 128 MiB; recorders write about 1.
     pub chunk: u64,
     /// Bytes that all topics and their types may take in memory. 192 MiB, a million topics; a busy bag takes 1. What is
-    /// beyond is told as [`BagReader::omitted`](crate::BagReader::omitted).
+    /// beyond is reported as [`BagReader::omitted`](crate::BagReader::omitted).
     pub definitions: u64,
 }
 

@@ -1,4 +1,4 @@
-//! `metadata.yaml`: rosbag2's account of a bag, written when the bag is closed.
+//! `metadata.yaml`: rosbag2's description of a bag, written when the bag is closed.
 //!
 //! The fields and their order are rosbag2's `BagMetadata`, version 9 (Jazzy). Versions 5 to 8
 //! lack some of them or write the QoS as text; both are read. A bag without this file was not
@@ -29,7 +29,7 @@ const LONGEST: u64 = 4 << 20;
 /// `starting_time` of a bag without messages, as rosbag2 writes it.
 pub(crate) const NEVER: i64 = i64::MAX;
 
-/// What comes before a topic's name in the key under which its lost messages are told.
+/// The prefix of a topic's name in the key of its number of lost messages.
 pub(crate) const DROPPED: &str = "dropped ";
 
 /// A bag's account.
@@ -48,7 +48,7 @@ pub struct BagMetadata {
     /// Every topic, with its messages in all files.
     pub topics_with_message_count: Vec<TopicWithCount>,
     /// The compressor of whole files or single messages; empty for none. MCAP compresses its
-    /// chunks itself, which is not told here.
+    /// chunks itself, which is not recorded here.
     #[serde(default)]
     pub compression_format: String,
     /// `file`, `message`, or empty for none.
@@ -100,7 +100,7 @@ pub struct TopicMetadata {
     pub type_name: String,
     /// How payloads are encoded: `cdr`.
     pub serialization_format: String,
-    /// What the publishers offered; none when read from a version that wrote it otherwise.
+    /// The QoS that the publishers offered; none when read from a version with another format.
     #[serde(default, deserialize_with = "offers_or_none")]
     pub offered_qos_profiles: Vec<OfferedQos>,
     /// The type hash.
@@ -140,7 +140,7 @@ pub enum MetadataError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The error of the operating system.
         source: io::Error,
     },
     /// Longer than any account.
@@ -156,7 +156,7 @@ pub enum MetadataError {
     Format {
         /// The file.
         path: PathBuf,
-        /// What is wrong, and where.
+        /// The reason and the place.
         source: yaml::Error,
     },
 }

@@ -23,7 +23,7 @@ impl Span {
     };
 }
 
-/// How many samples a publisher keeps for late or slow readers.
+/// The number of samples that a publisher keeps for late or slow readers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum History {

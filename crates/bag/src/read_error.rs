@@ -7,7 +7,7 @@ use std::{
 
 use crate::metadata::MetadataError;
 
-/// What makes a bag that is read of one of another kind.
+/// The hint that converts a bag of another kind.
 pub(crate) const CONVERTER: &str =
     "'rosbags-convert --src OLD --dst NEW --dst-storage mcap' (of PyPI's rosbags)";
 
@@ -27,7 +27,7 @@ pub enum ReadError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The error of the operating system.
         source: io::Error,
     },
     /// A file without a byte.
@@ -38,12 +38,12 @@ pub enum ReadError {
     },
     /// Something else than an MCAP file.
     #[error(
-        "{path} is no MCAP file but {found}; a bag is a folder, its metadata.yaml, or a .mcap file"
+        "{path} is not an MCAP file but {found}; a bag is a folder, its metadata.yaml, or a .mcap file"
     )]
     NotABag {
         /// The file.
         path: PathBuf,
-        /// What it seems to be.
+        /// Its probable format.
         found: &'static str,
     },
     /// The file is cut off before its first record.
@@ -57,7 +57,7 @@ pub enum ReadError {
     NoMcap {
         /// The folder.
         path: PathBuf,
-        /// What it holds instead and what to do, if that is known.
+        /// Its contents and the remedy, if known.
         instead: String,
     },
     /// A storage other than MCAP.
@@ -93,7 +93,7 @@ pub enum ReadError {
         path: PathBuf,
         /// Where nothing more can be read.
         offset: u64,
-        /// What is wrong there.
+        /// The reason.
         reason: String,
     },
 }

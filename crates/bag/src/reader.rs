@@ -1,4 +1,4 @@
-//! Reading bags: whole ones, cut ones, and files that are no bag at all.
+//! The reader of bags, complete or truncated; other files are refused.
 //!
 //! [`BagReader::open`] takes the bag's folder, its `metadata.yaml`, or a single `.mcap` file, and
 //! finds out what is there; [`BagReader::messages`] streams it. What comes from the file is
@@ -42,7 +42,7 @@ pub enum Completeness {
         path: PathBuf,
         /// Bytes of that file that are read, if it is a file.
         readable: Option<u64>,
-        /// What shows it.
+        /// The evidence.
         reason: String,
     },
     /// Its files were closed, but its account of them cannot be read.
@@ -157,9 +157,9 @@ impl BagReader {
     }
 
     fn open_folder(folder: &Path, limits: Limits) -> Result<Self, ReadError> {
-        let told = folder.join(metadata::FILE_NAME);
-        let not_told = match BagMetadata::read(&told) {
-            Ok(metadata) => return Self::open_listed(&told, folder, metadata, limits),
+        let listing = folder.join(metadata::FILE_NAME);
+        let no_metadata = match BagMetadata::read(&listing) {
+            Ok(metadata) => return Self::open_listed(&listing, folder, metadata, limits),
             Err(MetadataError::Io { source, .. }) if source.kind() == io::ErrorKind::NotFound => {
                 Completeness::Truncated {
                     path: folder.to_owned(),
@@ -172,19 +172,19 @@ impl BagReader {
             },
         };
         let files = mcap_files(folder)?;
-        Self::open_files(folder, files, None, Some(not_told), limits)
+        Self::open_files(folder, files, None, Some(no_metadata), limits)
     }
 
-    /// Opens the files that the metadata at `told` lists.
+    /// Opens the files that the metadata at `listing` lists.
     fn open_listed(
-        told: &Path,
+        listing: &Path,
         folder: &Path,
         metadata: BagMetadata,
         limits: Limits,
     ) -> Result<Self, ReadError> {
         if metadata.storage_identifier != "mcap" {
             return Err(ReadError::Storage {
-                path: told.to_owned(),
+                path: listing.to_owned(),
                 storage: metadata.storage_identifier,
             });
         }
@@ -202,7 +202,7 @@ impl BagReader {
         let is_read = matches!(mode.as_str(), "" | "none" | "storage" | "file") || are_packed;
         if !is_read || is_packed {
             return Err(ReadError::Compressed {
-                path: told.to_owned(),
+                path: listing.to_owned(),
                 mode: metadata.compression_mode,
                 format: metadata.compression_format,
             });
@@ -216,7 +216,7 @@ impl BagReader {
         path: &Path,
         files: Vec<PathBuf>,
         metadata: Option<BagMetadata>,
-        not_told: Option<Completeness>,
+        no_metadata: Option<Completeness>,
         limits: Limits,
     ) -> Result<Self, ReadError> {
         if files.is_empty() {
@@ -236,7 +236,7 @@ impl BagReader {
             topics.take(&mut recording, &counts);
             recordings.push(recording);
         }
-        let completeness = completeness(path, &recordings, metadata.as_ref(), not_told);
+        let completeness = completeness(path, &recordings, metadata.as_ref(), no_metadata);
         Ok(Self {
             path: path.to_owned(),
             topics: topics.list,
@@ -341,7 +341,7 @@ pub struct Messages<'a> {
     order: Order,
     unpack: Option<u64>,
     wanted: Box<dyn Fn(&Topic) -> bool + 'a>,
-    /// What it said of the current file's topics, by channel.
+    /// Its statements on the current file's topics, by channel.
     are_wanted: BTreeMap<u16, bool>,
 }
 
@@ -390,15 +390,15 @@ impl Iterator for Messages<'_> {
                 }
                 Ok(None) => {
                     // A record whose opcode was changed is passed by; its messages are missed here.
-                    let (told, met) = (recording.messages, walk.met);
-                    if told == met {
+                    let (indexed, met) = (recording.messages, walk.met);
+                    if indexed == met {
                         self.passed += recording.size;
                         self.current = None;
                         continue;
                     }
                     Damage {
                         offset: recording.readable,
-                        reason: format!("its index tells of {told} messages, {met} are there"),
+                        reason: format!("its index lists {indexed} messages, {met} are there"),
                     }
                 }
                 Err(damage) => damage,
@@ -414,7 +414,7 @@ impl Iterator for Messages<'_> {
 }
 
 impl Messages<'_> {
-    /// How many bytes of the bag's files have been read, to show how far one is.
+    /// The number of bytes of the bag's files read so far, for a progress display.
     #[must_use]
     pub fn bytes_read(&self) -> u64 {
         let current = self.current.as_ref();
@@ -433,7 +433,7 @@ fn is_zstd(file: &Path) -> bool {
         .is_some_and(|extension| extension == "zstd")
 }
 
-/// What a packed file has been unpacked to beside itself, if it has.
+/// The unpacked file beside a packed one, if there is one.
 fn unpacked(file: PathBuf) -> PathBuf {
     let beside = file.with_extension("");
     if is_zstd(&file) && beside.is_file() {
@@ -443,7 +443,7 @@ fn unpacked(file: PathBuf) -> PathBuf {
     }
 }
 
-/// What a folder without `.mcap` files holds instead, and what to do.
+/// The contents of a folder without `.mcap` files, and the remedy.
 fn instead(folder: &Path) -> String {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let mut endings = entries.filter_map(|entry| entry.path().extension().map(ToOwned::to_owned));
@@ -568,12 +568,12 @@ fn message_count(recordings: &[Recording]) -> u64 {
         .fold(0, u64::saturating_add)
 }
 
-/// `not_told` is what the want of metadata says.
+/// `no_metadata` is what the want of metadata says.
 fn completeness(
     path: &Path,
     recordings: &[Recording],
     metadata: Option<&BagMetadata>,
-    not_told: Option<Completeness>,
+    no_metadata: Option<Completeness>,
 ) -> Completeness {
     for recording in recordings {
         if let Some(reason) = &recording.cut {
@@ -590,10 +590,10 @@ fn completeness(
             path: path.to_owned(),
             readable: None,
             reason: format!(
-                "its metadata.yaml tells of {} messages, its files hold {counted}",
+                "its metadata.yaml lists {} messages, its files hold {counted}",
                 metadata.message_count
             ),
         },
-        _ => not_told.unwrap_or(Completeness::Whole),
+        _ => no_metadata.unwrap_or(Completeness::Whole),
     }
 }

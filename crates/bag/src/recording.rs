@@ -1,7 +1,7 @@
-//! One `.mcap` file: what it holds.
+//! One `.mcap` file: its contents.
 //!
-//! That is told by its summary, if it was closed; else it is read through once and counted. Either way [`Recording`] knows
-//! up to which byte it can be read.
+//! They are in its summary if the file was closed; otherwise the file is read once and counted. Either way
+//! [`Recording`] has the byte up to which it can be read.
 
 use std::{
     collections::BTreeMap,
@@ -21,7 +21,7 @@ use crate::{
     walk::Walk,
 };
 
-/// What a file holds.
+/// The contents of a file.
 #[derive(Clone, Debug)]
 pub(crate) struct Recording {
     pub(crate) path: PathBuf,
@@ -31,7 +31,7 @@ pub(crate) struct Recording {
     pub(crate) readable: u64,
     /// Its topics.
     pub(crate) channels: Arc<Channels>,
-    /// How many topics there was no room for.
+    /// The number of topics beyond the limit.
     pub(crate) omitted: u64,
     /// Its messages on all topics.
     pub(crate) messages: u64,
@@ -39,7 +39,7 @@ pub(crate) struct Recording {
     pub(crate) span: Option<(i64, i64)>,
     /// Why it is not whole, if it is not.
     pub(crate) cut: Option<String>,
-    /// What was taken of it at most.
+    /// The limits on its memory.
     limits: Limits,
 }
 
@@ -179,7 +179,7 @@ fn check_beginning(path: &Path, file: &mut File) -> Result<(), ReadError> {
     }
 }
 
-/// What a file that is no MCAP file seems to be, by its first bytes.
+/// The probable format of a file that is not MCAP, by its first bytes.
 fn guess(beginning: &[u8]) -> &'static str {
     const KINDS: [(&[u8], &str); 8] = [
         (b"\xFF\xD8\xFF", "a JPEG picture"),

@@ -16,7 +16,7 @@ pub(crate) const FRAME: usize = 1 + 8;
 pub(crate) struct Damage {
     /// The byte from which on nothing can be read: the start of the first bad record.
     pub(crate) offset: u64,
-    /// What is wrong there.
+    /// The reason.
     pub(crate) reason: String,
 }
 

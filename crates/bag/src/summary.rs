@@ -1,4 +1,4 @@
-//! What a closed file tells of itself at its end: its topics, their messages, the time they span.
+//! The summary at the end of a closed file: its topics, the number of their messages, their time span.
 //!
 //! It is read as a stream, and believed only if its checksum and its counts agree.
 
@@ -19,7 +19,7 @@ use crate::{
 /// The footer record and the magic after it: the last bytes of a closed file.
 const TAIL: usize = 9 + 20 + 8;
 
-/// What a summary tells.
+/// The data of a summary.
 pub(crate) struct Summary {
     pub(crate) definitions: Definitions,
     /// Messages by channel.

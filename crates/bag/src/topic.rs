@@ -1,19 +1,19 @@
-//! A recorded topic: what an MCAP channel and its schema say together.
+//! A recorded topic: an MCAP channel with its schema.
 
 use std::sync::Arc;
 
 use crate::OfferedQos;
 
-/// What a bag knows of a topic beside its messages.
+/// A bag's data on a topic beside its messages.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Topic {
     /// The full name: `/auv/state`.
     pub name: String,
-    /// What its messages are.
+    /// The kind of its messages.
     pub kind: Arc<TopicKind>,
 }
 
-/// What the messages of a topic are and how they were offered. Topics of one kind share it: a bag of a million
+/// The type and the QoS of the messages of a topic. Topics of one kind share it: a bag of a million
 /// topics of one type holds that type once.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct TopicKind {
@@ -27,6 +27,6 @@ pub struct TopicKind {
     pub message_encoding: String,
     /// The type hash (`RIHS01_` and 64 hex digits); empty if the file has none.
     pub type_hash: String,
-    /// What the publishers offered.
+    /// The QoS that the publishers offered.
     pub offered_qos: Vec<OfferedQos>,
 }

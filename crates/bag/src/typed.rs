@@ -1,4 +1,4 @@
-//! Bags of the messages this project has types for: no description by hand, no bytes.
+//! Typed reading and writing of the messages that this project defines.
 
 use std::sync::Arc;
 

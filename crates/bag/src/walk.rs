@@ -15,7 +15,7 @@ use crate::{
     records::{Damage, Records, record_at},
 };
 
-/// What is read of the file at once.
+/// The size of one read.
 pub(crate) const BUFFER: usize = 256 * 1024;
 
 /// A message as it lies in the file.
@@ -41,7 +41,7 @@ pub(crate) struct Walk {
     pub(crate) data_ended: bool,
 }
 
-/// What of the unpacked bytes has not been given out.
+/// The unpacked bytes not yet returned.
 enum Left {
     Nothing,
     /// All: they are one message.

@@ -1,4 +1,4 @@
-//! Writing a bag, so that whatever has been flushed stays readable.
+//! The writer of bags; flushed data stays readable.
 //!
 //! Messages gather in a chunk in memory. The chunk goes to the file as one whole record when it
 //! has grown to [`WriterOptions::chunk_size`], or when [`WriterOptions::flush_interval`] has
@@ -107,9 +107,9 @@ pub enum WriteError {
     /// The file system refused to create the bag.
     #[error("cannot create {path}: {source}")]
     Create {
-        /// What was to be created.
+        /// The path to create.
         path: PathBuf,
-        /// What the system says.
+        /// The error of the operating system.
         source: io::Error,
     },
     /// Writing failed (a full disk, say). The bag takes nothing more; what was flushed before is
@@ -118,7 +118,7 @@ pub enum WriteError {
     Failed {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The error of the operating system.
         reason: String,
     },
     /// `metadata.yaml` could not be written; the messages are.
@@ -156,7 +156,7 @@ pub enum WriteError {
     Encode {
         /// The topic.
         name: String,
-        /// What is wrong.
+        /// The reason.
         reason: String,
     },
 }
@@ -529,7 +529,7 @@ impl BagWriter {
         Ok(metadata)
     }
 
-    /// What the bag holds so far, as rosbag2 tells it.
+    /// The contents of the bag so far, as rosbag2 metadata.
     fn account(&self) -> BagMetadata {
         let name = self
             .file
@@ -635,7 +635,7 @@ impl Drop for BagWriter {
     }
 }
 
-/// What the person at the terminal needs of an error: the system's word, if it has one.
+/// The part of an error that matters to the user: the message of the operating system, if there is one.
 fn reason(error: McapError) -> String {
     match error {
         McapError::Io(error) => error.to_string(),
@@ -652,7 +652,7 @@ fn refused(path: &Path, source: io::Error) -> WriteError {
     }
 }
 
-/// What the bag and its file both know: the bytes taken, and whether more are.
+/// State shared by the bag and its file: the number of bytes accepted, and whether more are.
 #[derive(Default)]
 struct Gate {
     bytes: AtomicU64,

@@ -148,7 +148,7 @@ fn damage_in_a_closed_file_is_an_error_after_what_comes_before() {
     let error = bag
         .messages(Default::default())
         .find_map(Result::err)
-        .expect("damage is told");
+        .expect("damage is reported");
     assert!(matches!(error, ReadError::Damaged { .. }));
     assert!(error.to_string().contains("hurt.mcap is damaged at byte"));
 }
@@ -206,17 +206,17 @@ fn other_storages_and_outer_compression_are_refused_by_name() {
         .expect("a new bag")
         .close()
         .expect("room on the disk");
-    let told = path.join("metadata.yaml");
-    let text = fs::read_to_string(&told).expect("the metadata");
+    let metadata = path.join("metadata.yaml");
+    let text = fs::read_to_string(&metadata).expect("the metadata");
     let with = |from: &str, to: &str| {
-        fs::write(&told, text.replace(from, to)).expect("room on the disk");
+        fs::write(&metadata, text.replace(from, to)).expect("room on the disk");
         BagReader::open(&path).expect_err("not MCAP").to_string()
     };
     assert!(with("storage_identifier: mcap", "storage_identifier: sqlite3").contains("'sqlite3'"));
     let packed = text
         .replace("compression_mode: ''", "compression_mode: FILE")
         .replace(".mcap", ".mcap.zstd");
-    fs::write(&told, packed).expect("room on the disk");
+    fs::write(&metadata, packed).expect("room on the disk");
     let file = path.join("other_0.mcap");
     fs::rename(&file, path.join("other_0.mcap.zstd")).expect("it is there");
     let refusal = BagReader::open(&path).expect_err("packed").to_string();
@@ -253,10 +253,10 @@ fn half_written_metadata_hides_no_message() {
     let mut writer = BagWriter::create(&path, small_chunks(Compression::Zstd)).expect("a new bag");
     fill(&mut writer, 12);
     writer.close().expect("room on the disk");
-    let told = path.join("metadata.yaml");
-    let text = fs::read_to_string(&told).expect("the metadata");
+    let metadata = path.join("metadata.yaml");
+    let text = fs::read_to_string(&metadata).expect("the metadata");
     for length in 0..text.len() - 1 {
-        fs::write(&told, &text[..length]).expect("room on the disk");
+        fs::write(&metadata, &text[..length]).expect("room on the disk");
         match BagReader::open(&path) {
             Ok(bag) => assert_eq!(all(&bag).expect("an undamaged file").len(), 12),
             // A prefix can be sound YAML that lists no file, or another storage ("mca").
@@ -302,7 +302,7 @@ fn metadata_of_versions_5_to_8_is_read() {
     fs::write(path.join("metadata.yaml"), version_5).expect("room on the disk");
     let bag = BagReader::open(&path).expect("a bag");
     assert!(bag.completeness().is_whole());
-    assert_eq!(bag.metadata().map(|told| told.version), Some(5));
+    assert_eq!(bag.metadata().map(|metadata| metadata.version), Some(5));
 }
 
 #[test]
@@ -324,12 +324,12 @@ fn lying_lengths_are_refused_and_cost_no_memory() {
             "at most",
         ),
         (
-            "chunk larger than told",
+            "chunk larger than declared",
             chunk("zstd", 100, zeros.len() as u64, &zeros),
             "its header says holds 100",
         ),
         (
-            "chunk smaller than told",
+            "chunk smaller than declared",
             chunk("", 100, 3, &[1, 2, 3]),
             "its header says 100",
         ),
@@ -421,9 +421,9 @@ fn topics_beyond_all_measure_are_passed_over_and_told() {
     assert_eq!(bag.message_count(), 99);
     assert_eq!(all(&bag).expect("a whole file").len() as u64, kept);
     assert!(bag.completeness().is_whole());
-    let told = BagInfo::of(&bag).to_string();
+    let info = BagInfo::of(&bag).to_string();
     let line = format!("and {} topics more than are listed", 99 - kept);
-    assert!(told.contains(&line), "{told}");
+    assert!(info.contains(&line), "{info}");
 
     // The measure is the whole bag's, in however many files; a topic that is in several is held once.
     file("bag_1.mcap", 100);

@@ -24,7 +24,7 @@ fn read_bag(arguments: &[&Path]) -> Option<Output> {
     Some(command.args(arguments).output().expect("Python starts"))
 }
 
-/// What the readers found, if they agree.
+/// The readers' common result, if they agree.
 fn agreed(output: &Output) -> Value {
     let complaints = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{complaints}");

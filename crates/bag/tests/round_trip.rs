@@ -1,4 +1,4 @@
-//! What is written is read again, and the folder is the one rosbag2 expects.
+//! Round trip: written messages are read back, from the folder that rosbag2 expects.
 
 mod common;
 
@@ -17,9 +17,9 @@ fn a_closed_bag_holds_every_message_in_order() {
         let path = folder.path().join("deep/dive");
         let mut writer = BagWriter::create(&path, small_chunks(compression)).expect("a new bag");
         fill(&mut writer, 101);
-        let told = writer.close().expect("room on the disk");
-        assert_eq!(told.message_count, 101);
-        assert_eq!(told.duration.nanoseconds, 5_000_000_000);
+        let metadata = writer.close().expect("room on the disk");
+        assert_eq!(metadata.message_count, 101);
+        assert_eq!(metadata.duration.nanoseconds, 5_000_000_000);
 
         for door in [
             path.clone(),
@@ -186,19 +186,21 @@ fn a_split_bag_is_read_in_the_order_of_its_metadata() {
             writer
                 .write_raw(depth, &payload(0.0), part, part)
                 .expect("room on the disk");
-            let told = writer.close().expect("room on the disk");
-            (bag.join(format!("part{part}_0.mcap")), told)
+            let metadata = writer.close().expect("room on the disk");
+            (bag.join(format!("part{part}_0.mcap")), metadata)
         })
         .collect();
     let split = folder.path().join("split");
     fs::create_dir(&split).expect("a new folder");
-    let mut told = parts[0].1.clone();
-    told.message_count = 11;
-    told.relative_file_paths = Vec::new();
+    let mut metadata = parts[0].1.clone();
+    metadata.message_count = 11;
+    metadata.relative_file_paths = Vec::new();
     for (number, (file, _)) in parts.iter().enumerate() {
         let name = format!("split_{number}.mcap");
         fs::copy(file, split.join(&name)).expect("room on the disk");
-        told.relative_file_paths.push(format!("elsewhere/{name}"));
+        metadata
+            .relative_file_paths
+            .push(format!("elsewhere/{name}"));
     }
     let order = |bag: &BagReader| -> Vec<_> {
         all(bag)
@@ -212,15 +214,15 @@ fn a_split_bag_is_read_in_the_order_of_its_metadata() {
     assert!(!unlisted.completeness().is_whole());
     assert_eq!(order(&unlisted), (0..11).collect::<Vec<_>>());
 
-    told.write(&split).expect("room on the disk");
+    metadata.write(&split).expect("room on the disk");
     let listed = BagReader::open(&split).expect("a bag");
     assert!(listed.completeness().is_whole());
     assert_eq!(order(&listed), (0..11).collect::<Vec<_>>());
     assert_eq!(listed.topics().len(), 1);
     assert_eq!(listed.topics()[0].messages, 11);
 
-    told.relative_file_paths.reverse();
-    told.write(&split).expect("room on the disk");
+    metadata.relative_file_paths.reverse();
+    metadata.write(&split).expect("room on the disk");
     let reversed = BagReader::open(&split).expect("a bag");
     assert_eq!(order(&reversed), (0..11).rev().collect::<Vec<_>>());
 }

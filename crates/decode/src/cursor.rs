@@ -1,4 +1,4 @@
-//! A place in a payload: what is there is taken, what is not there is an error.
+//! A cursor in a payload; reading beyond its end is an error.
 //!
 //! A payload begins with four bytes of encapsulation (RTPS 2.3, section 10.2): the first two name the encoding
 //! and the byte order. Lengths are 32-bit numbers; a length that lies is found out when its

@@ -34,14 +34,14 @@ pub struct Decoder {
     whole: Option<Vec<Op>>,
 }
 
-/// What a decoder has read: for each path a list, of one number for a number, of none for an element that is not there.
+/// The values that a decoder read: for each path a list, of one number for a number, of none for a missing element.
 #[derive(Clone, Debug, Default)]
 pub struct Values {
     slots: Vec<Vec<f64>>,
 }
 
 impl Values {
-    /// What path `index` led to: all elements of a list, the one of a number; nothing if it is not there.
+    /// The values at path `index`: all elements of a list, one for a number, none if it is missing.
     #[must_use]
     pub fn list(&self, index: usize) -> &[f64] {
         self.slots.get(index).map_or(&[], Vec::as_slice)
@@ -83,11 +83,11 @@ const DERIVED: [(&str, Option<Axis>); 4] = [
 pub struct CompileError {
     /// The path.
     pub path: String,
-    /// What is wrong with it.
+    /// The reason.
     pub reason: Reason,
 }
 
-/// What may be wrong with a path for a message type.
+/// Errors of a path for a message type.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Reason {
@@ -122,7 +122,7 @@ pub enum Reason {
     NotANumber(String, String),
 }
 
-/// What a path leads to.
+/// The target of a path.
 enum Target {
     /// A number or list of numbers.
     Plain,
@@ -239,7 +239,7 @@ fn angle(axis: Axis, values: &Values, xyz: &[usize; 3], w: usize) -> Option<f64>
     })
 }
 
-/// What the steps so far have led to.
+/// The target of the steps so far.
 enum At<'t> {
     Message(&'t TypeName),
     Field(&'t Field),
@@ -396,7 +396,7 @@ fn names(types: &Types, message: &TypeName) -> String {
     names.join(", ")
 }
 
-/// What `name` means in a message that has no such field.
+/// The meaning of `name` in a message that has no such field.
 fn derived(types: &Types, message: &TypeName, name: &str) -> Option<Target> {
     let (_, axis) = DERIVED.into_iter().find(|(known, _)| *known == name)?;
     let has = |name| {

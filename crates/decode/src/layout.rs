@@ -7,7 +7,7 @@
 
 use planesman_rosidl::definition::Primitive;
 
-/// How many bytes a part of fixed size takes, with the padding in it, by where it begins modulo 8.
+/// The size of a part of fixed size, with its padding, by its offset modulo 8.
 ///
 /// Saturates at the end of `u64`, which no payload reaches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

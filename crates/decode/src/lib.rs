@@ -1,4 +1,4 @@
-//! Numbers out of CDR messages of any type, by the schema that comes with them.
+//! Decodes numbers from CDR messages of any type, by their schema.
 //!
 //! A bag's channel holds the definition of its messages as text. From that text ([`schema`])
 //! and the paths of the fields one wants ([`path`]), [`Decoder::compile`] makes a small program

@@ -1,4 +1,4 @@
-//! What to do with a payload: pass this, read that, in the order in which the fields lie.
+//! The program for a payload: skip this, read that, in the order of the fields.
 //!
 //! Fields that nobody asked for melt into one step as long as their size is fixed; behind the
 //! last number asked for nothing is walked at all.
@@ -42,7 +42,7 @@ pub(crate) enum Op {
     },
 }
 
-/// How many elements a list has.
+/// The number of elements of a list.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Count {
     Fixed(u32),

@@ -93,7 +93,7 @@ impl Triangle {
         self.r.singular_values()
     }
 
-    /// How many directions among the parameters the rows determine: singular values of R above
+    /// The number of directions among the parameters that the rows determine: singular values of R above
     /// 1e-13 of the largest.
     #[must_use]
     pub fn rank(&self) -> usize {

@@ -48,7 +48,7 @@ pub fn continuous(model: &Model) -> Result<Continuous> {
     for (i, p) in poles.iter().enumerate() {
         if p.im == 0.0 && p.re <= 0.0 {
             return refuse(format!(
-                "the pole {:.4} in z is no continuous system's",
+                "the pole {:.4} in z is not that of a continuous system",
                 p.re
             ));
         }
@@ -215,7 +215,7 @@ mod tests {
             continuous(&smoother)
                 .unwrap_err()
                 .to_string()
-                .contains("no continuous system's")
+                .contains("not that of a continuous system")
         );
     }
 

@@ -1,4 +1,4 @@
-//! Why there is no model.
+//! Errors of identification.
 
 use thiserror::Error;
 

@@ -1,4 +1,4 @@
-//! How well a model explains a record: `fit = 100 (1 - |y - yhat| / |y - mean y|)` %.
+//! The fit of a model to a record: `100 (1 - |y - yhat| / |y - mean y|)` %.
 //!
 //! 100 % is a perfect match, 0 % no better than the output's mean, negative worse than
 //! that. *One step ahead* predicts each output from the measured ones before it, which

@@ -1,4 +1,4 @@
-//! A discrete transfer function with what one wants to know of it: poles in z and in s,
+//! A discrete transfer function and its properties: poles in z and in s,
 //! steady gain, response.
 
 use planesman_linear::polynomial::{self, evaluate};

@@ -85,7 +85,7 @@ impl Record {
     pub fn check(&self) -> Result<()> {
         let refuse = |reason| Err(IdentificationError::Record(reason));
         if !(self.sample_time > 0.0 && self.sample_time.is_finite()) {
-            return refuse(format!("{} s is no sampling interval", self.sample_time));
+            return refuse(format!("{} s is not a sampling interval", self.sample_time));
         }
         if self.outputs.is_empty() {
             return refuse("a record needs an output".to_owned());
@@ -130,7 +130,7 @@ impl Record {
         self.stretches.iter().map(Stretch::len).sum()
     }
 
-    /// How long the stretches are together, s.
+    /// The total length of the segments, s.
     #[must_use]
     pub fn duration(&self) -> f64 {
         self.samples() as f64 * self.sample_time

@@ -279,7 +279,7 @@ impl RecursiveLeastSquares {
         self.rows
     }
 
-    /// How many directions in the space of all parameters the rows tell apart: singular values of
+    /// The number of directions in the space of all parameters that the rows determine: singular values of
     /// R above the share `tolerance` of the largest.
     #[must_use]
     pub fn rank(&self, tolerance: f64) -> usize {
@@ -288,8 +288,8 @@ impl RecursiveLeastSquares {
         singular.iter().filter(|s| **s > least).count()
     }
 
-    /// How many directions in the space of the parameters in `columns` the rows say too little
-    /// about: their estimate is still the prior's. 0 when all can be told apart.
+    /// The number of directions in the space of the parameters in `columns` that the rows do not
+    /// determine: their estimate is still the prior. 0 when all are determined.
     #[must_use]
     pub fn unlearnt(&self, columns: &[usize]) -> usize {
         let chosen = self.r.select_columns(columns);

@@ -236,7 +236,7 @@ impl<'a> Problem<'a> {
 pub struct Layout {
     /// The unknowns.
     pub structure: Structure,
-    /// How many records there are.
+    /// The number of records.
     pub runs: usize,
 }
 

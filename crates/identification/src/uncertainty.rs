@@ -1,4 +1,4 @@
-//! How far off what is read from an estimate may be: the parameters' covariance carried to poles,
+//! Uncertainty of derived quantities: the covariance of the parameters propagated to poles,
 //! zeros, gains and frequency responses.
 //!
 //! To first order (the delta method) a quantity `f(theta)` has the covariance `J P J'`, with J its

@@ -1,4 +1,4 @@
-//! What is said of records whose truth is known.
+//! Verdicts on records whose true model is known.
 
 #![allow(clippy::unwrap_used)]
 
@@ -30,11 +30,11 @@ fn found(inputs: Vec<f64>, outputs: Vec<f64>, options: &Options) -> Analysis {
     analyse(&record(vec![(inputs, outputs)]), options).unwrap()
 }
 
-fn says(analysis: &Analysis, words: &str) -> bool {
+fn says(analysis: &Analysis, phrase: &str) -> bool {
     analysis
         .verdict
         .iter()
-        .any(|sentence| sentence.contains(words))
+        .any(|sentence| sentence.contains(phrase))
 }
 
 /// Second order, poles 0.9 and 0.7, first effect after two samples.
@@ -55,12 +55,12 @@ fn order_and_delay_are_found_and_the_next_order_is_said_to_add_nothing() {
         analysis.text()
     );
     assert!(
-        says(&analysis, "order 3 adds nothing over 2"),
+        says(&analysis, "order 3 is no better than 2"),
         "{}",
         analysis.text()
     );
     assert!(
-        says(&analysis, "white and unrelated"),
+        says(&analysis, "white and uncorrelated"),
         "{}",
         analysis.text()
     );
@@ -77,11 +77,7 @@ fn least_squares_on_a_noisy_gyro_is_told_that_its_second_pole_is_noise() {
         ..Options::default()
     };
     let analysis = found(pulses(), measured(12345, 0.005, 0.0), &options);
-    assert!(
-        says(&analysis, "what noise makes of a fit"),
-        "{}",
-        analysis.text()
-    );
+    assert!(says(&analysis, "artefact of noise"), "{}", analysis.text());
 }
 
 #[test]

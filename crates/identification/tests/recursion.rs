@@ -1,5 +1,5 @@
-//! What the recursions come to: batch least squares, the plant under noise, and what the several ways
-//! of forgetting keep and let go.
+//! Limits of the recursions: batch least squares, the plant under noise, and what the laws
+//! of forgetting keep and discard.
 
 #![allow(clippy::unwrap_used)]
 
@@ -53,7 +53,7 @@ fn recursive_least_squares_is_batch_least_squares_whatever_the_structure() {
     }
 }
 
-/// How far off the poles' coefficients are after 20 000 samples with this noise on the equation.
+/// The error of the poles' coefficients after 20 000 samples with this noise on the equation.
 fn off_after_noise(kind: Kind, c: &[f64]) -> f64 {
     let inputs: Vec<f64> = noise(1, 20_000);
     let clean = filter(&B, &A, &inputs);

@@ -1,4 +1,4 @@
-//! What linear algebra is refused, and why.
+//! Errors of the linear algebra.
 
 /// Why a linear system or polynomial could not be built or solved.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

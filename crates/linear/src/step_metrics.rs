@@ -1,4 +1,4 @@
-//! What a step response is judged by.
+//! Metrics of a step response.
 //!
 //! The step goes `from` one level `to` another at the first sample. With the response scaled so
 //! that `from` is 0 and `to` is 1, whichever way the step goes:

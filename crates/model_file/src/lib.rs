@@ -25,7 +25,7 @@ pub const LARGEST_ORDER: usize = 64;
 pub struct Error {
     /// The file.
     pub path: String,
-    /// What was refused, and what would be accepted.
+    /// The refused value, and what would be accepted.
     pub reason: String,
 }
 
@@ -38,7 +38,7 @@ impl Error {
     }
 }
 
-/// What the file is, and which edition of it.
+/// The name and the version of the format.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Format {
     /// The only one so far.
@@ -123,7 +123,7 @@ pub struct Heave {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ModelFile {
-    /// What this file is.
+    /// The name of the format.
     pub format: Format,
     /// The input's name, `TOPIC:FIELD` or a column.
     pub input: String,
@@ -131,7 +131,7 @@ pub struct ModelFile {
     pub output: String,
     /// The estimator's name.
     pub method: String,
-    /// The vehicle's speed in the record, m/s; none when it was not told.
+    /// The vehicle's speed in the record, m/s; none when it was not given.
     pub speed: Option<f64>,
     /// The interval between samples, s.
     pub sample_time: f64,
@@ -277,7 +277,7 @@ impl ModelFile {
         })
     }
 
-    /// What has to hold of every model file.
+    /// The checks on every model file.
     ///
     /// # Errors
     /// A sentence: the field, its value, what would be accepted.

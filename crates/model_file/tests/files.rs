@@ -99,12 +99,12 @@ fn what_does_not_belong_together_is_neither_written_nor_read() {
             "continuous.den",
         ),
     ];
-    for (change, word) in refused {
+    for (change, reason_part) in refused {
         let mut changed = model();
         change(&mut changed);
         let written = changed.write(&path).unwrap_err().to_string();
         assert!(
-            written.contains(word) && written.contains("model.yaml"),
+            written.contains(reason_part) && written.contains("model.yaml"),
             "{written}"
         );
         assert!(!path.exists());
@@ -124,7 +124,7 @@ fn what_does_not_belong_together_is_neither_written_nor_read() {
 #[test]
 fn what_is_no_model_file_is_refused_with_the_reason() {
     let good = serde_yaml_ng::to_string(&model()).unwrap();
-    for (text, word) in [
+    for (text, reason_part) in [
         (String::new(), "missing field"),
         ("[1, 2".to_owned(), "sequence"),
         (
@@ -139,7 +139,7 @@ fn what_is_no_model_file_is_refused_with_the_reason() {
         (good.replace("num:", "numerator:"), "numerator"),
     ] {
         let refusal = ModelFile::parse(Path::new("mine.yaml"), &text).unwrap_err();
-        assert!(refusal.reason.contains(word), "{refusal}");
+        assert!(refusal.reason.contains(reason_part), "{refusal}");
         assert!(refusal.to_string().contains("mine.yaml"));
     }
     let elsewhere = ModelFile::parse(Path::new("model.txt"), &good).unwrap_err();

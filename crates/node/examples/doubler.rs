@@ -1,4 +1,4 @@
-//! A node on one page: sends back each number it hears, times a parameter.
+//! A node on one page: publishes each received number, times a parameter.
 //!
 //! ```sh
 //! cargo run -p planesman_node --example doubler -- --ros-args -p gain:=3.0 -r __ns:=/demo
@@ -14,7 +14,7 @@ use planesman_msgs::{
 use planesman_node::{Flow, Level, NodeSpec, Qos, Responder, Runtime, args};
 use planesman_parameters::Parameters;
 
-/// What `ros2 param` shows.
+/// The parameters that `ros2 param` shows.
 #[derive(Parameters)]
 struct Doubler {
     /// output over input

@@ -1,4 +1,4 @@
-//! Actions asked of another node.
+//! Action clients.
 
 use std::{
     rc::{Rc, Weak},
@@ -98,8 +98,8 @@ impl<A: Action> ActionClient<A> {
         }
         let (ours, subject) = (Rc::clone(shared), Rc::clone(&client.name));
         shared.spawn(async move {
-            let mut told = Box::pin(middleware.feedback_subscription().async_stream());
-            while let Some(sample) = told.next().await {
+            let mut samples = Box::pin(middleware.feedback_subscription().async_stream());
+            while let Some(sample) = samples.next().await {
                 let refused = match sample {
                     Err(error) => error.to_string(),
                     Ok((FeedbackMessage { goal_id, feedback }, _)) => match non_finite(&feedback.0)

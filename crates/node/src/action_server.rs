@@ -1,4 +1,4 @@
-//! Actions served: goals with feedback, cancelling, and a result for whoever asks.
+//! Action servers: goals with feedback, cancelling and a result.
 //!
 //! An action `NAME` is three services and two topics below `NAME/_action` (design.ros2.org, "Actions"):
 //! `send_goal`, `cancel_goal`, `get_result`; `feedback`, `status`. The middleware gives them their names and
@@ -57,7 +57,7 @@ type Middleware<A> = ros2_client::action::ActionServer<
     Wire<<A as Action>::Feedback>,
 >;
 
-/// What has come in.
+/// An incoming request.
 enum Request<A: Action> {
     Goal(RmwRequestId, SendGoalRequest<Wire<A::Goal>>),
     Cancel(RmwRequestId, action_msgs::CancelGoalRequest),
@@ -88,7 +88,7 @@ impl<A: Action> Goal<A> {
         self.id
     }
 
-    /// What is asked for.
+    /// The request.
     #[must_use]
     pub fn asked(&self) -> &A::Goal {
         &self.asked

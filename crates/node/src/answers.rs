@@ -1,4 +1,4 @@
-//! Answers on their way: to a client not yet known to listen, or one whose middleware has no room.
+//! Pending answers: to a client that is not matched yet, or when the middleware has no room.
 //!
 //! A client asks as soon as it knows of us. Our writer may be matched with its reader a little later; what is written
 //! before that is lost. So the first answer to a client waits for it. And a client that acknowledges nothing fills the
@@ -26,7 +26,7 @@ const MOST: usize = 100;
 const MOST_EACH: usize = 10;
 
 /// Sends an answer of the service `name` to whoever asked `request`: now, or as soon as who asked is known to listen and
-/// there is room, or never, which is told. `send` must not wait.
+/// there is room, or never, with a warning. `send` must not wait.
 pub(crate) fn answer(
     shared: &Rc<Shared>,
     name: &str,
@@ -34,17 +34,17 @@ pub(crate) fn answer(
     mut send: impl FnMut() -> Result<(), WriteError<()>> + 'static,
 ) {
     let client = GUID::from(request.writer_gid);
-    let heard = shared.is_heard_by(client);
-    if heard {
+    let matched = shared.is_matched(client);
+    if matched {
         match send() {
             Err(WriteError::WouldBlock { .. }) => {}
-            outcome => return told(shared, name, outcome),
+            outcome => return check(shared, name, outcome),
         }
     }
     let waiting = Waiting {
         service: name.to_owned(),
         client,
-        heard,
+        matched,
         looks: 0,
         send: Box::new(send),
     };
@@ -72,21 +72,21 @@ pub(crate) fn answer(
 /// Sends what can be sent now.
 fn look(shared: &Rc<Shared>) {
     let mut all = shared.answers.waiting.take();
-    if all.iter().any(|waiting| !waiting.heard) {
+    if all.iter().any(|waiting| !waiting.matched) {
         let known = Known::to(shared);
-        for waiting in all.iter_mut().filter(|waiting| !waiting.heard) {
-            waiting.heard = known.listens(waiting.client, &waiting.service);
+        for waiting in all.iter_mut().filter(|waiting| !waiting.matched) {
+            waiting.matched = known.listens(waiting.client, &waiting.service);
         }
     }
     let mut full: Vec<String> = Vec::new();
     all.retain_mut(|waiting| {
         waiting.looks += 1;
         let last = waiting.looks >= LOOKS;
-        if !(waiting.heard || last) || full.contains(&waiting.service) {
+        if !(waiting.matched || last) || full.contains(&waiting.service) {
             return !last;
         }
-        if waiting.heard {
-            shared.heard_by(waiting.client);
+        if waiting.matched {
+            shared.set_matched(waiting.client);
         }
         match (waiting.send)() {
             Err(WriteError::WouldBlock { .. }) if !last => {
@@ -94,7 +94,7 @@ fn look(shared: &Rc<Shared>) {
                 true
             }
             outcome => {
-                told(shared, &waiting.service, outcome);
+                check(shared, &waiting.service, outcome);
                 false
             }
         }
@@ -103,7 +103,7 @@ fn look(shared: &Rc<Shared>) {
     shared.answers.waiting.borrow_mut().extend(all);
 }
 
-fn told(shared: &Shared, service: &str, outcome: Result<(), WriteError<()>>) {
+fn check(shared: &Shared, service: &str, outcome: Result<(), WriteError<()>>) {
     if let Err(error) = outcome {
         shared.warn(service, &format!("no answer sent: {error}"));
     }

@@ -11,7 +11,7 @@ use planesman_parameters::{Value, file};
 pub use crate::bad_argument::BadArgument;
 use crate::name_rules::check_namespace;
 
-/// What a remapping rule applies to.
+/// The target of a remapping rule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RemapKind {
     /// `__node:=name`
@@ -31,7 +31,7 @@ pub enum RemapKind {
 pub struct Remap {
     /// The node it is for, any if `None`.
     pub node: Option<String>,
-    /// What it applies to.
+    /// Its target.
     pub kind: RemapKind,
     /// The name to replace, as written.
     pub from: String,
@@ -108,7 +108,7 @@ pub struct RosArguments {
     pub console: bool,
     /// The enclave whose keys and permissions the node has under DDS Security (`--enclave /NAME`).
     pub enclave: String,
-    /// What was given but has no effect here, in words for the log.
+    /// Arguments without effect here, as warnings for the log.
     pub ignored: Vec<String>,
 }
 
@@ -207,7 +207,7 @@ fn take_section(
                 ros.ignored
                     .push(format!("{argument} {file}: no log files are written"));
             }
-            _ => return Err(BadArgument::new(&argument, "it is no ROS argument")),
+            _ => return Err(BadArgument::new(&argument, "not a ROS argument")),
         }
     }
     Ok(())
@@ -306,7 +306,7 @@ mod tests {
     #[test]
     fn a_bad_argument_is_refused_with_its_reason() {
         for (line, reason) in [
-            ("x --ros-args --frobnicate", "no ROS argument"),
+            ("x --ros-args --frobnicate", "not a ROS argument"),
             ("x --ros-args -r state", "from:=to"),
             ("x --ros-args -r :=b", "empty"),
             ("x --ros-args -p", "value is missing"),

@@ -6,7 +6,7 @@
 pub struct BadArgument {
     /// The argument, or the name it held.
     pub argument: String,
-    /// What is wrong with it.
+    /// The reason.
     pub reason: String,
 }
 

@@ -1,9 +1,9 @@
-//! A claim to be the only one that does something in a domain: to launch a vehicle's loop, to be the vehicle.
+//! A claim to an exclusive role in a domain: the launcher of a loop, the vehicle.
 //!
-//! Who claims says so in its diagnostics, once a second and when anybody new appears, and hears what others
-//! claim. Of two claims for one thing the one that has come further goes before (asked for, held, in
-//! use), then the older. Both sides judge by the same rule, and a claim only ever rises, so never do both give
-//! way; who finds another before itself is to end, and says who that is.
+//! A node publishes its claim in its diagnostics, once a second and when a new participant appears, and reads the
+//! claims of others. Of two claims to one role the one at the later stage has priority (asked for, held, in use),
+//! then the older. Both sides apply the same rule, and a stage only ever rises, so exactly one continues; a node that
+//! finds a claim with priority over its own must end, and names the other.
 
 use std::{
     cell::RefCell,
@@ -21,17 +21,17 @@ use crate::{
     shared::Shared,
 };
 
-/// How long a claim counts after it was last heard: a few of the diagnostics' seconds.
+/// Lifetime of a claim after its last message: a few periods of the diagnostics.
 const LIFE: Duration = Duration::from_millis(2500);
 
-/// How far a claim has come.
+/// The stage of a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Stage {
-    /// Somebody may have it already.
+    /// Asked for; another node may hold it.
     Asked,
-    /// Nobody else was found.
+    /// Held; no other node was found.
     Held,
-    /// What is claimed is being done.
+    /// The claimed role is in use.
     Used,
 }
 
@@ -94,33 +94,33 @@ impl Party {
     }
 }
 
-/// What is known of all who claim one thing.
+/// All parties that claim the same role.
 #[derive(Debug)]
 struct Book {
     own: Party,
     others: BTreeMap<String, (Party, Instant)>,
 }
 
-/// Others remembered at most.
+/// Largest number of other claims.
 const MOST: usize = 100;
 
 impl Book {
-    fn hear(&mut self, party: Party, now: Instant) {
+    fn observe(&mut self, party: Party, now: Instant) {
         self.others
-            .retain(|_, (_, heard)| now.duration_since(*heard) < LIFE);
+            .retain(|_, (_, seen)| now.duration_since(*seen) < LIFE);
         if party.id != self.own.id && self.others.len() < MOST {
             self.others.insert(party.id.clone(), (party, now));
         }
     }
 
-    /// Those heard of lately.
+    /// The others whose claims are alive.
     fn living(&self, now: Instant) -> impl Iterator<Item = &Party> {
         let living = self.others.values();
-        let living = living.filter(move |(_, heard)| now.duration_since(*heard) < LIFE);
+        let living = living.filter(move |(_, seen)| now.duration_since(*seen) < LIFE);
         living.map(|(party, _)| party)
     }
 
-    /// Who goes before us.
+    /// The claim with priority over ours.
     fn holder(&self, now: Instant) -> Option<&Party> {
         self.living(now).find(|other| other.precedes(&self.own))
     }
@@ -156,15 +156,15 @@ impl Claim {
         claim
     }
 
-    /// Takes note of what somebody says of itself.
-    pub(crate) fn hear(&self, array: &DiagnosticArray) {
+    /// Reads the claims in a diagnostics message.
+    pub(crate) fn observe(&self, array: &DiagnosticArray) {
         let name = self.status_name();
         for status in &array.status {
             if let Some((_, rest)) = status.name.split_once(": ")
                 && rest == name
                 && let Some(party) = Party::from_status(status)
             {
-                self.book.borrow_mut().hear(party, Instant::now());
+                self.book.borrow_mut().observe(party, Instant::now());
             }
         }
     }
@@ -178,7 +178,7 @@ impl Claim {
         }
     }
 
-    /// Who goes before us: `process 4711 on host`.
+    /// The party with priority over us: `process 4711 on host`.
     #[must_use]
     pub fn holder(&self) -> Option<String> {
         let book = self.book.borrow();
@@ -252,12 +252,12 @@ mod tests {
         let now = Instant::now();
         let mut book = book(party(Stage::Asked, 2, "us"));
         assert_eq!(book.holder(now), None);
-        book.hear(party(Stage::Used, 1, "us"), now);
-        assert_eq!(book.holder(now), None, "our own word");
-        book.hear(party(Stage::Asked, 3, "later"), now);
+        book.observe(party(Stage::Used, 1, "us"), now);
+        assert_eq!(book.holder(now), None, "our own claim");
+        book.observe(party(Stage::Asked, 3, "later"), now);
         assert_eq!(book.holder(now), None);
         assert_eq!(book.living(now).count(), 1);
-        book.hear(party(Stage::Asked, 1, "earlier"), now);
+        book.observe(party(Stage::Asked, 1, "earlier"), now);
         assert_eq!(
             book.holder(now).map(|p| p.who.as_str()),
             Some("process earlier on here")
@@ -269,10 +269,10 @@ mod tests {
 
     #[test]
     fn a_claim_reads_back_as_it_was_told() {
-        let told = party(Stage::Held, 1_700_000_000_000_000_000, "a");
+        let own = party(Stage::Held, 1_700_000_000_000_000_000, "a");
         let status =
-            diagnostics::status("/auv/planesman", "claim", Level::Ok, "", &told.to_values());
-        assert_eq!(Party::from_status(&status), Some(told));
+            diagnostics::status("/auv/planesman", "claim", Level::Ok, "", &own.to_values());
+        assert_eq!(Party::from_status(&status), Some(own));
         assert_eq!(Party::from_status(&DiagnosticStatus::default()), None);
     }
 }

@@ -13,7 +13,7 @@ use crate::{
 
 /// Takes the node's time from `/clock`, subscribed to now if need be, or from the machine.
 ///
-/// The middleware's own `/clock` subscription has another type and never hears anything.
+/// The middleware's own `/clock` subscription has another type and never receives anything.
 pub(crate) fn set_source(shared: &Rc<Shared>, simulated: bool) -> anyhow::Result<()> {
     shared.clock.simulated.set(simulated);
     if !simulated || shared.clock.followed.get() {

@@ -1,4 +1,4 @@
-//! What a node says of itself on `/diagnostics`, and reading it again.
+//! A node's own status on `/diagnostics`, written and read.
 //!
 //! Each node has a status `<full name>: connections` with a pair per topic: key
 //! `pub /auv/state`, value `readers=2 published=400 refused=0 dropped=0`; key
@@ -26,7 +26,7 @@ pub enum Level {
     Warn,
     /// Does not work.
     Error,
-    /// Has not been heard of.
+    /// Not reported yet.
     Stale,
 }
 
@@ -312,7 +312,7 @@ mod tests {
             status: vec![DiagnosticStatus::default(), status],
             ..DiagnosticArray::default()
         };
-        let read = Connections::from_diagnostics(&array).expect("told");
+        let read = Connections::from_diagnostics(&array).expect("written");
         assert_eq!(read.node, "/auv/plant_sim");
         assert_eq!(read.list, list);
         assert!(read.find(Direction::Subscription, "/auv/state").is_none());

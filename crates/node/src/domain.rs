@@ -1,4 +1,4 @@
-//! Which peers a node finds: the DDS domain and the discovery range, from ROS's variables.
+//! The DDS domain and the discovery range of a node, from ROS's variables.
 
 use std::net::{IpAddr, Ipv4Addr};
 

@@ -1,4 +1,4 @@
-//! One publisher or subscription of the node: what it is, what it did, who its peers are.
+//! One publisher or subscription of the node: its description, its counters, its peers.
 
 use std::cell::Cell;
 
@@ -106,7 +106,7 @@ impl Endpoint {
             .len()
     }
 
-    /// What is wrong with the type of the writer `gid`, empty if nothing; `None` while the
+    /// The type mismatch of the writer `gid`, empty if there is none; `None` while the
     /// writer is not discovered. The middleware matches by topic alone.
     pub(crate) fn objection_to(&self, gid: Gid, participant: &DomainParticipant) -> Option<String> {
         let guid = GUID::from(gid);

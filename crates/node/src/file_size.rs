@@ -1,7 +1,7 @@
-//! A file that may not grow any more is an error to whoever writes it, not the end of the process.
+//! A file size limit is a write error, not the end of the process.
 //!
 //! Beyond `RLIMIT_FSIZE` (`ulimit -f`) the system sends SIGXFSZ, which kills. With a handler in
-//! place the write fails with "File too large" instead, and can be told by name.
+//! place the write fails with "File too large" instead, and can be recognised by name.
 
 use std::sync::OnceLock;
 

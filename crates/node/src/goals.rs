@@ -1,4 +1,4 @@
-//! An action server's book of goals: what each has come to, and who waits for its result.
+//! The goals of an action server: their outcomes, and the clients that wait for them.
 //!
 //! No middleware here but its names for a goal and a request. The states and codes are those of
 //! `action_msgs` (design.ros2.org, "Actions").
@@ -27,7 +27,7 @@ pub(crate) struct Goals<R, W> {
     entries: Vec<Entry<R, W>>,
 }
 
-/// What there is to say to one who asks for a result.
+/// The answer to a request for a result.
 #[derive(Debug, PartialEq)]
 pub(crate) enum Outcome<R> {
     /// This has come of it.
@@ -110,7 +110,7 @@ impl<R: Clone, W> Goals<R, W> {
         waiting
     }
 
-    /// What has come of a goal; `asker` waits where nothing has yet.
+    /// The outcome of a goal; `asker` waits while there is none.
     pub(crate) fn outcome(&mut self, id: GoalId, asker: W) -> Outcome<R> {
         match self.entry(id) {
             None => Outcome::Unknown,
@@ -176,10 +176,10 @@ mod tests {
         assert_eq!(goals.outcome(first, 7), Outcome::UnderWay);
         assert_eq!(goals.outcome(first, 8), Outcome::UnderWay);
         assert_eq!(goals.end(first, GoalStatus::Succeeded, "done"), [7, 8]);
-        let told = Outcome::Ended(GoalStatus::Succeeded, "done");
-        assert_eq!(goals.outcome(first, 9), told);
+        let done = Outcome::Ended(GoalStatus::Succeeded, "done");
+        assert_eq!(goals.outcome(first, 9), done);
         assert!(goals.end(first, GoalStatus::Aborted, "again").is_empty());
-        assert_eq!(goals.outcome(first, 9), told, "a goal ends once");
+        assert_eq!(goals.outcome(first, 9), done, "a goal ends once");
         assert_eq!(goals.outcome(GoalId::new_random(), 9), Outcome::Unknown);
         assert_eq!(goals.outcome(second, 9), Outcome::UnderWay);
     }

@@ -1,4 +1,4 @@
-//! The node runtime: what every node of the suite needs and none should write again.
+//! The node runtime, shared by all nodes of the suite.
 //!
 //! A node's program is a `match` over its events:
 //!
@@ -175,7 +175,7 @@ pub fn write_complaint(text: std::fmt::Arguments<'_>) {
     let _ = std::io::stderr().write_fmt(text);
 }
 
-/// Prints what a command has to say, whatever names and texts of others are in it ([`shown`]). A reader that has heard
+/// Prints the output of a command, with foreign names and texts made harmless ([`shown`]). A reader that has read
 /// enough (`| head`) is no error.
 ///
 /// # Errors

@@ -66,7 +66,7 @@ pub(crate) fn set_rosout(handle: Option<NodeLoggingHandle>) {
     }
 }
 
-/// Tells `/rosout` what the node fails with; the console hears it from
+/// Publishes the final error on `/rosout`; the console gets it from
 /// [`exit_code`](crate::exit_code).
 pub(crate) fn last_words(error: &anyhow::Error) {
     if let Some(logger) = LOGGER.get() {
@@ -231,9 +231,10 @@ mod tests {
     use super::*;
 
     fn logger(arguments: &str) -> Logger {
-        let words = format!("x --ros-args {arguments}");
-        let (_, arguments) = crate::args::split(words.split_whitespace().map(str::to_owned))
-            .expect("good arguments");
+        let line_of_arguments = format!("x --ros-args {arguments}");
+        let (_, arguments) =
+            crate::args::split(line_of_arguments.split_whitespace().map(str::to_owned))
+                .expect("good arguments");
         Logger {
             name: "auv.plant_sim".to_owned(),
             level: arguments.log_level,

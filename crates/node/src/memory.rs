@@ -1,4 +1,4 @@
-//! A ceiling on the process's memory.
+//! A limit on the memory of the process.
 //!
 //! DDS lets any peer on the network make a node store what it sends. The known ways to
 //! make it store without end are patched in RustDDS; the ceiling is for the unknown ones. A node

@@ -27,6 +27,6 @@ pub(crate) fn check_namespace(name: &str) -> Result<(), BadArgument> {
     match name {
         "/" => Ok(()),
         _ if name.starts_with('/') => check(name),
-        _ => Err(BadArgument::new(name, "it does not begin with a slash")),
+        _ => Err(BadArgument::new(name, "it does not start with a slash")),
     }
 }

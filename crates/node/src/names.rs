@@ -34,7 +34,7 @@ impl NodeNames {
         let namespace = rule(RemapKind::Namespace).unwrap_or(namespace);
         let name = rule(RemapKind::Node).unwrap_or(name);
         if !is_token(name) {
-            return Err(BadArgument::new(name, "it is no node name"));
+            return Err(BadArgument::new(name, "not a node name"));
         }
         let namespace = format!("/{}", namespace.trim_matches('/'));
         check_namespace(&namespace)?;

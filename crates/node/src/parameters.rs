@@ -1,7 +1,7 @@
 //! The node's parameters, and the six services of `rcl_interfaces` that show and change them.
 //!
 //! A change is checked against the declarations and then, as a whole, by the node's own
-//! rule; only a set that passes both becomes the node's, and the node hears of it as one event.
+//! rule; only a set that passes both becomes the node's, and the node gets it as one event.
 
 use anyhow::Context as _;
 use planesman_msgs::rcl_interfaces::{
@@ -217,7 +217,7 @@ impl ParameterServer {
     }
 }
 
-/// What `ros2 param describe` shows.
+/// The descriptor that `ros2 param describe` shows.
 fn descriptor_of(declaration: &Declaration) -> ParameterDescriptor {
     let unit = match declaration.unit {
         "" => String::new(),
@@ -354,8 +354,9 @@ mod tests {
     }
 
     fn gains(line: &str) -> anyhow::Result<ParameterServer> {
-        let words = format!("x --ros-args {line}");
-        let (_, arguments) = crate::args::split(words.split_whitespace().map(str::to_owned))?;
+        let line_of_arguments = format!("x --ros-args {line}");
+        let (_, arguments) =
+            crate::args::split(line_of_arguments.split_whitespace().map(str::to_owned))?;
         let names = NodeNames::remapped("controller", "/auv", &[])?;
         ParameterServer::at_start(
             |Controller { depth, .. }| {

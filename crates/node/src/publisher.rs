@@ -1,4 +1,4 @@
-//! Sending messages on a topic.
+//! Publishers.
 
 use std::rc::{Rc, Weak};
 
@@ -62,7 +62,7 @@ impl<M: Message> Publisher<M> {
         &self.endpoint.topic
     }
 
-    /// How many readers of other nodes get what is published.
+    /// The number of matched readers of other nodes.
     #[must_use]
     pub fn readers(&self) -> usize {
         self.shared.participant().map_or(0, |participant| {
@@ -77,7 +77,7 @@ impl<M: Message> Publisher<M> {
         self
     }
 
-    /// How many publishers other nodes have on the topic.
+    /// The number of other nodes' publishers on the topic.
     #[must_use]
     pub fn others(&self) -> usize {
         self.shared
@@ -85,7 +85,7 @@ impl<M: Message> Publisher<M> {
             .map_or(0, |participant| self.endpoint.others(&participant))
     }
 
-    /// How many messages have gone out.
+    /// The number of messages sent.
     #[must_use]
     pub fn published(&self) -> u64 {
         self.endpoint.passed.get()

@@ -8,7 +8,7 @@ use ros2_client::qos::{Durability, History, QosProfile, Reliability, WhenFull};
 /// that an event loop never seems frozen, long enough for acknowledgements on their way.
 const LONGEST_WAIT: Duration = Duration::from_millis(5);
 
-/// What a topic's publisher offers, or its subscription asks for.
+/// The quality of service that a publisher offers, or a subscription requests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Qos {
     reliable: bool,
@@ -84,13 +84,13 @@ impl Qos {
         self.latched
     }
 
-    /// How many samples are kept.
+    /// The history depth.
     #[must_use]
     pub fn depth(&self) -> usize {
         self.depth
     }
 
-    /// The same in the middleware's words, for a writer that fails at once when there is no room.
+    /// The same as the middleware's type, for a writer that fails at once when there is no room.
     pub(crate) fn impatient_profile(self) -> QosProfile {
         QosProfile {
             reliability: Reliability::Reliable {
@@ -100,7 +100,7 @@ impl Qos {
         }
     }
 
-    /// The same in the middleware's words.
+    /// The same as the middleware's type.
     pub(crate) fn profile(self) -> QosProfile {
         QosProfile {
             reliability: if self.reliable {

@@ -1,4 +1,4 @@
-//! Receiving a topic's payloads undecoded, for recording.
+//! Raw subscriptions: payloads without decoding, for recording.
 //!
 //! The middleware's subscriptions hand out decoded values only. A "value" whose decoding
 //! takes every byte of the payload in turn gives the bytes back through the same door, so

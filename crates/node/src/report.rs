@@ -1,4 +1,4 @@
-//! A node's account at exit, for whoever started it.
+//! A node's exit report, for the launcher.
 
 use std::{collections::BTreeMap, env, fs, path::PathBuf};
 
@@ -13,7 +13,7 @@ use crate::{
 /// The environment variable that names the file for the report.
 pub const VARIABLE: &str = "PLANESMAN_EXIT_REPORT";
 
-/// How many messages went where. Topics by absolute name.
+/// The number of messages per topic, by absolute name.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ExitReport {
     /// The node's full name.

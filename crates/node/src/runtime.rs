@@ -85,7 +85,7 @@ const DIAGNOSTICS_SETTLING: Duration = Duration::from_millis(100);
 /// some 10 ms for it.
 const LINGER: Duration = Duration::from_millis(40);
 
-/// What a node is before it has a place in the graph.
+/// A node before it joins the graph.
 pub struct NodeSpec<E, P> {
     /// The bare name, unless `__node` remaps it.
     pub name: &'static str,
@@ -106,7 +106,7 @@ pub enum Flow {
     Stop,
 }
 
-/// What [`Runtime::next`] has waited for.
+/// The result of [`Runtime::next`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Next<E> {
     /// An event.
@@ -240,7 +240,7 @@ impl<E: 'static> Runtime<E> {
         }
 
         let executor = Rc::new(LocalExecutor::new());
-        let (news, heard) = bounded(1);
+        let (news, changed) = bounded(1);
         let shared = Rc::new(Shared::new(
             names,
             arguments.remaps,
@@ -249,11 +249,11 @@ impl<E: 'static> Runtime<E> {
             Rc::downgrade(&executor),
             news,
         ));
-        let (told, listener) = (Rc::clone(&shared), participant.status_listener());
+        let (ours, listener) = (Rc::clone(&shared), participant.status_listener());
         shared.spawn(async move {
             let mut events = listener.as_async_status_stream();
             while events.next().await.is_some() {
-                told.announce_news();
+                ours.announce_news();
             }
         });
         let (sender, receiver) = bounded(QUEUE);
@@ -273,7 +273,7 @@ impl<E: 'static> Runtime<E> {
         };
         clock_source::set_source(&runtime.shared, runtime.parameters.borrow().uses_sim_time())?;
         runtime.serve_parameters(spec.on_parameters)?;
-        runtime.send_diagnostics(heard)?;
+        runtime.send_diagnostics(changed)?;
         runtime.watch_middleware(participant.thread_watch(), fail);
         log::info!(
             "up in domain {}{}",
@@ -311,7 +311,7 @@ impl<E: 'static> Runtime<E> {
 
     /// Turns each message on `topic` into an event.
     ///
-    /// What cannot be decoded, comes from a publisher of another type, or holds a number
+    /// A message that cannot be decoded, comes from a publisher of another type, or holds a number
     /// that is not finite is refused, counted, and named in the log.
     ///
     /// # Errors
@@ -433,7 +433,7 @@ impl<E: 'static> Runtime<E> {
     }
 
     /// Claims to be the only one that does something in the domain (`subject`, whatever all claimants name it),
-    /// and hears who else does.
+    /// and reads the claims of others.
     ///
     /// # Errors
     /// When the middleware refuses.
@@ -447,9 +447,9 @@ impl<E: 'static> Runtime<E> {
         let reader = self
             .shared
             .with_node(|node| node.create_subscription::<DiagnosticArray>(&dds, None))?;
-        let (shared, heard) = (Rc::clone(&self.shared), claim.clone());
+        let (shared, ours) = (Rc::clone(&self.shared), claim.clone());
         self.shared.spawn(async move {
-            let deliver = async |array: DiagnosticArray, _: &MessageInfo| heard.hear(&array);
+            let deliver = async |array: DiagnosticArray, _: &MessageInfo| ours.observe(&array);
             pump(shared, endpoint, reader.async_stream(), |_| None, deliver).await;
         });
         Ok(claim)
@@ -575,7 +575,7 @@ impl<E: 'static> Runtime<E> {
         })
     }
 
-    /// What was handled until now is done; if the next is a request, its handling begins.
+    /// Ends the handling of the last event; if the next one is a request, its handling begins.
     fn take_up(&self, mut turn: Option<Turn>) {
         if let Some(turn) = &mut turn {
             turn.begin();
@@ -805,19 +805,19 @@ impl<E: 'static> Runtime<E> {
                 r.answer(ListParametersResponse { result });
             },
         )?;
-        let (parameters, told) = (of(), Rc::clone(&announce));
+        let (parameters, notify) = (of(), Rc::clone(&announce));
         self.serve_with::<SetParameters, _>("~/set_parameters", async move |request, r, _turn| {
             let (results, changed) = parameters.borrow_mut().set_each(request);
             r.answer(SetParametersResponse { results });
-            told(changed).await;
+            notify(changed).await;
         })?;
-        let (parameters, told) = (of(), announce);
+        let (parameters, notify) = (of(), announce);
         self.serve_with::<SetParametersAtomically, _>(
             "~/set_parameters_atomically",
             async move |request, r, _turn| {
                 let (result, changed) = parameters.borrow_mut().set_together(request.parameters);
                 r.answer(SetParametersAtomicallyResponse { result });
-                told(changed).await;
+                notify(changed).await;
             },
         )
     }
@@ -831,9 +831,9 @@ impl<E: 'static> Runtime<E> {
             let mut due = Instant::now() + DIAGNOSTICS_PERIOD;
             let mut settled = due;
             loop {
-                let heard = news.recv();
-                futures::pin_mut!(heard);
-                let next = select(heard, SmolTimer::at(due.min(settled))).await;
+                let change = news.recv();
+                futures::pin_mut!(change);
+                let next = select(change, SmolTimer::at(due.min(settled))).await;
                 let now = Instant::now();
                 if matches!(next, Either::Left(_)) && now < due {
                     settled = now + DIAGNOSTICS_SETTLING;
@@ -860,7 +860,8 @@ impl<E: 'static> Runtime<E> {
                     return;
                 };
                 if let Some(trouble) = watchdog.look(threads.threads()) {
-                    let _ = fail.try_send(format!("{trouble}: this node hears nothing any more"));
+                    let _ =
+                        fail.try_send(format!("{trouble}: the node receives no messages any more"));
                 }
                 let now = refusals();
                 diagnostics::set_refusals(&shared, before, now);

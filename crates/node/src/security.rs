@@ -7,7 +7,7 @@
 use anyhow::bail;
 use rustdds::DomainParticipantBuilder;
 
-/// What an enclave's folder must hold.
+/// The files that an enclave's folder must hold.
 #[cfg(feature = "security")]
 const FILES: [&str; 6] = [
     "identity_ca.cert.pem",
@@ -21,7 +21,7 @@ const FILES: [&str; 6] = [
 /// How a node is to speak.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Security {
-    /// In the clear. What is to be told of that, if security was asked for.
+    /// In the clear, with a warning if security was asked for.
     Clear(Option<String>),
     /// As the files in this folder say.
     #[cfg(feature = "security")]
@@ -29,7 +29,7 @@ pub(crate) enum Security {
 }
 
 impl Security {
-    /// What the variables ask for, for a node in `enclave`.
+    /// The security that the variables ask for, for a node in `enclave`.
     ///
     /// # Errors
     /// When security is to be enforced and cannot be had: a node that went on would speak in the clear.
@@ -79,14 +79,14 @@ impl Security {
             .join(name.trim_start_matches('/'));
         match FILES.iter().find(|file| !folder.join(file).is_file()) {
             None => Ok(Self::Enclave(folder)),
-            Some(absent) => Err(format!("{} is no file", folder.join(absent).display())),
+            Some(absent) => Err(format!("{} is not a file", folder.join(absent).display())),
         }
     }
 
-    /// What was asked for and is not to be had.
+    /// A warning, when security was asked for and is not available.
     pub(crate) fn lack(&self) -> Option<String> {
         match self {
-            Self::Clear(told) => told.clone(),
+            Self::Clear(warning) => warning.clone(),
             #[cfg(feature = "security")]
             Self::Enclave(_) => None,
         }
@@ -131,10 +131,10 @@ mod tests {
         );
         for strategy in ["", "Permissive", "enforce"] {
             let asked = asked_for("/", &[ENABLE, ("ROS_SECURITY_STRATEGY", strategy)]);
-            let Ok(Security::Clear(Some(told))) = asked else {
+            let Ok(Security::Clear(Some(warning))) = asked else {
                 panic!("{strategy}: {asked:?}")
             };
-            assert!(told.contains("in the clear"), "{told:?}");
+            assert!(warning.contains("in the clear"), "{warning:?}");
         }
         let asked = asked_for("/", &[ENABLE]);
         assert!(matches!(asked, Ok(Security::Clear(Some(_)))), "{asked:?}");
@@ -196,7 +196,7 @@ mod tests {
         assert_eq!(found("/auv/plant_sim", &replaced("")), own);
         assert_eq!(found("/", &replaced("/auv/plant_sim")), own);
         for (name, reason) in [
-            ("/auv", "identity_ca.cert.pem is no file"),
+            ("/auv", "identity_ca.cert.pem is not a file"),
             ("/../enclaves", "tokens"),
             ("auv", "slash"),
         ] {

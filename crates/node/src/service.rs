@@ -103,7 +103,7 @@ pub(crate) async fn settle(shared: &Shared, name: &str) {
     }
 }
 
-/// What `call` to the service `name` comes to.
+/// The result of `call` to the service `name`.
 ///
 /// # Errors
 /// When that takes longer than `timeout`, or the call fails.

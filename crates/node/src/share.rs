@@ -17,7 +17,7 @@ use smol::{
     lock::{Mutex, MutexGuardArc},
 };
 
-/// How many times as long as a request took no other is begun.
+/// The pause after a request, as a multiple of its duration.
 const PAUSES: u32 = 4;
 
 /// The longest pause, however long a request took, s.
@@ -69,7 +69,7 @@ impl Drop for Turn {
     }
 }
 
-/// How long no request is begun after one that took `took`.
+/// The pause after a request that took `took`.
 fn pause_after(took: Duration) -> Duration {
     took.saturating_mul(PAUSES).min(LONGEST_PAUSE)
 }

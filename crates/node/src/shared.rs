@@ -1,4 +1,4 @@
-//! What the parts of one node share. Everything runs on one thread, so cells suffice.
+//! The state shared by the parts of one node. Everything runs on one thread, so cells suffice.
 
 use std::{
     any::Any,
@@ -39,25 +39,25 @@ pub(crate) struct Shared {
     executor: Weak<LocalExecutor<'static>>,
     /// Publishers and subscriptions of the node itself, not the runtime's.
     pub(crate) endpoints: RefCell<Vec<Rc<Endpoint>>>,
-    /// What lives as long as the middleware; handles given out hold it weakly.
+    /// Objects that live as long as the middleware; public handles hold weak references.
     kept: RefCell<Vec<Rc<dyn Any>>>,
     pub(crate) throttle: RefCell<Throttle>,
     pub(crate) statuses: RefCell<BTreeMap<String, DiagnosticStatus>>,
     pub(crate) clock: Clock,
     /// Makes the diagnostics go out soon.
     pub(crate) news: Sender<()>,
-    /// What requests get of the node's time.
+    /// The share of the node's time for requests.
     pub(crate) share: Rc<Share>,
     /// Answers on their way.
     pub(crate) answers: Answers,
-    /// The request writers of clients that are known to hear the answers.
-    hearers: RefCell<HashSet<GUID>>,
+    /// The request writers of clients that are known to receive the answers.
+    matched_clients: RefCell<HashSet<GUID>>,
     /// How many clients of each service this node has opened. They live as long as the node.
     clients: RefCell<BTreeMap<String, usize>>,
 }
 
 /// Clients remembered at most; then all are met anew.
-const HEARERS: usize = 1000;
+const MATCHED_CLIENTS: usize = 1000;
 
 impl Shared {
     pub(crate) fn new(
@@ -82,23 +82,23 @@ impl Shared {
             news,
             share: Rc::default(),
             answers: Answers::default(),
-            hearers: RefCell::default(),
+            matched_clients: RefCell::default(),
             clients: RefCell::default(),
         }
     }
 
-    /// Whether the client of that request writer is known to hear the answers.
-    pub(crate) fn is_heard_by(&self, client: GUID) -> bool {
-        self.hearers.borrow().contains(&client)
+    /// Whether the client of that request writer is known to receive the answers.
+    pub(crate) fn is_matched(&self, client: GUID) -> bool {
+        self.matched_clients.borrow().contains(&client)
     }
 
     /// Remembers that it does.
-    pub(crate) fn heard_by(&self, client: GUID) {
-        let mut hearers = self.hearers.borrow_mut();
-        if hearers.len() >= HEARERS {
-            hearers.clear();
+    pub(crate) fn set_matched(&self, client: GUID) {
+        let mut matched_clients = self.matched_clients.borrow_mut();
+        if matched_clients.len() >= MATCHED_CLIENTS {
+            matched_clients.clear();
         }
-        hearers.insert(client);
+        matched_clients.insert(client);
     }
 
     /// Notes that another client of the service `name` is open.
@@ -110,7 +110,7 @@ impl Shared {
             .or_default() += 1;
     }
 
-    /// How many clients of the service `name` are open.
+    /// The number of open clients of the service `name`.
     pub(crate) fn clients_of(&self, name: &str) -> usize {
         self.clients.borrow().get(name).copied().unwrap_or(0)
     }
@@ -127,7 +127,7 @@ impl Shared {
         work(node).map_err(|e| anyhow!("the middleware refuses: {e:?}"))
     }
 
-    /// What tells this node from all others.
+    /// The identity of this node, unique in the domain.
     pub(crate) fn identity(&self) -> String {
         self.participant()
             .map(|participant| format!("{:?}", participant.guid().prefix))

@@ -1,4 +1,4 @@
-//! SIGINT, SIGTERM and SIGHUP as something to wait for.
+//! SIGINT, SIGTERM and SIGHUP as events.
 
 use std::sync::OnceLock;
 

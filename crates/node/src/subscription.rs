@@ -1,4 +1,4 @@
-//! Receiving messages from a topic: every sample is judged before the node sees it.
+//! Subscriptions: every sample is validated before the node receives it.
 
 use std::{collections::BTreeMap, rc::Rc};
 

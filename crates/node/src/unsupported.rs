@@ -1,6 +1,6 @@
-//! What ROS's variables ask for and these nodes do not have: told, never passed over.
+//! Warnings about features that ROS's variables ask for and these nodes do not have.
 
-/// What is to be told, as a sentence.
+/// The warning, as a sentence.
 pub(crate) fn check(variable: impl Fn(&str) -> Option<String>) -> Option<String> {
     let peers = variable("ROS_STATIC_PEERS").unwrap_or_default();
     let far: Vec<&str> = peers
@@ -33,10 +33,10 @@ mod tests {
         for here in ["", ";", "127.0.0.1;localhost;::1"] {
             assert_eq!(peers(here), None, "{here}");
         }
-        let told = peers("127.0.0.1; 192.168.0.7 ;auv.local").expect("two are elsewhere");
+        let warning = peers("127.0.0.1; 192.168.0.7 ;auv.local").expect("two are elsewhere");
         assert!(
-            told.contains("192.168.0.7, auv.local not looked for"),
-            "{told}"
+            warning.contains("192.168.0.7, auv.local not looked for"),
+            "{warning}"
         );
     }
 }

@@ -14,7 +14,7 @@ pub(crate) struct Waiting {
     pub(crate) service: String,
     pub(crate) client: GUID,
     /// Whether our writer is matched with the client's reader.
-    pub(crate) heard: bool,
+    pub(crate) matched: bool,
     pub(crate) looks: u32,
     pub(crate) send: Send,
 }

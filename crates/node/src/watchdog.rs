@@ -1,5 +1,5 @@
 //! Whether the middleware's threads still run. A node whose event loop has ended, or is
-//! stuck, neither hears nor sends: it must stop with an error.
+//! stuck, neither receives nor sends: it must stop with an error.
 
 use rustdds::ThreadState;
 
@@ -15,7 +15,7 @@ pub(crate) struct Watchdog {
 }
 
 impl Watchdog {
-    /// What is wrong with the threads, if anything is. To be called once a second by the
+    /// The fault of a thread, if there is one. To be called once a second by the
     /// node's own clock, not by the wall's: while the process is stopped nothing is wrong.
     pub(crate) fn look(&mut self, threads: [ThreadState; 2]) -> Option<String> {
         let mut trouble = None;

@@ -1,4 +1,4 @@
-//! What the patches to RustDDS are for, seen from outside.
+//! Tests of the patches to RustDDS, from outside.
 #![allow(clippy::unwrap_used)]
 
 use std::{
@@ -165,7 +165,7 @@ fn datagrams_that_claim_absurd_sample_numbers_cost_no_memory_and_stop_nobody() {
     exchange(&known);
     assert!(resident() < before + SLACK);
     // From here on the reader takes `known` to be far ahead of what it sends. It must
-    // still hear others.
+    // still receive from others.
     send(&gap(known.guid(), 1 << 20, 1 << 40));
     send(&heartbeat(known.guid(), i64::MAX - 1, i64::MAX));
     exchange(&writer(&here, &qos));
@@ -180,7 +180,7 @@ fn endpoints_tell_their_type_hash_and_participants_a_lease_of_five_seconds() {
     let status = here.status_listener();
     let qos = reliable().build();
     let _endpoints = (writer(&there, &qos), reader(&there, &qos));
-    let told =
+    let announced =
         |user_data: &[u8]| String::from_utf8_lossy(user_data).contains("typehash=RIHS01_12ab;");
     wait_for(|| {
         let writers = here.discovered_writers();
@@ -191,7 +191,7 @@ fn endpoints_tell_their_type_hash_and_participants_a_lease_of_five_seconds() {
         let reader = readers
             .iter()
             .find(|r| r.subscription_topic_data.topic_name() == "numbers")?;
-        assert!(told(&writer.user_data) && told(&reader.user_data));
+        assert!(announced(&writer.user_data) && announced(&reader.user_data));
         Some(())
     });
     let lease = wait_for(|| match status.try_recv_status()? {

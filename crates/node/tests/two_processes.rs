@@ -33,7 +33,7 @@ use serde::{Deserialize, Serialize};
 /// Longest that anything here may take; reached only when something is broken.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-enum Heard {
+enum Event {
     Output(f64),
     Raw(RawSample),
     Diagnostics(DiagnosticArray),
@@ -98,19 +98,19 @@ fn command() -> Command {
     Command::new(build.join("examples/doubler"))
 }
 
-fn prober(domain: &OwnDomain) -> Runtime<Heard> {
+fn prober(domain: &OwnDomain) -> Runtime<Event> {
     let spec = NodeSpec {
         name: "prober",
         namespace: "/",
         validate: |(): &()| Ok(()),
-        on_parameters: |_| Heard::Parameters,
+        on_parameters: |_| Event::Parameters,
     };
     let (rt, ()) = Runtime::start_in(domain.domain(), spec, RosArguments::default()).unwrap();
     rt
 }
 
 /// Handles events until `done` says so.
-fn until(rt: &Runtime<Heard>, mut done: impl FnMut(Option<Heard>) -> bool) {
+fn until(rt: &Runtime<Event>, mut done: impl FnMut(Option<Event>) -> bool) {
     let start = Instant::now();
     loop {
         let event = match rt.next(Duration::from_millis(20)) {
@@ -125,19 +125,19 @@ fn until(rt: &Runtime<Heard>, mut done: impl FnMut(Option<Heard>) -> bool) {
     }
 }
 
-/// A prober whose `/input` the doubler reads and which hears its `/output`.
-fn joined(domain: &OwnDomain) -> (Runtime<Heard>, Publisher<Float64>) {
+/// A prober whose `/input` the doubler reads and which reads its `/output`.
+fn joined(domain: &OwnDomain) -> (Runtime<Event>, Publisher<Float64>) {
     let rt = prober(domain);
     let input = rt.publisher("/input", Qos::reliable(1000)).unwrap();
     rt.subscribe("/output", Qos::reliable(1000), |Float64 { data }| {
-        Heard::Output(data)
+        Event::Output(data)
     })
     .unwrap();
-    rt.subscribe("/diagnostics", Qos::reliable(10), Heard::Diagnostics)
+    rt.subscribe("/diagnostics", Qos::reliable(10), Event::Diagnostics)
         .unwrap();
     until(&rt, |event| {
-        let heard = matches!(&event, Some(Heard::Diagnostics(array)) if has_readers(array));
-        input.readers() == 1 && heard
+        let matched = matches!(&event, Some(Event::Diagnostics(array)) if has_readers(array));
+        input.readers() == 1 && matched
     });
     (rt, input)
 }
@@ -152,12 +152,12 @@ fn has_readers(array: &DiagnosticArray) -> bool {
     })
 }
 
-/// What the doubler answers to `input`.
-fn answer(rt: &Runtime<Heard>, publisher: &Publisher<Float64>, input: f64) -> f64 {
+/// The doubler's answer to `input`.
+fn answer(rt: &Runtime<Event>, publisher: &Publisher<Float64>, input: f64) -> f64 {
     let mut output = None;
     assert!(publisher.publish(&Float64 { data: input }));
     until(rt, |event| {
-        if let Some(Heard::Output(number)) = event {
+        if let Some(Event::Output(number)) = event {
             output = Some(number);
         }
         output.is_some()
@@ -177,7 +177,7 @@ fn every_number_comes_back_doubled_in_order_and_is_accounted_for() {
     }
     let mut expected = 0..500;
     until(&rt, |event| {
-        if let Some(Heard::Output(number)) = event {
+        if let Some(Event::Output(number)) = event {
             assert_eq!(number, f64::from(expected.next().unwrap()) * 2.0);
         }
         expected.is_empty()
@@ -199,12 +199,12 @@ fn names_are_remapped_and_parameters_set_from_the_command_line() {
     let domain = OwnDomain::claim().unwrap();
     let arguments = "--ros-args -r __ns:=/b -r __node:=triple -r output:=/output \
                      -r /b/input:=/input -p gain:=3";
-    let words: Vec<&str> = arguments.split_whitespace().collect();
-    let doubler = Doubler::start(&domain, &words);
+    let parts: Vec<&str> = arguments.split_whitespace().collect();
+    let doubler = Doubler::start(&domain, &parts);
     let rt = prober(&domain);
     let input = rt.publisher("/input", Qos::reliable(10)).unwrap();
     rt.subscribe("/output", Qos::reliable(10), |Float64 { data }| {
-        Heard::Output(data)
+        Event::Output(data)
     })
     .unwrap();
     until(&rt, |_| input.readers() == 1);
@@ -212,7 +212,7 @@ fn names_are_remapped_and_parameters_set_from_the_command_line() {
     let mut output = None;
     until(&rt, |event| {
         match event {
-            Some(Heard::Output(number)) => output = Some(number),
+            Some(Event::Output(number)) => output = Some(number),
             _ => drop(input.publish(&Float64 { data: 7.0 })),
         }
         output.is_some()
@@ -242,7 +242,7 @@ fn a_parameter_changes_live_and_a_bad_value_is_refused_with_its_reason() {
     rt.subscribe(
         "/parameter_events",
         Qos::reliable(100),
-        Heard::ParameterEvent,
+        Event::ParameterEvent,
     )
     .unwrap();
     let set = rt
@@ -266,16 +266,16 @@ fn a_parameter_changes_live_and_a_bad_value_is_refused_with_its_reason() {
     }
     assert_eq!(answer(&rt, &input, 21.0), 42.0);
     assert!(set("gain", 3.0).successful);
-    let mut told = None;
+    let mut event_seen = None;
     until(&rt, |event| {
-        if let Some(Heard::ParameterEvent(event)) = event {
-            told = Some(event);
+        if let Some(Event::ParameterEvent(event)) = event {
+            event_seen = Some(event);
         }
-        told.is_some()
+        event_seen.is_some()
     });
-    let told = told.unwrap();
-    assert_eq!(told.node, "/doubler");
-    assert_eq!(told.changed_parameters, [number("gain", 3.0)]);
+    let event_seen = event_seen.unwrap();
+    assert_eq!(event_seen.node, "/doubler");
+    assert_eq!(event_seen.changed_parameters, [number("gain", 3.0)]);
     assert_eq!(answer(&rt, &input, 7.0), 21.0);
 
     let atomically = rt
@@ -316,7 +316,7 @@ fn a_service_of_the_node_answers_and_its_status_shows_in_the_diagnostics() {
     let call = mute.call(SetBoolRequest { data: true }, PATIENCE);
     assert!(rt.block_on(call).unwrap().success);
     until(&rt, |event| {
-        let Some(Heard::Diagnostics(array)) = event else {
+        let Some(Event::Diagnostics(array)) = event else {
             return false;
         };
         array.status.iter().any(|status| {
@@ -357,17 +357,17 @@ fn numbers_that_are_not_finite_pass_neither_out_nor_in() {
     let input = rt
         .publisher::<Unchecked>("/input", Qos::reliable(10))
         .unwrap();
-    rt.subscribe("/diagnostics", Qos::reliable(10), Heard::Diagnostics)
+    rt.subscribe("/diagnostics", Qos::reliable(10), Event::Diagnostics)
         .unwrap();
     until(&rt, |event| {
-        input.readers() == 1 && matches!(&event, Some(Heard::Diagnostics(_)))
+        input.readers() == 1 && matches!(&event, Some(Event::Diagnostics(_)))
     });
     assert!(input.publish(&Unchecked {
         data: f64::INFINITY
     }));
     assert!(input.publish(&Unchecked { data: 1.0 }));
     until(&rt, |event| {
-        let Some(Heard::Diagnostics(array)) = event else {
+        let Some(Event::Diagnostics(array)) = event else {
             return false;
         };
         Connections::from_diagnostics(&array).is_some_and(|connections| {
@@ -400,7 +400,7 @@ fn messages_of_another_type_on_the_topic_are_refused() {
                 data: "long enough".to_owned(),
             })
         });
-        if let Some(Heard::Diagnostics(array)) = event
+        if let Some(Event::Diagnostics(array)) = event
             && let Some(connections) = Connections::from_diagnostics(&array)
             && let Some(input) = connections.find(Direction::Subscription, "/input")
         {
@@ -423,12 +423,12 @@ fn a_raw_subscription_gets_the_payload_byte_for_byte() {
     let _doubler = Doubler::start(&domain, &[]);
     let (rt, input) = joined(&domain);
     let (topic, qos) = ("/output", Qos::record_reliable());
-    rt.subscribe_raw(topic, Float64::TYPE_NAME, None, qos, Heard::Raw)
+    rt.subscribe_raw(topic, Float64::TYPE_NAME, None, qos, Event::Raw)
         .unwrap();
     let mut sample = None;
     until(&rt, |event| {
         match event {
-            Some(Heard::Raw(raw)) => sample = Some(raw),
+            Some(Event::Raw(raw)) => sample = Some(raw),
             _ => drop(input.publish(&Float64 { data: 0.5 })),
         }
         sample.is_some()

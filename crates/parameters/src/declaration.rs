@@ -1,4 +1,4 @@
-//! One parameter as a node declares it.
+//! The declaration of a parameter.
 
 use crate::{ParameterType, Refusal, Value};
 
@@ -9,7 +9,7 @@ pub struct Declaration {
     pub name: String,
     /// The default, which also fixes the type.
     pub default: Value,
-    /// What it does, in a sentence.
+    /// Its description, in a sentence.
     pub description: &'static str,
     /// The unit, `""` for text, booleans and pure numbers.
     pub unit: &'static str,

@@ -7,7 +7,7 @@ use crate::{Declaration, Refusal, Value, Values};
 /// ```
 /// use planesman_parameters::{Choice, Parameters, Values};
 ///
-/// /// What is held.
+/// /// The control mode.
 /// #[derive(Clone, Copy, Debug, PartialEq, Choice)]
 /// enum Mode {
 ///     Off,
@@ -17,7 +17,7 @@ use crate::{Declaration, Refusal, Value, Values};
 /// /// The parameters of a controller.
 /// #[derive(Clone, Debug, PartialEq, Parameters)]
 /// struct Controller {
-///     /// What is held.
+///     /// Control mode.
 ///     #[parameter(default = Mode::Depth)]
 ///     mode: Mode,
 ///     depth: DepthLoop,

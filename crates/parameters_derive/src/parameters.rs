@@ -16,7 +16,7 @@ struct Entry<'a> {
     kind: Kind,
 }
 
-/// What stands in `#[parameter(...)]`.
+/// The contents of `#[parameter(...)]`.
 enum Kind {
     Leaf {
         default: Box<Expr>,
@@ -95,7 +95,7 @@ pub(crate) fn expand(input: &DeriveInput) -> Result<TokenStream> {
     })
 }
 
-/// What declares an entry.
+/// The declaration of an entry.
 fn declared(entry: &Entry<'_>) -> TokenStream {
     let Entry {
         ident,

@@ -35,7 +35,7 @@ pub enum Style {
 pub struct Plot<'a> {
     /// The heading.
     pub title: Cow<'a, str>,
-    /// What it shows, in a sentence or two; may be empty.
+    /// A note of a sentence or two; may be empty.
     pub note: Cow<'a, str>,
     /// The x axis, with its unit.
     x: &'a str,
@@ -47,7 +47,7 @@ pub struct Plot<'a> {
     from_zero: bool,
     /// A unit is as long on one axis as on the other.
     one_scale: bool,
-    /// What is drawn.
+    /// The series.
     pub series: Vec<Series<'a>>,
 }
 
@@ -149,10 +149,10 @@ impl<'a> Plot<'a> {
 
 const SIZE: (u32, u32) = (820, 300);
 
-/// The largest magnitude drawn: beyond any quantity in any unit, and small enough to reckon with.
+/// The largest magnitude drawn: beyond any quantity in any unit, and small enough to compute with.
 const LARGEST: f64 = 1e30;
 
-/// What stands around the field with the data, pixels: margin, and the axes' names.
+/// The border around the plot area, pixels: margin and axis labels.
 const MARGIN: u32 = 8;
 const X_LABELS: u32 = 36;
 const Y_LABELS: u32 = 64;

@@ -194,7 +194,7 @@ impl Primitive {
     }
 }
 
-/// What one element of a field is.
+/// The type of one element of a field.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Element {
     /// A number or a truth value.
@@ -223,7 +223,7 @@ impl fmt::Display for Element {
     }
 }
 
-/// How many elements a field holds.
+/// The number of elements of a field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Arity {
     /// Exactly one: `T`.
@@ -239,7 +239,7 @@ pub enum Arity {
 /// The type of a field.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FieldType {
-    /// What each element is.
+    /// The type of each element.
     pub element: Element,
     /// How many there are.
     pub arity: Arity,
@@ -342,9 +342,9 @@ impl Message {
 pub struct Service {
     /// The full name, `package/srv/Name`.
     pub name: TypeName,
-    /// What the client sends.
+    /// The request of the client.
     pub request: Message,
-    /// What the server answers.
+    /// The response of the server.
     pub response: Message,
 }
 
@@ -353,9 +353,9 @@ pub struct Service {
 pub struct Action {
     /// The full name, `package/action/Name`.
     pub name: TypeName,
-    /// What is asked for.
+    /// The request.
     pub goal: Message,
-    /// What came of it.
+    /// The result.
     pub result: Message,
     /// How it goes.
     pub feedback: Message,

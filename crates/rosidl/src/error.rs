@@ -1,4 +1,4 @@
-//! What can be wrong with an interface definition, told to the person who wrote it.
+//! Errors of an interface definition, for its author.
 
 use std::fmt;
 

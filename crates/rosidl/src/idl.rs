@@ -16,7 +16,7 @@ use crate::library::Library;
 
 /// Reads a `ros2idl` schema text that defines `type_name` and all it refers to.
 ///
-/// What comes back has passed [`Library::check`].
+/// The result has passed [`Library::check`].
 ///
 /// # Errors
 /// The line of the text and the rule it breaks.
@@ -77,7 +77,7 @@ fn type_of(scoped: &str) -> Result<TypeName, Rule> {
     TypeName::parse(&scoped.replace("::", "/")).ok_or_else(|| Rule::BadName(scoped.to_owned()))
 }
 
-/// A word, a number, a text in quotes (its quotes only), or a sign.
+/// A token, a number, a text in quotes (its quotes only), or a sign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Token<'t> {
     text: &'t str,
@@ -188,8 +188,8 @@ struct Parser<'t> {
 
 impl<'t> Parser<'t> {
     fn specification(&mut self) -> Result<(), Error> {
-        while let Some(word) = self.take() {
-            match word {
+        while let Some(token) = self.take() {
+            match token {
                 ";" => {}
                 "@" => self.annotation()?,
                 "module" => {
@@ -241,7 +241,7 @@ impl<'t> Parser<'t> {
     fn enumeration(&mut self) -> Result<(), Error> {
         let name = self.name()?;
         self.expect("{")?;
-        while self.peek().is_some_and(|word| word != "}") {
+        while self.peek().is_some_and(|token| token != "}") {
             self.take();
         }
         self.expect("}")?;
@@ -250,11 +250,11 @@ impl<'t> Parser<'t> {
 
     /// A constant; only whole positive ones can be bounds, others are passed over.
     fn constant(&mut self) -> Result<(), Error> {
-        let mut words = Vec::new();
-        while let Some(word) = self.take().filter(|word| *word != ";") {
-            words.push(word);
+        let mut tokens = Vec::new();
+        while let Some(token) = self.take().filter(|token| *token != ";") {
+            tokens.push(token);
         }
-        if let [.., name, "=", value] = words[..]
+        if let [.., name, "=", value] = tokens[..]
             && let Ok(value) = value.parse()
         {
             self.declare(name.to_owned(), Declared::Constant(value))?;
@@ -269,8 +269,8 @@ impl<'t> Parser<'t> {
             return Ok(());
         }
         let mut open = 0_usize;
-        while let Some(word) = self.take() {
-            match word {
+        while let Some(token) = self.take() {
+            match token {
                 "(" => open += 1,
                 ")" if open == 1 => return Ok(()),
                 ")" => open -= 1,
@@ -327,7 +327,7 @@ impl<'t> Parser<'t> {
     }
 
     fn base(&mut self) -> Result<Base, Error> {
-        let word = self.take().unwrap_or("the end of the text");
+        let token = self.take().unwrap_or("the end of the text");
         let mut then = |next: &str| {
             let is_next = self.peek() == Some(next);
             if is_next {
@@ -335,7 +335,7 @@ impl<'t> Parser<'t> {
             }
             is_next
         };
-        Ok(Base::Known(match word {
+        Ok(Base::Known(match token {
             "boolean" => Primitive::Bool,
             "octet" => Primitive::Byte,
             "char" => Primitive::Char,
@@ -369,11 +369,11 @@ impl<'t> Parser<'t> {
                     bound = Some(self.bound()?);
                     self.expect(">")?;
                 }
-                let wide = word == "wstring";
+                let wide = token == "wstring";
                 return Ok(Base::String { wide, bound });
             }
             "sequence" | "map" | "union" | "struct" | "enum" | "wchar" | "any" | "fixed" => {
-                return Err(self.refuse(word));
+                return Err(self.refuse(token));
             }
             _ => {
                 self.next -= 1;
@@ -397,12 +397,12 @@ impl<'t> Parser<'t> {
     }
 
     fn bound(&mut self) -> Result<Bound, Error> {
-        let word = self.peek().unwrap_or("the end of the text");
-        if word.starts_with(|c: char| c.is_ascii_digit()) {
+        let token = self.peek().unwrap_or("the end of the text");
+        if token.starts_with(|c: char| c.is_ascii_digit()) {
             self.take();
-            return match word.parse() {
+            return match token.parse() {
                 Ok(bound) if bound > 0 => Ok(Bound::Number(bound)),
-                _ => Err(Rule::BadBound(word.to_owned()).at(self.file, self.line())),
+                _ => Err(Rule::BadBound(token.to_owned()).at(self.file, self.line())),
             };
         }
         Ok(Bound::Named(self.scoped_name()?))
@@ -422,19 +422,19 @@ impl<'t> Parser<'t> {
     }
 
     fn name(&mut self) -> Result<String, Error> {
-        let word = self.take().unwrap_or("the end of the text");
-        // A leading underscore keeps a word of the language from being one.
-        let name = word.strip_prefix('_').unwrap_or(word);
+        let token = self.take().unwrap_or("the end of the text");
+        // A leading underscore keeps a token of the language from being one.
+        let name = token.strip_prefix('_').unwrap_or(token);
         if is_name(name) {
             Ok(name.to_owned())
         } else {
-            Err(self.refuse(word))
+            Err(self.refuse(token))
         }
     }
 
     fn expect(&mut self, wanted: &str) -> Result<(), Error> {
         match self.take() {
-            Some(word) if word == wanted => Ok(()),
+            Some(token) if token == wanted => Ok(()),
             other => Err(self.refuse(other.unwrap_or("the end of the text"))),
         }
     }
@@ -444,20 +444,20 @@ impl<'t> Parser<'t> {
     }
 
     fn take(&mut self) -> Option<&'t str> {
-        let word = self.peek();
+        let token = self.peek();
         self.next += 1;
-        word
+        token
     }
 
-    /// The line of the word taken last.
+    /// The line of the token taken last.
     fn line(&self) -> usize {
         let last = self.next.saturating_sub(1);
         let token = self.tokens.get(last).or(self.tokens.last());
         token.map_or(0, |token| token.line)
     }
 
-    fn refuse(&self, word: &str) -> Error {
-        Rule::NotIdl(word.to_owned()).at(self.file, self.line())
+    fn refuse(&self, token: &str) -> Error {
+        Rule::NotIdl(token.to_owned()).at(self.file, self.line())
     }
 }
 
@@ -470,7 +470,7 @@ fn within(scope: &[String], name: &str) -> String {
     full
 }
 
-/// What `name` means in `scope`: the innermost module that knows it.
+/// The meaning of `name` in `scope`: that of the innermost module that defines it.
 fn find<'d>(
     declared: &'d Declarations,
     scope: &[String],

@@ -1,4 +1,4 @@
-//! Reads ROS 2 interface definitions, and makes of them what a node needs at run and build time.
+//! Reads ROS 2 interface definitions; generates type hashes, schema texts and Rust source.
 //!
 //! | module | what it holds |
 //! |---|---|

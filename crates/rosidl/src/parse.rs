@@ -168,7 +168,7 @@ pub(crate) fn parse_part(
     Ok(message)
 }
 
-/// What a line declares.
+/// The declaration of a line.
 enum Declared {
     Constant(Constant),
     Field(Field),

@@ -24,7 +24,7 @@ const LONGEST_PLAIN_ARRAY: u32 = 32;
 /// Writes the modules for every definition of the library.
 ///
 /// # Errors
-/// What [`Library::check`] refuses, and [`Rule::NoRust`] for `wstring` fields.
+/// Those of [`Library::check`], and [`Rule::NoRust`] for `wstring` fields.
 pub fn generate(library: &Library) -> Result<String, Error> {
     library.check()?;
     let mut modules: BTreeMap<(&str, Kind), String> = BTreeMap::new();

@@ -56,7 +56,7 @@ impl Library {
 
 /// Reads a `ros2msg` schema text, whose first section is the definition of `type_name`.
 ///
-/// What comes back has passed [`Library::check`]: everything is defined, nothing contains itself, nothing
+/// The result has passed [`Library::check`]: everything is defined, nothing contains itself, nothing
 /// is nested deeper than [`MAX_DEPTH`].
 ///
 /// # Errors

@@ -1,4 +1,4 @@
-//! What the parser takes, what it refuses, and with which words.
+//! Definitions that the parser accepts, and those that it rejects, with their messages.
 
 #![allow(clippy::unwrap_used)]
 

@@ -25,7 +25,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use planesman_identification::Input;
 
-/// How many intervals a message may be late against the newest.
+/// The largest lateness of a message against the newest, in intervals.
 pub const WINDOW: i64 = 16;
 
 /// How often an output comes before the input that led to it is given up, in lockstep.
@@ -81,7 +81,7 @@ pub struct Aligner {
     /// Nothing more will come: do not wait.
     finished: bool,
     answered: Option<i64>,
-    /// How often the newest output has come.
+    /// The number of receptions of the newest output.
     repeats: u32,
 }
 

@@ -1,4 +1,4 @@
-//! Samples out of a bag of any messages, decoded by the schemas in it.
+//! Samples from a bag with any message types, decoded by its schemas.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use planesman_text::did_you_mean;
 use crate::request::{Clock, Reading, Request, Role, Take, distinct};
 use crate::signal::Signal;
 
-/// How often progress is reported, in messages.
+/// The interval of progress reports, in messages.
 const TELL: u64 = 4096;
 
 /// Names that are listed in an error at most.
@@ -44,7 +44,7 @@ impl BagSource {
         &self.bag
     }
 
-    /// Whose stamps were asked for.
+    /// The requested source of stamps.
     #[must_use]
     pub fn clock(&self) -> Option<Clock> {
         self.clock
@@ -226,7 +226,7 @@ pub fn topics(bag: &BagReader) -> String {
     let names = listed(bag.topics().iter().map(|it| it.topic.name.as_str()));
     match bag.omitted() {
         0 => names,
-        more => format!("{names}, beside {more} that there is no room for"),
+        more => format!("{names}, and {more} more"),
     }
 }
 
@@ -322,7 +322,7 @@ impl Plan {
             Clock::Header => nanoseconds(values, self.signals.len()),
         };
         let Some(stamp) = stamp else {
-            self.refuse("its stamp is beyond all time".to_owned());
+            self.refuse("its stamp is out of range".to_owned());
             return true;
         };
         let mut more = true;

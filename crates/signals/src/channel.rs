@@ -1,4 +1,4 @@
-//! How a signal's samples lay in time, and how they were put on the grid of a record.
+//! The timing of a signal's samples, and the method of resampling.
 
 use std::fmt;
 
@@ -37,22 +37,22 @@ impl Method {
     /// Every method.
     pub const ALL: [Self; 4] = [Self::Mean, Self::Linear, Self::Hold, Self::Centred];
 
-    /// The name it is asked for by, and a line about it.
+    /// Its name on the command line and its help line.
     #[must_use]
     pub fn described(self) -> (&'static str, &'static str) {
         match self {
             Self::Mean => (
                 "mean",
-                "The mean over the interval that begins at the instant, each sample held until the next: for commands",
+                "Mean over the interval that starts at the grid point, each sample held until the next; for commands",
             ),
             Self::Linear => (
                 "linear",
-                "On the straight line between the samples before and after the instant: for measurements",
+                "Linear interpolation between the samples before and after the grid point; for measurements",
             ),
-            Self::Hold => ("hold", "The latest sample at or before the instant"),
+            Self::Hold => ("hold", "Latest sample at or before the grid point"),
             Self::Centred => (
                 "centred",
-                "The mean of the samples nearer to this instant than to any other: for measurements much faster than the grid",
+                "Mean of the samples nearest to the grid point; for measurements much faster than the grid",
             ),
         }
     }

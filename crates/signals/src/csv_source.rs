@@ -1,4 +1,4 @@
-//! Samples out of a table: a header row with the columns' names, one of them the time.
+//! Samples from a CSV file: a header row with column names, one of them the time.
 //!
 //! Cells are parted by commas, semicolons or tabs, whichever the header has most of (RFC 4180 quotes are
 //! understood). A cell that is no number is a sample that is not there.
@@ -23,7 +23,7 @@ const TIMES: [&str; 4] = ["time", "t", "stamp", "timestamp"];
 /// Names that are listed in an error at most.
 const LISTED: usize = 20;
 
-/// How often progress is reported, in rows.
+/// The interval of progress reports, in rows.
 const TELL: u64 = 4096;
 
 /// A table.
@@ -49,7 +49,7 @@ impl CsvSource {
         // Asked before it is opened: a pipe would be waited for, and a table is read twice.
         let about = std::fs::metadata(path).with_context(unreadable)?;
         if !about.is_file() {
-            bail!("{shown} is no regular file; a table is");
+            bail!("{shown} is not a regular file");
         }
         let bytes = about.len();
         let mut header = Vec::new();
@@ -290,7 +290,7 @@ impl<R: Read> Read for ShortLines<R> {
             self.length = if *byte == b'\n' { 0 } else { self.length + 1 };
             if self.length > LONGEST_LINE {
                 return Err(io::Error::other(format!(
-                    "a line has more than {LONGEST_LINE} bytes: it is no table"
+                    "a line has more than {LONGEST_LINE} bytes: not a CSV file"
                 )));
             }
         }

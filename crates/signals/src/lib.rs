@@ -1,4 +1,4 @@
-//! Signals: single numbers of messages and tables, on one uniform grid, from recordings or while they arrive.
+//! Signals: single numbers of messages and CSV files on one uniform grid, offline or live.
 //!
 //! ```text
 //! Source (bag or CSV table) -> Resampler -> Record        messages -> LiveGrid -> Aligner -> Sample

@@ -1,4 +1,4 @@
-//! Signals with stamps of their own, put on one grid of instants while they arrive.
+//! Live resampling of signals with different stamps to one grid.
 //!
 //! ```text
 //! y(t_k)                                     on the straight line between the samples before and after t_k

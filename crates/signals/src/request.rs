@@ -17,12 +17,12 @@ impl Clock {
     /// Both clocks.
     pub const ALL: [Self; 2] = [Self::Header, Self::Log];
 
-    /// The name it is asked for by, and a line about it.
+    /// Its name on the command line and its help line.
     #[must_use]
     pub fn described(self) -> (&'static str, &'static str) {
         match self {
-            Self::Header => ("header", "That of the message, in its header"),
-            Self::Log => ("log", "When the recorder received it"),
+            Self::Header => ("header", "Stamp in the header of the message"),
+            Self::Log => ("log", "Time when the recorder received the message"),
         }
     }
 }
@@ -30,13 +30,13 @@ impl Clock {
 /// The role of a signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
-    /// It drives: a list is its course over the coming interval, and gives its mean.
+    /// Input: a list is its time history over the next interval, and gives its mean.
     Input,
-    /// It responds: a list gives its first element.
+    /// Output: a list gives its first element.
     Output,
 }
 
-/// One signal, as asked for.
+/// A requested signal.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Request {
     /// `TOPIC:FIELD` in a bag, a column's name in a table.
@@ -93,7 +93,7 @@ impl TimeUnit {
     /// Every unit.
     pub const ALL: [Self; 4] = [Self::S, Self::Ms, Self::Us, Self::Ns];
 
-    /// The name it is asked for by, and a line about it.
+    /// Its name on the command line and its help line.
     #[must_use]
     pub fn described(self) -> (&'static str, &'static str) {
         match self {

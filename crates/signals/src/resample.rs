@@ -1,4 +1,4 @@
-//! Samples with stamps of their own, put on one uniform grid: a [`Record`].
+//! Resampling of signals with different stamps to one uniform grid: a [`Record`].
 //!
 //! Signals are taken as they come, each roughly in the order of its stamps ([`ORDER`] samples are
 //! held back to put them right), in memory that grows with the record and not with what it is made from.

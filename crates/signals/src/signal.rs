@@ -77,7 +77,7 @@ impl FromStr for Signal {
             .split('/')
             .all(is_name);
         if !topic_is_named {
-            return refuse("the topic is no ROS topic name");
+            return refuse("the topic is not a ROS topic name");
         }
         let path = match field.parse() {
             Ok(path) => path,

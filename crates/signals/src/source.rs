@@ -1,4 +1,4 @@
-//! Where samples come from: a bag, whole or split, or a table in CSV.
+//! The sources of samples: a bag, whole or split, or a CSV file.
 //!
 //! Both stream: a sample is handed on as it is read and forgotten. What cannot be read does not
 //! end the rest; it is listed in [`Reading::notes`].

@@ -1,4 +1,4 @@
-//! A record taken from data: named signals of one source, put on one grid.
+//! A record from data: named signals of one source, resampled to one grid.
 
 use anyhow::{Result, anyhow};
 
@@ -30,7 +30,7 @@ impl Taken {
         self
     }
 
-    /// How the record was made, for people.
+    /// How the record was made, as text.
     #[must_use]
     pub fn account(&self) -> String {
         let Resampled {
@@ -39,15 +39,11 @@ impl Taken {
             outputs,
         } = &self.resampled;
         let mut text = format!(
-            "{:.6} Hz, {} samples in {} stretch{}, {:.3} s; stamps {}\n",
+            "{:.6} Hz, {} samples in {} segment{}, {:.3} s; stamps {}\n",
             1.0 / record.sample_time,
             record.samples(),
             record.stretches.len(),
-            if record.stretches.len() == 1 {
-                ""
-            } else {
-                "es"
-            },
+            if record.stretches.len() == 1 { "" } else { "s" },
             record.duration(),
             self.reading.stamps
         );
@@ -131,13 +127,13 @@ fn channel_account(channel: &Channel) -> String {
     }
     if channel.held > 0.0 {
         text += &format!(
-            "; a sample held for up to {:.3} s (--max-gap SECONDS makes gaps of pauses)",
+            "; a sample held for up to {:.3} s (--max-gap SECONDS limits it)",
             channel.held
         );
     }
     for (count, what) in [
-        (timing.duplicates, "with a stamp that came before"),
-        (timing.late, "too late to be put in order"),
+        (timing.duplicates, "with a repeated stamp"),
+        (timing.late, "too late for their place in order"),
         (timing.not_finite, "not finite"),
         (timing.absent, "messages without it"),
     ] {

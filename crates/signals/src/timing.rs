@@ -1,4 +1,4 @@
-//! How stamps lie in time: rate, jitter, gaps, duplicates, in memory that does not grow with their number.
+//! Timing statistics of stamps: rate, jitter, gaps, duplicates, in constant memory.
 //!
 //! Intervals are counted in bins one per cent wide, each with its mean, so that the median and
 //! the range of nine in ten are those of the data to about a per cent, and exact where all intervals of a bin are equal.

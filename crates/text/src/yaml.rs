@@ -70,7 +70,7 @@ fn explained(reason: String, text: &str) -> String {
     }
 }
 
-/// What an anchored value unfolds to.
+/// The expansion of an anchored value.
 struct Open {
     anchor: usize,
     /// Values before it.

@@ -1,4 +1,4 @@
-//! What one integration step of the vehicle costs.
+//! The time of one integration step of the vehicle.
 //!
 //! ```text
 //! cargo bench -p planesman_vehicle --bench step                  the step alone

@@ -14,7 +14,7 @@ pub enum MotionError {
         "plane motion of {found} samples refused: at least 2 and at most {MOST_SAMPLES} are taken"
     )]
     Samples {
-        /// How many there were.
+        /// Their number.
         found: usize,
     },
     /// The samples do not span the tick.

@@ -178,11 +178,11 @@ fn what_no_vehicle_follows_is_refused_with_how_far_it_is_off() {
             "beta is below zero",
         ),
     ];
-    for (change, word) in refused {
+    for (change, reason_part) in refused {
         let mut file = good.clone();
         change(&mut file);
         let refusal = identified::vehicle(&base, &file).unwrap_err().to_string();
-        assert!(refusal.contains(word), "{refusal}");
+        assert!(refusal.contains(reason_part), "{refusal}");
         assert!(!refusal.contains('\n'));
     }
 }

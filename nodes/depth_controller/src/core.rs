@@ -119,7 +119,7 @@ impl Controller {
             self.loops.setpoints.speed.forget();
         }
         if switched_off {
-            self.break_off("the controller was switched off");
+            self.break_off("the controller is off");
         }
         Ok(())
     }
@@ -173,7 +173,7 @@ impl Controller {
         self.manoeuvre = None;
     }
 
-    /// How far the manoeuvre under way has come.
+    /// The progress of the running manoeuvre.
     #[must_use]
     pub fn manoeuvre(&self) -> Option<Progress> {
         self.manoeuvre.as_ref().map(|underway| underway.progress)
@@ -232,7 +232,7 @@ impl Controller {
                     self.loops = Loops::default();
                     self.estimator.restart();
                     self.follower = Follower::default();
-                    self.break_off("the vehicle began a new run");
+                    self.break_off("the vehicle restarted");
                 }
                 (stamp, state.distance, stamp)
             }
@@ -256,7 +256,7 @@ impl Controller {
     /// everything neutral, flagged. The run goes on with the next state.
     #[must_use]
     pub fn on_silence(&mut self, stamp: Time) -> Answer {
-        self.break_off("the vehicle's state is silent");
+        self.break_off("no vehicle state");
         self.feedback = None;
         if self.config.envelope.latch_silence {
             self.fail(Fault::Silence);
@@ -369,7 +369,7 @@ impl Controller {
             self.estimator.restart();
             self.estimate = None;
             self.news
-                .push("the estimate is not finite: begun again, planes neutral".to_owned());
+                .push("the estimate is not finite: restarted, planes neutral".to_owned());
             return self.neutral(stamp.clone());
         }
         self.estimate = estimated.map(|estimated| self.estimate_message(stamp.clone(), &estimated));
@@ -418,7 +418,7 @@ impl Controller {
             {
                 let name = quantity.name();
                 self.news.push(format!(
-                    "no {name} setpoint for {timeout} s: back to the parameters'"
+                    "no {name} setpoint for {timeout} s: using the parameter"
                 ));
             }
         }

@@ -23,11 +23,11 @@ pub(crate) struct Underway {
     duration: i64,
     /// When its first tick was, ns of the run; `None` before that.
     began: Option<i64>,
-    /// How far it has come.
+    /// Its progress.
     pub progress: Progress,
 }
 
-/// How far a manoeuvre has come.
+/// The progress of a manoeuvre.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Progress {
     /// Since it began, s.
@@ -190,7 +190,7 @@ mod tests {
             change(&mut goal);
             underway(&goal).unwrap_err()
         };
-        for (refusal, word) in [
+        for (refusal, reason) in [
             (changed(|_| (), "loop"), "run_7_3"),
             (changed(|_| (), "none"), "doublet"),
             (changed(|g| g.amplitude = 0.6, "step"), "planes.limit"),
@@ -208,7 +208,7 @@ mod tests {
             (changed(|g| g.period = 0.0, "square"), "period"),
             (changed(|g| g.period_end = 0.0, "chirp"), "period_end"),
         ] {
-            assert!(refusal.contains(word), "{refusal}");
+            assert!(refusal.contains(reason), "{refusal}");
         }
     }
 }

@@ -70,7 +70,7 @@ pub(crate) struct Manoeuvre {
     pub period_end: f64,
     /// When it begins, s since the run began.
     pub start: f64,
-    /// How long it lasts, s; 0 for without end.
+    /// The duration, s; 0: no end.
     pub duration: f64,
     /// Where in its cycle the pseudo-random sequence starts.
     pub seed: i64,
@@ -346,7 +346,7 @@ mod tests {
             duration: 0.0,
             seed: 0,
         };
-        for (bad, word) in [
+        for (bad, reason) in [
             (
                 Manoeuvre {
                     period: 0.0,
@@ -376,7 +376,7 @@ mod tests {
                 "amplitude",
             ),
         ] {
-            assert!(bad.build().unwrap_err().contains(word));
+            assert!(bad.build().unwrap_err().contains(reason));
         }
     }
 }

@@ -230,13 +230,13 @@ impl Node {
             log::warn!("{reason}");
             return goal.abort(ended(false, &reason.to_string()));
         }
-        log::info!("manoeuvre {name} begins");
+        log::info!("manoeuvre {name} started");
         let begun = Flown {
             goal,
             next_feedback: 0.0,
         };
         if let Some(last) = self.flown.replace(begun) {
-            let reason = format!("a newer goal, {name}, took its place");
+            let reason = format!("replaced by a newer goal, {name}");
             log::info!("manoeuvre {}: {reason}", last.goal.asked().name);
             last.goal.abort(ended(false, &reason));
         }

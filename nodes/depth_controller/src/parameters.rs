@@ -30,29 +30,29 @@ const DESIGN_SPEED: f64 = 5.0 * FOOT;
 /// Every parameter of `depth_controller`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct ControllerParameters {
-    /// What is held: off (everything neutral), open_loop (test signals alone on the planes), pitch, or depth.
+    /// Control mode: off (neutral planes, no thrust), open_loop (test signal only), pitch or depth.
     #[parameter(default = Mode::Depth)]
     pub mode: Mode,
-    /// Depth to hold, positive down, until the schedule or the topic says otherwise; within depth.min and
+    /// Depth setpoint, positive down, until the schedule or the topic gives another; within depth.min and
     /// depth.max.
     #[parameter(default = 0.0, unit = "m", range = -1e4..=1e4)]
     pub depth_setpoint: f64,
-    /// Pitch to hold in mode pitch, bow up positive; behind depth.pitch_limit.
+    /// Pitch setpoint in mode pitch, positive bow up; limited by depth.pitch_limit.
     #[parameter(default = 0.0, unit = "rad", range = -FRAC_PI_2..=FRAC_PI_2)]
     pub pitch_setpoint: f64,
-    /// Course to hold when course.active, from the first course, positive to starboard.
+    /// Course setpoint if course.active, relative to the first course, positive to starboard.
     #[parameter(default = 0.0, unit = "rad", range = -PI..=PI)]
     pub course_setpoint: f64,
-    /// Speed through the water to hold when speed.active; 1 ft/s, the report's reference.
+    /// Speed setpoint if speed.active, through the water; default 1 ft/s, the report's reference.
     #[parameter(default = 0.3048, unit = "m/s", range = 0.0..=10.0)]
     pub speed_setpoint: f64,
-    /// A setpoint from a topic holds this long, then the parameter's or the schedule's again; 0: for good.
+    /// Lifetime of a setpoint from a topic; afterwards the parameter or the schedule applies again. 0: no limit.
     #[parameter(default = 0.0, unit = "s", range = 0.0..=1e6)]
     pub setpoint_timeout: f64,
-    /// Every tick waits for the instruments, asked for until they have come: for a plant_sim in lockstep.
+    /// Wait in every tick until the instruments of its stamp have arrived; for a plant_sim in lockstep.
     #[parameter(default = false, read_only)]
     pub lockstep: bool,
-    /// Silence of the state topic after which the planes are put to neutral.
+    /// Time without a state message after which the planes go to neutral.
     #[parameter(default = 0.5, unit = "s", range = 1e-3..=3600.0)]
     pub state_timeout: f64,
     /// `depth.*`.
@@ -90,34 +90,37 @@ pub struct ControllerParameters {
 /// The parameters `depth.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Depth {
-    /// Dive angle per metre of depth error, Kpz = 0.25 rad/ft (Brunner 1988, program T6).
+    /// Proportional gain of the depth loop: dive angle per depth error, Kpz = 0.25 rad/ft (Brunner 1988, program
+    /// T6).
     #[parameter(default = 0.25 / FOOT, unit = "rad/m", range = 0.0..=1e3)]
     pub p: f64,
-    /// Dive angle taken away per m/s of depth rate, Kdz = 0.6 rad s/ft (Brunner 1988, program T6).
+    /// Derivative gain of the depth loop: dive angle per depth rate, subtracted, Kdz = 0.6 rad s/ft (Brunner
+    /// 1988, program T6).
     #[parameter(default = 0.6 / FOOT, unit = "rad s/m", range = 0.0..=1e3)]
     pub d: f64,
-    /// Dive angle per metre of depth error and second; the report has none.
+    /// Integral gain of the depth loop: dive angle per depth error and second; 0 in the report.
     #[parameter(default = 0.0, unit = "rad/(m s)", range = 0.0..=1e3)]
     pub i: f64,
-    /// Largest integral share of the dive angle to either side.
+    /// Limit of the integral term of the depth loop, to either side.
     #[parameter(default = 0.2, unit = "rad", range = 0.0..=FRAC_PI_2)]
     pub i_limit: f64,
-    /// What depth.d acts on: the measured depth, as DERIV of program T6 without an impulse, or the error.
+    /// Signal that depth.d acts on: the measured depth (no kick at a setpoint step; DERIV of program T6) or the
+    /// error.
     #[parameter(default = Derivative::Measurement)]
     pub derivative: Derivative,
-    /// Time constant of a filter on the derivative; 0: none.
+    /// Time constant of the derivative filter; 0: no filter.
     #[parameter(default = 0.0, unit = "s", range = 0.0..=1e3)]
     pub derivative_filter: f64,
-    /// Largest pitch command to either side, 45 degrees (Brunner 1988, ch. II.B).
+    /// Limit of the pitch command to either side, 45 degrees (Brunner 1988, ch. II.B).
     #[parameter(default = FRAC_PI_4, unit = "rad", range = 0.0..=FRAC_PI_2)]
     pub pitch_limit: f64,
-    /// Least depth that is held, whatever is asked for.
+    /// Lower limit of the depth setpoint, from any source.
     #[parameter(default = -1e4, unit = "m", range = -1e4..=1e4)]
     pub min: f64,
-    /// Largest depth that is held, whatever is asked for.
+    /// Upper limit of the depth setpoint, from any source.
     #[parameter(default = 1e4, unit = "m", range = -1e4..=1e4)]
     pub max: f64,
-    /// How fast the depth held moves to the one asked for; 0: at once.
+    /// Rate limit of the depth setpoint; 0: none.
     #[parameter(default = 0.0, unit = "m/s", range = 0.0..=1e3)]
     pub setpoint_rate: f64,
 }
@@ -125,19 +128,19 @@ pub struct Depth {
 /// The parameters `pitch.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Pitch {
-    /// Plane angle per pitch error, Kpy = 0.70 (Brunner 1988, program T6).
+    /// Proportional gain of the pitch loop: plane angle per pitch error, Kpy = 0.70 (Brunner 1988, program T6).
     #[parameter(default = 0.7, unit = "rad/rad", range = 0.0..=1e3)]
     pub p: f64,
-    /// Plane angle per pitch rate, Kr = 2 s (Brunner 1988, program T6).
+    /// Rate gain of the pitch loop: plane angle per pitch rate, Kr = 2 s (Brunner 1988, program T6).
     #[parameter(default = 2.0, unit = "s", range = 0.0..=1e3)]
     pub rate: f64,
-    /// Plane angle per pitch error and second; the report has none.
+    /// Integral gain of the pitch loop: plane angle per pitch error and second; 0 in the report.
     #[parameter(default = 0.0, unit = "1/s", range = 0.0..=1e3)]
     pub i: f64,
-    /// Largest integral share of the plane angle to either side.
+    /// Limit of the integral term of the pitch loop, to either side.
     #[parameter(default = 0.2, unit = "rad", range = 0.0..=FRAC_PI_2)]
     pub i_limit: f64,
-    /// How fast the pitch held in mode pitch moves to the one asked for; 0: at once.
+    /// Rate limit of the pitch setpoint in mode pitch; 0: none.
     #[parameter(default = 0.0, unit = "rad/s", range = 0.0..=1e3)]
     pub setpoint_rate: f64,
 }
@@ -145,11 +148,11 @@ pub struct Pitch {
 /// The parameters `anti_windup.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct AntiWindupParameters {
-    /// Anti-windup of the integrals, as in control_toolbox: none, conditional_integration (no integration further
-    /// into a limit), or back_calculation.
+    /// Anti-windup strategy, as in control_toolbox: none, conditional_integration (an integral stops while its
+    /// output is saturated) or back_calculation.
     #[parameter(default = Strategy::ConditionalIntegration)]
     pub strategy: Strategy,
-    /// Time constant of back_calculation: how fast it takes an integral out of saturation.
+    /// Tracking time constant of back_calculation, with which an integral leaves saturation.
     #[parameter(default = 1.0, unit = "s", range = 0.0..=1e3)]
     pub tracking_time_constant: f64,
 }
@@ -157,17 +160,17 @@ pub struct AntiWindupParameters {
 /// The parameters `planes.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Planes {
-    /// Largest plane command to either side, 30 degrees (Brunner 1988, ch. II.B).
+    /// Limit of the plane command to either side, 30 degrees (Brunner 1988, ch. II.B).
     #[parameter(default = FRAC_PI_6, unit = "rad", range = 0.0..=FRAC_PI_2)]
     pub limit: f64,
-    /// Fastest that the plane command moves; 0: at once.
+    /// Rate limit of the plane command; 0: none.
     #[parameter(default = 0.0, unit = "rad/s", range = 0.0..=1e3)]
     pub rate_limit: f64,
-    /// Who dives: bow and stern planes together, the bow or the stern planes alone, or both in the ratio
+    /// Allocation of the dive command: bow and stern planes together, bow only, stern only, or in the ratio
     /// planes.bow_to_stern.
     #[parameter(default = DivePlanes::Together)]
     pub allocation: DivePlanes,
-    /// Bow over stern plane angle, for the allocation ratio; the larger of the two gets the command.
+    /// Ratio of bow to stern plane angle, for allocation ratio; the larger one gets the whole command.
     #[parameter(default = 1.0, range = 0.0..=1e3)]
     pub bow_to_stern: f64,
 }
@@ -175,7 +178,7 @@ pub struct Planes {
 /// The parameters `transfer.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Transfer {
-    /// Time constant with which the step that a change of mode would make on the planes fades; 0: the step.
+    /// Time constant of bumpless transfer: the step of a change of mode decays with it; 0: no bumpless transfer.
     #[parameter(default = 1.0, unit = "s", range = 0.0..=1e3)]
     pub time: f64,
 }
@@ -183,17 +186,17 @@ pub struct Transfer {
 /// The parameters `roll.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Roll {
-    /// Hold the vehicle level by the bow planes, in every mode but off.
+    /// Whether roll is held at zero by the bow planes, in every mode but off.
     #[parameter(default = true)]
     pub active: bool,
-    /// Bow plane differential per roll error, Kpx = 10 (Brunner 1988, p. 30).
+    /// Proportional gain of the roll loop: bow plane differential per roll error, Kpx = 10 (Brunner 1988, p. 30).
     #[parameter(default = 10.0, unit = "rad/rad", range = 0.0..=1e3)]
     pub p: f64,
-    /// Bow plane differential per roll rate, Kdx = 10 s (Brunner 1988, p. 30).
+    /// Rate gain of the roll loop: bow plane differential per roll rate, Kdx = 10 s (Brunner 1988, p. 30).
     #[parameter(default = 10.0, unit = "s", range = 0.0..=1e3)]
     pub rate: f64,
-    /// Largest differential to either side; planes.limit for bow planes and differential together, the dive
-    /// first.
+    /// Limit of the differential to either side; the sum with the bow plane command is limited by planes.limit,
+    /// and the dive command has priority.
     #[parameter(default = FRAC_PI_6, unit = "rad", range = 0.0..=FRAC_PI_2)]
     pub limit: f64,
 }
@@ -201,19 +204,19 @@ pub struct Roll {
 /// The parameters `course.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Course {
-    /// Hold course_setpoint by the rudder; a setpoint on the topic is held in any case.
+    /// Whether course_setpoint is held by the rudder; a setpoint on the topic is always held.
     #[parameter(default = true)]
     pub active: bool,
-    /// Rudder per course error, Kpy = 1 (Brunner 1988, p. 32).
+    /// Proportional gain of the course loop: rudder angle per course error, Kpy = 1 (Brunner 1988, p. 32).
     #[parameter(default = 1.0, unit = "rad/rad", range = 0.0..=1e3)]
     pub p: f64,
-    /// Rudder per yaw rate, Kdy = 3 s (Brunner 1988, p. 32).
+    /// Rate gain of the course loop: rudder angle per yaw rate, Kdy = 3 s (Brunner 1988, p. 32).
     #[parameter(default = 3.0, unit = "s", range = 0.0..=1e3)]
     pub rate: f64,
-    /// Largest rudder to either side, as the planes'; the report states none.
+    /// Limit of the rudder command to either side; default as for the planes, the report gives none.
     #[parameter(default = FRAC_PI_6, unit = "rad", range = 0.0..=FRAC_PI_2)]
     pub limit: f64,
-    /// How fast the course held moves to the one asked for, the short way round; 0: at once.
+    /// Rate limit of the course setpoint, which turns the shorter way; 0: none.
     #[parameter(default = 0.0, unit = "rad/s", range = 0.0..=1e3)]
     pub setpoint_rate: f64,
 }
@@ -221,19 +224,21 @@ pub struct Course {
 /// The parameters `speed.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Speed {
-    /// Hold speed_setpoint by the thrust; a setpoint on the topic is held in any case.
+    /// Whether speed_setpoint is held by the thrust; a setpoint on the topic is always held.
     #[parameter(default = false)]
     pub active: bool,
-    /// Share of full thrust per m/s asked for: all of it at the design speed, 5 ft/s (Brunner 1988, p. 57).
+    /// Feed-forward gain of the speed loop: share of full thrust per speed setpoint; full thrust at 5 ft/s
+    /// (Brunner 1988, p. 57).
     #[parameter(default = 1.0 / DESIGN_SPEED, unit = "s/m", range = 0.0..=1e3)]
     pub feed_forward: f64,
-    /// Share of full thrust per m/s of speed error; the report's gain is lost.
+    /// Proportional gain of the speed loop: share of full thrust per speed error; assumed, the report's gain is
+    /// lost.
     #[parameter(default = 2.0, unit = "s/m", range = 0.0..=1e3)]
     pub p: f64,
-    /// Largest share of full thrust to either side.
+    /// Limit of the thrust command to either side, as a share of full thrust.
     #[parameter(default = 1.0, range = 0.0..=1.0)]
     pub limit: f64,
-    /// How fast the speed held moves to the one asked for; 0: at once.
+    /// Rate limit of the speed setpoint; 0: none.
     #[parameter(default = 0.0, unit = "m/s^2", range = 0.0..=1e3)]
     pub setpoint_rate: f64,
 }
@@ -241,13 +246,14 @@ pub struct Speed {
 /// The parameters `schedule.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct ScheduleParameters {
-    /// When each scheduled depth begins, since the first state; increasing.
+    /// Start times of the scheduled depths since the first state; increasing.
     #[parameter(default = Vec::new(), unit = "s", range = 0.0..=1e9)]
     pub times: Vec<f64>,
-    /// Or where each begins, along the first course since the first state; increasing.
+    /// Start distances of the scheduled depths along the first course since the first state; increasing; instead
+    /// of schedule.times.
     #[parameter(default = Vec::new(), unit = "m", range = 0.0..=1e9)]
     pub distances: Vec<f64>,
-    /// The scheduled depths, one for each time or distance; a setpoint from the topic ends the schedule.
+    /// Scheduled depths, positive down, one per time or distance; a setpoint from the topic ends the schedule.
     #[parameter(default = Vec::new(), unit = "m", range = -1e4..=1e4)]
     pub depths: Vec<f64>,
 }
@@ -255,26 +261,26 @@ pub struct ScheduleParameters {
 /// The parameters `identification.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Identification {
-    /// Test signal added to the plane command in every mode but off, so that sysid has something to learn from.
+    /// Test signal added to the plane command for identification, in every mode but off.
     #[parameter(default = Signal::None)]
     pub signal: Signal,
-    /// The test signal's amplitude, positive dive; within planes.limit.
+    /// Amplitude of the test signal, positive dive; within planes.limit.
     #[parameter(default = 5.0_f64.to_radians(), unit = "rad", range = -FRAC_PI_2..=FRAC_PI_2)]
     pub amplitude: f64,
-    /// A pulse's length; a doublet's, square wave's or sinusoid's period; the prbs' shortest interval; the
-    /// chirp's first period.
+    /// Length of a pulse; period of a doublet, square wave or sinusoid; shortest interval of a prbs; first period
+    /// of a chirp.
     #[parameter(default = 1.0, unit = "s", range = 1e-3..=1e6)]
     pub period: f64,
-    /// The chirp's last period; its first is identification.period.
+    /// Last period of a chirp; the first is identification.period.
     #[parameter(default = 0.2, unit = "s", range = 1e-3..=1e6)]
     pub period_end: f64,
-    /// When the test signal begins, since the first state.
+    /// Start time of the test signal since the first state.
     #[parameter(default = 0.0, unit = "s", range = 0.0..=1e9)]
     pub start: f64,
-    /// How long the test signal lasts; 0 for without end, but a chirp needs one.
+    /// Duration of the test signal; 0: no end. A chirp needs a duration.
     #[parameter(default = 0.0, unit = "s", range = 0.0..=1e9)]
     pub duration: f64,
-    /// Where in its cycle of 1023 intervals the pseudo-random sequence starts.
+    /// Start position of the prbs in its cycle of 1023 intervals.
     #[parameter(default = 1)]
     pub seed: i64,
 }
@@ -282,27 +288,27 @@ pub struct Identification {
 /// The parameters `feedback.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Feedback {
-    /// Where the dive loops take pitch, depth and their rates from: the true state, the gyro behind a dead band
-    /// and integrated (Brunner 1988, p. 91), or a Kalman filter on gyro, depth and speed.
+    /// Source of pitch, depth and their rates for the dive loops: the true state, the integrated gyro behind a
+    /// dead band (Brunner 1988, p. 91), or a Kalman filter on gyro, depth and speed.
     #[parameter(default = estimator::Source::Truth, read_only)]
     pub source: estimator::Source,
-    /// Where the estimators and the gain schedule on estimates take the speed from: feedback.speed, as the
-    /// report's stopwatch, or the speed cell.
+    /// Source of the speed for the estimators and the gain scheduling: feedback.speed (nominal) or the speed
+    /// cell.
     #[parameter(default = SpeedSource::Nominal, read_only)]
     pub speed_source: SpeedSource,
-    /// The nominal speed through the water.
+    /// Nominal speed through the water.
     #[parameter(default = FOOT, unit = "m/s", range = 0.0..=100.0)]
     pub speed: f64,
-    /// Largest depth that the depth cell measures: readings from here on are not used; 0: all are used.
+    /// Range of the depth cell, positive down; deeper readings are ignored. 0: no limit.
     #[parameter(default = 0.0, unit = "m", range = 0.0..=11_000.0)]
     pub depth_range: f64,
-    /// Absolute pressure at the surface, taken off the depth cell's.
+    /// Absolute pressure at the surface, subtracted from that of the depth cell.
     #[parameter(default = 101_325.0, unit = "Pa", range = 0.0..=2e5)]
     pub surface_pressure: f64,
-    /// Of the water, for depth and speed from pressures; the report's 1.94 slug/ft^3.
+    /// Density of the water, for depth and speed from pressure; the report's 1.94 slug/ft^3.
     #[parameter(default = 999.835, unit = "kg/m^3", range = 900.0..=1200.0)]
     pub density: f64,
-    /// For depth from pressure; the report's 32.2 ft/s^2.
+    /// Acceleration of gravity, for depth from pressure; the report's 32.2 ft/s^2.
     #[parameter(default = 9.81456, unit = "m/s^2", range = 9.0..=10.0)]
     pub gravity: f64,
 }
@@ -310,14 +316,15 @@ pub struct Feedback {
 /// The parameters `integrator.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Integrator {
-    /// Before the integrator: the report's one relay comparator, which passes the bow's fall alone, or a band to
-    /// both sides.
+    /// Dead band before the integrator: the report's relay comparator, which passes only bow-down rates, or a
+    /// two-sided band.
     #[parameter(default = DeadBandKind::Comparator)]
     pub dead_band: DeadBandKind,
-    /// The comparator's offset or the band's half width: the 25 mV that the gyro's zero drifts within (p. 90).
+    /// Offset of the comparator, or half width of the band; 25 mV, the drift of the gyro's zero (Brunner 1988, p.
+    /// 90).
     #[parameter(default = 2.0_f64.to_radians(), unit = "rad/s", range = 0.0..=10.0)]
     pub width: f64,
-    /// Time constant of the depth's derivative beside the integrator.
+    /// Time constant of the depth derivative used with the integrator.
     #[parameter(default = 0.5, unit = "s", range = 1e-3..=100.0)]
     pub depth_lag: f64,
 }
@@ -325,18 +332,18 @@ pub struct Integrator {
 /// The parameters `gains.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct GainsParameters {
-    /// Gains of the dive loops: fixed, scheduled over speed by gains.model, adaptive: the schedule on what sysid
-    /// identifies while that can be trusted, or file: the schedule on the model in gains.file.
+    /// Source of the gains of the dive loops: fixed, scheduled (on speed by gains.model), adaptive (scheduled on
+    /// the identified model while that is trusted) or file (scheduled on the model in gains.file).
     #[parameter(default = GainSource::Fixed)]
     pub source: GainSource,
-    /// For gains.source file: an identified model from dive_planes to pitch_rate (sysid fit --model), trusted on
-    /// the terms of gains.adaptive.
+    /// Path of an identified model from dive_planes to pitch_rate (sysid fit --model), for gains.source file;
+    /// trusted within gains.adaptive.
     #[parameter(default = "")]
     pub file: String,
-    /// The speed that the fixed gains are right for.
+    /// Speed for which the fixed gains were designed.
     #[parameter(default = FOOT, unit = "m/s", range = 1e-3..=100.0)]
     pub reference_speed: f64,
-    /// Below this speed scheduled gains grow no further.
+    /// Speed below which scheduled gains no longer increase.
     #[parameter(default = 0.5 * FOOT, unit = "m/s", range = 1e-3..=100.0)]
     pub lowest_speed: f64,
     /// `gains.model.*`.
@@ -348,16 +355,16 @@ pub struct GainsParameters {
 /// The parameters `gains.model.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct ModelParameters {
-    /// K/J at the reference speed: dive moment per plane angle over inertia (Brunner 1988, Table 1).
+    /// Plane moment over inertia, K/J, at the reference speed, positive dive (Brunner 1988, Table 1).
     #[parameter(default = 0.283 / 0.6, unit = "1/s^2", range = 1e-6..=1e6)]
     pub plane: f64,
-    /// B/J at the reference speed (Brunner 1988, Table 1).
+    /// Pitch damping over inertia, B/J, at the reference speed (Brunner 1988, Table 1).
     #[parameter(default = 0.718 / 0.6, unit = "1/s", range = 0.0..=1e6)]
     pub damping: f64,
-    /// K/J goes with this power of the speed: 2 in water, 0 as in the report's Table 3.
+    /// Exponent of the speed in K/J: 2 in water, 0 as in the report's Table 3.
     #[parameter(default = 2.0, range = 0.0..=4.0)]
     pub plane_exponent: f64,
-    /// B/J goes with this power of the speed: 1 in water, 0 as in the report's Table 3.
+    /// Exponent of the speed in B/J: 1 in water, 0 as in the report's Table 3.
     #[parameter(default = 1.0, range = 0.0..=4.0)]
     pub damping_exponent: f64,
 }
@@ -365,19 +372,19 @@ pub struct ModelParameters {
 /// The parameters `gains.adaptive.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Adaptive {
-    /// From an identified model's stamp to its effect, so that no message's way decides.
+    /// Delay from the stamp of an identified model to its use, so that message latency has no effect.
     #[parameter(default = 1.0, unit = "s", range = 0.0..=60.0)]
     pub delay: f64,
-    /// Identified models older than this are not followed.
+    /// Largest age of an identified model that is used.
     #[parameter(default = 5.0, unit = "s", range = 0.0..=3600.0)]
     pub oldest: f64,
-    /// Largest relative standard deviation of K/J and B/J in a model that is followed.
+    /// Largest relative standard deviation of K/J and B/J of a model that is used.
     #[parameter(default = 0.25, range = 0.0..=10.0)]
     pub uncertainty: f64,
-    /// Largest factor between identified and scheduled K/J, B/J and gains.
+    /// Largest ratio between identified and scheduled K/J, B/J and gains.
     #[parameter(default = 4.0, range = 1.0..=100.0)]
     pub factor: f64,
-    /// Largest change of a gain, in scheduled gains per second.
+    /// Rate limit of a gain, in scheduled gains per second.
     #[parameter(default = 0.1, unit = "1/s", range = 0.0..=100.0)]
     pub rate: f64,
 }
@@ -416,7 +423,7 @@ pub enum GainSource {
 /// The parameters as the loops take them: checked each and together.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Config {
-    /// What is held.
+    /// The control mode.
     pub mode: Mode,
     /// The standing depth setpoint, m.
     pub depth_setpoint: f64,
@@ -426,15 +433,15 @@ pub(crate) struct Config {
     pub course_setpoint: f64,
     /// The standing speed setpoint, m/s.
     pub speed_setpoint: f64,
-    /// How long a setpoint from a topic holds, s; 0 for good.
+    /// The lifetime of a setpoint from a topic, s; 0: no limit.
     pub setpoint_timeout: f64,
     /// Silence of the state after which the planes are put to neutral, s.
     pub state_timeout: f64,
-    /// What the vehicle is kept within.
+    /// The limits of the vehicle.
     pub envelope: Envelope,
-    /// What the depth setpoint is kept within.
+    /// The limits of the depth setpoint.
     pub depth_bounds: Bounds,
-    /// What the pitch setpoint is kept within.
+    /// The limits of the pitch setpoint.
     pub pitch_bounds: Bounds,
     /// The gains of the dive loops.
     pub gains: Gains,
@@ -462,7 +469,7 @@ pub(crate) struct Config {
     pub schedule: Schedule,
     /// The test signal.
     pub identification: TestSignal,
-    /// What is fed back.
+    /// The feedback.
     pub feedback: estimator::Rules,
     /// How the gains follow the vehicle.
     pub following: gains::Rules,
@@ -750,7 +757,7 @@ mod tests {
 
     #[test]
     fn values_that_do_not_go_together_are_refused_by_name() {
-        for (changes, word) in [
+        for (changes, reason) in [
             (vec![("planes.limit", Value::Double(0.0))], "planes.limit"),
             (vec![("depth.min", Value::Double(1.0))], "depth_setpoint"),
             (vec![("safety.floor", Value::Double(3.0))], "depth.max"),
@@ -808,7 +815,7 @@ mod tests {
             (vec![("mode", Value::from("climb"))], "mode"),
         ] {
             let refusal = with(&changes).unwrap_err();
-            assert!(refusal.contains(word), "{refusal}");
+            assert!(refusal.contains(reason), "{refusal}");
         }
     }
 }

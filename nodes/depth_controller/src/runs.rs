@@ -31,7 +31,7 @@ enum Shape {
 pub(crate) struct Run {
     /// Its name as a manoeuvre: `run_7_3`.
     pub name: &'static str,
-    /// How long it lasts, s.
+    /// The duration, s.
     pub duration: f64,
     shape: Shape,
 }

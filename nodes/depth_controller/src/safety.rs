@@ -22,27 +22,28 @@ use crate::feedback::Feedback;
 /// The envelope and the way back into it: the parameters `safety.*`.
 #[derive(Clone, Copy, Debug, PartialEq, planesman_parameters::Parameters)]
 pub struct Envelope {
-    /// Shallower than this is a fault: everything neutral, until it is reset; depth.min lies no higher.
+    /// Least depth, positive down; above it is a fault: everything neutral until reset. At most depth.min.
     #[parameter(default = -1e4, unit = "m", range = -1e4..=1e4)]
     pub ceiling: f64,
-    /// Deeper than this is a fault: planes to climb, then neutral, until it is reset; depth.max lies no deeper.
+    /// Largest depth, positive down; below it is a fault: planes to climb, then neutral, until reset. At least
+    /// depth.max.
     #[parameter(default = 1e4, unit = "m", range = -1e4..=1e4)]
     pub floor: f64,
-    /// How far above the floor the climb ends.
+    /// Height above the floor at which the climb ends.
     #[parameter(default = 0.3, unit = "m", range = 0.0..=1e4)]
     pub margin: f64,
-    /// Pitched further to either side is a fault: bow down, planes to climb until level, then neutral; bow up,
-    /// neutral; depth.pitch_limit is no larger.
+    /// Largest pitch to either side; beyond it is a fault until reset. Bow down: planes to climb until level,
+    /// then neutral; bow up: neutral. At least depth.pitch_limit.
     #[parameter(default = PI, unit = "rad", range = 0.0..=PI)]
     pub pitch: f64,
-    /// Plane angle of the climb, without any loop; within planes.limit.
+    /// Plane angle of the climb, open loop; within planes.limit.
     #[parameter(default = 10.0_f64.to_radians(), unit = "rad", range = 0.0..=FRAC_PI_2)]
     pub climb_planes: f64,
-    /// Longest climb; then neutral in any case.
+    /// Longest duration of the climb; then neutral.
     #[parameter(default = 20.0, unit = "s", range = 0.0..=3600.0)]
     pub climb_time: f64,
-    /// Whether a silence of the state longer than state_timeout is a fault too; otherwise the loops take up the
-    /// next state.
+    /// Whether a state missing for longer than state_timeout is a fault, latched until reset; otherwise control
+    /// resumes with the next state.
     #[parameter(default = false)]
     pub latch_silence: bool,
 }

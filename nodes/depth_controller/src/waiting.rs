@@ -7,7 +7,7 @@
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::VehicleState;
 
-/// How often a state is received before it is answered without its instruments.
+/// The number of receptions of a state after which it is answered without its instruments.
 pub(crate) const SAYINGS: u32 = 3;
 
 /// The state that waits, and how often it was received.

@@ -1,4 +1,4 @@
-//! What the controller promises whatever it is told: outputs within their limits, no number that is not
+//! Invariants of the controller under any input: outputs within their limits, no number that is not
 //! finite, and no bump when the mode changes.
 #![allow(clippy::unwrap_used)]
 

@@ -1,4 +1,4 @@
-//! What one second of the simulated actuator costs.
+//! The time to simulate one second of the actuator.
 //!
 //! ```text
 //! cargo bench -p dha_actuator --bench second             the actuator alone

@@ -35,7 +35,7 @@ pub enum ActuatorFileError {
     Unreadable {
         /// The path.
         file: String,
-        /// What the system says.
+        /// The error of the operating system.
         reason: String,
         /// The built-in name that was probably meant, as a question; empty if none is similar.
         meant: String,
@@ -45,7 +45,7 @@ pub enum ActuatorFileError {
     Malformed {
         /// The path or built-in name.
         file: String,
-        /// What and where.
+        /// The reason and the place.
         reason: String,
     },
     /// A value breaks a rule.
@@ -57,7 +57,7 @@ pub enum ActuatorFileError {
         field: String,
         /// As written.
         value: String,
-        /// What it must be.
+        /// The accepted values.
         rule: String,
     },
 }
@@ -173,7 +173,7 @@ struct Logic {
     limit_feedback: Option<Quantity>,
 }
 
-/// What a value must be, apart from its unit.
+/// The range of a value, apart from its unit.
 #[derive(Clone, Copy)]
 enum Sign {
     Positive,

@@ -180,9 +180,9 @@ fn fit(config: &Config, sets: &[ActuatorSet]) -> Result<(), Error> {
             groups: groups.join(", "),
         });
     }
-    let mut faulty = config.members.iter().map(|m| config.fault_words(m));
+    let mut faulty = config.members.iter().map(|m| config.fault_texts(m));
     let faults = config.faults.condition.faults_beside(&config.worn);
-    if !faults.is_empty() && faulty.all(|words| words.is_empty()) {
+    if !faults.is_empty() && faulty.all(|texts| texts.is_empty()) {
         let whom = config.faults.group.map_or("all", Group::name);
         return Err(Error::NothingToFail(whom));
     }
@@ -245,7 +245,7 @@ impl Actuator {
     #[must_use]
     pub fn faults(&self) -> Vec<String> {
         let line = |member: &Member| {
-            let faults = self.config.fault_words(member);
+            let faults = self.config.fault_texts(member);
             let name = member.group.name();
             (!faults.is_empty()).then(|| format!("{name}: {}", faults.join("; ")))
         };
@@ -522,7 +522,7 @@ impl Actuator {
             ram_velocity: planes.rate * moment_arm,
             plane_angle: planes.angle,
             sign: 1,
-            faults: self.config.fault_words(member).join("; "),
+            faults: self.config.fault_texts(member).join("; "),
             ..DhaState::default()
         };
         if let Some(reading) = planes.reading {

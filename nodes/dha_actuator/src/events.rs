@@ -33,10 +33,10 @@ pub(crate) enum Event {
 /// The most events that can come next in any mode.
 const MOST_EVENTS: usize = 7;
 
-/// How much more than Delta F breaks the load away, relative.
+/// Excess of the breakaway force over Delta F, relative.
 const BREAK_AWAY_EXCESS: f64 = 1e-10;
 
-/// How far beyond its pressure a clamp takes hold, relative.
+/// Tolerance of the pressure at which a clamp acts, relative.
 const CLAMP_EXCESS: f64 = 1e-12;
 
 /// The force, N, that breaks the load away.

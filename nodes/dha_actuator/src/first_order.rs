@@ -11,10 +11,11 @@
 /// The law: the parameters `first_order.*`.
 #[derive(Clone, Copy, Debug, PartialEq, planesman_parameters::Parameters)]
 pub struct Lag {
-    /// Model first_order: its bandwidth; as late as a volume of the actuator auv, T_v + T_f/2 + T/2 = 14.75 ms.
+    /// Bandwidth of the first-order model; its lag equals that of one volume of the actuator auv, T_v + T_f/2 +
+    /// T/2 = 14.75 ms.
     #[parameter(default = 67.8, unit = "rad/s", range = 0.01..=1000.0)]
     pub omega: f64,
-    /// Model first_order: its largest plane rate; the slew rate of the actuator auv, 40 degrees a second.
+    /// Rate limit of the first-order model; slew rate of the actuator auv, 40 degrees per second.
     #[parameter(default = 0.698_131_700_797_731_8, unit = "rad/s", range = 1e-4..=100.0)]
     pub rate: f64,
 }

@@ -121,7 +121,7 @@ impl Hydraulics {
         }
     }
 
-    /// How far the load has slid against friction up to `time`, m, both ways added. Times
+    /// The distance the load has slid against friction up to `time`, m, both ways added. Times
     /// Delta F it is the work lost to friction.
     #[must_use]
     pub fn slid(&self, time: f64) -> f64 {

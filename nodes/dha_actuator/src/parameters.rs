@@ -1,8 +1,8 @@
 //! The actuator's parameters: the only place where its defaults and ranges stand, but for
 //! `first_order.*` (`Lag`).
 //!
-//! What the actuator is made of stands in its file ([`crate::actuator_file`]); here is which
-//! file, and what a user changes while it runs.
+//! The actuator's constants are in its file ([`crate::actuator_file`]); the parameters select the
+//! file and hold the values that a user changes while it runs.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_6};
 
@@ -21,12 +21,11 @@ pub struct ActuatorParameters {
     /// actuator file; ideal or first_order: that `model`.
     #[parameter(default = "auv", read_only)]
     pub actuator: String,
-    /// dha: the digital hydraulic actuator; first_order: a lag with a rate limit; ideal: planes that follow
-    /// their command at once.
+    /// Actuator model: dha (digital hydraulic actuator), first_order (lag with rate limit) or ideal (no delay).
     #[parameter(default = Model::Dha, read_only)]
     pub model: Model,
-    /// together: one ram moves bow and stern planes, and differentials and rudder pass through; each: bow,
-    /// stern, roll differential and rudder have an actuator each.
+    /// Grouping of the planes. together: one ram moves bow and stern planes, differential and rudder are ideal.
+    /// each: bow, stern, roll differential and rudder have one actuator each.
     #[parameter(default = Grouping::Together, read_only)]
     pub groups: Grouping,
     /// `bow.*`.
@@ -39,25 +38,25 @@ pub struct ActuatorParameters {
     pub rudder: GroupParameters,
     /// `first_order.*`.
     pub first_order: Lag,
-    /// Feed the measured plane angle back (the report's analog mode). Off: pulses are counted only, and leakage
-    /// becomes an angle error.
+    /// Whether the measured plane angle is fed back (the report's analog mode). false: pulses are counted only,
+    /// and leakage becomes an angle error.
     #[parameter(default = true)]
     pub position_loop: bool,
     /// `logic.*`.
     pub logic: Logic,
-    /// Largest plane angle asked for to either side, 30 degrees (Brunner 1988, ch. III).
+    /// Limit of the plane command to either side, 30 degrees (Brunner 1988, ch. III).
     #[parameter(default = FRAC_PI_6, unit = "rad", range = 0.0..=FRAC_PI_2)]
     pub command_limit: f64,
-    /// After this time without a plane command, neutral planes are asked for.
+    /// Time without a plane command after which the planes are commanded to neutral.
     #[parameter(default = 0.5, unit = "s", range = 0.0..=60.0)]
     pub command_timeout: f64,
-    /// Longest time between two samples of plane_motion; a tick is divided evenly.
+    /// Largest interval between samples in plane_motion; a tick is divided evenly.
     #[parameter(default = 0.001, unit = "s", range = 1e-4..=1.0)]
     pub sample_interval: f64,
-    /// The loop's sampling time: each command is answered with the motion over one tick.
+    /// Sampling time of the loop: each command is answered with the motion over one tick.
     #[parameter(default = 0.05, unit = "s", range = 1e-4..=10.0, read_only)]
     pub tick: f64,
-    /// Every tick gets its command, however long it takes: no answer is given in silence.
+    /// Whether every tick waits for its command, so that no answer is given without one.
     #[parameter(default = false, read_only)]
     pub lockstep: bool,
     /// `leakage.*`.
@@ -74,7 +73,7 @@ pub struct GroupParameters {
     /// With groups: each, this group's actuator, ideal or first_order; same: as `actuator`.
     #[parameter(default = "same", read_only)]
     pub actuator: String,
-    /// With groups: each, what moves this group; same: as `model`.
+    /// Actuator model of this group, with groups each; same: as `model`.
     #[parameter(default = GroupModel::Same, read_only)]
     pub model: GroupModel,
 }
@@ -82,23 +81,24 @@ pub struct GroupParameters {
 /// The parameters `logic.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Logic {
-    /// The pulse logic (IBM 66-L03-005, II.B.1): one volume; a large and a small one, of an actuator that has
-    /// both; precision: the direction valve steers the drift between two volumes; or both.
+    /// Pulse logic (IBM 66-L03-005, II.B.1): single_speed (one volume), two_speed (a large and a small one, if
+    /// the actuator has both), precision (the direction valve steers the drift between volumes) or
+    /// two_speed_precision.
     #[parameter(default = LogicMode::SingleSpeed)]
     pub mode: LogicMode,
-    /// What steers the drift in precision logic while no volume is due: 1 the sign of the change asked for, 2 of
-    /// the error, 3 the last command.
+    /// Sign that steers the drift in precision logic while no volume is due: 1 of the change of command, 2 of the
+    /// error, 3 of the last command.
     #[parameter(default = 2, range = 1..=3)]
     pub drift_option: i64,
-    /// delta_n: angle booked in a cycle without a volume, with the error's sign (without position loop).
+    /// delta_n: angle counted in a cycle without a volume, with the sign of the error; without position loop.
     #[parameter(default = 0.0, unit = "rad", range = -0.1..=0.1)]
     pub error_feedback: f64,
-    /// delta_p: angle booked in a cycle without a volume, with the sign pulse's sign (without position loop);
-    /// K_L T books the drift.
+    /// delta_p: angle counted in a cycle without a volume, with the sign of the sign pulse; without position
+    /// loop. K_L T compensates the drift.
     #[parameter(default = 0.0, unit = "rad", range = -0.1..=0.1)]
     pub sign_feedback: f64,
-    /// A volume commanded with a change of direction: it moves with the sign valve's switching, or is dropped,
-    /// as the report's II.A.1 can be read.
+    /// Effect of a volume commanded together with a change of direction: moved when the direction valve switches,
+    /// or dropped; the report's II.A.1 allows both.
     #[parameter(default = SignChange::MovesVolume)]
     pub sign_change: SignChange,
 }
@@ -106,7 +106,7 @@ pub struct Logic {
 /// The parameters `leakage.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Leakage {
-    /// Factor on both leakages of the actuator file, q_L and q_LC: 0 is a tight actuator.
+    /// Factor on both leakages of the actuator file, q_L and q_LC; 0: no leakage.
     #[parameter(default = 1.0, range = 0.0..=100.0)]
     pub scale: f64,
 }
@@ -114,8 +114,8 @@ pub struct Leakage {
 /// The parameters `friction.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Friction {
-    /// Share by which the friction at rest exceeds Delta F: 0.05 gives the 'stepping' of the report's own latch
-    /// (III), 0 exact Coulomb friction.
+    /// Excess of static friction over Delta F, as a share: 0.05 gives the 'stepping' of the report's latch (III),
+    /// 0 Coulomb friction.
     #[parameter(default = 0.0, range = 0.0..=1.0)]
     pub stepping: f64,
 }
@@ -123,34 +123,34 @@ pub struct Friction {
 /// The parameters `fault.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Fault {
-    /// Which group's actuator the faults below befall.
+    /// Group whose actuator has the faults below.
     #[parameter(default = FaultyGroup::All)]
     pub group: FaultyGroup,
-    /// Leakage grown: a factor on q_L and q_LC, beside leakage.scale.
+    /// Increased leakage: factor on q_L and q_LC, in addition to leakage.scale.
     #[parameter(default = 1.0, range = 1.0..=100.0)]
     pub leakage: f64,
-    /// Volume short: the share of each calibrated volume that does not arrive.
+    /// Short volume: missing share of each calibrated volume.
     #[parameter(default = 0.0, range = 0.0..=0.95)]
     pub short_volume: f64,
-    /// Supply pressure low: the share of P_h that is missing; the clamps and the leakage follow.
+    /// Low supply pressure: missing share of P_h, which also lowers clamp forces and leakage.
     #[parameter(default = 0.0, range = 0.0..=0.95)]
     pub lost_supply: f64,
-    /// Oil with air: the share of beta/V that is missing.
+    /// Air in the oil: missing share of beta/V.
     #[parameter(default = 0.0, range = 0.0..=0.99)]
     pub air: f64,
-    /// One latch slow: what every second stroke of the actuating valve needs beside T_v.
+    /// Slow latch: additional time of every second stroke of the actuating valve, beyond T_v.
     #[parameter(default = 0.0, unit = "s", range = 0.0..=0.02)]
     pub slow_latch: f64,
-    /// A valve that switches no more: the large volume's actuating valve, or the direction valve.
+    /// Stuck valve: the actuating valve of the large volume, or the direction valve.
     #[parameter(default = FaultyValve::None)]
     pub stuck_valve: FaultyValve,
-    /// The ram's position feedback: lost, known to be so (the actuator counts its volumes and drifts), or
-    /// frozen, and believed.
+    /// State of the ram's position feedback: sound, lost and detected (the actuator counts its volumes and
+    /// drifts), or frozen and undetected.
     #[parameter(default = Encoder::Sound)]
     pub encoder: Encoder,
 }
 
-/// What moves a group of planes.
+/// The actuator model of a group of planes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Choice)]
 pub enum GroupModel {
     /// The node's `model`.
@@ -211,7 +211,7 @@ pub(crate) struct Member {
     pub group: Group,
     /// A built-in actuator's name or a path.
     pub actuator: String,
-    /// What moves them.
+    /// The actuator model.
     pub model: Model,
 }
 
@@ -239,7 +239,7 @@ pub(crate) struct Config {
     pub logic: Options,
     /// Bound of the plane angle asked for, rad.
     pub command_limit: f64,
-    /// How long a command holds, ns.
+    /// The lifetime of a command, ns.
     pub command_timeout: i64,
     /// Longest time between two samples of motion, ns.
     pub sample_interval: i64,
@@ -288,9 +288,9 @@ impl Config {
         }
     }
 
-    /// What the faults of an actuator are, in words; none of one that is sound or has no oil.
+    /// The faults of an actuator as texts; none for a sound one or one without oil.
     #[must_use]
-    pub(crate) fn fault_words(&self, member: &Member) -> Vec<String> {
+    pub(crate) fn fault_texts(&self, member: &Member) -> Vec<String> {
         match member.model {
             Model::Dha => self.condition(member.group).faults_beside(&self.worn),
             Model::FirstOrder | Model::Ideal => Vec::new(),

@@ -45,7 +45,7 @@ impl PulseTrain {
         self.hydraulics.reading(time)
     }
 
-    /// How far the load has slid against friction up to `time`, m; times must not go back.
+    /// The distance the load has slid against friction up to `time`, m; times must not go back.
     pub fn slid(&mut self, time: f64) -> f64 {
         let time = self.advance(time);
         self.hydraulics.slid(time)

@@ -82,7 +82,7 @@ impl Ram {
         self.constants.pressure(state.squeezed)
     }
 
-    /// How far the load has slid against friction up to `time`, m, both ways added.
+    /// The distance the load has slid against friction up to `time`, m, both ways added.
     #[must_use]
     pub(crate) fn slid(&self, time: f64) -> f64 {
         self.slid + (self.at(time).position - self.state.position).abs()

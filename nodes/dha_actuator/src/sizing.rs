@@ -157,7 +157,7 @@ pub fn power(set: &ActuatorSet, frequency: f64) -> f64 {
 /// A size in SI, and in the report's unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Size {
-    /// What, with its symbol.
+    /// The quantity, with its symbol.
     pub quantity: &'static str,
     /// In the SI unit.
     pub value: f64,

@@ -1,4 +1,4 @@
-//! What follows from Tables 3-1 and 4-1 of IBM 66-L03-005, by algebra and by simulation: the
+//! Values derived from Tables 3-1 and 4-1 of IBM 66-L03-005, by algebra and by simulation: the
 //! numbers the report prints, and those it implies.
 
 mod common;

@@ -1,4 +1,4 @@
-//! What holds for any sequence of pulses, on seeded random ones, whatever ails the actuator.
+//! Invariants under any sequence of pulses, with any fault, on seeded random runs.
 
 mod common;
 

@@ -1,4 +1,4 @@
-//! What holds for the whole actuator whatever is asked of it: every logic, in either loop, with
+//! Invariants of the whole actuator under any command: every logic, in either loop, with
 //! faults that come and go, on seeded random runs.
 
 mod common;

@@ -1,4 +1,4 @@
-//! Lockstep: whose answer the present tick still waits for.
+//! Lockstep: the answers that the present tick waits for.
 //!
 //! A tick is complete when the actuator has said how the planes move over it and every
 //! member named has said that it is done with its stamp. Answers may come in any order, and
@@ -57,7 +57,7 @@ impl Lockstep {
             .filter(|_| self.answered.len() == self.members.len())
     }
 
-    /// Who has not answered yet.
+    /// The members whose answers are missing.
     pub(crate) fn waiting_for(&self) -> Vec<&str> {
         let actuator = self.motion.is_none().then_some("the actuator");
         actuator

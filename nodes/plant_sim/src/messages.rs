@@ -1,4 +1,4 @@
-//! The plant's messages: what the models give, in the frames and fields of its topics.
+//! The plant's messages: the output of the models in the frames and fields of its topics.
 
 use planesman_msgs::{
     builtin_interfaces::msg::Time,

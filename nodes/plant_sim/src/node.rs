@@ -1,6 +1,6 @@
-//! The node: keeps the vehicle's time, publishes what it shows, takes the actuator's answer.
+//! The node: keeps the vehicle's time, publishes state and sensors, receives the actuator's answer.
 //!
-//! What the vehicle does is [`Plant`]'s; when a tick ends is decided here, in one of the ways
+//! [`Plant`] moves the vehicle; this module decides when a tick ends, in one of the ways
 //! that ARCHITECTURE.md ("Time") describes.
 
 use std::process::ExitCode;
@@ -30,10 +30,10 @@ use planesman_vehicle::Boundary;
 /// came back, or whose link was cut, has not received it.
 const REPEAT_AFTER: Duration = Duration::from_secs(1);
 
-/// How long to listen for another vehicle here before the first tick; a running peer is found within 0.2 s.
+/// Time to detect another vehicle before the first tick; a running peer is found within 0.2 s.
 const LISTENING: Duration = Duration::from_millis(500);
 
-/// How long another that says nothing of itself may take to go: the nodes of a launcher that is gone.
+/// Time for another vehicle without a claim to disappear: the nodes of a launcher that has ended.
 const LEAVING: Duration = Duration::from_secs(7);
 
 enum Event {
@@ -81,7 +81,7 @@ fn run(args: Vec<String>) -> Result<()> {
     rt.run(|rt, event| node.on(rt, event))
 }
 
-/// Who decides that a tick is over.
+/// The end of a tick.
 enum Pace {
     /// The answers.
     Lockstep {
@@ -116,7 +116,7 @@ struct Node {
     k: i64,
     /// Ticks to fly in all, `None` for no end.
     ticks: Option<i64>,
-    /// What the present tick shows, to be said again to a member that comes back; `None`
+    /// The observation of the present tick, to be sent again to a member that restarts; `None`
     /// between ticks, while paused and at the end.
     observation: Option<Observation>,
     /// The actuator's answers where no tick waits for them.
@@ -127,7 +127,7 @@ struct Node {
     held: u64,
     delayed: u64,
     late: u64,
-    /// How many ticks old the answer was that the last tick was flown on.
+    /// The age of the answer used in the last tick, in ticks.
     age: i64,
     /// The latest contact, its time \[ns\] by the stamps.
     contact: Option<(Boundary, i64)>,
@@ -192,7 +192,7 @@ impl Node {
             Event::Planes(planes) => match motion_of(&planes, self.plant.tick_nanos()) {
                 Some(motion) => self.on_motion(motion),
                 None => {
-                    log::warn!("planes refused: there is no joint 'dive_planes' with a position")
+                    log::warn!("planes refused: no joint 'dive_planes' with a position")
                 }
             },
             Event::Answer(answer) => {
@@ -212,10 +212,10 @@ impl Node {
             Event::Step(request, responder) => self.step(rt, &request, responder)?,
             Event::Reset(responder) => {
                 self.plant.reset();
-                log::info!("the vehicle is back at its initial state; time goes on");
+                log::info!("vehicle reset to its initial state; time continues");
                 responder.answer(TriggerResponse {
                     success: true,
-                    message: "back at the initial state".to_owned(),
+                    message: "reset to the initial state".to_owned(),
                 });
             }
             Event::Parameters(parameters) => {
@@ -317,7 +317,7 @@ impl Node {
         let topic = self.publishers.state.topic();
         if let Some(holder) = self.claim.holder() {
             bail!(
-                "{holder} is the vehicle on {topic} already; stop it, or choose another namespace or ROS_DOMAIN_ID"
+                "{holder} already publishes {topic}; stop it, or choose another namespace or ROS_DOMAIN_ID"
             );
         }
         let Some(since) = self.listening else {
@@ -331,7 +331,7 @@ impl Node {
             }
         } else if since.elapsed() >= LEAVING && self.claim.rival().is_none() {
             bail!(
-                "somebody publishes {topic} already; stop it, or choose another namespace or ROS_DOMAIN_ID"
+                "{topic} has a publisher already; stop it, or choose another namespace or ROS_DOMAIN_ID"
             );
         }
         Ok(())
@@ -370,7 +370,7 @@ impl Node {
                 }
             }
             Err(reason) => {
-                log::error!("the vehicle stands still: {reason}");
+                log::error!("simulation stopped: {reason}");
                 rt.set_status("vehicle", Level::Error, &reason.to_string(), &[]);
                 self.paused = true;
             }
@@ -378,7 +378,7 @@ impl Node {
         self.observation = None;
         self.k += 1;
         if self.ticks == Some(self.k) {
-            log::info!("all {} ticks are flown", self.k);
+            log::info!("done: {} ticks", self.k);
         }
         if let Some(stepping) = &mut self.stepping {
             stepping.ticks -= 1;
@@ -397,16 +397,16 @@ impl Node {
     /// Ten times a second, and when the wall clock says that a tick is over.
     fn look(&mut self, rt: &Runtime<Event>) -> Result<()> {
         self.be_alone(rt)?;
-        let mut status = (Level::Ok, "flying".to_owned());
+        let mut status = (Level::Ok, "running".to_owned());
         if self.listening.is_some() {
-            status.1 = "listening for another vehicle".to_owned();
+            status.1 = "checking for another vehicle".to_owned();
         } else if self.observation.is_none() {
             let flown = self.ticks.is_some_and(|ticks| self.k >= ticks);
-            status.1 = if flown { "flown" } else { "paused" }.to_owned();
+            status.1 = if flown { "done" } else { "paused" }.to_owned();
         } else if self.age > 0 {
             status = (
                 Level::Warn,
-                format!("flying on an answer {} ticks old", self.age),
+                format!("using an answer {} ticks old", self.age),
             );
         } else if let (
             Pace::Lockstep {
@@ -493,7 +493,7 @@ impl Publishers {
     }
 }
 
-/// A contact in words, its time in seconds of the stamps' clock.
+/// A contact as text, its time in seconds of the stamps' clock.
 fn contact_of(contact: Option<(Boundary, i64)>) -> String {
     match contact {
         None => "none".to_owned(),

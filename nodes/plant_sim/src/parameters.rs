@@ -1,4 +1,4 @@
-//! The node's parameters: the one place where their defaults and ranges are written.
+//! The node's parameters, with defaults and ranges.
 
 use std::f64::consts::PI;
 
@@ -18,83 +18,85 @@ use planesman_vehicle::{BRUNNER_SECANT_RATE, BRUNNER_VISCOUS_DAMPING, vehicle_fi
 /// and after).
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct PlantParameters {
-    /// The vehicle: 'brunner' (NPS 1988), 'brunner_as_printed' (with the errors of its programs), 'remus_100'
-    /// (Prestero 2001), or the path of a vehicle file or of an identified model's (sysid fit --model)
+    /// Vehicle: 'brunner' (NPS 1988), 'brunner_as_printed' (with the errors of its programs), 'remus_100'
+    /// (Prestero 2001), or the path of a vehicle file or of an identified model (sysid fit --model).
     #[parameter(default = BRUNNER, read_only)]
     pub vehicle: String,
-    /// The vehicle that an identified model takes geometry, masses, buoyancy and heave from
+    /// Base vehicle of an identified model: gives geometry, masses, buoyancy and heave.
     #[parameter(default = BRUNNER, read_only)]
     pub vehicle_base: String,
-    /// Forward speed through the water; with propulsion by thrust, at the start and after a reset
+    /// Forward speed through the water; with propulsion thrust, the initial speed.
     #[parameter(default = 0.3048, unit = "m/s", range = 0.0..=5.0)]
     pub speed: f64,
-    /// Whether the speed is held, or follows the commanded thrust against the drag
+    /// Propulsion: held (constant speed), or thrust (commanded thrust against the drag).
     #[parameter(default = Propulsion::Held)]
     pub propulsion: Propulsion,
-    /// Restoring moment over pitch: hydrostatics, the report's small-angle form, or none
+    /// Law of the restoring moment over pitch: sine (hydrostatics), small_angle (the report's form) or none.
     #[parameter(default = RestoringMoment::Sine)]
     pub restoring: RestoringMoment,
-    /// Of pitch: the vehicle's M'q, or the hull's drag N |q| q, as it is or made linear
+    /// Law of the pitch damping: coefficient (the vehicle's M'q), quadratic (the hull's drag N |q| q), or its
+    /// secant or tangent.
     #[parameter(default = DampingLaw::Coefficient)]
     pub pitch_damping: DampingLaw,
-    /// N, for the three that need it; the report's plate of 28 by 7 in, 0.4193 ft lbf s^2
+    /// Drag coefficient N of pitch_damping secant, tangent and quadratic; the report's plate of 28 by 7 in,
+    /// 0.4193 ft lbf s^2.
     #[parameter(default = BRUNNER_VISCOUS_DAMPING, unit = "N m s^2", range = 0.0..=1e4)]
     pub pitch_damping_viscous: f64,
-    /// Pitch rate at which the secant or the tangent is taken
+    /// Pitch rate of the secant or the tangent.
     #[parameter(default = BRUNNER_SECANT_RATE, unit = "rad/s", range = 0.0..=10.0)]
     pub pitch_damping_rate: f64,
-    /// Whether heave velocity turns the vehicle (M_w)
+    /// Whether heave causes a pitch moment (M_w).
     #[parameter(default = true)]
     pub heave_moment: bool,
-    /// Depth at the start and after a reset
+    /// Initial depth, positive down; also after a reset.
     #[parameter(default = 0.0, unit = "m", range = 0.0..=1000.0)]
     pub initial_depth: f64,
-    /// Pitch at the start and after a reset, positive bow up
+    /// Initial pitch, positive bow up; also after a reset.
     #[parameter(default = 0.0, unit = "rad", range = -PI..=PI)]
     pub initial_pitch: f64,
-    /// Time between two states, a whole number of steps; the report sampled at 20 Hz
+    /// Sampling time of the loop, a whole number of steps; the report sampled at 20 Hz.
     #[parameter(default = 0.05, unit = "s", range = 1e-4..=1.0, read_only)]
     pub tick: f64,
-    /// Integration step
+    /// Step of the integration.
     #[parameter(default = 0.001, unit = "s", range = 1e-5..=0.1, read_only)]
     pub step: f64,
-    /// Put before odom and base_link, to tell vehicles on one /tf apart: 'auv1/'
+    /// Prefix of the frames odom and base_link, to distinguish vehicles on one /tf: 'auv1/'.
     #[parameter(default = "", read_only)]
     pub frame_prefix: String,
     /// `environment.*`.
     pub environment: Environment,
-    /// Of the sensor noise, taken at the start and at a reset
+    /// Seed of the sensor noise, applied at the start and at a reset.
     #[parameter(default = 1988, range = 0.0..=i64::MAX as f64)]
     pub seed: u64,
     /// `sensors.*`.
     pub sensors: SensorParameters,
     /// `daq.*`.
     pub daq: Daq,
-    /// What moves time on: the clock times the factor, the loop's answers, or /clock
+    /// Time source: real (the wall clock times factor), lockstep (the answers of the loop) or external (/clock).
     #[parameter(default = TimeSource::Real, read_only)]
     pub time: TimeSource,
-    /// Simulated seconds per second in real time
+    /// Real-time factor: simulated seconds per wall second.
     #[parameter(default = 1.0, range = 0.01..=100.0, read_only)]
     pub factor: f64,
-    /// Publish /clock and count stamps from 0 in real time too
+    /// Whether /clock is published and stamps start at 0 in real time too.
     #[parameter(default = false, read_only)]
     pub sim_time: bool,
-    /// Wait at the first tick for ~/pause or ~/step
+    /// Whether the vehicle waits at the first tick for ~/pause or ~/step.
     #[parameter(default = false, read_only)]
     pub start_paused: bool,
-    /// Simulated time after which the vehicle stands still; 0: never
+    /// Simulated time after which the vehicle stops; 0: never.
     #[parameter(default = 0.0, unit = "s", range = 0.0..=1e7, read_only)]
     pub duration: f64,
-    /// Offer the sensors' topics reliably, for a recorder that is to miss nothing, rather than best effort, as
-    /// by convention; always in lockstep
+    /// Whether the sensors' topics are published reliably, for a recorder that must not lose messages, instead of
+    /// best effort; always in lockstep.
     #[parameter(default = false, read_only)]
     pub reliable_sensors: bool,
-    /// The topic on which the actuator answers: plane_motion, or planes alone (a foreign actuator's angle, held
-    /// over the tick)
+    /// Topic of the actuator's answer: plane_motion, or planes only (the angle of a foreign actuator, held over
+    /// the tick).
     #[parameter(default = ActuatorAnswer::PlaneMotion, read_only)]
     pub actuator_answer: ActuatorAnswer,
-    /// How old an actuator's answer may be to be flown when the tick's own has not come in time, for a loop over
-    /// a slow link; 0: the planes are held at once. Not in lockstep, which waits
+    /// Largest age of an actuator's answer that is used when that of the tick is late, for a loop over a slow
+    /// link; 0: the last angle is held at once. Not in lockstep, which waits.
     #[parameter(default = 0, unit = "ticks", range = 0.0..=100.0)]
     pub delay_budget: i64,
     /// `lockstep.*`.
@@ -104,16 +106,16 @@ pub struct PlantParameters {
 /// The parameters `environment.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Environment {
-    /// Of the water, for pressures; fresh as in the report (1.94 slug/ft^3), sea 1025
+    /// Density of the water, for pressures; fresh water as in the report (1.94 slug/ft^3); sea water 1025.
     #[parameter(default = 999.835, unit = "kg/m^3", range = 900.0..=1200.0)]
     pub density: f64,
-    /// Acceleration of gravity; the report's 32.2 ft/s^2
+    /// Acceleration of gravity; the report's 32.2 ft/s^2.
     #[parameter(default = 9.81456, unit = "m/s^2", range = 9.0..=10.0)]
     pub gravity: f64,
-    /// Absolute pressure at the surface
+    /// Absolute pressure at the surface.
     #[parameter(default = 101_325.0, unit = "Pa", range = 0.0..=200_000.0)]
     pub atmospheric_pressure: f64,
-    /// Depth of the bottom, 0: there is none; the report's tank 1.2192 (4 ft)
+    /// Depth of the bottom, positive down; 0: none; the report's tank 1.2192 (4 ft).
     #[parameter(default = 0.0, unit = "m", range = 0.0..=11_000.0)]
     pub bottom: f64,
     /// `environment.current.*`.
@@ -127,13 +129,13 @@ pub struct Environment {
 /// The parameters `environment.current.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Current {
-    /// The water's steady velocity along the first course
+    /// Velocity of the water along the first course, constant.
     #[parameter(default = 0.0, unit = "m/s", range = -5.0..=5.0)]
     pub x: f64,
-    /// The water's steady velocity to starboard of the first course
+    /// Velocity of the water to starboard of the first course, constant.
     #[parameter(default = 0.0, unit = "m/s", range = -5.0..=5.0)]
     pub y: f64,
-    /// The water's steady velocity downwards
+    /// Velocity of the water downwards, constant.
     #[parameter(default = 0.0, unit = "m/s", range = -5.0..=5.0)]
     pub z: f64,
 }
@@ -141,16 +143,16 @@ pub struct Current {
 /// The parameters `environment.seaway.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Seaway {
-    /// Standard deviation of the waves' heave force at the surface; 0 with moment 0: calm
+    /// Standard deviation of the waves' heave force at the surface; 0, with moment 0: calm water.
     #[parameter(default = 0.0, unit = "N", range = 0.0..=1e4)]
     pub force: f64,
-    /// Standard deviation of the waves' pitch moment at the surface
+    /// Standard deviation of the waves' pitch moment at the surface.
     #[parameter(default = 0.0, unit = "N m", range = 0.0..=1e4)]
     pub moment: f64,
-    /// Period at the peak of the waves' spectrum
+    /// Period of the peak of the wave spectrum.
     #[parameter(default = 3.0, unit = "s", range = 0.1..=60.0)]
     pub period: f64,
-    /// Damping ratio of the filter that shapes the waves: the smaller, the more regular
+    /// Damping ratio of the filter that shapes the waves; the smaller, the more regular.
     #[parameter(default = 0.1, range = 0.001..=1.0)]
     pub damping: f64,
 }
@@ -158,13 +160,13 @@ pub struct Seaway {
 /// The parameters `environment.tether.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Tether {
-    /// Of a tether up to the surface, 0: there is none
+    /// Diameter of a tether to the surface; 0: none.
     #[parameter(default = 0.0, unit = "m", range = 0.0..=0.1)]
     pub diameter: f64,
-    /// Of the tether across the flow; 1.2 for a smooth line
+    /// Drag coefficient of the tether across the flow; 1.2 for a smooth line.
     #[parameter(default = 1.2, range = 0.0..=3.0)]
     pub drag_coefficient: f64,
-    /// Height above the body's origin at which the tether is made fast; half the report's hull height
+    /// Height of the tether's attachment above the body's origin; half the report's hull height.
     #[parameter(default = 0.04445, unit = "m", range = -1.0..=1.0)]
     pub above: f64,
 }
@@ -172,7 +174,7 @@ pub struct Tether {
 /// The parameters `sensors.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct SensorParameters {
-    /// Whether the sensors err as the parameters below say, or read the truth through their calibrations
+    /// Whether the sensors have the errors below; false: they give the truth through their calibrations.
     #[parameter(default = true)]
     pub errors: bool,
     /// `sensors.gyro.*`.
@@ -188,19 +190,19 @@ pub struct SensorParameters {
 /// The parameters `sensors.gyro.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Gyro {
-    /// The rate gyros' sensitivities: final (swing test, p. 75; yaw, not swung, the preliminary mean), or
-    /// preliminary with unequal directions at 4.8 or 4.35 V (Figs. 29-34)
+    /// Calibration of the rate gyros: swing (final, swing test, p. 75; yaw by the preliminary mean), preliminary
+    /// or preliminary_low (unequal sides, at 4.8 or 4.35 V, Figs. 29-34).
     #[parameter(default = GyroCalibration::Swing)]
     pub calibration: GyroCalibration,
-    /// Relative error of the gyros' reference voltage; 1 % changes their sensitivity by 5.6 %
+    /// Relative error of the gyros' reference voltage; 1 % changes their sensitivity by 5.6 %.
     #[parameter(default = 0.0, range = -0.1..=0.1)]
     pub reference_error: f64,
-    /// Constant zero of each rate gyro
+    /// Constant bias of each rate gyro.
     #[parameter(default = 0.0, unit = "V", range = -1.0..=1.0)]
     pub bias: f64,
     /// `sensors.gyro.drift.*`.
     pub drift: Drift,
-    /// Standard deviation of each rate gyro; assumed, the report gives none
+    /// Standard deviation of the noise of each rate gyro; assumed, the report gives none.
     #[parameter(default = 0.005, unit = "V", range = 0.0..=1.0)]
     pub noise: f64,
 }
@@ -208,10 +210,10 @@ pub struct Gyro {
 /// The parameters `sensors.gyro.drift.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Drift {
-    /// How far each gyro's zero wanders to either side (p. 90); 25 mV are 2 deg/s of pitch; 0: not at all
+    /// Limit of the drift of each gyro's bias to either side (p. 90); 25 mV are 2 deg/s of pitch; 0: no drift.
     #[parameter(default = 0.025, unit = "V", range = 0.0..=1.0)]
     pub range: f64,
-    /// Standard deviation of the zero's random walk after 1 s, growing as the root of time; assumed
+    /// Standard deviation of the bias' random walk after 1 s; grows as the square root of time; assumed.
     #[parameter(default = 0.001, unit = "V/s^0.5", range = 0.0..=1.0)]
     pub rate: f64,
 }
@@ -219,10 +221,10 @@ pub struct Drift {
 /// The parameters `sensors.accelerometer.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Accelerometer {
-    /// Of each accelerometer; the report's vehicle had none
+    /// Constant bias of each accelerometer; the report's vehicle had none.
     #[parameter(default = 0.0, unit = "m/s^2", range = -10.0..=10.0)]
     pub bias: f64,
-    /// Standard deviation of each accelerometer, as of a small MEMS unit
+    /// Standard deviation of the noise of each accelerometer, as of a small MEMS unit.
     #[parameter(default = 0.02, unit = "m/s^2", range = 0.0..=10.0)]
     pub noise: f64,
 }
@@ -230,23 +232,23 @@ pub struct Accelerometer {
 /// The parameters `sensors.depth.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Depth {
-    /// Where depth is sensed: the vehicle file's port, the report's first one (bottom, 17.5 in aft of the bow),
-    /// or the centre of gravity
+    /// Position of the depth port: of the vehicle file, the report's first one (bottom, 17.5 in aft of the bow),
+    /// or the centre of gravity.
     #[parameter(default = DepthPort::Vehicle)]
     pub port: DepthPort,
-    /// Manoeuvring pressure at the depth port per rho U (w - x q) / 2; seen, but not measured (p. 64)
+    /// Dynamic pressure at the depth port per rho U (w - x q) / 2; observed, but not measured (p. 64).
     #[parameter(default = 0.0, range = -10.0..=10.0)]
     pub gradient: f64,
-    /// Known output of the depth cell at the surface (Fig. 38); 0 as zeroed on the bench
+    /// Known output of the depth cell at the surface (Fig. 38); 0 as zeroed on the bench.
     #[parameter(default = 1.627, unit = "V", range = -10.0..=10.0)]
     pub zero: f64,
     /// Largest output of the depth cell, 0: no limit; that of the 1988 report, 10 V, is reached at 32.58 in
     #[parameter(default = 0.0, unit = "V", range = 0.0..=1000.0)]
     pub saturation: f64,
-    /// Unknown zero error of the depth cell; the report's shift of 1.627 V was one until noticed
+    /// Unknown zero error of the depth cell; the report's shift of 1.627 V was one until it was noticed.
     #[parameter(default = 0.0, unit = "V", range = -10.0..=10.0)]
     pub bias: f64,
-    /// Standard deviation of the depth cell; assumed, the report gives none
+    /// Standard deviation of the noise of the depth cell; assumed, the report gives none.
     #[parameter(default = 0.005, unit = "V", range = 0.0..=10.0)]
     pub noise: f64,
 }
@@ -254,17 +256,17 @@ pub struct Depth {
 /// The parameters `sensors.speed.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Speed {
-    /// Distance of the speed cell's ports along the hull, 14.5 in, bridged by lines without water; 0: full
-    /// lines, no effect of pitch
+    /// Distance of the speed cell's ports along the hull, 14.5 in, with lines free of water, so that pitch
+    /// affects the reading; 0: full lines, no effect of pitch.
     #[parameter(default = 0.3683, unit = "m", range = 0.0..=100.0)]
     pub dry_lines: f64,
     /// Largest output of the speed cell, 0: no limit; that of the 1988 report, 10 V, is reached at 2.07 ft/s
     #[parameter(default = 0.0, unit = "V", range = 0.0..=1000.0)]
     pub saturation: f64,
-    /// Zero error of the speed cell
+    /// Zero error of the speed cell.
     #[parameter(default = 0.0, unit = "V", range = -10.0..=10.0)]
     pub bias: f64,
-    /// Standard deviation of the speed cell; assumed, the report gives none
+    /// Standard deviation of the noise of the speed cell; assumed, the report gives none.
     #[parameter(default = 0.005, unit = "V", range = 0.0..=10.0)]
     pub noise: f64,
 }
@@ -274,13 +276,13 @@ pub struct Speed {
 pub struct Daq {
     /// `daq.dive_planes.*`.
     pub dive_planes: DivePlanes,
-    /// Of the pitch-rate channel: none as digitised, s/(s+k), its square, or the relay comparator (pp. 69, 90)
+    /// Conditioning of the pitch-rate channel: none, s/(s+k), its square, or the relay comparator (pp. 69, 90).
     #[parameter(default = Filter::None)]
     pub conditioning: Filter,
-    /// The high-pass filters' k; the report prints none
+    /// Corner frequency k of the high-pass filters; the report gives none.
     #[parameter(default = 0.1, unit = "rad/s", range = 0.0..=100.0)]
     pub high_pass: f64,
-    /// How far the zero is raised in front of the comparator, so that it stays positive
+    /// Offset added before the comparator, so that its input stays positive.
     #[parameter(default = 0.025, unit = "V", range = 0.0..=10.0)]
     pub dead_band: f64,
     /// `daq.adc.*`.
@@ -290,10 +292,11 @@ pub struct Daq {
 /// The parameters `daq.dive_planes.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct DivePlanes {
-    /// What the pot takes from 2.44 V + 0.010 V/deg; p. 89 says 2.19 V, which leaves 0.25 V at neutral
+    /// Offset subtracted from the potentiometer's 2.44 V + 0.010 V/deg; p. 89 prints 2.19 V, which leaves 0.25 V
+    /// at neutral.
     #[parameter(default = 2.44, unit = "V", range = 0.0..=10.0)]
     pub compensation: f64,
-    /// Standard deviation of the dive-plane channel; the report gives none
+    /// Standard deviation of the noise of the dive-plane channel; the report gives none.
     #[parameter(default = 0.0, unit = "V", range = 0.0..=10.0)]
     pub noise: f64,
 }
@@ -301,10 +304,10 @@ pub struct DivePlanes {
 /// The parameters `daq.adc.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct AdcParameters {
-    /// The converter's bits; assumed, the report states none. 0: neither rounding nor limit
+    /// Resolution of the converter in bits; assumed, the report gives none. 0: neither rounding nor limit.
     #[parameter(default = 12, range = 0..=32)]
     pub bits: u32,
-    /// The converter's full scale to either side; assumed
+    /// Full scale of the converter to either side; assumed.
     #[parameter(default = 10.0, unit = "V", range = 0.1..=100.0)]
     pub range: f64,
 }
@@ -312,12 +315,12 @@ pub struct AdcParameters {
 /// The parameters `lockstep.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Lockstep {
-    /// Nodes whose tick_answer each tick waits for, besides plane_motion
+    /// Nodes whose tick_answer every tick waits for, besides plane_motion.
     #[parameter(default = Vec::new(), read_only)]
     pub members: Vec<String>,
 }
 
-/// What moves the vehicle forward.
+/// The propulsion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Choice)]
 pub enum Propulsion {
     /// The speed is held.

@@ -1,4 +1,4 @@
-//! What the accelerometers feel is how the body really moves: the second difference of its track
+//! The accelerometers measure the body's true motion: the second difference of its track
 //! less gravity, under every load that the plant knows.
 #![allow(clippy::unwrap_used)]
 

@@ -1,4 +1,4 @@
-//! The loop's topics: what is on them and how it is delivered.
+//! The loop's topics: message types and QoS.
 //!
 //! This is the table of ARCHITECTURE.md's picture, as the nodes publish it. The recorder
 //! subscribes by it, and tells the offered QoS in the bag, so that `ros2 bag play` offers the
@@ -40,7 +40,7 @@ pub struct LoopTopic {
     pub info: TypeInfo,
     /// How it is delivered.
     pub delivery: Delivery,
-    /// How many samples its publishers keep.
+    /// The history depth of its publishers.
     pub depth: u64,
 }
 
@@ -67,7 +67,7 @@ impl LoopTopic {
         }
     }
 
-    /// What the publishers offer.
+    /// The QoS that the publishers offer.
     #[must_use]
     pub fn offered_qos(&self) -> OfferedQos {
         match self.delivery {

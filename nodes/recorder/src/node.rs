@@ -1,4 +1,4 @@
-//! The node: every topic of the loop, as it comes over the wire, into a bag.
+//! The node: records every topic of the loop, undecoded, into a bag.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -20,8 +20,8 @@ const PERIOD: Duration = Duration::from_millis(100);
 const SILENCE: Duration = Duration::from_millis(50);
 /// Longest that others who go on talking are listened to at the end.
 const LAST_WORDS: Duration = Duration::from_secs(2);
-/// How long everybody is told that the bag takes nothing more, before the node ends.
-const TOLD: Duration = Duration::from_secs(2);
+/// Time for which the error is on `/diagnostics` before the node ends.
+const REPORTING: Duration = Duration::from_secs(2);
 
 /// The status that tells how the bag does; an error means that nothing more is recorded.
 pub const BAG: &str = "bag";
@@ -35,7 +35,7 @@ enum Event {
     Parameters,
 }
 
-/// Runs the node with its command-line arguments until it is told to stop.
+/// Runs the node with its command-line arguments until it is asked to stop.
 #[must_use]
 pub fn main(args: Vec<String>) -> ExitCode {
     planesman_node::exit_code("recorder", || run(args))
@@ -88,11 +88,11 @@ fn run(args: Vec<String>) -> Result<()> {
             Next::Stop => break,
             Next::Nothing => {}
         }
-        if node.failed.is_some_and(|at| at.elapsed() > TOLD) {
+        if node.failed.is_some_and(|at| at.elapsed() > REPORTING) {
             break;
         }
     }
-    // What was sent before the recorder was told to stop belongs into the bag.
+    // Messages sent before the request to stop belong in the bag.
     let deadline = Instant::now() + LAST_WORDS;
     while let Next::Event(event) = rt.next(SILENCE)
         && Instant::now() < deadline
@@ -179,7 +179,7 @@ impl Node {
             .write_raw(id, &sample.bytes, received.max(0), published.max(0))
     }
 
-    /// A file that cannot be written takes nothing more: everybody is told, once. Whatever else one message
+    /// A file that cannot be written ends the recording: an error is reported, once. Whatever else one message
     /// is refused for, the others are recorded.
     fn note(&mut self, rt: &Runtime<Event>, outcome: Result<(), WriteError>) {
         if self.failed.is_some() {
@@ -194,7 +194,7 @@ impl Node {
             }
             Err(error) => {
                 if self.unfit == 0 {
-                    log::warn!("a message is not recorded: {error}; further such are counted");
+                    log::warn!("message not recorded: {error}; further ones are only counted");
                 }
                 self.unfit += 1;
             }
@@ -205,7 +205,7 @@ impl Node {
             0 => (Level::Ok, "recording".to_owned()),
             n => (
                 Level::Warn,
-                format!("recording; {n} messages with times that no bag has, or refused"),
+                format!("recording; {n} messages not recorded: invalid time, or refused"),
             ),
         };
         rt.set_status(
@@ -222,7 +222,7 @@ impl Node {
         );
     }
 
-    /// A node does not hear itself: its own answers go into the bag by hand.
+    /// A node does not receive its own messages: its answers are written to the bag directly.
     fn record_own(&mut self, rt: &Runtime<Event>, message: &TickAnswer) {
         let Some(index) = self
             .topics
@@ -261,7 +261,7 @@ impl Node {
                 answer.publish(&message);
                 self.record_own(rt, &message)
             }
-            Err(error) => log::warn!("a state cannot be answered: {error}"),
+            Err(error) => log::warn!("cannot answer a state: {error}"),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The recorder's parameters: where to, how compressed, how often flushed, which topics.
+//! The recorder's parameters: folder, compression, flush interval, topics.
 //!
 //! All are set at start-up: a bag is written one way from its first message to its last.
 
@@ -12,23 +12,23 @@ use crate::loop_topics;
 /// Every parameter of `recorder`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct RecorderParameters {
-    /// The bag's folder, which must not exist; empty for bags/planesman_ and the time.
+    /// Folder of the bag, which must not exist; empty: bags/planesman_TIME.
     #[parameter(default = "", read_only)]
     pub output: String,
-    /// The topics to record, by their names in the loop ('state', '/tf'); empty for all.
+    /// Topics to record, by their names in the loop ('state', '/tf'); empty: all.
     #[parameter(default = Vec::new(), read_only)]
     pub topics: Vec<String>,
-    /// How the bag's chunks are compressed: none, or zstd at its default level.
+    /// Compression of the chunks: none, or zstd at its default level.
     #[parameter(default = Compression::Zstd, read_only)]
     pub compression: Compression,
-    /// Size of a chunk before compression at which it is written to the file; rosbag2's default.
+    /// Size before compression at which a chunk is written to the file; rosbag2's default.
     #[parameter(default = 768 * 1024, unit = "B", range = 1024..=64 * 1024 * 1024, read_only)]
     pub chunk_size: u64,
-    /// Longest time a message waits in memory: what a killed recorder may lose.
+    /// Longest time a message stays in memory; a killed recorder loses at most this.
     #[parameter(default = 1.0, unit = "s", range = 0.0..=3600.0, read_only)]
     pub flush_interval: f64,
-    /// Listen to the sensors' topics reliably, so that none of their messages is lost; plant_sim must offer it
-    /// (its reliable_sensors). Always as a member of lockstep.
+    /// Whether the sensors' topics are subscribed reliably, so that no message is lost; needs plant_sim's
+    /// reliable_sensors. Always as a member of lockstep.
     #[parameter(default = false, read_only)]
     pub reliable_sensors: bool,
     /// Whether each tick is answered once its state is recorded, as a member of lockstep.

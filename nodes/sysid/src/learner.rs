@@ -211,7 +211,7 @@ impl Learner {
 
     /// The estimate as it stands, without stamp and names.
     ///
-    /// The covariance is the estimator's own reckoning: for least squares the residual's variance times
+    /// The covariance is the estimator's own estimate: for least squares the residual's variance times
     /// `(Phi'Phi)^-1`, which is right when the residual is white. It says nothing of the bias that noise on
     /// the measured outputs brings into an equation-error fit.
     #[must_use]
@@ -345,7 +345,7 @@ impl Learner {
         match unlearnt {
             (0, _) => None,
             (unlearnt, all) => Some(format!(
-                "too little excitation: {unlearnt} of {all} parameters cannot be told apart"
+                "too little excitation: {unlearnt} of {all} parameters are not determined"
             )),
         }
     }

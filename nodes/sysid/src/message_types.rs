@@ -48,9 +48,7 @@ pub(crate) fn find(type_name: &str) -> Result<MessageType, String> {
 fn in_index(type_name: &str, prefixes: &[PathBuf]) -> Result<MessageType, String> {
     let root = TypeName::parse(type_name)
         .filter(|name| name.kind == Kind::Msg)
-        .ok_or_else(|| {
-            format!("'{type_name}' is no message type; one is written package/msg/Type")
-        })?;
+        .ok_or_else(|| format!("'{type_name}' is not a message type; write package/msg/Type"))?;
     let mut library = Library::new();
     let mut wanted = vec![root.clone()];
     while let Some(name) = wanted.pop() {

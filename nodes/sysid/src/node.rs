@@ -1,4 +1,4 @@
-//! The node: learns from topics while they arrive, publishes what it has learnt.
+//! The node: identifies models from live topics and publishes the estimates.
 
 use std::collections::BTreeMap;
 use std::process::ExitCode;
@@ -177,7 +177,7 @@ impl Node {
             Event::Reset(responder) => {
                 let changed = self.identifier.change(Change::Reset);
                 self.publish(&changed);
-                log::info!("everything learnt is forgotten");
+                log::info!("estimate reset");
                 responder.answer(TriggerResponse {
                     success: true,
                     message: String::new(),
@@ -187,10 +187,10 @@ impl Node {
                 let changed = self.identifier.change(Change::Freeze(frozen));
                 self.publish(&changed);
                 let message = match (frozen, changed.is_empty()) {
-                    (true, false) => "frozen: nothing is learnt any more",
-                    (true, true) => "frozen already",
-                    (false, false) => "learning again",
-                    (false, true) => "learning already",
+                    (true, false) => "estimate frozen",
+                    (true, true) => "already frozen",
+                    (false, false) => "estimation resumed",
+                    (false, true) => "already estimating",
                 };
                 log::info!("{message}");
                 responder.answer(SetBoolResponse {
@@ -241,7 +241,7 @@ impl Node {
                 FitResponse {
                     success: false,
                     message: format!(
-                        "no pair of signals is called '{name}'; there are {}",
+                        "no signal pair '{name}'; the pairs are {}",
                         names.join(", ")
                     ),
                     model: ModelEstimate::default(),
@@ -275,12 +275,12 @@ impl Node {
         for (pair, before) in self.identifier.pairs().iter().zip(before) {
             if pair.account().restarts != before {
                 log::warn!(
-                    "{}: time has gone back: {}",
+                    "{}: time went back: {}",
                     pair.name(),
                     if pair.frozen() {
                         "the frozen model is kept"
                     } else {
-                        "everything begins anew"
+                        "the estimate is reset"
                     }
                 );
             }
@@ -302,7 +302,7 @@ impl Node {
                 let (input, output) = (&config.input, &config.output);
                 (
                     Level::Warn,
-                    format!("{input} and {output} have been silent for {silence:.1} s"),
+                    format!("no messages of {input} and {output} for {silence:.1} s"),
                 )
             } else if let Some(trouble) = pair.trouble() {
                 (Level::Warn, trouble)

@@ -1,4 +1,4 @@
-//! One pair of signals: its samples put in order, what is learnt from them, and what has become of them.
+//! One pair of signals: the order of its samples, the estimate, and the counters.
 //!
 //! - **A gap** in the stamps begins the history anew and keeps what was learnt.
 //! - **Time going back** (a vehicle put back, a bag that loops, a peer started again) begins everything
@@ -36,7 +36,7 @@ pub enum Change {
 /// A change after a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Scheduled {
-    /// How often time had gone back.
+    /// Number of restarts of the time.
     pub restarts: u32,
     /// The stamp of the last sample before it, ns.
     pub stamp: i64,
@@ -47,9 +47,9 @@ pub struct Scheduled {
 /// Counts of a pair's messages.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Account {
-    /// How often the samples began anew after something was missing.
+    /// Number of gaps.
     pub gaps: u64,
-    /// How often time went back, upon which everything began anew.
+    /// Number of times that time went back, each a restart of the estimate.
     pub restarts: u32,
     /// Repeats, and what came too late or off the grid.
     pub left_out: u64,
@@ -99,20 +99,20 @@ pub(crate) fn described(
         let (input, rest) = rest
             .split_once(" -> ")
             .ok_or_else(|| refuse("it has no '->'"))?;
-        let mut words = rest.split_whitespace();
-        let output = words.next().ok_or_else(|| refuse("it has no output"))?;
+        let mut parts = rest.split_whitespace();
+        let output = parts.next().ok_or_else(|| refuse("it has no output"))?;
         let name = name.trim();
         if name.is_empty() || name.contains(char::is_whitespace) {
-            return Err(refuse("its name is not one word"));
+            return Err(refuse("its name contains a space"));
         }
         if all.iter().any(|(other, _)| other == name) {
             return Err(refuse("another pair has that name"));
         }
         let mut changes = vec![("input", input.trim().into()), ("output", output.into())];
-        for word in words {
-            let (parameter, value) = word
+        for part in parts {
+            let (parameter, value) = part
                 .split_once('=')
-                .ok_or_else(|| refuse(&format!("'{word}' is no PARAMETER=VALUE")))?;
+                .ok_or_else(|| refuse(&format!("'{part}' is not PARAMETER=VALUE")))?;
             if parameters::OF_THE_NODE.contains(&parameter) {
                 return Err(refuse(&format!("'{parameter}' is the node's")));
             }
@@ -314,7 +314,7 @@ impl Pair {
         let Config { input, output, .. } = &self.config;
         if self.aligner.inputs_are_off_grid() {
             return Some(format!(
-                "{input} is not stamped when {output} is: the stamps are to be whole sample_times apart, or resample is to be set"
+                "{input} is not stamped when {output} is: the stamps must be whole sample_times apart; otherwise set resample"
             ));
         }
         let lead = self.aligner.outputs_ahead();
@@ -326,7 +326,7 @@ impl Pair {
             return None;
         };
         let seconds = lead as f64 * self.config.sample_time;
-        Some(format!("{silent} has been silent for {seconds:.1} s"))
+        Some(format!("no messages of {silent} for {seconds:.1} s"))
     }
 
     /// The estimate as it stands, stamped so.

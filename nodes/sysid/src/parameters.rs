@@ -15,100 +15,99 @@ pub(crate) const OF_THE_NODE: [&str; 4] = ["pairs", "answer", "input", "output"]
 /// Every parameter of `sysid`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct IdentifierParameters {
-    /// The signal that drives, TOPIC:FIELD; a list is its course over the coming sample_time.
+    /// Input signal, TOPIC:FIELD; a list is its time history over the next sample_time.
     #[parameter(default = "plane_motion:dive_planes", read_only)]
     pub input: String,
-    /// The signal that responds, TOPIC:FIELD.
+    /// Output signal, TOPIC:FIELD.
     #[parameter(default = "state:pitch_rate", read_only)]
     pub output: String,
-    /// A signal of the output's messages: where it is not 0, the input over the interval before is not to be
-    /// trusted and the history begins anew. Empty for none.
+    /// Validity flag, a field of the output's messages: where it is not 0, the preceding input is invalid and the
+    /// history restarts. Empty: none.
     #[parameter(default = "state:planes_source", read_only)]
     pub break_on: String,
-    /// The message type on the input's topic.
+    /// Message type of the input's topic.
     #[parameter(default = "planesman_msgs/msg/PlaneMotion", read_only)]
     pub input_type: String,
-    /// The message type on the output's topic.
+    /// Message type of the output's topic.
     #[parameter(default = "planesman_msgs/msg/VehicleState", read_only)]
     pub output_type: String,
-    /// Further pairs of signals, each NAME: INPUT -> OUTPUT, followed by what differs from the node's own
-    /// parameters as PARAMETER=VALUE.
+    /// Further signal pairs, each NAME: INPUT -> OUTPUT, followed by PARAMETER=VALUE for each parameter that
+    /// differs from the node's own.
     #[parameter(default = Vec::new(), read_only)]
     pub pairs: Vec<String>,
-    /// How long after the first sample learning begins, to leave a transient out. A change begins the estimate
-    /// anew.
+    /// Delay from the first sample to the start of the estimation, to exclude a transient. A change restarts the
+    /// estimate.
     #[parameter(default = 0.0, unit = "s", range = 0.0..=1e6)]
     pub start: f64,
-    /// Whether each tick is answered once it is learnt, as a member of lockstep.
+    /// Whether each tick is answered once its sample is processed, as a member of lockstep.
     #[parameter(default = false, read_only)]
     pub answer: bool,
-    /// How the signals' topics are listened to. reliable: lost messages are asked for again, of publishers that
-    /// offer it, and no others are heard; best_effort: everybody is heard, and what is lost is lost; auto:
-    /// reliable for a member of lockstep (answer), else best_effort. A topic of several pairs is reliable if one
-    /// of them asks for it.
+    /// QoS reliability of the signals' subscriptions: reliable (lost messages are sent again; only reliable
+    /// publishers match), best_effort (all publishers match), or auto (reliable for a member of lockstep, else
+    /// best_effort). A topic of several pairs is reliable if one of them asks for it.
     #[parameter(default = Reliability::Auto, read_only)]
     pub reliability: Reliability,
-    /// The interval between samples; 0.05 s is the report's (Brunner 1988, ch. V).
+    /// Sampling time; 0.05 s in the report (Brunner 1988, ch. V).
     #[parameter(default = 0.05, unit = "s", range = 1e-3..=1e3, read_only)]
     pub sample_time: f64,
-    /// Whether both signals are put on a grid of sample_time first: outputs on the straight line between
-    /// samples, inputs held until the next (a list by its mean). For signals that are not stamped whole
-    /// sample_times apart; not for a member of lockstep.
+    /// Whether both signals are resampled to sample_time first: outputs by linear interpolation, inputs by hold
+    /// (a list by its mean). For signals whose stamps are not whole sample_times apart; not for a member of
+    /// lockstep.
     #[parameter(default = false, read_only)]
     pub resample: bool,
-    /// With resample, the longest interval between two outputs that is no gap.
+    /// Longest interval between two outputs that is not a gap, with resample.
     #[parameter(default = 0.5, unit = "s", range = 1e-3..=1e3, read_only)]
     pub max_gap: f64,
-    /// What the model is found by; kalman on the vehicle's own equations (kalman.*), the others on a difference
-    /// equation. A change begins the estimate anew.
+    /// Estimator: kalman for the vehicle's equations (kalman.*), the others for a difference equation. A change
+    /// restarts the estimate.
     #[parameter(default = EstimatorKind::LeastSquares)]
     pub estimator: EstimatorKind,
-    /// The model's order; 3 is the vehicle's from planes to pitch rate. A change begins the estimate anew.
+    /// Order of the model; 3 for the vehicle from planes to pitch rate. A change restarts the estimate.
     #[parameter(default = 3, range = 1..=10)]
     pub order: usize,
-    /// Samples from an input to its first effect. A change begins the estimate anew.
+    /// Delay from the input to its first effect. A change restarts the estimate.
     #[parameter(default = 1, unit = "samples", range = 1..=100)]
     pub delay: usize,
-    /// Zeros known to be at z = 1, fewer than the order: 1 for planes to pitch rate with a restoring moment. A
-    /// change begins the estimate anew.
+    /// Number of zeros known to be at z = 1, below the order: 1 for planes to pitch rate with a restoring moment.
+    /// A change restarts the estimate.
     #[parameter(default = 0, range = 0..=9)]
     pub zeros_at_one: usize,
-    /// Poles known to be at z = 1, fewer than the order. What was learnt then ends with a gap. A change begins
-    /// the estimate anew.
+    /// Number of poles known to be at z = 1, below the order; a gap then discards the estimate. A change restarts
+    /// the estimate.
     #[parameter(default = 0, range = 0..=9)]
     pub integrators: usize,
-    /// Regress on the input's first moment over each sample too, for an input that moves within it; kalman does
-    /// not. A change begins the estimate anew.
+    /// Whether the input's first moment over each sample is a regressor, for an input that moves within it; not
+    /// used by kalman. A change restarts the estimate.
     #[parameter(default = true)]
     pub first_moment: bool,
-    /// Regress on a constant too, for an output with an offset; kalman always does. A change begins the estimate
-    /// anew.
+    /// Whether a constant is a regressor, for an output with an offset; kalman always estimates one. A change
+    /// restarts the estimate.
     #[parameter(default = false)]
     pub bias: bool,
-    /// What a row counts for after each later one; 1 forgets nothing, 0.98 remembers about 50 rows. The least,
-    /// when it is variable.
+    /// Forgetting factor per sample (1 = none; 0.98 = memory of about 50 samples); its minimum with
+    /// forgetting_kind variable.
     #[parameter(default = 1.0, range = 0.5..=1.0)]
     pub forgetting: f64,
-    /// What is forgotten: everything, only what the new row speaks of, or as much as it surprises.
+    /// Law of forgetting: constant (all past samples), directional (only in the direction of the new regressor)
+    /// or variable (by the prediction error).
     #[parameter(default = ForgettingKind::Constant)]
     pub forgetting_kind: ForgettingKind,
-    /// Of variable forgetting: the noise's variance times the rows to remember.
+    /// Information kept with forgetting_kind variable: noise variance times the number of samples to remember.
     #[parameter(default = 1e-4, unit = "output unit squared", range = 1e-30..=1e30)]
     pub forgetting_information: f64,
-    /// Covariance of each parameter before the first row, per unit of residual variance. A change begins the
-    /// estimate anew.
+    /// Initial covariance of each parameter, per unit of residual variance. A change restarts the estimate.
     #[parameter(default = 1e18, range = 1e-6..=1e30)]
     pub initial_covariance: f64,
-    /// What the covariance's trace is kept below, per unit of residual variance; 0 for no limit.
+    /// Limit of the covariance's trace, per unit of residual variance; 0: none.
     #[parameter(default = 0.0, range = 0.0..=1e30)]
     pub covariance_limit: f64,
-    /// Prediction errors up to this size teach nothing; 0 for none.
+    /// Dead zone of the prediction error; smaller errors do not update the estimate. 0: none.
     #[parameter(default = 0.0, unit = "output unit", range = 0.0..=1e30)]
     pub dead_zone: f64,
-    /// How often an estimate is published by the samples' stamps, to whole samples, at most each.
+    /// Rate at which estimates are published, by the stamps of the samples, rounded to whole samples.
     #[parameter(default = 2.0, unit = "Hz", range = 1e-6..=1e3)]
     pub publish_rate: f64,
-    /// Rows before an estimate can be valid.
+    /// Number of samples before an estimate can be valid.
     #[parameter(default = 60, unit = "rows", range = 1.0..=1e9)]
     pub min_samples: u64,
     /// `kalman.*`.
@@ -119,21 +118,22 @@ pub struct IdentifierParameters {
 /// equations at 1 ft/s (Brunner 1988, Table 1 and programs T2-T5, over J and in SI), loosely known.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Kalman {
-    /// K/J at the beginning: pitch acceleration (bow up) per plane angle (dive). A change begins the estimate anew.
+    /// Initial K/J: pitch acceleration, positive bow up, per plane angle, positive dive. A change restarts the
+    /// estimate.
     #[parameter(default = -0.47, unit = "1/s^2", range = -1e6..=1e6)]
     pub plane: f64,
-    /// B/J at the beginning. A change begins the estimate anew.
+    /// Initial B/J. A change restarts the estimate.
     #[parameter(default = 1.19, unit = "1/s", range = -1e6..=1e6)]
     pub damping: f64,
-    /// M_theta/J at the beginning. A change begins the estimate anew.
+    /// Initial M_theta/J. A change restarts the estimate.
     #[parameter(default = 0.27, unit = "1/s^2", range = -1e6..=1e6)]
     pub restoring: f64,
     /// `kalman.deviation.*`.
     pub deviation: Deviation,
-    /// The gyro noise's standard deviation.
+    /// Standard deviation of the gyro noise.
     #[parameter(default = 0.002, unit = "rad/s", range = 1e-9..=1e6)]
     pub noise: f64,
-    /// How far disturbances move the pitch rate in one second.
+    /// Standard deviation of the pitch rate's change by disturbances in one second.
     #[parameter(default = 0.0, unit = "rad/s", range = 0.0..=1e6)]
     pub disturbance: f64,
     /// `kalman.drift.*`.
@@ -145,19 +145,19 @@ pub struct Kalman {
 /// The parameters `kalman.deviation.*`: standard deviations at the beginning.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Deviation {
-    /// How far off K/J may be at the beginning, as a standard deviation. A change begins the estimate anew.
+    /// Standard deviation of the initial K/J. A change restarts the estimate.
     #[parameter(default = 0.5, unit = "1/s^2", range = 0.0..=1e6)]
     pub plane: f64,
-    /// How far off B/J may be. A change begins the estimate anew.
+    /// Standard deviation of the initial B/J. A change restarts the estimate.
     #[parameter(default = 1.0, unit = "1/s", range = 0.0..=1e6)]
     pub damping: f64,
-    /// How far off M_theta/J may be. A change begins the estimate anew.
+    /// Standard deviation of the initial M_theta/J. A change restarts the estimate.
     #[parameter(default = 0.2, unit = "1/s^2", range = 0.0..=1e6)]
     pub restoring: f64,
-    /// How large the gyro's bias may be. A change begins the estimate anew.
+    /// Standard deviation of the initial gyro bias. A change restarts the estimate.
     #[parameter(default = 0.01, unit = "rad/s", range = 0.0..=1e6)]
     pub bias: f64,
-    /// How large pitch rate, and pitch in rad, may be when the history begins.
+    /// Standard deviation of pitch rate, and of pitch in rad, at the start of the history.
     #[parameter(default = 0.05, unit = "rad/s", range = 0.0..=1e6)]
     pub motion: f64,
 }
@@ -165,16 +165,16 @@ pub struct Deviation {
 /// The parameters `kalman.drift.*`: standard deviations of random walks.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Drift {
-    /// How far K/J drifts in one second.
+    /// Standard deviation of the random walk of K/J after one second.
     #[parameter(default = 0.0, unit = "1/s^2", range = 0.0..=1e6)]
     pub plane: f64,
-    /// How far B/J drifts in one second.
+    /// Standard deviation of the random walk of B/J after one second.
     #[parameter(default = 0.0, unit = "1/s", range = 0.0..=1e6)]
     pub damping: f64,
-    /// How far M_theta/J drifts in one second.
+    /// Standard deviation of the random walk of M_theta/J after one second.
     #[parameter(default = 0.0, unit = "1/s^2", range = 0.0..=1e6)]
     pub restoring: f64,
-    /// How far the gyro's bias drifts in one second.
+    /// Standard deviation of the random walk of the gyro bias after one second.
     #[parameter(default = 0.0, unit = "rad/s", range = 0.0..=1e6)]
     pub bias: f64,
 }
@@ -182,16 +182,16 @@ pub struct Drift {
 /// The parameters `kalman.heave.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct KalmanHeave {
-    /// Pitch acceleration per heave; 0 to leave heave out. A change begins the estimate anew.
+    /// Pitch acceleration per heave; 0: heave is ignored. A change restarts the estimate.
     #[parameter(default = 0.7363, unit = "1/(m s)", range = -1e6..=1e6)]
     pub to_pitch: f64,
-    /// Heave's own damping. A change begins the estimate anew.
+    /// Damping of heave. A change restarts the estimate.
     #[parameter(default = 0.5306, unit = "1/s", range = -1e6..=1e6)]
     pub damping: f64,
-    /// Heave acceleration per pitch rate. A change begins the estimate anew.
+    /// Heave acceleration per pitch rate. A change restarts the estimate.
     #[parameter(default = 0.0571, unit = "m/s", range = -1e6..=1e6)]
     pub from_rate: f64,
-    /// Heave acceleration per plane angle. A change begins the estimate anew.
+    /// Heave acceleration per plane angle. A change restarts the estimate.
     #[parameter(default = 0.0119, unit = "m/s^2", range = -1e6..=1e6)]
     pub from_plane: f64,
 }
@@ -250,29 +250,29 @@ impl EstimatorKind {
 /// The parameters as the identifier takes them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Config {
-    /// What drives.
+    /// The input.
     pub input: Signal,
-    /// What responds.
+    /// The output.
     pub output: Signal,
-    /// What says, where it is not 0, that the input before an output is not to be trusted.
+    /// The flag which, where it is not 0, invalidates the input before an output.
     pub break_on: Option<Signal>,
     /// The interval between samples, s.
     pub sample_time: f64,
     /// The longest interval between two outputs that is no gap, ns, where signals are put on a grid first.
     pub resample: Option<i64>,
-    /// How long after the first sample learning begins, ns.
+    /// Delay from the first sample to the start of the estimation, ns.
     pub start: i64,
     /// How the model is found.
     pub estimator: EstimatorKind,
-    /// What is unknown of the difference equation.
+    /// The structure of the difference equation.
     pub structure: Structure,
     /// First moments are regressed on.
     pub moment: bool,
     /// How a recursion learns.
     pub options: Options,
-    /// What is known of the vehicle.
+    /// Prior knowledge of the vehicle.
     pub vehicle: Vehicle,
-    /// What the Kalman filter begins with and takes for noise.
+    /// Initial state and noise of the Kalman filter.
     pub settings: Settings,
     /// Samples from one published estimate to the next.
     pub publish_every: u64,
@@ -450,7 +450,7 @@ mod tests {
 
     #[test]
     fn signals_that_are_none_or_the_same_are_refused_by_name() {
-        for (name, value, word) in [
+        for (name, value, reason) in [
             ("input", Value::from("dive_planes"), "TOPIC:FIELD"),
             ("output", "plane_motion:dive_planes".into(), "input as well"),
             ("zeros_at_one", 3.into(), "left to be found"),
@@ -460,7 +460,7 @@ mod tests {
                 .unwrap();
             let refusal = Config::new(&parameters).unwrap_err();
             assert!(
-                refusal.contains(name) && refusal.contains(word),
+                refusal.contains(name) && refusal.contains(reason),
                 "{refusal}"
             );
         }

@@ -1,4 +1,4 @@
-//! The identifier's signals out of the payloads of one topic, by the schema of its messages.
+//! The identifier's signals from the payloads of one topic, by the schema of its messages.
 
 use planesman_decode::{Decoder, Types, Values};
 use planesman_identification::Input;

@@ -1,4 +1,4 @@
-//! The estimates of any identifier, live in the terminal: what `planesman sysid watch` and `sysid --watch` show.
+//! The estimates of an identifier, live in the terminal: the view of `planesman sysid watch` and `sysid --watch`.
 //!
 //! On a terminal the view is drawn anew a few times a second; elsewhere each estimate is a line.
 
@@ -194,7 +194,7 @@ impl Track {
         let gain = reading.and_then(|it| it.dc_gain());
         lines.push(format!(
             "  gain      {}",
-            gain.map_or_else(|| "none, a pole stands at z = 1".to_owned(), text)
+            gain.map_or_else(|| "none, there is a pole at z = 1".to_owned(), text)
         ));
         let physical = model.physical_names.iter().zip(&model.physical_values);
         for ((name, value), deviation) in physical.zip(&model.physical_deviations) {

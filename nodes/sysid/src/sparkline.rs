@@ -1,4 +1,4 @@
-//! A course of numbers as a row of small bars.
+//! A time history as a row of small bars.
 
 const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
 

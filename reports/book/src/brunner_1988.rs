@@ -5,7 +5,7 @@
 
 use crate::{Book, BookError};
 
-/// What is wrong with the report (E) and with the scan of it (O): text by number, as JSON.
+/// The errors of the report (E) and of its scan (O): text by number, as JSON.
 const ERRATA: &str = include_str!("../../brunner_1988/data/errata.json");
 
 /// One share of the report's numbers, a JSON list of [entries](crate::Entry), with the report's errata.

@@ -16,14 +16,14 @@ pub struct Entry {
     pub source: String,
     /// The printed number.
     pub printed: Option<f64>,
-    /// How far from the printed number a recomputed one may lie and still say the same \[unit\].
+    /// The tolerance of a recomputed number around the printed one \[unit\].
     pub slack: Option<f64>,
-    /// What the printed number may be off by rounding \[unit\], where its last digit does not show it.
+    /// The rounding error of the printed number \[unit\], where its last digit does not show it.
     pub rounding: Option<f64>,
-    /// What it came to when the report was worked through.
+    /// The value when the report was worked through.
     #[serde(rename = "recomputed")]
     pub reference: Option<f64>,
-    /// How far from the reference another computation may lie \[unit\].
+    /// The tolerance of another computation around the reference \[unit\].
     pub tolerance: Option<f64>,
     /// How it is computed, or what is odd about it.
     pub note: Option<String>,

@@ -1,4 +1,4 @@
-//! The numbers that a report prints, and what they come to when they are computed again.
+//! The numbers that a report prints, compared with recomputed ones.
 //!
 //! - [`entry`]: one quantity: as printed, as recomputed for reference, and what is known of it.
 //! - [`verdict`]: whether a recomputed number agrees with the printed one.

@@ -1,4 +1,4 @@
-//! A book gone through with freshly recomputed numbers.
+//! The comparison of a book with recomputed numbers.
 
 use std::collections::BTreeMap;
 
@@ -9,14 +9,14 @@ use crate::{Book, Entry, Verdict};
 pub struct Line<'a> {
     /// The entry.
     pub entry: &'a Entry,
-    /// What it comes to now; `None` when nothing recomputes it.
+    /// The recomputed value; `None` when nothing recomputes it.
     pub value: Option<f64>,
     /// The verdict now; `None` without a printed or without a recomputed number.
     pub verdict: Option<Verdict>,
 }
 
 impl Line<'_> {
-    /// What is not as it stands in the book: another verdict, or a value away from the reference.
+    /// A difference from the book: another verdict, or a value away from the reference.
     #[must_use]
     pub fn news(&self) -> Option<String> {
         let value = self.value?;
@@ -26,13 +26,13 @@ impl Line<'_> {
             return Some(format!("the verdict was '{stands}' and is '{now}'"));
         }
         if self.entry.near_reference(value) == Some(false) {
-            return Some("it is not what it came to before".to_owned());
+            return Some("it differs from the previous value".to_owned());
         }
         None
     }
 }
 
-/// How many entries there are of each kind.
+/// The number of entries of each kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Totals {
     /// Printed numbers that agree to their rounding.
@@ -86,7 +86,7 @@ impl<'a> Reckoning<'a> {
         }
     }
 
-    /// How many there are of each kind.
+    /// The number of each kind.
     #[must_use]
     pub fn totals(&self) -> Totals {
         let mut totals = Totals::default();

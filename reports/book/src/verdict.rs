@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::Deserialize;
 
-/// What a recomputed number says of the printed one.
+/// The verdict of a recomputed number on the printed one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
@@ -21,7 +21,7 @@ const ROUND_OFF: f64 = 1e-9;
 
 impl Verdict {
     /// The verdict on `value` when `printed` may be off by `rounding` and by `slack`, in the same unit.
-    /// What is not finite contradicts.
+    /// A number that is not finite contradicts.
     #[must_use]
     pub fn of(printed: f64, value: f64, rounding: f64, slack: f64) -> Self {
         let off = (value - printed).abs();

@@ -1,4 +1,4 @@
-//! How large the dive planes had to be: the report's momentum estimates.
+//! The size of the dive planes: the report's momentum estimates.
 //!
 //! Source: Brunner 1988, ch. III.E (pp. 59-61). The aft planes turn the propellers' jet, the forward
 //! planes turn the free stream, and together they must give the moment that a depth change asks

@@ -8,7 +8,7 @@ use planesman_plot::Plot;
 
 use crate::programs::{FEET_PER_LENGTH, Program, STEP, T2, T3, T4, T5};
 
-/// How long the programs run \[L/U\].
+/// The duration of the programs \[L/U\].
 const DURATION: f64 = 20.0;
 /// Every so many steps a point is drawn.
 const STRIDE: usize = 10;

@@ -1,5 +1,5 @@
-//! What the batch estimators recover: the plant itself from clean records, the same model
-//! by different roads from noisy ones, and what is known beforehand kept.
+//! Results of the batch estimators: the plant itself from clean records, the same model
+//! by different methods from noisy ones, with prior knowledge kept.
 
 #![allow(clippy::unwrap_used)]
 

@@ -1,4 +1,4 @@
-//! What least squares and its recursive form recover from the thesis' kinds of runs: clean,
+//! Results of least squares and its recursive form on the thesis' kinds of runs: clean,
 //! noisy, biased, detrended, begun in motion, closed in a loop, and on depth.
 //!
 //! Expected values were computed with 60-digit arithmetic and lie in

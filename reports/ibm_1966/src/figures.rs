@@ -24,7 +24,7 @@ use planesman_plot::{Plot, Style};
 
 /// The missile of all figures.
 const SURROGATE: Surrogate = Surrogate::Ps2;
-/// How long a transient is drawn, s.
+/// The duration of a drawn transient, s.
 const TRANSIENT: f64 = 10.0;
 /// When what remains is a limit cycle, s, and how long it is drawn.
 const SETTLED: f64 = 20.0;

@@ -18,7 +18,7 @@ use crate::digital_loop::Start;
 use crate::missile::Surrogate;
 use planesman_units::{DEGREE, INCH};
 
-/// How long a missile must stay on course to count as stable, s.
+/// The time on course after which a missile counts as stable, s.
 const TRIAL: f64 = 30.0;
 
 /// Beyond this it is lost, rad.

@@ -1,6 +1,6 @@
 //! MCAP files put together byte by byte, so that they may lie.
 
-/// What every file begins and ends with.
+/// The magic at the start and the end of every file.
 pub(crate) const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 
 /// A record.
@@ -58,7 +58,7 @@ pub(crate) fn message(channel: u16, time: u64, payload: &[u8]) -> Vec<u8> {
     record(5, &body)
 }
 
-/// A chunk record whose header says what it is told to.
+/// A chunk record whose header says what the caller wants.
 pub(crate) fn chunk(compression: &str, claimed: u64, packed_claim: u64, packed: &[u8]) -> Vec<u8> {
     let mut body = vec![0; 16];
     body.extend(claimed.to_le_bytes());

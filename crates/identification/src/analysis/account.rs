@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::Analysis;
 use crate::uncertainty::{Reading, SIGMAS_95, Uncertain};
 
-/// Candidates that are shown.
+/// Candidates printed.
 const SHOWN: usize = 8;
 
 impl Analysis {
@@ -100,7 +100,7 @@ impl Analysis {
             );
             if own {
                 let gain = Reading::of(&self.estimate, run).dc_gain();
-                let _ = write!(text, ", stretch {}", self.stretches[run] + 1);
+                let _ = write!(text, ", segment {}", self.stretches[run] + 1);
                 if let Some(gain) = gain {
                     let _ = write!(text, ", dc gain {}", interval(&gain));
                 }
@@ -130,7 +130,7 @@ impl Analysis {
         text
     }
 
-    /// The vehicle's own coefficients, where there are any.
+    /// The vehicle's coefficients, of the methods that estimate them.
     fn vehicle(&self) -> String {
         let Some(found) = self.physical() else {
             return String::new();
@@ -145,7 +145,7 @@ impl Analysis {
     }
 }
 
-/// A number with its 95 % interval, upper of a pair.
+/// A number with its 95 % interval; of a conjugate pair, the upper one.
 pub(super) fn interval(it: &Uncertain) -> String {
     let real = format!(
         "{:.5} ± {:.5}",

@@ -1,8 +1,8 @@
-//! From a record to a model with its account: searched, fitted, tested, and judged in plain words.
+//! The analysis of a record: order search, fit, residual tests and verdict.
 //!
 //! Each stretch of the record is a run of one model. The order is searched unless it is given; the model
-//! is fitted to the first seven tenths of each stretch and judged on the rest, by simulation;
-//! and fitted to all of it for what is reported. In a long record the order is sought in the part where the
+//! is fitted to the first seven tenths of each stretch and validated on the rest, by simulation;
+//! the reported model is fitted to all of it. In a long record the order is searched in the part where the
 //! input varies most ([`Problem::part`]).
 //!
 //! - `verdict`: the plain words.
@@ -68,7 +68,7 @@ impl Default for Options {
     }
 }
 
-/// How many standard deviations of the noise the held-out output must vary by to say something.
+/// Smallest variation of the held-out output for a validation, in standard deviations of the noise.
 const MOVES_BEYOND_NOISE: f64 = 2.0;
 
 /// Orders and delays searched.

@@ -1,4 +1,4 @@
-//! The verdict on a model, in plain words.
+//! The verdict on a model: conclusions from fit, residuals and uncertainty, as sentences.
 
 use std::f64::consts::PI;
 
@@ -11,8 +11,8 @@ use crate::uncertainty::{Reading, SIGMAS_95};
 use crate::validation::order_search;
 use crate::validation::residuals::Correlation;
 
-/// Standard deviations beyond which two estimates are not of one system, the furthest apart of so many
-/// frequencies.
+/// Standard deviations between two responses, at the worst of [`FREQUENCIES`], above which the estimates are of
+/// different systems.
 const APART: f64 = 4.0;
 const FREQUENCIES: usize = 20;
 
@@ -23,19 +23,19 @@ impl Analysis {
         said.extend(order_search::verdict(&self.candidates));
         said.extend(self.of_two_stages());
         match (self.held_out_fit, self.fit) {
-            (Some(held), _) if held >= 90.0 => said.push(format!("it simulates {held:.1} % of what it was not fitted to: very good")),
+            (Some(held), _) if held >= 90.0 => said.push(format!("simulated fit on held-out data {held:.1} %: very good")),
             (Some(held), Some(fit)) if held < fit - 20.0 => said.push(format!(
-                "it simulates {held:.1} % of what it was not fitted to, and {fit:.1} % of everything: it has learnt this record rather than the system, or the system changed"
+                "simulated fit on held-out data {held:.1} %, on the whole record {fit:.1} %: the model is overfitted, or the system changed"
             )),
-            (Some(held), _) => said.push(format!("it simulates {held:.1} % of what it was not fitted to")),
-            (None, _) => said.push("the output does not move beyond the noise in what was held out: nothing was checked".to_owned()),
+            (Some(held), _) => said.push(format!("simulated fit on held-out data {held:.1} %")),
+            (None, _) => said.push("not validated: in the held-out data the output stays within the noise".to_owned()),
         }
         said.extend(self.of_residuals());
         said.extend(self.suspicious_poles());
         said
     }
 
-    /// Poles that are noise's rather than the system's.
+    /// Poles that are probably artefacts of noise, are unstable, or cancel.
     fn suspicious_poles(&self) -> Vec<String> {
         let reading = self.reading();
         let (Ok(poles), Ok(mut zeros)) = (reading.poles(), reading.zeros()) else {
@@ -49,10 +49,14 @@ impl Analysis {
         for pole in poles.iter().filter(|pole| pole.value.im >= 0.0) {
             let at = interval(pole);
             if pole.value.re < 0.0 && pole.covariance != Matrix2::zeros() {
-                said.push(format!("the pole at z = {at} alternates from sample to sample: it is what noise makes of a fit, not the system's"));
+                let kind = match pole.value.im {
+                    0.0 => "a negative real pole",
+                    _ => "a pole pair with negative real part",
+                };
+                said.push(format!("{kind}, z = {at}: probably an artefact of noise"));
             } else if pole.value.norm() - SIGMAS_95 * pole.magnitude_deviation() > 1.0 {
                 said.push(format!(
-                    "the pole at z = {at} is unstable beyond its uncertainty"
+                    "the pole at z = {at} is unstable, beyond its 95 % interval"
                 ));
             }
             let cancels = zeros.iter().any(|zero| {
@@ -62,28 +66,28 @@ impl Analysis {
             });
             if cancels {
                 said.push(format!(
-                    "a zero may cancel the pole at z = {at}: a lower order would do as well"
+                    "a zero may cancel the pole at z = {at}: try a lower order"
                 ));
             }
         }
         said
     }
 
-    /// The parts of the record that were not used, or not everywhere.
+    /// The parts of the record that were not used, or only for the fit.
     fn left_out(&self, record: &Record) -> Vec<String> {
         let mut said = Vec::new();
         let all = record.stretches.len();
         if self.stretches.len() < all {
             let kept = self.stretches.iter().map(|it| record.stretches[*it].len());
             said.push(format!(
-                "of {all} stretches the {} longest were used, {:.1} % of the samples",
+                "of {all} segments the {} longest were used, {:.1} % of the samples",
                 self.stretches.len(),
                 100.0 * kept.sum::<usize>() as f64 / record.samples().max(1) as f64
             ));
         }
         if !self.candidates.is_empty() && self.searched < record.samples() {
             said.push(format!(
-                "the order was sought on {} of {} samples, where the input varies most, and the model fitted to all",
+                "order and delay were searched on the {} of {} samples where the input varies most; the model was fitted to all",
                 self.searched,
                 record.samples()
             ));
@@ -91,7 +95,7 @@ impl Analysis {
         said
     }
 
-    /// The effect of the two stages: the size of the response where it has moved most.
+    /// The effect of the two stages: both magnitudes of the response, where they differ most.
     fn of_two_stages(&self) -> Option<String> {
         let (direct, reference) = (self.direct.as_ref()?, self.reference.as_ref()?);
         let (staged, direct) = (self.reading(), Reading::of(direct, self.longest));
@@ -109,20 +113,18 @@ impl Analysis {
         let size =
             |(size, deviation): (f64, f64)| format!("{size:.4} ± {:.4}", SIGMAS_95 * deviation);
         let verdict = if apart > APART {
-            format!(
-                "{apart:.1} standard deviations away: noise that goes round the loop misleads the direct fit"
-            )
+            format!("{apart:.1} standard deviations away: feedback of noise biases the direct fit")
         } else {
-            "which is no further than chance: the loop hardly misleads the direct fit".to_owned()
+            "no significant difference: feedback of noise does not bias the direct fit".to_owned()
         };
         Some(format!(
-            "in two stages from {reference} the response at {omega:.3} rad/s comes out at {}; directly it would be {}, {verdict}",
+            "magnitude of the response at {omega:.3} rad/s: {} in two stages from {reference}, {} by a direct fit; {verdict}",
             size(found),
             size(other)
         ))
     }
 
-    /// Whether what is left over is noise.
+    /// The results of the residual tests.
     fn of_residuals(&self) -> Vec<String> {
         let Some(tests) = &self.residuals else {
             return Vec::new();
@@ -134,20 +136,20 @@ impl Analysis {
         let (earlier, later) = (tests.of_earlier_inputs(), tests.of_later_inputs());
         let mut said = vec![match (earlier.passes(), tests.whiteness.passes()) {
             (true, true) => format!(
-                "what it leaves over is white and unrelated to {against}: nothing is left to explain"
+                "residuals are white and uncorrelated with {against}: the model explains the data"
             ),
             (true, false) => format!(
-                "what it leaves over is unrelated to {against} but coloured ({}): the model stands, its standard errors are too small or too large",
+                "residuals are uncorrelated with {against} but not white ({}): the model is valid, its standard deviations are not reliable",
                 evidence(&tests.whiteness)
             ),
             (false, _) => format!(
-                "what it leaves over still follows {against} before it ({}): dynamics are missing, a higher order or another delay may find them",
+                "residuals correlate with {against} ({}): dynamics are missing; try a higher order or another delay",
                 evidence(&earlier)
             ),
         }];
         if !later.passes() && self.reference.is_none() {
             said.push(format!(
-                "later inputs follow what it leaves over ({}): there is feedback, and the model may be the controller's as much as the plant's; give the loop's reference (--reference) or take --method armax",
+                "residuals correlate with later inputs ({}): the data is closed-loop, and the model may be biased; give the loop's reference (--reference) or use --method armax",
                 evidence(&later)
             ));
         }
@@ -155,16 +157,16 @@ impl Analysis {
     }
 }
 
-/// The result of a test in numbers.
+/// The result of a correlation test in numbers.
 fn evidence(found: &Correlation) -> String {
     let largest = found
         .values
         .iter()
         .fold(0.0_f64, |m, (_, r)| m.max(r.abs()));
     format!(
-        "{} of {} lags beyond 99 %, the largest {largest:.2} where chance makes {:.2}",
+        "max {largest:.2}, 99 % bound {:.2}, exceeded at {} of {} lags",
+        found.bound,
         found.outside(),
-        found.values.len(),
-        found.bound
+        found.values.len()
     )
 }

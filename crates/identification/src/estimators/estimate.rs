@@ -1,4 +1,4 @@
-//! An estimate: the unknowns as found, their covariance, and the model they make.
+//! An estimate: the parameters, their covariance, and the model.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -19,7 +19,7 @@ pub struct Estimate {
     pub sample_time: f64,
     /// The unknowns of the layout, without the motion at the beginning where the method needs none.
     pub theta: DVector<f64>,
-    /// Their covariance, by the method's own reckoning.
+    /// Their covariance, as the method computes it.
     pub covariance: DMatrix<f64>,
     /// The variance of the noise `e`, output unit squared.
     pub noise_variance: f64,

@@ -39,7 +39,7 @@ pub trait Recursive {
     /// The parameters' names.
     fn names(&self) -> Vec<String>;
 
-    /// Its covariance, by the estimator's own reckoning; `None` before there are more samples than
+    /// Its covariance, as the estimator computes it; `None` before there are more samples than
     /// unknowns.
     fn covariance(&self) -> Option<DMatrix<f64>>;
 

@@ -1,4 +1,4 @@
-//! Refined instrumental variables: least squares whose regressors are noisy, made honest by
+//! Refined instrumental variables: least squares with noisy regressors, made consistent by
 //! instruments that are not.
 //!
 //! ```text

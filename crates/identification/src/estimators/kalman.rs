@@ -32,11 +32,11 @@ pub struct Settings {
     pub bias_deviation: f64,
     /// The gyro noise's standard deviation, output unit.
     pub noise: f64,
-    /// How far the bias drifts in one second, output unit.
+    /// Standard deviation of the bias drift in one second, output unit.
     pub bias_drift: f64,
-    /// How far each parameter drifts in one second.
+    /// Standard deviation of the drift of each parameter in one second.
     pub drift: [f64; UNKNOWNS],
-    /// How far disturbances move the rate in one second, output unit.
+    /// Standard deviation of the rate's change by disturbances in one second, output unit.
     pub disturbance: f64,
     /// The standard deviation of each state when a record begins, output unit; 0 for rest.
     pub motion: f64,

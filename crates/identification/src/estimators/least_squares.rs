@@ -4,7 +4,7 @@
 //! y_k = -a1 y_(k-1) - ... - an y_(k-n) + b1 u_(k-d) + ... + bm u_(k-d-m+1) + constant
 //! ```
 //! Rows begin where a whole history exists; none is invented, so records may begin in motion.
-//! What measurement noise does to it is the point of every other method here: the noise in
+//! Measurement noise biases it, which every other method here avoids: the noise in
 //! `y_(k-i)` draws the poles towards a smoother's (Brunner 1988, Table 9: roots near -0.4).
 
 use super::estimate::{Error, Estimate};

@@ -129,7 +129,7 @@ fn lengths(slopes: &DMatrix<f64>) -> Vec<f64> {
     slopes.column_iter().map(|column| column.norm()).collect()
 }
 
-/// `(psi'psi)^-1`, reckoned with columns of equal length.
+/// `(psi'psi)^-1`, computed with columns of equal length.
 ///
 /// # Errors
 /// [`IdentificationError`], when the slopes do not determine every parameter.

@@ -1,4 +1,4 @@
-//! The estimators by their names.
+//! The estimators by name.
 
 use super::armax::Armax;
 use super::estimator::Estimator;
@@ -43,9 +43,9 @@ pub struct Knowledge {
     pub vehicle: Vehicle,
     /// The noise on the output as a standard deviation, where it is known.
     pub noise: Option<f64>,
-    /// How far the sensor's bias drifts in one second, output unit.
+    /// Standard deviation of the sensor's bias drift in one second, output unit.
     pub bias_drift: f64,
-    /// How far disturbances move the output in one second, output unit.
+    /// Standard deviation of the output's change by disturbances in one second, output unit.
     pub disturbance: f64,
 }
 
@@ -64,64 +64,59 @@ impl Method {
         Self::Kalman,
     ];
 
-    /// The name it is asked for by, and a line about it.
+    /// Its name on the command line and its help line.
     #[must_use]
     pub const fn described(self) -> (&'static str, &'static str) {
         match self {
             Self::OutputError => (
                 "output_error",
-                "The least simulated error: noise of any colour leaves no bias",
+                "Minimises the simulation error; no bias from noise of any colour",
             ),
             Self::Instruments => (
                 "instruments",
-                "The same point by rounds of instrumental variables",
+                "Iterated instrumental variables; the same optimum without a search",
             ),
             Self::Armax => (
                 "armax",
-                "The least one-step error, with a model of the noise: for disturbances and feedback",
+                "Minimises the one-step error, with a noise model; for disturbances and feedback",
             ),
             Self::LeastSquares => (
                 "least_squares",
-                "The least equation error, as the thesis: for clean data",
+                "Minimises the equation error, as the thesis; for clean data",
             ),
-            Self::RecursiveLeastSquares => (
-                "recursive_least_squares",
-                "Least squares, a sample at a time",
-            ),
+            Self::RecursiveLeastSquares => {
+                ("recursive_least_squares", "Least squares, recursively")
+            }
             Self::ExtendedLeastSquares => (
                 "extended_least_squares",
-                "ARMAX by pseudo-linear regression, a sample at a time",
+                "ARMAX by pseudo-linear regression, recursively",
             ),
-            Self::RecursivePredictionError => {
-                ("recursive_prediction_error", "ARMAX, a sample at a time")
-            }
-            Self::RecursiveOutputError => {
-                ("recursive_output_error", "Output error, a sample at a time")
-            }
+            Self::RecursivePredictionError => ("recursive_prediction_error", "ARMAX, recursively"),
+            Self::RecursiveOutputError => ("recursive_output_error", "Output error, recursively"),
             Self::Vehicle => (
                 "vehicle",
-                "The vehicle's own equations: K/J, B/J, M_theta/J",
+                "Output error on the vehicle's equations: K/J, B/J, M_theta/J",
             ),
             Self::Kalman => (
                 "kalman",
-                "State and coefficients of the same, by an extended Kalman filter",
+                "Extended Kalman filter for state and coefficients of the vehicle's equations",
             ),
         }
     }
 
-    /// The name it is asked for by.
+    /// Its name on the command line.
     #[must_use]
     pub const fn name(self) -> &'static str {
         self.described().0
     }
 
-    /// Whether it seeks the vehicle's own coefficients, whose number is given.
+    /// Whether it estimates the coefficients of the vehicle's equations, whose order is given.
     #[must_use]
     pub fn is_of_the_vehicle(self) -> bool {
         matches!(self, Self::Vehicle | Self::Kalman)
     }
 
-    /// The estimator, with what it knows beforehand.
+    /// The estimator, with its prior knowledge.
     #[must_use]
     pub fn estimator(self, knowledge: &Knowledge) -> Box<dyn Estimator> {
         let recursive = |kind| -> Box<dyn Estimator> {

@@ -1,4 +1,4 @@
-//! Every way to find a system in records, behind one trait.
+//! The estimators, behind one trait.
 //!
 //! | estimator | minimises, or solves | consistent when the noise is |
 //! |---|---|---|

@@ -1,4 +1,4 @@
-//! Output error: the model that, run on the input alone, comes nearest the output.
+//! Output error: the model with the least simulation error.
 //!
 //! The noise never enters the regressors ([`super::simulator`] has the equations), so it leaves no bias; with white
 //! noise it is the maximum likelihood estimate (Ljung 1999, sec. 7.3). The search begins at the best of several starts

@@ -1,4 +1,4 @@
-//! The vehicle's own coefficients, as found from records.
+//! The coefficients of the vehicle's equations, estimated from records.
 
 use nalgebra::{DMatrix, DVector};
 

@@ -1,4 +1,4 @@
-//! The estimators that learn while samples arrive.
+//! The recursive estimators.
 //!
 //! All are one recursion (Ljung and Soederstrom, *Theory and Practice of Recursive Identification*,
 //! 1983, ch. 3): a prediction `phi . theta`, its error, and the prediction's slope `psi`

@@ -1,4 +1,4 @@
-//! Where the searches for the least output error begin: the cost has other valleys.
+//! Initial guesses of the output-error search, whose cost has local minima.
 
 use nalgebra::DVector;
 use planesman_linear::polynomial::{self, product};

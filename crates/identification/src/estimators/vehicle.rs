@@ -1,4 +1,4 @@
-//! The vehicle's own equations, found from records: `K/J`, `B/J`, `M_theta/J` and the gyro's bias.
+//! The vehicle's equations and their parameters: `K/J`, `B/J`, `M_theta/J` and the gyro's bias.
 //!
 //! ```text
 //! q_dot     = kappa u - beta q - mu theta + nu w        kappa = K/J, beta = B/J, mu = M_theta/J

@@ -227,9 +227,9 @@ pub struct VehicleFilter {
     /// The noise's standard deviation, output unit; `None` to take it from the records' second differences,
     /// which white noise makes `sqrt(6)` times as large and a slow vehicle hardly any.
     pub noise: Option<f64>,
-    /// How far the bias drifts in one second, output unit.
+    /// Standard deviation of the bias drift in one second, output unit.
     pub bias_drift: f64,
-    /// How far disturbances move the rate in one second, output unit.
+    /// Standard deviation of the rate's change by disturbances in one second, output unit.
     pub disturbance: f64,
     /// Passes over the records.
     pub passes: usize,

@@ -1,6 +1,6 @@
-//! Can the record tell the parameters apart?
+//! Identifiability: whether the record determines all parameters.
 //!
-//! Three ways in which it cannot, each with the evidence: an input that excites too few directions
+//! Three reasons why it may not, each reported with its numbers: an input that excites too few directions
 //! (one sinusoid excites two, Ljung 1999, sec. 13.2); an input that is feedback and nothing
 //! else (`u = -K y` makes rows of the regression depend on each other); rows that depend on each
 //! other for whatever reason, as those of too high an order on a clean record.
@@ -44,16 +44,16 @@ pub fn of_inputs(problem: &Problem<'_>, needed: usize) -> Vec<String> {
         let order = excitation_order(run.inputs, needed);
         if order < needed && problem.runs.len() == 1 {
             doubts.push(format!(
-                "{record} excites {order} directions, {needed} parameters are sought: what a \
-                 model says away from the frequencies of the input is a guess"
+                "{record} is persistently exciting of order {order} only, for {needed} parameters: the \
+                 model is not determined away from the frequencies of the input"
             ));
         }
         if let Some(unexplained) = feedback_leaves(run.inputs, run.outputs, history)
             && unexplained < UNEXPLAINED
         {
             doubts.push(format!(
-                "{record} is feedback from the output and nothing else ({:.1e} of it is not): \
-                 the controller and the plant cannot be told apart",
+                "{record} is feedback of the output alone ({:.1e} of its power is not): \
+                 plant and controller cannot be distinguished",
                 unexplained
             ));
         }
@@ -78,8 +78,8 @@ fn of_rows(problem: &Problem<'_>) -> Option<String> {
     let known = singular.iter().filter(|s| **s > SPREAD * largest).count();
     (least <= SPREAD * largest).then(|| {
         format!(
-            "the record determines {known} of {} parameters (the weakest direction counts \
-             {:.1e} of the strongest): poles and zeros cancel, or the order is too high",
+            "rank deficiency: the record determines {known} of {} parameters (ratio of singular \
+             values {:.1e}): poles and zeros cancel, or the order is too high",
             phi.ncols(),
             least / largest
         )

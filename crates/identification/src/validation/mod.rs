@@ -1,8 +1,8 @@
-//! Whether a model deserves trust.
+//! Validation of a model.
 //!
-//! - [`residuals`]: is what the model leaves over white, and unrelated to the input?
-//! - [`identifiability`]: can the record tell the parameters apart at all?
-//! - [`order_search`]: which order and delay does the record ask for?
+//! - [`residuals`]: whether the residuals are white and uncorrelated with the input;
+//! - [`identifiability`]: whether the record determines all parameters;
+//! - [`order_search`]: the order and the delay of the model.
 
 pub mod identifiability;
 pub mod order_search;

@@ -1,4 +1,4 @@
-//! Which order and delay does the record ask for?
+//! The search of order and delay.
 //!
 //! Every candidate is fitted to the first part of each record and judged on the rest by simulation,
 //! and fitted to all of it for the criteria (Ljung 1999, sec. 16.4)
@@ -116,13 +116,13 @@ pub fn verdict(candidates: &[Candidate]) -> Option<String> {
         .find(|c| c.delay == chosen.delay && c.order == chosen.order + 1);
     let fit = |c: &Candidate| {
         c.held_out_fit.map_or_else(
-            || "not judged".to_owned(),
+            || "not validated".to_owned(),
             |fit| format!("{fit:.1} % on held-out data"),
         )
     };
     Some(match next {
         Some(next) => format!(
-            "order {} adds nothing over {}: {} against {}, BIC {:+.1}",
+            "order {} is no better than {}: {} against {}, BIC {:+.1}",
             next.order,
             chosen.order,
             fit(next),

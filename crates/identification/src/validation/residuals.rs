@@ -1,4 +1,4 @@
-//! Tests of what a model leaves over (Ljung, *System Identification*, 2nd ed., 1999, sec. 16.6).
+//! Residual tests (Ljung, *System Identification*, 2nd ed., 1999, sec. 16.6).
 //!
 //! ```text
 //! R_e(l)  = 1/N sum e_k e_(k-l) / R_e(0)               white: |R_e(l)|  < 2.58 / sqrt(N)

@@ -23,7 +23,7 @@ use crate::{
 /// samples, and one of 10.
 const COMPARED: [f64; 2] = [1e-3, 0.2];
 
-/// How many known responses it takes for three numbers.
+/// The number of known responses needed for three numbers.
 const FEWEST: usize = 10;
 
 /// No transfer function is taken to be truer than this share of itself.
@@ -32,7 +32,7 @@ const TRUEST: f64 = 0.01;
 /// Rounds after which a search has long been at its end.
 const ROUNDS: usize = 50;
 
-/// How often a step is halved before it is of no use.
+/// The largest number of halvings of a step.
 const HALVINGS: i32 = 20;
 
 /// The relative change that a slope is taken over.

@@ -21,7 +21,7 @@ use crate::gains::LoopGains;
 const BOUNDS: (f64, f64) = (1e-3, 1e3);
 /// The first factor by which a gain is tried larger and smaller, as a logarithm, and the last.
 const STEPS: (f64, f64) = (0.5, 0.01);
-/// How many rounds the search may take.
+/// The largest number of rounds of the search.
 const MOST_ROUNDS: usize = 400;
 
 /// The requirements on the gains.
@@ -43,7 +43,7 @@ pub struct Wishes {
     pub pitch_limit: f64,
     /// rad
     pub planes_limit: f64,
-    /// How long the step is watched, s.
+    /// The duration of the step response, s.
     pub duration: f64,
 }
 
@@ -163,7 +163,7 @@ impl Wishes {
     }
 }
 
-/// How much of what is asked is missed, and how slow the loop is: the first counts first.
+/// The violation of the requirements, then the slowness of the loop, compared in this order.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 struct Cost {
     missed: f64,

@@ -30,28 +30,28 @@ const STRAY: usize = 3;
 /// The largest pitch the model is linearised at, rad: beyond it depth says little of pitch.
 const STEEPEST: f64 = 1.4;
 
-/// How far each quantity is trusted, as standard deviations: the parameters `kalman.*`.
+/// The standard deviations of the filter: the parameters `kalman.*`.
 #[derive(Clone, Copy, Debug, PartialEq, planesman_parameters::Parameters)]
 pub struct Tuning {
     /// Standard deviation of a gyro reading; 5 mV at 12.5 mV per deg/s.
     #[parameter(default = 0.007, unit = "rad/s", range = 1e-9..=10.0)]
     pub gyro_noise: f64,
-    /// Standard deviation of the gyro zero's walk after 1 s; 1 mV.
+    /// Standard deviation of the random walk of the gyro bias after 1 s; 1 mV.
     #[parameter(default = 0.0014, unit = "rad/s^1.5", range = 0.0..=10.0)]
     pub bias_walk: f64,
     /// Standard deviation of a depth reading; 5 mV at 10.1 V/m.
     #[parameter(default = 0.0005, unit = "m", range = 1e-9..=100.0)]
     pub depth_noise: f64,
-    /// Standard deviation of the depth rate that pitch does not explain: heave, currents.
+    /// Standard deviation of the depth rate not caused by pitch: heave and current.
     #[parameter(default = 0.01, unit = "m/s", range = 0.0..=100.0)]
     pub stray_rate: f64,
-    /// How long such a depth rate lasts: its correlation time.
+    /// Correlation time of the depth rate not caused by pitch.
     #[parameter(default = 2.0, unit = "s", range = 1e-3..=1e6)]
     pub stray_time: f64,
-    /// Standard deviation of the pitch at the start, about level.
+    /// Standard deviation of the initial pitch, about level.
     #[parameter(default = 0.05, unit = "rad", range = 0.0..=3.0)]
     pub initial_pitch: f64,
-    /// Standard deviation of the gyro's zero at the start; 25 mV.
+    /// Standard deviation of the initial gyro bias; 25 mV.
     #[parameter(default = 2.0_f64.to_radians(), unit = "rad/s", range = 0.0..=10.0)]
     pub initial_bias: f64,
 }

@@ -161,7 +161,7 @@ mod tests {
 
     #[test]
     fn a_model_that_cannot_be_trusted_leaves_the_schedule_in_charge() {
-        for (adaptive, word) in [
+        for (adaptive, part) in [
             (Adaptive::new(), "no model"),
             (received(2.0, 1e-9, -20 * SECOND), "old"),
             (received(2.0, 1e-1, 0), "known to"),
@@ -172,7 +172,7 @@ mod tests {
             let (gains, reason) = adaptive.step(&T6, &TRUST, 1.0, 0, 0.05);
             assert_eq!(gains, T6.at(1.0));
             assert!(
-                reason.clone().is_some_and(|r| r.contains(word)),
+                reason.clone().is_some_and(|r| r.contains(part)),
                 "{reason:?}"
             );
         }

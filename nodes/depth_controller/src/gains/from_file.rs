@@ -103,9 +103,9 @@ mod tests {
             den,
         );
         let width = estimate.covariance.len().isqrt();
-        let told = estimate.covariance.chunks(width);
-        for (row, told) in file.covariance.iter_mut().zip(told) {
-            row.clone_from(&told[..2 * estimate.b.len()].to_vec());
+        let rows = estimate.covariance.chunks(width);
+        for (row, estimated) in file.covariance.iter_mut().zip(rows) {
+            row.clone_from(&estimated[..2 * estimate.b.len()].to_vec());
         }
         file.speed = Some(1.0);
         file
@@ -151,11 +151,11 @@ mod tests {
             (|m| m.speed = Some(0.2), "times the scheduled"),
             (|m| m.sample_time = 9.0, "does not resolve"),
         ];
-        for (change, word) in refused {
+        for (change, reason) in refused {
             let mut changed = file(&weaker(1e-6));
             change(&mut changed);
             let refusal = FromFile::of(&changed, &T6, &TRUST).unwrap_err();
-            assert!(refusal.contains(word), "{refusal}");
+            assert!(refusal.contains(reason), "{refusal}");
         }
         let unsure = FromFile::of(&file(&weaker(0.1)), &T6, &TRUST).unwrap_err();
         assert!(unsure.contains("known to"), "{unsure}");

@@ -90,7 +90,7 @@ impl Bench {
         self.train.at(t)
     }
 
-    /// How far the load has slid against friction up to `t`, m; times must not go back.
+    /// The distance the load has slid against friction up to `t`, m; times must not go back.
     pub(crate) fn slid(&mut self, t: f64) -> f64 {
         self.train.slid(t)
     }

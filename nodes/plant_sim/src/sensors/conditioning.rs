@@ -1,4 +1,4 @@
-//! The analog computer's remedies for the gyro's drifting zero.
+//! The analog computer's filters against the drift of the gyro's zero.
 //!
 //! Source: Brunner 1988, p. 69 (filters) and p. 90 (comparator). Neither has printed constants.
 //!

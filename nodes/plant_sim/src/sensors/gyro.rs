@@ -183,7 +183,7 @@ pub fn reference_sensitivity() -> f64 {
 /// A zero that wanders.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Drift {
-    /// How far to either side \[V\]; 0 is none.
+    /// The limit to either side \[V\]; 0 is none.
     pub range: f64,
     /// Standard deviation after a second \[V\]; it grows with the root of the time.
     pub rate: f64,

@@ -20,7 +20,7 @@ use super::pitch::{AXIS, GAINS};
 
 /// Time between samples, s.
 pub const STEP: f64 = 0.005;
-/// How long the program is flown, s.
+/// The duration of the program, s.
 pub const DURATION: f64 = 50.0;
 /// `Kpz`, rad/ft.
 pub const DEPTH_GAIN: f64 = 0.25;

@@ -18,7 +18,7 @@ use super::program_t6::{self as t6, Program};
 
 /// The step of Figs. 11 to 16, ft.
 const STEP: f64 = 3.0;
-/// How long those are watched, s.
+/// Their duration, s.
 const DURATION: f64 = 50.0;
 /// Between two drawn points, s.
 const INTERVAL: f64 = 0.1;

@@ -1,7 +1,7 @@
 //! Figs. 45 to 56: the fits to the runs and the inputs they were made to (Brunner 1988, pp. 99-113), on synthetic
 //! records: those of the report are lost. Abscissa is the number of sampling periods (p. 97), ordinates are volts.
 //!
-//! What each figure shows is known from the text: curve 1 is the record, 2 and 3 are fits, and curve 4 of Fig. 53 is
+//! The contents of each figure are known from the text: curve 1 is the record, 2 and 3 are fits, and curve 4 of Fig. 53 is
 //! depth as it follows the plane command. That the prediction of second order is drawn is said of Fig. 45; here
 //! Table 8 stands beside every fit.
 

@@ -223,7 +223,7 @@ fn recursion() -> Options {
     }
 }
 
-/// How far off heave is known, as a standard deviation of each coefficient.
+/// The uncertainty of heave, as a standard deviation of each coefficient.
 const HEAVE_DOUBT: f64 = 0.2;
 
 /// The run's vehicle, each coefficient of its heave off by a draw of [`HEAVE_DOUBT`], and as sure of
@@ -261,7 +261,7 @@ pub struct Score {
     pub bias: f64,
     /// The estimates' standard deviation, % of the truth.
     pub spread: f64,
-    /// How often the 95 % interval held the truth, % of all seeds.
+    /// The coverage of the 95 % interval, % of all seeds.
     pub coverage: f64,
 }
 

@@ -5,7 +5,7 @@
 //! > of the data. 5) With the computer generated transfer function, simulate the model's response to the
 //! > input data. 6) Compare actual response to simulated response.
 //!
-//! What was detrended: the gyro, whose mean should be zero (p. 95); in run 7/3 the plane command too, and of run
+//! Detrended are: the gyro, whose mean should be zero (p. 95); in run 7/3 the plane command too, and of run
 //! 9/1's plane command the offset (p. 99 f.); run 7/5 was "adjusted to begin at zero" instead (p. 100). Depth never.
 //! The records are lost: the procedure is run here on [`super::synthetic`] ones.
 
@@ -74,7 +74,7 @@ impl Detrend {
 pub struct Prepared {
     /// The kind of trend taken away.
     pub detrend: Detrend,
-    /// How much that was, V.
+    /// The removed value, V.
     pub taken: f64,
     /// The signal without it, V.
     pub values: Vec<f64>,

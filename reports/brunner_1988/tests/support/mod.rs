@@ -1,4 +1,4 @@
-//! What the tests of the thesis' kinds of runs share: the expected values and the runs by name.
+//! Common to the tests of the thesis' kinds of runs: the expected values and the runs by name.
 
 #![allow(clippy::unwrap_used)]
 
