@@ -1,5 +1,7 @@
 //! The controllers' numbers of Brunner 1988: every recomputed one comes out again, with its verdict.
 
+mod verdict;
+
 use std::collections::BTreeMap;
 
 use brunner_1988::controllers::{book, recomputed};
@@ -25,20 +27,7 @@ fn every_number_of_the_controllers_comes_out_again_with_its_verdict() {
             }
             continue;
         };
-        if entry.near_reference(value) == Some(false) {
-            let (reference, within) = (entry.reference, entry.tolerance);
-            faults.push(format!(
-                "{}: {value}, not {reference:?} within {within:?}",
-                entry.id
-            ));
-        }
-        let verdict = entry.judge(value);
-        if verdict != entry.verdict {
-            faults.push(format!(
-                "{}: {value} is {verdict:?}, not {:?}",
-                entry.id, entry.verdict
-            ));
-        }
+        faults.extend(verdict::faults(entry, value));
     }
     assert!(faults.is_empty(), "{}", faults.join("\n"));
     assert!(values.is_empty(), "the book has no {:?}", values.keys());

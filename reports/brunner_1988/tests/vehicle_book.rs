@@ -1,6 +1,8 @@
 //! The report's numbers of the vehicle and its instruments: every recomputed one comes out again, with its
 //! verdict.
 
+mod verdict;
+
 use std::collections::BTreeMap;
 
 use brunner_1988::vehicle::{book, carried, recomputed};
@@ -29,20 +31,7 @@ fn every_number_of_the_vehicle_comes_out_again_with_its_verdict() {
             }
             continue;
         };
-        if entry.near_reference(value) == Some(false) {
-            let (reference, within) = (entry.reference, entry.tolerance);
-            faults.push(format!(
-                "{}: {value}, not {reference:?} within {within:?}",
-                entry.id
-            ));
-        }
-        let verdict = entry.judge(value);
-        if verdict != entry.verdict {
-            let (id, printed, stands) = (&entry.id, entry.printed, entry.verdict);
-            faults.push(format!(
-                "{id}: {value} against {printed:?} is {verdict:?}, not {stands:?}"
-            ));
-        }
+        faults.extend(verdict::faults(entry, value));
     }
     assert!(faults.is_empty(), "{}", faults.join("\n"));
     // Whole rows of the programs and of Table 8 are computed; the book holds some numbers of each.
