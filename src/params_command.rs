@@ -14,14 +14,15 @@ use crate::table::{Format, Table};
 /// # Errors
 /// When there is no such node.
 pub fn list_parameters(node: Option<&str>, format: Option<Format>) -> Result<()> {
-    if let (Some(format), true) = (format, node.is_none_or(|name| NODES.contains(&name))) {
+    let nodes = chosen(node)?;
+    if let Some(format) = format {
         let mut table = Table::new(["node", "parameter", "default", "rules", "description"]);
-        for name in NODES.iter().filter(|n| node.is_none_or(|only| only == **n)) {
+        for name in nodes {
             for d in declarations(name).unwrap_or_default() {
                 let rules = rules(&d);
                 let default = d.default.to_string();
                 table.row([
-                    (*name).to_owned(),
+                    name.to_owned(),
                     d.name,
                     default,
                     rules,
@@ -31,7 +32,7 @@ pub fn list_parameters(node: Option<&str>, format: Option<Format>) -> Result<()>
         }
         return Ok(planesman_node::print(table.text(format)?)?);
     }
-    for name in NODES.iter().filter(|n| node.is_none_or(|only| only == **n)) {
+    for name in nodes {
         planesman_node::say!("{name}:")?;
         for d in declarations(name).unwrap_or_default() {
             let range = d
@@ -53,12 +54,19 @@ pub fn list_parameters(node: Option<&str>, format: Option<Format>) -> Result<()>
             )?;
         }
     }
-    match node {
-        Some(name) if !NODES.contains(&name) => {
-            bail!("there is no node '{name}'; there are {}", NODES.join(", "))
-        }
-        _ => Ok(()),
+    Ok(())
+}
+
+/// One node, or all.
+fn chosen(node: Option<&str>) -> Result<Vec<&'static str>> {
+    let nodes = NODES.into_iter();
+    let nodes: Vec<_> = nodes
+        .filter(|name| node.is_none_or(|only| only == *name))
+        .collect();
+    if let (Some(name), []) = (node, nodes.as_slice()) {
+        bail!("there is no node '{name}'; there are {}", NODES.join(", "));
     }
+    Ok(nodes)
 }
 
 /// Every parameter of one node, or of all, as a ROS 2 parameter file for any namespace: at its
@@ -67,11 +75,7 @@ pub fn list_parameters(node: Option<&str>, format: Option<Format>) -> Result<()>
 /// # Errors
 /// When there is no such node.
 pub fn parameter_file(node: Option<&str>, scenario: Option<&Scenario>) -> Result<String> {
-    if let Some(name) = node
-        && declarations(name).is_none()
-    {
-        bail!("there is no node '{name}'; there are {}", NODES.join(", "));
-    }
+    let nodes = chosen(node)?;
     let mut text = match scenario {
         None => "# Every parameter of every node at its default: a ROS 2 parameter file, as\n\
                  # `planesman params --yaml` writes it.\n"
@@ -81,7 +85,7 @@ pub fn parameter_file(node: Option<&str>, scenario: Option<&Scenario>) -> Result
             scenario.description.replace('\n', " ")
         ),
     };
-    for name in NODES.iter().filter(|n| node.is_none_or(|only| only == **n)) {
+    for name in nodes {
         let values = scenario.map(|s| s.values(name)).transpose()?;
         write!(text, "\n/**/{name}:\n  ros__parameters:\n")?;
         for d in declarations(name).unwrap_or_default() {
