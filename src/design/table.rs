@@ -165,7 +165,6 @@ parameters:
   plant_sim:
     vehicle: {vehicle}
     speed: {speed}
-    sensors.depth.saturation: 0.0
   depth_controller:
     depth_setpoint: {step}
     feedback.source: {feedback}
