@@ -23,7 +23,7 @@ pub(super) fn of(analysis: &Analysis) -> Result<ModelFile> {
         method: analysis.options.method.name().to_owned(),
         speed: analysis.options.speed,
         sample_time: model.sample_time,
-        num: model.b.clone(),
+        num: model.numerator(analysis.estimate.layout.structure.delay == 0),
         den: std::iter::once(1.0)
             .chain(model.a.iter().copied())
             .collect(),
@@ -40,6 +40,7 @@ pub(super) fn of(analysis: &Analysis) -> Result<ModelFile> {
         offset: analysis.estimate.offset(analysis.longest),
         noise_variance: analysis.estimate.noise_variance,
         noise_model: analysis.estimate.noise_model.clone(),
+        noise_denominator: analysis.estimate.noise_denominator.clone(),
         poles: places(reading.poles()?),
         continuous_poles: places(reading.continuous_poles()?),
         zeros: places(reading.zeros()?),

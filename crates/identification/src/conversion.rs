@@ -35,10 +35,17 @@ pub fn continuous(model: &Model) -> Result<Continuous> {
     let dt = model.sample_time;
     let (mut a, mut b) = (model.a.clone(), model.b.clone());
     let mut delay = 0.0;
-    while a.len() > 1 && a.last() == Some(&0.0) && b.first() == Some(&0.0) {
+    while model.feedthrough == 0.0
+        && a.len() > 1
+        && a.last() == Some(&0.0)
+        && b.first() == Some(&0.0)
+    {
         a.pop();
         b.remove(0);
         delay += dt;
+    }
+    if model.feedthrough != 0.0 {
+        b.insert(0, model.feedthrough);
     }
     let den: Vec<f64> = std::iter::once(1.0).chain(a).collect();
     let poles = polynomial::roots(&den)?;
@@ -84,6 +91,12 @@ pub fn continuous(model: &Model) -> Result<Continuous> {
         }
     }
     let den = polynomial::from_roots(&s_poles)?;
+    if model.feedthrough != 0.0 {
+        num.insert(0, 0.0);
+        for (sum, c) in num.iter_mut().zip(&den) {
+            *sum += model.feedthrough * c;
+        }
+    }
     // A numerator's leading coefficients that are rounding are none.
     let size = num.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
     let first = num
@@ -184,6 +197,7 @@ mod tests {
         let model = Model {
             sample_time: 0.1,
             a,
+            feedthrough: 0.0,
             b,
             c: vec![],
             bias: 0.0,
@@ -200,6 +214,7 @@ mod tests {
         let late = Model {
             sample_time: 0.1,
             a: vec![-0.9, 0.0, 0.0],
+            feedthrough: 0.0,
             b: vec![0.0, 0.0, 1.0],
             c: vec![],
             bias: 0.0,

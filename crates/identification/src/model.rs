@@ -18,6 +18,8 @@ pub struct Model {
     pub sample_time: f64,
     /// `a1 ... an`.
     pub a: Vec<f64>,
+    /// `b0`, which acts at once, output unit per input unit; 0 where every input acts later.
+    pub feedthrough: f64,
     /// `b1 ... bn`, output unit per input unit.
     pub b: Vec<f64>,
     /// `c1 ... cn`, output unit per input unit; empty when no moment is regressed on.
@@ -35,6 +37,7 @@ impl Model {
         Self {
             sample_time,
             a: block(0),
+            feedthrough: 0.0,
             b: block(1),
             c: if shape.moment { block(2) } else { Vec::new() },
             bias: if shape.bias {
@@ -43,6 +46,13 @@ impl Model {
                 0.0
             },
         }
+    }
+
+    /// `b1 ... bn`, led by `b0` where there is direct feedthrough.
+    #[must_use]
+    pub fn numerator(&self, feedthrough: bool) -> Vec<f64> {
+        let lead = feedthrough.then_some(self.feedthrough);
+        lead.into_iter().chain(self.b.iter().copied()).collect()
     }
 
     /// `z^n + a1 z^(n-1) + ... + an`.
@@ -60,13 +70,14 @@ impl Model {
         Ok(poles)
     }
 
-    /// The zeros of `b1 z^(n-1) + ... + bn` in the z plane, in the order of the poles.
+    /// The zeros of the numerator in the z plane, in the order of the poles.
     ///
     /// # Errors
     /// [`IdentificationError`](crate::IdentificationError), when the roots cannot be found.
     pub fn zeros(&self) -> Result<Vec<Complex<f64>>> {
+        let numerator = self.numerator(self.feedthrough != 0.0);
         let mut zeros =
-            TransferFunction::new(self.b.clone(), self.denominator()).and_then(|g| g.zeros())?;
+            TransferFunction::new(numerator, self.denominator()).and_then(|g| g.zeros())?;
         sort_largest_first(&mut zeros);
         Ok(zeros)
     }
@@ -100,7 +111,7 @@ impl Model {
         let denominator = evaluate(&self.denominator(), one).re;
         let size = 1.0 + self.a.iter().map(|a| a.abs()).sum::<f64>();
         (denominator.abs() > INTEGRATOR_TOLERANCE * size)
-            .then(|| self.b.iter().sum::<f64>() / denominator)
+            .then(|| (self.feedthrough + self.b.iter().sum::<f64>()) / denominator)
             .filter(|gain| gain.is_finite())
     }
 
@@ -122,6 +133,7 @@ impl Model {
             let bias = if k == 0 { 0.0 } else { self.bias };
             let output = past(&self.b, &|j| input(j).mean) + past(&self.c, &|j| input(j).moment)
                 - past(&self.a, &|j| outputs[j])
+                + self.feedthrough * input(k).mean
                 + bias;
             outputs.push(output);
         }
@@ -149,6 +161,7 @@ mod tests {
         Model {
             sample_time: 0.05,
             a: a.to_vec(),
+            feedthrough: 0.0,
             b: b.to_vec(),
             c: Vec::new(),
             bias: 0.0,

@@ -114,6 +114,7 @@ fn model(all: &[f64], order: usize, moments: bool, bias: bool, sample_time: f64)
     Model {
         sample_time,
         a: block(0),
+        feedthrough: 0.0,
         b: block(1),
         c: if moments { block(2) } else { Vec::new() },
         bias: all.last().copied().filter(|_| bias).unwrap_or(0.0),

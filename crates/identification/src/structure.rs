@@ -56,7 +56,7 @@ pub struct Structure {
     pub poles: usize,
     /// `m`, unknown coefficients of the numerator.
     pub numerator: usize,
-    /// Samples from an input to its first effect, at least 1.
+    /// Samples from an input to its first effect; 0 for direct feedthrough.
     pub delay: usize,
     /// The output has an unknown offset.
     pub offset: bool,
@@ -109,6 +109,21 @@ impl Structure {
         self
     }
 
+    /// A record's input through what is known, delayed so that element k first acts on output k. Before a record in
+    /// motion the input is taken to have stood at its first value: a constant added to it changes the offset alone.
+    #[must_use]
+    pub fn driving(&self, inputs: &[f64]) -> Vec<f64> {
+        let through = filter(&self.known_numerator, &self.known_denominator, inputs);
+        let before = match self.start {
+            Start::Rest => 0.0,
+            Start::Motion => through.first().copied().unwrap_or_default(),
+        };
+        let mut driving = vec![before; self.delay];
+        driving.extend(through);
+        driving.truncate(inputs.len());
+        driving
+    }
+
     /// Samples of history a row of the difference equation needs.
     #[must_use]
     pub fn history(&self) -> usize {
@@ -132,13 +147,13 @@ pub struct Problem<'a> {
 
 impl<'a> Problem<'a> {
     /// # Errors
-    /// [`IdentificationError`]: a structure without unknowns or delay, a record whose inputs and outputs differ
+    /// [`IdentificationError`]: a structure without numerator, a record whose inputs and outputs differ
     /// in number, numbers that are not finite.
     pub fn new(structure: Structure, sample_time: f64, runs: Vec<Run<'a>>) -> Result<Self> {
         let option = |reason| Err(IdentificationError::Option(reason));
         let record = |reason| Err(IdentificationError::Record(reason));
-        if structure.numerator == 0 || structure.delay == 0 {
-            return option("the structure has no numerator, or no delay".to_owned());
+        if structure.numerator == 0 {
+            return option("the structure has no numerator".to_owned());
         }
         let monic = structure.known_denominator.first() == Some(&1.0);
         if !monic || structure.known_numerator.is_empty() {
@@ -209,24 +224,11 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// Each record's input through what is known, delayed so that element k first acts on output k.
+    /// Each record's input as [`Structure::driving`] has it.
     #[must_use]
     pub fn driving(&self) -> Vec<Vec<f64>> {
-        let Structure {
-            delay,
-            known_numerator,
-            known_denominator,
-            ..
-        } = &self.structure;
-        self.runs
-            .iter()
-            .map(|run| {
-                let mut driving = vec![0.0; *delay];
-                driving.extend(filter(known_numerator, known_denominator, run.inputs));
-                driving.truncate(run.inputs.len());
-                driving
-            })
-            .collect()
+        let runs = self.runs.iter();
+        runs.map(|run| self.structure.driving(run.inputs)).collect()
     }
 }
 
@@ -302,14 +304,16 @@ impl Layout {
         a.extend(&theta[self.a()]);
         let mut a = product(&a, &s.known_denominator);
         a.remove(0);
-        let mut b = vec![0.0; s.delay - 1];
+        let mut b = vec![0.0; s.delay];
         b.extend(product(&theta[self.b(run)], &s.known_numerator));
+        let feedthrough = b.remove(0);
         let order = a.len().max(b.len());
         a.resize(order, 0.0);
         b.resize(order, 0.0);
         Model {
             sample_time,
             a,
+            feedthrough,
             b,
             c: Vec::new(),
             bias: 0.0,
@@ -321,21 +325,15 @@ impl Layout {
 #[must_use]
 pub fn filter(num: &[f64], den: &[f64], input: &[f64]) -> Vec<f64> {
     let mut output: Vec<f64> = Vec::with_capacity(input.len());
+    let weighted = |coefficients: &[f64], past: &[f64]| -> f64 {
+        let pairs = coefficients.iter().zip(past.iter().rev());
+        pairs.map(|(c, value)| c * value).sum()
+    };
+    let back = den.get(1..).unwrap_or_default();
     for k in 0..input.len() {
-        let forward: f64 = num
-            .iter()
-            .take(k + 1)
-            .enumerate()
-            .map(|(i, c)| c * input[k - i])
-            .sum();
-        let back: f64 = den
-            .iter()
-            .take(k + 1)
-            .enumerate()
-            .skip(1)
-            .map(|(i, c)| c * output[k - i])
-            .sum();
-        output.push(forward - back);
+        let forward = weighted(num, &input[(k + 1).saturating_sub(num.len())..=k]);
+        let past = weighted(back, &output[k.saturating_sub(back.len())..]);
+        output.push(forward - past);
     }
     output
 }

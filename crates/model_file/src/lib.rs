@@ -135,11 +135,12 @@ pub struct ModelFile {
     pub speed: Option<f64>,
     /// The interval between samples, s.
     pub sample_time: f64,
-    /// `b1 ... bn`: powers of z, the highest first. A delay of d samples is d - 1 zeros in front.
+    /// `b1 ... bn`, with direct feedthrough `b0 ... bn`: powers of z, the highest first. A delay of d samples is d - 1
+    /// zeros in front.
     pub num: Vec<f64>,
     /// `1, a1 ... an`: powers of z, the highest first.
     pub den: Vec<f64>,
-    /// The covariance of `a1 ... an, b1 ... bn`, row by row; what is known beforehand has none.
+    /// The covariance of `a1 ... an` and of `num`, row by row; what is known beforehand has none.
     pub covariance: Vec<Vec<f64>>,
     /// The continuous model; none when a pole has no continuous counterpart.
     pub continuous: Option<Continuous>,
@@ -151,6 +152,9 @@ pub struct ModelFile {
     pub noise_variance: f64,
     /// `c1 ... cn`; empty without a noise model.
     pub noise_model: Vec<f64>,
+    /// `d1 ... dk` of the noise `e / (1 + d1 z^-1 + ... + dk z^-k)` on the output; empty without.
+    #[serde(default)]
+    pub noise_denominator: Vec<f64>,
     /// Poles in z.
     pub poles: Vec<Place>,
     /// Poles in s, 1/s.
@@ -177,7 +181,7 @@ impl ModelFile {
         num: Vec<f64>,
         den: Vec<f64>,
     ) -> Self {
-        let count = 2 * num.len();
+        let count = num.len() + den.len().saturating_sub(1);
         Self {
             format: Format::One,
             input: input.to_owned(),
@@ -193,6 +197,7 @@ impl ModelFile {
             offset: 0.0,
             noise_variance: 0.0,
             noise_model: Vec::new(),
+            noise_denominator: Vec::new(),
             poles: Vec::new(),
             continuous_poles: Vec::new(),
             zeros: Vec::new(),
@@ -263,7 +268,13 @@ impl ModelFile {
     /// `n`.
     #[must_use]
     pub fn order(&self) -> usize {
-        self.num.len()
+        self.den.len().saturating_sub(1)
+    }
+
+    /// Whether the input acts on the output of the same sample: `num` is as long as `den`.
+    #[must_use]
+    pub fn has_feedthrough(&self) -> bool {
+        self.num.len() == self.den.len()
     }
 
     /// The speed, m/s, for those who cannot do without.
@@ -297,18 +308,20 @@ impl ModelFile {
             return Err("den must begin with 1".to_owned());
         }
         let n = self.order();
-        if !(1..=LARGEST_ORDER).contains(&n) || self.den.len() != n + 1 {
+        let paired = self.num.len() == n || self.has_feedthrough();
+        if !(1..=LARGEST_ORDER).contains(&n) || !paired {
             return Err(format!(
-                "num has {n} coefficients and den {}: den must have one more, {} at most",
+                "num has {} coefficients and den {}: den must have one more, or as many, {} at most",
+                self.num.len(),
                 self.den.len(),
                 LARGEST_ORDER + 1
             ));
         }
-        let square = self.covariance.iter().all(|row| row.len() == 2 * n);
-        if self.covariance.len() != 2 * n || !square {
+        let count = n + self.num.len();
+        let square = self.covariance.iter().all(|row| row.len() == count);
+        if self.covariance.len() != count || !square {
             return Err(format!(
-                "covariance must have {0} rows of {0}: one for each of den after the 1, and of num",
-                2 * n
+                "covariance must have {count} rows of {count}: one for each of den after the 1, and of num"
             ));
         }
         let continuous = self.continuous.as_ref();

@@ -16,6 +16,7 @@ use crate::error::{IdentificationError, Result};
 use crate::estimators::{Estimate, Estimator, Knowledge, Method, Physical, TwoStages};
 use crate::model::Model;
 use crate::record::{Record, Stretch};
+use crate::selection::{self, Kind, select};
 use crate::structure::{Problem, Run, Start, Structure, variance};
 use crate::uncertainty::Reading;
 use crate::validation::order_search::{Candidate, choice, first_part, search};
@@ -50,10 +51,10 @@ pub struct Options {
 }
 
 impl Default for Options {
-    /// Output error, everything searched.
+    /// Everything searched.
     fn default() -> Self {
         Self {
-            method: Method::OutputError,
+            method: Method::Automatic,
             knowledge: Knowledge::default(),
             order: None,
             delay: None,
@@ -71,7 +72,11 @@ impl Default for Options {
 /// Smallest variation of the held-out output for a validation, in standard deviations of the noise.
 const MOVES_BEYOND_NOISE: f64 = 2.0;
 
-/// Orders and delays searched.
+/// Orders and delays cross-validated.
+const MOST: usize = 10;
+const LONGEST: usize = 20;
+
+/// Orders and delays searched for a method that was named.
 const ORDERS: usize = 4;
 const DELAYS: usize = 3;
 
@@ -109,6 +114,10 @@ pub struct Analysis {
     pub direct: Option<Estimate>,
     /// The orders and delays tried; empty when the order was given.
     pub candidates: Vec<Candidate>,
+    /// The kinds, orders and delays that were cross-validated, the chosen one first; empty for a method that was named.
+    pub selected: Vec<selection::Candidate>,
+    /// The kind that was chosen.
+    pub kind: Option<Kind>,
     /// Samples it was tried on.
     pub searched: usize,
     /// Of each run, the number of the record's stretch.
@@ -147,23 +156,54 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Analysis> {
         .iter()
         .filter_map(|number| Some(of(number).inputs.get(1)?.as_slice()))
         .collect();
-    let method = options.method.estimator(&options.knowledge);
-    let staged = TwoStages {
-        second: method.as_ref(),
-        references,
-    };
-    let in_a_loop = !staged.references.is_empty();
-    let estimator: &dyn Estimator = if in_a_loop { &staged } else { method.as_ref() };
+    let mut method = options.method.estimator(&options.knowledge);
+    let in_a_loop = !references.is_empty();
     // Orders and trajectories are of the second stage.
     let caused = if in_a_loop {
+        let staged = TwoStages {
+            second: method.as_ref(),
+            references: references.clone(),
+        };
         staged.caused(&problem)?
     } else {
         Vec::new()
     };
     let mut candidates = Vec::new();
+    let mut selected = Vec::new();
     let whole = second_stage(&problem, &caused);
     let part = whole.part().unwrap_or(whole);
-    if options.order.is_none() && !options.method.is_of_the_vehicle() {
+    let mut kind = None;
+    if options.method == Method::Automatic {
+        let orders = options.order.map_or(1..=MOST, |order| order..=order);
+        let delays = options.delay.map_or(0..=LONGEST, |delay| delay..=delay);
+        let structures = |order: usize, delay: usize| {
+            let mut structure = structure(options, order);
+            structure.delay = delay;
+            structure.start = part.structure.start;
+            structure.numerator += usize::from(delay == 0);
+            structure
+        };
+        selected = select(&part, orders, delays, &structures);
+        // One that all the data does not determine gives way to the next.
+        let start = problem.structure.start;
+        let mut determined = None;
+        for (at, candidate) in selected.iter().enumerate() {
+            problem.structure = Structure {
+                start,
+                ..candidate.structure.clone()
+            };
+            method = candidate.estimator();
+            if at + 1 == selected.len() || method.fit(&second_stage(&problem, &caused)).is_ok() {
+                determined = Some(at);
+                break;
+            }
+        }
+        let determined = determined.ok_or(IdentificationError::Undetermined(
+            "the record determines no model of any order",
+        ))?;
+        selected.drain(..determined);
+        kind = selected.first().map(|chosen| chosen.kind);
+    } else if options.order.is_none() && !options.method.is_of_the_vehicle() {
         let delays = options.delay.map_or(1..=DELAYS, |delay| delay..=delay);
         let structures = (1..=ORDERS).flat_map(|order| {
             delays.clone().map(move |delay| Structure {
@@ -182,6 +222,11 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Analysis> {
         }
     }
 
+    let staged = TwoStages {
+        second: method.as_ref(),
+        references,
+    };
+    let estimator: &dyn Estimator = if in_a_loop { &staged } else { method.as_ref() };
     let estimate = estimator.fit(&problem)?;
     let longest = (0..problem.runs.len())
         .max_by_key(|r| problem.runs[*r].outputs.len())
@@ -209,6 +254,8 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Analysis> {
         verdict: Vec::new(),
         trajectory: trajectory(method.as_ref(), &second_stage(&problem, &caused)),
         candidates,
+        selected,
+        kind,
         estimate,
         direct,
         stretches,

@@ -62,6 +62,7 @@ impl Estimator for Armax {
                 .iter()
                 .copied()
                 .collect(),
+            noise_denominator: Vec::new(),
             residuals: rows_by_run(problem, at.errors.as_slice()),
             theta: theta.rows(0, plain).into_owned(),
             physical: None,

@@ -1,12 +1,14 @@
 //! An estimate: the parameters, their covariance, and the model.
 
 use nalgebra::{DMatrix, DVector};
+use planesman_linear::polynomial::product;
 
 use super::physical::Physical;
 use super::rows::impulse;
 use crate::fit::{Spread, fit};
+use crate::free_motion::without_free_motion;
 use crate::model::Model;
-use crate::structure::{Layout, Run, filter};
+use crate::structure::{Layout, Run, Start, filter};
 
 /// The result of an estimator.
 #[derive(Clone, Debug)]
@@ -25,6 +27,8 @@ pub struct Estimate {
     pub noise_variance: f64,
     /// `c1 ... cn` of the noise model `C`; empty for a method without one.
     pub noise_model: Vec<f64>,
+    /// `d1 ... dk` of the noise `e/D` on the output; empty for a method without it.
+    pub noise_denominator: Vec<f64>,
     /// The residuals of each record, output unit.
     pub residuals: Vec<Vec<f64>>,
     /// The vehicle's own coefficients, where those were sought.
@@ -39,12 +43,14 @@ impl Estimate {
             .model(self.theta.as_slice(), run, self.sample_time)
     }
 
-    /// The covariance of `a1 ... an, b1 ... bn` of a record's model; what is known beforehand has none.
+    /// The covariance of `a1 ... an` and the numerator's coefficients ([`Model::numerator`]) of a record's model; what
+    /// is known beforehand has none.
     #[must_use]
     pub fn coefficient_covariance(&self, run: usize) -> DMatrix<f64> {
         let coefficients = |theta: &DVector<f64>| {
             let model = self.layout.model(theta.as_slice(), run, self.sample_time);
-            DVector::from_vec([model.a, model.b].concat())
+            let numerator = model.numerator(self.layout.structure.delay == 0);
+            DVector::from_vec([model.a, numerator].concat())
         };
         // The coefficients are linear in theta, and a constant: their slopes are whole differences.
         let none = DVector::zeros(self.theta.len());
@@ -77,15 +83,12 @@ impl Estimate {
     /// The output of record `run` from its input alone, with offset and the motion it began with.
     #[must_use]
     pub fn simulate(&self, run: usize, inputs: &[f64]) -> Vec<f64> {
-        let model = self.model(run);
-        let mut den = vec![1.0];
-        den.extend(&model.a);
-        let mut num = vec![0.0];
-        num.extend(&model.b);
-        let mut output = filter(&num, &den, inputs);
-        let offset = self.offset(run);
+        let structure = &self.layout.structure;
         let mut a = vec![1.0];
-        a.extend(self.theta.rows(0, self.layout.structure.poles).iter());
+        a.extend(self.theta.rows(0, structure.poles).iter());
+        let b = &self.theta.as_slice()[self.layout.b(run)];
+        let mut output = filter(b, &a, &structure.driving(inputs));
+        let offset = self.offset(run);
         let motion: Vec<f64> = self
             .layout
             .motion(run)
@@ -99,18 +102,32 @@ impl Estimate {
     }
 
     /// The fit of the simulated output, `100 (1 - |y - yhat| / |y - mean y|)` %, over samples
-    /// `from..` of record `run`; `None` when the output did not move or the simulation overflows.
+    /// `from..` of record `run`, the state at the first of them fitted; `None` when the output did not move or the
+    /// simulation overflows.
     #[must_use]
     pub fn simulated_fit(&self, run: usize, record: Run<'_>, from: usize) -> Option<f64> {
-        let simulated = self.simulate(run, record.inputs);
-        let pairs = record.outputs.iter().zip(&simulated).skip(from);
+        let structure = &self.layout.structure;
+        let mut a = vec![1.0];
+        a.extend(self.theta.rows(0, structure.poles).iter());
+        let b = &self.theta.as_slice()[self.layout.b(run)];
+        let driving = structure
+            .driving(record.inputs)
+            .split_off(from.min(record.inputs.len()));
+        let offset = self.offset(run);
+        let outputs = record.outputs.get(from..).unwrap_or_default();
         let mut spread = Spread::default();
-        let mut squared_errors = 0.0;
-        for (y, y_hat) in pairs {
-            spread.update(*y, 1.0);
-            squared_errors += (y - y_hat) * (y - y_hat);
-        }
-        fit(squared_errors, spread.sum_of_squares())
+        let pairs = outputs.iter().zip(filter(b, &a, &driving));
+        let left: Vec<f64> = pairs
+            .map(|(y, x)| {
+                spread.update(*y, 1.0);
+                y - x - offset
+            })
+            .collect();
+        let free = match structure.start {
+            Start::Rest if from == 0 => vec![1.0],
+            _ => product(&a, &structure.known_denominator),
+        };
+        fit(without_free_motion(&left, &free), spread.sum_of_squares())
     }
 }
 

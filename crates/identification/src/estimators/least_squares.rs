@@ -33,6 +33,7 @@ impl Estimator for LeastSquares {
             covariance: triangle.unit_covariance()? * noise_variance,
             noise_variance,
             noise_model: Vec::new(),
+            noise_denominator: Vec::new(),
             residuals: rows_by_run(problem, residuals.as_slice()),
             theta,
             physical: None,

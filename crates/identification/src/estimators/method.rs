@@ -7,15 +7,20 @@ use super::least_squares::LeastSquares;
 use super::output_error::OutputError;
 use super::recursive::{Kind, Options};
 use super::recursively::Recursively;
+use super::refined::Near;
 use super::vehicle::Vehicle;
 use super::vehicle_fit::{VehicleFilter, VehicleSearch};
 
 /// The estimators that a user can ask for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
-    /// The least simulated error: noise of any colour leaves no bias.
+    /// Order, delay and kind by cross-validation: output error, Box-Jenkins or ARX.
     #[default]
+    Automatic,
+    /// The least simulated error: noise of any colour leaves no bias.
     OutputError,
+    /// The same, with a model of the noise.
+    BoxJenkins,
     /// The same point by rounds of instrumental variables.
     Instruments,
     /// The least one-step error, with a model of the noise: for disturbances and feedback.
@@ -51,8 +56,10 @@ pub struct Knowledge {
 
 impl Method {
     /// Every method.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 12] = [
+        Self::Automatic,
         Self::OutputError,
+        Self::BoxJenkins,
         Self::Instruments,
         Self::Armax,
         Self::LeastSquares,
@@ -68,6 +75,14 @@ impl Method {
     #[must_use]
     pub const fn described(self) -> (&'static str, &'static str) {
         match self {
+            Self::Automatic => (
+                "automatic",
+                "Output error, Box-Jenkins or ARX, with order and delay, by cross-validation",
+            ),
+            Self::BoxJenkins => (
+                "box_jenkins",
+                "Output error with an autoregressive noise model; for disturbances",
+            ),
             Self::OutputError => (
                 "output_error",
                 "Minimises the simulation error; no bias from noise of any colour",
@@ -127,6 +142,10 @@ impl Method {
         };
         match self {
             Self::OutputError => Box::new(OutputError),
+            Self::Automatic | Self::BoxJenkins => Box::new(Near {
+                poles: Vec::new(),
+                noise: true,
+            }),
             Self::Instruments => Box::new(Instruments),
             Self::Armax => Box::new(Armax),
             Self::LeastSquares => Box::new(LeastSquares),

@@ -15,6 +15,8 @@
 //! what the thesis used is the first (Brunner, NPS thesis, 1988, ch. V).
 
 mod armax;
+mod coloured;
+mod course;
 mod equation;
 mod estimate;
 mod estimator;
@@ -27,14 +29,18 @@ mod output_error;
 mod physical;
 pub mod recursive;
 mod recursively;
+mod refined;
 mod rows;
 mod simulator;
+mod stability;
 mod starts;
 mod two_stages;
 pub mod vehicle;
 mod vehicle_fit;
 
 pub use armax::Armax;
+pub(crate) use coloured::whitening;
+pub(crate) use course::{Course, Part, Search};
 pub use estimate::{Error, Estimate};
 pub use estimator::{Estimator, Recursive, learn};
 pub use instruments::Instruments;
@@ -43,6 +49,8 @@ pub use method::{Knowledge, Method};
 pub use output_error::OutputError;
 pub use physical::{NAMES, Physical, UNKNOWNS};
 pub use recursively::Recursively;
+pub use refined::Near;
 pub(crate) use rows::regression;
+pub(crate) use stability::{held_within, lies_within};
 pub use two_stages::TwoStages;
 pub use vehicle_fit::{Guess, VehicleFilter, VehicleSearch};

@@ -326,6 +326,7 @@ impl Recursion {
             covariance: covariance.view((0, 0), (plain, plain)).into_owned(),
             noise_variance,
             noise_model: theta.iter().skip(self.noise()).copied().collect(),
+            noise_denominator: Vec::new(),
             residuals: Vec::new(),
             theta: theta.rows(0, plain).into_owned(),
             physical: None,

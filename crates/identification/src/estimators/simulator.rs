@@ -4,13 +4,16 @@
 //! x = (B/A) u + (M/A) impulse,   yhat = x + offset,   e = y - yhat
 //! dyhat/da_i = -q^-i x / A,   dyhat/db_j = q^-j u / A,   dyhat/dm_i = q^-i impulse / A
 //! ```
-//! `u` has been through what is known and delayed; `M` is there for a record that begins in motion.
+//! `u` has been through what is known and delayed; `M` is there for a record that begins in motion. With a noise
+//! model `1/D` everything goes through `D` first, and the first samples, whose past is missing, do not count.
 
 use nalgebra::{DMatrix, DVector};
 
+use super::coloured::whitening;
+use super::course::Signals;
 use super::estimate::{Error, Estimate};
 use super::levenberg_marquardt::{Linearised, unit_covariance};
-use super::rows::{freedom, impulse, samples_by_run};
+use super::rows::{freedom, samples_by_run};
 use crate::error::Result;
 use crate::structure::{Layout, Problem, filter};
 
@@ -18,16 +21,23 @@ use crate::structure::{Layout, Problem, filter};
 pub(super) struct Simulator<'a> {
     problem: &'a Problem<'a>,
     layout: Layout,
-    driving: Vec<Vec<f64>>,
+    whitening: Vec<f64>,
+    signals: Vec<Signals>,
     rows: usize,
 }
 
 impl<'a> Simulator<'a> {
     pub(super) fn new(problem: &'a Problem<'a>) -> Self {
+        Self::whitened(problem, vec![1.0])
+    }
+
+    /// With `1, d1, ..., dk`, which whiten the residual.
+    pub(super) fn whitened(problem: &'a Problem<'a>, whitening: Vec<f64>) -> Self {
         Self {
             problem,
             layout: problem.layout(),
-            driving: problem.driving(),
+            signals: Signals::of(problem, &whitening),
+            whitening,
             rows: problem.runs.iter().map(|run| run.outputs.len()).sum(),
         }
     }
@@ -35,7 +45,7 @@ impl<'a> Simulator<'a> {
     /// `B/A u` of a record, without offset and motion.
     pub(super) fn caused(&self, theta: &DVector<f64>, run: usize) -> Vec<f64> {
         let b: Vec<f64> = theta.as_slice()[self.layout.b(run)].to_vec();
-        filter(&b, &self.denominator(theta), &self.driving[run])
+        filter(&b, &self.denominator(theta), &self.signals[run].driving)
     }
 
     /// `1, a1 ... an`.
@@ -54,14 +64,15 @@ impl<'a> Simulator<'a> {
         for (r, run) in self.problem.runs.iter().enumerate() {
             let count = run.outputs.len();
             let motion: Vec<f64> = theta.as_slice()[self.layout.motion(r)].to_vec();
-            let impulse = impulse(count);
+            let of = &self.signals[r];
             let mut x = self.caused(theta, r);
-            for (x, m) in x.iter_mut().zip(filter(&motion, &a, &impulse)) {
+            for (x, m) in x.iter_mut().zip(filter(&motion, &a, &of.impulse)) {
                 *x += m;
             }
             let offset = self.layout.offset(r);
             for k in 0..count {
-                errors[first + k] = run.outputs[k] - x[k] - offset.map_or(0.0, |at| theta[at]);
+                let offset = offset.map_or(0.0, |at| theta[at] * of.constant[k]);
+                errors[first + k] = of.outputs[k] - x[k] - offset;
             }
             let mut column = |at: usize, delay: usize, sign: f64, values: &[f64]| {
                 for k in delay..count {
@@ -72,33 +83,71 @@ impl<'a> Simulator<'a> {
             for (i, at) in self.layout.a().enumerate() {
                 column(at, i + 1, -1.0, &x);
             }
-            let driving = filter(&[1.0], &a, &self.driving[r]);
+            let driving = filter(&[1.0], &a, &of.driving);
             for (j, at) in self.layout.b(r).enumerate() {
                 column(at, j, 1.0, &driving);
             }
             if let Some(at) = offset {
-                column(at, 0, 1.0, &vec![1.0; count]);
+                column(at, 0, 1.0, &of.constant);
             }
-            let impulse = filter(&[1.0], &a, &impulse);
+            let impulse = filter(&[1.0], &a, &of.impulse);
             for (i, at) in self.layout.motion(r).enumerate() {
                 column(at, i, 1.0, &impulse);
             }
+            let lead = (self.whitening.len() - 1).min(count);
+            errors.rows_mut(first, lead).fill(0.0);
+            slopes.rows_mut(first, lead).fill(0.0);
             first += count;
         }
         Linearised { errors, slopes }
     }
 
+    /// The covariance of theta for a residual of any colour: `(psi'psi)^-1 psi' R psi (psi'psi)^-1` with R that of the
+    /// autoregression of the residual; `variance (psi'psi)^-1` where it is white.
+    fn covariance(&self, at: &Linearised, variance: f64) -> Result<DMatrix<f64>> {
+        let unit = unit_covariance(at)?;
+        let residuals = samples_by_run(self.problem, at.errors.as_slice());
+        let colour = whitening(residuals.iter().map(Vec::as_slice));
+        if colour.len() == 1 {
+            return Ok(unit * variance);
+        }
+        // psi' R psi = variance of the white noise times |1/D, backwards in time, psi|^2.
+        let mut backwards = at.slopes.clone();
+        let (mut first, mut white) = (0, 0.0);
+        for residual in &residuals {
+            white += filter(&colour, &[1.0], residual)
+                .iter()
+                .map(|e| e * e)
+                .sum::<f64>();
+            for mut column in backwards.column_iter_mut() {
+                let mut values: Vec<f64> =
+                    column.rows(first, residual.len()).iter().copied().collect();
+                values.reverse();
+                let through = filter(&[1.0], &colour, &values);
+                for (k, value) in through.into_iter().rev().enumerate() {
+                    column[first + k] = value;
+                }
+            }
+            first += residual.len();
+        }
+        let white = white / at.errors.norm_squared() * variance;
+        let half = backwards * unit;
+        Ok(half.tr_mul(&half) * white)
+    }
+
     /// The estimate at `theta`.
     pub(super) fn estimate(&self, theta: DVector<f64>, at: &Linearised) -> Result<Estimate> {
-        let freedom = freedom(at.errors.len(), theta.len())?;
+        let lead = (self.whitening.len() - 1) * self.signals.len();
+        let freedom = freedom(at.errors.len().saturating_sub(lead), theta.len())?;
         let noise_variance = at.errors.norm_squared() / freedom;
         Ok(Estimate {
             error: Error::Output,
             layout: self.layout.clone(),
             sample_time: self.problem.sample_time,
-            covariance: unit_covariance(at)? * noise_variance,
+            covariance: self.covariance(at, noise_variance)?,
             noise_variance,
             noise_model: Vec::new(),
+            noise_denominator: self.whitening[1..].to_vec(),
             residuals: samples_by_run(self.problem, at.errors.as_slice()),
             theta,
             physical: None,

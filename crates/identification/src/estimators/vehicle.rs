@@ -342,6 +342,7 @@ impl Vehicle {
             theta,
             noise_variance: found.noise_variance,
             noise_model: Vec::new(),
+            noise_denominator: Vec::new(),
             residuals: found.residuals,
             physical: Some(Physical {
                 values: found.coefficients.rows(0, unknowns).into_owned(),

@@ -34,6 +34,12 @@ impl FromFile {
     /// As [`read`](Self::read), but for the file's name.
     pub fn of(file: &ModelFile, schedule: &Schedule, trust: &Trust) -> Result<Self, String> {
         let speed = file.told_speed()?;
+        if file.has_feedthrough() {
+            return Err(
+                "direct feedthrough: planes move the vehicle only later; fit it with --delay 1"
+                    .to_owned(),
+            );
+        }
         let found = Identified::of(&estimate(file))?;
         let model = trust.believed(&found, schedule, speed)?;
         Ok(Self {

@@ -128,6 +128,7 @@ fn model(g: &TransferFunction) -> Model {
     Model {
         sample_time: SAMPLE_TIME,
         a: g.den[1..].to_vec(),
+        feedthrough: 0.0,
         b: g.num[g.num.len() - (g.den.len() - 1)..].to_vec(),
         c: Vec::new(),
         bias: 0.0,

@@ -125,6 +125,7 @@ impl<'b> Row<'b> {
         Some(Model {
             sample_time: SAMPLE_TIME,
             a,
+            feedthrough: 0.0,
             b,
             c: Vec::new(),
             bias: 0.0,

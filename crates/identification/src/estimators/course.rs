@@ -1,0 +1,391 @@
+//! The output error over parts of records, by its normal equations.
+//!
+//! ```text
+//! e = D (y - (B/A) u - (M/A) impulse - offset),   psi = -de/dtheta
+//! (psi'psi + mu diag(psi'psi)) step = psi'e       summed over the parts that count
+//! ```
+//! The columns of `psi` are shifts of four signals, so `psi'psi` needs the correlations of those only: an entry
+//! further down a diagonal differs from the one above by its ends. Nothing as large as the record is stored.
+//! `D = 1 + d1 q^-1 + ...` whitens the residual: with `v = e/D` the noise, the least error is that of a Box-Jenkins
+//! model whose noise is autoregressive (Ljung 1999, sec. 4.2 and 10.2).
+
+use std::ops::Range;
+
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+use super::rows::impulse;
+use super::stability::held_within;
+use crate::structure::{Layout, Problem, filter};
+
+/// Dampings tried within one step before the search ends.
+const TRIALS: usize = 12;
+
+/// A part of a record.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Part {
+    /// The record's number.
+    pub(crate) run: usize,
+    /// Its samples.
+    pub(crate) samples: Range<usize>,
+}
+
+/// A search for the least error.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Search {
+    /// Steps at most.
+    pub(crate) steps: usize,
+    /// A step that lowers the cost by less than this share of it is the last.
+    pub(crate) enough: f64,
+    /// The largest magnitude of a pole.
+    pub(crate) radius: f64,
+}
+
+/// The signals of a record, whitened.
+pub(super) struct Signals {
+    pub(super) driving: Vec<f64>,
+    pub(super) outputs: Vec<f64>,
+    pub(super) constant: Vec<f64>,
+    pub(super) impulse: Vec<f64>,
+}
+
+impl Signals {
+    /// Of each record of a problem, through `1, d1, ..., dk`.
+    pub(super) fn of(problem: &Problem<'_>, whitening: &[f64]) -> Vec<Self> {
+        let through = |values: &[f64]| filter(whitening, &[1.0], values);
+        let pairs = problem.runs.iter().zip(problem.driving());
+        pairs
+            .map(|(run, driving)| Self {
+                driving: through(&driving),
+                outputs: through(run.outputs),
+                constant: through(&vec![1.0; run.outputs.len()]),
+                impulse: through(&impulse(run.outputs.len())),
+            })
+            .collect()
+    }
+}
+
+/// The records, ready to be gone through with any parameters.
+pub(crate) struct Course {
+    layout: Layout,
+    signals: Vec<Signals>,
+    /// Samples at the beginning of each record whose whitened residual needs values before it.
+    lead: usize,
+}
+
+/// The normal equations of one part: `psi'psi`, `psi'e` and `e'e` in the order a, b, offset, motion of its record.
+#[derive(Clone)]
+struct Normal {
+    run: usize,
+    information: DMatrix<f64>,
+    gradient: DVector<f64>,
+    cost: f64,
+}
+
+/// The normal equations of several parts, in the order of theta.
+pub(crate) struct Total {
+    pub(crate) information: DMatrix<f64>,
+    pub(crate) gradient: DVector<f64>,
+    pub(crate) cost: f64,
+}
+
+impl Course {
+    /// The records of a problem, the residual whitened by `1, d1, ..., dk`; `[1]` leaves it.
+    pub(crate) fn new(problem: &Problem<'_>, whitening: &[f64]) -> Self {
+        Self {
+            layout: problem.layout(),
+            signals: Signals::of(problem, whitening),
+            lead: whitening.len() - 1,
+        }
+    }
+
+    /// Every record as one part.
+    pub(crate) fn whole(&self) -> Vec<Part> {
+        let parts = self.signals.iter().enumerate();
+        parts
+            .map(|(run, of)| Part {
+                run,
+                samples: 0..of.outputs.len(),
+            })
+            .collect()
+    }
+
+    /// `1, a1 ... an`.
+    fn denominator(&self, theta: &DVector<f64>) -> Vec<f64> {
+        let a = &theta.as_slice()[self.layout.a()];
+        std::iter::once(1.0).chain(a.iter().copied()).collect()
+    }
+
+    /// The places of a record's parameters in theta, in the order a, b, offset, motion.
+    fn places(&self, run: usize) -> Vec<usize> {
+        let layout = &self.layout;
+        (layout.a().chain(layout.b(run)))
+            .chain(layout.offset(run))
+            .chain(layout.motion(run))
+            .collect()
+    }
+
+    /// `e` of a record.
+    pub(crate) fn errors(&self, theta: &DVector<f64>, run: usize) -> Vec<f64> {
+        let [.., errors] = self.gone_through(theta, run, &self.denominator(theta));
+        errors
+    }
+
+    /// The signals of a record at `theta`: `u/A`, `impulse/A`, `(B/A) u + (M/A) impulse`, and `e`.
+    fn gone_through(&self, theta: &DVector<f64>, run: usize, a: &[f64]) -> [Vec<f64>; 4] {
+        let of = &self.signals[run];
+        let count = of.outputs.len();
+        let by_input = through_poles(a, &of.driving);
+        let motion = &theta.as_slice()[self.layout.motion(run)];
+        let by_impulse = match motion {
+            [] => Vec::new(),
+            _ => through_poles(a, &of.impulse),
+        };
+        let mut x = vec![0.0; count];
+        for (numerator, signal) in [
+            (&theta.as_slice()[self.layout.b(run)], &by_input),
+            (motion, &by_impulse),
+        ] {
+            for (shift, coefficient) in numerator.iter().enumerate() {
+                let delayed = x.get_mut(shift..).unwrap_or_default();
+                for (x, value) in delayed.iter_mut().zip(signal) {
+                    *x += coefficient * value;
+                }
+            }
+        }
+        let offset = self.layout.offset(run).map_or(0.0, |at| theta[at]);
+        let pairs = x.iter().zip(&of.outputs).zip(&of.constant);
+        let errors = pairs.map(|((x, y), one)| y - x - offset * one).collect();
+        [by_input, by_impulse, x, errors]
+    }
+
+    fn normals(&self, theta: &DVector<f64>, parts: &[Part]) -> Vec<Normal> {
+        let a = self.denominator(theta);
+        let mut normals = Vec::with_capacity(parts.len());
+        for (run, of) in self.signals.iter().enumerate() {
+            if parts.iter().all(|part| part.run != run) {
+                continue;
+            }
+            let [by_input, by_impulse, x, errors] = self.gone_through(theta, run, &a);
+            let layout = &self.layout;
+            let mut by_pole = through_poles(&a, &x);
+            by_pole.iter_mut().for_each(|value| *value = -*value);
+            let mut families = vec![
+                (by_pole.as_slice(), 1..layout.structure.poles + 1),
+                (&by_input, 0..layout.structure.numerator),
+                (&of.constant, 0..usize::from(layout.offset(run).is_some())),
+                (&by_impulse, 0..layout.motion(run).len()),
+            ];
+            families.retain(|(_, shifts)| !shifts.is_empty());
+            for part in parts.iter().filter(|part| part.run == run) {
+                let samples = part.samples.start.max(self.lead)..part.samples.end;
+                let count: usize = families.iter().map(|(_, shifts)| shifts.len()).sum();
+                let mut gradient = DVector::zeros(count);
+                let mut at = 0;
+                for (signal, shifts) in &families {
+                    for shift in shifts.clone() {
+                        gradient[at] = correlation(signal, shift, &errors, 0, &samples);
+                        at += 1;
+                    }
+                }
+                normals.push(Normal {
+                    run,
+                    information: information(&families, count, &samples),
+                    gradient,
+                    cost: correlation(&errors, 0, &errors, 0, &samples),
+                });
+            }
+        }
+        normals
+    }
+
+    /// The normal equations over parts at `theta`; `None` when a number is not finite.
+    pub(crate) fn total(&self, theta: &DVector<f64>, parts: &[Part]) -> Option<Total> {
+        let normals = self.normals(theta, parts);
+        let mut total = Total {
+            information: DMatrix::zeros(theta.len(), theta.len()),
+            gradient: DVector::zeros(theta.len()),
+            cost: 0.0,
+        };
+        for normal in &normals {
+            let places = self.places(normal.run);
+            for (i, row) in places.iter().enumerate() {
+                total.gradient[*row] += normal.gradient[i];
+                for (j, column) in places.iter().enumerate() {
+                    total.information[(*row, *column)] += normal.information[(i, j)];
+                }
+            }
+            total.cost += normal.cost;
+        }
+        let finite = total.cost.is_finite() && total.information.iter().all(|v| v.is_finite());
+        finite.then_some(total)
+    }
+
+    /// The poles given, everything else that comes nearest the outputs of the parts: it enters linearly.
+    pub(crate) fn completed(&self, a: &[f64], parts: &[Part]) -> Option<DVector<f64>> {
+        let (n, count) = (a.len(), self.layout.count());
+        let mut theta = DVector::zeros(count);
+        theta.rows_mut(0, n).copy_from_slice(a);
+        // The second time mends what the first rounded.
+        for _ in 0..2 {
+            let at = self.total(&theta, parts)?;
+            let linear = at.information.view((n, n), (count - n, count - n));
+            let step = damped(
+                &linear.into_owned(),
+                &at.gradient.rows(n, count - n).into_owned(),
+                1e-13,
+            )?;
+            let mut rest = theta.rows_mut(n, count - n);
+            rest += step;
+        }
+        Some(theta)
+    }
+
+    /// The parameters of the least error over the parts near `start`, and the error's sum of squares.
+    pub(crate) fn minimised(
+        &self,
+        start: DVector<f64>,
+        parts: &[Part],
+        search: Search,
+    ) -> Option<(DVector<f64>, f64)> {
+        let n = self.layout.structure.poles;
+        let mut theta = start;
+        let mut here = self.total(&theta, parts)?;
+        let mut damping = 1e-3;
+        for _ in 0..search.steps {
+            let mut better = None;
+            for _ in 0..TRIALS {
+                let there = damped(&here.information, &here.gradient, damping)
+                    .map(|step| &theta + step)
+                    .and_then(
+                        |there| match held_within(&there.as_slice()[..n], search.radius)? {
+                            None => Some(there),
+                            Some(a) => self.completed(&a, parts),
+                        },
+                    );
+                let found = there.and_then(|there| Some((self.total(&there, parts)?, there)));
+                if let Some((found, there)) = found
+                    && found.cost < here.cost
+                {
+                    better = Some((there, found));
+                    break;
+                }
+                damping = (damping * 4.0).max(1e-9);
+            }
+            let Some((there, found)) = better else {
+                break;
+            };
+            let fall = here.cost - found.cost;
+            let settled = fall <= search.enough * here.cost;
+            (theta, here) = (there, found);
+            damping *= 0.1;
+            if settled {
+                break;
+            }
+        }
+        Some((theta, here.cost))
+    }
+}
+
+/// `signal / A` from rest, in the transposed form: the sums of one sample do not wait for each other.
+fn through_poles(a: &[f64], signal: &[f64]) -> Vec<f64> {
+    let mut state = vec![0.0; a.len()];
+    let order = a.len() - 1;
+    signal
+        .iter()
+        .map(|value| {
+            let y = value + state[0];
+            for i in 0..order {
+                state[i] = state[i + 1] - a[i + 1] * y;
+            }
+            y
+        })
+        .collect()
+}
+
+/// `psi'psi` of signals and their shifts.
+fn information(
+    families: &[(&[f64], Range<usize>)],
+    count: usize,
+    samples: &Range<usize>,
+) -> DMatrix<f64> {
+    let mut information = DMatrix::zeros(count, count);
+    let value =
+        |signal: &[f64], at: usize, shift: usize| at.checked_sub(shift).map_or(0.0, |k| signal[k]);
+    let mut row = 0;
+    for (i, (f, rows)) in families.iter().enumerate() {
+        let mut column = row;
+        for (g, columns) in &families[i..] {
+            for (r, s) in rows.clone().enumerate() {
+                for (c, t) in columns.clone().enumerate() {
+                    let entry = if r == 0 || c == 0 {
+                        correlation(f, s, g, t, samples)
+                    } else {
+                        // sum f(k-s) g(k-t) is the one before, a sample earlier.
+                        let before: f64 = information[(row + r - 1, column + c - 1)];
+                        let (first, end) = (samples.start, samples.end);
+                        let gained = match first.checked_sub(1) {
+                            Some(k) => value(f, k, s - 1) * value(g, k, t - 1),
+                            None => 0.0,
+                        };
+                        let lost = match end.checked_sub(1) {
+                            Some(k) => value(f, k, s - 1) * value(g, k, t - 1),
+                            None => 0.0,
+                        };
+                        before + gained - lost
+                    };
+                    information[(row + r, column + c)] = entry;
+                }
+            }
+            column += columns.len();
+        }
+        row += rows.len();
+    }
+    information.fill_lower_triangle_with_upper_triangle();
+    information
+}
+
+/// `sum f(k-s) g(k-t)` over samples k; nothing is before the first.
+fn correlation(f: &[f64], s: usize, g: &[f64], t: usize, samples: &Range<usize>) -> f64 {
+    let first = samples.start.max(s).max(t);
+    if first >= samples.end {
+        return 0.0;
+    }
+    dot(
+        &f[first - s..samples.end - s],
+        &g[first - t..samples.end - t],
+    )
+}
+
+/// The scalar product, in eight sums side by side.
+fn dot(f: &[f64], g: &[f64]) -> f64 {
+    let (f, g) = (f.chunks_exact(8), g.chunks_exact(8));
+    let rest = (f.remainder().iter().zip(g.remainder())).map(|(f, g)| f * g);
+    let rest: f64 = rest.sum();
+    let mut sums = [0.0; 8];
+    for (f, g) in f.zip(g) {
+        for i in 0..8 {
+            sums[i] += f[i] * g[i];
+        }
+    }
+    sums.iter().sum::<f64>() + rest
+}
+
+/// The step `(H + mu diag H)^-1 g`; `None` when H is not positive definite even so.
+fn damped(
+    information: &DMatrix<f64>,
+    gradient: &DVector<f64>,
+    damping: f64,
+) -> Option<DVector<f64>> {
+    let scales: Vec<f64> = (0..gradient.len())
+        .map(|i| information[(i, i)].max(0.0).sqrt())
+        .map(|scale| if scale > 0.0 { scale } else { 1.0 })
+        .collect();
+    let scaled = DMatrix::from_fn(scales.len(), scales.len(), |i, j| {
+        let more = if i == j { damping.max(1e-14) } else { 0.0 };
+        information[(i, j)] / (scales[i] * scales[j]) + more
+    });
+    let right = DVector::from_fn(scales.len(), |i, _| gradient[i] / scales[i]);
+    let step = Cholesky::new(scaled)?.solve(&right);
+    let step = DVector::from_fn(scales.len(), |i, _| step[i] / scales[i]);
+    step.iter().all(|v| v.is_finite()).then_some(step)
+}

@@ -1,0 +1,68 @@
+//! What an initial state accounts for.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::structure::filter;
+
+/// Singular values below this share of the largest count as none.
+const NEGLIGIBLE: f64 = 1e-9;
+/// Growth of a free motion beyond which differences are rounding.
+const LARGEST: f64 = 1e7;
+
+/// The sum of squares of `left` that no free motion of the denominator takes away; infinite where a free motion grows
+/// beyond measure.
+pub(crate) fn without_free_motion(left: &[f64], denominator: &[f64]) -> f64 {
+    let (n, count) = (denominator.len() - 1, left.len());
+    let all: f64 = left.iter().map(|v| v * v).sum();
+    if n == 0 || count <= n || !all.is_finite() {
+        return all;
+    }
+    let mut impulse = vec![0.0; count];
+    impulse[0] = 1.0;
+    let motion = filter(&[1.0], denominator, &impulse);
+    if !motion.iter().all(|v| v.abs() < LARGEST) {
+        return f64::INFINITY;
+    }
+    let mut columns = DMatrix::zeros(count, n);
+    for i in 0..n {
+        let size = motion[..count - i]
+            .iter()
+            .map(|v| v * v)
+            .sum::<f64>()
+            .sqrt();
+        for k in i..count {
+            columns[(k, i)] = motion[k - i] / size;
+        }
+    }
+    let qr = columns.qr();
+    let mut rotated = DVector::from_column_slice(left);
+    qr.q_tr_mul(&mut rotated);
+    let svd = qr.r().svd(true, false);
+    let Some(u) = svd.u else {
+        return f64::INFINITY;
+    };
+    let largest = svd.singular_values.max();
+    let head = rotated.rows(0, n);
+    let ignored = (0..n).filter(|i| svd.singular_values[*i] <= NEGLIGIBLE * largest);
+    let rest: f64 = ignored.map(|i| u.column(i).dot(&head).powi(2)).sum();
+    rotated.rows(n, count - n).norm_squared() + rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_free_motion_is_taken_away_and_nothing_else() {
+        let denominator = [1.0, -1.5, 0.7];
+        let mut impulse = vec![0.0; 50];
+        impulse[0] = 1.0;
+        let free = filter(&[2.0, -3.0], &denominator, &impulse);
+        assert!(without_free_motion(&free, &denominator) < 1e-20);
+        let mut disturbed = free;
+        disturbed[49] += 1.0;
+        let left = without_free_motion(&disturbed, &denominator);
+        assert!(left > 0.99 && left <= 1.0, "{left}");
+        assert_eq!(without_free_motion(&[1.0; 50], &[1.0, -2.0]), f64::INFINITY);
+    }
+}

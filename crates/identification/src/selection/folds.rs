@@ -1,0 +1,128 @@
+//! Blocks of the records that are left out, and the error there.
+
+use std::ops::Range;
+
+use planesman_linear::polynomial::product;
+
+use crate::estimators::Part;
+use crate::free_motion::without_free_motion;
+use crate::structure::{Problem, Run, filter, variance};
+
+/// Blocks of half a record.
+pub(super) const HALVES: usize = 2;
+/// Where the parts of a record begin and end, in tenths: halves and fifths are made of them.
+const TENTHS: [usize; 7] = [0, 2, 4, 5, 6, 8, 10];
+/// The blocks, in tenths.
+const BLOCKS: [Range<usize>; 7] = [0..5, 5..10, 0..2, 2..4, 4..6, 6..8, 8..10];
+
+/// The parts of the records and the blocks made of them.
+pub(super) struct Folds {
+    pub(super) parts: Vec<Part>,
+    lengths: Vec<usize>,
+    variance: f64,
+}
+
+impl Folds {
+    pub(super) fn of(runs: &[Run<'_>]) -> Self {
+        let parts = runs.iter().enumerate().flat_map(|(run, of)| {
+            let count = of.outputs.len();
+            TENTHS.windows(2).map(move |pair| Part {
+                run,
+                samples: count * pair[0] / 10..count * pair[1] / 10,
+            })
+        });
+        Self {
+            parts: parts.collect(),
+            lengths: runs.iter().map(|run| run.outputs.len()).collect(),
+            variance: runs
+                .iter()
+                .map(|run| variance(run.outputs))
+                .fold(0.0, f64::max),
+        }
+    }
+
+    pub(super) fn count(&self) -> usize {
+        BLOCKS.len()
+    }
+
+    /// Whether a part belongs to the block.
+    pub(super) fn is_left_out(&self, fold: usize, part: usize) -> bool {
+        let tenths = TENTHS[part % (TENTHS.len() - 1)];
+        BLOCKS[fold].contains(&tenths)
+    }
+
+    /// The parts that are kept; those behind the block without their first `lead` samples, whose residual would know
+    /// of it.
+    pub(super) fn kept(&self, fold: usize, lead: usize) -> Vec<Part> {
+        let parts = self.parts.iter().enumerate();
+        parts
+            .filter(|(i, _)| !self.is_left_out(fold, *i))
+            .map(|(i, part)| {
+                let behind =
+                    i > 0 && self.parts[i - 1].run == part.run && self.is_left_out(fold, i - 1);
+                let Range { start, end } = part.samples;
+                let start = if behind {
+                    (start + lead).min(end)
+                } else {
+                    start
+                };
+                Part {
+                    run: part.run,
+                    samples: start..end,
+                }
+            })
+            .collect()
+    }
+
+    /// The mean squared simulation error over the block, for each degree of freedom left, over the output's variance.
+    /// With the errors of a simulation through the whole record, `through`, the state that the samples before the block
+    /// led to is kept; without, and at a record's beginning, the state there is fitted.
+    pub(super) fn error(
+        &self,
+        fold: usize,
+        problem: &Problem<'_>,
+        driving: &[Vec<f64>],
+        model: &Fold<'_>,
+        through: Option<&[Vec<f64>]>,
+    ) -> f64 {
+        let monic: Vec<f64> = std::iter::once(1.0)
+            .chain(model.a.iter().copied())
+            .collect();
+        let free = product(&monic, &problem.structure.known_denominator);
+        let (mut squares, mut samples) = (0.0, 0);
+        for (run, of) in problem.runs.iter().enumerate() {
+            let count = self.lengths[run];
+            let block = count * BLOCKS[fold].start / 10..count * BLOCKS[fold].end / 10;
+            if let Some(through) = through
+                && block.start > 0
+            {
+                squares += through[run][block.clone()]
+                    .iter()
+                    .map(|e| e * e)
+                    .sum::<f64>();
+                samples += block.len();
+                continue;
+            }
+            let simulated = filter((model.numerator)(run), &monic, &driving[run][block.clone()]);
+            let offset = (model.offset)(run);
+            let left = of.outputs[block.clone()].iter().zip(&simulated);
+            let left: Vec<f64> = left.map(|(y, x)| y - x - offset).collect();
+            squares += without_free_motion(&left, &free);
+            samples += block.len().saturating_sub(free.len() - 1);
+        }
+        let mean = squares / samples.max(1) as f64 / self.variance;
+        if mean.is_finite() {
+            mean
+        } else {
+            f64::INFINITY
+        }
+    }
+}
+
+/// A model that was fitted with a block left out.
+pub(super) struct Fold<'a> {
+    pub(super) a: &'a [f64],
+    /// `b1 ... bm` of a record.
+    pub(super) numerator: &'a dyn Fn(usize) -> &'a [f64],
+    pub(super) offset: &'a dyn Fn(usize) -> f64,
+}

@@ -1,0 +1,137 @@
+//! Regressions on past outputs and inputs, whole records and parts of them, from one matrix of products.
+//!
+//! Columns: `y(k-1) ... y(k-L)`, `u(k) ... u(k-L)`, a constant, and `y(k)` itself. Every difference equation up to
+//! order and delay L is least squares on some of them.
+
+use std::ops::Range;
+
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+use crate::estimators::Part;
+
+/// Share of its largest by which a direction of the regressors must stand out.
+const RIDGE: f64 = 1e-12;
+
+/// The products of the columns over the rows of each part.
+pub(super) struct Lagged {
+    /// L.
+    pub(super) lags: usize,
+    products: Vec<DMatrix<f64>>,
+    rows: Vec<usize>,
+}
+
+/// A difference equation `y = -a1 y(k-1) - ... + b1 u(k-delay) + ... + constant`.
+#[derive(Clone, Debug)]
+pub(super) struct Equation {
+    pub(super) a: Vec<f64>,
+    pub(super) b: Vec<f64>,
+    pub(super) constant: f64,
+    /// The mean squared error.
+    pub(super) variance: f64,
+    pub(super) rows: usize,
+}
+
+impl Lagged {
+    pub(super) fn of(
+        inputs: &[Vec<f64>],
+        outputs: &[Vec<f64>],
+        lags: usize,
+        parts: &[Part],
+    ) -> Self {
+        let columns = 2 * lags + 3;
+        let mut products = Vec::new();
+        let mut rows = Vec::new();
+        for part in parts {
+            let (u, y) = (&inputs[part.run], &outputs[part.run]);
+            let Range { start, end } = part.samples;
+            let first = start.max(lags);
+            let count = end.saturating_sub(first);
+            let mut matrix = DMatrix::zeros(count, columns);
+            for (j, mut column) in matrix.column_iter_mut().enumerate() {
+                if count == 0 {
+                    break;
+                }
+                let from =
+                    |signal: &[f64], shift: usize| signal[first - shift..end - shift].to_vec();
+                let values = match j {
+                    j if j < lags => from(y, j + 1),
+                    j if j <= 2 * lags => from(u, j - lags),
+                    j if j == 2 * lags + 1 => vec![1.0; count],
+                    _ => y[first..end].to_vec(),
+                };
+                column.copy_from_slice(&values);
+            }
+            products.push(matrix.tr_mul(&matrix));
+            rows.push(count);
+        }
+        Self {
+            lags,
+            products,
+            rows,
+        }
+    }
+
+    /// Rows of the parts that count.
+    fn rows(&self, counts: &dyn Fn(usize) -> bool) -> usize {
+        let parts = self.rows.iter().enumerate();
+        parts
+            .filter(|(i, _)| counts(*i))
+            .map(|(_, rows)| rows)
+            .sum()
+    }
+
+    /// The products over the parts that count.
+    pub(super) fn over(&self, counts: &dyn Fn(usize) -> bool) -> (DMatrix<f64>, usize) {
+        let columns = 2 * self.lags + 3;
+        let parts = self.products.iter().enumerate();
+        let sum = parts
+            .filter(|(i, _)| counts(*i))
+            .fold(DMatrix::zeros(columns, columns), |sum, (_, part)| {
+                sum + part
+            });
+        (sum, self.rows(counts))
+    }
+
+    /// The equation of `order`, `numerator` coefficients from `delay` on, with or without a constant; `None` when
+    /// the rows do not determine it.
+    pub(super) fn equation(
+        &self,
+        (products, rows): &(DMatrix<f64>, usize),
+        order: usize,
+        delay: usize,
+        numerator: usize,
+        constant: bool,
+    ) -> Option<Equation> {
+        let lags = self.lags;
+        if delay + numerator > lags + 1 || order > lags {
+            return None;
+        }
+        let mut columns: Vec<usize> = (0..order).collect();
+        columns.extend((0..numerator).map(|j| lags + delay + j));
+        columns.extend(constant.then_some(2 * lags + 1));
+        if *rows <= columns.len() {
+            return None;
+        }
+        let last = 2 * lags + 2;
+        let count = columns.len();
+        let scales: Vec<f64> = columns
+            .iter()
+            .map(|i| products[(*i, *i)].max(f64::MIN_POSITIVE).sqrt())
+            .collect();
+        let matrix = DMatrix::from_fn(count, count, |i, j| {
+            let ridge = if i == j { RIDGE } else { 0.0 };
+            products[(columns[i], columns[j])] / (scales[i] * scales[j]) + ridge
+        });
+        let right = DVector::from_fn(count, |i, _| products[(columns[i], last)] / scales[i]);
+        let found = Cholesky::new(matrix)?.solve(&right);
+        let left = (products[(last, last)] - found.dot(&right)).max(0.0);
+        let theta: Vec<f64> = (0..count).map(|i| found[i] / scales[i]).collect();
+        theta.iter().all(|v| v.is_finite()).then(|| Equation {
+            a: theta[..order].iter().map(|v| -v).collect(),
+            b: theta[order..order + numerator].to_vec(),
+            constant: if constant { theta[count - 1] } else { 0.0 },
+            variance: left / *rows as f64,
+            rows: *rows,
+        })
+    }
+}

@@ -1,0 +1,506 @@
+//! The choice of order, delay and kind of model by cross-validation.
+//!
+//! For every order and delay three kinds are tried: output error, the same with an autoregressive noise model
+//! (Box-Jenkins), and the difference equation by least squares (ARX). The searches begin at poles of a high-order
+//! equation, brought down to the order ([`realisation`]). Each candidate is fitted anew with a half, and with a fifth,
+//! of every record left out, and simulated over what was left out, its state there fitted. Candidates are compared
+//! block by block, by the logarithm of the mean squared error; of those within one standard error of the best the
+//! one with the fewest parameters is taken (Hastie, Tibshirani and Friedman, *The Elements of Statistical Learning*,
+//! 2nd ed., 2009, sec. 7.10). A pole is held to a memory no longer than the record, unless an unstable difference
+//! equation leaves half as much: then the data demands it.
+
+mod folds;
+mod lagged;
+mod realisation;
+
+use std::thread;
+
+use nalgebra::DVector;
+
+use crate::estimators::{
+    Course, Estimator, LeastSquares, Near, Search, held_within, lies_within, whitening,
+};
+use crate::structure::{Problem, Run, Start, Structure};
+use folds::{Fold, Folds};
+use lagged::Lagged;
+
+/// Largest lag of the regressions.
+const LAGS: usize = 40;
+/// Samples for each of an order's parameters at least.
+const SAMPLES_PER_PARAMETER: usize = 4;
+/// Orders tried beyond the best so far.
+const PATIENCE: usize = 4;
+/// By how much the logarithm of an output error may exceed the least so far for its noise to be modelled.
+const HOPELESS: f64 = 0.7;
+/// Rounds of noise model and model.
+const ROUNDS: usize = 2;
+/// The share of a stable model's error, in what half the record left out, that an unstable one must stay below.
+const DEMANDS: f64 = 0.5;
+
+/// The kind of a candidate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// The least simulation error.
+    OutputError,
+    /// The same, with an autoregressive noise model.
+    BoxJenkins,
+    /// The least equation error.
+    Arx,
+}
+
+impl Kind {
+    /// Its name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::OutputError => "output_error",
+            Self::BoxJenkins => "box_jenkins",
+            Self::Arx => "arx",
+        }
+    }
+}
+
+/// One candidate and how it was judged.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Candidate {
+    /// Its kind.
+    pub kind: Kind,
+    /// Its structure.
+    pub structure: Structure,
+    /// `a1 ... an`, fitted to all samples.
+    pub poles: Vec<f64>,
+    /// `1, d1, ..., dk` of a Box-Jenkins model, `[1]` otherwise.
+    pub whitening: Vec<f64>,
+    /// The mean squared error of each block that was left out, over the output's variance: halves, then fifths.
+    pub errors: Vec<f64>,
+    /// The same of the halves, the state at their beginning fitted.
+    refitted: Vec<f64>,
+    samples: usize,
+}
+
+impl Candidate {
+    /// Parameters of the transfer function.
+    #[must_use]
+    pub fn parameters(&self) -> usize {
+        self.structure.poles + self.structure.numerator
+    }
+
+    /// What fits it to data, from its poles on.
+    #[must_use]
+    pub fn estimator(&self) -> Box<dyn Estimator> {
+        match self.kind {
+            Kind::Arx => Box::new(LeastSquares),
+            of => Box::new(Near {
+                poles: self.poles.clone(),
+                noise: of == Kind::BoxJenkins,
+            }),
+        }
+    }
+
+    /// The mean over the blocks of the logarithm of the error, and for each parameter `ln N / N`, as the Bayesian
+    /// criterion counts it.
+    fn score(&self) -> f64 {
+        self.mean() + self.parameters() as f64 * (self.samples as f64).ln() / self.samples as f64
+    }
+
+    fn mean(&self) -> f64 {
+        self.logarithms().iter().sum::<f64>() / self.errors.len() as f64
+    }
+
+    fn logarithms(&self) -> Vec<f64> {
+        self.errors.iter().map(|e| (e + 1e-12).ln()).collect()
+    }
+
+    /// The fit that the errors amount to, %.
+    #[must_use]
+    pub fn fit(&self) -> f64 {
+        100.0 * (1.0 - (self.mean() / 2.0).exp())
+    }
+}
+
+/// The candidates, the chosen one first, then by their errors.
+#[must_use]
+pub fn select(
+    problem: &Problem<'_>,
+    orders: std::ops::RangeInclusive<usize>,
+    delays: std::ops::RangeInclusive<usize>,
+    structure: &(dyn Fn(usize, usize) -> Structure + Sync),
+) -> Vec<Candidate> {
+    let scaled = Scaled::of(problem);
+    let runs = scaled.runs();
+    let samples: usize = runs.iter().map(|run| run.outputs.len()).sum();
+    let folds = Folds::of(&runs);
+    let lags = LAGS.min(samples / 8);
+    let plain = Problem {
+        structure: Structure {
+            delay: 0,
+            ..structure(1, 0)
+        },
+        sample_time: problem.sample_time,
+        runs: runs.clone(),
+    };
+    let driving = plain.driving();
+    let outputs: Vec<Vec<f64>> = runs.iter().map(|run| run.outputs.to_vec()).collect();
+    let lagged = Lagged::of(&driving, &outputs, lags, &folds.parts);
+    let constant = plain.structure.offset;
+    let likely = likely_delay(&lagged, delays.clone(), constant);
+    let mut tried: Vec<usize> = [likely, *delays.start(), 1]
+        .into_iter()
+        .filter(|delay| delays.contains(delay))
+        .collect();
+    tried.sort_unstable();
+    tried.dedup();
+    let orders: Vec<usize> = orders
+        .filter(|order| *order == 1 || samples > SAMPLES_PER_PARAMETER * (3 * order + 1))
+        .collect();
+    let most = orders.iter().copied().max().unwrap_or(1);
+    let longest = (0..runs.len())
+        .max_by_key(|r| runs[*r].outputs.len())
+        .unwrap_or_default();
+    let mut poles = Vec::new();
+    if let Some(high) = realisation::high_order(&lagged, constant) {
+        poles.push(realisation::from_states(
+            &high,
+            &driving[longest],
+            &outputs[longest],
+            most,
+        ));
+        poles.push(realisation::from_markov_parameters(&high, samples, most));
+    }
+    let shared = Shared {
+        runs: &runs,
+        sample_time: problem.sample_time,
+        folds: &folds,
+        lagged: &lagged,
+        poles: &poles,
+        radius: 1.0 - 1.0 / samples.max(2) as f64,
+        samples,
+    };
+    let mut candidates: Vec<Candidate> = thread::scope(|scope| {
+        let tasks: Vec<_> = tried
+            .iter()
+            .map(|delay| {
+                let (shared, orders) = (&shared, &orders);
+                scope.spawn(move || shared.candidates(*delay, orders, structure))
+            })
+            .collect();
+        tasks
+            .into_iter()
+            .flat_map(|task| task.join().unwrap_or_default())
+            .collect()
+    });
+    candidates.retain(|of| of.errors.iter().all(|e| e.is_finite()));
+    let chosen = choice(&candidates);
+    candidates.sort_by(|p, q| p.score().total_cmp(&q.score()));
+    if let Some(chosen) = chosen
+        && let Some(at) = candidates.iter().position(|of| *of == chosen)
+    {
+        let chosen = candidates.remove(at);
+        candidates.insert(0, chosen);
+    }
+    candidates
+}
+
+fn least<'a>(of: &[&'a Candidate]) -> Option<&'a Candidate> {
+    of.iter()
+        .copied()
+        .min_by(|p, q| p.score().total_cmp(&q.score()))
+}
+
+/// The candidate to take.
+fn choice(candidates: &[Candidate]) -> Option<Candidate> {
+    let stable = |of: &&Candidate| lies_within(&of.poles, 1.0);
+    let (stable, unstable): (Vec<&Candidate>, Vec<&Candidate>) =
+        candidates.iter().partition(stable);
+    let demanded = match (least(&stable), least(&unstable)) {
+        (Some(calm), Some(wild)) => (calm.refitted.iter())
+            .zip(&wild.refitted)
+            .all(|(calm, wild)| *wild < DEMANDS * calm),
+        (calm, _) => calm.is_none(),
+    };
+    let among = if demanded { unstable } else { stable };
+    let best = least(&among)?;
+    let within_a_standard_error = |of: &&Candidate| {
+        let pairs = of.logarithms().into_iter().zip(best.logarithms());
+        let worse: Vec<f64> = pairs.map(|(it, best)| it - best).collect();
+        let count = worse.len() as f64;
+        let mean = worse.iter().sum::<f64>() / count;
+        let spread: f64 = worse.iter().map(|w| (w - mean).powi(2)).sum::<f64>() / (count - 1.0);
+        mean <= (spread / count).sqrt() + 1e-12
+    };
+    among
+        .into_iter()
+        .filter(within_a_standard_error)
+        .min_by(|p, q| (p.parameters().cmp(&q.parameters())).then(p.score().total_cmp(&q.score())))
+        .cloned()
+}
+
+/// The delay of the difference equation with the least Bayesian criterion.
+fn likely_delay(lagged: &Lagged, delays: std::ops::RangeInclusive<usize>, constant: bool) -> usize {
+    const ORDERS: [usize; 6] = [1, 2, 3, 4, 6, 8];
+    let all = lagged.over(&|_| true);
+    let criterion = |of: &lagged::Equation| {
+        let n = of.rows as f64;
+        n * of.variance.max(f64::MIN_POSITIVE).ln() + (of.a.len() + of.b.len()) as f64 * n.ln()
+    };
+    let pairs = delays
+        .clone()
+        .flat_map(|delay| ORDERS.map(|order| (delay, order)));
+    pairs
+        .filter_map(|(delay, order)| {
+            let found = lagged.equation(&all, order, delay, order, constant)?;
+            Some((criterion(&found), delay))
+        })
+        .min_by(|p, q| p.0.total_cmp(&q.0))
+        .map_or(*delays.start(), |(_, delay)| delay)
+}
+
+/// What the candidates of all delays share.
+struct Shared<'a> {
+    runs: &'a [Run<'a>],
+    sample_time: f64,
+    folds: &'a Folds,
+    lagged: &'a Lagged,
+    /// Poles of order 1, 2, ... to begin a search at, by each realisation.
+    poles: &'a [Vec<Vec<f64>>],
+    radius: f64,
+    samples: usize,
+}
+
+impl Shared<'_> {
+    fn candidates(
+        &self,
+        delay: usize,
+        orders: &[usize],
+        structure: &dyn Fn(usize, usize) -> Structure,
+    ) -> Vec<Candidate> {
+        let mut found = Vec::new();
+        let mut before: Option<Vec<f64>> = None;
+        let mut least: Option<(usize, f64)> = None;
+        for order in orders {
+            if least.is_some_and(|(at, _)| *order > at + PATIENCE) {
+                break;
+            }
+            let problem = Problem {
+                structure: structure(*order, delay),
+                sample_time: self.sample_time,
+                runs: self.runs.to_vec(),
+            };
+            found.extend(self.arx(&problem));
+            let Some(theta) = self.output_error(&problem, before.as_deref()) else {
+                continue;
+            };
+            before = Some(theta.as_slice()[..problem.structure.poles].to_vec());
+            let course = Course::new(&problem, &[1.0]);
+            let plain = self.judged(&problem, &course, &theta, Kind::OutputError, vec![1.0]);
+            let score = plain.as_ref().map_or(f64::INFINITY, Candidate::score);
+            found.extend(plain);
+            if least.is_none_or(|(_, least)| score < least + HOPELESS) {
+                found.extend(self.box_jenkins(&problem, &course, theta));
+            }
+            if least.is_none_or(|(_, least)| score < least) {
+                least = Some((*order, score));
+            }
+        }
+        found
+    }
+
+    fn search(&self, steps: usize) -> Search {
+        Search {
+            steps,
+            enough: 1e-6,
+            radius: self.radius,
+        }
+    }
+
+    /// The least output error of the searches from every start.
+    fn output_error(&self, problem: &Problem<'_>, before: Option<&[f64]>) -> Option<DVector<f64>> {
+        let n = problem.structure.poles;
+        let course = Course::new(problem, &[1.0]);
+        let whole = course.whole();
+        let of_equation = self.equation(problem, &|_| true).map(|it| it.a);
+        let longer = before.map(|a| {
+            let monic: Vec<f64> = std::iter::once(1.0).chain(a.iter().copied()).collect();
+            let mut longer = planesman_linear::polynomial::product(&monic, &[1.0, -0.5]);
+            longer.remove(0);
+            longer
+        });
+        let realised = self
+            .poles
+            .iter()
+            .filter_map(|by| by.get(n.checked_sub(1)?).cloned());
+        let mut starts: Vec<(f64, DVector<f64>)> = realised
+            .chain(of_equation)
+            .chain(longer)
+            .filter(|a| a.len() == n)
+            .filter_map(|a| {
+                let a = held_within(&a, self.radius)?.unwrap_or(a);
+                let theta = course.completed(&a, &whole)?;
+                Some((course.total(&theta, &whole)?.cost, theta))
+            })
+            .collect();
+        starts.sort_by(|p, q| p.0.total_cmp(&q.0));
+        starts.truncate(2);
+        starts
+            .into_iter()
+            .filter_map(|(_, start)| course.minimised(start, &whole, self.search(40)))
+            .min_by(|p, q| p.1.total_cmp(&q.1))
+            .map(|(theta, _)| theta)
+    }
+
+    /// From the output error's minimum: a noise model of its residual, the model again, and so on.
+    fn box_jenkins(
+        &self,
+        problem: &Problem<'_>,
+        course: &Course,
+        start: DVector<f64>,
+    ) -> Option<Candidate> {
+        let mut theta = start;
+        let mut d = vec![1.0];
+        for _ in 0..ROUNDS {
+            let residuals: Vec<Vec<f64>> = (0..self.runs.len())
+                .map(|run| course.errors(&theta, run))
+                .collect();
+            let colour = whitening(residuals.iter().map(Vec::as_slice));
+            if colour.len() == 1 {
+                break;
+            }
+            d = colour;
+            let whitened = Course::new(problem, &d);
+            theta = whitened
+                .minimised(theta, &whitened.whole(), self.search(20))?
+                .0;
+        }
+        if d.len() == 1 {
+            return None;
+        }
+        let whitened = Course::new(problem, &d);
+        self.judged(problem, &whitened, &theta, Kind::BoxJenkins, d)
+    }
+
+    /// A candidate with the errors of each fold.
+    fn judged(
+        &self,
+        problem: &Problem<'_>,
+        course: &Course,
+        theta: &DVector<f64>,
+        kind: Kind,
+        whitening: Vec<f64>,
+    ) -> Option<Candidate> {
+        let lead = whitening.len() - 1;
+        let layout = problem.layout();
+        let driving = problem.driving();
+        let plain = Course::new(problem, &[1.0]);
+        let mut errors = Vec::new();
+        let mut refitted = Vec::new();
+        for fold in 0..self.folds.count() {
+            let kept = self.folds.kept(fold, lead);
+            let (found, _) = course.minimised(theta.clone(), &kept, self.search(3))?;
+            let model = Fold {
+                a: &found.as_slice()[layout.a()],
+                numerator: &|run| &found.as_slice()[layout.b(run)],
+                offset: &|run| layout.offset(run).map_or(0.0, |at| found[at]),
+            };
+            let through: Vec<Vec<f64>> = (0..self.runs.len())
+                .map(|run| plain.errors(&found, run))
+                .collect();
+            let error = |through| self.folds.error(fold, problem, &driving, &model, through);
+            errors.push(error(Some(&through)));
+            if fold < folds::HALVES {
+                refitted.push(error(None));
+            }
+        }
+        Some(Candidate {
+            kind,
+            structure: problem.structure.clone(),
+            poles: theta.as_slice()[layout.a()].to_vec(),
+            whitening,
+            errors,
+            refitted,
+            samples: self.samples,
+        })
+    }
+
+    fn equation(
+        &self,
+        problem: &Problem<'_>,
+        counts: &dyn Fn(usize) -> bool,
+    ) -> Option<lagged::Equation> {
+        let s = &problem.structure;
+        let products = self.lagged.over(counts);
+        self.lagged
+            .equation(&products, s.poles, s.delay, s.numerator, s.offset)
+    }
+
+    fn arx(&self, problem: &Problem<'_>) -> Option<Candidate> {
+        let whole = self.equation(problem, &|_| true)?;
+        let driving = problem.driving();
+        let errors: Vec<f64> = (0..self.folds.count())
+            .map(|fold| {
+                let found = self.equation(problem, &|part| !self.folds.is_left_out(fold, part))?;
+                let offset = found.constant / (1.0 + found.a.iter().sum::<f64>());
+                let model = Fold {
+                    a: &found.a,
+                    numerator: &|_| &found.b,
+                    offset: &|_| offset,
+                };
+                Some(self.folds.error(fold, problem, &driving, &model, None))
+            })
+            .collect::<Option<_>>()?;
+        Some(Candidate {
+            kind: Kind::Arx,
+            structure: problem.structure.clone(),
+            poles: whole.a,
+            whitening: vec![1.0],
+            refitted: errors[..folds::HALVES].to_vec(),
+            errors,
+            samples: self.samples,
+        })
+    }
+}
+
+/// The records about their means and over their standard deviations, where the structure allows it.
+struct Scaled {
+    inputs: Vec<Vec<f64>>,
+    outputs: Vec<Vec<f64>>,
+}
+
+impl Scaled {
+    fn of(problem: &Problem<'_>) -> Self {
+        let s = &problem.structure;
+        let of = |signals: Vec<&[f64]>, centred: bool| -> Vec<Vec<f64>> {
+            let count = signals.iter().map(|it| it.len()).sum::<usize>().max(1) as f64;
+            let mean = signals.iter().flat_map(|it| it.iter()).sum::<f64>() / count;
+            let squares = signals
+                .iter()
+                .flat_map(|it| it.iter())
+                .map(|v| (v - mean).powi(2));
+            let deviation = (squares.sum::<f64>() / count).sqrt();
+            let deviation = if deviation > 0.0 { deviation } else { 1.0 };
+            let level = if centred { mean } else { 0.0 };
+            signals
+                .into_iter()
+                .map(|it| it.iter().map(|v| (v - level) / deviation).collect())
+                .collect()
+        };
+        let free = s.offset && s.start == Start::Motion;
+        Self {
+            inputs: of(
+                problem.runs.iter().map(|run| run.inputs).collect(),
+                free && s.known_denominator == [1.0],
+            ),
+            outputs: of(
+                problem.runs.iter().map(|run| run.outputs).collect(),
+                s.offset,
+            ),
+        }
+    }
+
+    fn runs(&self) -> Vec<Run<'_>> {
+        let pairs = self.inputs.iter().zip(&self.outputs);
+        pairs
+            .map(|(inputs, outputs)| Run { inputs, outputs })
+            .collect()
+    }
+}
