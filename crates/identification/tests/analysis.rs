@@ -55,7 +55,7 @@ fn order_and_delay_are_found_and_the_next_order_is_said_to_add_nothing() {
         analysis.text()
     );
     assert!(
-        says(&analysis, "order 3 is no better than 2"),
+        says(&analysis, "cross-validated: output_error, order 2, delay 2"),
         "{}",
         analysis.text()
     );

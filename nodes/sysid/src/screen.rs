@@ -271,6 +271,7 @@ fn estimate_of(model: &ModelEstimate) -> Option<Estimate> {
         noise_variance: model.noise_variance,
         noise_model: Vec::new(),
         noise_denominator: Vec::new(),
+        input_level: 0.0,
         residuals: Vec::new(),
         physical: None,
     })

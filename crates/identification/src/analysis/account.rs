@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 
-use super::Analysis;
+use super::{AHEAD, Analysis};
+use crate::selection::Kind;
 use crate::uncertainty::{Reading, SIGMAS_95, Uncertain};
 
 /// Candidates printed.
@@ -27,7 +28,7 @@ impl Analysis {
             "{} -> {}, {}, {} poles, {} numerator coefficients, delay {}, {} s\n",
             self.input,
             self.output,
-            self.options.method.name(),
+            self.kind.map_or(self.options.method.name(), Kind::name),
             structure.poles,
             structure.numerator,
             structure.delay,
@@ -48,19 +49,54 @@ impl Analysis {
             "noise",
             self.estimate.noise_variance.sqrt()
         );
+        if !self.estimate.noise_denominator.is_empty() {
+            let d: Vec<String> = (self.estimate.noise_denominator.iter())
+                .map(|d| format!("{d:.5}"))
+                .collect();
+            let _ = writeln!(
+                text,
+                "{:<12} e / (1, {}) in z^-1",
+                "noise model",
+                d.join(", ")
+            );
+        }
         let percent = |fit: Option<f64>| fit.map_or("none".to_owned(), |fit| format!("{fit:.2} %"));
         let _ = writeln!(
             text,
-            "{:<12} {} simulated, {} on held-out data\n",
+            "{:<12} {} simulated, {} on held-out data, {} predicted {AHEAD} samples ahead",
             "fit",
             percent(self.fit),
-            percent(self.held_out_fit)
+            percent(self.held_out_fit),
+            percent(self.predicted_fit)
         );
+        if let Some(share) = self.share {
+            let _ = writeln!(
+                text,
+                "{:<12} {:.1} % of the output's variation",
+                "the input's",
+                100.0 * share
+            );
+        }
+        text.push('\n');
         text
     }
 
-    /// The orders and delays tried.
+    /// The models tried.
     fn tried(&self) -> String {
+        if !self.selected.is_empty() {
+            let mut text = String::from("\nmodel         order  delay   cross-validated fit\n");
+            for c in self.selected.iter().take(SHOWN) {
+                let _ = writeln!(
+                    text,
+                    "{:<13} {:<6} {:<7} {:.2} %",
+                    c.kind.name(),
+                    c.structure.poles,
+                    c.structure.delay,
+                    c.fit()
+                );
+            }
+            return text + "\n";
+        }
         if self.candidates.is_empty() {
             return "\n".to_owned();
         }

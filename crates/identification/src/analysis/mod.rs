@@ -7,17 +7,21 @@
 //!
 //! - `verdict`: the plain words.
 //! - `account`: all of it for the terminal.
+//! - `checks`: the figures that the verdict rests on.
 
 mod account;
+mod checks;
 mod verdict;
+
+pub use checks::AHEAD;
 
 use crate::conversion;
 use crate::error::{IdentificationError, Result};
-use crate::estimators::{Estimate, Estimator, Knowledge, Method, Physical, TwoStages};
+use crate::estimators::{Error, Estimate, Estimator, Knowledge, Method, Physical, TwoStages};
 use crate::model::Model;
 use crate::record::{Record, Stretch};
 use crate::selection::{self, Kind, select};
-use crate::structure::{Problem, Run, Start, Structure, variance};
+use crate::structure::{Problem, Run, Start, Structure};
 use crate::uncertainty::Reading;
 use crate::validation::order_search::{Candidate, choice, first_part, search};
 use crate::validation::{identifiability, residuals::ResidualTests};
@@ -69,8 +73,8 @@ impl Default for Options {
     }
 }
 
-/// Smallest variation of the held-out output for a validation, in standard deviations of the noise.
-const MOVES_BEYOND_NOISE: f64 = 2.0;
+/// Standard deviations from 0 beyond which a signal's mean is taken off.
+const FAR: f64 = 10.0;
 
 /// Orders and delays cross-validated.
 const MOST: usize = 10;
@@ -126,6 +130,10 @@ pub struct Analysis {
     pub fit: Option<f64>,
     /// The simulated fit on what was held out of the longest run, %.
     pub held_out_fit: Option<f64>,
+    /// The fit of predictions [`AHEAD`] samples ahead on the longest run, %.
+    pub predicted_fit: Option<f64>,
+    /// The share of the output's squares that the input accounts for, beyond constant and free motion, 0 to 1.
+    pub share: Option<f64>,
     /// Of the longest run.
     pub residuals: Option<ResidualTests>,
     /// The longest run's number.
@@ -142,6 +150,8 @@ pub struct Analysis {
 /// # Errors
 /// [`IdentificationError`]: a record without input or output, or one that determines no model asked for.
 pub fn analyse(record: &Record, options: &Options) -> Result<Analysis> {
+    let level = Level::of(record, options);
+    let record = &level.taken_off(record);
     let stretches = used(record);
     let of = |number: &usize| &record.stretches[*number];
     let runs = stretches.iter().map(of).map(run).collect::<Option<_>>();
@@ -247,7 +257,9 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Analysis> {
         output: name(&record.outputs, 0).unwrap_or_default(),
         reference: name(&record.inputs, 1),
         fit: estimate.simulated_fit(longest, problem.runs[longest], 0),
-        held_out_fit: held_out_fit(estimator, &problem, longest, estimate.noise_variance),
+        held_out_fit: held_out_fit(estimator, &problem, longest),
+        predicted_fit: checks::predicted_fit(&estimate, longest, problem.runs[longest]),
+        share: checks::share_of_input(&estimate, longest, problem.runs[longest]),
         searched: part.runs.iter().map(|run| run.outputs.len()).sum(),
         residuals,
         longest,
@@ -260,12 +272,83 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Analysis> {
         direct,
         stretches,
     };
+    level.put_back(&mut found);
     let doubts = match options.method.is_of_the_vehicle() {
         true => identifiability::of_inputs(&problem, options.knowledge.vehicle.unknowns()),
         false => identifiability::doubts(&problem),
     };
     found.verdict = found.judged(doubts, record);
     Ok(found)
+}
+
+/// Levels of input and output far from 0, which would leave the rest to rounding: taken off before anything is
+/// estimated.
+#[derive(Clone, Copy, Debug, Default)]
+struct Level {
+    input: f64,
+    output: f64,
+}
+
+impl Level {
+    /// None, where the model or the method knows of a level.
+    fn of(record: &Record, options: &Options) -> Self {
+        let free = options.offset
+            && options.start == Start::Motion
+            && options.integrators == 0
+            && !options.method.is_of_the_vehicle();
+        let level = |of: fn(&Stretch) -> Option<&Vec<f64>>| -> f64 {
+            let values = || record.stretches.iter().filter_map(of).flatten().copied();
+            let count = values().count().max(1) as f64;
+            let mean = values().sum::<f64>() / count;
+            let deviation = (values().map(|v| (v - mean).powi(2)).sum::<f64>() / count).sqrt();
+            if free && mean.abs() > FAR * deviation {
+                mean
+            } else {
+                0.0
+            }
+        };
+        Self {
+            input: level(|stretch| stretch.inputs.first()),
+            output: level(|stretch| stretch.outputs.first()),
+        }
+    }
+
+    fn taken_off(self, record: &Record) -> Record {
+        let mut record = record.clone();
+        for stretch in &mut record.stretches {
+            let sides = [
+                (stretch.inputs.first_mut(), self.input),
+                (stretch.outputs.first_mut(), self.output),
+            ];
+            for (signal, level) in sides {
+                signal
+                    .into_iter()
+                    .flatten()
+                    .for_each(|value| *value -= level);
+            }
+        }
+        record
+    }
+
+    fn put_back(self, found: &mut Analysis) {
+        for estimate in std::iter::once(&mut found.estimate).chain(&mut found.direct) {
+            estimate.input_level = self.input;
+            let steady = match estimate.error {
+                Error::Equation => {
+                    1.0 + estimate
+                        .theta
+                        .rows(0, estimate.layout.structure.poles)
+                        .sum()
+                }
+                Error::Output => 1.0,
+            };
+            for run in 0..estimate.layout.runs {
+                if let Some(at) = estimate.layout.offset(run) {
+                    estimate.theta[at] += self.output * steady;
+                }
+            }
+        }
+    }
 }
 
 /// The numbers of the stretches that are used, in the order of time: the longest, and none too short to
@@ -299,19 +382,14 @@ fn second_stage<'a>(problem: &Problem<'a>, caused: &'a [Vec<f64>]) -> Problem<'a
 
 /// The simulated fit on what is held out of a run when the estimator is given the first part of each; `None` when
 /// the output hardly moves beyond the noise there: that can be simulated neither well nor badly.
-fn held_out_fit(
-    estimator: &dyn Estimator,
-    problem: &Problem<'_>,
-    longest: usize,
-    noise_variance: f64,
-) -> Option<f64> {
+fn held_out_fit(estimator: &dyn Estimator, problem: &Problem<'_>, longest: usize) -> Option<f64> {
     let part = Problem {
         runs: problem.runs.iter().map(first_part).collect(),
         ..problem.clone()
     };
     let fitted = part.runs[longest].outputs.len();
     let run = problem.runs[longest];
-    let moves = variance(&run.outputs[fitted..]) > MOVES_BEYOND_NOISE.powi(2) * noise_variance;
+    let moves = checks::moves(problem, &run.outputs[fitted..]);
     let found = moves.then(|| estimator.fit(&part).ok()).flatten()?;
     found.simulated_fit(longest, run, fitted)
 }

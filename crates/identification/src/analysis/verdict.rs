@@ -4,35 +4,264 @@ use std::f64::consts::PI;
 
 use nalgebra::Matrix2;
 
-use super::Analysis;
 use super::account::interval;
+use super::{AHEAD, Analysis, DELAYS, LONGEST, MOST, ORDERS};
+use crate::estimators::{Error, Method};
 use crate::record::Record;
-use crate::uncertainty::{Reading, SIGMAS_95};
+use crate::selection::Candidate;
+use crate::uncertainty::{Reading, SIGMAS_95, Uncertain};
 use crate::validation::order_search;
-use crate::validation::residuals::Correlation;
+use crate::validation::residuals::{Correlation, ResidualTests};
 
 /// Standard deviations between two responses, at the worst of [`FREQUENCIES`], above which the estimates are of
 /// different systems.
 const APART: f64 = 4.0;
 const FREQUENCIES: usize = 20;
 
+/// Held-out fits, %, from which a model is called good, and usable.
+const GOOD: f64 = 80.0;
+const USABLE: f64 = 50.0;
+/// The share of the output that the input must account for.
+const CAUSED: f64 = 0.1;
+/// Correlations that matter, however surely they are there.
+const MATTERS: f64 = 0.05;
+/// Samples for each parameter, below which a fit is partly memory.
+const SAMPLES_PER_PARAMETER: usize = 10;
+/// How many times larger the error with half the record left out may be than with a fifth.
+const STEADY: f64 = 4.0;
+/// The fit, %, of data without noise.
+const ALL_BUT_ROUNDING: f64 = 99.9999;
+/// The 95 % interval of a pole in z that is precisely known.
+const PRECISE: f64 = 0.1;
+
 impl Analysis {
     pub(super) fn judged(&self, doubts: Vec<String>, record: &Record) -> Vec<String> {
+        let undetermined = !doubts.is_empty();
         let mut said = doubts;
         said.extend(self.left_out(record));
+        said.extend(self.of_selection());
         said.extend(order_search::verdict(&self.candidates));
+        said.extend(self.at_the_edge());
         said.extend(self.of_two_stages());
-        match (self.held_out_fit, self.fit) {
-            (Some(held), _) if held >= 90.0 => said.push(format!("simulated fit on held-out data {held:.1} %: very good")),
-            (Some(held), Some(fit)) if held < fit - 20.0 => said.push(format!(
-                "simulated fit on held-out data {held:.1} %, on the whole record {fit:.1} %: the model is overfitted, or the system changed"
-            )),
-            (Some(held), _) => said.push(format!("simulated fit on held-out data {held:.1} %")),
-            (None, _) => said.push("not validated: in the held-out data the output stays within the noise".to_owned()),
-        }
+        said.extend(self.of_fit());
+        said.extend(self.of_cause());
         said.extend(self.of_residuals());
         said.extend(self.suspicious_poles());
+        said.extend(self.of_samples());
+        said.push(self.in_a_word(undetermined));
         said
+    }
+
+    /// What was chosen, and beside what.
+    fn of_selection(&self) -> Option<String> {
+        let chosen = self.selected.first()?;
+        let best = self
+            .selected
+            .iter()
+            .max_by(|p, q| p.fit().total_cmp(&q.fit()))?;
+        let named = |of: &Candidate| {
+            let s = &of.structure;
+            format!("{}, order {}, delay {}", of.kind.name(), s.poles, s.delay)
+        };
+        let mut text = format!(
+            "of {} models cross-validated: {}, fit {:.1} %",
+            self.selected.len(),
+            named(chosen),
+            chosen.fit()
+        );
+        if best.fit() > chosen.fit() + 0.05 {
+            text += &format!(
+                "; the largest fit, {:.1} % ({}), is not significantly larger for its parameters",
+                best.fit(),
+                named(best)
+            );
+        }
+        Some(text)
+    }
+
+    /// A choice at the end of what was searched.
+    fn at_the_edge(&self) -> Vec<String> {
+        let s = &self.estimate.layout.structure;
+        let (orders, delays) = match (self.selected.is_empty(), self.candidates.is_empty()) {
+            (false, _) => (MOST, LONGEST),
+            (true, false) => (ORDERS, DELAYS),
+            _ => return Vec::new(),
+        };
+        let mut said = Vec::new();
+        if self.options.order.is_none() && s.poles >= orders {
+            said.push(format!(
+                "order {} is the largest searched: a higher one may fit better (--order {})",
+                s.poles,
+                s.poles + 2
+            ));
+        }
+        if self.options.delay.is_none() && s.delay >= delays {
+            said.push(format!(
+                "delay {} is the longest searched: a longer one may fit better (--delay {})",
+                s.delay,
+                s.delay + 5
+            ));
+        }
+        said
+    }
+
+    fn is_unstable(&self) -> bool {
+        let poles = self.reading().poles().unwrap_or_default();
+        poles
+            .iter()
+            .any(|pole| pole.value.norm() - SIGMAS_95 * pole.magnitude_deviation() > 1.0 + 1e-9)
+    }
+
+    fn of_fit(&self) -> Vec<String> {
+        let mut said = Vec::new();
+        if self.is_unstable() {
+            if let Some(fit) = self.predicted_fit {
+                said.push(format!(
+                    "the model is unstable, and a simulation diverges whatever the model: predictions {AHEAD} samples \
+                     ahead fit {fit:.1} %"
+                ));
+            }
+            return said;
+        }
+        said.push(match (self.held_out_fit, self.fit) {
+            (Some(held), _) if held < 0.0 => format!(
+                "simulated fit on held-out data {held:.1} %: worse than the mean of the output"
+            ),
+            (Some(held), _) if held >= 90.0 => {
+                format!("simulated fit on held-out data {held:.1} %: very good")
+            }
+            (Some(held), Some(fit)) if held < fit - 20.0 => format!(
+                "simulated fit on held-out data {held:.1} %, on the whole record {fit:.1} %: the model is overfitted, or the system changed"
+            ),
+            (Some(held), _) => format!("simulated fit on held-out data {held:.1} %"),
+            (None, _) => {
+                "not validated: in the held-out data the output stays within the noise".to_owned()
+            }
+        });
+        if self.is_unsteady() {
+            said.push(
+                "fitted to one half of the record the model does not hold in the other: the system or its level \
+                 changes along the record, or the halves excite different dynamics"
+                    .to_owned(),
+            );
+        }
+        said
+    }
+
+    /// How much of the output the input accounts for.
+    fn of_cause(&self) -> Vec<String> {
+        let mut said = Vec::new();
+        if let Some(share) = self.share.filter(|share| *share < 0.5) {
+            let rest = "the rest is free motion, drift or disturbance";
+            said.push(if share < CAUSED {
+                format!(
+                    "the input accounts for {:.1} % of the output's variation: {rest}; the gain is not to be trusted",
+                    100.0 * share.max(0.0)
+                )
+            } else {
+                format!("the input accounts for {:.0} % of the output's variation: {rest}", 100.0 * share)
+            });
+        }
+        if let Some(gain) = self.reading().dc_gain() {
+            let interval = SIGMAS_95 * gain.real_deviation();
+            if is_insignificant(&gain) {
+                said.push(format!(
+                    "the steady gain, {:.4} ± {interval:.4}, is not significantly different from 0",
+                    gain.value.re
+                ));
+            }
+        }
+        said
+    }
+
+    /// Whether the record is long enough.
+    fn of_samples(&self) -> Option<String> {
+        let parameters = self.estimate.theta.len();
+        let samples: usize = self.estimate.residuals.iter().map(Vec::len).sum();
+        (samples > 0 && samples < SAMPLES_PER_PARAMETER * parameters).then(|| {
+            format!("{samples} samples for {parameters} parameters: part of the fit is memory; record for longer")
+        })
+    }
+
+    /// The verdict in one line, and what to do next.
+    fn in_a_word(&self, undetermined: bool) -> String {
+        let held = match self.is_unstable() {
+            true => self.predicted_fit,
+            false => self.held_out_fit,
+        };
+        let tests = self.residuals.as_ref();
+        let missing = tests.is_some_and(|it| {
+            let earlier = it.of_earlier_inputs();
+            !earlier.passes() && earlier.largest() > MATTERS
+        });
+        let feedback = tests.is_some_and(|it| self.has_feedback(it));
+        let caused = self.is_caused();
+        let unsteady = self.is_unsteady();
+        let gain = self
+            .reading()
+            .dc_gain()
+            .is_some_and(|it| is_insignificant(&it));
+        let (word, next) = match held {
+            _ if !caused => (
+                "no model of what the input does",
+                "excite the system more: a PRBS or steps that move the output well beyond its noise",
+            ),
+            _ if undetermined => (
+                "the record does not determine a model",
+                "record again with a richer input (PRBS, several steps), or ask for a lower order: --order 1",
+            ),
+            None => (
+                "not validated",
+                "record for longer, with the input moving to the end",
+            ),
+            Some(held) if feedback => (
+                match held < USABLE {
+                    true => "not usable for simulation: the data seems closed-loop",
+                    false => "usable with care: the data seems closed-loop",
+                },
+                "give the reference of the loop: --reference TOPIC:FIELD, or compare --method armax",
+            ),
+            Some(held) if held < USABLE => (
+                "not usable for simulation",
+                "look at the page for where it fails: --html model.html; then choose a segment: --window FROM..TO",
+            ),
+            Some(_) if unsteady => (
+                "usable with care: it does not hold all along the record",
+                "fit segments apart: --window FROM..TO, once for each",
+            ),
+            Some(_) if gain && !self.is_unstable() => (
+                "usable with care: the steady gain is not determined",
+                "record steps that are held until the output settles",
+            ),
+            Some(_) if missing && self.options.method != Method::Automatic => (
+                "usable with care: dynamics are missing",
+                "let order, delay and method be chosen: --method automatic",
+            ),
+            Some(held) if held < GOOD => (
+                "usable",
+                "compare with another method: --method armax; page: --html model.html",
+            ),
+            Some(_) => (
+                "good",
+                "write it for the simulator and the controller: --model model.yaml",
+            ),
+        };
+        format!("verdict: {word}. Next: {next}")
+    }
+
+    fn is_caused(&self) -> bool {
+        self.share.is_none_or(|share| share >= CAUSED) || self.is_unstable()
+    }
+
+    /// Whether what one half of the record says does not hold in the other.
+    fn is_unsteady(&self) -> bool {
+        let chosen = self.selected.first();
+        !self.is_unstable() && chosen.is_some_and(|of| of.halves_over_fifths() > STEADY)
+    }
+
+    fn has_feedback(&self, tests: &ResidualTests) -> bool {
+        let later = tests.of_later_inputs();
+        self.reference.is_none() && !later.passes() && later.largest() > MATTERS
     }
 
     /// Poles that are probably artefacts of noise, are unstable, or cancel.
@@ -48,7 +277,8 @@ impl Analysis {
         let mut said = Vec::new();
         for pole in poles.iter().filter(|pole| pole.value.im >= 0.0) {
             let at = interval(pole);
-            if pole.value.re < 0.0 && pole.covariance != Matrix2::zeros() {
+            let imprecise = SIGMAS_95 * pole.magnitude_deviation() > PRECISE;
+            if pole.value.re < 0.0 && pole.covariance != Matrix2::zeros() && imprecise {
                 let kind = match pole.value.im {
                     0.0 => "a negative real pole",
                     _ => "a pole pair with negative real part",
@@ -134,22 +364,40 @@ impl Analysis {
             None => "the input",
         };
         let (earlier, later) = (tests.of_earlier_inputs(), tests.of_later_inputs());
+        let fits = self.is_caused()
+            && self
+                .held_out_fit
+                .or(self.fit)
+                .is_some_and(|fit| fit >= USABLE);
+        if self.fit.is_some_and(|fit| fit > ALL_BUT_ROUNDING) {
+            return vec!["the residuals are rounding: the data is free of noise".to_owned()];
+        }
         let mut said = vec![match (earlier.passes(), tests.whiteness.passes()) {
-            (true, true) => format!(
+            (true, true) if fits => format!(
                 "residuals are white and uncorrelated with {against}: the model explains the data"
             ),
-            (true, false) => format!(
-                "residuals are uncorrelated with {against} but not white ({}): the model is valid, its standard deviations are not reliable",
+            (true, true) => format!("residuals are white and uncorrelated with {against}"),
+            (true, false) if self.estimate.error == Error::Output => format!(
+                "residuals are uncorrelated with {against} but not white ({}): the standard deviations allow for it",
                 evidence(&tests.whiteness)
             ),
+            (true, false) => format!(
+                "residuals are uncorrelated with {against} but not white ({}): the standard deviations are not reliable",
+                evidence(&tests.whiteness)
+            ),
+            (false, _) if earlier.largest() < MATTERS => format!(
+                "residuals correlate with {against} significantly, but little ({})",
+                evidence(&earlier)
+            ),
             (false, _) => format!(
-                "residuals correlate with {against} ({}): dynamics are missing; try a higher order or another delay",
+                "residuals correlate with {against} ({}): dynamics are missing, or not linear; try a higher order or another delay",
                 evidence(&earlier)
             ),
         }];
-        if !later.passes() && self.reference.is_none() {
+        if self.has_feedback(tests) {
             said.push(format!(
-                "residuals correlate with later inputs ({}): the data is closed-loop, and the model may be biased; give the loop's reference (--reference) or use --method armax",
+                "residuals correlate with later inputs ({}): the data is closed-loop, and the model may be biased, or the \
+                 output is stamped too early; give the loop's reference (--reference) or use --method armax",
                 evidence(&later)
             ));
         }
@@ -157,12 +405,14 @@ impl Analysis {
     }
 }
 
+fn is_insignificant(gain: &Uncertain) -> bool {
+    let interval = SIGMAS_95 * gain.real_deviation();
+    interval > gain.value.re.abs() && interval > 0.0
+}
+
 /// The result of a correlation test in numbers.
 fn evidence(found: &Correlation) -> String {
-    let largest = found
-        .values
-        .iter()
-        .fold(0.0_f64, |m, (_, r)| m.max(r.abs()));
+    let largest = found.largest();
     format!(
         "max {largest:.2}, 99 % bound {:.2}, exceeded at {} of {} lags",
         found.bound,

@@ -63,6 +63,7 @@ impl Estimator for Armax {
                 .copied()
                 .collect(),
             noise_denominator: Vec::new(),
+            input_level: 0.0,
             residuals: rows_by_run(problem, at.errors.as_slice()),
             theta: theta.rows(0, plain).into_owned(),
             physical: None,

@@ -10,9 +10,14 @@ use crate::free_motion::without_free_motion;
 use crate::model::Model;
 use crate::structure::{Layout, Run, Start, filter};
 
+/// `A(1)` below this share of its terms' size is that of a pole at z = 1.
+const AT_ONE: f64 = 1e-9;
+
 /// The result of an estimator.
 #[derive(Clone, Debug)]
 pub struct Estimate {
+    /// The level of the input that the offset in theta and the simulation are about; 0 where none was taken off.
+    pub input_level: f64,
     /// The kind of residual, which says where a constant stands.
     pub error: Error,
     /// Where each unknown stands in theta.
@@ -70,14 +75,31 @@ impl Estimate {
         let Some(at) = self.layout.offset(run) else {
             return 0.0;
         };
+        let by_level = match self.input_level {
+            0.0 => 0.0,
+            level => level * self.model(run).dc_gain().unwrap_or(0.0),
+        };
+        self.offset_at_level(at) - by_level
+    }
+
+    /// The output's offset where the input is at its level.
+    fn offset_at_level(&self, at: usize) -> f64 {
         if self.error == Error::Equation {
             // offset = constant / A(1); with a pole at 1 there is none.
-            let steady = 1.0 + self.theta.rows(0, self.layout.structure.poles).sum();
-            let offset = self.theta[at] / steady;
-            if offset.is_finite() { offset } else { 0.0 }
+            let a = self.theta.rows(0, self.layout.structure.poles);
+            let size = 1.0 + a.iter().map(|a| a.abs()).sum::<f64>();
+            let steady = 1.0 + a.sum();
+            match steady.abs() > AT_ONE * size {
+                true => self.theta[at] / steady,
+                false => 0.0,
+            }
         } else {
             self.theta[at]
         }
+    }
+
+    fn about_level(&self, inputs: &[f64]) -> Vec<f64> {
+        inputs.iter().map(|u| u - self.input_level).collect()
     }
 
     /// The output of record `run` from its input alone, with offset and the motion it began with.
@@ -87,8 +109,12 @@ impl Estimate {
         let mut a = vec![1.0];
         a.extend(self.theta.rows(0, structure.poles).iter());
         let b = &self.theta.as_slice()[self.layout.b(run)];
-        let mut output = filter(b, &a, &structure.driving(inputs));
-        let offset = self.offset(run);
+        let inputs = self.about_level(inputs);
+        let mut output = filter(b, &a, &structure.driving(&inputs));
+        let offset = self
+            .layout
+            .offset(run)
+            .map_or(0.0, |at| self.offset_at_level(at));
         let motion: Vec<f64> = self
             .layout
             .motion(run)
@@ -111,16 +137,21 @@ impl Estimate {
         a.extend(self.theta.rows(0, structure.poles).iter());
         let b = &self.theta.as_slice()[self.layout.b(run)];
         let driving = structure
-            .driving(record.inputs)
+            .driving(&self.about_level(record.inputs))
             .split_off(from.min(record.inputs.len()));
-        let offset = self.offset(run);
         let outputs = record.outputs.get(from..).unwrap_or_default();
+        let constant = self.layout.offset(run).map_or(0.0, |at| self.theta[at]);
+        let constant = match self.error {
+            // With a pole at 1 the constant of the equation makes a ramp.
+            Error::Equation => filter(&[1.0], &a, &vec![constant; outputs.len()]),
+            Error::Output => vec![constant; outputs.len()],
+        };
         let mut spread = Spread::default();
-        let pairs = outputs.iter().zip(filter(b, &a, &driving));
+        let pairs = outputs.iter().zip(filter(b, &a, &driving)).zip(constant);
         let left: Vec<f64> = pairs
-            .map(|(y, x)| {
+            .map(|((y, x), constant)| {
                 spread.update(*y, 1.0);
-                y - x - offset
+                y - x - constant
             })
             .collect();
         let free = match structure.start {

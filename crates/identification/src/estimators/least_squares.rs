@@ -34,6 +34,7 @@ impl Estimator for LeastSquares {
             noise_variance,
             noise_model: Vec::new(),
             noise_denominator: Vec::new(),
+            input_level: 0.0,
             residuals: rows_by_run(problem, residuals.as_slice()),
             theta,
             physical: None,

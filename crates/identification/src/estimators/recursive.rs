@@ -327,6 +327,7 @@ impl Recursion {
             noise_variance,
             noise_model: theta.iter().skip(self.noise()).copied().collect(),
             noise_denominator: Vec::new(),
+            input_level: 0.0,
             residuals: Vec::new(),
             theta: theta.rows(0, plain).into_owned(),
             physical: None,

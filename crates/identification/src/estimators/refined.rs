@@ -1,7 +1,5 @@
 //! Output error and Box-Jenkins from poles that are known nearly.
 
-use nalgebra::DVector;
-
 use super::coloured::whitening;
 use super::course::{Course, Search};
 use super::estimate::Estimate;
@@ -10,17 +8,15 @@ use super::levenberg_marquardt::minimise;
 use super::output_error::OutputError;
 use super::recursive::{self, Kind};
 use super::simulator::Simulator;
+use super::stability::{held_within, lies_within};
 use crate::error::{IdentificationError, Result};
 use crate::structure::Problem;
 
 /// Rounds of noise model and model; three are usual.
 const ROUNDS: usize = 5;
 /// The search by normal equations, before the last steps by QR.
-const SEARCH: Search = Search {
-    steps: 60,
-    enough: 1e-9,
-    radius: f64::INFINITY,
-};
+const STEPS: usize = 60;
+const ENOUGH: f64 = 1e-9;
 
 /// The least output error near given poles.
 #[derive(Clone, Debug)]
@@ -37,11 +33,18 @@ impl Estimator for Near {
             IdentificationError::Search("the search for the least output error found no minimum");
         let course = Course::new(problem, &[1.0]);
         let whole = course.whole();
+        let samples: usize = whole.iter().map(|part| part.samples.len()).sum();
+        // A pole's memory is no longer than the records.
+        let search = Search {
+            steps: STEPS,
+            enough: ENOUGH,
+            radius: 1.0 - 1.0 / samples.max(2) as f64,
+        };
         let mut theta = match self.poles.len() == problem.structure.poles {
             true => {
                 course
-                    .completed(&self.poles, &whole)
-                    .and_then(|start| course.minimised(start, &whole, SEARCH))
+                    .completed(&within(&self.poles, search.radius), &whole)
+                    .and_then(|start| course.minimised(start, &whole, search))
                     .ok_or(none)?
                     .0
             }
@@ -53,7 +56,7 @@ impl Estimator for Near {
             let residuals: Vec<Vec<f64>> = (0..problem.runs.len()).map(errors).collect();
             d = whitening(residuals.iter().map(Vec::as_slice));
             let whitened = Course::new(problem, &d);
-            let Some((found, _)) = whitened.minimised(theta.clone(), &whitened.whole(), SEARCH)
+            let Some((found, _)) = whitened.minimised(theta.clone(), &whitened.whole(), search)
             else {
                 break;
             };
@@ -64,7 +67,15 @@ impl Estimator for Near {
             }
         }
         let simulator = Simulator::whitened(problem, d);
-        let (theta, at) = last_steps(&simulator, theta)?;
+        let (last, at) = minimise(theta.clone(), |theta| simulator.linearised(theta))?;
+        let free = lies_within(&last.as_slice()[..problem.structure.poles], search.radius);
+        let (theta, at) = match free {
+            true => (last, at),
+            false => {
+                let at = simulator.linearised(&theta);
+                (theta, at)
+            }
+        };
         simulator.estimate(theta, &at)
     }
 
@@ -73,9 +84,8 @@ impl Estimator for Near {
     }
 }
 
-fn last_steps(
-    simulator: &Simulator<'_>,
-    theta: DVector<f64>,
-) -> Result<(DVector<f64>, super::levenberg_marquardt::Linearised)> {
-    minimise(theta, |theta| simulator.linearised(theta))
+fn within(a: &[f64], radius: f64) -> Vec<f64> {
+    held_within(a, radius)
+        .flatten()
+        .unwrap_or_else(|| a.to_vec())
 }

@@ -148,6 +148,7 @@ impl<'a> Simulator<'a> {
             noise_variance,
             noise_model: Vec::new(),
             noise_denominator: self.whitening[1..].to_vec(),
+            input_level: 0.0,
             residuals: samples_by_run(self.problem, at.errors.as_slice()),
             theta,
             physical: None,

@@ -343,6 +343,7 @@ impl Vehicle {
             noise_variance: found.noise_variance,
             noise_model: Vec::new(),
             noise_denominator: Vec::new(),
+            input_level: 0.0,
             residuals: found.residuals,
             physical: Some(Physical {
                 values: found.coefficients.rows(0, unknowns).into_owned(),

@@ -112,6 +112,14 @@ impl Candidate {
         self.errors.iter().map(|e| (e + 1e-12).ln()).collect()
     }
 
+    /// How many times larger the error is with half the record left out than with a fifth.
+    #[must_use]
+    pub fn halves_over_fifths(&self) -> f64 {
+        let mean = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;
+        let (halves, fifths) = self.errors.split_at(folds::HALVES);
+        mean(halves) / mean(fifths).max(f64::MIN_POSITIVE)
+    }
+
     /// The fit that the errors amount to, %.
     #[must_use]
     pub fn fit(&self) -> f64 {
@@ -234,6 +242,23 @@ fn choice(candidates: &[Candidate]) -> Option<Candidate> {
         .filter(within_a_standard_error)
         .min_by(|p, q| (p.parameters().cmp(&q.parameters())).then(p.score().total_cmp(&q.score())))
         .cloned()
+}
+
+/// The variance of what an equation of high order leaves of the outputs of the records: the noise, whatever the model.
+pub(crate) fn innovation_variance(problem: &Problem<'_>) -> Option<f64> {
+    let plain = Problem {
+        structure: Structure {
+            delay: 0,
+            ..problem.structure.clone()
+        },
+        ..problem.clone()
+    };
+    let plain = plain.part().unwrap_or(plain);
+    let outputs: Vec<Vec<f64>> = plain.runs.iter().map(|run| run.outputs.to_vec()).collect();
+    let samples: usize = outputs.iter().map(Vec::len).sum();
+    let parts = Folds::of(&plain.runs).parts;
+    let lagged = Lagged::of(&plain.driving(), &outputs, LAGS.min(samples / 8), &parts);
+    realisation::high_order(&lagged, true).map(|found| found.variance)
 }
 
 /// The delay of the difference equation with the least Bayesian criterion.

@@ -115,6 +115,13 @@ pub fn excitation_order(inputs: &[f64], most: usize) -> usize {
 /// The share of the input's sum of squares that a linear feedback from `history` past outputs, itself
 /// and inputs leaves unexplained; `None` when the record is too short or the input stands still.
 fn feedback_leaves(inputs: &[f64], outputs: &[f64], history: usize) -> Option<f64> {
+    // An input between two levels changes to the other one: a clean output knows which it was.
+    let (least, largest) = (inputs.iter()).fold((f64::MAX, f64::MIN), |(least, largest), u| {
+        (u.min(least), u.max(largest))
+    });
+    if inputs.iter().all(|u| *u == least || *u == largest) {
+        return None;
+    }
     let n = history.max(1);
     let rows = inputs.len().checked_sub(n)?;
     if rows < 4 * (2 * n + 1) {

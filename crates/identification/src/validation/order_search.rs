@@ -19,6 +19,9 @@ pub const FITTED_SHARE: f64 = 0.7;
 /// Statist. Assoc.* 90, 1995, call it hardly worth a mention).
 const AS_GOOD: f64 = 2.0;
 
+/// Points of the held-out fit that a candidate may lie below the best.
+const WORSE: f64 = 3.0;
+
 /// One candidate and what it comes to.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Candidate {
@@ -97,12 +100,19 @@ pub fn first_part<'a>(run: &Run<'a>) -> Run<'a> {
     }
 }
 
-/// The candidate to take: of those as good as the best, the one with the fewest parameters.
+/// The candidate to take: of those that simulate what was held out nearly as well as any, and whose BIC is as good as
+/// the least of these, the one with the fewest parameters.
 #[must_use]
 pub fn choice(candidates: &[Candidate]) -> Option<&Candidate> {
-    let best = candidates.first()?.bic;
+    let fits = candidates.iter().filter_map(|of| of.held_out_fit);
+    let largest = fits.fold(f64::NEG_INFINITY, f64::max);
+    let simulates = |of: &&Candidate| {
+        largest == f64::NEG_INFINITY || of.held_out_fit.is_some_and(|fit| fit >= largest - WORSE)
+    };
+    let best = candidates.iter().find(simulates)?.bic;
     candidates
         .iter()
+        .filter(simulates)
         .filter(|candidate| candidate.bic - best < AS_GOOD)
         .min_by_key(|candidate| candidate.parameters)
 }

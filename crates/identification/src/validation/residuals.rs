@@ -5,12 +5,14 @@
 //! R_eu(l) = 1/N sum e_k u_(k-l)                         independent of the input:
 //!           |R_eu(l)| < 2.58 sqrt(P / N),  P = sum_l R_e(l) R_u(l)
 //! ```
-//! the bounds of 99 %. Correlation with the input means that the model leaves dynamics out; colour
+//! the bounds of 99 %, the second of both signals through the filter that whitens the residual. Correlation with the input means that the model leaves dynamics out; colour
 //! alone means that the noise model is wrong, which spoils the standard errors of methods that
 //! take the noise for white, and nothing else.
 
 use serde::Serialize;
 
+use crate::estimators::whitening;
+use crate::structure::filter;
 use crate::uncertainty::SIGMAS_99;
 
 /// Lags looked at.
@@ -38,12 +40,17 @@ impl Correlation {
             .count()
     }
 
+    /// The largest magnitude.
+    #[must_use]
+    pub fn largest(&self) -> f64 {
+        self.values.iter().fold(0.0_f64, |m, (_, r)| m.max(r.abs()))
+    }
+
     /// Whether no more lags lie outside than chance puts there in 99 of 100 tests (the binomial
     /// distribution of so many lags at 1 % each), and none so far that chance hardly ever does.
     #[must_use]
     pub fn passes(&self) -> bool {
-        let farthest = self.values.iter().fold(0.0_f64, |m, (_, r)| m.max(r.abs()));
-        if farthest > self.bound * HARDLY_EVER / SIGMAS_99 {
+        if self.largest() > self.bound * HARDLY_EVER / SIGMAS_99 {
             return false;
         }
         let n = self.values.len();
@@ -84,10 +91,17 @@ impl ResidualTests {
         // A residual may end later than its inputs begin: they end together.
         let e = centred(&residuals[residuals.len() - n..]);
         let u = centred(&inputs[inputs.len() - n..]);
+        // Both through the filter that whitens the residual: else its colour hides a relation, or makes one up.
+        let whitening = whitening([e.as_slice()].into_iter());
+        let [white, through] = [&e, &u].map(|signal| {
+            let mut signal = filter(&whitening, &[1.0], signal);
+            signal.drain(..(whitening.len() - 1).min(n / 2));
+            signal
+        });
         let covariance = |x: &[f64], y: &[f64], lag: usize| -> f64 {
             (lag..n).map(|k| x[k] * y[k - lag]).sum::<f64>() / n as f64
         };
-        let (e0, u0) = (covariance(&e, &e, 0), covariance(&u, &u, 0));
+        let e0 = covariance(&e, &e, 0);
         if !(e0 > 0.0 && e0.is_finite()) {
             return None;
         }
@@ -96,11 +110,17 @@ impl ResidualTests {
             values: (1..=lags).map(|l| (l as i64, of_e[l])).collect(),
             bound: SIGMAS_99 / (n as f64).sqrt(),
         };
+        let (e, u, n) = (white, through, n - (whitening.len() - 1).min(n / 2));
+        let covariance = |x: &[f64], y: &[f64], lag: usize| -> f64 {
+            (lag..n).map(|k| x[k] * y[k - lag]).sum::<f64>() / n as f64
+        };
+        let (e0, u0) = (covariance(&e, &e, 0), covariance(&u, &u, 0));
         let scale = (e0 * u0).sqrt();
         let power: f64 = (0..=lags)
             .map(|l| {
                 let sides = if l == 0 { 1.0 } else { 2.0 };
-                sides * of_e[l] * covariance(&u, &u, l) / u0.max(f64::MIN_POSITIVE)
+                let of_e = covariance(&e, &e, l) / e0.max(f64::MIN_POSITIVE);
+                sides * of_e * covariance(&u, &u, l) / u0.max(f64::MIN_POSITIVE)
             })
             .sum();
         let cross = |lag: i64| {
@@ -150,7 +170,6 @@ fn centred(values: &[f64]) -> Vec<f64> {
 mod tests {
     use super::*;
     use crate::noise::noise;
-    use crate::structure::filter;
 
     #[test]
     fn white_noise_passes_nearly_always_and_coloured_noise_never() {

@@ -1,0 +1,104 @@
+//! Figures that a verdict rests on: how much of the output the input causes, how well the model predicts, and the
+//! noise by a measure that does not depend on the model.
+
+use planesman_linear::polynomial::product;
+
+use crate::estimators::{Error, Estimate};
+use crate::fit::{Spread, fit};
+use crate::free_motion::without_free_motion;
+use crate::selection::innovation_variance;
+use crate::structure::{Problem, Run, filter, variance};
+
+/// Samples of a prediction.
+pub const AHEAD: usize = 10;
+/// Smallest variance of the held-out output for a validation, in those of the noise.
+const BEYOND_NOISE: f64 = 4.0;
+
+/// The share of the output's squares, beyond constant and free motion, that the input accounts for, 0 to 1; negative
+/// when the model makes it worse. `None` when nothing is left for the input.
+pub(super) fn share_of_input(found: &Estimate, number: usize, run: Run<'_>) -> Option<f64> {
+    let structure = &found.layout.structure;
+    let mut a = vec![1.0];
+    a.extend(found.theta.rows(0, structure.poles).iter());
+    let b = &found.theta.as_slice()[found.layout.b(number)];
+    // A constant is one more free motion, at z = 1.
+    let free = product(&product(&a, &structure.known_denominator), &[1.0, -1.0]);
+    let mean = run.outputs.iter().sum::<f64>() / run.outputs.len().max(1) as f64;
+    let caused = filter(b, &a, &structure.driving(run.inputs));
+    let level = caused.first().copied().unwrap_or_default();
+    let alone: Vec<f64> = run.outputs.iter().map(|y| y - mean).collect();
+    let with: Vec<f64> = (alone.iter().zip(&caused))
+        .map(|(y, x)| y - (x - level))
+        .collect();
+    let (alone, with) = (
+        without_free_motion(&alone, &free),
+        without_free_motion(&with, &free),
+    );
+    let total = variance(run.outputs) * run.outputs.len() as f64;
+    let share = (alone - with) / total;
+    (total > 0.0 && share.is_finite()).then_some(share)
+}
+
+/// The fit of predictions of [`AHEAD`] samples from the measured output and the input in between, %; `None` when the
+/// output did not move.
+pub(super) fn predicted_fit(found: &Estimate, number: usize, run: Run<'_>) -> Option<f64> {
+    if found.error == Error::Output {
+        return predicted_with_noise_model(found, number, run);
+    }
+    let model = found.model(number);
+    let mut num = model.numerator(true);
+    let order = model.a.len();
+    num.resize(order + 1, 0.0);
+    let constant = found
+        .layout
+        .offset(number)
+        .map_or(0.0, |at| found.theta[at]);
+    let (u, y) = (run.inputs, run.outputs);
+    let first = order + AHEAD - 1;
+    let stride = (y.len() / 20_000).max(1);
+    let mut spread = Spread::default();
+    let mut squares = 0.0;
+    for end in (first..y.len()).step_by(stride) {
+        // From measured outputs up to end - AHEAD.
+        let start = end + 1 - AHEAD;
+        let mut past: Vec<f64> = y[start - order..start].to_vec();
+        for k in start..=end {
+            let forced: f64 = (0..=order).map(|j| num[j] * u[k - j]).sum();
+            let free: f64 = (model.a.iter().zip(past.iter().rev()))
+                .map(|(a, y)| a * y)
+                .sum();
+            past.push(forced - free + constant);
+        }
+        let predicted = past.last().copied().unwrap_or_default();
+        spread.update(y[end], 1.0);
+        squares += (y[end] - predicted).powi(2);
+    }
+    fit(squares, spread.sum_of_squares())
+}
+
+/// The same of a simulation, and what the noise model says of its error from the errors before.
+fn predicted_with_noise_model(found: &Estimate, number: usize, run: Run<'_>) -> Option<f64> {
+    let simulated = found.simulate(number, run.inputs);
+    let errors: Vec<f64> = (run.outputs.iter().zip(&simulated))
+        .map(|(y, x)| y - x)
+        .collect();
+    let d = &found.noise_denominator;
+    let mut spread = Spread::default();
+    let mut squares = 0.0;
+    for end in d.len() + AHEAD - 1..errors.len() {
+        let start = end + 1 - AHEAD;
+        let mut past: Vec<f64> = errors[start - d.len()..start].to_vec();
+        for _ in start..=end {
+            let next: f64 = d.iter().zip(past.iter().rev()).map(|(d, e)| d * e).sum();
+            past.push(-next);
+        }
+        spread.update(run.outputs[end], 1.0);
+        squares += (errors[end] - past.last().copied().unwrap_or_default()).powi(2);
+    }
+    fit(squares, spread.sum_of_squares())
+}
+
+/// Whether the held-out output moves beyond the noise, which an equation of high order tells for all of the record.
+pub(super) fn moves(problem: &Problem<'_>, held_out: &[f64]) -> bool {
+    innovation_variance(problem).is_none_or(|noise| variance(held_out) > BEYOND_NOISE * noise)
+}
