@@ -150,6 +150,130 @@ fn a_tables_blanks_are_absent_and_its_faults_are_told() {
 }
 
 #[test]
+fn a_table_is_read_however_it_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("a.csv");
+    let rows = |line: &dyn Fn(usize, f64, f64) -> String| -> String {
+        let all = response(200).into_iter().enumerate();
+        all.map(|(k, (u, y))| line(k, u, y) + "\n").collect()
+    };
+    let comma = |value: f64| value.to_string().replace('.', ",");
+    let plain = |k: usize, u: f64, y: f64| format!("{},{u},{y}", k as f64 * 0.05);
+    let milliseconds = |k: usize, u: f64, y: f64| format!("{},{u},{y}", 50 * k);
+    let date = |k: usize, u: f64, y: f64| {
+        let (minutes, seconds) = (50 * k / 60_000, (50 * k % 60_000) as f64 * 1e-3);
+        format!("2024-02-29T23:{:02}:{seconds:06.3}Z,{u},{y}", 58 + minutes)
+    };
+    for (text, signals, stamps) in [
+        (
+            rows(&plain),
+            "-i c2 -o c3",
+            "of the column 'c1', the first, which rises",
+        ),
+        (
+            "t;u;y\n".to_owned() + &rows(&|k, u, y| [k as f64 * 0.05, u, y].map(comma).join(";")),
+            "-i u -o y",
+            "of the column 't'",
+        ),
+        (
+            "# a rig\ntime,speed_kn,rate (deg/s)\n".to_owned() + &rows(&date),
+            "-i speed -o rate",
+            "of the column 'time'",
+        ),
+        (
+            "t_ms,u,y\n".to_owned() + &rows(&milliseconds),
+            "-i u -o y",
+            "of the column 't_ms', in ms",
+        ),
+        (
+            "u\ttime (ms)\ty\n".to_owned() + &rows(&|k, u, y| format!("{u}\t{}\t{y}", 50 * k)),
+            "-i u -o y",
+            "of the column 'time (ms)', in ms",
+        ),
+        (
+            "t,u,y\n".to_owned()
+                + &rows(&|k, u, y| {
+                    format!("{},{u},{y}", 1_700_000_000_000_000_000 + 50_000_000 * k)
+                }),
+            "-i u -o y",
+            "of the column 't', in ns, by their size",
+        ),
+        (
+            "% t u y\n".to_owned()
+                + &rows(&|k, u, y| format!(" {:e}   {u:e}  {y:e}", k as f64 * 0.05)),
+            "-i u -o y",
+            "of the column 't'",
+        ),
+        (
+            "u,y\n".to_owned() + &rows(&|_, u, y| format!("{u},{y}")),
+            "-i u -o y --sample-time 50ms",
+            "of the rows, 0.05 s apart",
+        ),
+    ] {
+        fs::write(&table, text).unwrap();
+        let found = fit(
+            &table,
+            &format!("{signals} --method least_squares --order 1 --no-offset"),
+        );
+        is_the_response(&found);
+        let told = &found.taken.reading.stamps;
+        assert!(told.starts_with(stamps), "{told}");
+    }
+}
+
+#[test]
+fn a_table_without_a_time_is_refused_with_the_option_that_gives_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("a.csv");
+    let rows: String = response(200)
+        .iter()
+        .map(|(u, y)| format!("{u},{y}\n"))
+        .collect();
+    fs::write(&table, "u,y\n".to_owned() + &rows).unwrap();
+    let refusal = try_fit(&table, "-i u -o y").unwrap_err();
+    assert!(refusal.contains("--sample-time 0.1s"), "{refusal}");
+    // Its columns are listed all the same.
+    assert_eq!(survey(&table).unwrap().topics[0].fields.len(), 2);
+    let refusal = try_fit(&table, "-i u -o y --sample-time 0.05 --time u").unwrap_err();
+    assert!(refusal.contains("--sample-time"), "{refusal}");
+    // A ramp in front is the time, unless it is asked for as a signal.
+    let rows: String = response(200)
+        .iter()
+        .enumerate()
+        .map(|(k, (u, y))| format!("{},{u},{y}\n", 2 * k))
+        .collect();
+    fs::write(&table, "ramp,u,y\n".to_owned() + &rows).unwrap();
+    let refusal = try_fit(&table, "-i ramp -o y").unwrap_err();
+    assert!(refusal.contains("'ramp' is taken as the time"), "{refusal}");
+}
+
+#[test]
+fn every_cell_that_is_no_number_is_counted_and_shown() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("a.csv");
+    let rows: String = response(200)
+        .iter()
+        .enumerate()
+        .map(|(k, (u, y))| match k {
+            20 => format!("{},,{y}\n", k as f64 * 0.05),
+            30 | 40 => format!("{},{u},n/a\u{1b}[2J\n", k as f64 * 0.05),
+            50 => format!("{},{u}\n", k as f64 * 0.05),
+            _ => format!("{},{u},{y}\n", k as f64 * 0.05),
+        })
+        .collect();
+    fs::write(&table, "t,u,y [rad]\n".to_owned() + &rows).unwrap();
+    let taken = fit(&table, "-i u -o y --order 1").taken;
+    let account = taken.account();
+    for note in [
+        "'u': of 200 cells 1 empty",
+        "'y [rad]': of 200 cells 1 empty, 2 no numbers, the first 'n/a\\u001b[2J' in row 31",
+        "'y' is the column 'y [rad]'",
+    ] {
+        assert!(account.contains(note), "{account}");
+    }
+}
+
+#[test]
 fn a_table_is_read_from_behind_its_byte_order_mark_and_utf_16_is_refused_by_name() {
     let folder = tempfile::tempdir().unwrap();
     let table = folder.path().join("a.csv");

@@ -7,7 +7,10 @@ use anyhow::{Result, anyhow};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use indicatif::{ProgressBar, ProgressStyle};
-use planesman_signals::{Clock, Data, Method, Options, Source, Taken, TimeUnit, take};
+use planesman_signals::{Clock, Data, Method, Options, Source, TableTime, Taken, TimeUnit, take};
+use planesman_units::Dimension;
+
+use crate::arguments::quantity;
 
 /// A parser for one of several values, each with its name and its help line.
 pub(super) fn choice<T: Copy + Send + Sync + 'static>(
@@ -35,12 +38,15 @@ pub(super) struct DataArgs {
     /// Time stamps: of the message headers, or of the recorder (log) [default: header if all messages have one]
     #[arg(long, value_parser = choice(&Clock::ALL, Clock::described))]
     stamp: Option<Clock>,
-    /// CSV column of time [default: time, t, stamp or timestamp, else the first]
-    #[arg(long, value_name = "COLUMN")]
+    /// CSV column of time [default: time, t, stamp or timestamp, else a first column that rises from row to row]
+    #[arg(long, value_name = "COLUMN", conflicts_with = "sample_time")]
     time: Option<String>,
-    /// Unit of the time column of a CSV file
-    #[arg(long, value_parser = choice(&TimeUnit::ALL, TimeUnit::described), default_value = "s")]
-    time_unit: TimeUnit,
+    /// Unit of the time column of a CSV file [default: the one that its name ends in, as t_ms; else s]
+    #[arg(long, value_parser = choice(&TimeUnit::ALL, TimeUnit::described), conflicts_with = "sample_time")]
+    time_unit: Option<TimeUnit>,
+    /// Interval between two rows of a CSV file without a time (s, or with its unit: 100ms)
+    #[arg(long, value_name = "TIME", value_parser = quantity(Dimension::Time, 1e-6, 1e6))]
+    sample_time: Option<f64>,
     /// Show no progress
     #[arg(long)]
     quiet: bool,
@@ -69,8 +75,11 @@ impl DataArgs {
         Data {
             paths,
             stamp: self.stamp,
-            time: self.time.clone(),
-            time_unit: self.time_unit,
+            time: TableTime {
+                column: self.time.clone(),
+                unit: self.time_unit,
+                sample_time: self.sample_time,
+            },
         }
     }
 
@@ -123,8 +132,10 @@ impl SignalArgs {
             let rate = taken
                 .as_ref()
                 .map(|taken| 1.0 / taken.resampled.record.sample_time);
-            let windows = self.grid.options(rate);
             let source = Source::open(&data)?;
+            let windows = self
+                .grid
+                .options(rate.or(source.sample_time().map(f64::recip)));
             let bar = self.data.progress_bar(source.bytes());
             let next = take(&source, &inputs, &outputs, &windows, &|bytes| {
                 bar.set_position(bytes);

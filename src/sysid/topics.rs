@@ -113,9 +113,9 @@ pub fn survey(args: &TopicsArgs) -> Result<Survey> {
     let source = args.data.open()?;
     let bar = args.data.progress_bar(source.bytes());
     let progress = |bytes| bar.set_position(bytes);
-    let survey = match &source {
-        Source::Bag(bag) => of_bag(bag, args.topic.as_deref(), &progress),
-        Source::Csv(table) => of_table(table, &progress)?,
+    let survey = match source {
+        Source::Bag(bag) => of_bag(&bag, args.topic.as_deref(), &progress),
+        Source::Csv(table) => of_table(&table.counted(), &progress)?,
     };
     bar.finish_and_clear();
     Ok(survey)

@@ -12,6 +12,8 @@
 mod align;
 mod bag_source;
 mod channel;
+mod csv_cell;
+mod csv_form;
 mod csv_source;
 mod live_grid;
 mod request;
@@ -24,7 +26,7 @@ mod timing;
 pub use align::{Aligner, Offer, SAYINGS, Sample, WINDOW};
 pub use bag_source::{BagSource, nanoseconds, topics, types};
 pub use channel::{Channel, Method, Timing};
-pub use csv_source::CsvSource;
+pub use csv_source::{CsvSource, TableTime};
 pub use live_grid::{Given, LiveGrid};
 pub use request::{Clock, Reading, Request, Role, Take, TimeUnit};
 pub use resample::{GridError, MOST, ORDER, Options, PRELUDE, Resampled, Resampler};

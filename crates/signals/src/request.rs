@@ -104,6 +104,17 @@ impl TimeUnit {
         }
     }
 
+    /// The unit of that name, as the end of a column's name has it.
+    pub(crate) fn named(text: &str) -> Option<Self> {
+        Some(match text {
+            "s" | "sec" | "secs" | "seconds" => Self::S,
+            "ms" | "msec" | "milliseconds" => Self::Ms,
+            "us" | "usec" | "\u{b5}s" | "\u{3bc}s" | "microseconds" => Self::Us,
+            "ns" | "nsec" | "nanoseconds" => Self::Ns,
+            _ => return None,
+        })
+    }
+
     /// Decimal places from this unit to nanoseconds.
     #[must_use]
     pub fn places(self) -> u32 {

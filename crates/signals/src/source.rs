@@ -8,20 +8,18 @@ use std::path::PathBuf;
 use anyhow::{Result, bail};
 
 use crate::bag_source::BagSource;
-use crate::csv_source::CsvSource;
-use crate::request::{Clock, Reading, Request, Take, TimeUnit};
+use crate::csv_source::{CsvSource, TableTime};
+use crate::request::{Clock, Reading, Request, Take};
 
 /// Where data lies, and how its time is read.
 #[derive(Clone, Debug)]
 pub struct Data {
-    /// A bag folder, a metadata.yaml, one or several .mcap files of a split bag, or a .csv file.
+    /// A bag folder, a metadata.yaml, one or several .mcap files of a split bag, or a table: .csv, .tsv, .txt or .dat.
     pub paths: Vec<PathBuf>,
     /// The clock of a bag's stamps; `None` for the messages' own if all have one.
     pub stamp: Option<Clock>,
-    /// A table's column with the time; `None` for the one that seems so.
-    pub time: Option<String>,
-    /// The unit of that column.
-    pub time_unit: TimeUnit,
+    /// How the time of a table is read.
+    pub time: TableTime,
 }
 
 /// An open bag or table.
@@ -41,7 +39,7 @@ impl Source {
     pub fn open(data: &Data) -> Result<Self> {
         let is_csv = |path: &PathBuf| {
             let ending = path.extension().unwrap_or_default();
-            ["csv", "tsv", "txt"]
+            ["csv", "tsv", "txt", "dat"]
                 .iter()
                 .any(|it| ending.eq_ignore_ascii_case(it))
         };
@@ -50,14 +48,15 @@ impl Source {
                 if data.stamp.is_some() {
                     bail!("--stamp is for bags; a table's time is its column's (--time)");
                 }
-                let source = CsvSource::open(path, data.time.as_deref(), data.time_unit)?;
-                Ok(Self::Csv(source))
+                Ok(Self::Csv(CsvSource::open(path, &data.time)?))
             }
             paths if paths.iter().any(is_csv) => {
                 bail!("one .csv file is taken at a time, and none beside a bag")
             }
-            _ if data.time.is_some() => {
-                bail!("--time is for .csv files; a bag has stamps (--stamp)")
+            _ if data.time != TableTime::default() => {
+                bail!(
+                    "--time is for .csv files, as --time-unit and --sample-time are; a bag has stamps (--stamp)"
+                )
             }
             paths => Ok(Self::Bag(Box::new(BagSource::open(paths, data.stamp)?))),
         }
@@ -69,6 +68,15 @@ impl Source {
         match self {
             Self::Bag(bag) => bag.bytes(),
             Self::Csv(table) => table.bytes(),
+        }
+    }
+
+    /// Seconds from sample to sample, where the data has no time and they were given.
+    #[must_use]
+    pub fn sample_time(&self) -> Option<f64> {
+        match self {
+            Self::Bag(_) => None,
+            Self::Csv(table) => table.sample_time(),
         }
     }
 

@@ -135,7 +135,7 @@ fn channel_account(channel: &Channel) -> String {
         (timing.duplicates, "with a repeated stamp"),
         (timing.late, "too late for their place in order"),
         (timing.not_finite, "not finite"),
-        (timing.absent, "messages without it"),
+        (timing.absent, "without a value"),
     ] {
         if count > 0 {
             text += &format!("; {count} {what}");
