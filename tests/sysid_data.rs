@@ -322,6 +322,58 @@ fn the_stamps_are_the_messages_own_where_all_have_them() {
 }
 
 #[test]
+fn how_late_the_recorder_was_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.mcap");
+    let mut maker = Maker::new(&path);
+    let (first, second) = (maker.topic("/a", IMU), maker.topic("/b", IMU));
+    for (k, (u, y)) in response(200).into_iter().enumerate() {
+        let time = k as i64 * STEP;
+        maker.write(first, &imu(time, u), time + 2_000_000);
+        maker.write(second, &imu(time, y), time + 45_000_000);
+    }
+    maker.close();
+    let signals = "-i a:angular_velocity.y -o b:angular_velocity.y --order 1";
+    for (stamp, says) in [
+        (
+            "header",
+            "43.0 ms lie between them; by the stamps of the headers this is no delay",
+        ),
+        ("log", "45.0 ms count as delay of the system"),
+    ] {
+        let found = fit(&path, &format!("{signals} --stamp {stamp}"));
+        let account = found.taken.account();
+        assert!(account.contains("/a 2.0 ms, /b 45.0 ms"), "{account}");
+        assert!(account.contains(says), "{account}");
+    }
+}
+
+#[test]
+fn an_input_that_is_of_another_time_or_never_moves_is_refused_with_the_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.mcap");
+    let mut maker = Maker::new(&path);
+    let (first, second) = (maker.topic("/a", IMU), maker.topic("/b", IMU));
+    for (k, (u, y)) in response(200).into_iter().enumerate() {
+        let time = k as i64 * STEP;
+        maker.write(first, &imu(time, u), time);
+        maker.write(second, &imu(time + 5_000_000_000_000, y), time);
+    }
+    maker.close();
+    let signals = "-i a:angular_velocity.y -o b:angular_velocity.y --order 1";
+    let refusal = try_fit(&path, signals).unwrap_err();
+    assert!(refusal.contains("4990.050 s lie between them"), "{refusal}");
+    assert!(refusal.contains("--stamp log"), "{refusal}");
+    is_the_response(&fit(&path, &format!("{signals} --stamp log")));
+    let constant = "-i a:angular_velocity.x -o b:angular_velocity.y --stamp log";
+    let refusal = try_fit(&path, constant).unwrap_err();
+    assert!(
+        refusal.contains("is constant: 0 in all 200 samples"),
+        "{refusal}"
+    );
+}
+
+#[test]
 fn what_is_not_there_is_refused_with_what_is() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.mcap");
@@ -368,6 +420,16 @@ fn what_is_not_there_is_refused_with_what_is() {
             &path,
             "-i cmd:data -o imu:orientation.x --window 5..1",
             "FROM..TO",
+        ),
+        (
+            &path,
+            "-i cmd:data -o imu:orientation.x --window 90..20",
+            "it is reversed; write FROM..TO, as 20..90",
+        ),
+        (
+            &path,
+            "-i cmd:data -o imu:angular_velocity.y --rate 1000",
+            "--rate takes at most 20.000000",
         ),
         (
             &path,

@@ -3,11 +3,14 @@
 use std::io::IsTerminal;
 use std::path::PathBuf;
 
-use anyhow::{Result, anyhow};
+use anyhow::{Result, anyhow, bail};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use indicatif::{ProgressBar, ProgressStyle};
-use planesman_signals::{Clock, Data, Method, Options, Source, TableTime, Taken, TimeUnit, take};
+use planesman_signals::{
+    Clock, Data, Method, Options, Outliers, Preparation, Segment, Source, TableTime, Taken,
+    TimeUnit, constant_input, take,
+};
 use planesman_units::Dimension;
 
 use crate::arguments::quantity;
@@ -17,15 +20,28 @@ pub(super) fn choice<T: Copy + Send + Sync + 'static>(
     all: &'static [T],
     described: fn(T) -> (&'static str, &'static str),
 ) -> impl TypedValueParser<Value = T> {
+    choice_also_known(all, described, |_| &[])
+}
+
+/// The same, some of them with other names too.
+pub(super) fn choice_also_known<T: Copy + Send + Sync + 'static>(
+    all: &'static [T],
+    described: fn(T) -> (&'static str, &'static str),
+    also: fn(T) -> &'static [&'static str],
+) -> impl TypedValueParser<Value = T> {
     let values = all.iter().map(move |value| {
         let (name, about) = described(*value);
-        PossibleValue::new(name).help(about)
+        let about = match also(*value) {
+            [] => about.to_owned(),
+            names => format!("{about} [also: {}]", names.join(", ")),
+        };
+        PossibleValue::new(name).help(about).aliases(also(*value))
     });
     PossibleValuesParser::new(values).try_map(move |name| {
+        let is_it =
+            |value: &T| described(*value).0 == name || also(*value).contains(&name.as_str());
         let mut values = all.iter().copied();
-        values
-            .find(|value| described(*value).0 == name)
-            .ok_or("not one of the values")
+        values.find(is_it).ok_or("not one of the values")
     })
 }
 
@@ -112,16 +128,29 @@ pub(super) struct SignalArgs {
     reference: Option<String>,
     #[command(flatten)]
     grid: GridArgs,
+    #[command(flatten)]
+    preparation: PreparationArgs,
+}
+
+/// How a record is prepared before a model is fitted.
+#[derive(Clone, Debug, Args)]
+struct PreparationArgs {
+    /// Outliers: samples far from the median of those around them
+    #[arg(long, value_parser = choice(&Outliers::ALL, Outliers::described), default_value = "report")]
+    outliers: Outliers,
+    /// Which data is used
+    #[arg(long, value_parser = choice(&Segment::ALL, Segment::described), default_value = "all")]
+    segment: Segment,
 }
 
 impl SignalArgs {
     /// Reads them as a record: the input, then the reference if there is one. Each window of each source is a
-    /// stretch, or several.
+    /// stretch, or several. So many zeros are put in front of each.
     ///
     /// # Errors
-    /// One line: data that cannot be read, a signal that is not in it, signals that have no instant in common,
-    /// sources sampled at different rates.
-    pub(super) fn record(&self) -> Result<Taken> {
+    /// One line: data that cannot be read, a signal that is not in it, signals that have no instant in common or are never of
+    /// one time, a grid finer than the data, an input that never moves.
+    pub(super) fn record(&self, prewindow: usize) -> Result<Taken> {
         let inputs: Vec<String> = std::iter::once(&self.input)
             .chain(&self.reference)
             .cloned()
@@ -146,7 +175,18 @@ impl SignalArgs {
                 Some(before) => before.followed_by(next),
             });
         }
-        taken.ok_or_else(|| anyhow!("no data"))
+        let taken = taken.ok_or_else(|| anyhow!("no data"))?;
+        if let Some((input, value)) = constant_input(&taken.resampled.record) {
+            bail!(
+                "{input} is constant: {value} in all {} samples; it determines no model",
+                taken.resampled.record.samples()
+            );
+        }
+        Ok(taken.prepared(&Preparation {
+            outliers: self.preparation.outliers,
+            segment: self.preparation.segment,
+            prewindow,
+        }))
     }
 }
 
@@ -223,6 +263,10 @@ fn window(text: &str) -> Result<(f64, f64), String> {
     let (from, to) = (edge(from, f64::NEG_INFINITY)?, edge(to, f64::INFINITY)?);
     if from < to {
         Ok((from, to))
+    } else if from > to {
+        Err(format!(
+            "'{text}' is not a window: it is reversed; write FROM..TO, as {to}..{from}"
+        ))
     } else {
         Err(rule())
     }

@@ -295,7 +295,7 @@ impl CsvSource {
         }
         let mut reading = Reading {
             stamps: self.stamps(),
-            notes: Vec::new(),
+            ..Reading::default()
         };
         for (request, column) in requests.iter().zip(&columns) {
             let name = &self.form.columns[*column];

@@ -7,6 +7,7 @@
 //! - [`Source`], [`BagSource`], [`CsvSource`]: samples of any signals, streamed.
 //! - [`Meter`], [`Timing`]: rate, jitter, gaps and duplicates of stamps.
 //! - [`Resampler`], [`take`]: samples on a grid, as a record of `planesman_identification`.
+//! - [`prepare`]: outliers, segments by excitation and zeros in front, each a [`Step`] that says what was done.
 //! - [`LiveGrid`], [`Aligner`]: the same for samples that arrive, inputs and outputs paired by stamp.
 
 mod align;
@@ -16,6 +17,7 @@ mod csv_cell;
 mod csv_form;
 mod csv_source;
 mod live_grid;
+mod preparation;
 mod request;
 mod resample;
 mod signal;
@@ -28,6 +30,7 @@ pub use bag_source::{BagSource, nanoseconds, topics, types};
 pub use channel::{Channel, Method, Timing};
 pub use csv_source::{CsvSource, TableTime};
 pub use live_grid::{Given, LiveGrid};
+pub use preparation::{Outliers, Preparation, Segment, Step, constant_input, prepare};
 pub use request::{Clock, Reading, Request, Role, Take, TimeUnit};
 pub use resample::{GridError, MOST, ORDER, Options, PRELUDE, Resampled, Resampler};
 pub use signal::{LARGEST, Signal, SignalError};

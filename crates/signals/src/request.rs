@@ -1,5 +1,7 @@
 //! A request for signals of a bag or table, and the notes of reading it.
 
+use std::collections::BTreeMap;
+
 use anyhow::{Result, bail};
 use serde::Serialize;
 
@@ -71,6 +73,8 @@ pub struct Reading {
     pub stamps: String,
     /// Everything that could not be read, and why.
     pub notes: Vec<String>,
+    /// By topic, how long after its own stamp the recorder received a message: the median, s.
+    pub latencies: BTreeMap<String, f64>,
 }
 
 /// Takes samples: the signal's number, its stamp in ns, its value if it has one. Returns whether more are wanted.
