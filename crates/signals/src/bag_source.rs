@@ -22,6 +22,10 @@ const DELAYS: usize = 10_000;
 /// A lag between stamp and reception that is reported, s.
 const LAG: f64 = 1e-3;
 
+/// Messages in which the names of a list's elements are looked for, and names that are kept.
+const NAMED_IN: usize = 10_000;
+const MOST_NAMES: usize = 1000;
+
 /// Names that are listed in an error at most.
 const LISTED: usize = 20;
 
@@ -196,10 +200,24 @@ impl Wanted {
             .map_err(|error| anyhow!("{}: {error}", topic.name))?;
         if let Some(names) = types.names_of(signal.path()) {
             let count = first_count(bag, &topic.name, &decoder);
+            let known = names_in(bag, &topic.name, &types, signal.path(), None);
+            let example = known.first().map_or("0", String::as_str);
             bail!(
-                "{signal}: it is a list of {}numbers, one for each '{names}'; name one by its index, as {signal}[0]",
+                "{signal}: it is a list of {}numbers, one for each '{names}' ({}); name one by its name or index, as \
+                 {signal}[{example}]",
                 count.map_or_else(String::new, |count| format!("{count} ")),
+                listed(known.iter().map(String::as_str)),
             );
+        }
+        if let Some((list, name)) = signal.path().named() {
+            let known = names_in(bag, &topic.name, &types, &list, Some(name));
+            if !known.iter().any(|it| it == name) {
+                bail!(
+                    "{signal}: there is no '{name}'; there are {}{}",
+                    listed(known.iter().map(String::as_str)),
+                    did_you_mean(name, known.iter().map(String::as_str))
+                );
+            }
         }
         Ok(Self {
             topic: topic.name.clone(),
@@ -219,6 +237,39 @@ fn first_count(bag: &BagReader, topic: &str, decoder: &Decoder) -> Option<usize>
         .flatten();
     let first = messages.find(|it| decoder.read(&it.payload, &mut values).is_ok());
     first.map(|_| values.list(0).len())
+}
+
+/// The names of the elements of a list in the first messages of a topic, which need not all have the same: up to the message
+/// that has the one looked for.
+fn names_in(
+    bag: &BagReader,
+    topic: &str,
+    types: &Types,
+    list: &FieldPath,
+    wanted: Option<&str>,
+) -> Vec<String> {
+    let Some(decoder) = Decoder::of_names(types, list) else {
+        return Vec::new();
+    };
+    let mut values = Values::default();
+    let mut known: Vec<String> = Vec::new();
+    let messages = bag.messages_of(|it| it.name == topic, Order::File);
+    for message in messages.flatten().take(NAMED_IN) {
+        if decoder.read(&message.payload, &mut values).is_err() {
+            continue;
+        }
+        for name in values.names() {
+            if known.len() < MOST_NAMES && !known.contains(name) {
+                known.push(name.clone());
+            }
+        }
+        let is_known = |wanted: &str| values.names().iter().any(|it| it == wanted);
+        if wanted.is_none_or(is_known) {
+            known.extend(wanted.map(str::to_owned));
+            break;
+        }
+    }
+    known
 }
 
 /// The topic that was probably meant; without a leading `/`, by the end of its name.

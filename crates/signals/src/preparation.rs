@@ -1,7 +1,7 @@
 //! Preparation of a record before a model is identified. Each step says what it found and did.
 //!
 //! - **Outliers** are samples far from the median of those around them (Hampel's test), in runs of at most two. How far is far
-//!   is a multiple of what is usual in that signal: for an output, apart for samples that the input has just moved and for
+//!   is a fifth of the signal's own range at least, and a multiple of what is usual in that signal: for an output, apart for samples that the input has just moved and for
 //!   the others, so that a response to a pulse is none.
 //! - **A segment by excitation** is the longest part of each stretch in which the input moves, with what it does
 //!   afterwards.
@@ -26,6 +26,9 @@ const AFTER: usize = 2 * SIDE;
 
 /// Fewer samples of a kind say nothing of what is usual.
 const FEW: usize = 50;
+
+/// The share of the signal's own range below which no distance does harm.
+const HARMLESS: f64 = 0.2;
 
 /// The share of the samples of a kind that are as usual: a change moves one of the [`AFTER`] samples behind it at least.
 const USUAL: f64 = 0.95;
@@ -256,7 +259,7 @@ fn far(lists: &[Vec<f64>], kinds: &[Vec<bool>], factor: f64) -> Vec<Vec<usize>> 
         };
         match usual {
             0.0 => f64::INFINITY,
-            usual => factor * usual,
+            usual => (factor * usual).max(HARMLESS * spread),
         }
     });
     let is_far = |list: usize, k: usize| {
