@@ -1,6 +1,6 @@
 //! Preparation of a record before a model is identified. Each step says what it found and did.
 //!
-//! - **Outliers** are samples far from the median of those around them (Hampel's test), in runs of at most two. How far is far
+//! - **Outliers** are samples far from the median of those around them (Hampel's test) and from the line between them, in runs of at most two. How far is far
 //!   is a fifth of the signal's own range at least, and a multiple of what is usual in that signal: for an output, apart for samples that the input has just moved and for
 //!   the others, so that a response to a pulse is none.
 //! - **A segment by excitation** is the longest part of each stretch in which the input moves, with what it does
@@ -39,9 +39,10 @@ const ROW: usize = 2;
 /// The share of the input's range by which it moves.
 const MOVES: f64 = 0.02;
 
-/// The shortest time without a move that parts two segments: samples, and the share of all.
+/// A pause parts two segments if it is longer than so many samples, and than so many times what nine in ten changes of the
+/// input are apart.
 const QUIET: usize = 50;
-const QUIET_SHARE: usize = 50;
+const LONGER: usize = 2;
 
 /// What becomes of outliers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -139,7 +140,8 @@ pub fn constant_input(record: &Record) -> Option<(&str, f64)> {
     let value = |input: usize| {
         let all = || record.stretches.iter().flat_map(|it| &it.inputs[input]);
         let first = *all().next()?;
-        all().all(|it| *it == first).then_some(first)
+        // A single sample neither moves nor rests.
+        (all().count() > 1 && all().all(|it| *it == first)).then_some(first)
     };
     inputs
         .filter_map(|(input, name)| Some((name.as_str(), value(input)?)))
@@ -234,7 +236,9 @@ fn far(lists: &[Vec<f64>], kinds: &[Vec<bool>], factor: f64) -> Vec<Vec<usize>> 
         .map(|list| {
             // At the ends the median is of one side: no measure there.
             let distance = |k: usize| match (SIDE..list.len().saturating_sub(SIDE)).contains(&k) {
-                true => (list[k] - local_median(list, k)).abs(),
+                true => (list[k] - local_median(list, k))
+                    .abs()
+                    .min(from_line(list, k)),
                 false => 0.0,
             };
             (0..list.len()).map(distance).collect()
@@ -282,6 +286,17 @@ fn far(lists: &[Vec<f64>], kinds: &[Vec<bool>], factor: f64) -> Vec<Vec<usize>> 
             places
         })
         .collect()
+}
+
+/// How far a sample lies from the straight line between its neighbours, the next but one among them: on a smooth curve it
+/// lies near all of these.
+fn from_line(list: &[f64], k: usize) -> f64 {
+    let line = |before: usize, after: usize| {
+        let share = before as f64 / (before + after) as f64;
+        let (first, last) = (list[k - before], list[k + after]);
+        (list[k] - first - share * (last - first)).abs()
+    };
+    line(1, 1).max(line(1, 2)).max(line(2, 1))
 }
 
 /// The median of the samples around and at a place.
@@ -384,24 +399,32 @@ fn segment(record: &mut Record) -> Option<Step> {
 /// lies no longer pause than the tail that is kept behind the last.
 fn moving_part(stretch: &Stretch, least: f64) -> Option<(usize, usize)> {
     let input = stretch.inputs.first()?;
-    let pause = QUIET.max(input.len() / QUIET_SHARE);
     let mut level = *input.first()?;
-    let mut parts: Vec<(usize, usize)> = Vec::new();
+    let mut changes = Vec::new();
     for (k, value) in input.iter().enumerate() {
-        if (value - level).abs() <= least {
-            continue;
-        }
-        level = *value;
-        match parts.last_mut() {
-            Some((_, last)) if k - *last <= pause => *last = k,
-            _ => parts.push((k, k)),
+        if (value - level).abs() > least {
+            level = *value;
+            changes.push(k);
         }
     }
-    let with_tail = |(first, last): (usize, usize)| {
-        // The sample before the first change shows where it began.
-        (first.saturating_sub(1), input.len().min(last + pause + 1))
+    let mut apart: Vec<f64> = changes
+        .windows(2)
+        .map(|it| (it[1] - it[0]) as f64)
+        .collect();
+    let pause = match apart.len() {
+        0 => input.len(),
+        _ => QUIET.max(LONGER * quantile(&mut apart, 0.9) as usize),
     };
-    let parts = parts.into_iter().map(with_tail);
+    // The sample before the first change shows where it began.
+    let part = |it: &[usize]| {
+        (
+            it[0].saturating_sub(1),
+            input.len().min(it[it.len() - 1] + pause + 1),
+        )
+    };
+    let parts = changes
+        .chunk_by(|before, after| after - before <= pause)
+        .map(part);
     parts.max_by_key(|(first, end)| end - first)
 }
 
@@ -512,6 +535,7 @@ mod tests {
             square(1000, 500),
             pulse(&[500]),
             pulse(&[200, 201, 500]),
+            [square(200, 40), vec![0.0; 800]].concat(),
             (0..1000).map(|k| f64::from(k) * 0.01).collect(),
             (0..1000)
                 .map(|k| (f64::from(k) * 0.01).powi(2).sin())
@@ -556,6 +580,11 @@ mod tests {
         assert_eq!((stretch.start, stretch.len()), (59_900_000_000, 342));
         assert_eq!(stretch.inputs[0], inputs[599..941]);
         assert_eq!(stretch.outputs[0], outputs[599..941]);
+        // Steps far apart are one part.
+        let inputs = [square(1000, 200), vec![1.0; 600]].concat();
+        let mut kept = record(inputs.clone(), response(&inputs));
+        prepare(&mut kept, &auto);
+        assert_eq!(kept.samples(), 1201 - 199);
         // One in which it always moves is kept whole.
         let inputs = noise(1, 1000);
         let mut kept = record(inputs.clone(), response(&inputs));
