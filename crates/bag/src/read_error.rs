@@ -72,8 +72,8 @@ pub enum ReadError {
     },
     /// Files or messages compressed by rosbag2 rather than by MCAP, in a way that is not read.
     #[error(
-        "{path} is a bag compressed by {mode} ({format}); read are MCAP's own chunk compression, messages packed with zstd, and \
-         files once they are unpacked ('zstd -d NAME.mcap.zstd', beside the packed ones)"
+        "{path} is a bag compressed by {mode} ({format}); read are MCAP's own chunk compression, messages and files packed with \
+         zstd, and files that lie unpacked beside the packed ones"
     )]
     Compressed {
         /// The metadata.

@@ -197,10 +197,15 @@ impl BagReader {
             .map(|name| folder.join(name))
             .map(|file| if mode == "file" { unpacked(file) } else { file })
             .collect();
-        let is_packed = mode == "file" && files.iter().any(|file| is_zstd(file));
-        let are_packed = mode == "message" && metadata.compression_format == "zstd";
-        let is_read = matches!(mode.as_str(), "" | "none" | "storage" | "file") || are_packed;
-        if !is_read || is_packed {
+        let by_zstd = metadata.compression_format == "zstd";
+        let are_packed = mode == "message" && by_zstd;
+        // Files that are packed otherwise may lie unpacked beside.
+        let is_read = match mode.as_str() {
+            "" | "none" | "storage" => true,
+            "file" => by_zstd || files.iter().all(|file| is_mcap(file)),
+            _ => are_packed,
+        };
+        if !is_read {
             return Err(ReadError::Compressed {
                 path: listing.to_owned(),
                 mode: metadata.compression_mode,
@@ -428,15 +433,21 @@ impl Messages<'_> {
     }
 }
 
-fn is_zstd(file: &Path) -> bool {
+fn is_mcap(file: &Path) -> bool {
     file.extension()
-        .is_some_and(|extension| extension == "zstd")
+        .is_some_and(|extension| extension == "mcap")
+}
+
+/// Whether a name is that of a `.mcap` file that is packed whole: `NAME.mcap.zstd`, as rosbag2 has it.
+fn is_packed_mcap(file: &Path) -> bool {
+    let ending = file.extension().unwrap_or_default();
+    (ending == "zstd" || ending == "zst") && is_mcap(&file.with_extension(""))
 }
 
 /// The unpacked file beside a packed one, if there is one.
 fn unpacked(file: PathBuf) -> PathBuf {
     let beside = file.with_extension("");
-    if is_zstd(&file) && beside.is_file() {
+    if !is_mcap(&file) && beside.is_file() {
         beside
     } else {
         file
@@ -452,31 +463,30 @@ fn instead(folder: &Path) -> String {
             "db3" => Some(format!(
                 ", but .db3 files of rosbag2's sqlite3 storage; {CONVERTER} makes a bag that is read"
             )),
-            "zstd" => Some(", but .zstd files; 'zstd -d NAME.mcap.zstd' unpacks them".to_owned()),
             _ => None,
         })
         .unwrap_or_default()
 }
 
-/// The `.mcap` files in `folder`, in the order they were written: `NAME_2` before `NAME_10`.
+/// The `.mcap` files in `folder`, packed ones where they are not there unpacked, in the order they were written: `NAME_2`
+/// before `NAME_10`.
 fn mcap_files(folder: &Path) -> Result<Vec<PathBuf>, ReadError> {
     let unreadable = |source| ReadError::open(folder, source);
     let mut files = Vec::new();
     for entry in fs::read_dir(folder).map_err(unreadable)? {
         let path = entry.map_err(unreadable)?.path();
-        if path
-            .extension()
-            .is_some_and(|extension| extension == "mcap")
-        {
+        let is_alone = || !path.with_extension("").is_file();
+        if is_mcap(&path) || (is_packed_mcap(&path) && is_alone()) {
             files.push(path);
         }
     }
     files.sort_by_cached_key(|path| {
-        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-        let (name, number) = stem.rsplit_once('_').unwrap_or((&stem, ""));
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let stem = name.split_once(".mcap").map_or(&*name, |(stem, _)| stem);
+        let (name, number) = stem.rsplit_once('_').unwrap_or((stem, ""));
         match number.parse::<u64>() {
             Ok(number) => (name.to_owned(), number),
-            Err(_) => (stem.into_owned(), 0),
+            Err(_) => (stem.to_owned(), 0),
         }
     });
     Ok(files)

@@ -1,12 +1,12 @@
 //! One `.mcap` file: its contents.
 //!
-//! They are in its summary if the file was closed; otherwise the file is read once and counted. Either way
+//! They are in its summary if the file was closed; otherwise, or if the whole file is packed, it is read once and counted. Either way
 //! [`Recording`] has the byte up to which it can be read.
 
 use std::{
     collections::BTreeMap,
     fs::{self, File},
-    io::{Seek, SeekFrom},
+    io::Read,
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -14,6 +14,7 @@ use std::{
 use crate::{
     definitions::Channels,
     fields::{Header, op},
+    input::{Input, is_packed},
     limits::{Limits, Order},
     read_error::ReadError,
     records::{Damage, Records, read_up_to},
@@ -21,11 +22,14 @@ use crate::{
     walk::Walk,
 };
 
+/// Further bytes by which the format of another file is guessed.
+const GUESSED_BY: u64 = 8;
+
 /// The contents of a file.
 #[derive(Clone, Debug)]
 pub(crate) struct Recording {
     pub(crate) path: PathBuf,
-    /// Its size when it was opened.
+    /// Its size when it was opened; unpacked, if it is packed.
     pub(crate) size: u64,
     /// Up to here it is read.
     pub(crate) readable: u64,
@@ -59,8 +63,13 @@ impl Recording {
             });
         }
         let size = about.len();
+        let input = || Input::open(path).map_err(unreadable);
+        check_beginning(path, &mut input()?)?;
+        if is_packed(path).map_err(unreadable)? {
+            let walk = Walk::new(input()?, u64::MAX, Order::File, &limits, None);
+            return Ok(Self::counted(path, walk.map_err(unreadable)?, None, limits));
+        }
         let mut file = File::open(path).map_err(unreadable)?;
-        check_beginning(path, &mut file)?;
         let summary_start = summary::start(&mut file, size).map_err(unreadable)?;
         if let Some(start) = summary_start
             && let Some(summary) = summary::read(&mut file, start, size, &limits)
@@ -79,22 +88,16 @@ impl Recording {
             };
             return Ok((recording, summary.counts));
         }
-        let walk = Walk::new(file, size, Order::File, &limits, None).map_err(unreadable)?;
-        Ok(Self::counted(
-            path,
-            walk,
-            size,
-            summary_start.is_some(),
-            limits,
-        ))
+        let walk = Walk::new(input()?, size, Order::File, &limits, None).map_err(unreadable)?;
+        let closed = Some((size, summary_start.is_some()));
+        Ok(Self::counted(path, walk, closed, limits))
     }
 
-    /// Reads the file through and counts.
+    /// Reads the file through and counts. Its size and whether it was closed are known but for a packed one.
     fn counted(
         path: &Path,
         mut walk: Walk,
-        size: u64,
-        was_closed: bool,
+        known: Option<(u64, bool)>,
         limits: Limits,
     ) -> (Self, Counts) {
         let mut counts = Counts::new();
@@ -113,6 +116,7 @@ impl Recording {
                 Err(damage) => break Some(damage),
             }
         };
+        let (size, was_closed) = known.unwrap_or((walk.offset(), walk.data_ended));
         let cut = damage.or_else(|| {
             let reason = if walk.data_ended {
                 "its index is cut off; every message is there"
@@ -143,33 +147,36 @@ impl Recording {
     /// Its messages, from the first to the last that can be read.
     pub(crate) fn walk(&self, order: Order) -> Result<Walk, ReadError> {
         let found = Some(Arc::clone(&self.channels));
-        File::open(&self.path)
-            .and_then(|file| Walk::new(file, self.readable, order, &self.limits, found))
+        Input::open(&self.path)
+            .and_then(|input| Walk::new(input, self.readable, order, &self.limits, found))
             .map_err(|source| ReadError::open(&self.path, source))
     }
 }
 
 /// Refuses what does not begin as an MCAP file does: the magic, then a whole header record.
-fn check_beginning(path: &Path, file: &mut File) -> Result<(), ReadError> {
+fn check_beginning(path: &Path, input: &mut Input) -> Result<(), ReadError> {
     const LONGEST_HEADER: u64 = 1 << 20;
     let unreadable = |source| ReadError::open(path, source);
-    let mut beginning = [0; 16];
-    let read = read_up_to(file, &mut beginning).map_err(unreadable)?;
+    let mut beginning = [0; mcap::MAGIC.len()];
+    let read = read_up_to(input, &mut beginning).map_err(unreadable)?;
     let beginning = &beginning[..read];
     if beginning.is_empty() {
         return Err(ReadError::Empty {
             path: path.to_owned(),
         });
     }
-    if !mcap::MAGIC.starts_with(&beginning[..read.min(mcap::MAGIC.len())]) {
+    if !mcap::MAGIC.starts_with(beginning) {
+        let mut beginning = beginning.to_vec();
+        input
+            .take(GUESSED_BY)
+            .read_to_end(&mut beginning)
+            .map_err(unreadable)?;
         return Err(ReadError::NotABag {
             path: path.to_owned(),
-            found: guess(beginning),
+            found: guess(&beginning),
         });
     }
-    file.seek(SeekFrom::Start(mcap::MAGIC.len() as u64))
-        .map_err(unreadable)?;
-    match Records::new(file, mcap::MAGIC.len() as u64, LONGEST_HEADER).next(|_| true) {
+    match Records::new(input, mcap::MAGIC.len() as u64, LONGEST_HEADER).next(|_| true) {
         Ok(Some(record)) if record.opcode == op::HEADER && Header::read(record.body).is_ok() => {
             Ok(())
         }
@@ -181,12 +188,11 @@ fn check_beginning(path: &Path, file: &mut File) -> Result<(), ReadError> {
 
 /// The probable format of a file that is not MCAP, by its first bytes.
 fn guess(beginning: &[u8]) -> &'static str {
-    const KINDS: [(&[u8], &str); 8] = [
+    const KINDS: [(&[u8], &str); 7] = [
         (b"\xFF\xD8\xFF", "a JPEG picture"),
         (b"\x89PNG", "a PNG picture"),
         (b"PK", "a ZIP archive"),
         (b"\x1F\x8B", "a gzip archive"),
-        (b"\x28\xB5\x2F\xFD", "a zstd archive; 'zstd -d' unpacks it"),
         (
             b"SQLite format 3",
             "a database, perhaps of rosbag2's sqlite3 storage; 'rosbags-convert --src FOLDER --dst NEW --dst-storage mcap' \
