@@ -9,6 +9,8 @@
 //! - [`Resampler`], [`take`]: samples on a grid, as a record of `planesman_identification`.
 //! - [`prepare`]: outliers, segments by excitation and zeros in front, each a [`Step`] that says what was done.
 //! - [`LiveGrid`], [`Aligner`]: the same for samples that arrive, inputs and outputs paired by stamp.
+//!
+//! Inside: `gridder` puts samples on the grid, for both of them.
 
 mod align;
 mod bag_source;
@@ -16,6 +18,7 @@ mod channel;
 mod csv_cell;
 mod csv_form;
 mod csv_source;
+mod gridder;
 mod live_grid;
 mod preparation;
 mod request;
