@@ -768,7 +768,7 @@ fn metadata_that_lies_hides_no_message_and_takes_no_memory() {
         ),
         (
             "another storage",
-            listed("bag_0.mcap").replace("mcap\n", "sqlite3\n"),
+            listed("bag_0.mcap").replace("mcap\n", "lmdb\n"),
             false,
         ),
         ("not this", "a: b\n".to_owned(), true),

@@ -2,7 +2,7 @@
 
 use std::{
     fs::File,
-    io::{self, BufReader, Read, Take},
+    io::{self, BufRead, BufReader, Read, Take},
     path::Path,
 };
 
@@ -25,16 +25,21 @@ pub(crate) enum Input {
 impl Input {
     /// The file at `path`.
     pub(crate) fn open(path: &Path) -> io::Result<Self> {
-        let packed = is_packed(path)?;
         let file = File::open(path)?;
         let size = file.metadata()?.len();
-        let file = BufReader::with_capacity(BUFFER, file);
-        Ok(if packed {
-            let unpacked = zstd::Decoder::with_buffer(file)?;
-            Self::Packed(Box::new(unpacked.take(size.saturating_mul(MOST))))
-        } else {
-            Self::Plain(file)
-        })
+        let mut file = BufReader::with_capacity(BUFFER, file);
+        if !file.fill_buf()?.starts_with(&ZSTD) {
+            return Ok(Self::Plain(file));
+        }
+        let unpacked = zstd::Decoder::with_buffer(file)?;
+        Ok(Self::Packed(Box::new(
+            unpacked.take(size.saturating_mul(MOST)),
+        )))
+    }
+
+    /// Whether it is unpacked as it is read.
+    pub(crate) fn is_packed(&self) -> bool {
+        matches!(self, Self::Packed(_))
     }
 }
 
@@ -45,13 +50,4 @@ impl Read for Input {
             Self::Packed(file) => file.read(bytes),
         }
     }
-}
-
-/// Whether the file at `path` is packed with zstd, by its first bytes.
-pub(crate) fn is_packed(path: &Path) -> io::Result<bool> {
-    let mut first = Vec::new();
-    File::open(path)?
-        .take(ZSTD.len() as u64)
-        .read_to_end(&mut first)?;
-    Ok(first == ZSTD)
 }

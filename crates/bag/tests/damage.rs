@@ -180,13 +180,13 @@ fn what_is_no_bag_is_refused_in_one_line_that_names_it() {
         ),
         (
             file_with(folder.path(), "bag.db3", b"SQLite format 3\0..."),
-            "sqlite3",
+            "cannot be read as a bag of rosbag2's sqlite3 storage",
         ),
         (
             file_with(folder.path(), "letter.txt", b"Dear planesman,"),
             "something else",
         ),
-        (empty_folder, "holds no .mcap file"),
+        (empty_folder, "holds no .mcap or .db3 file"),
         (not_yaml, "not the metadata of a rosbag2 bag"),
     ];
     for (path, words) in cases {
@@ -212,7 +212,7 @@ fn other_storages_and_outer_compression_are_refused_by_name() {
         fs::write(&metadata, text.replace(from, to)).expect("room on the disk");
         BagReader::open(&path).expect_err("not MCAP").to_string()
     };
-    assert!(with("storage_identifier: mcap", "storage_identifier: sqlite3").contains("'sqlite3'"));
+    assert!(with("storage_identifier: mcap", "storage_identifier: lmdb").contains("'lmdb'"));
     let packed = |format: &str| {
         let by = format!("compression_format: {format}");
         text.replace("compression_mode: ''", "compression_mode: FILE")
@@ -292,8 +292,12 @@ fn a_folder_of_another_kind_of_bag_is_refused_with_what_to_do() {
             .expect_err("no MCAP")
             .to_string()
     };
-    assert!(refusal().ends_with("no .mcap file"), "{}", refusal());
-    for (name, words) in [("a_0.db3", "rosbags-convert")] {
+    assert!(
+        refusal().ends_with("no .mcap or .db3 file"),
+        "{}",
+        refusal()
+    );
+    for (name, words) in [("a_0.db3.zstd", "zstd -d"), ("a.bag", "rosbags-convert")] {
         let file = folder.path().join(name);
         fs::write(&file, b"SQLite format 3").expect("room on the disk");
         assert!(refusal().contains(words), "{}", refusal());

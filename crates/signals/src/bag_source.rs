@@ -320,6 +320,13 @@ pub fn types(topic: &Topic) -> Result<Types> {
         );
     }
     let kind = &topic.kind;
+    if kind.definition_encoding.is_empty() && kind.definition.is_empty() {
+        bail!(
+            "{name}: the bag does not hold the definition of {}, as no bag of Humble's sqlite3 storage does; 'ros2 bag \
+             convert' to mcap, where that type is installed, adds it",
+            kind.type_name
+        );
+    }
     schema::read(&kind.type_name, &kind.definition_encoding, &kind.definition)
         .map_err(|error| anyhow!("{name}: {}", brief(error.to_string())))
 }
