@@ -321,6 +321,134 @@ fn the_stamps_are_the_messages_own_where_all_have_them() {
     );
 }
 
+/// A PX4 log: header, flags, two formats, three subscriptions, and the response on two of them.
+fn ulog(count: usize) -> Vec<u8> {
+    let mut bytes = b"ULog\x01\x12\x35\x01".to_vec();
+    bytes.extend(0_u64.to_le_bytes());
+    let mut put = |kind: u8, body: &[u8]| {
+        bytes.extend((body.len() as u16).to_le_bytes());
+        bytes.push(kind);
+        bytes.extend(body);
+    };
+    put(b'B', &[0; 40]);
+    put(
+        b'F',
+        b"command:uint64_t timestamp;float[2] control;uint8_t[4] _padding0;",
+    );
+    put(b'F', b"rates:uint64_t timestamp;xyz body;bool ok;");
+    put(b'F', b"xyz:double x;double y;");
+    for (instance, id, name) in [(0, 5_u16, "command"), (1, 6, "command"), (0, 7, "rates")] {
+        put(
+            b'A',
+            &[&[instance], &id.to_le_bytes()[..], name.as_bytes()].concat(),
+        );
+    }
+    for (k, (u, y)) in response(count).into_iter().enumerate() {
+        let stamp = (1_000_000 + 50_000 * k as u64).to_le_bytes();
+        let half = (0.5_f32).to_le_bytes();
+        for (id, value) in [(5_u16, u), (6, -u)] {
+            let control = (value as f32).to_le_bytes();
+            put(
+                b'D',
+                &[&id.to_le_bytes()[..], &stamp, &half, &control].concat(),
+            );
+        }
+        put(
+            b'D',
+            &[
+                &7_u16.to_le_bytes()[..],
+                &stamp,
+                &1_f64.to_le_bytes(),
+                &y.to_le_bytes(),
+                &[1],
+            ]
+            .concat(),
+        );
+        if k == 20 {
+            put(b'O', &1500_u16.to_le_bytes());
+        }
+    }
+    bytes
+}
+
+#[test]
+fn a_px4_log_is_read_by_its_topics_and_fields() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("flight.ulg");
+    let whole = ulog(200);
+    fs::write(&path, &whole).unwrap();
+    let names: Vec<String> = survey(&path)
+        .unwrap()
+        .topics
+        .iter()
+        .flat_map(|topic| {
+            topic
+                .fields
+                .iter()
+                .map(|it| format!("{}:{}", topic.name, it.path))
+        })
+        .collect();
+    assert_eq!(
+        names,
+        [
+            "command:control[0]",
+            "command:control[1]",
+            "command_1:control[0]",
+            "command_1:control[1]",
+            "rates:body.x",
+            "rates:body.y",
+            "rates:ok"
+        ]
+    );
+    let signals = "-i command:control[1] -o rates:body.y --method arx --order 1 --no-offset";
+    let found = fit(&path, signals);
+    let model = found.analysis.model();
+    // The commands are floats.
+    assert!(
+        (model.a[0] + 0.9).abs() < 1e-6 && (model.b[0] - 0.2).abs() < 1e-6,
+        "{model:?}"
+    );
+    let account = found.taken.account();
+    assert!(
+        account.contains("dropped messages 1 times, for 1.500 s"),
+        "{account}"
+    );
+    for (more, reason) in [
+        (
+            "-i comand:control[1] -o rates:body.y",
+            "did you mean 'command'?",
+        ),
+        (
+            "-i command:control[2] -o rates:body.y",
+            "has no field 'control[2]'",
+        ),
+        (
+            "-i rates:body.y -o rates:body.y",
+            "is the input and the output",
+        ),
+        (
+            "-i command:control[1] -o rates:body.y --stamp log",
+            "a ULog has its own stamps",
+        ),
+    ] {
+        let refusal = try_fit(&path, more).unwrap_err();
+        assert!(refusal.contains(reason), "{refusal}");
+    }
+    fs::write(&path, &whole[..whole.len() - 10]).unwrap();
+    let found = fit(&path, signals);
+    assert!(found.taken.account().contains("the log is cut off"));
+    // Whatever stands in it gives an answer or an error.
+    let mut random = Pcg64Mcg::seed_from_u64(11);
+    for _ in 0..200 {
+        fs::write(&path, fuzzed(&whole, &mut random)).unwrap();
+        let _ = (survey(&path), try_fit(&path, signals));
+    }
+    for bytes in [&b""[..], b"ULog", b"no log at all", &whole[..60]] {
+        fs::write(&path, bytes).unwrap();
+        assert!(survey(&path).unwrap_err().contains("flight.ulg"));
+    }
+}
+
 #[test]
 fn how_late_the_recorder_was_is_said() {
     let folder = tempfile::tempdir().unwrap();

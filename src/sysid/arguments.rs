@@ -1,12 +1,13 @@
 //! Arguments shared by several commands: data, signals, a grid.
 
 use std::io::IsTerminal;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{Result, anyhow, bail};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use indicatif::{ProgressBar, ProgressStyle};
+use planesman_bag::is_bag_file;
 use planesman_signals::{
     Clock, Data, Method, Options, Outliers, Preparation, Segment, Source, TableTime, Taken,
     TimeUnit, constant_input, take,
@@ -48,7 +49,8 @@ pub(super) fn choice_also_known<T: Copy + Send + Sync + 'static>(
 /// The data that a command is given.
 #[derive(Clone, Debug, Args)]
 pub(super) struct DataArgs {
-    /// A bag folder, a metadata.yaml, one or several .mcap files of a split bag (packed with zstd or not), or a .csv file
+    /// A bag folder, a metadata.yaml, one or several .mcap or .db3 files of a split bag, a .csv file, or a PX4
+    /// log (.ulg)
     #[arg(required = true, value_name = "DATA")]
     data: Vec<PathBuf>,
     /// Time stamps: of the message headers, or of the recorder (log) [default: header if all messages have one]
@@ -76,15 +78,11 @@ impl DataArgs {
 
     /// One by one: the parts of a split bag belong together; every other path is a source of its own.
     fn sources(&self) -> Vec<Data> {
-        let is_mcap = |path: &Path| path.extension().is_some_and(|it| it == "mcap");
-        let is_part = |path: &PathBuf| {
-            let is_packed = path
-                .extension()
-                .is_some_and(|it| it == "zst" || it == "zstd");
-            is_mcap(path) || (is_packed && is_mcap(&path.with_extension("")))
-        };
-        let (parts, others): (Vec<PathBuf>, Vec<PathBuf>) =
-            self.data.iter().cloned().partition(is_part);
+        let (parts, others): (Vec<PathBuf>, Vec<PathBuf>) = self
+            .data
+            .iter()
+            .cloned()
+            .partition(|path| is_bag_file(path));
         let others = others.into_iter().map(|path| vec![path]);
         std::iter::once(parts)
             .filter(|parts| !parts.is_empty())

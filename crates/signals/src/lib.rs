@@ -1,10 +1,10 @@
 //! Signals: single numbers of messages and CSV files on one uniform grid, offline or live.
 //!
 //! ```text
-//! Source (bag or CSV table) -> Resampler -> Record        messages -> LiveGrid -> Aligner -> Sample
+//! Source (bag, CSV table, ULog) -> Resampler -> Record        messages -> LiveGrid -> Aligner -> Sample
 //! ```
 //! - [`Signal`]: `TOPIC:FIELD`, one number of one message.
-//! - [`Source`], [`BagSource`], [`CsvSource`]: samples of any signals, streamed.
+//! - [`Source`], [`BagSource`], [`CsvSource`], [`UlogSource`]: samples of any signals, streamed.
 //! - [`Meter`], [`Timing`]: rate, jitter, gaps and duplicates of stamps.
 //! - [`Resampler`], [`take`]: samples on a grid, as a record of `planesman_identification`.
 //! - [`prepare`]: outliers, segments by excitation and zeros in front, each a [`Step`] that says what was done.
@@ -27,6 +27,8 @@ mod signal;
 mod source;
 mod taken;
 mod timing;
+mod ulog;
+mod ulog_source;
 
 pub use align::{Aligner, Offer, SAYINGS, Sample, WINDOW};
 pub use bag_source::{BagSource, nanoseconds, topics, types};
@@ -40,3 +42,4 @@ pub use signal::{LARGEST, Signal, SignalError};
 pub use source::{Data, Source};
 pub use taken::{Taken, take};
 pub use timing::Meter;
+pub use ulog_source::UlogSource;
