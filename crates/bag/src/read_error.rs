@@ -31,7 +31,7 @@ pub enum ReadError {
         source: io::Error,
     },
     /// A file without a byte.
-    #[error("{path} is empty; a .mcap file is wanted")]
+    #[error("{path} is empty; a .mcap or .db3 file is wanted")]
     Empty {
         /// The file.
         path: PathBuf,

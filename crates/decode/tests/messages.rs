@@ -182,7 +182,7 @@ fn an_element_is_found_by_its_name_wherever_that_stands() {
     .map(path);
     let decoder = Decoder::compile(&types_of::<JointState>(), &paths).unwrap();
     let mut values = Values::default();
-    let mut names = vec!["wrist", "elbow", "arm.shoulder"];
+    let mut names = ["wrist", "elbow", "arm.shoulder"];
     for place in [1, 2, 0] {
         let joints = JointState {
             name: names.iter().map(|it| (*it).to_owned()).collect(),

@@ -469,7 +469,7 @@ fn lag(latencies: &BTreeMap<String, f64>, clock: Clock) -> Option<String> {
             "count as delay of the system by the stamps of the recorder",
         ),
     };
-    if !(difference > LAG) {
+    if latencies.is_empty() || difference <= LAG {
         return None;
     }
     let each = latencies.iter();

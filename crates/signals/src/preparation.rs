@@ -152,26 +152,29 @@ pub fn constant_input(record: &Record) -> Option<(&str, f64)> {
 fn outliers(record: &mut Record, drop: bool) -> Vec<Step> {
     let mut steps = Vec::new();
     let has_moved: Vec<Vec<bool>> = record.stretches.iter().map(moved).collect();
-    let inputs = record.inputs.len();
-    let names = record.inputs.iter().chain(&record.outputs).cloned();
-    for (signal, name) in names.enumerate().collect::<Vec<_>>() {
-        let list = |stretch: &Stretch| match signal.checked_sub(inputs) {
-            None => stretch.inputs[signal].clone(),
-            Some(output) => stretch.outputs[output].clone(),
-        };
-        let lists: Vec<Vec<f64>> = record.stretches.iter().map(list).collect();
-        let found = if signal < inputs {
-            let one_kind: Vec<Vec<bool>> = lists.iter().map(|it| vec![false; it.len()]).collect();
-            far(&lists, &one_kind, FAR_INPUT)
+    let names: Vec<String> = record
+        .inputs
+        .iter()
+        .chain(&record.outputs)
+        .cloned()
+        .collect();
+    for (signal, name) in names.iter().enumerate() {
+        let lists: Vec<&[f64]> = record
+            .stretches
+            .iter()
+            .map(|it| values(it, signal))
+            .collect();
+        let found = if signal < record.inputs.len() {
+            far(&lists, None, FAR_INPUT)
         } else {
-            far(&lists, &has_moved, FAR)
+            far(&lists, Some(&has_moved), FAR)
         };
         let count: usize = found.iter().map(Vec::len).sum();
         let Some(stretch) = found.iter().position(|it| !it.is_empty()) else {
             continue;
         };
         let at = found[stretch][0];
-        let of_stretch = match record.stretches.len() {
+        let of_stretch = match lists.len() {
             1 => String::new(),
             _ => format!(" of segment {}", stretch + 1),
         };
@@ -187,21 +190,26 @@ fn outliers(record: &mut Record, drop: bool) -> Vec<Step> {
                 if count == 1 { "" } else { "s" },
                 at as f64 * record.sample_time,
                 Short(lists[stretch][at]),
-                Short(local_median(&lists[stretch], at)),
+                Short(local_median(lists[stretch], at)),
             ),
         });
-        if !drop {
-            continue;
-        }
-        for (stretch, places) in record.stretches.iter_mut().zip(&found) {
-            let list = match signal.checked_sub(inputs) {
-                None => &mut stretch.inputs[signal],
-                Some(output) => &mut stretch.outputs[output],
-            };
-            bridge(list, places);
+        if drop {
+            for (stretch, places) in record.stretches.iter_mut().zip(&found) {
+                let mut lists = stretch.inputs.iter_mut().chain(&mut stretch.outputs);
+                lists
+                    .nth(signal)
+                    .into_iter()
+                    .for_each(|it| bridge(it, places));
+            }
         }
     }
     steps
+}
+
+/// The values of a signal, inputs counted first.
+fn values(stretch: &Stretch, signal: usize) -> &[f64] {
+    let mut lists = stretch.inputs.iter().chain(&stretch.outputs);
+    lists.nth(signal).map_or(&[], Vec::as_slice)
 }
 
 /// A number with few digits, whatever its size.
@@ -230,7 +238,8 @@ fn moved(stretch: &Stretch) -> Vec<bool> {
 }
 
 /// The places in each list that lie `factor` times farther from the median around them than is usual of their kind.
-fn far(lists: &[Vec<f64>], kinds: &[Vec<bool>], factor: f64) -> Vec<Vec<usize>> {
+fn far(lists: &[&[f64]], kinds: Option<&[Vec<bool>]>, factor: f64) -> Vec<Vec<usize>> {
+    let kind = |list: usize, k: usize| kinds.is_some_and(|it| it[list][k]);
     let distances: Vec<Vec<f64>> = lists
         .iter()
         .map(|list| {
@@ -244,12 +253,14 @@ fn far(lists: &[Vec<f64>], kinds: &[Vec<bool>], factor: f64) -> Vec<Vec<usize>> 
             (0..list.len()).map(distance).collect()
         })
         .collect();
-    let spread = middle_range(lists.iter().flatten().copied().collect());
-    let limits = [false, true].map(|kind| {
-        let of_kind = distances.iter().flatten().zip(kinds.iter().flatten());
-        let mut sizes: Vec<f64> = of_kind
-            .filter_map(|(size, it)| (*it == kind).then_some(*size))
-            .collect();
+    let spread = middle_range(lists.iter().copied().flatten().copied().collect());
+    let limits = [false, true].map(|wanted| {
+        let mut sizes = Vec::new();
+        for (list, distances) in distances.iter().enumerate() {
+            let of_kind = distances.iter().enumerate();
+            let of_kind = of_kind.filter(|(k, _)| kind(list, *k) == wanted);
+            sizes.extend(of_kind.map(|it| *it.1));
+        }
         if sizes.len() < FEW {
             return f64::INFINITY;
         }
@@ -267,7 +278,7 @@ fn far(lists: &[Vec<f64>], kinds: &[Vec<bool>], factor: f64) -> Vec<Vec<usize>> 
         }
     });
     let is_far = |list: usize, k: usize| {
-        let limit = limits[usize::from(kinds[list][k])];
+        let limit = limits[usize::from(kind(list, k))];
         distances[list][k] > limit
     };
     (0..lists.len())
@@ -302,8 +313,10 @@ fn from_line(list: &[f64], k: usize) -> f64 {
 /// The median of the samples around and at a place.
 fn local_median(list: &[f64], k: usize) -> f64 {
     let around = &list[k.saturating_sub(SIDE)..list.len().min(k + SIDE + 1)];
-    let mut around = around.to_vec();
-    quantile(&mut around, 0.5)
+    let mut copy = [0.0; 2 * SIDE + 1];
+    let copy = &mut copy[..around.len()];
+    copy.copy_from_slice(around);
+    quantile(copy, 0.5)
 }
 
 /// The value with that share of the others below it; 0 of none.
@@ -513,7 +526,7 @@ mod tests {
             outputs[*place] += 60.0;
         }
         let moved = moved(&record(inputs, outputs.clone()).stretches[0]);
-        assert_eq!(far(&[outputs], &[moved], FAR), [places]);
+        assert_eq!(far(&[&outputs], Some(&[moved]), FAR), [places]);
     }
 
     #[test]
