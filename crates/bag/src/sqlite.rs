@@ -217,7 +217,7 @@ impl Rows {
         let kept = ids.into_iter().take(channels.len());
         Ok(Self {
             connection,
-            numbers: kept.zip(0_u16..).collect(),
+            numbers: kept.zip(0..=u16::MAX).collect(),
             channels,
             order,
             last: i64::MIN,
