@@ -8,7 +8,7 @@ use std::fs;
 use std::path::Path;
 
 use anyhow::Result;
-use planesman_bag::{BagInfo, BagReader};
+use planesman_bag::{BagInfo, BagReader, is_bag_file};
 
 use crate::flight::recorded;
 use crate::nodes::NODES;
@@ -38,7 +38,7 @@ pub fn info(path: &Path) -> Result<()> {
 fn run_of(path: &Path) -> Option<RunFolder> {
     let path = fs::canonicalize(path).ok()?;
     let bag = if path.is_dir() { &path } else { path.parent()? };
-    let is_one_file_of_it = path.extension().is_some_and(|it| it == "mcap");
+    let is_one_file_of_it = is_bag_file(&path);
     let run = RunFolder::open(bag.parent()?).ok()?;
     (!is_one_file_of_it && run.bag() == bag).then_some(run)
 }

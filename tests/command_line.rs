@@ -115,7 +115,13 @@ fn a_column_is_named_without_its_unit_and_a_signal_must_say_which_number_it_is()
             "flight.mcap",
             "planes:position",
             "state:pitch",
-            "a list of 2 numbers, one for each 'name'",
+            "a list of 2 numbers, one for each 'name' (",
+        ),
+        (
+            "flight.mcap",
+            "planes:position[dive_plane]",
+            "state:pitch",
+            "did you mean 'dive_planes'?",
         ),
         (
             "flight.mcap",
@@ -133,6 +139,10 @@ fn a_column_is_named_without_its_unit_and_a_signal_must_say_which_number_it_is()
         let outcome = fit(data, input, output);
         assert_eq!(outcome.status.code(), Some(1), "{outcome:#?}");
         assert!(outcome.stderr.contains(says), "{outcome:#?}");
+    }
+    for joint in ["planes:position[0]", "planes:position[dive_planes]"] {
+        let outcome = fit("flight.mcap", joint, "state:pitch_rate");
+        assert!(outcome.stdout.contains("pitch_rate"), "{outcome:#?}");
     }
     assert!(
         fit("flight.csv", "dive_planes", "pitch_rate")

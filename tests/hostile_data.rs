@@ -662,6 +662,89 @@ fn tables_made_to_hurt_are_refused_or_read_in_part() {
     }
 }
 
+/// The tables of rosbag2's sqlite3 storage.
+const TABLES: &str = "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT,
+     offered_qos_profiles TEXT);
+     CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB);";
+
+#[test]
+fn databases_made_to_hurt_are_refused_or_read_in_part() {
+    let folder = Folder::new();
+    let forever = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n";
+    for (case, sql) in [
+        ("no tables", "CREATE TABLE cats(name TEXT)".to_owned()),
+        ("empty tables", TABLES.to_owned()),
+        (
+            "a view that never ends",
+            format!(
+                "CREATE VIEW topics(id, name, type, serialization_format, offered_qos_profiles) AS {forever}) SELECT i, i, i, 'cdr', '' FROM n"
+            ),
+        ),
+        (
+            "300 000 topics",
+            format!(
+                "{TABLES} {forever} LIMIT 300000) INSERT INTO topics SELECT i, '/t' || i, 'std_msgs/msg/Float64', 'cdr', '' FROM n"
+            ),
+        ),
+        (
+            "a million messages of topics that are not there",
+            format!(
+                "{TABLES} {forever} LIMIT 1000000) INSERT INTO messages SELECT i, i, i, x'00' FROM n"
+            ),
+        ),
+        (
+            "a payload of 200 MB",
+            format!(
+                "{TABLES} INSERT INTO topics VALUES (1, '/cmd', 'std_msgs/msg/Float64', 'cdr', ''); INSERT INTO messages VALUES (1, 1, 1, zeroblob(200000000))"
+            ),
+        ),
+        (
+            "a name of 200 MB",
+            format!("{TABLES} INSERT INTO topics VALUES (1, zeroblob(200000000), 'a', 'cdr', '')"),
+        ),
+        (
+            "numbers that are texts",
+            format!(
+                "{TABLES} INSERT INTO topics VALUES (1, '/cmd', 'std_msgs/msg/Float64', 'cdr', ''); INSERT INTO messages VALUES (1, 1, 'noon', 'text')"
+            ),
+        ),
+        (
+            "names that act on a terminal",
+            format!(
+                "{TABLES} INSERT INTO topics VALUES (1, char(27) || '[2J', char(27) || ']0;x', char(27), char(27))"
+            ),
+        ),
+    ] {
+        let path = folder.0.path().join("a.db3");
+        let _ = fs::remove_file(&path);
+        rusqlite::Connection::open(&path)
+            .unwrap()
+            .execute_batch(&sql)
+            .unwrap();
+        looks_through(case, &[&path]);
+    }
+}
+
+#[test]
+fn files_packed_whole_that_hurt_unpacked_are_read_in_part() {
+    let folder = Folder::new();
+    let packed = |bytes: &[u8]| zstd::encode_all(bytes, 1).unwrap();
+    let mut zeros = beginning();
+    zeros.resize(400 << 20, 0);
+    let mut long = beginning();
+    long.extend(lying_record(5, u64::MAX, &vec![0; 1 << 20]));
+    for (case, bytes) in [
+        ("zeros behind a header", packed(&zeros)),
+        ("zeros", packed(&vec![0; 200 << 20])),
+        ("a record that claims all", packed(&long)),
+        ("packed twice", packed(&packed(&beginning()))),
+        ("no frame", b"\x28\xb5\x2f\xfd no frame".to_vec()),
+    ] {
+        let path = folder.file("a.mcap.zstd", bytes);
+        looks_through(case, &[&path]);
+    }
+}
+
 #[test]
 fn what_is_no_data_is_refused() {
     let folder = Folder::new();
@@ -768,7 +851,7 @@ fn metadata_that_lies_hides_no_message_and_takes_no_memory() {
         ),
         (
             "another storage",
-            listed("bag_0.mcap").replace("mcap\n", "sqlite3\n"),
+            listed("bag_0.mcap").replace("mcap\n", "lmdb\n"),
             false,
         ),
         ("not this", "a: b\n".to_owned(), true),

@@ -150,6 +150,130 @@ fn a_tables_blanks_are_absent_and_its_faults_are_told() {
 }
 
 #[test]
+fn a_table_is_read_however_it_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("a.csv");
+    let rows = |line: &dyn Fn(usize, f64, f64) -> String| -> String {
+        let all = response(200).into_iter().enumerate();
+        all.map(|(k, (u, y))| line(k, u, y) + "\n").collect()
+    };
+    let comma = |value: f64| value.to_string().replace('.', ",");
+    let plain = |k: usize, u: f64, y: f64| format!("{},{u},{y}", k as f64 * 0.05);
+    let milliseconds = |k: usize, u: f64, y: f64| format!("{},{u},{y}", 50 * k);
+    let date = |k: usize, u: f64, y: f64| {
+        let (minutes, seconds) = (50 * k / 60_000, (50 * k % 60_000) as f64 * 1e-3);
+        format!("2024-02-29T23:{:02}:{seconds:06.3}Z,{u},{y}", 58 + minutes)
+    };
+    for (text, signals, stamps) in [
+        (
+            rows(&plain),
+            "-i c2 -o c3",
+            "of the column 'c1', the first, which rises",
+        ),
+        (
+            "t;u;y\n".to_owned() + &rows(&|k, u, y| [k as f64 * 0.05, u, y].map(comma).join(";")),
+            "-i u -o y",
+            "of the column 't'",
+        ),
+        (
+            "# a rig\ntime,speed_kn,rate (deg/s)\n".to_owned() + &rows(&date),
+            "-i speed -o rate",
+            "of the column 'time'",
+        ),
+        (
+            "t_ms,u,y\n".to_owned() + &rows(&milliseconds),
+            "-i u -o y",
+            "of the column 't_ms', in ms",
+        ),
+        (
+            "u\ttime (ms)\ty\n".to_owned() + &rows(&|k, u, y| format!("{u}\t{}\t{y}", 50 * k)),
+            "-i u -o y",
+            "of the column 'time (ms)', in ms",
+        ),
+        (
+            "t,u,y\n".to_owned()
+                + &rows(&|k, u, y| {
+                    format!("{},{u},{y}", 1_700_000_000_000_000_000 + 50_000_000 * k)
+                }),
+            "-i u -o y",
+            "of the column 't', in ns, by their size",
+        ),
+        (
+            "% t u y\n".to_owned()
+                + &rows(&|k, u, y| format!(" {:e}   {u:e}  {y:e}", k as f64 * 0.05)),
+            "-i u -o y",
+            "of the column 't'",
+        ),
+        (
+            "u,y\n".to_owned() + &rows(&|_, u, y| format!("{u},{y}")),
+            "-i u -o y --sample-time 50ms",
+            "of the rows, 0.05 s apart",
+        ),
+    ] {
+        fs::write(&table, text).unwrap();
+        let found = fit(
+            &table,
+            &format!("{signals} --method least_squares --order 1 --no-offset"),
+        );
+        is_the_response(&found);
+        let told = &found.taken.reading.stamps;
+        assert!(told.starts_with(stamps), "{told}");
+    }
+}
+
+#[test]
+fn a_table_without_a_time_is_refused_with_the_option_that_gives_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("a.csv");
+    let rows: String = response(200)
+        .iter()
+        .map(|(u, y)| format!("{u},{y}\n"))
+        .collect();
+    fs::write(&table, "u,y\n".to_owned() + &rows).unwrap();
+    let refusal = try_fit(&table, "-i u -o y").unwrap_err();
+    assert!(refusal.contains("--sample-time 0.1s"), "{refusal}");
+    // Its columns are listed all the same.
+    assert_eq!(survey(&table).unwrap().topics[0].fields.len(), 2);
+    let refusal = try_fit(&table, "-i u -o y --sample-time 0.05 --time u").unwrap_err();
+    assert!(refusal.contains("--sample-time"), "{refusal}");
+    // A ramp in front is the time, unless it is asked for as a signal.
+    let rows: String = response(200)
+        .iter()
+        .enumerate()
+        .map(|(k, (u, y))| format!("{},{u},{y}\n", 2 * k))
+        .collect();
+    fs::write(&table, "ramp,u,y\n".to_owned() + &rows).unwrap();
+    let refusal = try_fit(&table, "-i ramp -o y").unwrap_err();
+    assert!(refusal.contains("'ramp' is taken as the time"), "{refusal}");
+}
+
+#[test]
+fn every_cell_that_is_no_number_is_counted_and_shown() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("a.csv");
+    let rows: String = response(200)
+        .iter()
+        .enumerate()
+        .map(|(k, (u, y))| match k {
+            20 => format!("{},,{y}\n", k as f64 * 0.05),
+            30 | 40 => format!("{},{u},n/a\u{1b}[2J\n", k as f64 * 0.05),
+            50 => format!("{},{u}\n", k as f64 * 0.05),
+            _ => format!("{},{u},{y}\n", k as f64 * 0.05),
+        })
+        .collect();
+    fs::write(&table, "t,u,y [rad]\n".to_owned() + &rows).unwrap();
+    let taken = fit(&table, "-i u -o y --order 1").taken;
+    let account = taken.account();
+    for note in [
+        "'u': of 200 cells 1 empty",
+        "'y [rad]': of 200 cells 1 empty, 2 no numbers, the first 'n/a\\u001b[2J' in row 31",
+        "'y' is the column 'y [rad]'",
+    ] {
+        assert!(account.contains(note), "{account}");
+    }
+}
+
+#[test]
 fn a_table_is_read_from_behind_its_byte_order_mark_and_utf_16_is_refused_by_name() {
     let folder = tempfile::tempdir().unwrap();
     let table = folder.path().join("a.csv");
@@ -193,6 +317,186 @@ fn the_stamps_are_the_messages_own_where_all_have_them() {
     let refusal = refusal.unwrap_err();
     assert!(
         refusal.contains("std_msgs/msg/Float64 carry no stamp"),
+        "{refusal}"
+    );
+}
+
+/// A PX4 log: header, flags, two formats, three subscriptions, and the response on two of them.
+fn ulog(count: usize) -> Vec<u8> {
+    let mut bytes = b"ULog\x01\x12\x35\x01".to_vec();
+    bytes.extend(0_u64.to_le_bytes());
+    let mut put = |kind: u8, body: &[u8]| {
+        bytes.extend((body.len() as u16).to_le_bytes());
+        bytes.push(kind);
+        bytes.extend(body);
+    };
+    put(b'B', &[0; 40]);
+    put(
+        b'F',
+        b"command:uint64_t timestamp;float[2] control;uint8_t[4] _padding0;",
+    );
+    put(b'F', b"rates:uint64_t timestamp;xyz body;bool ok;");
+    put(b'F', b"xyz:double x;double y;");
+    for (instance, id, name) in [(0, 5_u16, "command"), (1, 6, "command"), (0, 7, "rates")] {
+        put(
+            b'A',
+            &[&[instance], &id.to_le_bytes()[..], name.as_bytes()].concat(),
+        );
+    }
+    for (k, (u, y)) in response(count).into_iter().enumerate() {
+        let stamp = (1_000_000 + 50_000 * k as u64).to_le_bytes();
+        let half = (0.5_f32).to_le_bytes();
+        for (id, value) in [(5_u16, u), (6, -u)] {
+            let control = (value as f32).to_le_bytes();
+            put(
+                b'D',
+                &[&id.to_le_bytes()[..], &stamp, &half, &control].concat(),
+            );
+        }
+        put(
+            b'D',
+            &[
+                &7_u16.to_le_bytes()[..],
+                &stamp,
+                &1_f64.to_le_bytes(),
+                &y.to_le_bytes(),
+                &[1],
+            ]
+            .concat(),
+        );
+        if k == 20 {
+            put(b'O', &1500_u16.to_le_bytes());
+        }
+    }
+    bytes
+}
+
+#[test]
+fn a_px4_log_is_read_by_its_topics_and_fields() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("flight.ulg");
+    let whole = ulog(200);
+    fs::write(&path, &whole).unwrap();
+    let names: Vec<String> = survey(&path)
+        .unwrap()
+        .topics
+        .iter()
+        .flat_map(|topic| {
+            topic
+                .fields
+                .iter()
+                .map(|it| format!("{}:{}", topic.name, it.path))
+        })
+        .collect();
+    assert_eq!(
+        names,
+        [
+            "command:control[0]",
+            "command:control[1]",
+            "command_1:control[0]",
+            "command_1:control[1]",
+            "rates:body.x",
+            "rates:body.y",
+            "rates:ok"
+        ]
+    );
+    let signals = "-i command:control[1] -o rates:body.y --method arx --order 1 --no-offset";
+    let found = fit(&path, signals);
+    let model = found.analysis.model();
+    // The commands are floats.
+    assert!(
+        (model.a[0] + 0.9).abs() < 1e-6 && (model.b[0] - 0.2).abs() < 1e-6,
+        "{model:?}"
+    );
+    let account = found.taken.account();
+    assert!(
+        account.contains("dropped messages 1 times, for 1.500 s"),
+        "{account}"
+    );
+    for (more, reason) in [
+        (
+            "-i comand:control[1] -o rates:body.y",
+            "did you mean 'command'?",
+        ),
+        (
+            "-i command:control[2] -o rates:body.y",
+            "has no field 'control[2]'",
+        ),
+        (
+            "-i rates:body.y -o rates:body.y",
+            "is the input and the output",
+        ),
+        (
+            "-i command:control[1] -o rates:body.y --stamp log",
+            "a ULog has its own stamps",
+        ),
+    ] {
+        let refusal = try_fit(&path, more).unwrap_err();
+        assert!(refusal.contains(reason), "{refusal}");
+    }
+    fs::write(&path, &whole[..whole.len() - 10]).unwrap();
+    let found = fit(&path, signals);
+    assert!(found.taken.account().contains("the log is cut off"));
+    // Whatever stands in it gives an answer or an error.
+    let mut random = Pcg64Mcg::seed_from_u64(11);
+    for _ in 0..200 {
+        fs::write(&path, fuzzed(&whole, &mut random)).unwrap();
+        let _ = (survey(&path), try_fit(&path, signals));
+    }
+    for bytes in [&b""[..], b"ULog", b"no log at all", &whole[..60]] {
+        fs::write(&path, bytes).unwrap();
+        assert!(survey(&path).unwrap_err().contains("flight.ulg"));
+    }
+}
+
+#[test]
+fn how_late_the_recorder_was_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.mcap");
+    let mut maker = Maker::new(&path);
+    let (first, second) = (maker.topic("/a", IMU), maker.topic("/b", IMU));
+    for (k, (u, y)) in response(200).into_iter().enumerate() {
+        let time = k as i64 * STEP;
+        maker.write(first, &imu(time, u), time + 2_000_000);
+        maker.write(second, &imu(time, y), time + 45_000_000);
+    }
+    maker.close();
+    let signals = "-i a:angular_velocity.y -o b:angular_velocity.y --order 1";
+    for (stamp, says) in [
+        (
+            "header",
+            "43.0 ms lie between them; by the stamps of the headers this is no delay",
+        ),
+        ("log", "45.0 ms count as delay of the system"),
+    ] {
+        let found = fit(&path, &format!("{signals} --stamp {stamp}"));
+        let account = found.taken.account();
+        assert!(account.contains("/a 2.0 ms, /b 45.0 ms"), "{account}");
+        assert!(account.contains(says), "{account}");
+    }
+}
+
+#[test]
+fn an_input_that_is_of_another_time_or_never_moves_is_refused_with_the_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.mcap");
+    let mut maker = Maker::new(&path);
+    let (first, second) = (maker.topic("/a", IMU), maker.topic("/b", IMU));
+    for (k, (u, y)) in response(200).into_iter().enumerate() {
+        let time = k as i64 * STEP;
+        maker.write(first, &imu(time, u), time);
+        maker.write(second, &imu(time + 5_000_000_000_000, y), time);
+    }
+    maker.close();
+    let signals = "-i a:angular_velocity.y -o b:angular_velocity.y --order 1";
+    let refusal = try_fit(&path, signals).unwrap_err();
+    assert!(refusal.contains("4990.050 s lie between them"), "{refusal}");
+    assert!(refusal.contains("--stamp log"), "{refusal}");
+    is_the_response(&fit(&path, &format!("{signals} --stamp log")));
+    let constant = "-i a:angular_velocity.x -o b:angular_velocity.y --stamp log";
+    let refusal = try_fit(&path, constant).unwrap_err();
+    assert!(
+        refusal.contains("is constant: 0 in all 200 samples"),
         "{refusal}"
     );
 }
@@ -244,6 +548,16 @@ fn what_is_not_there_is_refused_with_what_is() {
             &path,
             "-i cmd:data -o imu:orientation.x --window 5..1",
             "FROM..TO",
+        ),
+        (
+            &path,
+            "-i cmd:data -o imu:orientation.x --window 90..20",
+            "it is reversed; write FROM..TO, as 20..90",
+        ),
+        (
+            &path,
+            "-i cmd:data -o imu:angular_velocity.y --rate 1000",
+            "--rate takes at most 20.000000",
         ),
         (
             &path,

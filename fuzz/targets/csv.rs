@@ -3,7 +3,7 @@
 
 use libfuzzer_sys::fuzz_target;
 use planesman_fuzz::{InMemory, choice};
-use planesman_signals::{CsvSource, Options, Resampler, TimeUnit};
+use planesman_signals::{CsvSource, Options, Resampler, TableTime, TimeUnit};
 
 fuzz_target!(|data: &[u8]| {
     let Some((unit, text)) = choice(data) else {
@@ -11,7 +11,11 @@ fuzz_target!(|data: &[u8]| {
     };
     let unit = [TimeUnit::S, TimeUnit::Ms, TimeUnit::Us, TimeUnit::Ns][usize::from(unit % 4)];
     let file = InMemory::file(text);
-    let Ok(table) = CsvSource::open(&file.path(), None, unit) else {
+    let time = TableTime {
+        unit: Some(unit),
+        ..TableTime::default()
+    };
+    let Ok(table) = CsvSource::open(&file.path(), &time) else {
         return;
     };
     let requests = table.requests();

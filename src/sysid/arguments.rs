@@ -3,44 +3,68 @@
 use std::io::IsTerminal;
 use std::path::PathBuf;
 
-use anyhow::{Result, anyhow};
+use anyhow::{Result, anyhow, bail};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use indicatif::{ProgressBar, ProgressStyle};
-use planesman_signals::{Clock, Data, Method, Options, Source, Taken, TimeUnit, take};
+use planesman_bag::is_bag_file;
+use planesman_signals::{
+    Clock, Data, Method, Options, Outliers, Preparation, Segment, Source, TableTime, Taken,
+    TimeUnit, constant_input, take,
+};
+use planesman_units::Dimension;
+
+use crate::arguments::quantity;
 
 /// A parser for one of several values, each with its name and its help line.
 pub(super) fn choice<T: Copy + Send + Sync + 'static>(
     all: &'static [T],
     described: fn(T) -> (&'static str, &'static str),
 ) -> impl TypedValueParser<Value = T> {
+    choice_also_known(all, described, |_| &[])
+}
+
+/// The same, some of them with other names too.
+pub(super) fn choice_also_known<T: Copy + Send + Sync + 'static>(
+    all: &'static [T],
+    described: fn(T) -> (&'static str, &'static str),
+    also: fn(T) -> &'static [&'static str],
+) -> impl TypedValueParser<Value = T> {
     let values = all.iter().map(move |value| {
         let (name, about) = described(*value);
-        PossibleValue::new(name).help(about)
+        let about = match also(*value) {
+            [] => about.to_owned(),
+            names => format!("{about} [also: {}]", names.join(", ")),
+        };
+        PossibleValue::new(name).help(about).aliases(also(*value))
     });
     PossibleValuesParser::new(values).try_map(move |name| {
+        let is_it =
+            |value: &T| described(*value).0 == name || also(*value).contains(&name.as_str());
         let mut values = all.iter().copied();
-        values
-            .find(|value| described(*value).0 == name)
-            .ok_or("not one of the values")
+        values.find(is_it).ok_or("not one of the values")
     })
 }
 
 /// The data that a command is given.
 #[derive(Clone, Debug, Args)]
 pub(super) struct DataArgs {
-    /// A bag folder, a metadata.yaml, one or several .mcap files of a split bag, or a .csv file
+    /// A bag folder, a metadata.yaml, one or several .mcap or .db3 files of a split bag, a .csv file, or a PX4
+    /// log (.ulg)
     #[arg(required = true, value_name = "DATA")]
     data: Vec<PathBuf>,
     /// Time stamps: of the message headers, or of the recorder (log) [default: header if all messages have one]
     #[arg(long, value_parser = choice(&Clock::ALL, Clock::described))]
     stamp: Option<Clock>,
-    /// CSV column of time [default: time, t, stamp or timestamp, else the first]
-    #[arg(long, value_name = "COLUMN")]
+    /// CSV column of time [default: time, t, stamp or timestamp, else a first column that rises from row to row]
+    #[arg(long, value_name = "COLUMN", conflicts_with = "sample_time")]
     time: Option<String>,
-    /// Unit of the time column of a CSV file
-    #[arg(long, value_parser = choice(&TimeUnit::ALL, TimeUnit::described), default_value = "s")]
-    time_unit: TimeUnit,
+    /// Unit of the time column of a CSV file [default: the one that its name ends in, as t_ms; else s]
+    #[arg(long, value_parser = choice(&TimeUnit::ALL, TimeUnit::described), conflicts_with = "sample_time")]
+    time_unit: Option<TimeUnit>,
+    /// Interval between two rows of a CSV file without a time (s, or with its unit: 100ms)
+    #[arg(long, value_name = "TIME", value_parser = quantity(Dimension::Time, 1e-6, 1e6))]
+    sample_time: Option<f64>,
     /// Show no progress
     #[arg(long)]
     quiet: bool,
@@ -54,9 +78,11 @@ impl DataArgs {
 
     /// One by one: the parts of a split bag belong together; every other path is a source of its own.
     fn sources(&self) -> Vec<Data> {
-        let is_part = |path: &PathBuf| path.extension().is_some_and(|it| it == "mcap");
-        let (parts, others): (Vec<PathBuf>, Vec<PathBuf>) =
-            self.data.iter().cloned().partition(is_part);
+        let (parts, others): (Vec<PathBuf>, Vec<PathBuf>) = self
+            .data
+            .iter()
+            .cloned()
+            .partition(|path| is_bag_file(path));
         let others = others.into_iter().map(|path| vec![path]);
         std::iter::once(parts)
             .filter(|parts| !parts.is_empty())
@@ -69,8 +95,11 @@ impl DataArgs {
         Data {
             paths,
             stamp: self.stamp,
-            time: self.time.clone(),
-            time_unit: self.time_unit,
+            time: TableTime {
+                column: self.time.clone(),
+                unit: self.time_unit,
+                sample_time: self.sample_time,
+            },
         }
     }
 
@@ -103,16 +132,29 @@ pub(super) struct SignalArgs {
     reference: Option<String>,
     #[command(flatten)]
     grid: GridArgs,
+    #[command(flatten)]
+    preparation: PreparationArgs,
+}
+
+/// How a record is prepared before a model is fitted.
+#[derive(Clone, Debug, Args)]
+struct PreparationArgs {
+    /// Outliers: samples far from the median of those around them
+    #[arg(long, value_parser = choice(&Outliers::ALL, Outliers::described), default_value = "report")]
+    outliers: Outliers,
+    /// Which data is used
+    #[arg(long, value_parser = choice(&Segment::ALL, Segment::described), default_value = "all")]
+    segment: Segment,
 }
 
 impl SignalArgs {
     /// Reads them as a record: the input, then the reference if there is one. Each window of each source is a
-    /// stretch, or several.
+    /// stretch, or several. So many zeros are put in front of each.
     ///
     /// # Errors
-    /// One line: data that cannot be read, a signal that is not in it, signals that have no instant in common,
-    /// sources sampled at different rates.
-    pub(super) fn record(&self) -> Result<Taken> {
+    /// One line: data that cannot be read, a signal that is not in it, signals that have no instant in common or are never of
+    /// one time, a grid finer than the data, an input that never moves.
+    pub(super) fn record(&self, prewindow: usize) -> Result<Taken> {
         let inputs: Vec<String> = std::iter::once(&self.input)
             .chain(&self.reference)
             .cloned()
@@ -123,8 +165,10 @@ impl SignalArgs {
             let rate = taken
                 .as_ref()
                 .map(|taken| 1.0 / taken.resampled.record.sample_time);
-            let windows = self.grid.options(rate);
             let source = Source::open(&data)?;
+            let windows = self
+                .grid
+                .options(rate.or(source.sample_time().map(f64::recip)));
             let bar = self.data.progress_bar(source.bytes());
             let next = take(&source, &inputs, &outputs, &windows, &|bytes| {
                 bar.set_position(bytes);
@@ -135,7 +179,18 @@ impl SignalArgs {
                 Some(before) => before.followed_by(next),
             });
         }
-        taken.ok_or_else(|| anyhow!("no data"))
+        let taken = taken.ok_or_else(|| anyhow!("no data"))?;
+        if let Some((input, value)) = constant_input(&taken.resampled.record) {
+            bail!(
+                "{input} is constant: {value} in all {} samples; it determines no model",
+                taken.resampled.record.samples()
+            );
+        }
+        Ok(taken.prepared(&Preparation {
+            outliers: self.preparation.outliers,
+            segment: self.preparation.segment,
+            prewindow,
+        }))
     }
 }
 
@@ -212,6 +267,10 @@ fn window(text: &str) -> Result<(f64, f64), String> {
     let (from, to) = (edge(from, f64::NEG_INFINITY)?, edge(to, f64::INFINITY)?);
     if from < to {
         Ok((from, to))
+    } else if from > to {
+        Err(format!(
+            "'{text}' is not a window: it is reversed; write FROM..TO, as {to}..{from}"
+        ))
     } else {
         Err(rule())
     }

@@ -6,6 +6,7 @@ use anyhow::{Context, Result, anyhow, bail};
 use clap::Parser;
 use planesman_identification::Start;
 use planesman_identification::analysis::{Analysis, Options, analyse};
+use planesman_identification::estimators::recursive::{Forgetting, Options as Recursion};
 use planesman_identification::estimators::vehicle::{Heave, Vehicle};
 use planesman_identification::estimators::{Knowledge, Method};
 use planesman_model_file::ModelFile;
@@ -13,9 +14,9 @@ use planesman_signals::Taken;
 use planesman_vehicle::{pitch, vehicle_file};
 use serde_json::{Value, json};
 
-use super::arguments::{SignalArgs, choice};
+use super::arguments::{SignalArgs, choice_also_known};
 use super::{model_file, page};
-use crate::arguments::{output_file, speed};
+use crate::arguments::{output_file, speed, within};
 use crate::progress::spinner;
 use crate::table::wrapped;
 
@@ -26,12 +27,15 @@ pub struct FitArgs {
     #[command(flatten)]
     signals: SignalArgs,
     /// The estimator
-    #[arg(long, value_parser = choice(&Method::ALL, Method::described), default_value = Method::default().name())]
+    #[arg(long, value_parser = choice_also_known(&Method::ALL, Method::described, also_known),
+        default_value = Method::default().name())]
     method: Method,
     #[command(flatten)]
     structure: StructureArgs,
     #[command(flatten)]
     vehicle: VehicleArgs,
+    #[command(flatten)]
+    recursion: RecursionArgs,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -46,11 +50,15 @@ pub struct FitArgs {
 /// The model's structure.
 #[derive(Clone, Debug, clap::Args)]
 struct StructureArgs {
-    /// Order of the model, known poles not counted [default: searched, 1 to 4]
-    #[arg(long, value_parser = clap::value_parser!(u8).range(1..=20))]
+    /// Order of the model (of its denominator), known poles not counted [default: searched, 1 to 4]
+    #[arg(long, value_parser = clap::value_parser!(u8).range(1..=20), visible_alias = "denominator-order")]
     order: Option<u8>,
-    /// Delay in samples from the input to its first effect [default: searched with the order, 1 to 3; 1 with --order]
-    #[arg(long, value_parser = clap::value_parser!(u8).range(1..=40))]
+    /// Coefficients of the numerator, known zeros not counted [default: as many as the order]
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u8).range(1..=40), requires = "order")]
+    numerator: Option<u8>,
+    /// Delay in samples from the input to its first effect, 0 where the output is measured after the input of the same
+    /// sample [default: searched with the order, 1 to 3; 1 with --order]
+    #[arg(long, value_parser = clap::value_parser!(u8).range(0..=40))]
     delay: Option<u8>,
     /// Number of zeros known to be at z = 1
     #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=4))]
@@ -64,9 +72,31 @@ struct StructureArgs {
     /// The data begins at rest [default: the initial state is estimated]
     #[arg(long)]
     at_rest: bool,
+    /// Input and output are zero before each segment (the thesis' start): zeros are put in front of it
+    #[arg(long, requires = "order")]
+    prewindow: bool,
     /// Each segment has its own numerator; only the poles are common
     #[arg(long)]
     own_numerators: bool,
+}
+
+impl StructureArgs {
+    /// Zeros that go in front of each segment, as many as a row of the difference equation looks back.
+    fn zeros_in_front(&self) -> usize {
+        let order = self.order.filter(|_| self.prewindow).map_or(0, usize::from);
+        match order {
+            0 => 0,
+            order => {
+                let numerator = self.numerator.map_or(order, usize::from);
+                let inputs = usize::from(self.delay.unwrap_or(1))
+                    + numerator
+                    + usize::from(self.zeros_at_one);
+                inputs
+                    .saturating_sub(1)
+                    .max(order + usize::from(self.integrators))
+            }
+        }
+    }
 }
 
 /// Known values of the vehicle.
@@ -102,6 +132,69 @@ struct VehicleArgs {
     /// For kalman: standard deviation of the output's change by disturbances in one second, output unit
     #[arg(long, default_value_t = 0.0, value_parser = positive)]
     disturbance: f64,
+}
+
+/// How the recursive methods learn.
+#[derive(Clone, Debug, clap::Args)]
+struct RecursionArgs {
+    /// For recursive methods: forgetting factor per sample (1: none; 0.98: a memory of about 50 samples) [default: 1]
+    #[arg(long, value_name = "LAMBDA", value_parser = within(1e-3, 1.0))]
+    forgetting: Option<f64>,
+    /// For recursive methods: initial covariance of each parameter [default: 1e8]
+    #[arg(long, value_name = "P0", value_parser = above_zero)]
+    initial_covariance: Option<f64>,
+}
+
+impl RecursionArgs {
+    /// The options they stand for.
+    ///
+    /// # Errors
+    /// A sentence, when one is given for a method that is not recursive.
+    fn options(&self, method: Method) -> Result<Recursion> {
+        let given = self.forgetting.or(self.initial_covariance);
+        if given.is_some() && !is_recursive(method) {
+            bail!(
+                "--forgetting and --initial-covariance are for the recursive methods, as --method \
+                 recursive_least_squares; {} uses all samples at once",
+                method.name()
+            );
+        }
+        let defaults = Recursion::default();
+        Ok(Recursion {
+            forgetting: self
+                .forgetting
+                .map_or(defaults.forgetting, Forgetting::Constant),
+            initial_covariance: self
+                .initial_covariance
+                .unwrap_or(defaults.initial_covariance),
+            ..defaults
+        })
+    }
+}
+
+/// Whether a method learns a sample at a time, by forgetting factor and covariance.
+fn is_recursive(method: Method) -> bool {
+    matches!(
+        method,
+        Method::RecursiveLeastSquares
+            | Method::ExtendedLeastSquares
+            | Method::RecursivePredictionError
+            | Method::RecursiveOutputError
+    )
+}
+
+/// The names by which a method is known elsewhere.
+fn also_known(method: Method) -> &'static [&'static str] {
+    match method {
+        Method::OutputError => &["oe"],
+        Method::Instruments => &["iv"],
+        Method::LeastSquares => &["arx"],
+        Method::RecursiveLeastSquares => &["rls", "rarx"],
+        Method::ExtendedLeastSquares => &["els"],
+        Method::RecursivePredictionError => &["rpem", "rml"],
+        Method::RecursiveOutputError => &["roe"],
+        _ => &[],
+    }
 }
 
 fn finite(text: &str) -> Result<f64, String> {
@@ -145,6 +238,7 @@ impl FitArgs {
             _ => None,
         };
         let has_structure = structure.order.is_some()
+            || structure.numerator.is_some()
             || structure.delay.is_some()
             || structure.zeros_at_one + structure.integrators > 0
             || structure.own_numerators;
@@ -173,13 +267,15 @@ impl FitArgs {
                 noise: vehicle.noise,
                 bias_drift: vehicle.bias_drift,
                 disturbance: vehicle.disturbance,
+                recursion: self.recursion.options(self.method)?,
             },
             order: structure.order.map(usize::from),
+            numerator: structure.numerator.map(usize::from),
             delay: structure.delay.map(usize::from),
             zeros_at_one: usize::from(structure.zeros_at_one),
             integrators: usize::from(structure.integrators),
             offset: !structure.no_offset,
-            start: if structure.at_rest {
+            start: if structure.at_rest || structure.prewindow {
                 Start::Rest
             } else {
                 Start::Motion
@@ -206,7 +302,10 @@ impl Found {
     /// # Errors
     /// When poles or zeros cannot be found.
     pub fn model_file(&self) -> Result<ModelFile> {
-        model_file::of(&self.analysis)
+        Ok(ModelFile {
+            preparation: self.taken.steps.iter().map(|it| it.text.clone()).collect(),
+            ..model_file::of(&self.analysis)?
+        })
     }
 }
 
@@ -217,7 +316,7 @@ impl Found {
 /// determines no model.
 pub fn fit(args: &FitArgs) -> Result<Found> {
     let options = args.options()?;
-    let taken = args.signals.record()?;
+    let taken = args.signals.record(args.structure.zeros_in_front())?;
     let working = spinner("models");
     let analysis = analyse(&taken.resampled.record, &options);
     working.finish_and_clear();
@@ -300,6 +399,7 @@ fn as_json(found: &Found) -> Result<Value> {
             "outputs": taken.resampled.outputs,
         },
         "reading": taken.reading,
+        "preparation": taken.steps,
     }))
 }
 

@@ -49,6 +49,7 @@ pub(super) fn of(analysis: &Analysis) -> Result<ModelFile> {
             .map(|gain| [gain.value.re, gain.real_deviation()]),
         fit: analysis.fit,
         held_out_fit: analysis.held_out_fit,
+        preparation: Vec::new(),
         verdict: analysis.verdict.clone(),
     })
 }

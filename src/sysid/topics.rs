@@ -1,4 +1,4 @@
-//! `planesman sysid topics`: every numeric field of a bag or CSV file: rate, gaps, range and time history.
+//! `planesman sysid topics`: every numeric field of a bag, CSV file or PX4 log: rate, gaps, range and time history.
 
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -9,7 +9,10 @@ use clap::Parser;
 use planesman_bag::reader::TopicCount;
 use planesman_bag::{Order, Topic, TopicKind};
 use planesman_decode::{Catalogue, Decoder, FieldPath, Values};
-use planesman_signals::{self as signals, BagSource, Clock, CsvSource, Meter, Source, Timing};
+use planesman_signals::{
+    self as signals, BagSource, Clock, CsvSource, Meter, Reading, Request, Source, Take, Timing,
+    UlogSource,
+};
 use serde::Serialize;
 use sysid::sparkline;
 
@@ -113,9 +116,10 @@ pub fn survey(args: &TopicsArgs) -> Result<Survey> {
     let source = args.data.open()?;
     let bar = args.data.progress_bar(source.bytes());
     let progress = |bytes| bar.set_position(bytes);
-    let survey = match &source {
-        Source::Bag(bag) => of_bag(bag, args.topic.as_deref(), &progress),
-        Source::Csv(table) => of_table(table, &progress)?,
+    let survey = match source {
+        Source::Bag(bag) => of_bag(&bag, args.topic.as_deref(), &progress),
+        Source::Csv(table) => of_table(&table.counted(), &progress)?,
+        Source::Ulog(log) => of_log(&log, args.topic.as_deref(), &progress)?,
     };
     bar.finish_and_clear();
     Ok(survey)
@@ -393,12 +397,50 @@ fn of_bag(source: &BagSource, wanted: Option<&str>, progress: &dyn Fn(u64)) -> S
     survey
 }
 
-fn of_table(table: &CsvSource, progress: &dyn Fn(u64)) -> Result<Survey> {
-    let requests = table.requests();
+fn of_log(log: &UlogSource, wanted: Option<&str>, progress: &dyn Fn(u64)) -> Result<Survey> {
+    let is_wanted = |name: &&String| wanted.is_none_or(|text| name.contains(text));
+    let names = log.topics().keys().filter(is_wanted);
+    let topics: Vec<(&String, Vec<Request>)> =
+        names.map(|name| (name, log.requests(name))).collect();
+    let requests: Vec<Request> = topics.iter().flat_map(|it| it.1.clone()).collect();
+    let (fields, meters, reading) = looked_at(&requests, |requests, take| {
+        log.read(requests, take, progress)
+    })?;
+    let mut survey = Survey {
+        topics: Vec::new(),
+        notes: reading.notes,
+    };
+    let mut first = 0;
+    for (name, requests) in topics {
+        let here = first..first + requests.len();
+        first = here.end;
+        let path = |request: &Request| request.name[name.len() + 1..].to_owned();
+        let each = fields[here.clone()].iter().zip(&requests);
+        survey.topics.push(TopicSurvey {
+            name: name.clone(),
+            type_name: "ULog".to_owned(),
+            stamps: "log".to_owned(),
+            timing: meters
+                .get(here.start)
+                .map_or_else(Timing::default, Meter::timing),
+            fields: each
+                .map(|(field, request)| field.survey(path(request)))
+                .collect(),
+            note: None,
+        });
+    }
+    Ok(survey)
+}
+
+/// The fields and the stamps of each request.
+fn looked_at(
+    requests: &[Request],
+    read: impl FnOnce(&[Request], &mut Take<'_>) -> Result<Reading>,
+) -> Result<(Vec<Field>, Vec<Meter>, Reading)> {
     let mut fields = vec![Field::default(); requests.len()];
-    let mut meter = Meter::default();
+    let mut meters = vec![Meter::default(); requests.len()];
     let mut take = |signal: usize, stamp, value| {
-        if signal == 0 {
+        if let Some(meter) = meters.get_mut(signal) {
             meter.take(stamp);
         }
         if let (Some(field), Some(value)) = (fields.get_mut(signal), value) {
@@ -406,14 +448,22 @@ fn of_table(table: &CsvSource, progress: &dyn Fn(u64)) -> Result<Survey> {
         }
         true
     };
-    let reading = table.read(&requests, &mut take, progress)?;
+    let reading = read(requests, &mut take)?;
+    Ok((fields, meters, reading))
+}
+
+fn of_table(table: &CsvSource, progress: &dyn Fn(u64)) -> Result<Survey> {
+    let requests = table.requests();
+    let (fields, meters, reading) = looked_at(&requests, |requests, take| {
+        table.read(requests, take, progress)
+    })?;
     let fields = fields.iter().zip(requests);
     Ok(Survey {
         topics: vec![TopicSurvey {
             name: table.path().display().to_string(),
             type_name: String::new(),
             stamps: reading.stamps,
-            timing: meter.timing(),
+            timing: meters.first().map_or_else(Timing::default, Meter::timing),
             fields: fields
                 .map(|(field, request)| field.survey(request.name))
                 .collect(),

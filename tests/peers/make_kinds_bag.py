@@ -9,6 +9,8 @@ FOLDER then holds, by `rosbags`:
     big/        payloads in big endian, chunks packed with zstd
     packed/     each message packed with zstd (rosbag2's compression_mode MESSAGE)
     file/       the whole file packed with zstd (compression_mode FILE)
+    sqlite/     in the sqlite3 storage, with its definitions
+    sqlite_packed/  the same, each message packed with zstd
 
 and by `mcap`, with neither folder nor metadata.yaml:
 
@@ -101,8 +103,15 @@ def message(random: numpy.random.Generator) -> Any:
     )
 
 
-def write(folder: Path, mode: CompressionMode, messages: list[Any], *, little_endian: bool) -> None:
-    writer = Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP)
+def write(
+    folder: Path,
+    mode: CompressionMode,
+    messages: list[Any],
+    *,
+    little_endian: bool,
+    storage: StoragePlugin = StoragePlugin.MCAP,
+) -> None:
+    writer = Writer(folder, version=9, storage_plugin=storage)
     if mode != CompressionMode.NONE:
         writer.set_compression(mode, CompressionFormat.ZSTD)
     with writer:
@@ -172,6 +181,9 @@ def main() -> None:
     write(folder / "big", CompressionMode.STORAGE, messages, little_endian=False)
     write(folder / "packed", CompressionMode.MESSAGE, messages, little_endian=True)
     write(folder / "file", CompressionMode.FILE, messages, little_endian=True)
+    sqlite = StoragePlugin.SQLITE3
+    write(folder / "sqlite", CompressionMode.NONE, messages, little_endian=True, storage=sqlite)
+    write(folder / "sqlite_packed", CompressionMode.MESSAGE, messages, little_endian=True, storage=sqlite)
     text, _ = STORE.generate_msgdef(TYPE, ros_version=2)
     write_file(folder / "bare.mcap", "ros2msg", text, messages, bare=True)
     write_file(folder / "idl.mcap", "ros2idl", idl(), messages, bare=False)

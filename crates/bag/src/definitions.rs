@@ -217,7 +217,7 @@ impl Definitions {
 }
 
 /// A name that does nothing to a terminal: no ROS name has control characters.
-fn printable(name: &str) -> String {
+pub(crate) fn printable(name: &str) -> String {
     name.replace(char::is_control, "\u{fffd}")
 }
 

@@ -1,4 +1,4 @@
-//! rosbag2 bags with the MCAP storage, written and read as ROS 2 Jazzy does.
+//! rosbag2 bags, written with the MCAP storage as ROS 2 Jazzy does, and read with it and with sqlite3, Humble's.
 //!
 //! A bag is a folder `NAME/` with `NAME_0.mcap` (the messages, in chunks) and `metadata.yaml`
 //! (what the files hold, written last). The formats are the MCAP specification with its `ros2`
@@ -37,8 +37,8 @@
 //! ```
 //!
 //! Inside: `records` splits bytes into MCAP records, `fields` splits records, `chunk` unpacks
-//! and checks a chunk, `definitions` are a file's topics, `summary` is what it tells of itself. With them `recording` finds out
-//! what one `.mcap` file holds and `walk` reads it front to back; `typed` knows the project's message types.
+//! and checks a chunk, `input` unpacks a file packed whole, `definitions` are a file's topics, `summary` is what it tells of itself. With them `recording` finds out
+//! what one `.mcap` file holds and `walk` reads it front to back; `sqlite` does both of a `.db3` file; `typed` knows the project's message types.
 //!
 //! Times are signed nanoseconds on whatever clock the recording ran on, as ROS counts them.
 
@@ -46,6 +46,7 @@ mod chunk;
 mod definitions;
 mod fields;
 pub mod info;
+mod input;
 mod limits;
 pub mod metadata;
 pub mod qos;
@@ -53,6 +54,7 @@ mod read_error;
 pub mod reader;
 mod recording;
 mod records;
+mod sqlite;
 mod summary;
 pub mod topic;
 mod typed;
@@ -62,6 +64,6 @@ pub mod writer;
 pub use info::BagInfo;
 pub use metadata::BagMetadata;
 pub use qos::OfferedQos;
-pub use reader::{BagReader, Completeness, Limits, Message, Order, ReadError};
+pub use reader::{BagReader, Completeness, Limits, Message, Order, ReadError, is_bag_file};
 pub use topic::{Topic, TopicKind};
 pub use writer::{BagWriter, Compression, Health, TopicId, WriteError, WriterOptions};

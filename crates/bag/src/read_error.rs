@@ -16,7 +16,7 @@ pub(crate) const CONVERTER: &str =
 pub enum ReadError {
     /// Nothing has that path.
     #[error(
-        "{path}: no such file or folder; a bag is a folder, its metadata.yaml, or a .mcap file"
+        "{path}: no such file or folder; a bag is a folder, its metadata.yaml, or a .mcap or .db3 file"
     )]
     NotFound {
         /// The path asked for.
@@ -31,7 +31,7 @@ pub enum ReadError {
         source: io::Error,
     },
     /// A file without a byte.
-    #[error("{path} is empty; a .mcap file is wanted")]
+    #[error("{path} is empty; a .mcap or .db3 file is wanted")]
     Empty {
         /// The file.
         path: PathBuf,
@@ -52,8 +52,16 @@ pub enum ReadError {
         /// The file.
         path: PathBuf,
     },
-    /// A folder without `.mcap` files.
-    #[error("{path} is no bag that can be read: it holds no .mcap file{instead}")]
+    /// A database that is no bag's, or is damaged.
+    #[error("{path} cannot be read as a bag of rosbag2's sqlite3 storage: {reason}")]
+    Database {
+        /// The file.
+        path: PathBuf,
+        /// The reason that the database gives.
+        reason: String,
+    },
+    /// A folder without `.mcap` and `.db3` files.
+    #[error("{path} is no bag that can be read: it holds no .mcap or .db3 file{instead}")]
     NoMcap {
         /// The folder.
         path: PathBuf,
@@ -62,7 +70,7 @@ pub enum ReadError {
     },
     /// A storage other than MCAP.
     #[error(
-        "{path} is a bag in rosbag2's '{storage}' storage; only mcap is read; {CONVERTER} makes one of it, as 'ros2 bag convert' does"
+        "{path} is a bag in rosbag2's '{storage}' storage; mcap and sqlite3 are read; {CONVERTER} makes one of it, as 'ros2 bag convert' does"
     )]
     Storage {
         /// The metadata.
@@ -72,8 +80,8 @@ pub enum ReadError {
     },
     /// Files or messages compressed by rosbag2 rather than by MCAP, in a way that is not read.
     #[error(
-        "{path} is a bag compressed by {mode} ({format}); read are MCAP's own chunk compression, messages packed with zstd, and \
-         files once they are unpacked ('zstd -d NAME.mcap.zstd', beside the packed ones)"
+        "{path} is a bag compressed by {mode} ({format}); read are MCAP's own chunk compression, messages and files packed with \
+         zstd, and files that lie unpacked beside the packed ones"
     )]
     Compressed {
         /// The metadata.

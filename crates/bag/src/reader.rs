@@ -1,6 +1,6 @@
 //! The reader of bags, complete or truncated; other files are refused.
 //!
-//! [`BagReader::open`] takes the bag's folder, its `metadata.yaml`, or a single `.mcap` file, and
+//! [`BagReader::open`] takes the bag's folder, its `metadata.yaml`, or a single `.mcap` or `.db3` file, and
 //! finds out what is there; [`BagReader::messages`] streams it. What comes from the file is
 //! never believed: lengths are taken only as bytes arrive, chunks are unpacked within
 //! [`Limits`] and checked, and every refusal names the path and what would be accepted.
@@ -21,9 +21,9 @@ use crate::{
     definitions::CHANNEL,
     metadata::{self, MetadataError},
     read_error::CONVERTER,
-    recording::{Counts, Recording},
+    recording::{Counts, Recording, Stream},
     records::Damage,
-    walk::{Raw, Walk},
+    walk::Raw,
 };
 
 pub use crate::{
@@ -171,7 +171,7 @@ impl BagReader {
                 reason: error.to_string(),
             },
         };
-        let files = mcap_files(folder)?;
+        let files = bag_files(folder)?;
         Self::open_files(folder, files, None, Some(no_metadata), limits)
     }
 
@@ -182,7 +182,7 @@ impl BagReader {
         metadata: BagMetadata,
         limits: Limits,
     ) -> Result<Self, ReadError> {
-        if metadata.storage_identifier != "mcap" {
+        if !["mcap", "sqlite3"].contains(&metadata.storage_identifier.as_str()) {
             return Err(ReadError::Storage {
                 path: listing.to_owned(),
                 storage: metadata.storage_identifier,
@@ -197,10 +197,17 @@ impl BagReader {
             .map(|name| folder.join(name))
             .map(|file| if mode == "file" { unpacked(file) } else { file })
             .collect();
-        let is_packed = mode == "file" && files.iter().any(|file| is_zstd(file));
-        let are_packed = mode == "message" && metadata.compression_format == "zstd";
-        let is_read = matches!(mode.as_str(), "" | "none" | "storage" | "file") || are_packed;
-        if !is_read || is_packed {
+        let by_zstd = metadata.compression_format == "zstd";
+        let are_packed = mode == "message" && by_zstd;
+        // Files that are packed otherwise may lie unpacked beside.
+        let is_read = match mode.as_str() {
+            "" | "none" | "storage" => true,
+            "file" => files
+                .iter()
+                .all(|file| is_plain(file) || by_zstd && is_packed_mcap(file)),
+            _ => are_packed,
+        };
+        if !is_read {
             return Err(ReadError::Compressed {
                 path: listing.to_owned(),
                 mode: metadata.compression_mode,
@@ -337,7 +344,7 @@ pub struct Messages<'a> {
     /// Bytes of the files before the current one.
     passed: u64,
     /// The file being read.
-    current: Option<(&'a Recording, Walk)>,
+    current: Option<(&'a Recording, Stream)>,
     order: Order,
     unpack: Option<u64>,
     wanted: Box<dyn Fn(&Topic) -> bool + 'a>,
@@ -350,16 +357,16 @@ impl Iterator for Messages<'_> {
 
     fn next(&mut self) -> Option<Self::Item> {
         loop {
-            let Some((recording, walk)) = &mut self.current else {
+            let Some((recording, stream)) = &mut self.current else {
                 let recording = self.remaining.next()?;
                 self.are_wanted.clear();
-                match recording.walk(self.order) {
-                    Ok(walk) => self.current = Some((recording, walk)),
+                match recording.stream(self.order) {
+                    Ok(stream) => self.current = Some((recording, stream)),
                     Err(error) => return self.end_with(error),
                 }
                 continue;
             };
-            let damage = match walk.next() {
+            let damage = match stream.next() {
                 Ok(Some(Raw { topic, message })) => {
                     let is_wanted = self
                         .are_wanted
@@ -383,14 +390,14 @@ impl Iterator for Messages<'_> {
                             }));
                         }
                         Err(reason) => Damage {
-                            offset: walk.offset(),
+                            offset: stream.offset(),
                             reason,
                         },
                     }
                 }
                 Ok(None) => {
                     // A record whose opcode was changed is passed by; its messages are missed here.
-                    let (indexed, met) = (recording.messages, walk.met);
+                    let (indexed, met) = (recording.messages, stream.met());
                     if indexed == met {
                         self.passed += recording.size;
                         self.current = None;
@@ -418,7 +425,7 @@ impl Messages<'_> {
     #[must_use]
     pub fn bytes_read(&self) -> u64 {
         let current = self.current.as_ref();
-        self.passed + current.map_or(0, |(_, walk)| walk.offset())
+        self.passed + current.map_or(0, |(_, stream)| stream.offset())
     }
 
     fn end_with(&mut self, error: ReadError) -> Option<Result<Message, ReadError>> {
@@ -428,15 +435,32 @@ impl Messages<'_> {
     }
 }
 
-fn is_zstd(file: &Path) -> bool {
+fn is_mcap(file: &Path) -> bool {
     file.extension()
-        .is_some_and(|extension| extension == "zstd")
+        .is_some_and(|extension| extension == "mcap")
+}
+
+/// Whether a name is that of a bag's file, which may be one of several: `.mcap`, packed whole or not, or `.db3`.
+#[must_use]
+pub fn is_bag_file(file: &Path) -> bool {
+    is_plain(file) || is_packed_mcap(file)
+}
+
+/// Whether a name is that of an unpacked file.
+fn is_plain(file: &Path) -> bool {
+    is_mcap(file) || file.extension().is_some_and(|extension| extension == "db3")
+}
+
+/// Whether a name is that of a `.mcap` file that is packed whole: `NAME.mcap.zstd`, as rosbag2 has it.
+fn is_packed_mcap(file: &Path) -> bool {
+    let ending = file.extension().unwrap_or_default();
+    (ending == "zstd" || ending == "zst") && is_mcap(&file.with_extension(""))
 }
 
 /// The unpacked file beside a packed one, if there is one.
 fn unpacked(file: PathBuf) -> PathBuf {
     let beside = file.with_extension("");
-    if is_zstd(&file) && beside.is_file() {
+    if !is_plain(&file) && beside.is_file() {
         beside
     } else {
         file
@@ -449,34 +473,36 @@ fn instead(folder: &Path) -> String {
     let mut endings = entries.filter_map(|entry| entry.path().extension().map(ToOwned::to_owned));
     endings
         .find_map(|ending| match ending.to_str()? {
-            "db3" => Some(format!(
-                ", but .db3 files of rosbag2's sqlite3 storage; {CONVERTER} makes a bag that is read"
+            "bag" => Some(format!(
+                ", but .bag files of ROS 1; {CONVERTER} makes a bag that is read"
             )),
-            "zstd" => Some(", but .zstd files; 'zstd -d NAME.mcap.zstd' unpacks them".to_owned()),
+            "zstd" | "zst" => Some(
+                ", but packed files; 'zstd -d NAME.db3.zstd' unpacks those of sqlite3".to_owned(),
+            ),
             _ => None,
         })
         .unwrap_or_default()
 }
 
-/// The `.mcap` files in `folder`, in the order they were written: `NAME_2` before `NAME_10`.
-fn mcap_files(folder: &Path) -> Result<Vec<PathBuf>, ReadError> {
+/// The `.mcap` and `.db3` files in `folder`, packed ones where they are not there unpacked, in the order they were written: `NAME_2`
+/// before `NAME_10`.
+fn bag_files(folder: &Path) -> Result<Vec<PathBuf>, ReadError> {
     let unreadable = |source| ReadError::open(folder, source);
     let mut files = Vec::new();
     for entry in fs::read_dir(folder).map_err(unreadable)? {
         let path = entry.map_err(unreadable)?.path();
-        if path
-            .extension()
-            .is_some_and(|extension| extension == "mcap")
-        {
+        let is_alone = || !path.with_extension("").is_file();
+        if is_plain(&path) || (is_packed_mcap(&path) && is_alone()) {
             files.push(path);
         }
     }
     files.sort_by_cached_key(|path| {
-        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-        let (name, number) = stem.rsplit_once('_').unwrap_or((&stem, ""));
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let stem = name.split_once('.').map_or(&*name, |(stem, _)| stem);
+        let (name, number) = stem.rsplit_once('_').unwrap_or((stem, ""));
         match number.parse::<u64>() {
             Ok(number) => (name.to_owned(), number),
-            Err(_) => (stem.into_owned(), 0),
+            Err(_) => (stem.to_owned(), 0),
         }
     });
     Ok(files)

@@ -1,12 +1,12 @@
-//! One `.mcap` file: its contents.
+//! One `.mcap` or `.db3` file: its contents.
 //!
-//! They are in its summary if the file was closed; otherwise the file is read once and counted. Either way
+//! They are in its summary if the file was closed; otherwise, or if the whole file is packed, it is read once and counted. Either way
 //! [`Recording`] has the byte up to which it can be read.
 
 use std::{
     collections::BTreeMap,
     fs::{self, File},
-    io::{Seek, SeekFrom},
+    io::Read,
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -14,18 +14,23 @@ use std::{
 use crate::{
     definitions::Channels,
     fields::{Header, op},
+    input::Input,
     limits::{Limits, Order},
     read_error::ReadError,
     records::{Damage, Records, read_up_to},
+    sqlite::{self, Rows},
     summary,
-    walk::Walk,
+    walk::{Raw, Walk},
 };
+
+/// Further bytes by which the format of another file is guessed.
+const GUESSED_BY: u64 = 8;
 
 /// The contents of a file.
 #[derive(Clone, Debug)]
 pub(crate) struct Recording {
     pub(crate) path: PathBuf,
-    /// Its size when it was opened.
+    /// Its size when it was opened; unpacked, if it is packed.
     pub(crate) size: u64,
     /// Up to here it is read.
     pub(crate) readable: u64,
@@ -39,8 +44,42 @@ pub(crate) struct Recording {
     pub(crate) span: Option<(i64, i64)>,
     /// Why it is not whole, if it is not.
     pub(crate) cut: Option<String>,
+    /// It is a database.
+    is_database: bool,
     /// The limits on its memory.
     limits: Limits,
+}
+
+/// The messages of a file, one after the other.
+pub(crate) enum Stream {
+    Mcap(Box<Walk>),
+    Database(Box<Rows>),
+}
+
+impl Stream {
+    /// The next message; `None` after the last.
+    pub(crate) fn next(&mut self) -> Result<Option<Raw<'_>>, Damage> {
+        match self {
+            Self::Mcap(walk) => walk.next(),
+            Self::Database(rows) => rows.next(),
+        }
+    }
+
+    /// The bytes that have been taken.
+    pub(crate) fn offset(&self) -> u64 {
+        match self {
+            Self::Mcap(walk) => walk.offset(),
+            Self::Database(rows) => rows.offset(),
+        }
+    }
+
+    /// Messages met, those of omitted topics included.
+    pub(crate) fn met(&self) -> u64 {
+        match self {
+            Self::Mcap(walk) => walk.met,
+            Self::Database(rows) => rows.met,
+        }
+    }
 }
 
 /// Messages by channel.
@@ -59,8 +98,24 @@ impl Recording {
             });
         }
         let size = about.len();
+        let mut beginning = Vec::new();
+        File::open(path)
+            .and_then(|file| {
+                file.take(sqlite::MAGIC.len() as u64)
+                    .read_to_end(&mut beginning)
+            })
+            .map_err(unreadable)?;
+        if beginning == sqlite::MAGIC {
+            return Self::of_database(path, size, limits);
+        }
+        let open = || Input::open(path).map_err(unreadable);
+        let mut input = open()?;
+        check_beginning(path, &mut input)?;
+        if input.is_packed() {
+            let walk = Walk::new(open()?, u64::MAX, Order::File, &limits, None);
+            return Ok(Self::counted(path, walk.map_err(unreadable)?, None, limits));
+        }
         let mut file = File::open(path).map_err(unreadable)?;
-        check_beginning(path, &mut file)?;
         let summary_start = summary::start(&mut file, size).map_err(unreadable)?;
         if let Some(start) = summary_start
             && let Some(summary) = summary::read(&mut file, start, size, &limits)
@@ -75,26 +130,42 @@ impl Recording {
                 messages: summary.counts.values().sum(),
                 span: summary.span,
                 cut: None,
+                is_database: false,
                 limits,
             };
             return Ok((recording, summary.counts));
         }
-        let walk = Walk::new(file, size, Order::File, &limits, None).map_err(unreadable)?;
-        Ok(Self::counted(
-            path,
-            walk,
-            size,
-            summary_start.is_some(),
-            limits,
-        ))
+        let walk = Walk::new(open()?, size, Order::File, &limits, None).map_err(unreadable)?;
+        let closed = Some((size, summary_start.is_some()));
+        Ok(Self::counted(path, walk, closed, limits))
     }
 
-    /// Reads the file through and counts.
+    /// A file of the sqlite3 storage.
+    fn of_database(path: &Path, size: u64, limits: Limits) -> Result<(Self, Counts), ReadError> {
+        let found = sqlite::contents(path, &limits).map_err(|reason| ReadError::Database {
+            path: path.to_owned(),
+            reason,
+        })?;
+        let recording = Self {
+            path: path.to_owned(),
+            size,
+            readable: size,
+            channels: Arc::new(found.channels),
+            omitted: found.omitted,
+            messages: found.counts.values().sum(),
+            span: found.span,
+            cut: None,
+            is_database: true,
+            limits,
+        };
+        Ok((recording, found.counts))
+    }
+
+    /// Reads the file through and counts. Its size and whether it was closed are known but for a packed one.
     fn counted(
         path: &Path,
         mut walk: Walk,
-        size: u64,
-        was_closed: bool,
+        known: Option<(u64, bool)>,
         limits: Limits,
     ) -> (Self, Counts) {
         let mut counts = Counts::new();
@@ -113,6 +184,7 @@ impl Recording {
                 Err(damage) => break Some(damage),
             }
         };
+        let (size, was_closed) = known.unwrap_or((walk.offset(), walk.data_ended));
         let cut = damage.or_else(|| {
             let reason = if walk.data_ended {
                 "its index is cut off; every message is there"
@@ -135,41 +207,55 @@ impl Recording {
             messages,
             span,
             cut: cut.map(|damage| damage.reason),
+            is_database: false,
             limits,
         };
         (recording, counts)
     }
 
     /// Its messages, from the first to the last that can be read.
-    pub(crate) fn walk(&self, order: Order) -> Result<Walk, ReadError> {
+    pub(crate) fn stream(&self, order: Order) -> Result<Stream, ReadError> {
+        if self.is_database {
+            let channels = Arc::clone(&self.channels);
+            return Rows::new(&self.path, channels, order, &self.limits)
+                .map(|rows| Stream::Database(Box::new(rows)))
+                .map_err(|reason| ReadError::Database {
+                    path: self.path.clone(),
+                    reason,
+                });
+        }
         let found = Some(Arc::clone(&self.channels));
-        File::open(&self.path)
-            .and_then(|file| Walk::new(file, self.readable, order, &self.limits, found))
+        Input::open(&self.path)
+            .and_then(|input| Walk::new(input, self.readable, order, &self.limits, found))
+            .map(|walk| Stream::Mcap(Box::new(walk)))
             .map_err(|source| ReadError::open(&self.path, source))
     }
 }
 
 /// Refuses what does not begin as an MCAP file does: the magic, then a whole header record.
-fn check_beginning(path: &Path, file: &mut File) -> Result<(), ReadError> {
+fn check_beginning(path: &Path, input: &mut Input) -> Result<(), ReadError> {
     const LONGEST_HEADER: u64 = 1 << 20;
     let unreadable = |source| ReadError::open(path, source);
-    let mut beginning = [0; 16];
-    let read = read_up_to(file, &mut beginning).map_err(unreadable)?;
+    let mut beginning = [0; mcap::MAGIC.len()];
+    let read = read_up_to(input, &mut beginning).map_err(unreadable)?;
     let beginning = &beginning[..read];
     if beginning.is_empty() {
         return Err(ReadError::Empty {
             path: path.to_owned(),
         });
     }
-    if !mcap::MAGIC.starts_with(&beginning[..read.min(mcap::MAGIC.len())]) {
+    if !mcap::MAGIC.starts_with(beginning) {
+        let mut beginning = beginning.to_vec();
+        input
+            .take(GUESSED_BY)
+            .read_to_end(&mut beginning)
+            .map_err(unreadable)?;
         return Err(ReadError::NotABag {
             path: path.to_owned(),
-            found: guess(beginning),
+            found: guess(&beginning),
         });
     }
-    file.seek(SeekFrom::Start(mcap::MAGIC.len() as u64))
-        .map_err(unreadable)?;
-    match Records::new(file, mcap::MAGIC.len() as u64, LONGEST_HEADER).next(|_| true) {
+    match Records::new(input, mcap::MAGIC.len() as u64, LONGEST_HEADER).next(|_| true) {
         Ok(Some(record)) if record.opcode == op::HEADER && Header::read(record.body).is_ok() => {
             Ok(())
         }
@@ -181,17 +267,11 @@ fn check_beginning(path: &Path, file: &mut File) -> Result<(), ReadError> {
 
 /// The probable format of a file that is not MCAP, by its first bytes.
 fn guess(beginning: &[u8]) -> &'static str {
-    const KINDS: [(&[u8], &str); 8] = [
+    const KINDS: [(&[u8], &str); 6] = [
         (b"\xFF\xD8\xFF", "a JPEG picture"),
         (b"\x89PNG", "a PNG picture"),
         (b"PK", "a ZIP archive"),
         (b"\x1F\x8B", "a gzip archive"),
-        (b"\x28\xB5\x2F\xFD", "a zstd archive; 'zstd -d' unpacks it"),
-        (
-            b"SQLite format 3",
-            "a database, perhaps of rosbag2's sqlite3 storage; 'rosbags-convert --src FOLDER --dst NEW --dst-storage mcap' \
-             (of PyPI's rosbags) makes MCAP of the bag",
-        ),
         (
             b"#ROSBAG",
             "a ROS 1 bag; 'rosbags-convert' makes a ROS 2 bag of it",

@@ -11,9 +11,10 @@ use std::{
 use crate::{
     definitions::{Definitions, Known},
     fields::{self, Footer, Statistics, op},
+    input::BUFFER,
     limits::Limits,
     records::{Records, read_up_to},
-    walk::{BUFFER, is_told},
+    walk::is_told,
 };
 
 /// The footer record and the magic after it: the last bytes of a closed file.

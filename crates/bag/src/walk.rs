@@ -1,8 +1,7 @@
 //! The messages of one `.mcap` file, front to back. Memory holds one record, the chunk in it unpacked, and the topics.
 
 use std::{
-    fs::File,
-    io::{self, BufReader, Read, Seek, SeekFrom, Take},
+    io::{self, Read, Take},
     ops::Range,
     sync::Arc,
 };
@@ -11,12 +10,10 @@ use crate::{
     Topic, chunk,
     definitions::{Channels, Definitions, Known},
     fields::{self, op},
+    input::Input,
     limits::{Limits, Order},
     records::{Damage, Records, record_at},
 };
-
-/// The size of one read.
-pub(crate) const BUFFER: usize = 256 * 1024;
 
 /// A message as it lies in the file.
 pub(crate) struct Raw<'a> {
@@ -26,7 +23,7 @@ pub(crate) struct Raw<'a> {
 
 /// The messages of a file, one after the other.
 pub(crate) struct Walk {
-    records: Records<Take<BufReader<File>>>,
+    records: Records<Take<Input>>,
     order: Order,
     limits: Limits,
     pub(crate) definitions: Definitions,
@@ -53,19 +50,19 @@ enum Left {
 }
 
 impl Walk {
-    /// The messages of `file` up to the byte `readable`. Its topics are those that were `found`, if it was read before.
+    /// The messages of an input up to the byte `readable`. Its topics are those that were `found`, if it was read before.
     pub(crate) fn new(
-        mut file: File,
+        mut input: Input,
         readable: u64,
         order: Order,
         limits: &Limits,
         found: Option<Arc<Channels>>,
     ) -> io::Result<Self> {
         let start = mcap::MAGIC.len() as u64;
-        file.seek(SeekFrom::Start(start))?;
-        let input = BufReader::with_capacity(BUFFER, file).take(readable.saturating_sub(start));
+        io::copy(&mut (&mut input).take(start), &mut io::sink())?;
+        let rest = input.take(readable.saturating_sub(start));
         Ok(Self {
-            records: Records::new(input, start, limits.chunk),
+            records: Records::new(rest, start, limits.chunk),
             order,
             limits: limits.clone(),
             definitions: Definitions::within(limits.definitions, found),

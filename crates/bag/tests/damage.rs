@@ -180,13 +180,13 @@ fn what_is_no_bag_is_refused_in_one_line_that_names_it() {
         ),
         (
             file_with(folder.path(), "bag.db3", b"SQLite format 3\0..."),
-            "sqlite3",
+            "cannot be read as a bag of rosbag2's sqlite3 storage",
         ),
         (
             file_with(folder.path(), "letter.txt", b"Dear planesman,"),
             "something else",
         ),
-        (empty_folder, "holds no .mcap file"),
+        (empty_folder, "holds no .mcap or .db3 file"),
         (not_yaml, "not the metadata of a rosbag2 bag"),
     ];
     for (path, words) in cases {
@@ -212,21 +212,76 @@ fn other_storages_and_outer_compression_are_refused_by_name() {
         fs::write(&metadata, text.replace(from, to)).expect("room on the disk");
         BagReader::open(&path).expect_err("not MCAP").to_string()
     };
-    assert!(with("storage_identifier: mcap", "storage_identifier: sqlite3").contains("'sqlite3'"));
-    let packed = text
-        .replace("compression_mode: ''", "compression_mode: FILE")
-        .replace(".mcap", ".mcap.zstd");
-    fs::write(&metadata, packed).expect("room on the disk");
+    assert!(with("storage_identifier: mcap", "storage_identifier: lmdb").contains("'lmdb'"));
+    let packed = |format: &str| {
+        let by = format!("compression_format: {format}");
+        text.replace("compression_mode: ''", "compression_mode: FILE")
+            .replace("compression_format: ''", &by)
+            .replace(".mcap", ".mcap.zstd")
+    };
+    fs::write(&metadata, packed("zstd")).expect("room on the disk");
     let file = path.join("other_0.mcap");
-    fs::rename(&file, path.join("other_0.mcap.zstd")).expect("it is there");
+    let plain = fs::read(&file).expect("the file");
+    let whole = zstd::encode_all(&plain[..], 3).expect("zstd");
+    let packed_file = path.join("other_0.mcap.zstd");
+    fs::remove_file(&file).expect("it is there");
+    fs::write(&packed_file, &whole).expect("room on the disk");
+    let bag = BagReader::open(&path).expect("packed");
+    assert!(bag.completeness().is_whole(), "{}", bag.completeness());
+    // By another packer it is read only if it lies unpacked beside.
+    fs::write(&metadata, packed("lz4")).expect("room on the disk");
     let refusal = BagReader::open(&path).expect_err("packed").to_string();
-    assert!(
-        refusal.contains("compressed by FILE") && refusal.contains("zstd -d"),
-        "{refusal}"
-    );
-    // Unpacked beside the packed one, it is read.
-    fs::copy(path.join("other_0.mcap.zstd"), &file).expect("room on the disk");
+    assert!(refusal.contains("compressed by FILE (lz4)"), "{refusal}");
+    fs::write(&file, plain).expect("room on the disk");
     BagReader::open(&path).expect("unpacked");
+}
+
+#[test]
+fn a_file_that_is_packed_whole_is_read_as_it_is_unpacked() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("bag");
+    let mut writer = BagWriter::create(&path, small_chunks(Compression::None)).expect("a new bag");
+    fill(&mut writer, 3000);
+    writer.close().expect("room on the disk");
+    let plain = path.join("bag_0.mcap");
+    let bytes = fs::read(&plain).expect("the file");
+    let messages = |path: &Path| -> Vec<_> {
+        let bag = BagReader::open(path).expect("a bag");
+        bag.messages(Order::File).map_while(Result::ok).collect()
+    };
+    let expected = messages(&plain);
+    let packed = zstd::encode_all(&bytes[..], 3).expect("zstd");
+    for name in ["a.mcap.zstd", "a.mcap.zst"] {
+        let file = file_with(folder.path(), name, &packed);
+        let bag = BagReader::open(&file).expect("a bag");
+        assert!(bag.completeness().is_whole(), "{}", bag.completeness());
+        assert_eq!(bag.message_count(), expected.len() as u64);
+        assert_eq!(messages(&file), expected);
+    }
+    // A folder without metadata has them too.
+    fs::remove_file(path.join("metadata.yaml")).expect("it is there");
+    fs::remove_file(&plain).expect("it is there");
+    file_with(&path, "bag_0.mcap.zstd", &packed);
+    assert_eq!(messages(&path), expected);
+    // Cut off, it gives what is before the cut.
+    for share in [1, 10, 50, 90, 99] {
+        let cut = &packed[..packed.len() * share / 100];
+        let file = file_with(folder.path(), "cut.mcap.zstd", cut);
+        let Ok(bag) = BagReader::open(&file) else {
+            continue;
+        };
+        assert!(!bag.completeness().is_whole(), "{share}");
+        let found = messages(&file);
+        assert_eq!(found, expected[..found.len()], "{share}");
+        assert_eq!(bag.message_count(), found.len() as u64, "{share}");
+    }
+    // Zeros without end behind a header are not gone through.
+    let mut bomb = bytes[..2000].to_vec();
+    bomb.extend(vec![0; 64 << 20]);
+    let bomb = zstd::encode_all(&bomb[..], 3).expect("zstd");
+    let file = file_with(folder.path(), "bomb.mcap.zstd", &bomb);
+    let bag = BagReader::open(&file).expect("a bag");
+    assert!(!bag.completeness().is_whole());
 }
 
 #[test]
@@ -237,8 +292,12 @@ fn a_folder_of_another_kind_of_bag_is_refused_with_what_to_do() {
             .expect_err("no MCAP")
             .to_string()
     };
-    assert!(refusal().ends_with("no .mcap file"), "{}", refusal());
-    for (name, words) in [("a_0.mcap.zstd", "zstd -d"), ("a_0.db3", "rosbags-convert")] {
+    assert!(
+        refusal().ends_with("no .mcap or .db3 file"),
+        "{}",
+        refusal()
+    );
+    for (name, words) in [("a_0.db3.zstd", "zstd -d"), ("a.bag", "rosbags-convert")] {
         let file = folder.path().join(name);
         fs::write(&file, b"SQLite format 3").expect("room on the disk");
         assert!(refusal().contains(words), "{}", refusal());

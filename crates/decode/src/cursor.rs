@@ -112,6 +112,15 @@ impl<'a> Cursor<'a> {
         self.pass_bytes(length * if wide { self.wide } else { 1 })
     }
 
+    /// Takes a string of one-byte characters, without its terminator.
+    pub(crate) fn text(&mut self) -> Result<&'a [u8], DecodeError> {
+        let length = self.length()?;
+        let start = self.at;
+        self.pass_bytes(length)?;
+        let bytes = &self.body[start..self.at];
+        Ok(bytes.strip_suffix(&[0]).unwrap_or(bytes))
+    }
+
     /// The length of a string or sequence.
     pub(crate) fn length(&mut self) -> Result<u64, DecodeError> {
         self.numbers(Primitive::Uint32, 1)?

@@ -20,6 +20,7 @@ use planesman_text::did_you_mean;
 use crate::cursor::{Cursor, DecodeError};
 use crate::path::Step;
 use crate::program::{self, Op, Wanted};
+use crate::values::Values;
 use crate::{FieldPath, Types};
 
 /// Reads some numbers of messages of one type.
@@ -34,32 +35,13 @@ pub struct Decoder {
     whole: Option<Vec<Op>>,
 }
 
-/// The values that a decoder read: for each path a list, of one number for a number, of none for a missing element.
-#[derive(Clone, Debug, Default)]
-pub struct Values {
-    slots: Vec<Vec<f64>>,
-}
-
-impl Values {
-    /// The values at path `index`: all elements of a list, one for a number, none if it is missing.
-    #[must_use]
-    pub fn list(&self, index: usize) -> &[f64] {
-        self.slots.get(index).map_or(&[], Vec::as_slice)
-    }
-
-    /// The number path `index` led to, the first of a list; `None` if it is not there.
-    #[must_use]
-    pub fn number(&self, index: usize) -> Option<f64> {
-        self.list(index).first().copied()
-    }
-}
-
-/// Where a computed slot comes from: `[x, y, z]`, `w`.
+/// Where a computed slot comes from: `[x, y, z]`, `w`; a list, and the slot of the element's number.
 #[derive(Clone, Copy, Debug)]
 enum Formula {
     Same(usize),
     Norm([usize; 3]),
     Angle(Axis, [usize; 3], usize),
+    Element(usize, usize),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -117,6 +99,14 @@ pub enum Reason {
         /// The list's type.
         field_type: String,
     },
+    /// A name in brackets behind something whose elements have none.
+    #[error("[{name}] of {list}: nothing in the message names its elements")]
+    NoNames {
+        /// The name asked for.
+        name: String,
+        /// The path of the list.
+        list: String,
+    },
     /// A path that ends too early or at a text.
     #[error("it is a {0}, not a number{1}")]
     NotANumber(String, String),
@@ -129,6 +119,8 @@ enum Target {
     /// To be computed from fields of what the path without its last step leads to.
     Norm,
     Angle(Axis),
+    /// To be found in the list that the path without its last step leads to, by the list of names at this path.
+    Element(FieldPath, String),
 }
 
 impl Decoder {
@@ -140,17 +132,17 @@ impl Decoder {
         let mut wanted = Wanted::default();
         let mut slots = paths.len();
         let mut computed = Vec::new();
-        let mut part = |wanted: &mut Wanted, path: &FieldPath| {
-            let slot = wanted.add(path, slots);
-            slots += usize::from(slot == slots);
-            slot
-        };
         for (slot, path) in paths.iter().enumerate() {
             let target = target(types, path).map_err(|reason| CompileError {
                 path: path.to_string(),
                 reason,
             })?;
             let of = path.parent();
+            let mut part = |wanted: &mut Wanted, path: &FieldPath| {
+                let slot = wanted.add(path, slots);
+                slots += usize::from(slot == slots);
+                slot
+            };
             let mut vector =
                 |wanted: &mut Wanted| ["x", "y", "z"].map(|name| part(wanted, &of.field(name)));
             match target {
@@ -166,16 +158,34 @@ impl Decoder {
                     let w = part(&mut wanted, &of.field("w"));
                     computed.push((slot, Formula::Angle(axis, xyz, w)));
                 }
+                Target::Element(names, name) => {
+                    let list = part(&mut wanted, &of);
+                    wanted.add_name(&names, &name, slots);
+                    computed.push((slot, Formula::Element(list, slots)));
+                    slots += 1;
+                }
             }
         }
-        Ok(Self {
-            ops: program::compile(types, &wanted),
+        Ok(Self::of(types, &wanted, slots, computed))
+    }
+
+    /// The decoder of the names of the elements of the list at `path`; `None` if they have none.
+    #[must_use]
+    pub fn of_names(types: &Types, path: &FieldPath) -> Option<Self> {
+        let mut wanted = Wanted::default();
+        wanted.add_all_names(&types.names_of(path)?);
+        Some(Self::of(types, &wanted, 0, Vec::new()))
+    }
+
+    fn of(types: &Types, wanted: &Wanted, slots: usize, computed: Vec<(usize, Formula)>) -> Self {
+        Self {
+            ops: program::compile(types, wanted),
             slots,
             computed,
             whole: types
                 .has_wide_text()
                 .then(|| program::walk(types, &Wanted::default())),
-        })
+        }
     }
 
     /// Reads a payload: `values` then holds what it has at the paths, and keeps its memory for the next.
@@ -185,6 +195,7 @@ impl Decoder {
     pub fn read(&self, payload: &[u8], values: &mut Values) -> Result<(), DecodeError> {
         values.slots.resize(self.slots, Vec::new());
         values.slots.iter_mut().for_each(Vec::clear);
+        values.names.clear();
         let mut cursor = Cursor::new(payload)?;
         if let Some(whole) = &self.whole {
             let other = cursor.clone().with_wide_characters(4);
@@ -192,13 +203,14 @@ impl Decoder {
                 cursor = other;
             }
         }
-        program::run(&self.ops, &mut cursor, &mut values.slots)?;
+        program::run(&self.ops, &mut cursor, values)?;
         for (slot, formula) in &self.computed {
             let mut list = std::mem::take(&mut values.slots[*slot]);
             match formula {
                 Formula::Same(from) => list.extend_from_slice(values.list(*from)),
                 Formula::Norm(xyz) => list.extend(norm(values, xyz)),
                 Formula::Angle(axis, xyz, w) => list.extend(angle(*axis, values, xyz, *w)),
+                Formula::Element(of, number) => list.extend(element(values, *of, *number)),
             }
             values.slots[*slot] = list;
         }
@@ -209,7 +221,7 @@ impl Decoder {
 /// The bytes that the message leaves of its payload; none left is best, more than there are is worst.
 fn left_behind(whole: &[Op], cursor: &Cursor<'_>) -> usize {
     let mut cursor = cursor.clone();
-    match program::run(whole, &mut cursor, &mut []) {
+    match program::run(whole, &mut cursor, &mut Values::default()) {
         Ok(()) => cursor.left(),
         Err(_) => usize::MAX,
     }
@@ -237,6 +249,12 @@ fn angle(axis: Axis, values: &Values, xyz: &[usize; 3], w: usize) -> Option<f64>
         Axis::Pitch => (2.0 * (w * y - z * x) / norm).clamp(-1.0, 1.0).asin(),
         Axis::Yaw => (2.0 * (w * z + x * y)).atan2(w * w + x * x - y * y - z * z),
     })
+}
+
+/// The element of a list whose number is in another slot.
+fn element(values: &Values, list: usize, number: usize) -> Option<f64> {
+    let number = values.number(number)? as usize;
+    values.list(list).get(number).copied()
 }
 
 /// The target of the steps so far.
@@ -295,10 +313,13 @@ impl Types {
         places.into_iter().flatten().find(is_stamp)
     }
 
-    /// The field with the names of what the numbers of the list at `path` belong to, as in a
+    /// Where the names are of what the numbers of the list at `path` belong to, as in a
     /// `sensor_msgs/JointState`; `None` if `path` leads to a number, or a list whose elements have no names.
+    ///
+    /// They are a list of texts in the list's own message or one around it, called `name`, `names` or `joint_names`, or
+    /// as the list is (`gain_names` of `gain_values`).
     #[must_use]
-    pub fn names_of(&self, path: &FieldPath) -> Option<&str> {
+    pub fn names_of(&self, path: &FieldPath) -> Option<FieldPath> {
         names_of(self, path)
     }
 }
@@ -324,6 +345,24 @@ fn target(types: &Types, path: &FieldPath) -> Result<Target, Reason> {
             },
             (at, Step::Field(name)) => {
                 return Err(Reason::NotAMessage(name.clone(), at.type_name()));
+            }
+            (At::Field(field), Step::Named(name)) => {
+                let list = path.parent();
+                let is_last = number + 1 == path.steps.len();
+                let are_numbers = matches!(field.field_type.element, Element::Primitive(_));
+                return names_of(types, &list)
+                    .filter(|_| is_last && are_numbers)
+                    .map(|names| Target::Element(names, name.clone()))
+                    .ok_or_else(|| Reason::NoNames {
+                        name: name.clone(),
+                        list: list.to_string(),
+                    });
+            }
+            (at, Step::Named(name)) => {
+                return Err(Reason::NoNames {
+                    name: name.clone(),
+                    list: at.type_name(),
+                });
             }
             (At::Field(field), Step::Index(index)) if field.field_type.arity != Arity::One => {
                 if let Arity::Array(most) | Arity::BoundedSequence(most) = field.field_type.arity
@@ -352,27 +391,48 @@ fn target(types: &Types, path: &FieldPath) -> Result<Target, Reason> {
     Err(Reason::NotANumber(at.type_name(), hint))
 }
 
-/// The field that names the elements of the list at `path`, as `name` those of the other lists in a
-/// `sensor_msgs/JointState`.
-fn names_of<'t>(types: &'t Types, path: &FieldPath) -> Option<&'t str> {
+/// The path of the texts that name the elements of the list at `path`.
+fn names_of(types: &Types, path: &FieldPath) -> Option<FieldPath> {
     let (Step::Field(list), before) = path.steps.split_last()? else {
         return None;
     };
-    let mut message = types.root();
+    // The messages around the list, the outermost first, each with its path.
+    let mut around = vec![(types.root(), FieldPath { steps: Vec::new() })];
     for step in before {
-        if let Step::Field(name) = step {
-            match &find(types, message, name)?.field_type.element {
-                Element::Message(inner) => message = inner,
+        let (message, path) = around.last()?;
+        let (next, path) = match step {
+            Step::Field(name) => match &find(types, message, name)?.field_type.element {
+                Element::Message(inner) => (inner, path.field(name)),
                 _ => return None,
-            }
-        }
+            },
+            Step::Index(index) => (*message, path.element(*index)),
+            Step::Named(_) => return None,
+        };
+        around.push((next, path));
     }
+    let (message, _) = around.last()?;
     if find(types, message, list)?.field_type.arity == Arity::One {
         return None;
     }
-    let names = find(types, message, "name")?;
-    let are_texts = matches!(names.field_type.element, Element::String { .. });
-    (are_texts && names.field_type.arity != Arity::One).then_some(&names.name)
+    let stem = list.rsplit_once('_').map(|(stem, _)| stem);
+    let own = stem
+        .into_iter()
+        .flat_map(|stem| [format!("{stem}_names"), format!("{stem}_name")]);
+    let usual = ["name", "names", "joint_names"].map(str::to_owned);
+    let candidates: Vec<String> = own.chain(usual).collect();
+    around.iter().rev().find_map(|(message, path)| {
+        let are_names = |name: &&String| {
+            find(types, message, name).is_some_and(|field| {
+                let is_text = matches!(
+                    field.field_type.element,
+                    Element::String { wide: false, .. }
+                );
+                is_text && field.field_type.arity != Arity::One
+            })
+        };
+        let found = candidates.iter().find(are_names)?;
+        Some(path.field(found))
+    })
 }
 
 fn find<'t>(types: &'t Types, message: &TypeName, name: &str) -> Option<&'t Field> {

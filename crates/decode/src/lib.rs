@@ -23,7 +23,7 @@
 //! ```
 //!
 //! - [`schema`]: `ros2msg` and `ros2idl` texts, read.
-//! - [`path`]: `pose.position.x`, `rates[1]`.
+//! - [`path`]: `pose.position.x`, `rates[1]`, `position[shoulder]`.
 //! - [`decoder`]: paths compiled, payloads read; roll, pitch and yaw of a quaternion, norm of a vector.
 //! - [`catalogue`]: every number a message type holds.
 //!
@@ -39,9 +39,11 @@ mod layout;
 pub mod path;
 mod program;
 pub mod schema;
+mod values;
 
 pub use catalogue::Catalogue;
 pub use cursor::DecodeError;
-pub use decoder::{CompileError, Decoder, Values};
+pub use decoder::{CompileError, Decoder};
 pub use path::FieldPath;
 pub use schema::Types;
+pub use values::Values;

@@ -1,9 +1,9 @@
-//! The path of a field within a message: names behind dots, element numbers in brackets.
+//! The path of a field within a message: names behind dots, element numbers or names in brackets.
 
 use std::fmt;
 use std::str::FromStr;
 
-/// Where a field is in a message: `twist.twist.angular.y`, `position[0]`, `transforms[1].header`.
+/// Where a field is in a message: `twist.twist.angular.y`, `position[0]`, `position[shoulder]`, `transforms[1].header`.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct FieldPath {
     /// Its steps, from the message inwards.
@@ -17,6 +17,8 @@ pub enum Step {
     Field(String),
     /// To an element of a list.
     Index(usize),
+    /// To the element of that name, where another list of the message names the elements.
+    Named(String),
 }
 
 /// Why a text is no path.
@@ -25,8 +27,8 @@ pub enum PathError {
     /// A name with other characters, or none.
     #[error("a field's name is letters, digits and underscores")]
     Name,
-    /// Brackets around something else than a whole number.
-    #[error("an index is a whole number")]
+    /// Brackets around neither a whole number nor a name.
+    #[error("an index is a whole number, or the name of an element")]
     Index,
     /// Something behind a name that is neither a dot nor brackets.
     #[error("an index stands in brackets")]
@@ -38,22 +40,38 @@ impl FromStr for FieldPath {
 
     fn from_str(text: &str) -> Result<Self, PathError> {
         let mut steps = Vec::new();
-        for part in text.split('.') {
-            let (name, mut rest) = part.split_at(part.find('[').unwrap_or(part.len()));
+        let mut rest = text;
+        loop {
+            let (name, behind) = rest.split_at(rest.find(['.', '[']).unwrap_or(rest.len()));
             if !is_name(name) {
                 return Err(PathError::Name);
             }
             steps.push(Step::Field(name.to_owned()));
-            while let Some((index, after)) = rest.strip_prefix('[').and_then(|r| r.split_once(']'))
+            rest = behind;
+            // A name in brackets may have dots.
+            while let Some((index, behind)) = rest.strip_prefix('[').and_then(|r| r.split_once(']'))
             {
-                steps.push(Step::Index(index.parse().map_err(|_| PathError::Index)?));
-                rest = after;
+                steps.push(element(index)?);
+                rest = behind;
             }
-            if !rest.is_empty() {
-                return Err(PathError::Bracket);
-            }
+            rest = match rest.strip_prefix('.') {
+                Some(behind) => behind,
+                None if rest.is_empty() => return Ok(Self { steps }),
+                None => return Err(PathError::Bracket),
+            };
         }
-        Ok(Self { steps })
+    }
+}
+
+/// The step that the text between brackets is.
+fn element(text: &str) -> Result<Step, PathError> {
+    if text.bytes().all(|it| it.is_ascii_digit()) {
+        return text.parse().map(Step::Index).map_err(|_| PathError::Index);
+    }
+    let is_odd = |sign: char| sign.is_whitespace() || sign.is_control() || sign == '[';
+    match text.contains(is_odd) {
+        true => Err(PathError::Index),
+        false => Ok(Step::Named(text.to_owned())),
     }
 }
 
@@ -70,6 +88,7 @@ impl fmt::Display for FieldPath {
                 Step::Field(name) if number == 0 => f.write_str(name)?,
                 Step::Field(name) => write!(f, ".{name}")?,
                 Step::Index(index) => write!(f, "[{index}]")?,
+                Step::Named(name) => write!(f, "[{name}]")?,
             }
         }
         Ok(())
@@ -102,13 +121,22 @@ impl FieldPath {
         }
     }
 
+    /// The list this path's last step is an element of, and that element's name; `None` if the last step is another.
+    #[must_use]
+    pub fn named(&self) -> Option<(Self, &str)> {
+        match self.steps.last()? {
+            Step::Named(name) => Some((self.parent(), name)),
+            Step::Index(_) | Step::Field(_) => None,
+        }
+    }
+
     /// The list this path's last step is an element of, and that element's number; `None` if the last
     /// step is a name.
     #[must_use]
     pub fn in_list(&self) -> Option<(Self, usize)> {
         match self.steps.last()? {
             Step::Index(index) => Some((self.parent(), *index)),
-            Step::Field(_) => None,
+            Step::Field(_) | Step::Named(_) => None,
         }
     }
 }
@@ -119,7 +147,15 @@ mod tests {
 
     #[test]
     fn a_path_is_written_as_it_was_read() {
-        for text in ["x", "_a9", "a.b.c", "a[0]", "a[3].b[12].c"] {
+        for text in [
+            "x",
+            "_a9",
+            "a.b.c",
+            "a[0]",
+            "a[3].b[12].c",
+            "a[b]",
+            "a[arm.b-1/c].d",
+        ] {
             assert_eq!(text.parse::<FieldPath>().unwrap().to_string(), text);
         }
     }
@@ -133,7 +169,10 @@ mod tests {
             ("[1]", PathError::Name),
             ("a[", PathError::Bracket),
             ("a[1]b", PathError::Bracket),
-            ("a[x]", PathError::Index),
+            ("a[]", PathError::Index),
+            ("a[ ]", PathError::Index),
+            ("a[b[0]]", PathError::Index),
+            ("a.b.", PathError::Name),
             ("a[99999999999999999999999]", PathError::Index),
         ] {
             assert_eq!(text.parse::<FieldPath>().unwrap_err(), rule, "{text}");

@@ -12,6 +12,7 @@ use planesman_rosidl::definition::{Arity, Element, FieldType, Primitive};
 use crate::cursor::{Cursor, DecodeError};
 use crate::layout::{Advance, size_of};
 use crate::path::Step;
+use crate::values::Values;
 use crate::{FieldPath, Types};
 
 /// One step through a payload. `slot` is the list a number goes to.
@@ -30,6 +31,13 @@ pub(crate) enum Op {
         whole: Option<usize>,
         /// Element and slot.
         picks: Vec<(usize, usize)>,
+    },
+    /// Finds texts in a list of them: the number of the first that is so called goes to the slot.
+    Names {
+        count: Count,
+        wanted: Vec<(String, usize)>,
+        /// All are kept.
+        are_kept: bool,
     },
     /// Reads within some elements of a list of messages or strings, and passes the others.
     Elements {
@@ -61,6 +69,10 @@ pub(crate) enum Pass {
 #[derive(Default, Debug)]
 pub(crate) struct Wanted {
     slot: Option<usize>,
+    /// Texts whose numbers in this list of texts are wanted, with their slots.
+    names: Vec<(String, usize)>,
+    /// All texts of this list are wanted.
+    all_names: bool,
     fields: BTreeMap<String, Wanted>,
     elements: BTreeMap<usize, Wanted>,
 }
@@ -69,14 +81,28 @@ impl Wanted {
     /// Asks for the number or list at `path` to go to `slot`; returns where it goes if it was
     /// asked for before.
     pub(crate) fn add(&mut self, path: &FieldPath, slot: usize) -> usize {
+        *self.at(path).slot.get_or_insert(slot)
+    }
+
+    /// Asks for the number of the text `name` in the list of texts at `path` to go to `slot`.
+    pub(crate) fn add_name(&mut self, path: &FieldPath, name: &str, slot: usize) {
+        self.at(path).names.push((name.to_owned(), slot));
+    }
+
+    /// Asks for all texts of the list at `path`.
+    pub(crate) fn add_all_names(&mut self, path: &FieldPath) {
+        self.at(path).all_names = true;
+    }
+
+    fn at(&mut self, path: &FieldPath) -> &mut Self {
         let mut at = self;
         for step in &path.steps {
             at = match step {
-                Step::Field(name) => at.fields.entry(name.clone()).or_default(),
+                Step::Field(name) | Step::Named(name) => at.fields.entry(name.clone()).or_default(),
                 Step::Index(index) => at.elements.entry(*index).or_default(),
             };
         }
-        *at.slot.get_or_insert(slot)
+        at
     }
 }
 
@@ -103,7 +129,7 @@ pub(crate) fn walk(types: &Types, wanted: &Wanted) -> Vec<Op> {
 fn trim(ops: &mut Vec<Op>) {
     while let Some(last) = ops.last_mut() {
         match last {
-            Op::Number { .. } => return,
+            Op::Number { .. } | Op::Names { .. } => return,
             Op::Numbers { whole, picks, .. } if whole.is_some() || !picks.is_empty() => return,
             Op::Elements {
                 picks, to_the_end, ..
@@ -150,6 +176,13 @@ impl<'t> Compiler<'t> {
                 primitive,
                 whole: wanted.slot,
                 picks,
+            });
+        }
+        if matches!(field.element, Element::String { .. }) {
+            return ops.push(Op::Names {
+                count,
+                wanted: wanted.names.clone(),
+                are_kept: wanted.all_names,
             });
         }
         let picks = wanted
@@ -260,10 +293,10 @@ fn push_pass(ops: &mut Vec<Op>, part: Advance) {
 pub(crate) fn run(
     ops: &[Op],
     cursor: &mut Cursor<'_>,
-    slots: &mut [Vec<f64>],
+    values: &mut Values,
 ) -> Result<(), DecodeError> {
-    let put = |slots: &mut [Vec<f64>], slot: usize, number: Option<f64>| {
-        if let (Some(list), Some(number)) = (slots.get_mut(slot), number) {
+    let put = |values: &mut Values, slot: usize, number: Option<f64>| {
+        if let (Some(list), Some(number)) = (values.slots.get_mut(slot), number) {
             list.push(number);
         }
     };
@@ -273,7 +306,7 @@ pub(crate) fn run(
             Op::PassText { wide } => cursor.pass_text(*wide)?,
             Op::Number { primitive, slot } => {
                 let number = cursor.numbers(*primitive, 1)?.get(0);
-                put(slots, *slot, number);
+                put(values, *slot, number);
             }
             Op::Numbers {
                 count,
@@ -283,11 +316,30 @@ pub(crate) fn run(
             } => {
                 let count = count.read(cursor)?;
                 let numbers = cursor.numbers(*primitive, count)?;
-                if let Some(list) = whole.and_then(|slot| slots.get_mut(slot)) {
+                if let Some(list) = whole.and_then(|slot| values.slots.get_mut(slot)) {
                     list.extend(numbers.iter());
                 }
                 for (index, slot) in picks {
-                    put(slots, *slot, numbers.get(*index));
+                    put(values, *slot, numbers.get(*index));
+                }
+            }
+            Op::Names {
+                count,
+                wanted,
+                are_kept,
+            } => {
+                for number in 0..count.read(cursor)? {
+                    let text = cursor.text()?;
+                    for (name, slot) in wanted {
+                        let is_first = values.list(*slot).is_empty();
+                        if is_first && name.as_bytes() == text {
+                            put(values, *slot, Some(number as f64));
+                        }
+                    }
+                    if *are_kept {
+                        let text = String::from_utf8_lossy(text).into_owned();
+                        values.names.push(text);
+                    }
                 }
             }
             Op::Elements {
@@ -304,7 +356,7 @@ pub(crate) fn run(
                         break;
                     }
                     pass.pass(index - passed, cursor)?;
-                    run(within, cursor, slots)?;
+                    run(within, cursor, values)?;
                     passed = index + 1;
                 }
                 if *to_the_end {
@@ -332,7 +384,7 @@ impl Pass {
             Self::Fixed(one) => cursor.pass(&one.times(count)),
             Self::Walked(steps) => {
                 for _ in 0..count {
-                    run(steps, cursor, &mut [])?;
+                    run(steps, cursor, &mut Values::default())?;
                 }
                 Ok(())
             }

@@ -171,6 +171,72 @@ fn a_list_is_read_whole_and_its_elements_with_it() {
 }
 
 #[test]
+fn an_element_is_found_by_its_name_wherever_that_stands() {
+    let paths = [
+        "position[elbow]",
+        "position[1]",
+        "position",
+        "effort[elbow]",
+        "position[knee]",
+    ]
+    .map(path);
+    let decoder = Decoder::compile(&types_of::<JointState>(), &paths).unwrap();
+    let mut values = Values::default();
+    let mut names = ["wrist", "elbow", "arm.shoulder"];
+    for place in [1, 2, 0] {
+        let joints = JointState {
+            name: names.iter().map(|it| (*it).to_owned()).collect(),
+            position: vec![0.5, 1.5, 2.5],
+            effort: vec![7.0],
+            ..JointState::default()
+        };
+        assert_eq!(names[place], "elbow");
+        for payload in payloads(&joints) {
+            decoder.read(&payload, &mut values).unwrap();
+            assert_eq!(values.number(0), Some(joints.position[place]));
+            assert_eq!(values.number(1), Some(1.5));
+            assert_eq!(values.list(2), joints.position);
+            assert_eq!(values.number(3), (place == 0).then_some(7.0));
+            assert_eq!(values.number(4), None);
+        }
+        names.rotate_right(1);
+    }
+    // A name with a dot, and the names behind or around the list.
+    let types = schema::read(
+        "demo_msgs/msg/Arm",
+        "ros2msg",
+        &format!(
+            "float64[] values\nfloat64[] gain_values\nstring[] gain_names\nPoint[] points\nstring[] joint_names\n{}\n\
+             MSG: demo_msgs/Point\nfloat64[] positions\n",
+            "=".repeat(80)
+        ),
+    )
+    .unwrap();
+    for (list, names) in [
+        ("gain_values", Some("gain_names")),
+        ("values", Some("joint_names")),
+        ("points[1].positions", Some("joint_names")),
+        ("joint_names", Some("joint_names")),
+        ("points", Some("joint_names")),
+    ] {
+        assert_eq!(types.names_of(&path(list)), names.map(path), "{list}");
+    }
+    assert!(
+        Decoder::compile(
+            &types,
+            &["gain_values[arm.p]", "points[1].positions[a]"].map(path)
+        )
+        .is_ok()
+    );
+    for text in ["points[a]", "points[a].positions", "joint_names[a]"] {
+        let refusal = Decoder::compile(&types, &[path(text)])
+            .unwrap_err()
+            .to_string();
+        assert!(refusal.contains("[a] of"), "{refusal}");
+    }
+}
+
+#[test]
 fn angles_of_a_quaternion_are_those_of_rep_103() {
     let paths = [
         "orientation.roll",

@@ -167,6 +167,9 @@ pub struct ModelFile {
     pub fit: Option<f64>,
     /// Simulated fit on held-out data, %.
     pub held_out_fit: Option<f64>,
+    /// How the data was prepared, a sentence for each step.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub preparation: Vec<String>,
     /// The verdict.
     pub verdict: Vec<String>,
 }
@@ -204,6 +207,7 @@ impl ModelFile {
             dc_gain: None,
             fit: None,
             held_out_fit: None,
+            preparation: Vec::new(),
             verdict: Vec::new(),
         }
     }

@@ -1,5 +1,6 @@
 //! Samples from a bag with any message types, decoded by its schemas.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -14,6 +15,16 @@ use crate::signal::Signal;
 
 /// The interval of progress reports, in messages.
 const TELL: u64 = 4096;
+
+/// Messages of a topic of which the delay from stamp to reception is looked at.
+const DELAYS: usize = 10_000;
+
+/// A lag between stamp and reception that is reported, s.
+const LAG: f64 = 1e-3;
+
+/// Messages in which the names of a list's elements are looked for, and names that are kept.
+const NAMED_IN: usize = 10_000;
+const MOST_NAMES: usize = 1000;
 
 /// Names that are listed in an error at most.
 const LISTED: usize = 20;
@@ -79,7 +90,7 @@ impl BagSource {
                 Clock::Log => "of the recorder",
             }
             .to_owned(),
-            notes: Vec::new(),
+            ..Reading::default()
         };
         let mut plans: Vec<Plan> = Vec::new();
         let mut messages = self.bag.messages_of(
@@ -113,9 +124,14 @@ impl BagSource {
                 break;
             }
         }
-        for plan in &plans {
+        for plan in &mut plans {
             plan.judge(&mut reading)?;
+            if let Some(latency) = plan.latency() {
+                let known = reading.latencies.entry(plan.topic.name.clone());
+                known.or_insert(latency);
+            }
         }
+        reading.notes.extend(lag(&reading.latencies, clock));
         if count == 0
             && let [note] = &reading.notes[..]
         {
@@ -184,10 +200,24 @@ impl Wanted {
             .map_err(|error| anyhow!("{}: {error}", topic.name))?;
         if let Some(names) = types.names_of(signal.path()) {
             let count = first_count(bag, &topic.name, &decoder);
+            let known = names_in(bag, &topic.name, &types, signal.path(), None);
+            let example = known.first().map_or("0", String::as_str);
             bail!(
-                "{signal}: it is a list of {}numbers, one for each '{names}'; name one by its index, as {signal}[0]",
+                "{signal}: it is a list of {}numbers, one for each '{names}' ({}); name one by its name or index, as \
+                 {signal}[{example}]",
                 count.map_or_else(String::new, |count| format!("{count} ")),
+                listed(known.iter().map(String::as_str)),
             );
+        }
+        if let Some((list, name)) = signal.path().named() {
+            let known = names_in(bag, &topic.name, &types, &list, Some(name));
+            if !known.iter().any(|it| it == name) {
+                bail!(
+                    "{signal}: there is no '{name}'; there are {}{}",
+                    listed(known.iter().map(String::as_str)),
+                    did_you_mean(name, known.iter().map(String::as_str))
+                );
+            }
         }
         Ok(Self {
             topic: topic.name.clone(),
@@ -207,6 +237,39 @@ fn first_count(bag: &BagReader, topic: &str, decoder: &Decoder) -> Option<usize>
         .flatten();
     let first = messages.find(|it| decoder.read(&it.payload, &mut values).is_ok());
     first.map(|_| values.list(0).len())
+}
+
+/// The names of the elements of a list in the first messages of a topic, which need not all have the same: up to the message
+/// that has the one looked for.
+fn names_in(
+    bag: &BagReader,
+    topic: &str,
+    types: &Types,
+    list: &FieldPath,
+    wanted: Option<&str>,
+) -> Vec<String> {
+    let Some(decoder) = Decoder::of_names(types, list) else {
+        return Vec::new();
+    };
+    let mut values = Values::default();
+    let mut known: Vec<String> = Vec::new();
+    let messages = bag.messages_of(|it| it.name == topic, Order::File);
+    for message in messages.flatten().take(NAMED_IN) {
+        if decoder.read(&message.payload, &mut values).is_err() {
+            continue;
+        }
+        for name in values.names() {
+            if known.len() < MOST_NAMES && !known.contains(name) {
+                known.push(name.clone());
+            }
+        }
+        let is_known = |wanted: &str| values.names().iter().any(|it| it == wanted);
+        if wanted.is_none_or(is_known) {
+            known.extend(wanted.map(str::to_owned));
+            break;
+        }
+    }
+    known
 }
 
 /// The topic that was probably meant; without a leading `/`, by the end of its name.
@@ -257,6 +320,13 @@ pub fn types(topic: &Topic) -> Result<Types> {
         );
     }
     let kind = &topic.kind;
+    if kind.definition_encoding.is_empty() && kind.definition.is_empty() {
+        bail!(
+            "{name}: the bag does not hold the definition of {}, as no bag of Humble's sqlite3 storage does; 'ros2 bag \
+             convert' to mcap, where that type is installed, adds it",
+            kind.type_name
+        );
+    }
     schema::read(&kind.type_name, &kind.definition_encoding, &kind.definition)
         .map_err(|error| anyhow!("{name}: {}", brief(error.to_string())))
 }
@@ -278,7 +348,10 @@ struct Plan {
     /// The signals on this topic, in the order of the decoder's paths; seconds and nanoseconds follow.
     signals: Vec<(usize, Role)>,
     clock: Clock,
+    has_stamp: bool,
     messages: u64,
+    /// How long after its own stamp the recorder received a message, ns.
+    delays: Vec<i64>,
     refused: u64,
     reason: String,
 }
@@ -293,7 +366,8 @@ impl Plan {
                 .filter(|(_, it)| it.topic == topic.name)
         };
         let mut paths: Vec<FieldPath> = here().map(|(_, it)| it.path.clone()).collect();
-        if let (Clock::Header, Some(stamp)) = (clock, types.stamp()) {
+        let stamp = types.stamp();
+        if let Some(stamp) = &stamp {
             paths.extend(["sec", "nanosec"].map(|name| stamp.field(name)));
         }
         Ok(Self {
@@ -303,7 +377,9 @@ impl Plan {
             values: Values::default(),
             signals: here().map(|(signal, it)| (signal, it.role)).collect(),
             clock,
+            has_stamp: stamp.is_some(),
             messages: 0,
+            delays: Vec::new(),
             refused: 0,
             reason: String::new(),
         })
@@ -317,9 +393,18 @@ impl Plan {
             self.refuse(error.to_string());
             return true;
         }
+        let own = match self.has_stamp {
+            true => nanoseconds(values, self.signals.len()),
+            false => None,
+        };
+        if let Some(own) = own
+            && self.delays.len() < DELAYS
+        {
+            self.delays.push(message.log_time.saturating_sub(own));
+        }
         let stamp = match self.clock {
             Clock::Log => Some(message.log_time),
-            Clock::Header => nanoseconds(values, self.signals.len()),
+            Clock::Header => own,
         };
         let Some(stamp) = stamp else {
             self.refuse("its stamp is out of range".to_owned());
@@ -330,6 +415,13 @@ impl Plan {
             more &= take(*signal, stamp, number(values.list(index), *role));
         }
         more
+    }
+
+    /// The median time from a message's stamp to its reception, s.
+    fn latency(&mut self) -> Option<f64> {
+        let middle = self.delays.len().checked_sub(1)? / 2;
+        let (_, median, _) = self.delays.select_nth_unstable(middle);
+        Some(*median as f64 * 1e-9)
     }
 
     fn refuse(&mut self, reason: String) {
@@ -357,6 +449,38 @@ impl Plan {
         reading.notes.push(note);
         Ok(())
     }
+}
+
+/// How much later than their stamps the topics' messages were received, and what that means for a model; nothing where all
+/// are as late as each other.
+fn lag(latencies: &BTreeMap<String, f64>, clock: Clock) -> Option<String> {
+    let least = latencies.values().copied().fold(f64::INFINITY, f64::min);
+    let most = latencies
+        .values()
+        .copied()
+        .fold(f64::NEG_INFINITY, f64::max);
+    let (difference, meaning) = match clock {
+        Clock::Header => (
+            most - least,
+            "lie between them; by the stamps of the headers this is no delay of the system",
+        ),
+        Clock::Log => (
+            most.max(most - least),
+            "count as delay of the system by the stamps of the recorder",
+        ),
+    };
+    if latencies.is_empty() || difference <= LAG {
+        return None;
+    }
+    let each = latencies.iter();
+    let each: Vec<String> = each
+        .map(|(topic, latency)| format!("{topic} {:.1} ms", latency * 1e3))
+        .collect();
+    Some(format!(
+        "received after their own stamps (median): {}; {:.1} ms {meaning}",
+        each.join(", "),
+        difference * 1e3
+    ))
 }
 
 /// The stamp whose seconds are at `index`, nanoseconds behind.

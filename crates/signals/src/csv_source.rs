@@ -1,24 +1,47 @@
-//! Samples from a CSV file: a header row with column names, one of them the time.
+//! Samples from a CSV file: columns of numbers, one of them the time, or rows at a known interval.
 //!
-//! Cells are parted by commas, semicolons or tabs, whichever the header has most of (RFC 4180 quotes are
-//! understood). A cell that is no number is a sample that is not there.
+//! What parts the cells, whether there is a header and what is a comment is found out ([`Form`]). A cell that is empty or
+//! no number is a sample that is not there; both are counted for each column, and the count is noted.
+//!
+//! A column `NAME [UNIT]`, `NAME (UNIT)` or `NAME_UNIT` is found by `NAME` too.
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
+use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
-use csv::{ByteRecord, Reader, ReaderBuilder};
-use planesman_text::{did_you_mean, unmarked};
+use csv::{ByteRecord, Reader};
+use planesman_text::{did_you_mean, shown, unmarked};
 
+use crate::csv_cell::{nanoseconds, number};
+use crate::csv_form::{Form, Lines};
 use crate::request::{Reading, Request, Role, Take, TimeUnit, distinct};
 
-/// The longest line taken, bytes.
-const LONGEST_LINE: usize = 1 << 20;
+/// Names under which the time is looked for, without their unit.
+const TIMES: [&str; 9] = [
+    "time",
+    "t",
+    "stamp",
+    "timestamp",
+    "__time",
+    "datetime",
+    "date_time",
+    "elapsed",
+    "seconds",
+];
 
-/// Names under which the time is looked for.
-const TIMES: [&str; 4] = ["time", "t", "stamp", "timestamp"];
+/// Units that may end a column's name behind `_`.
+const UNITS: &[&str] = &[
+    "s", "ms", "us", "ns", "sec", "msec", "usec", "nsec", "min", "h", "m", "cm", "mm", "km", "ft",
+    "in", "nm", "kn", "kt", "kts", "mps", "kmh", "mph", "fps", "deg", "rad", "dps", "degs", "rads",
+    "radps", "degps", "rpm", "Hz", "hz", "kHz", "g", "kg", "N", "kN", "Nm", "V", "mV", "v", "A",
+    "mA", "W", "kW", "Ohm", "T", "uT", "G", "Pa", "hPa", "kPa", "MPa", "bar", "mbar", "psi", "C",
+    "degC", "K", "F", "pct", "percent", "l", "L", "lpm", "lbf", "lb",
+];
+
+/// Rows in which a time is looked for that no name tells of.
+const LOOKED_AT: usize = 100;
 
 /// Names that are listed in an error at most.
 const LISTED: usize = 20;
@@ -26,69 +49,141 @@ const LISTED: usize = 20;
 /// The interval of progress reports, in rows.
 const TELL: u64 = 4096;
 
+/// The characters of a cell that a note quotes at most.
+const QUOTED: usize = 20;
+
+/// How the time of a table is read.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TableTime {
+    /// The column; `None` for the one whose name says so, or a first column that rises.
+    pub column: Option<String>,
+    /// The unit of its numbers; `None` for the one that its name ends in, or seconds.
+    pub unit: Option<TimeUnit>,
+    /// The interval between two rows of a table without a time, s.
+    pub sample_time: Option<f64>,
+}
+
+/// Where the time of a row stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Time {
+    /// In a column that was named, or is named so.
+    Named(usize),
+    /// In the first column, whose numbers rise.
+    Rising,
+    /// Nowhere: so many ns are from row to row.
+    Rows(f64),
+    /// Nowhere.
+    Unknown,
+}
+
 /// A table.
 #[derive(Clone, Debug)]
 pub struct CsvSource {
     path: PathBuf,
     bytes: u64,
-    delimiter: u8,
-    columns: Vec<String>,
-    /// Which column is the time.
-    time: usize,
+    form: Form,
+    time: Time,
     unit: TimeUnit,
+    /// How the unit is known, where nobody named it.
+    unit_told: &'static str,
 }
 
 impl CsvSource {
-    /// Reads the header of the table at `path`; its time is in the column `time`, or in the one that seems so.
+    /// Finds the form of the table at `path`, and its time.
     ///
     /// # Errors
-    /// A line with the path: no file, no header, no such column.
-    pub fn open(path: &Path, time: Option<&str>, unit: TimeUnit) -> Result<Self> {
-        let shown = path.display();
-        let unreadable = || format!("{shown} cannot be read");
+    /// A line with the path: no file, no columns, no such column.
+    pub fn open(path: &Path, time: &TableTime) -> Result<Self> {
+        let name = path.display();
+        let unreadable = || format!("{name} cannot be read");
         // Asked before it is opened: a pipe would be waited for, and a table is read twice.
         let about = std::fs::metadata(path).with_context(unreadable)?;
         if !about.is_file() {
-            bail!("{shown} is not a regular file");
+            bail!("{name} is not a regular file");
         }
-        let bytes = about.len();
-        let mut header = Vec::new();
-        BufReader::new(ShortLines::new(text_at(path)?))
-            .read_until(b'\n', &mut header)
-            .with_context(unreadable)?;
-        let count = |sign: u8| header.iter().filter(|byte| **byte == sign).count();
-        let delimiter = [b',', b';', b'\t']
-            .into_iter()
-            .rev()
-            .max_by_key(|sign| count(*sign));
-        let delimiter = delimiter.unwrap_or(b',');
+        let form = Form::of(text_at(path)?).with_context(unreadable)?;
+        if form.columns.len() < 2 {
+            bail!("{name}: its first line has no two columns parted by ',', ';', tabs or blanks");
+        }
         let mut table = Self {
             path: path.to_owned(),
-            bytes,
-            delimiter,
-            columns: Vec::new(),
-            time: 0,
-            unit,
+            bytes: about.len(),
+            form,
+            time: Time::Unknown,
+            unit: TimeUnit::S,
+            unit_told: "",
         };
-        let header = table.reader()?.byte_headers()?.clone();
-        let text = |cell| String::from_utf8_lossy(cell).into_owned();
-        table.columns = header.iter().map(text).collect();
-        if table.columns.len() < 2 {
-            bail!("{shown}: its first line has no two columns parted by ',', ';' or tabs");
-        }
-        table.time = match time {
-            Some(name) => table.place(&table.places(), name)?,
-            None => TIMES
-                .iter()
-                .find_map(|name| {
-                    table
-                        .columns
-                        .iter()
-                        .position(|it| without_unit(it).eq_ignore_ascii_case(name))
-                })
-                .unwrap_or(0),
-        };
+        table.time = table.find_time(time)?;
+        table.find_unit(time.unit)?;
         Ok(table)
+    }
+
+    fn find_time(&self, asked: &TableTime) -> Result<Time> {
+        if let Some(seconds) = asked.sample_time {
+            // As the grid of that rate has it: then every row lies on an instant.
+            return Ok(Time::Rows(1e9 / (1.0 / seconds)));
+        }
+        if let Some(name) = &asked.column {
+            return Ok(Time::Named(self.place(&self.places(), name)?));
+        }
+        let columns = &self.form.columns;
+        let plain: Vec<&str> = columns.iter().map(|it| with_unit(it).0).collect();
+        let named = TIMES.iter().find_map(|name| {
+            let is_it = |it: &&str| it.eq_ignore_ascii_case(name);
+            plain.iter().position(is_it)
+        });
+        Ok(match named {
+            Some(place) => Time::Named(place),
+            None if self.rises()? => Time::Rising,
+            None => Time::Unknown,
+        })
+    }
+
+    /// Whether the first column's numbers or dates rise from row to row.
+    fn rises(&self) -> Result<bool> {
+        let mut reader = self.reader()?;
+        let (mut row, mut last, mut count) = (ByteRecord::new(), None, 0);
+        while count < LOOKED_AT && reader.read_byte_record(&mut row)? {
+            let cell = row.get(0).and_then(|it| std::str::from_utf8(it).ok());
+            let stamp = cell.and_then(|it| nanoseconds(it, TimeUnit::Ms));
+            if stamp.is_none() || stamp <= last {
+                return Ok(false);
+            }
+            (last, count) = (stamp, count + 1);
+        }
+        Ok(count > 1)
+    }
+
+    /// The unit asked for, or that of the column's name; or that in which its first number is a date of our time.
+    fn find_unit(&mut self, asked: Option<TimeUnit>) -> Result<()> {
+        let Some(column) = self.time_column() else {
+            return Ok(());
+        };
+        let name = &self.form.columns[column];
+        let named = with_unit(name).1.and_then(TimeUnit::named);
+        if let Some(unit) = asked.or(named) {
+            self.unit = unit;
+            return Ok(());
+        }
+        if with_unit(name).0.eq_ignore_ascii_case("seconds") {
+            return Ok(());
+        }
+        let mut row = ByteRecord::new();
+        self.reader()?.read_byte_record(&mut row)?;
+        let cell = row.get(column).and_then(|it| std::str::from_utf8(it).ok());
+        let number = cell.and_then(number).unwrap_or(0.0);
+        // From 2001 to 2286.
+        let dates = [
+            (TimeUnit::Ms, 1e12),
+            (TimeUnit::Us, 1e15),
+            (TimeUnit::Ns, 1e18),
+        ];
+        let is_date = |least: f64| (least..10.0 * least).contains(&number);
+        if let Some((unit, _)) = dates.into_iter().find(|(_, least)| is_date(*least)) {
+            self.unit = unit;
+            self.unit_told = ", by their size";
+        }
+        Ok(())
     }
 
     /// Its name.
@@ -103,30 +198,54 @@ impl CsvSource {
         self.bytes
     }
 
+    /// Seconds from row to row, where the table has no time and they were given.
+    #[must_use]
+    pub fn sample_time(&self) -> Option<f64> {
+        match self.time {
+            Time::Rows(step) => Some(step * 1e-9),
+            _ => None,
+        }
+    }
+
+    /// The same table; its rows are a second apart if nothing is known of their time.
+    #[must_use]
+    pub fn counted(mut self) -> Self {
+        if self.time == Time::Unknown {
+            self.time = Time::Rows(1e9);
+        }
+        self
+    }
+
+    fn time_column(&self) -> Option<usize> {
+        match self.time {
+            Time::Named(column) => Some(column),
+            Time::Rising => Some(0),
+            Time::Rows(_) | Time::Unknown => None,
+        }
+    }
+
     /// The columns beside the time.
     #[must_use]
     pub fn signals(&self) -> Vec<&str> {
-        let others = self
-            .columns
-            .iter()
-            .enumerate()
-            .filter(|(it, _)| *it != self.time);
+        let time = self.time_column();
+        let columns = self.form.columns.iter().enumerate();
+        let others = columns.filter(|(it, _)| Some(*it) != time);
         others.map(|(_, name)| name.as_str()).collect()
     }
 
     /// Where each column is, by its name in full and by its name without the unit (`pitch` for `pitch [rad]`); of
     /// several of one name the first.
     fn places(&self) -> BTreeMap<&str, usize> {
-        let columns = || self.columns.iter().enumerate().rev();
-        let plain = columns().map(|(place, name)| (without_unit(name), place));
+        let columns = || self.form.columns.iter().enumerate().rev();
+        let plain = columns().map(|(place, name)| (with_unit(name).0, place));
         let full = columns().map(|(place, name)| (name.as_str(), place));
         plain.chain(full).collect()
     }
 
     fn place(&self, places: &BTreeMap<&str, usize>, name: &str) -> Result<usize> {
         places.get(name).copied().ok_or_else(|| {
-            let names = self.columns.iter().take(LISTED);
-            let more = self.columns.len().saturating_sub(LISTED);
+            let names = self.form.columns.iter().take(LISTED);
+            let more = self.form.columns.len().saturating_sub(LISTED);
             anyhow!(
                 "{}: it has no column '{name}'; it has {}{}{}",
                 self.path.display(),
@@ -140,18 +259,14 @@ impl CsvSource {
         })
     }
 
-    fn reader(&self) -> Result<Reader<ShortLines<File>>> {
-        Ok(ReaderBuilder::new()
-            .delimiter(self.delimiter)
-            .trim(csv::Trim::All)
-            .flexible(true)
-            .from_reader(ShortLines::new(text_at(&self.path)?)))
+    fn reader(&self) -> Result<Reader<Lines<File>>> {
+        Ok(self.form.rows(text_at(&self.path)?))
     }
 
     /// Hands every cell of the columns to `take`, row by row.
     ///
     /// # Errors
-    /// A column that is not there, or a table without a row that has a time.
+    /// A column that is not there, a table whose time is not known, or without a row that has one.
     pub fn read(
         &self,
         requests: &[Request],
@@ -164,21 +279,41 @@ impl CsvSource {
             .map(|request| self.place(&places, &request.name))
             .collect::<Result<Vec<_>>>()?;
         distinct(requests, &columns)?;
+        let shown_path = self.path.display();
+        match self.time {
+            Time::Unknown => bail!(
+                "{shown_path}: no column is the time: none is named {}, and the first does not rise from row to row; name it \
+                 with --time COLUMN, or give the interval between rows with --sample-time, as in --sample-time 0.1s",
+                TIMES[..4].join(", ")
+            ),
+            Time::Rising if columns.contains(&0) => bail!(
+                "{shown_path}: '{}' is taken as the time, since it is first and rises from row to row; if it is a signal, \
+                 name the time with --time COLUMN or give --sample-time",
+                self.form.columns[0]
+            ),
+            _ => {}
+        }
         let mut reading = Reading {
-            stamps: format!("of the column '{}'", self.columns[self.time]),
-            notes: Vec::new(),
+            stamps: self.stamps(),
+            ..Reading::default()
         };
+        for (request, column) in requests.iter().zip(&columns) {
+            let name = &self.form.columns[*column];
+            if *name != request.name {
+                let note = format!("'{}' is the column '{name}'", request.name);
+                reading.notes.push(note);
+            }
+        }
         let mut reader = self.reader()?;
         let mut row = ByteRecord::new();
+        let mut faults = vec![Faults::default(); columns.len()];
         let (mut rows, mut timeless) = (0_u64, 0_u64);
         loop {
             match reader.read_byte_record(&mut row) {
                 Ok(true) => {}
                 Ok(false) => break,
                 Err(error) => {
-                    reading
-                        .notes
-                        .push(format!("{}: {error}", self.path.display()));
+                    reading.notes.push(format!("{shown_path}: {error}"));
                     break;
                 }
             }
@@ -186,31 +321,56 @@ impl CsvSource {
             if rows.is_multiple_of(TELL) {
                 progress(row.position().map_or(0, |at| at.byte()));
             }
-            let cell = |column: usize| std::str::from_utf8(row.get(column)?).ok();
-            let Some(stamp) = cell(self.time).and_then(|it| nanoseconds(it, self.unit)) else {
+            let cell = |column: usize| row.get(column).unwrap_or_default();
+            let stamp = match self.time {
+                Time::Rows(step) => Some(((rows - 1) as f64 * step).round() as i64),
+                _ => self.time_column().and_then(|column| {
+                    let cell = std::str::from_utf8(cell(column)).ok()?;
+                    nanoseconds(cell, self.unit)
+                }),
+            };
+            let Some(stamp) = stamp else {
                 timeless += 1;
                 continue;
             };
             let mut more = true;
-            for (signal, column) in columns.iter().enumerate() {
-                more &= take(signal, stamp, cell(*column).and_then(|it| it.parse().ok()));
+            for (signal, (column, faults)) in columns.iter().zip(&mut faults).enumerate() {
+                let value = faults.number(cell(*column), rows);
+                more &= take(signal, stamp, value);
             }
             if !more {
                 break;
             }
         }
-        if timeless > 0 {
-            let note = format!(
-                "{}: {timeless} of {rows} rows have no time in '{}'",
-                self.path.display(),
-                self.columns[self.time]
-            );
+        if let (Some(column), true) = (self.time_column(), timeless > 0) {
+            let name = &self.form.columns[column];
+            let note = format!("{shown_path}: {timeless} of {rows} rows have no time in '{name}'");
             if timeless == rows {
                 bail!("{note}");
             }
             reading.notes.push(note);
         }
+        for (faults, column) in faults.iter().zip(&columns) {
+            let name = &self.form.columns[*column];
+            reading.notes.extend(faults.note(name, rows - timeless));
+        }
         Ok(reading)
+    }
+
+    /// Where the stamps come from.
+    fn stamps(&self) -> String {
+        let Some(column) = self.time_column() else {
+            let step = self.sample_time().unwrap_or(1.0);
+            return format!("of the rows, {step} s apart");
+        };
+        let mut text = format!("of the column '{}'", self.form.columns[column]);
+        if self.time == Time::Rising {
+            text += ", the first, which rises from row to row";
+        }
+        if self.unit != TimeUnit::S {
+            text += &format!(", in {}{}", self.unit.described().0, self.unit_told);
+        }
+        text
     }
 
     /// Requests for all columns beside the time.
@@ -224,10 +384,61 @@ impl CsvSource {
     }
 }
 
-/// The name of a column `NAME [UNIT]`.
-fn without_unit(column: &str) -> &str {
-    let name = column.strip_suffix(']').and_then(|it| it.rsplit_once('['));
-    name.map_or(column, |(name, _)| name.trim_end())
+/// The cells of a column that hold no number.
+#[derive(Clone, Debug, Default)]
+struct Faults {
+    empty: u64,
+    others: u64,
+    /// The first that is not empty, and its row.
+    first: Option<(String, u64)>,
+}
+
+impl Faults {
+    /// The number in a cell; counts one that is none.
+    fn number(&mut self, cell: &[u8], row: u64) -> Option<f64> {
+        let text = std::str::from_utf8(cell).ok();
+        let found = text.and_then(number);
+        if cell.is_empty() {
+            self.empty += 1;
+        } else if found.is_none() {
+            self.others += 1;
+            self.first.get_or_insert_with(|| {
+                let text = String::from_utf8_lossy(cell);
+                (text.chars().take(QUOTED).collect(), row)
+            });
+        }
+        found
+    }
+
+    fn note(&self, column: &str, rows: u64) -> Option<String> {
+        let mut parts = Vec::new();
+        if self.empty > 0 {
+            parts.push(format!("{} empty", self.empty));
+        }
+        if let Some((text, row)) = &self.first {
+            let text = shown(text);
+            parts.push(format!(
+                "{} no numbers, the first '{text}' in row {row}",
+                self.others
+            ));
+        }
+        let parts = parts.join(", ");
+        (!parts.is_empty()).then(|| format!("'{column}': of {rows} cells {parts}"))
+    }
+}
+
+/// The name and the unit of a column `NAME [UNIT]`, `NAME (UNIT)` or `NAME_UNIT`.
+fn with_unit(column: &str) -> (&str, Option<&str>) {
+    for (open, close) in [('[', ']'), ('(', ')')] {
+        let unclosed = column.strip_suffix(close);
+        if let Some((name, unit)) = unclosed.and_then(|it| it.rsplit_once(open)) {
+            return (name.trim_end(), Some(unit.trim()));
+        }
+    }
+    match column.rsplit_once('_') {
+        Some((name, unit)) if !name.is_empty() && UNITS.contains(&unit) => (name, Some(unit)),
+        _ => (column, None),
+    }
 }
 
 /// The file at `path`, from behind its byte-order mark if it has one.
@@ -245,59 +456,6 @@ fn text_at(path: &Path) -> Result<File> {
     Ok(file)
 }
 
-/// A decimal number of time units in nanoseconds, exactly where it is written with digits and a point; 64-bit
-/// floating point cannot hold the nanoseconds of a date.
-fn nanoseconds(text: &str, unit: TimeUnit) -> Option<i64> {
-    let (negative, digits) = match text.strip_prefix('-') {
-        Some(digits) => (true, digits),
-        None => (false, text),
-    };
-    let (whole, part) = digits.split_once('.').unwrap_or((digits, ""));
-    let is_plain = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
-    if whole.is_empty() || !is_plain(whole) || !is_plain(part) {
-        // An exponent.
-        let nanoseconds = text.parse::<f64>().ok()? * f64::from(10_u32.pow(unit.places()));
-        let fits = nanoseconds.abs() < i64::MAX as f64;
-        return fits.then_some(nanoseconds.round() as i64);
-    }
-    let places = unit.places() as usize;
-    let padded = format!("{part:0<places$}");
-    let rounded = padded
-        .as_bytes()
-        .get(places)
-        .is_some_and(|digit| *digit >= b'5');
-    let nanoseconds: i64 = format!("{whole}{}", &padded[..places]).parse().ok()?;
-    let nanoseconds = nanoseconds.checked_add(i64::from(rounded))?;
-    Some(if negative { -nanoseconds } else { nanoseconds })
-}
-
-/// Passes bytes on, and fails in a line that is longer than any table's.
-struct ShortLines<R> {
-    input: R,
-    length: usize,
-}
-
-impl<R> ShortLines<R> {
-    fn new(input: R) -> Self {
-        Self { input, length: 0 }
-    }
-}
-
-impl<R: Read> Read for ShortLines<R> {
-    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
-        let count = self.input.read(bytes)?;
-        for byte in &bytes[..count] {
-            self.length = if *byte == b'\n' { 0 } else { self.length + 1 };
-            if self.length > LONGEST_LINE {
-                return Err(io::Error::other(format!(
-                    "a line has more than {LONGEST_LINE} bytes: not a CSV file"
-                )));
-            }
-        }
-        Ok(count)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -307,8 +465,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("flight.csv");
         std::fs::write(&path, "depth [m],t [s],pitch [rad],pitch\n1,2,3,4\n").unwrap();
-        let table = CsvSource::open(&path, None, TimeUnit::S).unwrap();
-        assert_eq!(table.columns[table.time], "t [s]");
+        let table = CsvSource::open(&path, &TableTime::default()).unwrap();
+        assert_eq!(table.form.columns[table.time_column().unwrap()], "t [s]");
         let places = table.places();
         for (name, place) in [
             ("depth", 0),
@@ -327,7 +485,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("flight.csv");
         std::fs::write(&path, "t,pitch [rad]\n1,2\n").unwrap();
-        let table = CsvSource::open(&path, None, TimeUnit::S).unwrap();
+        let table = CsvSource::open(&path, &TableTime::default()).unwrap();
         let request = |name: &str, role| Request {
             name: name.to_owned(),
             role,
@@ -344,32 +502,5 @@ mod tests {
             refusal.contains("'pitch' is the input and the output"),
             "{refusal}"
         );
-    }
-
-    #[test]
-    fn a_time_is_read_to_the_nanosecond() {
-        for (text, unit, expected) in [
-            ("0.05", TimeUnit::S, Some(50_000_000)),
-            (
-                "1700000000.123456789",
-                TimeUnit::S,
-                Some(1_700_000_000_123_456_789),
-            ),
-            (
-                "1700000000.1234567895",
-                TimeUnit::S,
-                Some(1_700_000_000_123_456_790),
-            ),
-            ("-1.5", TimeUnit::Ms, Some(-1_500_000)),
-            ("7", TimeUnit::Ns, Some(7)),
-            ("2.5e-3", TimeUnit::S, Some(2_500_000)),
-            ("1e300", TimeUnit::S, None),
-            ("99999999999999999999", TimeUnit::Ns, None),
-            ("noon", TimeUnit::S, None),
-            ("", TimeUnit::S, None),
-            ("nan", TimeUnit::S, None),
-        ] {
-            assert_eq!(nanoseconds(text, unit), expected, "{text}");
-        }
     }
 }

@@ -1,34 +1,45 @@
 //! Signals: single numbers of messages and CSV files on one uniform grid, offline or live.
 //!
 //! ```text
-//! Source (bag or CSV table) -> Resampler -> Record        messages -> LiveGrid -> Aligner -> Sample
+//! Source (bag, CSV table, ULog) -> Resampler -> Record        messages -> LiveGrid -> Aligner -> Sample
 //! ```
 //! - [`Signal`]: `TOPIC:FIELD`, one number of one message.
-//! - [`Source`], [`BagSource`], [`CsvSource`]: samples of any signals, streamed.
+//! - [`Source`], [`BagSource`], [`CsvSource`], [`UlogSource`]: samples of any signals, streamed.
 //! - [`Meter`], [`Timing`]: rate, jitter, gaps and duplicates of stamps.
 //! - [`Resampler`], [`take`]: samples on a grid, as a record of `planesman_identification`.
+//! - [`prepare`]: outliers, segments by excitation and zeros in front, each a [`Step`] that says what was done.
 //! - [`LiveGrid`], [`Aligner`]: the same for samples that arrive, inputs and outputs paired by stamp.
+//!
+//! Inside: `gridder` puts samples on the grid, for both of them.
 
 mod align;
 mod bag_source;
 mod channel;
+mod csv_cell;
+mod csv_form;
 mod csv_source;
+mod gridder;
 mod live_grid;
+mod preparation;
 mod request;
 mod resample;
 mod signal;
 mod source;
 mod taken;
 mod timing;
+mod ulog;
+mod ulog_source;
 
 pub use align::{Aligner, Offer, SAYINGS, Sample, WINDOW};
 pub use bag_source::{BagSource, nanoseconds, topics, types};
 pub use channel::{Channel, Method, Timing};
-pub use csv_source::CsvSource;
+pub use csv_source::{CsvSource, TableTime};
 pub use live_grid::{Given, LiveGrid};
+pub use preparation::{Outliers, Preparation, Segment, Step, constant_input, prepare};
 pub use request::{Clock, Reading, Request, Role, Take, TimeUnit};
 pub use resample::{GridError, MOST, ORDER, Options, PRELUDE, Resampled, Resampler};
 pub use signal::{LARGEST, Signal, SignalError};
 pub use source::{Data, Source};
 pub use taken::{Taken, take};
 pub use timing::Meter;
+pub use ulog_source::UlogSource;

@@ -1,12 +1,6 @@
-//! Live resampling of signals with different stamps to one grid.
-//!
-//! ```text
-//! y(t_k)                                     on the straight line between the samples before and after t_k
-//! u_k = (1/T) integral of u(t) dt            over [t_k, t_(k+1)), each sample held until the next,
-//! m_k = (1/T^2) integral of (t - t_k - T/2) u(t) dt      and its first moment, both exactly
-//! ```
-//! The instants are whole intervals from the first output's stamp. It is what [`crate::resample`] does with a
-//! record, for samples of which the next is not known yet:
+//! Live resampling of signals with different stamps to one grid: [`crate::gridder`]'s numbers, output by the method linear, input by
+//! the method mean, for samples of which the next is not known yet. The instants are whole intervals from the first output's
+//! stamp.
 //!
 //! - **An output** is given as soon as the sample after it has come; across an interval longer than a gap, or
 //!   marked as broken, nothing is invented.
@@ -23,6 +17,8 @@ use std::collections::VecDeque;
 use planesman_identification::Input;
 
 use crate::align::WINDOW;
+use crate::channel::Method;
+use crate::gridder::{Grid, Gridder, Onto, Put};
 
 /// Intervals that an input is waited for behind the newest output: half of what the aligner waits.
 const PATIENCE: i64 = WINDOW / 2;
@@ -57,27 +53,20 @@ pub struct LiveGrid {
     period: i64,
     /// The longest interval between two outputs that is no gap, ns.
     max_gap: i64,
-    origin: Option<i64>,
+    /// Laid through the first output.
+    grid: Option<Grid>,
+    line: Gridder,
+    mean: Gridder,
     /// The last output sample.
     output: Option<(i64, f64)>,
     /// The last one that was of an earlier time.
     old: Option<i64>,
-    held: Held,
+    /// The input that acts, and up to when it has been counted.
+    held: Option<(i64, f64)>,
     /// The last input that was of an earlier time.
     old_input: Option<(i64, f64)>,
     /// Inputs over whole intervals, not yet given.
     inputs: VecDeque<(i64, Input)>,
-}
-
-/// The input's integrals on the way.
-#[derive(Clone, Copy, Debug, Default)]
-struct Held {
-    /// The input that acts, and from when it has been counted.
-    now: Option<(i64, f64)>,
-    /// Over the interval that is going on.
-    sum: Input,
-    /// The input was known when that interval began.
-    whole: bool,
 }
 
 impl LiveGrid {
@@ -88,10 +77,12 @@ impl LiveGrid {
         Self {
             period,
             max_gap: max_gap.min(MOST.saturating_mul(period)),
-            origin: None,
+            grid: None,
+            line: Gridder::new(Method::Linear),
+            mean: Gridder::new(Method::Mean),
             output: None,
             old: None,
-            held: Held::default(),
+            held: None,
             old_input: None,
             inputs: VecDeque::new(),
         }
@@ -112,23 +103,23 @@ impl LiveGrid {
             }
         }
         self.old = None;
-        let origin = *self.origin.get_or_insert(stamp);
+        let step = self.period as f64;
+        let grid = self.grid.get_or_insert_with(|| Grid::new(stamp, step));
         let mut given = Vec::new();
-        match self.output.replace((stamp, value)) {
-            Some((last, before)) if !broken && stamp - last <= self.max_gap => {
-                let mut instant = self.at_or_before(origin, last) + self.period;
-                while instant <= stamp {
-                    let share = (instant - last) as f64 / (stamp - last) as f64;
-                    given.push(Given::Output(instant, before + share * (value - before)));
-                    instant += self.period;
-                }
+        let put = &mut |put| {
+            if let Put::One(k, output) = put {
+                given.push(Given::Output(grid.time(k), output.mean));
             }
-            _ if self.at_or_before(origin, stamp) == stamp => {
-                given.push(Given::Output(stamp, value))
+        };
+        let onto = &mut Onto { grid, put };
+        let sample = (stamp, value);
+        match self.output.replace(sample) {
+            Some(before) if !broken && stamp - before.0 <= self.max_gap => {
+                self.line.pair(before, sample, MOST as usize, onto);
             }
-            _ => {}
+            _ => self.line.begin(sample, onto),
         }
-        self.hold_until(stamp - PATIENCE * self.period);
+        self.hold_to_instant(stamp - PATIENCE * self.period);
         self.give_inputs(&mut given);
         Some(given)
     }
@@ -138,7 +129,7 @@ impl LiveGrid {
         if stamp.saturating_abs() >= FARTHEST {
             return None;
         }
-        match self.held.now {
+        match self.held {
             // What acts after an earlier time has begun is of no use there.
             Some((since, _)) if stamp < since => {
                 self.old_input = (stamp < since - WINDOW * self.period).then_some((stamp, value));
@@ -147,11 +138,7 @@ impl LiveGrid {
             Some(_) => self.hold_until(stamp),
             None => {}
         }
-        if self.held.now.is_none() {
-            let begins = |origin| self.at_or_before(origin, stamp) == stamp;
-            self.held.whole = self.origin.is_some_and(begins);
-        }
-        self.held.now = Some((stamp, value));
+        self.held = Some((stamp, value));
         let mut given = Vec::new();
         self.give_inputs(&mut given);
         Some(given)
@@ -160,7 +147,7 @@ impl LiveGrid {
     /// Says that nothing more will come: the last input acts until the last output.
     pub fn finish(&mut self) -> Vec<Given> {
         if let Some((last, _)) = self.output {
-            self.hold_until(last);
+            self.hold_to_instant(last);
         }
         let mut given = Vec::new();
         self.give_inputs(&mut given);
@@ -169,48 +156,47 @@ impl LiveGrid {
 
     fn begin_anew(&mut self) {
         self.output = None;
-        self.held = Held::default();
+        self.held = None;
+        self.mean.forget();
         self.inputs.clear();
         if let Some((stamp, value)) = self.old_input.take() {
             self.input(stamp, value);
         }
     }
 
-    fn at_or_before(&self, origin: i64, stamp: i64) -> i64 {
-        stamp - (stamp - origin).rem_euclid(self.period)
+    /// Lets the input act up to the last instant before then: how far it is waited for shall not show in the rounding of an
+    /// interval.
+    fn hold_to_instant(&mut self, until: i64) {
+        if let Some(grid) = &self.grid {
+            self.hold_until(grid.time(grid.at_or_before(until)));
+        }
     }
 
     /// Lets the input act until then, and keeps what that makes of whole intervals.
     fn hold_until(&mut self, until: i64) {
-        let (Some(origin), Some((mut since, value))) = (self.origin, self.held.now) else {
+        let (Some(grid), Some((since, value))) = (&self.grid, self.held) else {
             return;
         };
+        if until <= since {
+            return;
+        }
+        self.held = Some((until, value));
         if until - since > MOST * self.period {
             // Nobody has asked for so long: what lies between is a gap.
-            self.held.sum = Input::default();
-            self.held.whole = false;
-            since = until;
+            return self.mean.forget();
         }
-        while since < until {
-            let begin = self.at_or_before(origin, since);
-            let end = until.min(begin + self.period);
-            let part = |stamp: i64| (stamp - begin) as f64 / self.period as f64;
-            let (from, to) = (part(since), part(end));
-            self.held.sum.mean += value * (to - from);
-            self.held.sum.moment += value * ((to - 0.5).powi(2) - (from - 0.5).powi(2)) / 2.0;
-            since = end;
-            if end == begin + self.period {
-                if self.held.whole {
-                    self.inputs.push_back((begin, self.held.sum));
-                    if self.inputs.len() > MOST as usize {
-                        self.inputs.pop_front();
-                    }
-                }
-                self.held.sum = Input::default();
-                self.held.whole = true;
+        let inputs = &mut self.inputs;
+        let put = &mut |put| match put {
+            Put::One(k, input) => inputs.push_back((grid.time(k), input)),
+            Put::Held(first, end, value) => {
+                inputs.extend((first..end).map(|k| (grid.time(k), Input::held(value))));
             }
-        }
-        self.held.now = Some((since.max(until), value));
+        };
+        let onto = &mut Onto { grid, put };
+        self.mean
+            .pair((since, value), (until, value), MOST as usize, onto);
+        let spare = self.inputs.len().saturating_sub(MOST as usize);
+        self.inputs.drain(..spare);
     }
 
     /// Gives the inputs that the outputs have come near to, all in the order of their stamps.

@@ -1,5 +1,7 @@
 //! A request for signals of a bag or table, and the notes of reading it.
 
+use std::collections::BTreeMap;
+
 use anyhow::{Result, bail};
 use serde::Serialize;
 
@@ -71,6 +73,8 @@ pub struct Reading {
     pub stamps: String,
     /// Everything that could not be read, and why.
     pub notes: Vec<String>,
+    /// By topic, how long after its own stamp the recorder received a message: the median, s.
+    pub latencies: BTreeMap<String, f64>,
 }
 
 /// Takes samples: the signal's number, its stamp in ns, its value if it has one. Returns whether more are wanted.
@@ -102,6 +106,17 @@ impl TimeUnit {
             Self::Us => ("us", "Microseconds"),
             Self::Ns => ("ns", "Nanoseconds"),
         }
+    }
+
+    /// The unit of that name, as the end of a column's name has it.
+    pub(crate) fn named(text: &str) -> Option<Self> {
+        Some(match text {
+            "s" | "sec" | "secs" | "seconds" => Self::S,
+            "ms" | "msec" | "milliseconds" => Self::Ms,
+            "us" | "usec" | "\u{b5}s" | "\u{3bc}s" | "microseconds" => Self::Us,
+            "ns" | "nsec" | "nanoseconds" => Self::Ns,
+            _ => return None,
+        })
     }
 
     /// Decimal places from this unit to nanoseconds.

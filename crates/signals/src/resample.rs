@@ -22,6 +22,7 @@ use planesman_identification::{Record, Stretch};
 use thiserror::Error;
 
 use crate::channel::{Channel, Method};
+use crate::gridder::{Grid, Gridder, Onto, Put};
 use crate::signal::LARGEST;
 use crate::timing::Meter;
 
@@ -201,7 +202,7 @@ impl Resampler {
             stamps.take(ORDER).min()
         };
         let anchor = first(&|signal| signal == self.inputs).or_else(|| first(&|_| true));
-        let grid = Grid::new(anchor.unwrap_or(0), step, &self.options.window);
+        let grid = Grid::new(anchor.unwrap_or(0), step).within(&self.options.window);
         let tracks = intervals
             .iter()
             .enumerate()
@@ -210,7 +211,7 @@ impl Resampler {
                 let is_held = signal < self.inputs && matches!(method, Method::Mean | Method::Hold);
                 let usual = (5.0 * interval).max(2.5 * step) as i64;
                 Track {
-                    method,
+                    is_held: matches!(method, Method::Mean | Method::Hold),
                     long: usual.min((100.0 * step) as i64),
                     max_gap: match self.options.max_gap {
                         Some(seconds) => Some((seconds * 1e9) as i64),
@@ -220,9 +221,11 @@ impl Resampler {
                     longest_hold: 0,
                     pending: VecDeque::new(),
                     last: None,
-                    bin: None,
-                    runs: Vec::new(),
-                    numbers: 0,
+                    gridder: Gridder::new(method),
+                    runs: Runs {
+                        are_free: self.options.max_gap.is_none() && is_held,
+                        ..Runs::default()
+                    },
                 }
             })
             .collect();
@@ -259,7 +262,7 @@ impl Resampler {
         let tracks = running.tracks.iter_mut().zip(&mut self.meters);
         for (signal, (track, meter)) in tracks.enumerate().rev() {
             track.finish(&running.grid, meter, until);
-            if let (Some(run), true) = (track.runs.last(), signal >= self.inputs) {
+            if let (Some(run), true) = (track.runs.list.last(), signal >= self.inputs) {
                 until = until.max(running.grid.time(run.end()));
             }
         }
@@ -317,7 +320,7 @@ impl Resampler {
                 let mut lists: Vec<Vec<f64>> = running
                     .tracks
                     .iter()
-                    .map(|track| track.cut(first, end))
+                    .map(|track| track.runs.cut(first, end))
                     .collect();
                 Stretch {
                     start: running.grid.time(first),
@@ -400,52 +403,6 @@ fn rounded(interval: f64) -> f64 {
     .unwrap_or(interval)
 }
 
-/// The instants `anchor + k step`, those wanted.
-#[derive(Clone, Debug)]
-struct Grid {
-    anchor: i64,
-    /// ns.
-    step: f64,
-    first: i64,
-    last: i64,
-}
-
-impl Grid {
-    fn new(anchor: i64, step: f64, window: &RangeInclusive<f64>) -> Self {
-        // A rounding's worth beside the edges still counts as within.
-        let index = |seconds: f64| seconds * 1e9 / step;
-        Self {
-            anchor,
-            step,
-            first: (index(*window.start()) - 1e-6).ceil() as i64,
-            last: (index(*window.end()) + 1e-6).floor() as i64,
-        }
-    }
-
-    fn time(&self, k: i64) -> i64 {
-        self.anchor
-            .saturating_add((k as f64 * self.step).round() as i64)
-    }
-
-    /// The last instant at or before `stamp`.
-    fn at_or_before(&self, stamp: i64) -> i64 {
-        let mut k = ((stamp - self.anchor) as f64 / self.step).floor() as i64;
-        while self.time(k) > stamp {
-            k -= 1;
-        }
-        while self.time(k + 1) <= stamp {
-            k += 1;
-        }
-        k
-    }
-
-    /// The first instant at or after `stamp`.
-    fn at_or_after(&self, stamp: i64) -> i64 {
-        let before = self.at_or_before(stamp);
-        before + i64::from(self.time(before) < stamp)
-    }
-}
-
 impl Running {
     fn take(&mut self, signal: usize, stamp: i64, value: f64, meter: &mut Meter) {
         if let Some(track) = self.tracks.get_mut(signal) {
@@ -454,7 +411,7 @@ impl Running {
     }
 
     fn is_full(&self) -> bool {
-        let numbers = self.tracks.iter().map(|track| track.numbers);
+        let numbers = self.tracks.iter().map(|track| track.runs.numbers);
         numbers.fold(0, usize::saturating_add) > MOST
     }
 }
@@ -462,7 +419,8 @@ impl Running {
 /// One signal on its way onto the grid. Of no interval it fills more instants than a record has room for.
 #[derive(Clone, Debug)]
 struct Track {
-    method: Method,
+    /// Samples are held until the next.
+    is_held: bool,
     /// A sample that acts for longer is reported, ns.
     long: i64,
     /// The longest interval that is no gap, ns; none is where a sample acts until the next.
@@ -473,10 +431,18 @@ struct Track {
     pending: VecDeque<(i64, f64)>,
     /// The last sample given out of `pending`.
     last: Option<(i64, f64)>,
-    bin: Option<Bin>,
-    runs: Vec<Run>,
+    gridder: Gridder,
+    runs: Runs,
+}
+
+/// A signal's values on the grid.
+#[derive(Clone, Debug, Default)]
+struct Runs {
+    list: Vec<Run>,
     /// In all runs, and a few for each run.
     numbers: usize,
+    /// Held values take no more of the record than the outputs do.
+    are_free: bool,
 }
 
 /// Values at instants in a row.
@@ -500,23 +466,6 @@ impl Run {
                 Values::List(list) => list.len() as i64,
                 Values::Held(_, count) => *count,
             }
-    }
-}
-
-/// The mean of one interval, while it is made.
-#[derive(Clone, Debug)]
-struct Bin {
-    k: i64,
-    /// The first value; means are taken about it, so that the mean of equal values is that value.
-    base: f64,
-    /// Of `(value - base) weight`.
-    sum: f64,
-    weight: f64,
-}
-
-impl Bin {
-    fn mean(&self) -> f64 {
-        self.base + self.sum / self.weight
     }
 }
 
@@ -551,11 +500,14 @@ impl Track {
             Some(last) if self.max_gap.is_none_or(|most| next.0 - last.0 <= most) => {
                 self.pair(last, next, grid);
             }
-            Some(last) => {
-                self.end(last, grid);
-                self.begin(next, grid);
+            before => {
+                let put = &mut |put| self.runs.put(put, grid);
+                let onto = &mut Onto { grid, put };
+                if let Some(last) = before {
+                    self.gridder.end(last, onto);
+                }
+                self.gridder.begin(next, onto);
             }
-            None => self.begin(next, grid),
         }
         self.last = Some(next);
     }
@@ -569,67 +521,19 @@ impl Track {
         if self.max_gap.is_none() && until > last.0 {
             self.pair(last, (until, last.1), grid);
         } else {
-            self.end(last, grid);
-        }
-    }
-
-    /// The first sample, or the first after a gap.
-    fn begin(&mut self, sample: (i64, f64), grid: &Grid) {
-        match self.method {
-            Method::Linear => self.at_instant(sample, grid),
-            Method::Centred => self.centred(sample, grid),
-            Method::Mean | Method::Hold => {}
+            let put = &mut |put| self.runs.put(put, grid);
+            self.gridder.end(last, &mut Onto { grid, put });
         }
     }
 
     /// Two samples with no gap between.
-    fn pair(&mut self, (t0, v0): (i64, f64), (t1, v1): (i64, f64), grid: &Grid) {
-        match self.method {
-            Method::Linear => {
-                let instants = (grid.at_or_before(t0) + 1).max(grid.first)
-                    ..=grid.at_or_before(t1).min(grid.last);
-                let slope = (v1 - v0) / (t1 - t0) as f64;
-                for k in instants.take(MOST + 1) {
-                    let from_end = (grid.time(k) - t1) as f64;
-                    self.put(k, v1 + slope * from_end, grid);
-                }
-            }
-            Method::Hold => {
-                self.note_hold(t1 - t0);
-                self.put_held(grid.at_or_after(t0), grid.at_or_after(t1), v0, grid);
-            }
-            Method::Mean => {
-                self.note_hold(t1 - t0);
-                self.hold_over(v0, t0, t1, grid);
-            }
-            Method::Centred => self.centred((t1, v1), grid),
+    fn pair(&mut self, first: (i64, f64), second: (i64, f64), grid: &Grid) {
+        if self.is_held {
+            self.note_hold(second.0 - first.0);
         }
-    }
-
-    /// The last sample, or the last before a gap.
-    fn end(&mut self, sample: (i64, f64), grid: &Grid) {
-        let (stamp, value) = sample;
-        match self.method {
-            Method::Linear => {}
-            Method::Hold => self.at_instant(sample, grid),
-            Method::Mean => {
-                let until = grid.time(grid.at_or_before(stamp) + 1);
-                self.hold_over(value, stamp, until, grid);
-                self.bin = None;
-            }
-            Method::Centred => {
-                if let Some(bin) = self.bin.take() {
-                    self.put(bin.k, bin.mean(), grid);
-                }
-            }
-        }
-    }
-
-    fn at_instant(&mut self, (stamp, value): (i64, f64), grid: &Grid) {
-        let k = grid.at_or_before(stamp);
-        if grid.time(k) == stamp {
-            self.put(k, value, grid);
-        }
+        let put = &mut |put| self.runs.put(put, grid);
+        self.gridder
+            .pair(first, second, MOST + 1, &mut Onto { grid, put });
     }
 
     fn note_hold(&mut self, time: i64) {
@@ -637,42 +541,13 @@ impl Track {
             self.longest_hold = self.longest_hold.max(time);
         }
     }
+}
 
-    /// `value` acts from `from` to `until`: it adds to the mean of each interval that it lies in, and an interval that it
-    /// covers to its end is done.
-    fn hold_over(&mut self, value: f64, from: i64, until: i64, grid: &Grid) {
-        let (first, last) = (grid.at_or_before(from), grid.at_or_before(until));
-        self.add(first, value, from, until, grid);
-        self.put_held(first + 1, last, value, grid);
-        if last > first {
-            self.add(last, value, from, until, grid);
-        }
-    }
-
-    /// Adds the part of `from` to `until` that lies in interval k to its mean.
-    fn add(&mut self, k: i64, value: f64, from: i64, until: i64, grid: &Grid) {
-        let (begins, ends) = (grid.time(k), grid.time(k + 1));
-        let (from, to) = (from.max(begins), until.min(ends));
-        if to <= from {
-            return;
-        }
-        if from == begins {
-            self.bin = Some(Bin {
-                k,
-                base: value,
-                sum: 0.0,
-                weight: 0.0,
-            });
-        }
-        // An interval whose beginning was not seen has no mean.
-        let Some(bin) = self.bin.as_mut().filter(|bin| bin.k == k) else {
-            return;
-        };
-        bin.sum += (value - bin.base) * (to - from) as f64;
-        bin.weight += (to - from) as f64;
-        if to == ends {
-            let mean = bin.mean();
-            self.put(k, mean, grid);
+impl Runs {
+    fn put(&mut self, put: Put, grid: &Grid) {
+        match put {
+            Put::One(k, input) => self.put_one(k, input.mean, grid),
+            Put::Held(first, end, value) => self.put_held(first, end, value, grid),
         }
     }
 
@@ -680,63 +555,40 @@ impl Track {
     fn put_held(&mut self, first: i64, end: i64, value: f64, grid: &Grid) {
         // As many are kept as one.
         const MANY: i64 = 100;
-        let done = self.runs.last().map_or(i64::MIN, Run::end);
+        let done = self.list.last().map_or(i64::MIN, Run::end);
         let first = first.max(grid.first).max(done);
         let end = end.min(grid.last.saturating_add(1));
         if end.saturating_sub(first) < MANY {
-            (first..end).for_each(|k| self.put(k, value, grid));
+            (first..end).for_each(|k| self.put_one(k, value, grid));
         } else {
-            // An input that is held takes no more of the record than its outputs do.
-            let numbers = match self.max_gap {
-                None => RUN,
-                Some(_) => (end - first) as usize,
+            let numbers = match self.are_free {
+                true => RUN,
+                false => (end - first) as usize,
             };
             self.numbers = self.numbers.saturating_add(numbers);
-            self.runs.push(Run {
+            self.list.push(Run {
                 first,
                 values: Values::Held(value, end - first),
             });
         }
     }
 
-    /// A sample adds to the mean about the instant that is nearest.
-    fn centred(&mut self, (stamp, value): (i64, f64), grid: &Grid) {
-        let k = grid.at_or_before(stamp.saturating_add((0.5 * grid.step) as i64));
-        match &mut self.bin {
-            Some(bin) if bin.k == k => {
-                bin.sum += value - bin.base;
-                bin.weight += 1.0;
-            }
-            bin => {
-                let done = bin.replace(Bin {
-                    k,
-                    base: value,
-                    sum: 0.0,
-                    weight: 1.0,
-                });
-                if let Some(done) = done {
-                    self.put(done.k, done.mean(), grid);
-                }
-            }
-        }
-    }
-
-    fn put(&mut self, k: i64, value: f64, grid: &Grid) {
+    fn put_one(&mut self, k: i64, value: f64, grid: &Grid) {
         if !(grid.first..=grid.last).contains(&k) {
             return;
         }
-        if self.runs.last().is_some_and(|run| run.end() > k) {
+        if self.list.last().is_some_and(|run| run.end() > k) {
             return;
         }
         self.numbers += 1;
-        match self.runs.last_mut() {
+        match self.list.last_mut() {
             Some(Run {
                 first,
                 values: Values::List(list),
             }) if *first + list.len() as i64 == k => list.push(value),
             _ => {
                 self.numbers += RUN;
-                self.runs.push(Run {
+                self.list.push(Run {
                     first: k,
                     values: Values::List(vec![value]),
                 });
@@ -747,7 +599,7 @@ impl Track {
     /// From where up to where its values are known: runs that meet are one.
     fn known(&self) -> Vec<(i64, i64)> {
         let mut known: Vec<(i64, i64)> = Vec::new();
-        for run in &self.runs {
+        for run in &self.list {
             match known.last_mut() {
                 Some((_, end)) if *end == run.first => *end = run.end(),
                 _ => known.push((run.first, run.end())),
@@ -759,8 +611,8 @@ impl Track {
     /// The values at the instants from `first` up to `end`, all of which are known.
     fn cut(&self, first: i64, end: i64) -> Vec<f64> {
         let mut values = Vec::new();
-        let after = self.runs.partition_point(|run| run.end() <= first);
-        for run in &self.runs[after..] {
+        let after = self.list.partition_point(|run| run.end() <= first);
+        for run in &self.list[after..] {
             let (from, to) = (first.max(run.first), end.min(run.end()));
             if from >= to {
                 break;
@@ -780,9 +632,9 @@ fn common(tracks: &[Track]) -> Vec<(i64, i64)> {
     let Some((first, others)) = tracks.split_first() else {
         return Vec::new();
     };
-    others.iter().fold(first.known(), |common, track| {
+    others.iter().fold(first.runs.known(), |common, track| {
         let mut both = Vec::new();
-        let mut theirs = track.known().into_iter().peekable();
+        let mut theirs = track.runs.known().into_iter().peekable();
         for (from, to) in common {
             while let Some((first, end)) = theirs.peek().copied() {
                 if first.max(from) < end.min(to) {

@@ -2,7 +2,7 @@
 //!
 //! - `TOPIC` is a topic as ROS names it. With a leading `/` it means that topic only; without
 //!   one it means any topic that ends in it, so that `state` finds `/auv/state`.
-//! - `FIELD` is a path into the message: `pitch_rate`, `position[0]`, `twist.twist.angular.y`.
+//! - `FIELD` is a path into the message: `pitch_rate`, `position[0]`, `position[shoulder]`, `twist.twist.angular.y`.
 //!
 //! A field that is a list, given no index, is the signal's course over the interval that
 //! begins at the message's stamp: evenly spaced samples from its beginning to its end, linear
@@ -211,7 +211,8 @@ mod tests {
             "a b:x",
             "state:x..y",
             "state:x[",
-            "state:x[a]",
+            "state:x[a b]",
+            "state:x[]",
             "state:x[1]y",
             "state:[1]",
             "9:x",

@@ -1,6 +1,6 @@
-//! The sources of samples: a bag, whole or split, or a CSV file.
+//! The sources of samples: a bag, whole or split, a CSV file, or a PX4 log.
 //!
-//! Both stream: a sample is handed on as it is read and forgotten. What cannot be read does not
+//! All stream: a sample is handed on as it is read and forgotten. What cannot be read does not
 //! end the rest; it is listed in [`Reading::notes`].
 
 use std::path::PathBuf;
@@ -8,29 +8,30 @@ use std::path::PathBuf;
 use anyhow::{Result, bail};
 
 use crate::bag_source::BagSource;
-use crate::csv_source::CsvSource;
-use crate::request::{Clock, Reading, Request, Take, TimeUnit};
+use crate::csv_source::{CsvSource, TableTime};
+use crate::request::{Clock, Reading, Request, Take};
+use crate::ulog_source::UlogSource;
 
 /// Where data lies, and how its time is read.
 #[derive(Clone, Debug)]
 pub struct Data {
-    /// A bag folder, a metadata.yaml, one or several .mcap files of a split bag, or a .csv file.
+    /// A bag folder, a metadata.yaml, one or several .mcap files of a split bag, a table (.csv, .tsv, .txt or .dat), or a PX4 log (.ulg).
     pub paths: Vec<PathBuf>,
     /// The clock of a bag's stamps; `None` for the messages' own if all have one.
     pub stamp: Option<Clock>,
-    /// A table's column with the time; `None` for the one that seems so.
-    pub time: Option<String>,
-    /// The unit of that column.
-    pub time_unit: TimeUnit,
+    /// How the time of a table is read.
+    pub time: TableTime,
 }
 
-/// An open bag or table.
+/// An open bag, table or log.
 #[derive(Debug)]
 pub enum Source {
     /// A bag.
     Bag(Box<BagSource>),
     /// A table.
     Csv(CsvSource),
+    /// A PX4 log.
+    Ulog(UlogSource),
 }
 
 impl Source {
@@ -39,25 +40,34 @@ impl Source {
     /// # Errors
     /// One line: what is no bag or table, with its path.
     pub fn open(data: &Data) -> Result<Self> {
-        let is_csv = |path: &PathBuf| {
+        let ends_in = |path: &PathBuf, endings: &[&str]| {
             let ending = path.extension().unwrap_or_default();
-            ["csv", "tsv", "txt"]
-                .iter()
-                .any(|it| ending.eq_ignore_ascii_case(it))
+            endings.iter().any(|it| ending.eq_ignore_ascii_case(it))
         };
+        let is_csv = |path: &PathBuf| ends_in(path, &["csv", "tsv", "txt", "dat"]);
+        let is_ulog = |path: &PathBuf| ends_in(path, &["ulg", "ulog"]);
         match &data.paths[..] {
             [path] if is_csv(path) => {
                 if data.stamp.is_some() {
                     bail!("--stamp is for bags; a table's time is its column's (--time)");
                 }
-                let source = CsvSource::open(path, data.time.as_deref(), data.time_unit)?;
-                Ok(Self::Csv(source))
+                Ok(Self::Csv(CsvSource::open(path, &data.time)?))
             }
-            paths if paths.iter().any(is_csv) => {
-                bail!("one .csv file is taken at a time, and none beside a bag")
+            [path] if is_ulog(path) => {
+                if data.stamp.is_some() || data.time != TableTime::default() {
+                    bail!(
+                        "a ULog has its own stamps: neither --stamp nor --time, --time-unit and --sample-time apply"
+                    )
+                }
+                Ok(Self::Ulog(UlogSource::open(path)?))
             }
-            _ if data.time.is_some() => {
-                bail!("--time is for .csv files; a bag has stamps (--stamp)")
+            paths if paths.iter().any(|it| is_csv(it) || is_ulog(it)) => {
+                bail!("one .csv file or log is taken at a time, and none beside a bag")
+            }
+            _ if data.time != TableTime::default() => {
+                bail!(
+                    "--time is for .csv files, as --time-unit and --sample-time are; a bag has stamps (--stamp)"
+                )
             }
             paths => Ok(Self::Bag(Box::new(BagSource::open(paths, data.stamp)?))),
         }
@@ -69,6 +79,16 @@ impl Source {
         match self {
             Self::Bag(bag) => bag.bytes(),
             Self::Csv(table) => table.bytes(),
+            Self::Ulog(log) => log.bytes(),
+        }
+    }
+
+    /// Seconds from sample to sample, where the data has no time and they were given.
+    #[must_use]
+    pub fn sample_time(&self) -> Option<f64> {
+        match self {
+            Self::Bag(_) | Self::Ulog(_) => None,
+            Self::Csv(table) => table.sample_time(),
         }
     }
 
@@ -85,6 +105,7 @@ impl Source {
         match self {
             Self::Bag(bag) => bag.read(requests, take, progress),
             Self::Csv(table) => table.read(requests, take, progress),
+            Self::Ulog(log) => log.read(requests, take, progress),
         }
     }
 }

@@ -1,11 +1,15 @@
 //! A record from data: named signals of one source, resampled to one grid.
 
-use anyhow::{Result, anyhow};
+use anyhow::{Result, anyhow, bail};
 
 use crate::channel::Channel;
+use crate::preparation::{Preparation, Step, prepare};
 use crate::request::{Reading, Request, Role};
 use crate::resample::{GridError, Options, Resampled, Resampler};
 use crate::source::Source;
+
+/// A grid this many times faster than an output would have numbers that nobody measured.
+const FINER: f64 = 1.05;
 
 /// A record taken from data, and how it was made.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,6 +18,8 @@ pub struct Taken {
     pub resampled: Resampled,
     /// How the data was read.
     pub reading: Reading,
+    /// How the record was prepared.
+    pub steps: Vec<Step>,
 }
 
 impl Taken {
@@ -27,6 +33,13 @@ impl Taken {
             channel.timing = channel.timing.joined(&other.timing);
         }
         self.reading.notes.extend(next.reading.notes);
+        self
+    }
+
+    /// The same, prepared as asked for.
+    #[must_use]
+    pub fn prepared(mut self, asked: &Preparation) -> Self {
+        self.steps = prepare(&mut self.resampled.record, asked);
         self
     }
 
@@ -54,6 +67,9 @@ impl Taken {
         }
         for note in &self.reading.notes {
             text += &format!("note    {note}\n");
+        }
+        for step in &self.steps {
+            text += &format!("{}  {}\n", step.name, step.text);
         }
         text
     }
@@ -107,7 +123,50 @@ pub fn take(
             [] => anyhow!(reason),
             notes => anyhow!("{reason} ({})", notes.join("; ")),
         })?;
-    Ok(Taken { resampled, reading })
+    check_times(&resampled, windows)?;
+    Ok(Taken {
+        resampled,
+        reading,
+        steps: Vec::new(),
+    })
+}
+
+/// Checks that inputs and outputs are of one time, and that the grid is no finer than the outputs.
+fn check_times(resampled: &Resampled, windows: &[Options]) -> Result<()> {
+    for output in &resampled.outputs {
+        let rate = 1.0 / resampled.record.sample_time;
+        let own = output.timing.rate();
+        let is_asked = windows.iter().any(|it| it.rate.is_some());
+        if is_asked && own > 0.0 && rate > FINER * own {
+            bail!(
+                "{} has {own:.6} samples per second, the grid is to have {rate:.6}: what lies between would be invented; \
+                 --rate takes at most {own:.6}",
+                output.name
+            );
+        }
+        for input in &resampled.inputs {
+            // A setpoint that was sent once is held.
+            let (Some(ours), Some(theirs)) = (input.timing.span, output.timing.span) else {
+                continue;
+            };
+            let apart = (theirs.0.saturating_sub(ours.1)).max(ours.0.saturating_sub(theirs.1));
+            if input.timing.samples > 1 && apart > 0 {
+                let seconds = |(first, last): (i64, i64)| {
+                    format!("{:.3} to {:.3} s", first as f64 * 1e-9, last as f64 * 1e-9)
+                };
+                bail!(
+                    "{} is known from {}, {} from {}: {:.3} s lie between them, so no input goes with any output; if their \
+                     stamps are of different clocks, --stamp log takes the recorder's for both",
+                    input.name,
+                    seconds(ours),
+                    output.name,
+                    seconds(theirs),
+                    apart as f64 * 1e-9
+                );
+            }
+        }
+    }
+    Ok(())
 }
 
 fn channel_account(channel: &Channel) -> String {
@@ -135,7 +194,7 @@ fn channel_account(channel: &Channel) -> String {
         (timing.duplicates, "with a repeated stamp"),
         (timing.late, "too late for their place in order"),
         (timing.not_finite, "not finite"),
-        (timing.absent, "messages without it"),
+        (timing.absent, "without a value"),
     ] {
         if count > 0 {
             text += &format!("; {count} {what}");

@@ -1,7 +1,7 @@
 //! Samples put on a grid are what the method says, and nothing is invented across a gap.
 #![allow(clippy::unwrap_used)]
 
-use planesman_signals::{GridError, MOST, Method, Options, Resampled, Resampler};
+use planesman_signals::{Given, GridError, LiveGrid, MOST, Method, Options, Resampled, Resampler};
 
 const SECOND: i64 = 1_000_000_000;
 const START: i64 = 1_700_000_000 * SECOND + 123_456_789;
@@ -104,6 +104,52 @@ fn an_input_is_its_mean_over_the_interval_held_from_sample_to_sample() {
         assert!((mean - expected).abs() < 1e-12, "{mean} {expected}");
     }
     assert_eq!(means(Method::Hold), [0.0, 1.0, 3.0, 3.0, -1.0]);
+}
+
+#[test]
+fn live_and_offline_give_the_same_numbers_to_the_last_bit() {
+    // An output at 87 Hz with jitter, an input that is sent when it changes.
+    let wobble = |k: usize| (k as f64 * 12.9898).sin() * 43758.547 % 1.0;
+    let y: Samples = (0..2000)
+        .map(|k| ((k as f64 + 0.3 * wobble(k)) / 87.0, wobble(k + 7)))
+        .collect();
+    let mut u = vec![(-0.2, 1.7)];
+    while u[u.len() - 1].0 < 22.0 {
+        let k = u.len();
+        u.push((u[k - 1].0 + 0.02 + 0.4 * wobble(k).abs(), wobble(3 * k)));
+    }
+    let offline = resampled(&u, &y, at_rate(20.0)).unwrap().record;
+    let [stretch] = &offline.stretches[..] else {
+        panic!("{} stretches", offline.stretches.len())
+    };
+    let mut live = LiveGrid::new(SECOND / 20, SECOND);
+    let mut all: Vec<_> = u.iter().map(|it| (true, *it)).collect();
+    all.extend(y.iter().map(|it| (false, *it)));
+    all.sort_by(|a, b| a.1.0.total_cmp(&b.1.0));
+    let mut given = Vec::new();
+    for (is_input, (seconds, value)) in all {
+        let stamp = START + (seconds * 1e9).round() as i64;
+        given.extend(match is_input {
+            true => live.input(stamp, value),
+            false => live.output(stamp, value, false),
+        });
+    }
+    given.push(live.finish());
+    let (mut inputs, mut outputs) = (Vec::new(), Vec::new());
+    for given in given.into_iter().flatten() {
+        let (stamp, list, value) = match given {
+            Given::Output(stamp, value) => (stamp, &mut outputs, value),
+            Given::Input(stamp, input) => (stamp, &mut inputs, input.mean),
+        };
+        if stamp >= stretch.start {
+            assert_eq!(stamp, stretch.start + list.len() as i64 * (SECOND / 20));
+            list.push(value);
+        }
+    }
+    let count = inputs.len().min(stretch.len());
+    assert!(count > 400, "{count}");
+    assert_eq!(inputs[..count], stretch.inputs[0][..count]);
+    assert_eq!(outputs[..count], stretch.outputs[0][..count]);
 }
 
 #[test]

@@ -58,7 +58,7 @@ impl Reader {
         for path in &paths {
             if let Some(names) = types.names_of(path) {
                 return Err(format!(
-                    "{topic}: {path} is a list of numbers, one for each '{names}'; name one by its index, as {path}[0]"
+                    "{topic}: {path} is a list of numbers, one for each '{names}'; name one by its index or name, as {path}[0]"
                 ));
             }
         }

@@ -35,6 +35,8 @@ pub struct Options {
     pub knowledge: Knowledge,
     /// The order, known poles not counted; `None` to search.
     pub order: Option<usize>,
+    /// Coefficients of the numerator, known zeros not counted; `None` for as many as the order.
+    pub numerator: Option<usize>,
     /// Samples from input to first effect; `None` to search it beside the order, and for 1 with an order
     /// that is given.
     pub delay: Option<usize>,
@@ -61,6 +63,7 @@ impl Default for Options {
             method: Method::Automatic,
             knowledge: Knowledge::default(),
             order: None,
+            numerator: None,
             delay: None,
             zeros_at_one: 0,
             integrators: 0,
@@ -409,6 +412,7 @@ fn structure(options: &Options, order: usize) -> Structure {
         structure = structure.with_integrator();
         structure.poles += 1;
     }
+    structure.numerator = options.numerator.unwrap_or(structure.numerator);
     structure
 }
 

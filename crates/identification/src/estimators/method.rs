@@ -52,6 +52,8 @@ pub struct Knowledge {
     pub bias_drift: f64,
     /// Standard deviation of the output's change by disturbances in one second, output unit.
     pub disturbance: f64,
+    /// How the recursive methods learn.
+    pub recursion: Options,
 }
 
 impl Method {
@@ -137,7 +139,7 @@ impl Method {
         let recursive = |kind| -> Box<dyn Estimator> {
             Box::new(Recursively {
                 kind,
-                options: Options::default(),
+                options: knowledge.recursion,
             })
         };
         match self {

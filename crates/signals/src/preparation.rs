@@ -1,0 +1,628 @@
+//! Preparation of a record before a model is identified. Each step says what it found and did.
+//!
+//! - **Outliers** are samples far from the median of those around them (Hampel's test) and from the line between them, in runs of at most two. How far is far
+//!   is a fifth of the signal's own range at least, and a multiple of what is usual in that signal: for an output, apart for samples that the input has just moved and for
+//!   the others, so that a response to a pulse is none.
+//! - **A segment by excitation** is the longest part of each stretch in which the input moves, with what it does
+//!   afterwards.
+//! - **Prewindowing** puts zeros in front of each stretch: rows of the difference equation then begin with its first sample
+//!   (Brunner 1988, ch. V.F).
+
+use planesman_identification::{Record, Stretch};
+use serde::Serialize;
+
+/// Samples on each side of the one that is compared with their median.
+const SIDE: usize = 5;
+
+/// An outlier is this many times farther from the median than is usual of samples of its kind.
+const FAR: f64 = 6.0;
+
+/// The same for an input, which may be a row of pulses.
+const FAR_INPUT: f64 = 20.0;
+
+/// Samples after a change of the input, and at the beginning, that are of the other kind: the medians of that many are of what
+/// was before and after it.
+const AFTER: usize = 2 * SIDE;
+
+/// Fewer samples of a kind say nothing of what is usual.
+const FEW: usize = 50;
+
+/// The share of the signal's own range below which no distance does harm.
+const HARMLESS: f64 = 0.2;
+
+/// The share of the samples of a kind that are as usual: a change moves one of the [`AFTER`] samples behind it at least.
+const USUAL: f64 = 0.95;
+
+/// Outliers in a row at most; more are no fault of a sensor.
+const ROW: usize = 2;
+
+/// The share of the input's range by which it moves.
+const MOVES: f64 = 0.02;
+
+/// A pause parts two segments if it is longer than so many samples, and than so many times what nine in ten changes of the
+/// input are apart.
+const QUIET: usize = 50;
+const LONGER: usize = 2;
+
+/// What becomes of outliers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Outliers {
+    /// They are reported and kept.
+    #[default]
+    Report,
+    /// They are replaced by the straight line between their neighbours.
+    Drop,
+    /// They are not looked for.
+    Keep,
+}
+
+impl Outliers {
+    /// Every choice.
+    pub const ALL: [Self; 3] = [Self::Report, Self::Drop, Self::Keep];
+
+    /// Its name on the command line and its help line.
+    #[must_use]
+    pub fn described(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Report => ("report", "Name them and use them"),
+            Self::Drop => (
+                "drop",
+                "Replace them by the straight line between their neighbours",
+            ),
+            Self::Keep => ("keep", "Do not look for them"),
+        }
+    }
+}
+
+/// Which part of each stretch is used.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Segment {
+    /// All of it.
+    #[default]
+    All,
+    /// The longest part in which the input moves.
+    Auto,
+}
+
+impl Segment {
+    /// Every choice.
+    pub const ALL: [Self; 2] = [Self::All, Self::Auto];
+
+    /// Its name on the command line and its help line.
+    #[must_use]
+    pub fn described(self) -> (&'static str, &'static str) {
+        match self {
+            Self::All => ("all", "All data"),
+            Self::Auto => ("auto", "The longest part in which the input moves"),
+        }
+    }
+}
+
+/// What is asked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Preparation {
+    /// What becomes of outliers.
+    pub outliers: Outliers,
+    /// Which part is used.
+    pub segment: Segment,
+    /// Zeros that are put in front of each stretch.
+    pub prewindow: usize,
+}
+
+/// What was found and done.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Step {
+    /// Its name: `outliers`, `segment`, `prewindow`.
+    pub name: &'static str,
+    /// A sentence with its numbers.
+    pub text: String,
+}
+
+/// Prepares a record as asked for. Where there is nothing to say, there is no step.
+pub fn prepare(record: &mut Record, asked: &Preparation) -> Vec<Step> {
+    let mut steps = Vec::new();
+    if asked.outliers != Outliers::Keep {
+        steps.extend(outliers(record, asked.outliers == Outliers::Drop));
+    }
+    if asked.segment == Segment::Auto {
+        steps.extend(segment(record));
+    }
+    if asked.prewindow > 0 {
+        steps.push(prewindow(record, asked.prewindow));
+    }
+    steps
+}
+
+/// An input that never moves, and its value.
+#[must_use]
+pub fn constant_input(record: &Record) -> Option<(&str, f64)> {
+    let inputs = record.inputs.iter().enumerate();
+    let value = |input: usize| {
+        let all = || record.stretches.iter().flat_map(|it| &it.inputs[input]);
+        let first = *all().next()?;
+        // A single sample neither moves nor rests.
+        (all().count() > 1 && all().all(|it| *it == first)).then_some(first)
+    };
+    inputs
+        .filter_map(|(input, name)| Some((name.as_str(), value(input)?)))
+        .next()
+}
+
+/// Finds outliers, and replaces them if they are to be dropped.
+fn outliers(record: &mut Record, drop: bool) -> Vec<Step> {
+    let mut steps = Vec::new();
+    let has_moved: Vec<Vec<bool>> = record.stretches.iter().map(moved).collect();
+    let names: Vec<String> = record
+        .inputs
+        .iter()
+        .chain(&record.outputs)
+        .cloned()
+        .collect();
+    for (signal, name) in names.iter().enumerate() {
+        let lists: Vec<&[f64]> = record
+            .stretches
+            .iter()
+            .map(|it| values(it, signal))
+            .collect();
+        let found = if signal < record.inputs.len() {
+            far(&lists, None, FAR_INPUT)
+        } else {
+            far(&lists, Some(&has_moved), FAR)
+        };
+        let count: usize = found.iter().map(Vec::len).sum();
+        let Some(stretch) = found.iter().position(|it| !it.is_empty()) else {
+            continue;
+        };
+        let at = found[stretch][0];
+        let of_stretch = match lists.len() {
+            1 => String::new(),
+            _ => format!(" of segment {}", stretch + 1),
+        };
+        let done = match drop {
+            true => "replaced by the straight line between their neighbours",
+            false => "used as they are (--outliers drop replaces them)",
+        };
+        steps.push(Step {
+            name: "outliers",
+            text: format!(
+                "{name}: {count} sample{} far from those around, the first at {:.3} s{of_stretch}: {:.4} where they are \
+                 about {:.4}; {done}",
+                if count == 1 { "" } else { "s" },
+                at as f64 * record.sample_time,
+                Short(lists[stretch][at]),
+                Short(local_median(lists[stretch], at)),
+            ),
+        });
+        if drop {
+            for (stretch, places) in record.stretches.iter_mut().zip(&found) {
+                let mut lists = stretch.inputs.iter_mut().chain(&mut stretch.outputs);
+                lists
+                    .nth(signal)
+                    .into_iter()
+                    .for_each(|it| bridge(it, places));
+            }
+        }
+    }
+    steps
+}
+
+/// The values of a signal, inputs counted first.
+fn values(stretch: &Stretch, signal: usize) -> &[f64] {
+    let mut lists = stretch.inputs.iter().chain(&stretch.outputs);
+    lists.nth(signal).map_or(&[], Vec::as_slice)
+}
+
+/// A number with few digits, whatever its size.
+struct Short(f64);
+
+impl std::fmt::Display for Short {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let digits = f.precision().unwrap_or(4);
+        match self.0.abs() {
+            size if size == 0.0 || (1e-3..1e5).contains(&size) => {
+                write!(f, "{:.digits$}", self.0)
+            }
+            _ => write!(f, "{:.digits$e}", self.0),
+        }
+    }
+}
+
+/// Whether the first input has moved within the last samples, or they are the first.
+fn moved(stretch: &Stretch) -> Vec<bool> {
+    let Some(input) = stretch.inputs.first() else {
+        return vec![false; stretch.len()];
+    };
+    let least = MOVES * range(input);
+    let has_moved = |k: usize| k < AFTER || range(&input[k - AFTER..=k]) > least;
+    (0..input.len()).map(has_moved).collect()
+}
+
+/// The places in each list that lie `factor` times farther from the median around them than is usual of their kind.
+fn far(lists: &[&[f64]], kinds: Option<&[Vec<bool>]>, factor: f64) -> Vec<Vec<usize>> {
+    let kind = |list: usize, k: usize| kinds.is_some_and(|it| it[list][k]);
+    let distances: Vec<Vec<f64>> = lists
+        .iter()
+        .map(|list| {
+            // At the ends the median is of one side: no measure there.
+            let distance = |k: usize| match (SIDE..list.len().saturating_sub(SIDE)).contains(&k) {
+                true => (list[k] - local_median(list, k))
+                    .abs()
+                    .min(from_line(list, k)),
+                false => 0.0,
+            };
+            (0..list.len()).map(distance).collect()
+        })
+        .collect();
+    let spread = middle_range(lists.iter().copied().flatten().copied().collect());
+    let limits = [false, true].map(|wanted| {
+        let mut sizes = Vec::new();
+        for (list, distances) in distances.iter().enumerate() {
+            let of_kind = distances.iter().enumerate();
+            let of_kind = of_kind.filter(|(k, _)| kind(list, *k) == wanted);
+            sizes.extend(of_kind.map(|it| *it.1));
+        }
+        if sizes.len() < FEW {
+            return f64::INFINITY;
+        }
+        let usual = match quantile(&mut sizes, USUAL) {
+            0.0 => {
+                // Most lie on the median, as of a coarse sensor: its steps are usual, up to the signal's own range.
+                sizes.retain(|size| *size > 0.0);
+                quantile(&mut sizes, 0.5).min(spread)
+            }
+            usual => usual,
+        };
+        match usual {
+            0.0 => f64::INFINITY,
+            usual => (factor * usual).max(HARMLESS * spread),
+        }
+    });
+    let is_far = |list: usize, k: usize| {
+        let limit = limits[usize::from(kind(list, k))];
+        distances[list][k] > limit
+    };
+    (0..lists.len())
+        .map(|list| {
+            let mut places: Vec<usize> = Vec::new();
+            let mut row: Vec<usize> = Vec::new();
+            for k in 0..=lists[list].len() {
+                if k < lists[list].len() && is_far(list, k) {
+                    row.push(k);
+                } else if row.len() <= ROW {
+                    places.append(&mut row);
+                } else {
+                    row.clear();
+                }
+            }
+            places
+        })
+        .collect()
+}
+
+/// How far a sample lies from the straight line between its neighbours, the next but one among them: on a smooth curve it
+/// lies near all of these.
+fn from_line(list: &[f64], k: usize) -> f64 {
+    let line = |before: usize, after: usize| {
+        let share = before as f64 / (before + after) as f64;
+        let (first, last) = (list[k - before], list[k + after]);
+        (list[k] - first - share * (last - first)).abs()
+    };
+    line(1, 1).max(line(1, 2)).max(line(2, 1))
+}
+
+/// The median of the samples around and at a place.
+fn local_median(list: &[f64], k: usize) -> f64 {
+    let around = &list[k.saturating_sub(SIDE)..list.len().min(k + SIDE + 1)];
+    let mut copy = [0.0; 2 * SIDE + 1];
+    let copy = &mut copy[..around.len()];
+    copy.copy_from_slice(around);
+    quantile(copy, 0.5)
+}
+
+/// The value with that share of the others below it; 0 of none.
+fn quantile(values: &mut [f64], share: f64) -> f64 {
+    if values.is_empty() {
+        return 0.0;
+    }
+    let place = ((values.len() - 1) as f64 * share) as usize;
+    *values.select_nth_unstable_by(place, f64::total_cmp).1
+}
+
+/// The range of the middle nine tenths.
+fn middle_range(mut values: Vec<f64>) -> f64 {
+    quantile(&mut values, 0.95) - quantile(&mut values, 0.05)
+}
+
+fn range(values: &[f64]) -> f64 {
+    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    (most - least).max(0.0)
+}
+
+/// Puts the straight line between the samples beside them in place of those at `places`.
+fn bridge(list: &mut [f64], places: &[usize]) {
+    let is_good = |k: &usize| places.binary_search(k).is_err();
+    for place in places {
+        let before = (0..*place).rev().find(is_good);
+        let behind = (*place + 1..list.len()).find(is_good);
+        list[*place] = match (before, behind) {
+            (Some(before), Some(behind)) => {
+                let share = (place - before) as f64 / (behind - before) as f64;
+                list[before] + share * (list[behind] - list[before])
+            }
+            (Some(near), None) | (None, Some(near)) => list[near],
+            (None, None) => return,
+        };
+    }
+}
+
+/// Keeps of each stretch the longest part in which the first input moves; stretches in which it does not are left out.
+fn segment(record: &mut Record) -> Option<Step> {
+    let all: Vec<f64> = record
+        .stretches
+        .iter()
+        .filter_map(|it| it.inputs.first())
+        .flatten()
+        .copied()
+        .collect();
+    let least = MOVES * range(&all);
+    let (before, samples) = (record.stretches.len(), record.samples());
+    let mut parts = Vec::new();
+    let mut kept = Vec::new();
+    for (number, stretch) in record.stretches.iter().enumerate() {
+        let Some((first, end)) = moving_part(stretch, least) else {
+            continue;
+        };
+        let time = |k: usize| k as f64 * record.sample_time;
+        let of_segment = match before {
+            1 => String::new(),
+            _ => format!(" of segment {}", number + 1),
+        };
+        parts.push(format!(
+            "{:.3} to {:.3} s{of_segment}",
+            time(first),
+            time(end)
+        ));
+        let cut = |lists: &[Vec<f64>]| lists.iter().map(|it| it[first..end].to_vec()).collect();
+        kept.push(Stretch {
+            start: stretch
+                .start
+                .saturating_add((time(first) * 1e9).round() as i64),
+            inputs: cut(&stretch.inputs),
+            outputs: cut(&stretch.outputs),
+        });
+    }
+    // A record in which nothing moves stays as it is.
+    if kept.is_empty() {
+        return None;
+    }
+    record.stretches = kept;
+    let input = record.inputs.first().map_or("", String::as_str);
+    Some(Step {
+        name: "segment",
+        text: format!(
+            "{input} moves longest from {}: {} of {samples} samples are used",
+            parts.join(", "),
+            record.samples()
+        ),
+    })
+}
+
+/// The longest part of a stretch in which its input keeps changing by `least`, from first sample up to end: between two changes
+/// lies no longer pause than the tail that is kept behind the last.
+fn moving_part(stretch: &Stretch, least: f64) -> Option<(usize, usize)> {
+    let input = stretch.inputs.first()?;
+    let mut level = *input.first()?;
+    let mut changes = Vec::new();
+    for (k, value) in input.iter().enumerate() {
+        if (value - level).abs() > least {
+            level = *value;
+            changes.push(k);
+        }
+    }
+    let mut apart: Vec<f64> = changes
+        .windows(2)
+        .map(|it| (it[1] - it[0]) as f64)
+        .collect();
+    let pause = match apart.len() {
+        0 => input.len(),
+        _ => QUIET.max(LONGER * quantile(&mut apart, 0.9) as usize),
+    };
+    // The sample before the first change shows where it began.
+    let part = |it: &[usize]| {
+        (
+            it[0].saturating_sub(1),
+            input.len().min(it[it.len() - 1] + pause + 1),
+        )
+    };
+    let parts = changes
+        .chunk_by(|before, after| after - before <= pause)
+        .map(part);
+    parts.max_by_key(|(first, end)| end - first)
+}
+
+/// Puts zeros in front of every stretch.
+fn prewindow(record: &mut Record, count: usize) -> Step {
+    for stretch in &mut record.stretches {
+        for list in stretch.inputs.iter_mut().chain(&mut stretch.outputs) {
+            list.splice(0..0, std::iter::repeat_n(0.0, count));
+        }
+        let time = (count as f64 * record.sample_time * 1e9).round() as i64;
+        stretch.start = stretch.start.saturating_sub(time);
+    }
+    Step {
+        name: "prewindow",
+        text: format!("{count} zeros are put in front of each segment"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use planesman_identification::{filter, noise, with_noise};
+
+    use super::*;
+
+    fn record(inputs: Vec<f64>, outputs: Vec<f64>) -> Record {
+        Record::of_run(0.1, vec![("u", inputs)], vec![("y", outputs)]).unwrap()
+    }
+
+    /// The response of a second-order system to an input.
+    fn response(inputs: &[f64]) -> Vec<f64> {
+        filter(&[0.0, 0.2, 0.1], &[1.0, -1.6, 0.63], inputs)
+    }
+
+    /// A square wave whose half period is so long.
+    fn square(count: usize, half: usize) -> Vec<f64> {
+        (0..count)
+            .map(|k| f64::from(u8::from((k / half).is_multiple_of(2))))
+            .collect()
+    }
+
+    fn found(record: &Record) -> Vec<Step> {
+        prepare(&mut record.clone(), &Preparation::default())
+    }
+
+    #[test]
+    fn a_spike_is_named_and_replaced_if_asked_for() {
+        for (inputs, at) in [
+            (noise(1, 1000), 400),
+            (square(1000, 10), 405),
+            (square(1000, 100), 570),
+        ] {
+            let clean = with_noise(&response(&inputs), 3, 0.05);
+            let mut outputs = clean.clone();
+            outputs[at] = 1e6;
+            outputs[at + 200] = -1e6;
+            let mut spoilt = record(inputs, outputs);
+            let steps = found(&spoilt);
+            assert_eq!(steps.len(), 1);
+            assert!(steps[0].text.starts_with("y: 2 samples far"), "{steps:?}");
+            assert!(
+                steps[0].text.contains(&format!("{:.3} s", at as f64 * 0.1)),
+                "{steps:?}"
+            );
+            let drop = Preparation {
+                outliers: Outliers::Drop,
+                ..Preparation::default()
+            };
+            prepare(&mut spoilt, &drop);
+            let mended = &spoilt.stretches[0].outputs[0];
+            for (k, (mended, clean)) in mended.iter().zip(&clean).enumerate() {
+                let is_line = k == at || k == at + 200;
+                assert!(
+                    mended == clean || is_line && (mended - clean).abs() < 5.0,
+                    "{k}: {mended} {clean}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn one_per_cent_of_outliers_are_all_found() {
+        let inputs = square(2000, 10);
+        let mut outputs = with_noise(&response(&inputs), 3, 0.05);
+        let places: Vec<usize> = (0..20).map(|k| 37 + 97 * k).collect();
+        for place in &places {
+            outputs[*place] += 60.0;
+        }
+        let moved = moved(&record(inputs, outputs.clone()).stretches[0]);
+        assert_eq!(far(&[&outputs], Some(&[moved]), FAR), [places]);
+    }
+
+    #[test]
+    fn clean_data_has_no_outliers() {
+        let pulse = |at: &[usize]| -> Vec<f64> {
+            let is_on = |k: usize| f64::from(u8::from(at.contains(&k)));
+            (0..1000).map(is_on).collect()
+        };
+        let quantised = |values: Vec<f64>, step: f64| -> Vec<f64> {
+            values
+                .into_iter()
+                .map(|it| (it / step).round() * step)
+                .collect()
+        };
+        let inputs = [
+            noise(1, 1000),
+            square(1000, 1),
+            square(1000, 7),
+            square(1000, 500),
+            pulse(&[500]),
+            pulse(&[200, 201, 500]),
+            [square(200, 40), vec![0.0; 800]].concat(),
+            (0..1000).map(|k| f64::from(k) * 0.01).collect(),
+            (0..1000)
+                .map(|k| (f64::from(k) * 0.01).powi(2).sin())
+                .collect(),
+            vec![1.0; 1000],
+        ];
+        for (number, inputs) in inputs.into_iter().enumerate() {
+            let first_order = filter(&[0.0, 1.0], &[1.0, -0.3], &inputs);
+            let resonant = filter(&[0.0, 1.0], &[1.0, 1.6, 0.98], &inputs);
+            for outputs in [response(&inputs), first_order, resonant] {
+                for outputs in [
+                    with_noise(&outputs, 2, 0.05),
+                    with_noise(&outputs, 2, 1e-6),
+                    quantised(outputs.clone(), 0.5),
+                    quantised(with_noise(&outputs, 2, 0.1), 0.05),
+                    outputs,
+                ] {
+                    let steps = found(&record(inputs.clone(), outputs));
+                    assert!(steps.is_empty(), "{number}: {steps:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_longest_part_in_which_the_input_moves_is_kept_with_its_tail() {
+        let mut inputs = vec![0.0; 200];
+        inputs.extend(square(100, 10));
+        inputs.extend(vec![0.0; 300]);
+        inputs.extend(square(300, 10));
+        inputs.extend(vec![0.0; 500]);
+        let outputs = response(&inputs);
+        let mut kept = record(inputs.clone(), outputs.clone());
+        let auto = Preparation {
+            segment: Segment::Auto,
+            ..Preparation::default()
+        };
+        let steps = prepare(&mut kept, &auto);
+        // From the sample before 600; the last change is at 890, fifty more follow.
+        assert!(steps[0].text.contains("59.900 to 94.100 s"), "{steps:?}");
+        let stretch = &kept.stretches[0];
+        assert_eq!((stretch.start, stretch.len()), (59_900_000_000, 342));
+        assert_eq!(stretch.inputs[0], inputs[599..941]);
+        assert_eq!(stretch.outputs[0], outputs[599..941]);
+        // Steps far apart are one part.
+        let inputs = [square(1000, 200), vec![1.0; 600]].concat();
+        let mut kept = record(inputs.clone(), response(&inputs));
+        prepare(&mut kept, &auto);
+        assert_eq!(kept.samples(), 1201 - 199);
+        // One in which it always moves is kept whole.
+        let inputs = noise(1, 1000);
+        let mut kept = record(inputs.clone(), response(&inputs));
+        prepare(&mut kept, &auto);
+        assert!(kept.samples() > 990);
+    }
+
+    #[test]
+    fn an_input_that_never_moves_is_found() {
+        let mut constant = record(vec![3.2; 100], noise(1, 100));
+        assert_eq!(constant_input(&constant), Some(("u", 3.2)));
+        constant.stretches[0].inputs[0][99] = 3.3;
+        assert_eq!(constant_input(&constant), None);
+    }
+
+    #[test]
+    fn zeros_go_in_front_of_each_segment() {
+        let mut padded = record(vec![1.0, 2.0], vec![3.0, 4.0]);
+        let asked = Preparation {
+            prewindow: 2,
+            ..Preparation::default()
+        };
+        prepare(&mut padded, &asked);
+        assert_eq!(padded.stretches[0].inputs[0], [0.0, 0.0, 1.0, 2.0]);
+        assert_eq!(padded.stretches[0].outputs[0], [0.0, 0.0, 3.0, 4.0]);
+        assert_eq!(padded.stretches[0].start, -200_000_000);
+    }
+}

@@ -1,0 +1,26 @@
+//! A PX4 log: its topics, its messages, and the record that a fit would be of.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use planesman_fuzz::InMemory;
+use planesman_signals::{Options, Resampler, UlogSource};
+
+fuzz_target!(|data: &[u8]| {
+    let file = InMemory::file(data);
+    let Ok(log) = UlogSource::open(&file.path()) else {
+        return;
+    };
+    let requests: Vec<_> = log
+        .topics()
+        .keys()
+        .flat_map(|topic| log.requests(topic))
+        .take(2)
+        .collect();
+    if let [input, output] = &requests[..] {
+        let names = [input, output].map(|request| vec![request.name.clone()]);
+        let mut resampler = Resampler::new(&names[0], &names[1], Options::default());
+        let mut take = |signal, stamp, value| resampler.take(signal, stamp, value);
+        let _ = log.read(&requests, &mut take, &|_| {});
+        let _ = resampler.finish();
+    }
+});
