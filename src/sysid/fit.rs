@@ -187,6 +187,7 @@ fn is_recursive(method: Method) -> bool {
 fn also_known(method: Method) -> &'static [&'static str] {
     match method {
         Method::OutputError => &["oe"],
+        Method::BoxJenkins => &["bj"],
         Method::Instruments => &["iv"],
         Method::LeastSquares => &["arx"],
         Method::RecursiveLeastSquares => &["rls", "rarx"],

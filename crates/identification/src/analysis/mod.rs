@@ -193,7 +193,7 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Analysis> {
             let mut structure = structure(options, order);
             structure.delay = delay;
             structure.start = part.structure.start;
-            structure.numerator += usize::from(delay == 0);
+            structure.numerator += usize::from(delay == 0 && options.numerator.is_none());
             structure
         };
         selected = select(&part, orders, delays, &structures);

@@ -291,6 +291,7 @@ mod tests {
         let model = Model {
             sample_time: SAMPLE_TIME,
             a: vec![-1.2, 0.5],
+            feedthrough: 0.0,
             b: vec![0.0, 0.3],
             c: Vec::new(),
             bias: 0.0,
