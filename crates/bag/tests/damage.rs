@@ -370,6 +370,27 @@ fn lying_lengths_are_refused_and_cost_no_memory() {
 }
 
 #[test]
+fn an_attachment_longer_than_any_record_is_passed_over() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let bytes = [
+        beginning(),
+        record(9, &[0; 5000]),
+        schema(1, "std_msgs/msg/Float64", "ros2msg", "float64 data\n"),
+        channel(1, 1, "/depth", "cdr"),
+        message(1, 0, &[0; 12]),
+        end(),
+    ];
+    let limits = Limits {
+        chunk: 1000,
+        ..Limits::default()
+    };
+    let path = file_with(folder.path(), "attachment.mcap", &bytes.concat());
+    let bag = BagReader::open_within(&path, limits).expect("a header is there");
+    assert!(bag.completeness().is_whole());
+    assert_eq!(all(&bag).expect("a whole file").len(), 1);
+}
+
+#[test]
 fn an_index_that_lies_is_not_believed() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     for start in [1, 8, 40, 1 << 40, u64::MAX] {
