@@ -7,11 +7,12 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use bags::{FLOAT, IMU, Maker, float, fuzzed, imu};
+use bags::{FLOAT, IMU, Maker, float, imu};
 use clap::Parser;
 use planesman::sysid::fit::{self, FitArgs, Found};
 use planesman::sysid::topics::{self, Survey, TopicsArgs};
 use planesman_bag::BagReader;
+use planesman_testing::hostile::mutated;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
 
@@ -392,7 +393,7 @@ fn a_file_with_changed_bytes_gives_an_answer_or_an_error() {
     let bytes = fs::read(&path).unwrap();
     let mut random = Pcg64Mcg::seed_from_u64(6);
     for _ in 0..1500 {
-        fs::write(&path, fuzzed(&bytes, &mut random)).unwrap();
+        fs::write(&path, mutated(&bytes, &mut random)).unwrap();
         looks_through(&path);
     }
 }
@@ -404,7 +405,7 @@ fn changed_messages_stamps_and_schemas_give_an_answer_or_an_error() {
     for number in 0..400 {
         let path = folder.path().join(format!("{number}.mcap"));
         let mut maker = Maker::new(&path);
-        let schema = fuzzed(IMU.2.as_bytes(), &mut random);
+        let schema = mutated(IMU.2.as_bytes(), &mut random);
         let schema = String::from_utf8_lossy(&schema).into_owned();
         let definition = if number % 2 == 0 { IMU.2 } else { &schema };
         let cmd = maker.topic("/cmd", FLOAT);
@@ -417,7 +418,7 @@ fn changed_messages_stamps_and_schemas_give_an_answer_or_an_error() {
                 _ => time,
             };
             let payload = match random.random_range(0..3) {
-                0 => fuzzed(&imu(stamp, y), &mut random),
+                0 => mutated(&imu(stamp, y), &mut random),
                 _ => imu(stamp, y),
             };
             maker.write(imus, &payload, stamp.max(0));
