@@ -51,20 +51,6 @@ pub enum Compression {
     Zstd,
 }
 
-impl std::str::FromStr for Compression {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "none" => Ok(Self::None),
-            "zstd" => Ok(Self::Zstd),
-            other => Err(format!(
-                "compression '{other}' is not known; none and zstd are"
-            )),
-        }
-    }
-}
-
 /// How a bag is written.
 #[derive(Clone, Debug)]
 pub struct WriterOptions {

@@ -46,7 +46,11 @@ fn run(args: Vec<String>) -> Result<()> {
         NodeSpec {
             name: "recorder",
             namespace: "/auv",
-            validate: |parameters| writer_options(parameters).map(drop),
+            validate: |parameters| {
+                writer_options(parameters)
+                    .map(drop)
+                    .map_err(|error| error.to_string())
+            },
             on_parameters: |_| Event::Parameters,
         },
         args::only(args)?,
@@ -55,7 +59,7 @@ fn run(args: Vec<String>) -> Result<()> {
         "" => PathBuf::from("bags").join(format!("planesman_{}", names::utc_now())),
         path => PathBuf::from(path),
     };
-    let options = writer_options(&parameters).map_err(anyhow::Error::msg)?;
+    let options = writer_options(&parameters)?;
     let mut node = Node {
         writer: BagWriter::create(&output, options)?,
         topics: Vec::new(),
