@@ -189,22 +189,29 @@ fn other_terminal(domain: Domain, namespace: &str) -> String {
 
 /// Waits until no other loop runs in the namespace, whose vehicle the nodes would answer. Returns the claim to it.
 fn be_alone(rt: &Runtime<Event>, options: &Options) -> Result<Claim> {
-    let began = Instant::now();
     let claim = rt.claim(&format!("launch {}", options.namespace))?;
+    find_no_other_loop(rt, || give_way(&claim, options))?;
+    claim.rise_to(Stage::Held);
+    Ok(claim)
+}
+
+/// Listens for publishers of the topics that the node reads, beside everybody's diagnostics, and runs `check` meanwhile.
+///
+/// # Errors
+/// Another loop runs, `check` fails, or the process is asked to stop.
+pub(crate) fn find_no_other_loop<E: 'static>(rt: &Runtime<E>, check: impl Fn() -> Result<()>) -> Result<()> {
+    let began = Instant::now();
     loop {
         if matches!(rt.next(Duration::from_millis(50)), Next::Stop) {
             bail!("interrupted");
         }
-        give_way(&claim, options)?;
+        check()?;
         let connections = rt.connections();
         let taken = connections.list.iter().find(|end| {
             end.direction == Direction::Subscription && end.topic != "/diagnostics" && end.peers > 0
         });
         match taken {
-            None if began.elapsed() > LISTENING => {
-                claim.rise_to(Stage::Held);
-                return Ok(claim);
-            }
+            None if began.elapsed() > LISTENING => return Ok(()),
             Some(end) if began.elapsed() > FORGETTING => bail!(
                 "{} has a publisher already: is another loop running? Stop it, or choose \
                  another ROS_DOMAIN_ID or --namespace",

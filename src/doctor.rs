@@ -3,14 +3,13 @@
 use std::fmt::Display;
 use std::net::{Ipv4Addr, UdpSocket};
 use std::path::Path;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use anyhow::{Context as _, Result, bail};
 use planesman_msgs::planesman_msgs::msg::VehicleState;
-use planesman_node::{Direction, Domain, NodeSpec, Qos, Runtime, args};
+use planesman_node::{Domain, NodeSpec, Qos, Runtime, args};
 
-/// How long other loops are listened for.
-const LISTENING: Duration = Duration::from_secs(2);
+use crate::dive::find_no_other_loop;
 
 /// Where DDS participants look for each other.
 const GROUP: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);
@@ -100,7 +99,7 @@ fn multicast(local: bool) -> Result<String> {
     Ok(format!("a datagram to {GROUP} comes back on {name}"))
 }
 
-/// Whether somebody publishes the loop's state in the namespace already.
+/// Whether another loop runs in the namespace.
 fn others(namespace: &str) -> Result<String> {
     let remap = format!("__ns:={namespace}");
     let (rt, ()) = Runtime::start(
@@ -113,23 +112,8 @@ fn others(namespace: &str) -> Result<String> {
         args::only(["--ros-args", "-r", &remap, "--log-level", "warn"].map(str::to_owned))?,
     )?;
     rt.subscribe("state", Qos::reliable(10), |_: VehicleState| ())?;
-    let began = Instant::now();
-    while began.elapsed() < LISTENING {
-        let _ = rt.next(Duration::from_millis(50));
-        let connections = rt.connections();
-        let taken = connections.list.iter().find(|end| {
-            end.direction == Direction::Subscription
-                && end.topic.ends_with("/state")
-                && end.peers > 0
-        });
-        if let Some(end) = taken {
-            bail!(
-                "somebody publishes {} already; stop that loop, or choose another ROS_DOMAIN_ID or --namespace",
-                end.topic
-            );
-        }
-    }
-    Ok(format!("none flies in {namespace}"))
+    find_no_other_loop(&rt, || Ok(()))?;
+    Ok(format!("none in namespace {namespace}"))
 }
 
 /// The package that `ros2` needs to show the loop's own messages.

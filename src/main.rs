@@ -151,13 +151,13 @@ struct DiveArgs {
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
     /// Run in lockstep: each tick ends when every node has answered, independent of the wall clock (the default)
-    #[arg(long, conflicts_with_all = ["factor", "sim_time"])]
+    #[arg(long, help_heading = "Pace", conflicts_with_all = ["factor", "sim_time"])]
     lockstep: bool,
     /// Run in real time with this real-time factor
-    #[arg(long, value_name = "F", value_parser = factor)]
+    #[arg(long, help_heading = "Pace", value_name = "F", value_parser = factor)]
     factor: Option<f64>,
     /// Run in real time with stamps from 0 and a /clock topic (implied by a factor other than 1)
-    #[arg(long)]
+    #[arg(long, help_heading = "Pace")]
     sim_time: bool,
     /// Keep the loop running until Ctrl-C, for `ros2 topic echo` and similar tools
     #[arg(long)]

@@ -10,7 +10,7 @@ use crate::arguments::{length, speed, within};
 
 /// The requirements.
 #[derive(Args)]
-#[command(allow_negative_numbers = true)]
+#[command(allow_negative_numbers = true, next_help_heading = "Requirements")]
 pub struct OptimiseArgs {
     #[command(flatten)]
     subject: Subject,

@@ -15,7 +15,7 @@ use crate::arguments::{speed, within};
 
 /// The vehicle and the wanted poles.
 #[derive(Args)]
-#[command(allow_negative_numbers = true)]
+#[command(allow_negative_numbers = true, next_help_heading = "Poles")]
 pub struct PlaceArgs {
     #[command(flatten)]
     subject: Subject,
