@@ -29,6 +29,7 @@ use crate::nodes::NODES;
 use crate::run_folder::{Loss, RunFolder};
 use crate::scenario::Scenario;
 use crate::sink::full_name;
+use crate::table::print_wrapped;
 
 /// Timeout of discovery without a new match, and of an answer.
 const GATHERING: Duration = Duration::from_secs(30);
@@ -104,7 +105,7 @@ pub fn run(scenario: &Scenario, run: &RunFolder, options: &Options) -> Result<Op
         Event::Model(Box::new(model))
     })?;
     let go = rt.client::<SetBool>("plant_sim/pause")?;
-    planesman_node::say!("{}", scenario.description)?;
+    print_wrapped(format_args!("{}\n", scenario.description))?;
     let claim = be_alone(&rt, options)?;
     // All that can be refused has been: now there is something to keep.
     run.create(scenario, &parameters)?;
@@ -139,7 +140,7 @@ fn fly(
             since: Instant::now(),
         },
         connections: BTreeMap::new(),
-        bar: bar(scenario.ticks()),
+        bar: bar(scenario.ticks(), options.keep_running),
         first: None,
         ticks: 0,
         pole: String::new(),
@@ -169,7 +170,7 @@ fn fly(
             NODES.len() + 1,
         )?;
     }
-    planesman_node::say!("{}", run.report()?)?;
+    print_wrapped(format_args!("{}\n", run.report()?))?;
     run.loss()
 }
 
@@ -199,7 +200,10 @@ fn be_alone(rt: &Runtime<Event>, options: &Options) -> Result<Claim> {
 ///
 /// # Errors
 /// Another loop runs, `check` fails, or the process is asked to stop.
-pub(crate) fn find_no_other_loop<E: 'static>(rt: &Runtime<E>, check: impl Fn() -> Result<()>) -> Result<()> {
+pub(crate) fn find_no_other_loop<E: 'static>(
+    rt: &Runtime<E>,
+    check: impl Fn() -> Result<()>,
+) -> Result<()> {
     let began = Instant::now();
     loop {
         if matches!(rt.next(Duration::from_millis(50)), Next::Stop) {
@@ -347,7 +351,7 @@ impl Captain {
             Event::State(state) => self.on_state(&state),
             Event::Model(model) if model.valid && is_of_pitch(&model) => {
                 if let Some(pole) = identified(&model).dominant() {
-                    self.pole = format!("pole {} 1/s", pole_text(pole, 4));
+                    self.pole = format!("pole {}", pole_text(pole, 4));
                 }
             }
             Event::Model(_) => {}
@@ -380,7 +384,7 @@ impl Captain {
         self.ticks = (t / self.scenario.tick).round() as u64 + 1;
         self.bar.set_position(self.ticks);
         self.bar.set_message(format!(
-            "t {t:5.1} s  depth {:6.3} m  pitch {:+5.1}°  planes {:+5.1}°  {}",
+            "{t:5.1} s  depth {:6.3} m  pitch {:+5.1}°  planes {:+5.1}°  {}",
             state.depth,
             state.pitch.to_degrees(),
             state.dive_planes.to_degrees(),
@@ -549,9 +553,14 @@ impl Captain {
     }
 }
 
-fn bar(ticks: u64) -> ProgressBar {
+/// The state on one line, and above it, if the flight ends by itself, how much of it is left.
+fn bar(ticks: u64, keep_running: bool) -> ProgressBar {
     let bar = ProgressBar::new(ticks);
-    if let Ok(style) = ProgressStyle::with_template("{bar:30} {percent:>3} %  {msg}") {
+    let template = match keep_running {
+        true => "{wide_msg}",
+        false => "{bar:30} {percent:>3} %, {eta} left\n{wide_msg}",
+    };
+    if let Ok(style) = ProgressStyle::with_template(template) {
         bar.set_style(style);
     }
     bar

@@ -1,6 +1,5 @@
 //! `planesman doctor`: whether nodes would find each other here, and what to do where they would not.
 
-use std::fmt::Display;
 use std::net::{Ipv4Addr, UdpSocket};
 use std::path::Path;
 use std::time::Duration;
@@ -10,6 +9,7 @@ use planesman_msgs::planesman_msgs::msg::VehicleState;
 use planesman_node::{Domain, NodeSpec, Qos, Runtime, args};
 
 use crate::dive::find_no_other_loop;
+use crate::table::wrapped;
 
 /// Where DDS participants look for each other.
 const GROUP: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);
@@ -26,8 +26,8 @@ pub fn run(namespace: &str) -> Result<()> {
     let mut tell = |what: &str, found: Result<String>| -> std::io::Result<()> {
         troubles += usize::from(found.is_err());
         match found {
-            Ok(text) => planesman_node::say!("ok       {what}: {text}"),
-            Err(error) => planesman_node::say!("TROUBLE  {what}: {error:#}"),
+            Ok(text) => line(&format!("ok       {what}: {text}")),
+            Err(error) => line(&format!("TROUBLE  {what}: {error:#}")),
         }
     };
     let domain = Domain::from_environment();
@@ -41,12 +41,16 @@ pub fn run(namespace: &str) -> Result<()> {
     tell("other loops", others(namespace))?;
     let prefixes = std::env::var_os("AMENT_PREFIX_PATH").unwrap_or_default();
     let installed = std::env::split_paths(&prefixes).find(|prefix| prefix.join(MESSAGES).is_file());
-    planesman_node::say!("{}", messages(installed.as_deref()))?;
+    line(&messages(installed.as_deref()))?;
     match troubles {
         0 => Ok(()),
         1 => bail!("1 trouble found"),
         n => bail!("{n} troubles found"),
     }
+}
+
+fn line(text: &str) -> std::io::Result<()> {
+    planesman_node::say!("{}", wrapped(text).trim_end())
 }
 
 fn described(domain: Domain) -> String {
@@ -117,7 +121,7 @@ fn others(namespace: &str) -> Result<String> {
 }
 
 /// The package that `ros2` needs to show the loop's own messages.
-fn messages(installed: Option<&Path>) -> impl Display {
+fn messages(installed: Option<&Path>) -> String {
     match installed {
         Some(prefix) => format!("ok       planesman_msgs: in {}", prefix.display()),
         None => "note     planesman_msgs: in no prefix of AMENT_PREFIX_PATH; ros2 topic echo shows standard messages \

@@ -16,7 +16,7 @@ use planesman::dive::{self, Pace};
 use planesman::reproduce::{self, ReproduceArgs};
 use planesman::run_folder::{Loss, RunFolder};
 use planesman::scenario::{BUILTIN, Scenario};
-use planesman::table::Format;
+use planesman::table::{Format, print_wrapped};
 use planesman::{bag_command, doctor, nodes, params_command, sim, tf_command};
 use planesman_node::in_one_line;
 use planesman_parameters::Parameters as _;
@@ -287,7 +287,7 @@ fn main() -> ExitCode {
         Command::Sim(args) => simulate(&args),
         Command::Report { folder } => RunFolder::open(&folder)
             .and_then(|run| run.report())
-            .and_then(|text| Ok(planesman_node::say!("{text}")?)),
+            .and_then(|text| Ok(print_wrapped(format_args!("{text}\n"))?)),
         Command::Replay(args) => planesman::sysid::replay::run(&args),
         Command::Sysid(command @ planesman::sysid::Command::Watch(_)) => {
             stay_local().and_then(|()| command.run())

@@ -9,6 +9,7 @@ use planesman_linear::Complex;
 
 use super::subject::{GainArgs, Subject, Varied, poles_text};
 use crate::arguments::{output_file, speed, within};
+use crate::table::wrapped;
 use planesman_plot::{Plot, Style};
 
 /// Points of the drawing.
@@ -53,7 +54,9 @@ struct Bound {
 fn bound(text: &str) -> std::result::Result<Bound, String> {
     let has_unit = text.parse::<f64>().is_err();
     let value = match has_unit {
-        true => speed(0.0, 1e3)(text)?,
+        true => speed(0.0, 1e3)(text).map_err(|_| {
+            "a number from 0 to 1000 is expected, or a speed with its unit: m/s, ft/s".to_owned()
+        })?,
         false => within(0.0, 1e3)(text)?,
     };
     Ok(Bound { value, has_unit })
@@ -72,7 +75,8 @@ pub fn run(args: &LocusArgs) -> Result<()> {
     }
     for i in 0..args.rows {
         let value = args.value(f64::from(i) / f64::from(args.rows - 1));
-        planesman_node::say!("{value:12.5}  {}", poles_text(&args.poles(value)?))?;
+        let line = format!("{value:12.5}  {}", poles_text(&args.poles(value)?));
+        planesman_node::say!("{}", wrapped(&line).trim_end())?;
     }
     if let Some(file) = &args.svg {
         fs::write(file, args.drawing()?).with_context(|| format!("{}", file.display()))?;

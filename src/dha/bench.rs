@@ -14,7 +14,7 @@ use planesman_units::DEGREE;
 
 use crate::arguments::number;
 use crate::progress::{end_with_reader, on_all_cores};
-use crate::table::{self, Format};
+use crate::table::{self, Format, print_wrapped};
 
 /// The arguments.
 #[derive(Clone, Debug, clap::Args)]
@@ -90,12 +90,12 @@ pub fn run(args: &BenchArgs) -> Result<()> {
     let book = ibm_1966::book()?;
     end_with_reader();
     if args.format.is_none() {
-        planesman_node::say!("{}", heading(surrogate))?;
+        print_wrapped(heading(surrogate) + "\n")?;
     }
     let flown = on_all_cores("tables", wanted, |table| flown(*table, surrogate, &book));
     let Some(format) = args.format else {
         for table in flown {
-            planesman_node::say!("{}", table?.text)?;
+            print_wrapped(table?.text + "\n")?;
         }
         return Ok(());
     };
@@ -145,7 +145,7 @@ fn flown(table: Table, surrogate: Surrogate, book: &Book) -> Result<Flown> {
     Ok(match table {
         Table::T21 => rows(
             book,
-            "Table 2-1  K = 0, no leakage",
+            ("2-1", "2-1  K = 0, no leakage"),
             "T2-1",
             &TABLE_2_1,
             &polaris,
@@ -153,14 +153,20 @@ fn flown(table: Table, surrogate: Surrogate, book: &Book) -> Result<Flown> {
         Table::T32 => {
             let as_is = rows(
                 book,
-                "Table 3-2  the hardware's parameters (Table 3-1), as they are",
+                (
+                    "3-2",
+                    "3-2  the hardware's parameters (Table 3-1), as they are",
+                ),
                 "T3-2",
                 &TABLE_3_2,
                 &hardware,
             );
             let adjusted = rows(
                 book,
-                "Table 3-2  with T_D = 10 ms and 8 % more friction (a conjecture)",
+                (
+                    "3-2 adjusted",
+                    "3-2  with T_D = 10 ms and 8 % more friction (a conjecture)",
+                ),
                 "T3-2",
                 &TABLE_3_2,
                 &hardware.adjusted(),
@@ -172,7 +178,7 @@ fn flown(table: Table, surrogate: Surrogate, book: &Book) -> Result<Flown> {
         }
         Table::T42 => rows(
             book,
-            "Table 4-2  Polaris flight simulation (Table 4-1)",
+            ("4-2", "4-2  Polaris flight simulation (Table 4-1)"),
             "T4-2",
             &TABLE_4_2,
             &polaris,
@@ -245,10 +251,16 @@ impl Score {
     }
 }
 
-fn rows(book: &Book, title: &'static str, family: &str, rows: &[Row], base: &Case) -> Flown {
-    let mut score = Score::of(title);
+fn rows(
+    book: &Book,
+    (name, title): (&'static str, &str),
+    family: &str,
+    rows: &[Row],
+    base: &Case,
+) -> Flown {
+    let mut score = Score::of(name);
     let mut text = format!(
-        "{title}\n{:<26} {:>12} {:>12} {:>12} {:>12}  remarks\n",
+        "Table {title}\n{:<26} {:>12} {:>12} {:>12} {:>12}  remarks\n",
         "", "+step", "-step", "stable K_g", "from 7 rams"
     );
     for row in rows {
@@ -282,8 +294,8 @@ fn rows(book: &Book, title: &'static str, family: &str, rows: &[Row], base: &Cas
 }
 
 fn analog(book: &Book, surrogate: Surrogate) -> Flown {
-    let mut score = Score::of("Table 4-3  analog flight control");
-    let mut text = format!("{}\n", score.table);
+    let mut score = Score::of("4-3");
+    let mut text = "Table 4-3  analog flight control\n".to_owned();
     let step = f64::from(analog_step_limit(surrogate));
     let line = |text: &mut String, what: &str, cell: String| {
         let _ = writeln!(text, "{what:<40} {cell:>16}");
@@ -320,7 +332,7 @@ fn analog(book: &Book, surrogate: Surrogate) -> Flown {
 }
 
 fn limit_cycles(book: &Book, base: &Case) -> Flown {
-    let mut score = Score::of("Limit cycles");
+    let mut score = Score::of("limit cycles");
     let mut text = format!(
         "Limit cycles  20 to 80 s after psi_0 = -1/2 deg (Section IV.B)\n{:<22} {:>11} {:>11} {:>11} {:>10}  reported\n",
         "", "psi pp", "mean psi", "nozzle pp", "pulses/s"

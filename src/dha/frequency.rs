@@ -12,6 +12,8 @@ use ibm_1966::{Case, Gains, PULSE, Start, Surrogate};
 use planesman_linear::Complex;
 use planesman_units::DEGREE;
 
+use crate::table::print_wrapped;
+
 /// The arguments.
 #[derive(Clone, Debug, clap::Args)]
 pub struct FrequencyArgs {
@@ -34,14 +36,13 @@ pub fn run(args: &FrequencyArgs) -> Result<()> {
     } else {
         steered(&set)
     };
-    planesman_node::print(format_args!("{}", text.map_err(|error| anyhow!(error))?))?;
-    Ok(())
+    Ok(print_wrapped(text.map_err(|error| anyhow!(error))?)?)
 }
 
 /// Gain and phase.
 fn cell(response: Complex<f64>) -> String {
     format!(
-        "{:>6.2} dB {:>5.0} deg",
+        "{:>6.2} dB {:>4.0} deg",
         20.0 * response.norm().log10(),
         response.arg() / DEGREE
     )
@@ -52,20 +53,21 @@ fn alone(set: &ActuatorSet) -> Result<String, planesman_linear::Error> {
     let model = linearised::actuator(set, Ram::OnItsOil)?;
     let quanta = [1.0, 4.0, 16.0];
     let mut text = format!(
-        "{}: plane angle over plane command, in the position loop\n\n{:>6} {:>20}",
-        set.name, "f, Hz", "linear"
+        "{}: plane angle over plane command, in the position loop\n\n{:>4} {:>18}",
+        set.name, "Hz", "linear"
     );
     for n in quanta {
-        let _ = write!(text, " {:>20}", format!("{n} quanta"));
+        let quanta = if n == 1.0 { "quantum" } else { "quanta" };
+        let _ = write!(text, " {:>18}", format!("{n} {quanta}"));
     }
     let _ = writeln!(text);
     for hertz in [0.1, 0.2, 0.5, 1.0, 2.0, 4.0] {
-        let _ = write!(text, "{hertz:>6} {:>20}", cell(model.at(TAU * hertz)));
+        let _ = write!(text, "{hertz:>4} {:>18}", cell(model.at(TAU * hertz)));
         for n in quanta {
             let demand = Demand::angle(n * set.quantum);
             let response =
                 frequency_response::actuator(set, demand, TAU * hertz, Periods::default());
-            let _ = write!(text, " {:>20}", cell(response));
+            let _ = write!(text, " {:>18}", cell(response));
         }
         let _ = writeln!(text);
     }

@@ -15,7 +15,7 @@ use planesman_units::{DEGREE, Dimension, INCH, Quantity};
 
 use super::depth_loop::{Loop, MOST_RESIDUAL};
 use crate::arguments::number;
-use crate::table::{Format, Table};
+use crate::table::{Format, Table, print_wrapped};
 
 /// The arguments. A quantity is a number and its unit, as in an actuator file.
 #[derive(Clone, Debug, clap::Args)]
@@ -78,7 +78,7 @@ pub fn run(args: &SizeArgs) -> Result<()> {
         Some(format) => table(&set).text(format)?,
         None => text(&set),
     };
-    Ok(planesman_node::print(text)?)
+    Ok(print_wrapped(text)?)
 }
 
 impl SizeArgs {

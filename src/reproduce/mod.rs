@@ -10,6 +10,7 @@ use planesman_book::Reckoning;
 
 use crate::arguments::output_file;
 use crate::progress::{end_with_reader, on_all_cores, spinner};
+use crate::table::print_wrapped;
 
 pub mod listing;
 pub mod page;
@@ -38,11 +39,11 @@ pub fn run(args: &ReproduceArgs) -> Result<()> {
     for (report, values) in reports.iter().zip(recomputed) {
         let book = (report.book)()?;
         let reckoning = Reckoning::of(&book, values.iter().map(|(id, v)| (id.as_str(), *v)));
-        planesman_node::say!("{}\n", report.citation)?;
-        planesman_node::say!("{}", listing::text(&book, &reckoning))?;
+        print_wrapped(format_args!("{}\n\n", report.citation))?;
+        planesman_node::say!("{}", listing::text(&book, &reckoning)?)?;
         let account = report.account.map(|account| account()).transpose()?;
         if let Some(account) = &account {
-            planesman_node::say!("{account}")?;
+            print_wrapped(format_args!("{account}\n"))?;
         }
         news += reckoning.totals().news;
         if args.html.is_some() {
