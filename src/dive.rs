@@ -129,7 +129,7 @@ fn fly(
 ) -> Result<Option<Loss>> {
     let crew = Crew::start(run, &options.namespace, &NODES)?;
     drop(rt.every(Duration::from_millis(20), || Event::Look));
-    let mut captain = Captain {
+    let mut launcher = Launcher {
         scenario: scenario.clone(),
         options: options.clone(),
         crew,
@@ -147,26 +147,26 @@ fn fly(
         began: Instant::now(),
         interrupted: false,
     };
-    let flown = captain.command(&rt);
-    captain.bar.finish_and_clear();
+    let flown = launcher.command(&rt);
+    launcher.bar.finish_and_clear();
     flown.and(rt.shutdown())?;
     // Publishers stop first, so that the recorder receives their last messages, also when one does not stop.
     let stopped: Vec<Result<()>> = NODES
         .iter()
         .rev()
-        .map(|node| captain.crew.stop(node))
+        .map(|node| launcher.crew.stop(node))
         .collect();
     stopped.into_iter().collect::<Result<()>>()?;
-    if captain.interrupted {
+    if launcher.interrupted {
         planesman_node::say!(
             "Interrupted after {} ticks; the bag is closed.",
-            captain.ticks
+            launcher.ticks
         )?;
     } else {
         planesman_node::say!(
             "Flew {:.1} s of vehicle time in {:.1} s, {} processes over DDS.\n",
-            captain.ticks as f64 * scenario.tick,
-            captain.began.elapsed().as_secs_f64(),
+            launcher.ticks as f64 * scenario.tick,
+            launcher.began.elapsed().as_secs_f64(),
             NODES.len() + 1,
         )?;
     }
@@ -296,7 +296,7 @@ enum Phase {
     Landing(Instant),
 }
 
-struct Captain {
+struct Launcher {
     scenario: Scenario,
     options: Options,
     crew: Crew,
@@ -315,7 +315,7 @@ struct Captain {
     interrupted: bool,
 }
 
-impl Captain {
+impl Launcher {
     /// Handles events until the dive ends. A first interrupt ends it in order, a second one at once.
     fn command(&mut self, rt: &Runtime<Event>) -> Result<()> {
         loop {

@@ -310,7 +310,7 @@ fn schemas_made_to_hurt_are_refused_or_listed_in_part() {
 }
 
 #[test]
-fn payloads_whose_lengths_lie_are_told_and_passed_over() {
+fn payloads_whose_lengths_lie_are_reported_and_passed_over() {
     let folder = Folder::new();
     let payloads = hostile::payloads();
     for (text, types) in hostile::lists() {

@@ -108,7 +108,7 @@ fn a_table_and_a_bag_of_the_same_samples_give_the_same_record() {
 }
 
 #[test]
-fn a_tables_blanks_are_absent_and_its_faults_are_told() {
+fn a_tables_blanks_are_absent_and_its_faults_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let table = folder.path().join("a.csv");
     fs::write(
@@ -273,7 +273,7 @@ fn what_is_not_there_is_refused_with_what_is() {
 }
 
 #[test]
-fn messages_that_are_not_of_their_type_are_told_and_the_rest_is_used() {
+fn messages_that_are_not_of_their_type_are_reported_and_the_rest_is_used() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.mcap");
     let mut maker = Maker::new(&path);

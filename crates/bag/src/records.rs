@@ -127,7 +127,7 @@ pub(crate) fn record_at(records: &[u8], at: usize) -> Result<Option<(u8, Range<u
     }
 }
 
-/// Fills `bytes` as far as `input` goes, and tells how far.
+/// Fills `bytes` as far as `input` goes, and returns how far.
 pub(crate) fn read_up_to(input: &mut impl Read, bytes: &mut [u8]) -> io::Result<usize> {
     let mut filled = 0;
     while filled < bytes.len() {

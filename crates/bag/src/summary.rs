@@ -15,7 +15,7 @@ use crate::{
     fields::{self, op},
     limits::Limits,
     records::{Records, read_up_to},
-    walk::{BUFFER, is_told},
+    walk::{BUFFER, is_read},
 };
 
 /// The footer record and the magic after it: the last bytes of a closed file.
@@ -70,7 +70,7 @@ pub(crate) fn read(file: &mut File, start: u64, size: u64, limits: &Limits) -> O
     let mut statistics: Option<Statistics> = None;
     let mut records = Records::new(&mut summed, start, limits.chunk);
     loop {
-        let record = records.next(is_told).ok()??;
+        let record = records.next(is_read).ok()??;
         match record.opcode {
             op::SCHEMA | op::CHANNEL => definitions.take(record.opcode, record.body).ok()?,
             op::STATISTICS => match mcap::parse_record(op::STATISTICS, record.body).ok()? {

@@ -399,7 +399,7 @@ fn an_index_that_lies_is_not_believed() {
 }
 
 #[test]
-fn topics_beyond_all_measure_are_passed_over_and_told() {
+fn topics_beyond_all_measure_are_passed_over_and_reported() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = |name: &str, first: u16| {
         let mut bytes = beginning();

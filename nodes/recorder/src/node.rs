@@ -23,7 +23,7 @@ const LAST_WORDS: Duration = Duration::from_secs(2);
 /// Time for which the error is on `/diagnostics` before the node ends.
 const REPORTING: Duration = Duration::from_secs(2);
 
-/// The status that tells how the bag does; an error means that nothing more is recorded.
+/// The status of the bag; an error means that nothing more is recorded.
 pub const BAG: &str = "bag";
 
 enum Event {

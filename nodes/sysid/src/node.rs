@@ -215,7 +215,7 @@ impl Node {
                 log::info!("parameters changed");
             }
         }
-        self.tell(rt);
+        self.report(rt);
         Ok(Flow::Continue)
     }
 
@@ -294,7 +294,7 @@ impl Node {
     }
 
     /// Says how each pair is doing.
-    fn tell(&self, rt: &Runtime<Event>) {
+    fn report(&self, rt: &Runtime<Event>) {
         let silence = (rt.now().nanos() - self.last_message.nanos()) as f64 * 1e-9;
         for pair in self.identifier.pairs() {
             let config = pair.config();
