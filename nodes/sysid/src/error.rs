@@ -39,7 +39,7 @@ pub enum Error {
     Estimator(#[from] IdentificationError),
     /// Messages of the type hold no such signal; the topic and the reason.
     #[error("{0}: {1}")]
-    NoSignal(String, CompileError),
+    NoSignal(String, Box<CompileError>),
     /// The signal is a list with a name for each number; topic, field, field of the names.
     #[error(
         "{topic}: {path} is a list of numbers, one for each '{names}'; name one by its index, as {path}[0]"

@@ -71,7 +71,7 @@ impl Reader {
         });
         Ok(Some(Self {
             decoder: Decoder::compile(types, &paths)
-                .map_err(|reason| Error::NoSignal(topic.to_owned(), reason))?,
+                .map_err(|reason| Error::NoSignal(topic.to_owned(), Box::new(reason)))?,
             values: Values::default(),
             input,
             output,
