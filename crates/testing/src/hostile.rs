@@ -35,7 +35,7 @@ pub fn mutated(bytes: &[u8], random: &mut impl Rng) -> Vec<u8> {
     bytes
 }
 
-/// Records that lie about their lengths or contents, to stand between [`beginning`] and [`end`], or with nothing behind them.
+/// Records that lie about their lengths or contents, to stand between [`beginning`] and [`end`](crate::mcap::end), or with nothing behind them.
 pub fn records() -> Vec<Case<Vec<u8>>> {
     const MANY: usize = 32 << 20;
     let zeros = vec![0; MANY];

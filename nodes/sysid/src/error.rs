@@ -61,7 +61,7 @@ pub enum Error {
     /// A message does not hold the signal as a finite number, or a list of such.
     #[error(transparent)]
     Signal(#[from] SignalError),
-    /// A message that is refused; the sentence of [`Outcome::refused`](crate::core::Outcome::refused).
+    /// A message that is refused; the sentence that names the signal.
     #[error("{0}")]
     Message(String),
 }
