@@ -42,7 +42,7 @@ pub fn run(args: &FrequencyArgs) -> Result<()> {
 /// Gain and phase.
 fn cell(response: Complex<f64>) -> String {
     format!(
-        "{:>6.2} dB {:>4.0} deg",
+        "{:>6.2} dB {:>5.0} deg",
         20.0 * response.norm().log10(),
         response.arg() / DEGREE
     )
@@ -62,12 +62,16 @@ fn alone(set: &ActuatorSet) -> Result<String, planesman_linear::Error> {
     }
     let _ = writeln!(text);
     for hertz in [0.1, 0.2, 0.5, 1.0, 2.0, 4.0] {
-        let _ = write!(text, "{hertz:>4} {:>18}", cell(model.at(TAU * hertz)));
+        let _ = write!(
+            text,
+            "{hertz:>4} {:>18}",
+            cell(model.at(TAU * hertz)).trim_start()
+        );
         for n in quanta {
             let demand = Demand::angle(n * set.quantum);
             let response =
                 frequency_response::actuator(set, demand, TAU * hertz, Periods::default());
-            let _ = write!(text, " {:>18}", cell(response));
+            let _ = write!(text, " {:>18}", cell(response).trim_start());
         }
         let _ = writeln!(text);
     }
