@@ -50,14 +50,14 @@ pub struct FitArgs {
 /// The model's structure.
 #[derive(Clone, Debug, clap::Args)]
 struct StructureArgs {
-    /// Order of the model (of its denominator), known poles not counted [default: searched, 1 to 4]
+    /// Order of the model (of its denominator), known poles not counted [default: searched, 1 to 10; 1 to 4 for a method that is named]
     #[arg(long, value_parser = clap::value_parser!(u8).range(1..=20), visible_alias = "denominator-order")]
     order: Option<u8>,
     /// Coefficients of the numerator, known zeros not counted [default: as many as the order]
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u8).range(1..=40), requires = "order")]
     numerator: Option<u8>,
     /// Delay in samples from the input to its first effect, 0 where the output is measured after the input of the same
-    /// sample [default: searched with the order, 1 to 3; 1 with --order]
+    /// sample [default: searched, 0 to 20; for a method that is named 1 to 3, 1 with --order]
     #[arg(long, value_parser = clap::value_parser!(u8).range(0..=40))]
     delay: Option<u8>,
     /// Number of zeros known to be at z = 1

@@ -5,6 +5,7 @@
 //!   a Kalman filter, two stages in a closed loop: behind one trait.
 //! - [`RecursiveLeastSquares`], [`Triangle`]: least squares by square roots, row by row and at once.
 //! - [`Model`], [`Readout`], [`Reading`], [`continuous`]: poles, gains and responses, with standard errors.
+//! - [`selection`]: order, delay and kind of model by cross-validation.
 //! - [`validation`]: residual tests, order search, identifiability.
 //! - [`analysis`]: all of it on one record, with a verdict in plain words.
 //!

@@ -82,7 +82,7 @@ fn what_does_not_belong_together_is_neither_written_nor_read() {
         (|m| m.speed = Some(-1.0), "speed"),
         (|m| m.den[0] = 2.0, "begin with 1"),
         (|m| m.den.clear(), "begin with 1"),
-        (|m| m.num.push(1.0), "one more"),
+        (|m| m.num.extend([1.0, 1.0]), "one more"),
         (|m| m.covariance.truncate(3), "4 rows"),
         (|m| m.covariance[2].truncate(1), "4 rows"),
         (

@@ -17,7 +17,9 @@ pub use checks::AHEAD;
 
 use crate::conversion;
 use crate::error::{IdentificationError, Result};
-use crate::estimators::{Error, Estimate, Estimator, Knowledge, Method, Physical, TwoStages};
+use crate::estimators::{
+    Error, Estimate, Estimator, Knowledge, LeastSquares, Method, Physical, TwoStages,
+};
 use crate::model::Model;
 use crate::record::{Record, Stretch};
 use crate::selection::{self, Kind, select};
@@ -211,9 +213,13 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Analysis> {
                 break;
             }
         }
-        let determined = determined.ok_or(IdentificationError::Undetermined(
-            "the record determines no model of any order",
-        ))?;
+        let Some(determined) = determined else {
+            problem.structure = structure(options, options.order.unwrap_or(1));
+            let reason = LeastSquares.fit(&problem).err();
+            return Err(reason.unwrap_or(IdentificationError::Undetermined(
+                "the record determines no model of any order",
+            )));
+        };
         selected.drain(..determined);
         kind = selected.first().map(|chosen| chosen.kind);
     } else if options.order.is_none() && !options.method.is_of_the_vehicle() {

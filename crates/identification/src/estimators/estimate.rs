@@ -8,7 +8,7 @@ use super::rows::impulse;
 use crate::fit::{Spread, fit};
 use crate::free_motion::without_free_motion;
 use crate::model::Model;
-use crate::structure::{Layout, Run, Start, filter};
+use crate::structure::{Layout, Run, Start, Structure, filter};
 
 /// `A(1)` below this share of its terms' size is that of a pole at z = 1.
 const AT_ONE: f64 = 1e-9;
@@ -82,17 +82,18 @@ impl Estimate {
         self.offset_at_level(at) - by_level
     }
 
+    /// `A(1)`; `None` with a pole at z = 1.
+    fn steady(&self) -> Option<f64> {
+        let a = self.theta.rows(0, self.layout.structure.poles);
+        let size = 1.0 + a.iter().map(|a| a.abs()).sum::<f64>();
+        Some(1.0 + a.sum()).filter(|steady| steady.abs() > AT_ONE * size)
+    }
+
     /// The output's offset where the input is at its level.
     fn offset_at_level(&self, at: usize) -> f64 {
         if self.error == Error::Equation {
             // offset = constant / A(1); with a pole at 1 there is none.
-            let a = self.theta.rows(0, self.layout.structure.poles);
-            let size = 1.0 + a.iter().map(|a| a.abs()).sum::<f64>();
-            let steady = 1.0 + a.sum();
-            match steady.abs() > AT_ONE * size {
-                true => self.theta[at] / steady,
-                false => 0.0,
-            }
+            self.steady().map_or(0.0, |steady| self.theta[at] / steady)
         } else {
             self.theta[at]
         }
@@ -110,7 +111,16 @@ impl Estimate {
         a.extend(self.theta.rows(0, structure.poles).iter());
         let b = &self.theta.as_slice()[self.layout.b(run)];
         let inputs = self.about_level(inputs);
-        let mut output = filter(b, &a, &structure.driving(&inputs));
+        let driving = match self.physical {
+            // The vehicle's motion is its state, which no input before the record has led to.
+            Some(_) => Structure {
+                start: Start::Rest,
+                ..structure.clone()
+            }
+            .driving(&inputs),
+            None => structure.driving(&inputs),
+        };
+        let mut output = filter(b, &a, &driving);
         let offset = self
             .layout
             .offset(run)
@@ -143,7 +153,10 @@ impl Estimate {
         let constant = self.layout.offset(run).map_or(0.0, |at| self.theta[at]);
         let constant = match self.error {
             // With a pole at 1 the constant of the equation makes a ramp.
-            Error::Equation => filter(&[1.0], &a, &vec![constant; outputs.len()]),
+            Error::Equation if self.steady().is_none() => {
+                filter(&[1.0], &a, &vec![constant; outputs.len()])
+            }
+            Error::Equation => vec![constant / self.steady().unwrap_or(1.0); outputs.len()],
             Error::Output => vec![constant; outputs.len()],
         };
         let mut spread = Spread::default();

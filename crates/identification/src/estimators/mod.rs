@@ -4,6 +4,7 @@
 //! |---|---|---|
 //! | [`LeastSquares`] | the equation error `A y - B u`, by QR | white in the equation (rarely so) |
 //! | [`Armax`] | the one-step error of `A y = B u + C e` | a moving average through the plant's poles |
+//! | [`Near`] | output error or Box-Jenkins, from poles that are known nearly | as output error |
 //! | [`OutputError`] | the simulated error `y - (B/A) u` | anything the input does not cause |
 //! | [`Instruments`] | `A y = B u` with simulated outputs as instruments | anything the input does not cause |
 //! | [`Recursively`] | least squares, ARMAX, output error, a sample at a time | as those |

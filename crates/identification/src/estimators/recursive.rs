@@ -542,6 +542,10 @@ impl Recursive for Recursion {
 
 /// The recursion by which a batch estimator is watched while it learns.
 pub(super) fn learner(kind: Kind, problem: &Problem<'_>) -> Result<Box<dyn Recursive>> {
+    if problem.structure.delay == 0 {
+        let reason = "the recursions take the input before the output: a delay of at least 1";
+        return Err(IdentificationError::Option(reason.to_owned()));
+    }
     let structure = Structure {
         own_numerators: false,
         ..problem.structure.clone()
