@@ -699,7 +699,7 @@ mod tests {
 
     #[test]
     fn a_mean_or_a_line_is_taken_away_and_told() {
-        let wave = |k: usize| f64::from(u8::from(k % 2 == 0));
+        let wave = |k: usize| f64::from(u8::from(k.is_multiple_of(2)));
         let drifting: Vec<f64> = (0..1000).map(|k| wave(k) + 3.0 + 0.02 * k as f64).collect();
         let waves: Vec<f64> = (0..1000).map(wave).collect();
         for (trend, left, text) in [
