@@ -62,7 +62,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_the_bag_lacks_is_told_by_topic_and_who_said_nothing_is_named() {
+    fn what_the_bag_lacks_is_reported_by_topic_and_who_said_nothing_is_named() {
         let count = |published, recorded| Count {
             published,
             recorded,

@@ -1,6 +1,7 @@
 //! `planesman coefficients`: a vehicle's coefficients computed from its geometry, compared with its file.
 
 use std::fmt::Write as _;
+use std::io::IsTerminal as _;
 
 use anyhow::{Result, bail};
 use planesman_units::FOOT;
@@ -43,6 +44,7 @@ pub fn run(args: &CoefficientsArgs) -> Result<()> {
     let found = Table::of(&vehicle, &geometry, args.speed);
     let text = match args.format {
         Some(format) => in_one(&found).text(format)?,
+        None if std::io::stdout().is_terminal() => narrow(&found, &vehicle.name, args.speed)?,
         None => text(&found, &vehicle.name, args.speed),
     };
     Ok(planesman_node::print(text)?)
@@ -82,6 +84,55 @@ fn in_one(found: &Table) -> table::Table {
         ]);
     }
     table
+}
+
+/// Both tables, within the terminal.
+fn narrow(found: &Table, name: &str, speed: f64) -> Result<String> {
+    let written = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), number);
+    let both = |value: f64, unit: &str| format!("{} {unit}", number(value));
+    let columns = [
+        "coefficient",
+        "method",
+        "computed",
+        "file",
+        "off, %",
+        "imperial",
+        "SI",
+    ];
+    let mut coefficients = table::Table::new(columns);
+    for row in &found.rows {
+        coefficients.row([
+            row.coefficient.to_string(),
+            row.method.to_string(),
+            number(row.computed),
+            written(row.in_the_file),
+            row.difference()
+                .map_or_else(|| "-".to_owned(), |d| format!("{:+.1}", 100.0 * d)),
+            both(row.imperial(), row.unit.imperial),
+            both(row.si(), row.unit.si),
+        ]);
+    }
+    let mut figures = table::Table::new(["quantity", "method", "imperial", "SI", "+-"]);
+    for figure in &found.figures {
+        figures.row([
+            figure.quantity.to_string(),
+            figure.method.to_string(),
+            both(figure.si / figure.unit.size, figure.unit.imperial),
+            both(figure.si, figure.unit.si),
+            figure.uncertainty.map_or_else(String::new, number),
+        ]);
+    }
+    let missing = found
+        .missing
+        .iter()
+        .map(|it| format!("not computed: {it}\n"));
+    Ok(format!(
+        "{name} at {speed:.4} m/s ({:.3} ft/s)\n\n{}\n{}{}",
+        speed / FOOT,
+        coefficients.text(Format::Table)?,
+        figures.text(Format::Table)?,
+        table::wrapped(&missing.collect::<String>())
+    ))
 }
 
 /// The table as text.

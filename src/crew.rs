@@ -128,7 +128,7 @@ impl Drop for Crew {
     fn drop(&mut self) {
         for member in &mut self.members {
             if member.exit.is_none() {
-                // Best effort on the way out of an error: nothing is left to tell it to.
+                // Best effort on the way out of an error: it cannot be reported.
                 signal(&member.child, Signal::TERM);
             }
         }
@@ -161,7 +161,7 @@ fn own_clock(namespace: &str) -> Vec<String> {
 
 fn signal(child: &Child, signal: Signal) {
     if let Some(pid) = i32::try_from(child.id()).ok().and_then(Pid::from_raw) {
-        // It may have ended in between; then there is nobody to tell.
+        // It may have ended in between; then there is nobody to signal.
         let _ = kill_process(pid, signal);
     }
 }

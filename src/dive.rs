@@ -29,6 +29,7 @@ use crate::nodes::NODES;
 use crate::run_folder::{Loss, RunFolder};
 use crate::scenario::Scenario;
 use crate::sink::full_name;
+use crate::table::print_wrapped;
 
 /// Timeout of discovery without a new match, and of an answer.
 const GATHERING: Duration = Duration::from_secs(30);
@@ -104,7 +105,7 @@ pub fn run(scenario: &Scenario, run: &RunFolder, options: &Options) -> Result<Op
         Event::Model(Box::new(model))
     })?;
     let go = rt.client::<SetBool>("plant_sim/pause")?;
-    planesman_node::say!("{}", scenario.description)?;
+    print_wrapped(format_args!("{}\n", scenario.description))?;
     let claim = be_alone(&rt, options)?;
     // All that can be refused has been: now there is something to keep.
     run.create(scenario, &parameters)?;
@@ -128,7 +129,7 @@ fn fly(
 ) -> Result<Option<Loss>> {
     let crew = Crew::start(run, &options.namespace, &NODES)?;
     drop(rt.every(Duration::from_millis(20), || Event::Look));
-    let mut captain = Captain {
+    let mut launcher = Launcher {
         scenario: scenario.clone(),
         options: options.clone(),
         crew,
@@ -139,37 +140,37 @@ fn fly(
             since: Instant::now(),
         },
         connections: BTreeMap::new(),
-        bar: bar(scenario.ticks()),
+        bar: bar(scenario.ticks(), options.keep_running),
         first: None,
         ticks: 0,
         pole: String::new(),
         began: Instant::now(),
         interrupted: false,
     };
-    let flown = captain.command(&rt);
-    captain.bar.finish_and_clear();
+    let flown = launcher.command(&rt);
+    launcher.bar.finish_and_clear();
     flown.and(rt.shutdown())?;
     // Publishers stop first, so that the recorder receives their last messages, also when one does not stop.
     let stopped: Vec<Result<()>> = NODES
         .iter()
         .rev()
-        .map(|node| captain.crew.stop(node))
+        .map(|node| launcher.crew.stop(node))
         .collect();
     stopped.into_iter().collect::<Result<()>>()?;
-    if captain.interrupted {
+    if launcher.interrupted {
         planesman_node::say!(
             "Interrupted after {} ticks; the bag is closed.",
-            captain.ticks
+            launcher.ticks
         )?;
     } else {
         planesman_node::say!(
             "Flew {:.1} s of vehicle time in {:.1} s, {} processes over DDS.\n",
-            captain.ticks as f64 * scenario.tick,
-            captain.began.elapsed().as_secs_f64(),
+            launcher.ticks as f64 * scenario.tick,
+            launcher.began.elapsed().as_secs_f64(),
             NODES.len() + 1,
         )?;
     }
-    planesman_node::say!("{}", run.report()?)?;
+    print_wrapped(format_args!("{}\n", run.report()?))?;
     run.loss()
 }
 
@@ -189,22 +190,32 @@ fn other_terminal(domain: Domain, namespace: &str) -> String {
 
 /// Waits until no other loop runs in the namespace, whose vehicle the nodes would answer. Returns the claim to it.
 fn be_alone(rt: &Runtime<Event>, options: &Options) -> Result<Claim> {
-    let began = Instant::now();
     let claim = rt.claim(&format!("launch {}", options.namespace))?;
+    find_no_other_loop(rt, || give_way(&claim, options))?;
+    claim.rise_to(Stage::Held);
+    Ok(claim)
+}
+
+/// Listens for publishers of the topics that the node reads, beside everybody's diagnostics, and runs `check` meanwhile.
+///
+/// # Errors
+/// Another loop runs, `check` fails, or the process is asked to stop.
+pub(crate) fn find_no_other_loop<E: 'static>(
+    rt: &Runtime<E>,
+    check: impl Fn() -> Result<()>,
+) -> Result<()> {
+    let began = Instant::now();
     loop {
         if matches!(rt.next(Duration::from_millis(50)), Next::Stop) {
             bail!("interrupted");
         }
-        give_way(&claim, options)?;
+        check()?;
         let connections = rt.connections();
         let taken = connections.list.iter().find(|end| {
             end.direction == Direction::Subscription && end.topic != "/diagnostics" && end.peers > 0
         });
         match taken {
-            None if began.elapsed() > LISTENING => {
-                claim.rise_to(Stage::Held);
-                return Ok(claim);
-            }
+            None if began.elapsed() > LISTENING => return Ok(()),
             Some(end) if began.elapsed() > FORGETTING => bail!(
                 "{} has a publisher already: is another loop running? Stop it, or choose \
                  another ROS_DOMAIN_ID or --namespace",
@@ -285,7 +296,7 @@ enum Phase {
     Landing(Instant),
 }
 
-struct Captain {
+struct Launcher {
     scenario: Scenario,
     options: Options,
     crew: Crew,
@@ -304,7 +315,7 @@ struct Captain {
     interrupted: bool,
 }
 
-impl Captain {
+impl Launcher {
     /// Handles events until the dive ends. A first interrupt ends it in order, a second one at once.
     fn command(&mut self, rt: &Runtime<Event>) -> Result<()> {
         loop {
@@ -340,7 +351,7 @@ impl Captain {
             Event::State(state) => self.on_state(&state),
             Event::Model(model) if model.valid && is_of_pitch(&model) => {
                 if let Some(pole) = identified(&model).dominant() {
-                    self.pole = format!("pole {} 1/s", pole_text(pole, 4));
+                    self.pole = format!("pole {}", pole_text(pole, 4));
                 }
             }
             Event::Model(_) => {}
@@ -373,7 +384,7 @@ impl Captain {
         self.ticks = (t / self.scenario.tick).round() as u64 + 1;
         self.bar.set_position(self.ticks);
         self.bar.set_message(format!(
-            "t {t:5.1} s  depth {:6.3} m  pitch {:+5.1}°  planes {:+5.1}°  {}",
+            "{t:5.1} s  depth {:6.3} m  pitch {:+5.1}°  planes {:+5.1}°  {}",
             state.depth,
             state.pitch.to_degrees(),
             state.dive_planes.to_degrees(),
@@ -542,9 +553,14 @@ impl Captain {
     }
 }
 
-fn bar(ticks: u64) -> ProgressBar {
+/// The state on one line, and above it, if the flight ends by itself, how much of it is left.
+fn bar(ticks: u64, keep_running: bool) -> ProgressBar {
     let bar = ProgressBar::new(ticks);
-    if let Ok(style) = ProgressStyle::with_template("{bar:30} {percent:>3} %  {msg}") {
+    let template = match keep_running {
+        true => "{wide_msg}",
+        false => "{bar:30} {percent:>3} %, {eta} left\n{wide_msg}",
+    };
+    if let Ok(style) = ProgressStyle::with_template(template) {
         bar.set_style(style);
     }
     bar

@@ -1,16 +1,15 @@
 //! `planesman doctor`: whether nodes would find each other here, and what to do where they would not.
 
-use std::fmt::Display;
 use std::net::{Ipv4Addr, UdpSocket};
 use std::path::Path;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use anyhow::{Context as _, Result, bail};
 use planesman_msgs::planesman_msgs::msg::VehicleState;
-use planesman_node::{Direction, Domain, NodeSpec, Qos, Runtime, args};
+use planesman_node::{Domain, NodeSpec, Qos, Runtime, args};
 
-/// How long other loops are listened for.
-const LISTENING: Duration = Duration::from_secs(2);
+use crate::dive::find_no_other_loop;
+use crate::table::wrapped;
 
 /// Where DDS participants look for each other.
 const GROUP: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);
@@ -27,8 +26,8 @@ pub fn run(namespace: &str) -> Result<()> {
     let mut tell = |what: &str, found: Result<String>| -> std::io::Result<()> {
         troubles += usize::from(found.is_err());
         match found {
-            Ok(text) => planesman_node::say!("ok       {what}: {text}"),
-            Err(error) => planesman_node::say!("TROUBLE  {what}: {error:#}"),
+            Ok(text) => line(&format!("ok       {what}: {text}")),
+            Err(error) => line(&format!("TROUBLE  {what}: {error:#}")),
         }
     };
     let domain = Domain::from_environment();
@@ -42,12 +41,16 @@ pub fn run(namespace: &str) -> Result<()> {
     tell("other loops", others(namespace))?;
     let prefixes = std::env::var_os("AMENT_PREFIX_PATH").unwrap_or_default();
     let installed = std::env::split_paths(&prefixes).find(|prefix| prefix.join(MESSAGES).is_file());
-    planesman_node::say!("{}", messages(installed.as_deref()))?;
+    line(&messages(installed.as_deref()))?;
     match troubles {
         0 => Ok(()),
         1 => bail!("1 trouble found"),
         n => bail!("{n} troubles found"),
     }
+}
+
+fn line(text: &str) -> std::io::Result<()> {
+    planesman_node::say!("{}", wrapped(text).trim_end())
 }
 
 fn described(domain: Domain) -> String {
@@ -100,7 +103,7 @@ fn multicast(local: bool) -> Result<String> {
     Ok(format!("a datagram to {GROUP} comes back on {name}"))
 }
 
-/// Whether somebody publishes the loop's state in the namespace already.
+/// Whether another loop runs in the namespace.
 fn others(namespace: &str) -> Result<String> {
     let remap = format!("__ns:={namespace}");
     let (rt, ()) = Runtime::start(
@@ -113,27 +116,12 @@ fn others(namespace: &str) -> Result<String> {
         args::only(["--ros-args", "-r", &remap, "--log-level", "warn"].map(str::to_owned))?,
     )?;
     rt.subscribe("state", Qos::reliable(10), |_: VehicleState| ())?;
-    let began = Instant::now();
-    while began.elapsed() < LISTENING {
-        let _ = rt.next(Duration::from_millis(50));
-        let connections = rt.connections();
-        let taken = connections.list.iter().find(|end| {
-            end.direction == Direction::Subscription
-                && end.topic.ends_with("/state")
-                && end.peers > 0
-        });
-        if let Some(end) = taken {
-            bail!(
-                "somebody publishes {} already; stop that loop, or choose another ROS_DOMAIN_ID or --namespace",
-                end.topic
-            );
-        }
-    }
-    Ok(format!("none flies in {namespace}"))
+    find_no_other_loop(&rt, || Ok(()))?;
+    Ok(format!("none in namespace {namespace}"))
 }
 
 /// The package that `ros2` needs to show the loop's own messages.
-fn messages(installed: Option<&Path>) -> impl Display {
+fn messages(installed: Option<&Path>) -> String {
     match installed {
         Some(prefix) => format!("ok       planesman_msgs: in {}", prefix.display()),
         None => "note     planesman_msgs: in no prefix of AMENT_PREFIX_PATH; ros2 topic echo shows standard messages \

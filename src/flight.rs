@@ -103,7 +103,7 @@ impl Flight {
         let bag = BagReader::open(path)?;
         let mut account = Account::of(&bag);
         let damage = account.read_all(&bag);
-        let mut flight = account.tell();
+        let mut flight = account.flight();
         flight.step = account.step(&bag, &mut flight.notes);
         flight.counts = recorded(&bag);
         if bag.dropped() > 0 {
@@ -492,7 +492,7 @@ impl Account {
         Some(Step { setpoint, response })
     }
 
-    fn tell(&self) -> Flight {
+    fn flight(&self) -> Flight {
         let states = &self.states.data;
         let controls = &self.controls.data;
         let start = states.span.map_or(0, |(start, _)| start);

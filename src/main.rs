@@ -16,7 +16,7 @@ use planesman::dive::{self, Pace};
 use planesman::reproduce::{self, ReproduceArgs};
 use planesman::run_folder::{Loss, RunFolder};
 use planesman::scenario::{BUILTIN, Scenario};
-use planesman::table::Format;
+use planesman::table::{Format, print_wrapped};
 use planesman::{bag_command, doctor, nodes, params_command, sim, tf_command};
 use planesman_node::in_one_line;
 use planesman_parameters::Parameters as _;
@@ -151,13 +151,13 @@ struct DiveArgs {
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
     /// Run in lockstep: each tick ends when every node has answered, independent of the wall clock (the default)
-    #[arg(long, conflicts_with_all = ["factor", "sim_time"])]
+    #[arg(long, help_heading = "Pace", conflicts_with_all = ["factor", "sim_time"])]
     lockstep: bool,
     /// Run in real time with this real-time factor
-    #[arg(long, value_name = "F", value_parser = factor)]
+    #[arg(long, help_heading = "Pace", value_name = "F", value_parser = factor)]
     factor: Option<f64>,
     /// Run in real time with stamps from 0 and a /clock topic (implied by a factor other than 1)
-    #[arg(long)]
+    #[arg(long, help_heading = "Pace")]
     sim_time: bool,
     /// Keep the loop running until Ctrl-C, for `ros2 topic echo` and similar tools
     #[arg(long)]
@@ -287,7 +287,7 @@ fn main() -> ExitCode {
         Command::Sim(args) => simulate(&args),
         Command::Report { folder } => RunFolder::open(&folder)
             .and_then(|run| run.report())
-            .and_then(|text| Ok(planesman_node::say!("{text}")?)),
+            .and_then(|text| Ok(print_wrapped(format_args!("{text}\n"))?)),
         Command::Replay(args) => planesman::sysid::replay::run(&args),
         Command::Sysid(command @ planesman::sysid::Command::Watch(_)) => {
             stay_local().and_then(|()| command.run())

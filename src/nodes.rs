@@ -88,8 +88,12 @@ pub fn validate(name: &str, values: &Values) -> Result<(), String> {
                 .map(drop)
                 .map_err(|e| e.to_string())
         }
-        "sysid" => Identifier::new(&read(values)?).map(drop),
-        "recorder" => writer_options(&read(values)?).map(drop),
+        "sysid" => Identifier::new(&read(values)?)
+            .map(drop)
+            .map_err(|e| e.to_string()),
+        "recorder" => writer_options(&read(values)?)
+            .map(drop)
+            .map_err(|e| e.to_string()),
         _ => Ok(()),
     }
 }

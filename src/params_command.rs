@@ -7,7 +7,7 @@ use planesman_parameters::{Declaration, Value};
 
 use crate::nodes::{NODES, declarations};
 use crate::scenario::Scenario;
-use crate::table::{Format, Table};
+use crate::table::{Format, Table, print_wrapped};
 
 /// Prints the parameters of one node, or of all, as a list or in a table's format.
 ///
@@ -45,13 +45,10 @@ pub fn list_parameters(node: Option<&str>, format: Option<Format>) -> Result<()>
                 format!(" one of {}", d.choices.join(", "))
             };
             let fixed = if d.read_only { " (fixed at start)" } else { "" };
-            planesman_node::say!(
-                "  {}: {} {}{range}{choices}{fixed}\n      {}",
-                d.name,
-                d.default,
-                d.unit,
-                d.description
-            )?;
+            print_wrapped(format_args!(
+                "  {}: {} {}{range}{choices}{fixed}\n      {}\n",
+                d.name, d.default, d.unit, d.description
+            ))?;
         }
     }
     Ok(())

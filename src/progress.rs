@@ -1,34 +1,52 @@
 //! Long work: on all cores, with its progress on the terminal, and no longer than somebody reads its output.
 
+use std::fmt;
 use std::num::NonZero;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::style::TemplateError;
+use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
 use rustix::event::{PollFd, PollFlags, poll};
 
 /// A bar on standard error with the time left; nothing where that is no terminal.
 #[must_use]
 pub fn bar(what: &'static str, steps: usize) -> ProgressBar {
+    let style = ProgressStyle::with_template("{msg} {bar:30} {pos}/{len}{left}");
     styled(
         ProgressBar::new(steps as u64),
         what,
-        "{msg} {bar:30} {pos}/{len}, {eta} left",
+        style.map(with_time_left),
     )
 }
 
 /// The time that work of unknown length has taken, on standard error; nothing where that is no terminal.
 #[must_use]
 pub fn spinner(what: &'static str) -> ProgressBar {
-    styled(
-        ProgressBar::new_spinner(),
-        what,
-        "{spinner} {msg}, {elapsed}",
+    let style = ProgressStyle::with_template("{spinner} {msg}, {elapsed}");
+    styled(ProgressBar::new_spinner(), what, style)
+}
+
+/// The time left, once a step is done: nothing is known of it before.
+fn with_time_left(style: ProgressStyle) -> ProgressStyle {
+    style.with_key(
+        "left",
+        |state: &ProgressState, text: &mut dyn fmt::Write| {
+            // An error would be of a terminal that is gone.
+            let _ = match state.pos() {
+                0 => Ok(()),
+                _ => write!(text, ", {:#} left", HumanDuration(state.eta())),
+            };
+        },
     )
 }
 
-fn styled(bar: ProgressBar, what: &'static str, template: &str) -> ProgressBar {
-    if let Ok(style) = ProgressStyle::with_template(template) {
+fn styled(
+    bar: ProgressBar,
+    what: &'static str,
+    style: Result<ProgressStyle, TemplateError>,
+) -> ProgressBar {
+    if let Ok(style) = style {
         bar.set_style(style);
     }
     bar.set_message(what);

@@ -1,5 +1,6 @@
 //! Tables on standard output: within the terminal's width, or as Markdown, CSV or JSON.
 
+use std::fmt::Display;
 use std::io::IsTerminal as _;
 
 use anyhow::{Context as _, Result};
@@ -154,6 +155,20 @@ fn terminal() -> Option<u16> {
 
 fn width() -> u16 {
     terminal().unwrap_or(WIDTH)
+}
+
+/// Whether standard output is a terminal.
+#[must_use]
+pub fn is_terminal() -> bool {
+    terminal().is_some()
+}
+
+/// Prints text as [`wrapped`] does, with the end of its last line.
+///
+/// # Errors
+/// When standard output cannot be written.
+pub fn print_wrapped(text: impl Display) -> std::io::Result<()> {
+    planesman_node::print(wrapped(&text.to_string()))
 }
 
 /// Sentences, wrapped to the terminal if standard output is one: a line goes on two columns behind its own indent.

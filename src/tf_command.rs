@@ -15,6 +15,7 @@ use planesman_vehicle::linearised::{self, Output};
 use planesman_vehicle::vehicle_file;
 
 use crate::arguments::{speed, within};
+use crate::table::print_wrapped;
 
 /// The vehicle, the pair of signals and the sampling.
 #[derive(Args)]
@@ -99,7 +100,7 @@ pub fn run(args: &TfArgs) -> Result<()> {
     } else {
         corrected(args)?
     };
-    planesman_node::print(format_args!("{}", text(&models)?))?;
+    print_wrapped(text(&models)?)?;
     Ok(())
 }
 

@@ -35,9 +35,9 @@ whichever_peer_tries! {
     a_depth_setpoint_published_from_there_moves_the_vehicle
     parameters_are_listed_read_described_and_set_and_a_bad_value_is_refused
     the_vehicle_is_paused_stepped_and_put_back_by_its_services
-    the_identifier_tells_its_model_and_forgets_it_when_asked
+    the_identifier_publishes_its_model_and_forgets_it_when_asked
     a_foreign_actuator_flies_the_vehicle_with_joint_states_alone
-    a_goal_is_sent_told_of_and_cancelled_as_ros2_action_does
+    a_goal_is_sent_followed_and_cancelled_as_ros2_action_does
 }
 
 fn with(peer: Python, claim: fn(&Python, &Stage)) {
@@ -360,7 +360,7 @@ fn the_vehicle_is_paused_stepped_and_put_back_by_its_services(python: &Python, s
     assert!(stamp(&back) > stamp(&risen), "time goes on");
 }
 
-fn the_identifier_tells_its_model_and_forgets_it_when_asked(python: &Python, stage: &Stage) {
+fn the_identifier_publishes_its_model_and_forgets_it_when_asked(python: &Python, stage: &Stage) {
     let square_wave = "  depth_controller:
     mode: open_loop
     identification: {signal: square, amplitude: 0.1, period: 4.0}
@@ -444,7 +444,7 @@ fn a_foreign_actuator_flies_the_vehicle_with_joint_states_alone(python: &Python,
     );
 }
 
-fn a_goal_is_sent_told_of_and_cancelled_as_ros2_action_does(python: &Python, stage: &Stage) {
+fn a_goal_is_sent_followed_and_cancelled_as_ros2_action_does(python: &Python, stage: &Stage) {
     let _nodes = [
         stage.node("plant_sim", &["factor:=4.0"]),
         stage.node("dha_actuator", &[]),

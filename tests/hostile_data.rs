@@ -8,17 +8,18 @@
 mod bags;
 
 use std::fs;
-use std::io::{Read as _, Write as _};
+use std::io::Read as _;
 use std::os::unix::process::ExitStatusExt as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use bags::raw::{beginning, channel, chunk, end, lying_record, message, record, schema, sized};
-use bags::{FLOAT, IMU, Maker, float, fuzzed, imu};
+use bags::{FLOAT, IMU, Maker, float, imu};
 use planesman_decode::schema as schemas;
 use planesman_msgs::Message as _;
 use planesman_msgs::builtin_interfaces::msg::Time;
+use planesman_testing::hostile::{self, mutated};
+use planesman_testing::mcap::{self, beginning, channel, end, lying_record, message, schema};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
 use sysid::{Identifier, IdentifierParameters};
@@ -239,254 +240,29 @@ fn changed_bytes_give_an_answer_or_an_error() {
     let bytes = fs::read(&path).unwrap();
     let mut random = Pcg64Mcg::seed_from_u64(1988);
     for number in 0..count(250) {
-        let changed = folder.file("changed.mcap", fuzzed(&bytes, &mut random));
+        let changed = folder.file("changed.mcap", mutated(&bytes, &mut random));
         looks_through(&format!("change {number}"), &[&changed]);
     }
 }
 
 #[test]
 fn lengths_that_lie_take_no_memory() {
-    const MANY: usize = 32 << 20;
     let folder = Folder::new();
-    let zeros = vec![0; MANY];
-    let zstd = zstd::encode_all(&zeros[..], 1).unwrap();
-    let lz4 = |bytes: &[u8]| {
-        let mut encoder = lz4_flex::frame::FrameEncoder::new(Vec::new());
-        encoder.write_all(bytes).unwrap();
-        encoder.finish().unwrap()
-    };
-    let few = lz4(&zeros[..2 << 20]);
-    // Half a million messages of no bytes in one chunk.
-    let mut tiny = [
-        schema(1, FLOAT.0, FLOAT.1, FLOAT.2),
-        channel(1, 1, "/cmd", "cdr"),
-    ]
-    .concat();
-    let one = message(1, 7, &[]);
-    tiny.extend(one.iter().copied().cycle().take(500_000 * one.len()));
-    let packed = zstd::encode_all(&tiny[..], 1).unwrap();
-    let big = |compression: &str, claimed: usize, packed: &[u8]| {
-        chunk(compression, claimed as u64, packed.len() as u64, packed)
-    };
-    let cases = [
-        ("record", lying_record(6, u64::MAX, b"abc")),
-        (
-            "record within the limit",
-            lying_record(5, 100 << 20, b"abc"),
-        ),
-        ("attachment", lying_record(9, u64::MAX, b"abc")),
-        (
-            "attachment within the file's length",
-            lying_record(9, 3, b"abc"),
-        ),
-        ("metadata", record(0x0C, &u32::MAX.to_le_bytes())),
-        ("unknown record", lying_record(0x99, 1 << 40, b"abc")),
-        ("no record", vec![0; 4096]),
-        (
-            "schema",
-            record(3, &[&[1, 0][..], &u32::MAX.to_le_bytes()].concat()),
-        ),
-        (
-            "channel",
-            record(
-                4,
-                &[
-                    &[1, 0, 0, 0][..],
-                    &sized("/a"),
-                    &sized("cdr"),
-                    &u32::MAX.to_le_bytes(),
-                ]
-                .concat(),
-            ),
-        ),
-        ("message without a head", record(5, &[1, 0, 7])),
-        ("message of no channel", message(9, 0, &[0; 40])),
-        ("channel of no schema", channel(1, 9, "/a", "cdr")),
-        ("chunk that claims less", big("zstd", 100, &zstd)),
-        ("chunk that claims more", big("zstd", MANY + 1, &zstd)),
-        ("chunk that claims far more", big("zstd", usize::MAX, &zstd)),
-        ("chunk of zeros", big("zstd", MANY, &zstd)),
-        ("lz4 chunk that claims less", big("lz4", 100, &few)),
-        ("lz4 chunk that claims more", big("lz4", MANY, &few)),
-        ("lz4 chunk of zeros", big("lz4", 2 << 20, &few)),
-        (
-            "chunk of something else",
-            big("zstd", 100, b"no frame at all"),
-        ),
-        (
-            "chunk in a chunk",
-            big("", one.len(), &chunk("", 9, 9, &[0; 9])),
-        ),
-        ("chunk of many messages", big("zstd", tiny.len(), &packed)),
-        ("chunk of unknown packing", big("brotli", 9, &[0; 9])),
-    ];
-    for (case, bytes) in cases {
-        let tail = end();
-        for tail in [&[][..], &tail] {
+    for (case, bytes) in hostile::records() {
+        for tail in [&[][..], &end()] {
             let path = folder.file("lie.mcap", [&beginning(), &bytes[..], tail].concat());
             looks_through(case, &[&path]);
         }
     }
-    for start in [1, 8, 30, 1 << 40, u64::MAX] {
-        let mut footer = record(0x02, &[&start.to_le_bytes()[..], &[0; 12]].concat());
-        footer.extend(&end()[..0]);
-        let mut bytes = [beginning(), record(0x0F, &[0; 4]), footer].concat();
-        bytes.extend(bags::raw::MAGIC);
+    for (case, bytes) in hostile::indexes() {
         let path = folder.file("index.mcap", bytes);
-        looks_through(&format!("index at {start}"), &[&path]);
-    }
-    // A summary that tells of other topics and counts than there are.
-    let honest = [
-        schema(1, FLOAT.0, FLOAT.1, FLOAT.2),
-        channel(1, 1, "/cmd", "cdr"),
-    ]
-    .concat();
-    let data = [
-        &beginning(),
-        &honest,
-        &message(1, 0, &float(1.0))[..],
-        &record(0x0F, &[0; 4]),
-    ]
-    .concat();
-    for (name, count) in [
-        ("/cmd", 1_u64),
-        ("/cmd", u64::MAX),
-        ("/imu", 1),
-        ("/imu", 0),
-    ] {
-        let mut statistics = count.to_le_bytes().to_vec();
-        statistics.extend([0; 2 + 16 + 16]);
-        statistics.extend(sized(
-            [&1_u16.to_le_bytes()[..], &count.to_le_bytes()].concat(),
-        ));
-        let printed = [
-            schema(1, FLOAT.0, FLOAT.1, FLOAT.2),
-            channel(1, 1, name, "cdr"),
-            record(0x0B, &statistics),
-        ]
-        .concat();
-        let footer = record(
-            0x02,
-            &[&(data.len() as u64).to_le_bytes()[..], &[0; 12]].concat(),
-        );
-        let path = folder.file(
-            "summary.mcap",
-            [&data, &printed, &footer, bags::raw::MAGIC].concat(),
-        );
-        looks_through(&format!("summary of {name} {count}"), &[&path]);
+        looks_through(case, &[&path]);
     }
 }
 
 #[test]
 fn schemas_made_to_hurt_are_refused_or_listed_in_part() {
     let folder = Folder::new();
-    let line = "=".repeat(80);
-    let nested = |depth: usize, reference: &str| {
-        let mut text = String::new();
-        for level in 0..depth {
-            if level > 0 {
-                text += &format!("{line}\nMSG: a/L{level}\n");
-            }
-            text += &format!("L{}{reference} x\n", level + 1);
-        }
-        text + &format!("{line}\nMSG: a/L{depth}\nfloat64 x\n")
-    };
-    let many = |what: &str, count: usize| what.repeat(count);
-    let msg = [
-        ("recursive", "A a\nfloat64 x\n".to_owned()),
-        ("recursive list", "A[] a\n".to_owned()),
-        (
-            "recursive in a ring",
-            format!("B b\n{line}\nMSG: a/B\nA a\n"),
-        ),
-        ("deep", nested(60, "")),
-        ("deeper than any", nested(9000, "")),
-        ("deep lists", nested(60, "[]")),
-        ("lists whose size overflows", nested(20, "[4294967295]")),
-        (
-            "a list of all numbers",
-            "float64[4294967295] x\n".to_owned(),
-        ),
-        (
-            "a list of more than all",
-            "float64[99999999999999999999] x\n".to_owned(),
-        ),
-        ("a list of lists", "float64[3][3] x\n".to_owned()),
-        (
-            "a bound beyond all",
-            "string<=99999999999999999999 x\n".to_owned(),
-        ),
-        (
-            "a name of a megabyte",
-            format!("float64 {}\n", many("x", 1 << 20)),
-        ),
-        (
-            "a line of many brackets",
-            format!("float64{} x\n", many("[", 1_000_000)),
-        ),
-        (
-            "many fields",
-            (0..60_000).map(|k| format!("float64 x{k}\n")).collect(),
-        ),
-        (
-            "many empty types",
-            (0..9000)
-                .map(|k| format!("{line}\nMSG: a/T{k}\n"))
-                .collect(),
-        ),
-        ("fields of one name", many("float64 x\n", 1000)),
-        ("nothing", String::new()),
-        ("no text", "\0\u{1}\u{7f}\n".to_owned()),
-        ("more than is taken", many("# \n", 1_000_000)),
-        ("a type that is not there", "b/B x\n".to_owned()),
-        (
-            "an odd default",
-            "float64 x 1e999999\nint8 y 300\n".to_owned(),
-        ),
-    ];
-    let idl = [
-        ("no idl", "float64 x\n".to_owned()),
-        ("a million modules", many("module a { ", 90_000)),
-        (
-            "a million sequences",
-            format!(
-                "module a {{ module msg {{ struct A {{ {}double{} x; }}; }}; }};",
-                many("sequence<", 90_000),
-                many(">", 90_000)
-            ),
-        ),
-        (
-            "types of themselves",
-            "module a { module msg { typedef B C; typedef C B; struct A { B x; }; }; };".to_owned(),
-        ),
-        (
-            "a struct of itself",
-            "module a { module msg { struct A { A x; }; }; };".to_owned(),
-        ),
-        (
-            "arrays of arrays",
-            format!(
-                "module a {{ module msg {{ struct A {{ double x{}; }}; }}; }};",
-                many("[65535]", 50_000)
-            ),
-        ),
-        (
-            "a comment without an end",
-            "/* ".to_owned() + &many("*", 1_000_000),
-        ),
-        (
-            "a text without an end",
-            "module a { @verbatim(text=\"".to_owned(),
-        ),
-        ("many annotations", many("@a(", 200_000)),
-        (
-            "a size that is a sum",
-            format!(
-                "module a {{ module msg {{ struct A {{ double x[{}1]; }}; }}; }};",
-                many("1+", 300_000)
-            ),
-        ),
-    ];
     let payloads = [
         payload(&[u32::MAX; 8]),
         payload(&[0; 64]),
@@ -494,8 +270,11 @@ fn schemas_made_to_hurt_are_refused_or_listed_in_part() {
         vec![],
         vec![0, 1],
     ];
-    let all = msg.into_iter().map(|(case, text)| (case, "ros2msg", text));
-    let all = all.chain(idl.into_iter().map(|(case, text)| (case, "ros2idl", text)));
+    let msg = hostile::schemas().into_iter();
+    let idl = hostile::idl().into_iter();
+    let all = msg
+        .map(|(case, text)| (case, "ros2msg", text))
+        .chain(idl.map(|(case, text)| (case, "ros2idl", text)));
     for (case, encoding, text) in all {
         let path = folder.file("schema.mcap", one_topic((encoding, "cdr"), text, &payloads));
         let topics = sysid(case, "topics", &[&path]);
@@ -531,36 +310,13 @@ fn schemas_made_to_hurt_are_refused_or_listed_in_part() {
 }
 
 #[test]
-fn payloads_whose_lengths_lie_are_told_and_passed_over() {
+fn payloads_whose_lengths_lie_are_reported_and_passed_over() {
     let folder = Folder::new();
-    let line = "=".repeat(80);
-    let empties = format!("B[] b\nfloat64 x\n{line}\nMSG: a/B\n");
-    let lists = format!(
-        "B[] b\nfloat64 x\n{line}\nMSG: a/B\nC[] c\n{line}\nMSG: a/C\nstring[] s\nfloat64[] y\n"
-    );
-    for text in [
-        "float64[] v\nfloat64 x\n",
-        "string s\nfloat64 x\n",
-        "wstring s\nfloat64 x\n",
-        "string[] s\nfloat64 x\n",
-        &empties,
-        &lists,
-    ] {
-        let mut payloads: Vec<Vec<u8>> = [0, 1, 2, 255, 1 << 28, u32::MAX / 8, u32::MAX]
-            .iter()
-            .flat_map(|length| {
-                [
-                    payload(&[*length]),
-                    payload(&[*length; 1000]),
-                    payload(&[*length, 1, 2, 3, 4, 5, 6, 7, 8]),
-                ]
-            })
-            .collect();
-        // A list that is as long as it says.
-        payloads.push(payload(&[&[2_000_000][..], &vec![1; 4_000_004]].concat()));
+    let payloads = hostile::payloads();
+    for (text, types) in hostile::lists() {
         let path = folder.file(
             "payload.mcap",
-            one_topic(("ros2msg", "cdr"), text, &payloads),
+            one_topic(("ros2msg", "cdr"), types, &payloads),
         );
         let topics = sysid(text, "topics", &[&path]);
         assert!(topics.succeeded, "{text}: {topics:?}");
@@ -603,43 +359,7 @@ fn payloads_whose_lengths_lie_are_told_and_passed_over() {
 #[test]
 fn tables_made_to_hurt_are_refused_or_read_in_part() {
     let folder = Folder::new();
-    let rows = |count: usize| -> String {
-        (0..count)
-            .map(|k| {
-                format!(
-                    "{},{},{}\n",
-                    k as f64 * 0.1,
-                    (k as f64).sin(),
-                    (k as f64).cos()
-                )
-            })
-            .collect()
-    };
-    let cases: Vec<(&str, Vec<u8>)> = vec![
-        ("empty", Vec::new()),
-        ("a header only", b"t,u,y\n".to_vec()),
-        ("no header", rows(50).into_bytes()),
-        ("a line without an end", vec![b'9'; 3 << 20]),
-        ("a header without an end", vec![b','; 3 << 20]),
-        ("many columns", [&b"t,u,y"[..], &b",x".repeat(400_000), b"\n1,2,3\n"].concat()),
-        ("many columns with names", (0..100_000).map(|k| format!("c{k},")).collect::<String>().into_bytes()),
-        ("names that colour, move and retitle", ["t,u,y,\u{1b}[31m,\u{1b}]0;x\u{7},\u{9b}2J,\r,\u{202e}\n", &rows(50)].concat().into_bytes()),
-        ("zeros", vec![0; 4 << 20]),
-        ("zeros in a row", ["t,u,y\n", &rows(50), "0,\0\0,\0\n", &rows(50)].concat().into_bytes()),
-        ("no UTF-8", [b"t,u,y\n", rows(50).as_bytes(), &[0xff, 0xfe, b',', 0xc3, b',', b'1', b'\n']].concat()),
-        ("names that are no UTF-8", [&[b't', b',', 0xff, b',', 0xc3, b'\n'], rows(50).as_bytes()].concat()),
-        ("UTF-16", "t,u,y\n1,2,3\n".encode_utf16().flat_map(u16::to_le_bytes).collect()),
-        ("a quote without an end", [b"t,u,y\n\"", &rows(100_000).into_bytes()[..]].concat()),
-        ("quotes", b"\"".repeat(1_000_000)),
-        ("returns", ["t,u,y\r\n", &rows(50).replace('\n', "\r")].concat().into_bytes()),
-        ("blank lines", [&b"t,u,y\n"[..], &b"\n".repeat(1_000_000)].concat()),
-        ("times beyond all", "t,u,y\n1e308,1,1\n-1e308,1,1\n9223372036,1,1\n-9223372036,2,2\n99999999999999999999,1,1\n".into()),
-        ("times that are none", "t,u,y\nnan,1,1\ninf,1,1\n,1,1\n".into()),
-        ("values beyond all", "t,u,y\n0,1e999,-1e999\n0.1,nan,inf\n0.2,1e308,1e308\n0.3,5e-324,0\n".into()),
-        ("time that goes back", ["t,u,y\n", &rows(50), &rows(50)].concat().into_bytes()),
-        ("a picture", [&b"\x89PNG\r\n\x1a\n"[..], &[7; 5000]].concat()),
-    ];
-    for (case, bytes) in cases {
+    for (case, bytes) in hostile::tables() {
         let path = folder.file("a.csv", bytes);
         for arguments in [
             "topics",
@@ -649,10 +369,10 @@ fn tables_made_to_hurt_are_refused_or_read_in_part() {
             sysid(case, arguments, &[&path]);
         }
     }
-    let table = ["t,u,y\n", &rows(200)].concat();
+    let table = ["t,u,y\n", &hostile::rows(200)].concat();
     let mut random = Pcg64Mcg::seed_from_u64(7);
     for number in 0..count(60) {
-        let path = folder.file("changed.csv", fuzzed(table.as_bytes(), &mut random));
+        let path = folder.file("changed.csv", mutated(table.as_bytes(), &mut random));
         sysid(&format!("table {number}"), "topics", &[&path]);
         sysid(
             &format!("table {number}"),
@@ -767,9 +487,9 @@ fn what_is_no_data_is_refused() {
     let mut random = Pcg64Mcg::seed_from_u64(3);
     let noise: Vec<u8> = (0..100_000).map(|_| random.random()).collect();
     folder.file("noise.mcap", &noise);
-    folder.file("magic.mcap", [bags::raw::MAGIC, &noise].concat());
+    folder.file("magic.mcap", [mcap::MAGIC, &noise].concat());
     folder.file("header.mcap", [&beginning(), &noise[..]].concat());
-    folder.file("only_magic.mcap", bags::raw::MAGIC);
+    folder.file("only_magic.mcap", mcap::MAGIC);
     folder.file("nothing.mcap", "");
     folder.file("noise.bag", &noise);
     for name in [
@@ -816,14 +536,6 @@ fn metadata_that_lies_hides_no_message_and_takes_no_memory() {
             "message_count: 400\n  relative_file_paths: [{files}]"
         ))
     };
-    let bomb = {
-        let mut text = "a0: &a0 [x, x, x, x, x, x, x, x, x, x]\n".to_owned();
-        for level in 1..30 {
-            let before = format!("*a{}, ", level - 1).repeat(10);
-            text += &format!("a{level}: &a{level} [{before}]\n");
-        }
-        text
-    };
     for (case, text, is_read) in [
         ("lawful", listed("bag_0.mcap"), true),
         (
@@ -856,16 +568,19 @@ fn metadata_that_lies_hides_no_message_and_takes_no_memory() {
         ),
         ("not this", "a: b\n".to_owned(), true),
         ("nothing", String::new(), true),
-        ("not YAML", "{[:\0".to_owned(), true),
-        ("deep", "[".repeat(1_000_000), true),
-        ("a bomb", bomb, true),
         ("long", "x".repeat(100 << 20), true),
         (
             "many small things",
             account(&format!("custom_data: [{}]", "a,".repeat(2_000_000))),
             true,
         ),
-    ] {
+    ]
+    .into_iter()
+    .chain(
+        hostile::yaml()
+            .into_iter()
+            .map(|(case, text)| (case, text, true)),
+    ) {
         fs::write(bag.join("metadata.yaml"), text).unwrap();
         for ended in looks_through(case, &[&bag]) {
             assert_eq!(ended.succeeded, is_read, "{case}: {ended:?}");
@@ -893,7 +608,7 @@ fn garbage_on_the_nodes_topics_is_refused_and_makes_no_estimate_that_is_not_fini
             0 => (0..random.random_range(0..400))
                 .map(|_| random.random())
                 .collect(),
-            1 => fuzzed(&lawful, &mut random),
+            1 => mutated(&lawful, &mut random),
             _ => lawful,
         };
         let reader = &mut readers[(k % 2) as usize];

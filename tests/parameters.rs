@@ -160,7 +160,7 @@ fn changed_gains_act_together_from_the_next_tick_on() {
 }
 
 #[test]
-fn a_set_with_one_bad_value_changes_nothing_and_the_reason_is_told() {
+fn a_set_with_one_bad_value_changes_nothing_and_the_reason_is_reported() {
     let stage = Stage::new();
     let mut dive = Dive::begin(&stage);
     let before = dive.fly(1);
@@ -231,7 +231,7 @@ fn a_setpoint_that_is_no_number_is_refused_and_told_and_the_dive_goes_on() {
 }
 
 #[test]
-fn a_fault_in_mid_dive_acts_from_the_next_tick_on_is_told_and_can_be_mended() {
+fn a_fault_in_mid_dive_acts_from_the_next_tick_on_is_reported_and_can_be_mended() {
     let stage = Stage::new();
     let mut dive = Dive::begin(&stage);
     let node = "dha_actuator";

@@ -188,7 +188,7 @@ fn text_of_another(topic: &Topic) -> Topic {
 }
 
 #[test]
-fn a_topic_of_another_type_is_named_and_the_rest_is_told() {
+fn a_topic_of_another_type_is_named_and_the_rest_is_reported() {
     let rewritten = Rewritten::by(|writer, _, message| {
         if message.topic.name == "/auv/plane_command" {
             let other = Topic::of::<Text>("/auv/plane_command", OfferedQos::reliable(1));
@@ -205,7 +205,7 @@ fn a_topic_of_another_type_is_named_and_the_rest_is_told() {
 }
 
 #[test]
-fn of_a_vehicle_that_began_again_the_last_flight_is_told() {
+fn of_a_vehicle_that_began_again_the_last_flight_is_reported() {
     let mut first = Vec::new();
     let rewritten = Rewritten::by(|writer, k, message| {
         if k < 2000 {

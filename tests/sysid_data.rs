@@ -7,11 +7,12 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use bags::{FLOAT, IMU, Maker, float, fuzzed, imu};
+use bags::{FLOAT, IMU, Maker, float, imu};
 use clap::Parser;
 use planesman::sysid::fit::{self, FitArgs, Found};
 use planesman::sysid::topics::{self, Survey, TopicsArgs};
 use planesman_bag::BagReader;
+use planesman_testing::hostile::mutated;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
 
@@ -107,7 +108,7 @@ fn a_table_and_a_bag_of_the_same_samples_give_the_same_record() {
 }
 
 #[test]
-fn a_tables_blanks_are_absent_and_its_faults_are_told() {
+fn a_tables_blanks_are_absent_and_its_faults_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let table = folder.path().join("a.csv");
     fs::write(
@@ -440,7 +441,7 @@ fn a_px4_log_is_read_by_its_topics_and_fields() {
     // Whatever stands in it gives an answer or an error.
     let mut random = Pcg64Mcg::seed_from_u64(11);
     for _ in 0..60 {
-        fs::write(&path, fuzzed(&whole, &mut random)).unwrap();
+        fs::write(&path, mutated(&whole, &mut random)).unwrap();
         let _ = (survey(&path), try_fit(&path, signals));
     }
     for bytes in [&b""[..], b"ULog", b"no log at all", &whole[..60]] {
@@ -586,7 +587,7 @@ fn what_is_not_there_is_refused_with_what_is() {
 }
 
 #[test]
-fn messages_that_are_not_of_their_type_are_told_and_the_rest_is_used() {
+fn messages_that_are_not_of_their_type_are_reported_and_the_rest_is_used() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.mcap");
     let mut maker = Maker::new(&path);
@@ -706,7 +707,7 @@ fn a_file_with_changed_bytes_gives_an_answer_or_an_error() {
     let bytes = fs::read(&path).unwrap();
     let mut random = Pcg64Mcg::seed_from_u64(6);
     for _ in 0..1500 {
-        fs::write(&path, fuzzed(&bytes, &mut random)).unwrap();
+        fs::write(&path, mutated(&bytes, &mut random)).unwrap();
         looks_through(&path);
     }
 }
@@ -718,7 +719,7 @@ fn changed_messages_stamps_and_schemas_give_an_answer_or_an_error() {
     for number in 0..400 {
         let path = folder.path().join(format!("{number}.mcap"));
         let mut maker = Maker::new(&path);
-        let schema = fuzzed(IMU.2.as_bytes(), &mut random);
+        let schema = mutated(IMU.2.as_bytes(), &mut random);
         let schema = String::from_utf8_lossy(&schema).into_owned();
         let definition = if number % 2 == 0 { IMU.2 } else { &schema };
         let cmd = maker.topic("/cmd", FLOAT);
@@ -731,7 +732,7 @@ fn changed_messages_stamps_and_schemas_give_an_answer_or_an_error() {
                 _ => time,
             };
             let payload = match random.random_range(0..3) {
-                0 => fuzzed(&imu(stamp, y), &mut random),
+                0 => mutated(&imu(stamp, y), &mut random),
                 _ => imu(stamp, y),
             };
             maker.write(imus, &payload, stamp.max(0));

@@ -1,4 +1,4 @@
-//! An `.mcap` file, whole or damaged: opened, told of, read through in both orders.
+//! An `.mcap` file, whole or damaged: opened, summarised, read in both orders.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
@@ -18,7 +18,7 @@ fuzz_target!(|data: &[u8]| {
         return;
     };
     let _ = BagInfo::of(&bag).to_string();
-    let told: u64 = bag.topics().iter().map(|it| it.messages).sum();
+    let listed: u64 = bag.topics().iter().map(|it| it.messages).sum();
     for order in [Order::File, Order::LogTimeInChunk] {
         let mut count = 0;
         let mut is_damaged = false;
@@ -26,7 +26,7 @@ fuzz_target!(|data: &[u8]| {
             count += u64::from(message.is_ok());
             is_damaged |= message.is_err();
         }
-        // What is told of a bag is in it, or an error says that it is not.
-        assert!(is_damaged || count == told, "{count} of {told}");
+        // The counts match the messages, or an error says that they do not.
+        assert!(is_damaged || count == listed, "{count} of {listed}");
     }
 });

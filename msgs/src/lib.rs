@@ -33,7 +33,7 @@ mod finite;
 mod registry;
 mod time;
 
-pub use registry::{TypeInfo, registry, type_info};
+pub use registry::{JsonError, TypeInfo, registry, type_info};
 
 /// A ROS message.
 pub trait Message:

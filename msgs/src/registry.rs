@@ -14,7 +14,7 @@ pub struct TypeInfo {
     /// [`Message::TYPE_HASH`].
     pub type_hash: &'static str,
     /// A payload ([`cdr`]) as JSON with the ROS field names, or why it is none. NaN becomes `null`.
-    pub to_json: fn(&[u8]) -> Result<serde_json::Value, String>,
+    pub to_json: fn(&[u8]) -> Result<serde_json::Value, JsonError>,
 }
 
 impl TypeInfo {
@@ -31,9 +31,20 @@ impl TypeInfo {
     }
 }
 
-fn to_json<M: Message>(payload: &[u8]) -> Result<serde_json::Value, String> {
-    let message: M = cdr::from_bytes(payload).map_err(|error| error.to_string())?;
-    serde_json::to_value(message).map_err(|error| error.to_string())
+/// Why a payload is not shown as JSON.
+#[derive(Debug, thiserror::Error)]
+pub enum JsonError {
+    /// It is not a message of the type.
+    #[error(transparent)]
+    Payload(#[from] cdr::Error),
+    /// JSON cannot hold the message.
+    #[error(transparent)]
+    Json(#[from] serde_json::Error),
+}
+
+fn to_json<M: Message>(payload: &[u8]) -> Result<serde_json::Value, JsonError> {
+    let message: M = cdr::from_bytes(payload)?;
+    Ok(serde_json::to_value(message)?)
 }
 
 /// Every message (`msg`, not the parts of services and actions) of this crate, in order of name.

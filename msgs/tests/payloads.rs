@@ -232,7 +232,7 @@ fn json_has_the_field_names_of_ros_and_null_for_what_is_no_number() {
         json!(null)
     );
     assert_eq!(
-        (info.to_json)(&[]).unwrap_err(),
+        (info.to_json)(&[]).unwrap_err().to_string(),
         "a payload of 0 bytes has no encapsulation header"
     );
 }

@@ -10,10 +10,11 @@ use planesman_linear::StepMetrics;
 
 use super::subject::{GainArgs, Subject, gains_text, poles_text, speed_text};
 use crate::arguments::{speed, within};
+use crate::table::print_wrapped;
 
 /// The loop, the speeds and the observation time.
 #[derive(Args)]
-#[command(allow_negative_numbers = true)]
+#[command(allow_negative_numbers = true, next_help_heading = "Analysis")]
 pub struct AnalyseArgs {
     #[command(flatten)]
     subject: Subject,
@@ -32,7 +33,7 @@ pub struct AnalyseArgs {
 /// # Errors
 /// A vehicle or actuator that is refused, numbers that overflow.
 pub fn run(args: &AnalyseArgs) -> Result<()> {
-    planesman_node::print(format_args!("{}", text(args)?))?;
+    print_wrapped(text(args)?)?;
     Ok(())
 }
 

@@ -3,12 +3,13 @@
 use std::fs;
 use std::path::PathBuf;
 
-use anyhow::{Context as _, Result};
+use anyhow::{Context as _, Result, bail};
 use clap::Args;
 use planesman_linear::Complex;
 
 use super::subject::{GainArgs, Subject, Varied, poles_text};
 use crate::arguments::{output_file, speed, within};
+use crate::table::wrapped;
 use planesman_plot::{Plot, Style};
 
 /// Points of the drawing.
@@ -16,7 +17,7 @@ const DOTS: u32 = 600;
 
 /// The quantity that varies, and its range.
 #[derive(Args)]
-#[command(allow_negative_numbers = true)]
+#[command(allow_negative_numbers = true, next_help_heading = "Locus")]
 pub struct LocusArgs {
     #[command(flatten)]
     subject: Subject,
@@ -28,12 +29,12 @@ pub struct LocusArgs {
     /// Quantity that varies
     #[arg(long, value_enum)]
     vary: Varied,
-    /// First value
-    #[arg(long, default_value_t = 0.0, value_parser = within(0.0, 1e3))]
-    from: f64,
-    /// Last value
-    #[arg(long, value_parser = within(0.0, 1e3))]
-    to: f64,
+    /// First value; a speed in m/s or with its unit: 1ft/s
+    #[arg(long, default_value = "0", value_parser = bound)]
+    from: Bound,
+    /// Last value; a speed in m/s or with its unit: 3ft/s
+    #[arg(long, value_parser = bound)]
+    to: Bound,
     /// Number of rows of the table
     #[arg(long, default_value_t = 11, value_parser = clap::value_parser!(u32).range(2..=10_000))]
     rows: u32,
@@ -42,14 +43,40 @@ pub struct LocusArgs {
     svg: Option<PathBuf>,
 }
 
+/// An end of the range: a number, or a speed with its unit.
+#[derive(Clone, Copy)]
+struct Bound {
+    /// In SI.
+    value: f64,
+    has_unit: bool,
+}
+
+fn bound(text: &str) -> std::result::Result<Bound, String> {
+    let has_unit = text.parse::<f64>().is_err();
+    let value = match has_unit {
+        true => speed(0.0, 1e3)(text).map_err(|_| {
+            "a number from 0 to 1000 is expected, or a speed with its unit: m/s, ft/s".to_owned()
+        })?,
+        false => within(0.0, 1e3)(text)?,
+    };
+    Ok(Bound { value, has_unit })
+}
+
 /// Prints the table, and draws where that is asked for.
 ///
 /// # Errors
-/// A vehicle or actuator that is refused, numbers that overflow, a file that cannot be written.
+/// A speed for a gain, a vehicle or actuator that is refused, numbers that overflow, a file that cannot be written.
 pub fn run(args: &LocusArgs) -> Result<()> {
+    let gives_speed = args.from.has_unit || args.to.has_unit;
+    if gives_speed && args.vary != Varied::Speed {
+        bail!(
+            "--from and --to: a speed is given, but --vary names a gain; gains are numbers in SI"
+        );
+    }
     for i in 0..args.rows {
         let value = args.value(f64::from(i) / f64::from(args.rows - 1));
-        planesman_node::say!("{value:12.5}  {}", poles_text(&args.poles(value)?))?;
+        let line = format!("{value:12.5}  {}", poles_text(&args.poles(value)?));
+        planesman_node::say!("{}", wrapped(&line).trim_end())?;
     }
     if let Some(file) = &args.svg {
         fs::write(file, args.drawing()?).with_context(|| format!("{}", file.display()))?;
@@ -61,7 +88,8 @@ pub fn run(args: &LocusArgs) -> Result<()> {
 impl LocusArgs {
     /// The value at a share of the range.
     fn value(&self, share: f64) -> f64 {
-        let value = self.from + share * (self.to - self.from);
+        let (from, to) = (self.from.value, self.to.value);
+        let value = from + share * (to - from);
         // A vehicle at rest has no plane moments to speak of.
         if self.vary == Varied::Speed {
             value.max(1e-3)

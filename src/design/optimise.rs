@@ -7,10 +7,11 @@ use depth_controller::design::optimise::Wishes;
 use super::analyse::described;
 use super::subject::{GainArgs, Subject, gains_text, speed_text};
 use crate::arguments::{length, speed, within};
+use crate::table::print_wrapped;
 
 /// The requirements.
 #[derive(Args)]
-#[command(allow_negative_numbers = true)]
+#[command(allow_negative_numbers = true, next_help_heading = "Requirements")]
 pub struct OptimiseArgs {
     #[command(flatten)]
     subject: Subject,
@@ -72,13 +73,13 @@ pub fn run(args: &OptimiseArgs) -> Result<()> {
             args.overshoot
         );
     };
-    planesman_node::say!("{}", gains_text(&found.gains))?;
+    print_wrapped(gains_text(&found.gains) + "\n")?;
     planesman_node::say!(
         "worst ITAE {:.2} m^2 (times the speed squared)",
         found.worst
     )?;
     for (speed, judged) in args.speed.iter().zip(&found.judgements) {
-        planesman_node::print(format_args!(
+        print_wrapped(format_args!(
             "\nU = {}\n{}",
             speed_text(*speed),
             described(judged)?

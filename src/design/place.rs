@@ -12,10 +12,11 @@ use depth_controller::gains::PitchModel;
 use super::analyse::{described, judged};
 use super::subject::{Subject, TABLE_3, gains_text, speed_text};
 use crate::arguments::{speed, within};
+use crate::table::print_wrapped;
 
 /// The vehicle and the wanted poles.
 #[derive(Args)]
-#[command(allow_negative_numbers = true)]
+#[command(allow_negative_numbers = true, next_help_heading = "Poles")]
 pub struct PlaceArgs {
     #[command(flatten)]
     subject: Subject,
@@ -51,7 +52,7 @@ pub fn run(args: &PlaceArgs) -> Result<()> {
         },
         args.pitch_p,
     );
-    planesman_node::say!("{}", gains_text(&gains))?;
+    print_wrapped(gains_text(&gains) + "\n")?;
     if gains.depth_d < 0.0 || gains.pitch_rate < 0.0 {
         planesman_node::say!(
             "A gain is negative: these poles are slower or less damped than the vehicle with this Kpy."
@@ -61,7 +62,7 @@ pub fn run(args: &PlaceArgs) -> Result<()> {
         "\nU = {}, heave and actuator included",
         speed_text(args.speed)
     )?;
-    planesman_node::print(format_args!(
+    print_wrapped(format_args!(
         "{}",
         described(&judged(&args.subject, gains, args.speed, 120.0)?)?
     ))?;

@@ -21,6 +21,7 @@ pub const TABLE_3: &str = "table_3";
 
 /// A vehicle behind an actuator.
 #[derive(Args, Clone)]
+#[command(next_help_heading = "Vehicle and actuator")]
 pub struct Subject {
     /// A built-in vehicle, a vehicle file, a model file, or table_3: the report's damped inertia, with the same
     /// plane moment at every speed
@@ -40,6 +41,7 @@ pub struct Subject {
 
 /// The gains of the depth and pitch loops, the controller's defaults where not given.
 #[derive(Args, Clone)]
+#[command(next_help_heading = "Gains")]
 pub struct GainArgs {
     /// Kpz, dive angle per depth error (rad/m) [default: depth_controller's depth.p]
     #[arg(long, value_parser = within(0.0, 1e3))]

@@ -12,7 +12,9 @@ use ibm_1966::{Case, Surrogate};
 use planesman_book::{Book, Verdict};
 use planesman_units::DEGREE;
 
+use crate::arguments::number;
 use crate::progress::{end_with_reader, on_all_cores};
+use crate::table::{self, Format, print_wrapped};
 
 /// The arguments.
 #[derive(Clone, Debug, clap::Args)]
@@ -23,6 +25,9 @@ pub struct BenchArgs {
     /// The missile's surrogate
     #[arg(long, value_enum, default_value = "ps-2")]
     plant: Plant,
+    /// As one table in this format, a row per number [default: the report's tables]
+    #[arg(long, value_enum)]
+    format: Option<Format>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -78,17 +83,51 @@ impl Table {
 /// When a built-in actuator or the book of numbers cannot be read.
 pub fn run(args: &BenchArgs) -> Result<()> {
     let surrogate = args.plant.surrogate();
-    planesman_node::say!("{}", heading(surrogate))?;
     let wanted = match args.table.as_slice() {
         [] => &Table::ALL,
         some => some,
     };
     let book = ibm_1966::book()?;
     end_with_reader();
-    for table in on_all_cores("tables", wanted, |table| text(*table, surrogate, &book)) {
-        planesman_node::say!("{}", table?)?;
+    if args.format.is_none() {
+        print_wrapped(heading(surrogate) + "\n")?;
     }
-    Ok(())
+    let flown = on_all_cores("tables", wanted, |table| flown(*table, surrogate, &book));
+    let Some(format) = args.format else {
+        for table in flown {
+            print_wrapped(table?.text + "\n")?;
+        }
+        return Ok(());
+    };
+    let mut all = table::Table::new([
+        "table",
+        "case",
+        "quantity",
+        "printed",
+        "verdict",
+        "simulated",
+    ]);
+    for table in flown {
+        for row in table?.numbers {
+            all.row(row);
+        }
+    }
+    Ok(planesman_node::print(all.text(format)?)?)
+}
+
+/// A table as text, and its numbers one by one.
+struct Flown {
+    text: String,
+    numbers: Vec<[String; 6]>,
+}
+
+impl Flown {
+    /// This table and another below it.
+    fn and(mut self, further: Self) -> Self {
+        self.text = format!("{}\n{}", self.text, further.text);
+        self.numbers.extend(further.numbers);
+        self
+    }
 }
 
 fn heading(surrogate: Surrogate) -> String {
@@ -100,13 +139,13 @@ fn heading(surrogate: Surrogate) -> String {
     )
 }
 
-fn text(table: Table, surrogate: Surrogate, book: &Book) -> Result<String> {
+fn flown(table: Table, surrogate: Surrogate, book: &Book) -> Result<Flown> {
     let hardware = Case::table_3_1(surrogate)?;
     let polaris = Case::table_4_1(surrogate)?;
     Ok(match table {
         Table::T21 => rows(
             book,
-            "Table 2-1  K = 0, no leakage",
+            ("2-1", "2-1  K = 0, no leakage"),
             "T2-1",
             &TABLE_2_1,
             &polaris,
@@ -114,24 +153,32 @@ fn text(table: Table, surrogate: Surrogate, book: &Book) -> Result<String> {
         Table::T32 => {
             let as_is = rows(
                 book,
-                "Table 3-2  the hardware's parameters (Table 3-1), as they are",
+                (
+                    "3-2",
+                    "3-2  the hardware's parameters (Table 3-1), as they are",
+                ),
                 "T3-2",
                 &TABLE_3_2,
                 &hardware,
             );
             let adjusted = rows(
                 book,
-                "Table 3-2  with T_D = 10 ms and 8 % more friction (a conjecture)",
+                (
+                    "3-2 adjusted",
+                    "3-2  with T_D = 10 ms and 8 % more friction (a conjecture)",
+                ),
                 "T3-2",
                 &TABLE_3_2,
                 &hardware.adjusted(),
             );
             let open = book.errata().get("D1").map_or("", String::as_str);
-            format!("{as_is}\n{adjusted}{open}\n")
+            let mut both = as_is.and(adjusted);
+            both.text += &format!("{open}\n");
+            both
         }
         Table::T42 => rows(
             book,
-            "Table 4-2  Polaris flight simulation (Table 4-1)",
+            ("4-2", "4-2  Polaris flight simulation (Table 4-1)"),
             "T4-2",
             &TABLE_4_2,
             &polaris,
@@ -141,22 +188,45 @@ fn text(table: Table, surrogate: Surrogate, book: &Book) -> Result<String> {
     })
 }
 
-/// The number of cells that agree.
+/// The numbers of a table, and how many of them agree.
 #[derive(Default)]
 struct Score {
+    table: &'static str,
+    numbers: Vec<[String; 6]>,
     exact: usize,
     near: usize,
     all: usize,
 }
 
 impl Score {
-    /// 'printed mark simulated' for the entry `id`, counted.
-    fn cell(&mut self, book: &Book, id: &str, value: f64) -> String {
+    fn of(table: &'static str) -> Self {
+        Self {
+            table,
+            ..Self::default()
+        }
+    }
+
+    /// Keeps a number.
+    fn keep(&mut self, case: &str, quantity: &str, printed: &str, verdict: &str, found: &str) {
+        let row = [self.table, case, quantity, printed, verdict, found];
+        self.numbers.push(row.map(str::to_owned));
+    }
+
+    /// 'printed mark simulated' for the entry `id`, kept and counted.
+    fn cell(&mut self, book: &Book, id: &str, [case, quantity]: [&str; 2], value: f64) -> String {
         let entry = book.entry(id);
         let Some((printed, verdict)) = entry.and_then(|e| Some((e.printed?, e.judge(value)?)))
         else {
+            self.keep(case, quantity, "", "", &value.to_string());
             return format!("- {value}");
         };
+        self.keep(
+            case,
+            quantity,
+            &printed.to_string(),
+            &verdict.to_string(),
+            &value.to_string(),
+        );
         self.all += 1;
         let mark = match verdict {
             Verdict::Agrees => {
@@ -181,20 +251,28 @@ impl Score {
     }
 }
 
-fn rows(book: &Book, title: &str, family: &str, rows: &[Row], base: &Case) -> String {
-    let mut score = Score::default();
+fn rows(
+    book: &Book,
+    (name, title): (&'static str, &str),
+    family: &str,
+    rows: &[Row],
+    base: &Case,
+) -> Flown {
+    let mut score = Score::of(name);
     let mut text = format!(
-        "{title}\n{:<26} {:>12} {:>12} {:>12} {:>12}  remarks\n",
+        "Table {title}\n{:<26} {:>12} {:>12} {:>12} {:>12}  remarks\n",
         "", "+step", "-step", "stable K_g", "from 7 rams"
     );
     for row in rows {
         let case = row.of(base);
         let outcome = case.outcome();
-        let mut cell =
-            |what: &str, value| score.cell(book, &format!("{family}.{}.{what}", row.id), value);
-        let plus = cell("max_pos_step", f64::from(outcome.plus));
-        let minus = cell("max_neg_step", f64::from(outcome.minus));
-        let gain = cell("Kg_stable", outcome.gain);
+        let mut cell = |id: &str, what: &str, value| {
+            let id = format!("{family}.{}.{id}", row.id);
+            score.cell(book, &id, [row.label, what], value)
+        };
+        let plus = cell("max_pos_step", "+step", f64::from(outcome.plus));
+        let minus = cell("max_neg_step", "-step", f64::from(outcome.minus));
+        let gain = cell("Kg_stable", "stable K_g", outcome.gain);
         let (low, high) = case.gain_limit_scatter();
         let gaps: Vec<String> = [outcome.plus, outcome.minus]
             .into_iter()
@@ -210,11 +288,13 @@ fn rows(book: &Book, title: &str, family: &str, rows: &[Row], base: &Case) -> St
             gaps.join(", ")
         );
     }
-    text + &score.line()
+    text += &score.line();
+    let numbers = score.numbers;
+    Flown { text, numbers }
 }
 
-fn analog(book: &Book, surrogate: Surrogate) -> String {
-    let mut score = Score::default();
+fn analog(book: &Book, surrogate: Surrogate) -> Flown {
+    let mut score = Score::of("4-3");
     let mut text = "Table 4-3  analog flight control\n".to_owned();
     let step = f64::from(analog_step_limit(surrogate));
     let line = |text: &mut String, what: &str, cell: String| {
@@ -223,16 +303,14 @@ fn analog(book: &Book, surrogate: Surrogate) -> String {
     line(
         &mut text,
         "C-14, largest stable step",
-        score.cell(book, "T4-3.C-14", step),
+        score.cell(book, "T4-3.C-14", ["C-14", "largest stable step"], step),
     );
     for test in ANALOG_GAIN_TESTS {
         let gain = analog_gain_limit(surrogate, test.gain_step, test.steering);
-        let cell = score.cell(book, &format!("T4-3.{}A", test.run), gain);
-        line(
-            &mut text,
-            &format!("{}, stable K_g, N_y = {}", test.run, test.steering),
-            cell,
-        );
+        let what = format!("stable K_g, N_y = {}", test.steering);
+        let id = format!("T4-3.{}A", test.run);
+        let cell = score.cell(book, &id, [test.run, &what], gain);
+        line(&mut text, &format!("{}, {what}", test.run), cell);
     }
     for (run, steering, yaw) in [
         ("C-16, psi_0 = 1/2 deg", 0.0, 0.5 * DEGREE),
@@ -240,17 +318,21 @@ fn analog(book: &Book, surrogate: Surrogate) -> String {
         ("C-18, N_y = 1", 1.0, 0.0),
     ] {
         let stable = analog_is_stable(surrogate, 1.0, steering, yaw);
-        let mark = if stable {
-            "stable = stable"
+        let (mark, verdict, found) = if stable {
+            ("stable = stable", Verdict::Agrees, "stable")
         } else {
-            "stable x unstable"
+            ("stable x unstable", Verdict::Contradicts, "unstable")
         };
+        score.keep(run, "stability", "stable", &verdict.to_string(), found);
         line(&mut text, run, mark.to_owned());
     }
-    text + &score.line()
+    text += &score.line();
+    let numbers = score.numbers;
+    Flown { text, numbers }
 }
 
-fn limit_cycles(book: &Book, base: &Case) -> String {
+fn limit_cycles(book: &Book, base: &Case) -> Flown {
+    let mut score = Score::of("limit cycles");
     let mut text = format!(
         "Limit cycles  20 to 80 s after psi_0 = -1/2 deg (Section IV.B)\n{:<22} {:>11} {:>11} {:>11} {:>10}  reported\n",
         "", "psi pp", "mean psi", "nozzle pp", "pulses/s"
@@ -282,6 +364,14 @@ fn limit_cycles(book: &Book, base: &Case) -> String {
             cycle.nozzle / DEGREE,
             cycle.pulses,
         );
+        for (quantity, value) in [
+            ("psi pp, deg", cycle.yaw / DEGREE),
+            ("mean psi, deg", cycle.mean_yaw / DEGREE),
+            ("nozzle pp, deg", cycle.nozzle / DEGREE),
+            ("pulses/s", cycle.pulses),
+        ] {
+            score.keep(row.label, quantity, "", "", &number(value));
+        }
     }
     let _ = writeln!(
         text,
@@ -290,7 +380,8 @@ fn limit_cycles(book: &Book, base: &Case) -> String {
         printed("T4.f0_high"),
         book.errata().get("D2").map_or("", String::as_str)
     );
-    text
+    let numbers = score.numbers;
+    Flown { text, numbers }
 }
 
 #[cfg(test)]
@@ -300,11 +391,16 @@ mod tests {
     #[test]
     fn the_analog_table_counts_what_agrees_and_says_that_the_missile_is_a_surrogate() {
         let book = ibm_1966::book().expect("the book");
-        let text = text(Table::T43, Surrogate::Ps2, &book).expect("flown");
+        let Flown { text, numbers } = flown(Table::T43, Surrogate::Ps2, &book).expect("flown");
         assert!(text.contains("12 = 12"), "{text}");
         assert!(
             text.contains("3 of 4 the same, 4 within one test step"),
             "{text}"
+        );
+        assert_eq!(numbers.len(), 7);
+        assert_eq!(
+            numbers[0][1..],
+            ["C-14", "largest stable step", "12", "agrees", "12"]
         );
         assert!(heading(Surrogate::Ps2).contains("of the surrogate"));
     }

@@ -124,7 +124,7 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// Whether the two are within 15 % of one another, or both too small to tell. What is not expected
+    /// Whether the two are within 15 % of one another, or both are below the resolution. What is not expected
     /// cannot deviate.
     #[must_use]
     pub fn agrees(&self) -> bool {

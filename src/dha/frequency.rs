@@ -12,6 +12,8 @@ use ibm_1966::{Case, Gains, PULSE, Start, Surrogate};
 use planesman_linear::Complex;
 use planesman_units::DEGREE;
 
+use crate::table::print_wrapped;
+
 /// The arguments.
 #[derive(Clone, Debug, clap::Args)]
 pub struct FrequencyArgs {
@@ -34,8 +36,7 @@ pub fn run(args: &FrequencyArgs) -> Result<()> {
     } else {
         steered(&set)
     };
-    planesman_node::print(format_args!("{}", text.map_err(|error| anyhow!(error))?))?;
-    Ok(())
+    Ok(print_wrapped(text.map_err(|error| anyhow!(error))?)?)
 }
 
 /// Gain and phase.
@@ -52,20 +53,25 @@ fn alone(set: &ActuatorSet) -> Result<String, planesman_linear::Error> {
     let model = linearised::actuator(set, Ram::OnItsOil)?;
     let quanta = [1.0, 4.0, 16.0];
     let mut text = format!(
-        "{}: plane angle over plane command, in the position loop\n\n{:>6} {:>20}",
-        set.name, "f, Hz", "linear"
+        "{}: plane angle over plane command, in the position loop\n\n{:>4} {:>18}",
+        set.name, "Hz", "linear"
     );
     for n in quanta {
-        let _ = write!(text, " {:>20}", format!("{n} quanta"));
+        let quanta = if n == 1.0 { "quantum" } else { "quanta" };
+        let _ = write!(text, " {:>18}", format!("{n} {quanta}"));
     }
     let _ = writeln!(text);
     for hertz in [0.1, 0.2, 0.5, 1.0, 2.0, 4.0] {
-        let _ = write!(text, "{hertz:>6} {:>20}", cell(model.at(TAU * hertz)));
+        let _ = write!(
+            text,
+            "{hertz:>4} {:>18}",
+            cell(model.at(TAU * hertz)).trim_start()
+        );
         for n in quanta {
             let demand = Demand::angle(n * set.quantum);
             let response =
                 frequency_response::actuator(set, demand, TAU * hertz, Periods::default());
-            let _ = write!(text, " {:>20}", cell(response));
+            let _ = write!(text, " {:>18}", cell(response).trim_start());
         }
         let _ = writeln!(text);
     }

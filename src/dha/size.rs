@@ -15,7 +15,7 @@ use planesman_units::{DEGREE, Dimension, INCH, Quantity};
 
 use super::depth_loop::{Loop, MOST_RESIDUAL};
 use crate::arguments::number;
-use crate::table::{Format, Table};
+use crate::table::{Format, Table, print_wrapped};
 
 /// The arguments. A quantity is a number and its unit, as in an actuator file.
 #[derive(Clone, Debug, clap::Args)]
@@ -25,37 +25,37 @@ pub struct SizeArgs {
     #[arg(default_value = "auv")]
     actuator: String,
     /// delta_q, the step wanted at the planes, such as '0.5 deg'
-    #[arg(long)]
+    #[arg(long, help_heading = "Load")]
     resolution: Option<String>,
     /// Plane rate, required, in deg/s or rad/s
-    #[arg(long, requires = "resolution")]
+    #[arg(long, requires = "resolution", help_heading = "Load")]
     slew: Option<String>,
     /// The planes' travel to either side, such as '30 deg'
-    #[arg(long, requires = "resolution")]
+    #[arg(long, requires = "resolution", help_heading = "Load")]
     stroke: Option<String>,
     /// M, load and ram lumped at the ram, such as '0.35 kg'
-    #[arg(long, requires = "resolution")]
+    #[arg(long, requires = "resolution", help_heading = "Load")]
     mass: Option<String>,
     /// C at the ram, such as '350 N s/m'
-    #[arg(long, requires = "resolution")]
+    #[arg(long, requires = "resolution", help_heading = "Load")]
     viscous: Option<String>,
     /// Delta F at the ram, such as '2.2 N'
-    #[arg(long, requires = "resolution")]
+    #[arg(long, requires = "resolution", help_heading = "Load")]
     coulomb: Option<String>,
     /// R, such as '12.7 mm'
-    #[arg(long, requires = "resolution")]
+    #[arg(long, requires = "resolution", help_heading = "Load")]
     moment_arm: Option<String>,
     /// P_h, such as '1 MPa'
-    #[arg(long, requires = "resolution")]
+    #[arg(long, requires = "resolution", help_heading = "Load")]
     supply: Option<String>,
     /// P_R, such as '0.07 MPa'
-    #[arg(long, requires = "resolution")]
+    #[arg(long, requires = "resolution", help_heading = "Load")]
     return_pressure: Option<String>,
     /// beta/V, the oil's bulk modulus over its volume, such as '2e5 lb/in^5'
-    #[arg(long, requires = "resolution")]
+    #[arg(long, requires = "resolution", help_heading = "Load")]
     stiffness: Option<String>,
     /// T_v, such as '5.5 ms'
-    #[arg(long, requires = "resolution")]
+    #[arg(long, requires = "resolution", help_heading = "Load")]
     valve_time: Option<String>,
     /// Print the sizes alone, as a table in this format [default: a list, and the limit cycles foreseen]
     #[arg(long, value_enum)]
@@ -78,7 +78,7 @@ pub fn run(args: &SizeArgs) -> Result<()> {
         Some(format) => table(&set).text(format)?,
         None => text(&set),
     };
-    Ok(planesman_node::print(text)?)
+    Ok(print_wrapped(text)?)
 }
 
 impl SizeArgs {

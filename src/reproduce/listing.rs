@@ -2,33 +2,54 @@
 
 use std::fmt::Write as _;
 
+use anyhow::Result;
+
 use crate::arguments::number;
+use crate::table::{Format, Table, is_terminal, wrapped};
 use planesman_book::{Book, Line, Reckoning};
 
-/// Every entry, the errata that are named, and the totals.
-#[must_use]
-pub fn text(book: &Book, reckoning: &Reckoning<'_>) -> String {
-    let mut text = format!(
-        "{:<30} {:>12} {:>14} {:>10} {:<12} {:<12} erratum\n",
-        "number", "printed", "recomputed", "within", "unit", "verdict"
-    );
+/// Every entry, the errata that are named, and the totals; within the terminal if standard output is one.
+///
+/// # Errors
+/// None in practice: writing to memory.
+pub fn text(book: &Book, reckoning: &Reckoning<'_>) -> Result<String> {
+    const COLUMNS: [&str; 7] = [
+        "number",
+        "printed",
+        "recomputed",
+        "within",
+        "unit",
+        "verdict",
+        "erratum",
+    ];
+    let mut table = Table::new(COLUMNS);
+    let aligned = |[id, printed, recomputed, within, unit, verdict, erratum]: [&str; 7]| {
+        format!(
+            "{id:<30} {printed:>12} {recomputed:>14} {within:>10} {unit:<12} {verdict:<12} {erratum}\n"
+        )
+    };
+    let mut text = aligned(COLUMNS);
+    let mut all_news = String::new();
     for line in &reckoning.lines {
         let entry = line.entry;
-        // Writing to a String does not fail.
-        let _ = writeln!(
-            text,
-            "{:<30} {:>12} {:>14} {:>10} {:<12} {:<12} {}",
-            entry.id,
+        let row = [
+            entry.id.clone(),
             written(entry.printed),
             written(line.value),
             written(entry.slack.or(entry.tolerance)),
-            entry.unit,
+            entry.unit.clone(),
             verdict(line),
-            entry.erratum.as_deref().unwrap_or_default(),
-        );
+            entry.erratum.clone().unwrap_or_default(),
+        ];
+        text += &aligned(row.each_ref().map(String::as_str));
+        table.row(row);
         if let Some(news) = line.news() {
-            let _ = writeln!(text, "{:<30} not as in the book: {news}", "");
+            text += &format!("{:<30} not as in the book: {news}\n", "");
+            all_news += &format!("{}: not as in the book: {news}\n", entry.id);
         }
+    }
+    if is_terminal() {
+        text = table.text(Format::Table)? + &all_news;
     }
     let named = |number: &str| {
         reckoning
@@ -36,12 +57,12 @@ pub fn text(book: &Book, reckoning: &Reckoning<'_>) -> String {
             .iter()
             .any(|l| l.entry.erratum.as_deref() == Some(number))
     };
-    text.push_str("\nErrata named above\n");
+    let mut errata = "\nErrata named above\n".to_owned();
     for (number, erratum) in book.errata().iter().filter(|(n, _)| named(n)) {
-        let _ = writeln!(text, "{number:>4}  {erratum}");
+        // Writing to a String does not fail.
+        let _ = writeln!(errata, "{number:>4}  {erratum}");
     }
-    text.push_str(&totals(reckoning));
-    text
+    Ok(text + &wrapped(&(errata + &totals(reckoning))))
 }
 
 /// The totals, a line per kind.

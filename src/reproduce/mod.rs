@@ -9,7 +9,8 @@ use anyhow::{Context, Result, bail};
 use planesman_book::Reckoning;
 
 use crate::arguments::output_file;
-use crate::progress::{end_with_reader, spinner};
+use crate::progress::{end_with_reader, on_all_cores, spinner};
+use crate::table::print_wrapped;
 
 pub mod listing;
 pub mod page;
@@ -33,22 +34,21 @@ pub fn run(args: &ReproduceArgs) -> Result<()> {
     }
     let mut page = page::Page::default();
     let mut news = 0;
-    for report in [brunner_1988::REPORT, ibm_1966::REPORT] {
+    let reports = [brunner_1988::REPORT, ibm_1966::REPORT];
+    let recomputed = on_all_cores("reports", &reports, |report| (report.recomputed)());
+    for (report, values) in reports.iter().zip(recomputed) {
         let book = (report.book)()?;
-        let working = spinner(report.name);
-        let values = (report.recomputed)();
-        working.finish_and_clear();
         let reckoning = Reckoning::of(&book, values.iter().map(|(id, v)| (id.as_str(), *v)));
-        planesman_node::say!("{}\n", report.citation)?;
-        planesman_node::say!("{}", listing::text(&book, &reckoning))?;
+        print_wrapped(format_args!("{}\n\n", report.citation))?;
+        planesman_node::say!("{}", listing::text(&book, &reckoning)?)?;
         let account = report.account.map(|account| account()).transpose()?;
         if let Some(account) = &account {
-            planesman_node::say!("{account}")?;
+            print_wrapped(format_args!("{account}\n"))?;
         }
         news += reckoning.totals().news;
         if args.html.is_some() {
             let _working = spinner("figures");
-            page.add(&report, &book, &reckoning, account.as_deref())?;
+            page.add(report, &book, &reckoning, account.as_deref())?;
         }
     }
     if let Some(path) = &args.html {

@@ -335,7 +335,7 @@ fn heave_of(vehicle: &str, speed: f64) -> Result<[f64; 4]> {
 
 fn model_path(text: &str) -> Result<PathBuf, String> {
     let path = output_file(text)?;
-    ModelFile::takes_name(&path)?;
+    ModelFile::takes_name(&path).map_err(|refusal| refusal.to_string())?;
     Ok(path)
 }
 

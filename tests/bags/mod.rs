@@ -3,17 +3,12 @@
 // Each test program uses its own part.
 #![allow(dead_code)]
 
-#[path = "../../crates/bag/tests/common/raw.rs"]
-pub(crate) mod raw;
-
 use std::path::Path;
 use std::sync::Arc;
 
 use planesman_bag::{BagWriter, Compression, OfferedQos, Topic, TopicId, TopicKind, WriterOptions};
 use planesman_msgs::sensor_msgs::msg::Imu;
 use planesman_msgs::{Message, cdr};
-use rand::RngExt as _;
-use rand_pcg::Pcg64Mcg;
 
 /// Type, schema encoding and schema of a topic.
 pub(crate) type Kind<'a> = (&'a str, &'a str, &'a str);
@@ -73,27 +68,4 @@ pub(crate) fn imu(stamp: i64, value: f64) -> Vec<u8> {
     imu.angular_velocity.y = value;
     imu.orientation.y = value;
     cdr::to_bytes(&imu)
-}
-
-/// The bytes with a few changed, taken out, repeated, or cut off.
-pub(crate) fn fuzzed(bytes: &[u8], random: &mut Pcg64Mcg) -> Vec<u8> {
-    let mut bytes = bytes.to_vec();
-    for _ in 0..random.random_range(1..5) {
-        if bytes.is_empty() {
-            break;
-        }
-        let at = random.random_range(0..bytes.len());
-        match random.random_range(0..8) {
-            0 => bytes.truncate(at),
-            1 => drop(bytes.remove(at)),
-            2 => {
-                let piece: Vec<u8> = bytes[at..].iter().copied().take(30).collect();
-                bytes.splice(at..at, piece);
-            }
-            3 => bytes[at] = 0xff,
-            4 => bytes[at] = 0,
-            _ => bytes[at] = random.random(),
-        }
-    }
-    bytes
 }

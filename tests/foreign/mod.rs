@@ -1,6 +1,6 @@
 //! The foreign programs that the suite's tests use, where they are installed: the Python programs of
-//! `tests/peers`, which are Cyclone DDS participants or read bags, and those of `tests/ros`, which do the same with
-//! ROS 2 Jazzy's own rclpy on Fast DDS, each with the interpreter that has what they need.
+//! `tests/peers`, which are Cyclone DDS participants, rclpy nodes on Fast DDS or readers of bags, by the interpreter that runs
+//! them, and those of `tests/ros`, for which rclpy has a client of its own.
 
 // Each test program uses its own part.
 #![allow(dead_code, clippy::unwrap_used)]
@@ -31,7 +31,7 @@ pub(crate) fn full_name(topic: &str) -> String {
 pub(crate) struct Python {
     /// The folder with its `bin/python`, from the root.
     pub(crate) environment: &'static str,
-    /// The folder with its programs, from the root.
+    /// The folder with the programs that only it has, from the root; the others are in `tests/peers`.
     programs: &'static str,
     /// The nodes' environment to match it.
     pub(crate) middleware: &'static str,
@@ -101,7 +101,9 @@ impl Python {
 
     /// A peer, not yet started.
     pub(crate) fn command(&self, program: &str, domain: u16, arguments: &[&str]) -> Command {
-        let mut command = self.node(&root().join(self.programs).join(program), domain);
+        let own = root().join(self.programs).join(program);
+        let shared = root().join("tests/peers").join(program);
+        let mut command = self.node(if own.exists() { &own } else { &shared }, domain);
         command
             .args(["--domain", &domain.to_string()])
             .args(arguments);

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Stands in for the actuator as a Cyclone DDS peer: answers every plane command with a JointState alone.
+"""Stands in for the actuator: answers every plane command with a JointState alone.
 
     peer_actuator.py --domain 0 --namespace /auv --rate 0.2 --timeout 60
 
@@ -10,8 +10,7 @@ plant_sim with `actuator_answer:=planes` wants it. Ends after --timeout seconds,
 import sys
 
 import arguments
-import ros_types
-from cyclone import Peer, dds_topic_name, topic_qos, wait_until
+from peer import Peer
 
 TICK = 0.05
 """s, from one command to the next."""
@@ -19,28 +18,28 @@ TICK = 0.05
 
 def main() -> int:
     args = arguments.actuator(__doc__)
-
-    joint_state = ros_types.message("sensor_msgs/msg/JointState")
-    command = ros_types.message("planesman_msgs/msg/PlaneCommand")
-    peer = Peer(args.domain)
-    planes = peer.writer(dds_topic_name(f"{args.namespace}/planes"), joint_state, topic_qos())
-    commands = peer.reader(dds_topic_name(f"{args.namespace}/plane_command"), command, topic_qos())
     angle = 0.0
 
-    def answer() -> bool:
-        nonlocal angle
-        for asked in commands.take(N=100):
-            if asked.sample_info.valid_data:
-                step = max(-args.rate * TICK, min(args.rate * TICK, asked.dive_planes - angle))
-                angle += step
-                planes.write(
-                    joint_state(
-                        header=asked.header, name=["dive_planes"], position=[angle], velocity=[step / TICK], effort=[]
-                    )
-                )
-        return False
+    with Peer(args.domain) as peer:
+        planes = peer.publisher(f"{args.namespace}/planes", "sensor_msgs/msg/JointState")
+        commands = peer.subscribe(f"{args.namespace}/plane_command", "planesman_msgs/msg/PlaneCommand")
 
-    wait_until(answer, args.timeout, interval=0.002)
+        def answer() -> bool:
+            nonlocal angle
+            for asked in commands.take(100):
+                step = max(-args.rate * TICK, min(args.rate * TICK, asked["dive_planes"] - angle))
+                angle += step
+                planes.publish(
+                    {
+                        "header": asked["header"],
+                        "name": ["dive_planes"],
+                        "position": [angle],
+                        "velocity": [step / TICK],
+                    }
+                )
+            return False
+
+        peer.wait_until(answer, args.timeout)
     return 0
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Calls a service as a Cyclone DDS peer and prints the response as one JSON line.
+"""Calls a service and prints the response as one JSON line.
 
     peer_call.py --domain 0 /auv/plant_sim/pause std_srvs/srv/SetBool --json '{"data": true}'
 
@@ -10,17 +10,17 @@ import json
 import sys
 
 import arguments
-from cyclone import Peer
-from ros_service import Client, NoAnswer
+from peer import NoAnswer, Peer
 
 
 def main() -> int:
     args = arguments.call(__doc__)
-    try:
-        print(json.dumps(Client(Peer(args.domain), args.service, args.type).call(args.json, args.timeout)))
-    except NoAnswer as failure:
-        print(failure, file=sys.stderr)
-        return 1
+    with Peer(args.domain) as peer:
+        try:
+            print(json.dumps(peer.call(args.service, args.type, args.json, args.timeout)))
+        except NoAnswer as failure:
+            print(failure, file=sys.stderr)
+            return 1
     return 0
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Subscribes to a topic as a Cyclone DDS peer and prints messages, one JSON line each.
+"""Subscribes to a topic and prints messages, one JSON line each.
 
     peer_echo.py --domain 0 /auv/state planesman_msgs/msg/VehicleState --count 3
 
@@ -10,29 +10,25 @@ import json
 import sys
 
 import arguments
-import ros_types
-from cyclone import Peer, dds_topic_name, topic_qos, wait_until
+from peer import Peer
 
 
 def main() -> int:
     args = arguments.echo(__doc__)
-
-    peer = Peer(args.domain)
-    reader = peer.reader(
-        dds_topic_name(args.topic), ros_types.message(args.type), topic_qos(args.reliability, args.durability)
-    )
     received = 0
 
-    def enough() -> bool:
-        nonlocal received
-        for sample in reader.take(N=args.count - received):
-            if sample.sample_info.valid_data:
-                print(json.dumps(ros_types.to_json(args.type, sample)), flush=True)
-                received += 1
-        return received >= args.count
+    with Peer(args.domain) as peer:
+        messages = peer.subscribe(args.topic, args.type, args.reliability, args.durability)
 
-    if wait_until(enough, args.timeout, interval=0.005):
-        return 0
+        def enough() -> bool:
+            nonlocal received
+            for message in messages.take(args.count - received):
+                print(json.dumps(message), flush=True)
+                received += 1
+            return received >= args.count
+
+        if peer.wait_until(enough, args.timeout):
+            return 0
     print(f"{args.topic}: {received} of {args.count} messages within {args.timeout:g} s", file=sys.stderr)
     return 1
 

@@ -6,11 +6,13 @@ import math
 import sys
 import time
 from array import array
+from collections import deque
 from contextlib import contextmanager
 from pathlib import Path
 
 import numpy
 import rclpy
+from rclpy.duration import Duration
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 
@@ -100,3 +102,72 @@ def call(of, service: str, type_name: str, request: dict, timeout: float) -> dic
         return to_json(future.result())
     finally:
         of.destroy_client(client)
+
+
+SETTLE_SECONDS = 0.5
+"""How long a publisher's subscribers have to be the same."""
+
+
+class Subscription:
+    def __init__(self):
+        self._messages: deque = deque()
+
+    def receive(self, message) -> None:
+        self._messages.append(message)
+
+    def take(self, count: int) -> list[dict]:
+        return [to_json(self._messages.popleft()) for _ in range(min(count, len(self._messages)))]
+
+
+class Publisher:
+    def __init__(self, of, kind: type, publisher):
+        self._node, self._kind, self._publisher = of, kind, publisher
+
+    def wait_matched(self, timeout: float) -> bool:
+        """Whether there is a subscriber, and no more came for a while."""
+        count, since = 0, time.monotonic()
+
+        def all_match() -> bool:
+            nonlocal count, since
+            if self._publisher.get_subscription_count() != count:
+                count, since = self._publisher.get_subscription_count(), time.monotonic()
+            return count > 0 and time.monotonic() - since >= SETTLE_SECONDS
+
+        return spin_until(self._node, all_match, timeout)
+
+    def publish(self, message: dict) -> None:
+        self._publisher.publish(fill(self._kind(), message))
+
+    def wait_acked(self, timeout: float) -> bool:
+        return self._publisher.wait_for_all_acked(Duration(seconds=timeout))
+
+
+class Peer:
+    """The interface of ../peers/peer.py on rclpy."""
+
+    def __init__(self, domain: int):
+        self._made = node(domain)
+
+    def __enter__(self) -> "Peer":
+        self._node = self._made.__enter__()
+        return self
+
+    def __exit__(self, *error) -> None:
+        self._made.__exit__(*error)
+
+    def subscribe(
+        self, topic: str, type_name: str, reliability: str = "reliable", durability: str = "volatile"
+    ) -> Subscription:
+        made = Subscription()
+        self._node.create_subscription(interface(type_name), topic, made.receive, topic_qos(reliability, durability))
+        return made
+
+    def publisher(self, topic: str, type_name: str, reliability: str = "reliable") -> Publisher:
+        kind = interface(type_name)
+        return Publisher(self._node, kind, self._node.create_publisher(kind, topic, topic_qos(reliability)))
+
+    def call(self, service: str, type_name: str, request: dict, timeout: float) -> dict:
+        return call(self._node, service, type_name, request, timeout)
+
+    def wait_until(self, condition, timeout: float) -> bool:
+        return spin_until(self._node, condition, timeout)

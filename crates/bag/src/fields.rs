@@ -1,9 +1,9 @@
 //! The fields of the MCAP records that a reader needs, borrowed from the record's bytes.
 //!
 //! Layouts are the MCAP specification's ("Records"): integers little endian, strings and maps
-//! behind their length in bytes (4 bytes). They are read here rather than by the `mcap` crate,
-//! which allocates a string as long as the record claims before looking for its bytes: four
-//! bytes of a hostile file would take 4 GiB.
+//! behind their length in bytes (4 bytes). Footer and statistics are read by `mcap::parse_record`. The others
+//! are not: it reserves memory for a string as long as the record claims (4 GiB from four hostile bytes), copies every
+//! string, and takes 1.4 times as long for a bag's messages.
 
 use std::collections::BTreeMap;
 
@@ -73,20 +73,6 @@ impl<'a> Header<'a> {
         Ok(Self {
             profile: fields.text()?,
             library: fields.text()?,
-        })
-    }
-}
-
-/// The file's last record.
-pub(crate) struct Footer {
-    /// Where the summary starts; 0 for none.
-    pub(crate) summary_start: u64,
-}
-
-impl Footer {
-    pub(crate) fn read(body: &[u8]) -> Result<Self, String> {
-        Ok(Self {
-            summary_start: Fields(body).u64()?,
         })
     }
 }
@@ -198,38 +184,6 @@ impl<'a> Chunk<'a> {
                             fields.0.len()
                         )
                     })?
-            },
-        })
-    }
-}
-
-/// The contents of the file, in numbers.
-pub(crate) struct Statistics {
-    pub(crate) message_count: u64,
-    pub(crate) start_time: u64,
-    pub(crate) end_time: u64,
-    /// By channel.
-    pub(crate) message_counts: BTreeMap<u16, u64>,
-}
-
-impl Statistics {
-    pub(crate) fn read(body: &[u8]) -> Result<Self, String> {
-        let mut fields = Fields(body);
-        let message_count = fields.u64()?;
-        let _schemas = fields.u16()?;
-        let [_channels, _attachments, _metadata, _chunks] =
-            [fields.u32()?, fields.u32()?, fields.u32()?, fields.u32()?];
-        Ok(Self {
-            message_count,
-            start_time: fields.u64()?,
-            end_time: fields.u64()?,
-            message_counts: {
-                let mut pairs = Fields(fields.sized()?);
-                let mut counts = BTreeMap::new();
-                while !pairs.0.is_empty() {
-                    counts.insert(pairs.u16()?, pairs.u64()?);
-                }
-                counts
             },
         })
     }

@@ -37,7 +37,7 @@
 //! ```
 //!
 //! Inside: `records` splits bytes into MCAP records, `fields` splits records, `chunk` unpacks
-//! and checks a chunk, `input` unpacks a file packed whole, `definitions` are a file's topics, `summary` is what it tells of itself. With them `recording` finds out
+//! and checks a chunk, `input` unpacks a file packed whole, `definitions` are a file's topics, `summary` is the index at its end. With them `recording` finds out
 //! what one `.mcap` file holds and `walk` reads it front to back; `sqlite` does both of a `.db3` file; `typed` knows the project's message types.
 //!
 //! Times are signed nanoseconds on whatever clock the recording ran on, as ROS counts them.

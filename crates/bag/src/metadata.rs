@@ -182,7 +182,7 @@ impl BagMetadata {
         }
     }
 
-    /// Messages known to be lost, which this crate's writer tells in
+    /// Messages known to be lost, which this crate's writer keeps in
     /// [`custom_data`](Self::custom_data) under `dropped TOPIC`.
     #[must_use]
     pub fn dropped(&self) -> u64 {

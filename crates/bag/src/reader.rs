@@ -46,7 +46,7 @@ pub enum Completeness {
         reason: String,
     },
     /// Its files were closed, but its account of them cannot be read.
-    Untold {
+    Unknown {
         /// Why not.
         reason: String,
     },
@@ -75,7 +75,7 @@ impl fmt::Display for Completeness {
                 }
                 write!(f, ": {reason}")
             }
-            Self::Untold { reason } => write!(f, "not known to be whole: {reason}"),
+            Self::Unknown { reason } => write!(f, "not known to be whole: {reason}"),
         }
     }
 }
@@ -167,7 +167,7 @@ impl BagReader {
                     reason: "it has no metadata.yaml: it was not closed".to_owned(),
                 }
             }
-            Err(error) => Completeness::Untold {
+            Err(error) => Completeness::Unknown {
                 reason: error.to_string(),
             },
         };
@@ -291,7 +291,7 @@ impl BagReader {
         self.recordings.iter().map(|it| it.omitted).sum()
     }
 
-    /// Messages that the recorder knew to be lost, as its metadata tells.
+    /// Messages that the recorder knew to be lost, by its metadata.
     #[must_use]
     pub fn dropped(&self) -> u64 {
         self.metadata.as_ref().map_or(0, BagMetadata::dropped)

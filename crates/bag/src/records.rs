@@ -4,6 +4,10 @@
 //! too. A record is an opcode (1 byte), a length (8 bytes, little endian) and that many bytes
 //! (MCAP specification, "Records"). A length is only what the file claims: the bytes are
 //! taken as they come, so a lying length costs no memory.
+//!
+//! `mcap`'s own `sans_io::LinearReader` is as fast, but loads each record whole: an attachment longer than the limit would end
+//! the bag here, and a cut record would not say how many of its bytes are there. Inside a chunk it yields records before
+//! the chunk has been unpacked to its end.
 
 use std::io::{self, Read};
 use std::ops::Range;
@@ -123,7 +127,7 @@ pub(crate) fn record_at(records: &[u8], at: usize) -> Result<Option<(u8, Range<u
     }
 }
 
-/// Fills `bytes` as far as `input` goes, and tells how far.
+/// Fills `bytes` as far as `input` goes, and returns how far.
 pub(crate) fn read_up_to(input: &mut impl Read, bytes: &mut [u8]) -> io::Result<usize> {
     let mut filled = 0;
     while filled < bytes.len() {

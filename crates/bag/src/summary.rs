@@ -8,13 +8,15 @@ use std::{
     io::{self, BufReader, Read, Seek, SeekFrom},
 };
 
+use mcap::records::{Record as Parsed, Statistics};
+
 use crate::{
     definitions::{Definitions, Known},
-    fields::{self, Footer, Statistics, op},
+    fields::{self, op},
     input::BUFFER,
     limits::Limits,
     records::{Records, read_up_to},
-    walk::is_told,
+    walk::is_read,
 };
 
 /// The footer record and the magic after it: the last bytes of a closed file.
@@ -40,9 +42,13 @@ pub(crate) fn start(file: &mut File, size: u64) -> io::Result<Option<u64>> {
         return Ok(None);
     }
     Ok(match Records::new(&tail[..], start, 20).next(|_| true) {
-        Ok(Some(record)) if record.opcode == op::FOOTER => Footer::read(record.body)
-            .ok()
-            .map(|footer| footer.summary_start),
+        // Asked first: `parse_record` panics on a short attachment.
+        Ok(Some(record)) if record.opcode == op::FOOTER => {
+            match mcap::parse_record(op::FOOTER, record.body) {
+                Ok(Parsed::Footer(footer)) => Some(footer.summary_start),
+                _ => None,
+            }
+        }
         _ => None,
     })
 }
@@ -65,10 +71,13 @@ pub(crate) fn read(file: &mut File, start: u64, size: u64, limits: &Limits) -> O
     let mut statistics: Option<Statistics> = None;
     let mut records = Records::new(&mut summed, start, limits.chunk);
     loop {
-        let record = records.next(is_told).ok()??;
+        let record = records.next(is_read).ok()??;
         match record.opcode {
             op::SCHEMA | op::CHANNEL => definitions.take(record.opcode, record.body).ok()?,
-            op::STATISTICS => statistics = Some(Statistics::read(record.body).ok()?),
+            op::STATISTICS => match mcap::parse_record(op::STATISTICS, record.body).ok()? {
+                Parsed::Statistics(found) => statistics = Some(found),
+                _ => return None,
+            },
             op::FOOTER | op::SUMMARY_OFFSET => break,
             _ => {}
         }
@@ -84,7 +93,7 @@ pub(crate) fn read(file: &mut File, start: u64, size: u64, limits: &Limits) -> O
     }
 
     let statistics = statistics?;
-    let counts = statistics.message_counts;
+    let counts = statistics.channel_message_counts;
     let counted = counts
         .values()
         .try_fold(0_u64, |sum, count| sum.checked_add(*count))?;
@@ -98,8 +107,8 @@ pub(crate) fn read(file: &mut File, start: u64, size: u64, limits: &Limits) -> O
         None
     } else {
         Some((
-            fields::time(statistics.start_time).ok()?,
-            fields::time(statistics.end_time).ok()?,
+            fields::time(statistics.message_start_time).ok()?,
+            fields::time(statistics.message_end_time).ok()?,
         ))
     };
     Some(Summary {

@@ -127,7 +127,7 @@ impl Walk {
 
     /// Takes one record of the file.
     fn next_record(&mut self) -> Result<(), Damage> {
-        let Some(record) = self.records.next(is_told)? else {
+        let Some(record) = self.records.next(is_read)? else {
             self.ended = true;
             return Ok(());
         };
@@ -201,8 +201,8 @@ fn checked(body: &[u8], definitions: &Definitions) -> Result<i64, String> {
     }
 }
 
-/// The records that tell of messages and topics; all others (attachments, indexes) are passed by.
-pub(crate) fn is_told(opcode: u8) -> bool {
+/// The records that hold messages and topics; all others (attachments, indexes) are skipped.
+pub(crate) fn is_read(opcode: u8) -> bool {
     matches!(
         opcode,
         op::FOOTER

@@ -51,20 +51,6 @@ pub enum Compression {
     Zstd,
 }
 
-impl std::str::FromStr for Compression {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "none" => Ok(Self::None),
-            "zstd" => Ok(Self::Zstd),
-            other => Err(format!(
-                "compression '{other}' is not known; none and zstd are"
-            )),
-        }
-    }
-}
-
 /// How a bag is written.
 #[derive(Clone, Debug)]
 pub struct WriterOptions {
@@ -336,7 +322,7 @@ impl BagWriter {
             flushed: Instant::now(),
             failure: None,
         };
-        // As rosbag2 does: a recording that is never closed still tells its metadata version, by
+        // As rosbag2 does: a recording that is never closed still has its metadata version, by
         // which a reader knows how the QoS is written.
         writer.embed(&BagMetadata::empty())?;
         writer.flush()?;
@@ -627,7 +613,7 @@ impl Drop for BagWriter {
     /// Flushes what was taken, without index and metadata: this bag was not closed.
     fn drop(&mut self) {
         if self.failure.is_none() && !self.gate.closed.load(Ordering::Relaxed) {
-            // Nobody is left to hear of a failure; the file is readable up to the flush before.
+            // A failure cannot be reported here; the file is readable up to the flush before.
             let _ = self.mcap.flush();
         }
         // mcap's own drop would write the index, and make the file look whole.

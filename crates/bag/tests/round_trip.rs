@@ -228,7 +228,7 @@ fn a_split_bag_is_read_in_the_order_of_its_metadata() {
 }
 
 #[test]
-fn losses_are_told_in_the_bag() {
+fn losses_are_reported_in_the_bag() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("lossy");
     let mut writer = BagWriter::create(&path, WriterOptions::default()).expect("a new bag");

@@ -3,7 +3,7 @@
 //! Plain CDR (XCDR version 1; OMG CORBA 3.0.3, section 15.3) aligns each number to its own size, counted from behind
 //! the encapsulation header, and nothing else: a struct is its fields, an array its elements. The
 //! largest number has 8 bytes, so how far a part of fixed size reaches depends only on where it
-//! begins modulo 8. Eight numbers tell all ([`Advance`]), and parts in a row compose.
+//! begins modulo 8. Eight numbers describe it ([`Advance`]), and parts in a row compose.
 
 use planesman_rosidl::definition::Primitive;
 

@@ -6,86 +6,49 @@ use planesman_msgs::planesman_msgs::msg::PlaneMotion;
 use planesman_msgs::sensor_msgs::msg::{Imu, JointState};
 use planesman_msgs::tf2_msgs::msg::TFMessage;
 use planesman_msgs::{Message, cdr};
-use rand::{RngExt as _, SeedableRng as _};
+use planesman_testing::hostile::{self, mutated};
+use rand::SeedableRng as _;
 use rand_pcg::Pcg64Mcg;
 
-/// A type nested 60 deep, each level holding the next eight times: 8^59 numbers.
-fn bush(reference: &str, leaf: &str) -> String {
-    let mut text = String::new();
-    for level in 0..60 {
-        if level > 0 {
-            text += &format!("{}\nMSG: a/L{level}\n", "=".repeat(80));
-        }
-        for field in 0..8 {
-            if level < 59 {
-                text += &format!("L{}{reference} f{field}\n", level + 1);
-            } else {
-                text += &format!("{leaf} f{field}\n");
-            }
-        }
-    }
-    text
-}
-
 #[test]
-fn a_type_of_more_numbers_than_there_are_atoms_is_read_where_its_payload_reaches() {
-    for (reference, leaf) in [
-        ("", "float64"),
-        ("", "string"),
-        ("[]", "float64"),
-        ("[4294967295]", "uint8"),
-        ("[4294967295]", "string"),
-    ] {
-        let text = bush(reference, leaf);
-        let types = schema::read("a/msg/L0", "ros2msg", &text).unwrap();
+fn schemas_made_to_hurt_are_read_where_the_payload_reaches_or_refused() {
+    let mut payloads = hostile::payloads();
+    payloads.extend([0, 1, 255].map(|byte| [&[0, 1, 0, 0][..], &vec![byte; 100_000]].concat()));
+    let msg = hostile::schemas().into_iter().chain(hostile::lists());
+    let idl = hostile::idl().into_iter();
+    let all = msg
+        .map(|(case, text)| (case, "ros2msg", text))
+        .chain(idl.map(|(case, text)| (case, "ros2idl", text)));
+    for (case, encoding, text) in all {
+        let Ok(types) = schema::read("a/msg/A", encoding, &text) else {
+            continue;
+        };
         let catalogue = Catalogue::of(&types, 1000);
-        assert!(leaf == "string" || (catalogue.is_cut && catalogue.fields.len() == 1000));
+        let has_numbers = case.starts_with("a bush") && !text.contains("string");
+        assert!(
+            !has_numbers || catalogue.is_cut && catalogue.fields.len() == 1000,
+            "{case}"
+        );
         let decoder = Decoder::compile(&types, &catalogue.fields).unwrap();
-        for filling in [0, 1, 255] {
-            let payload = [&[0, 1, 0, 0][..], &vec![filling; 100_000]].concat();
+        for payload in &payloads {
             // Numbers or an error; what matters is that it ends.
-            let _ = decoder.read(&payload, &mut Values::default());
+            let _ = decoder.read(payload, &mut Values::default());
         }
     }
 }
 
 #[test]
 fn a_length_that_lies_reserves_nothing() {
-    for text in [
-        "float64[] x\n",
-        "string[] s\nfloat64[] x\n",
-        "wstring s\nfloat64[] x\n",
-    ] {
-        let types = schema::read("a/msg/A", "ros2msg", text).unwrap();
+    for (case, text) in hostile::lists() {
+        let types = schema::read("a/msg/A", "ros2msg", &text).unwrap();
         let decoder = Decoder::compile(&types, &["x".parse().unwrap()]).unwrap();
         let mut values = Values::default();
         for length in [u32::MAX, u32::MAX / 2, 1 << 29, 3] {
             let payload = [&[0, 1, 0, 0][..], &length.to_le_bytes()].concat();
-            assert!(decoder.read(&payload, &mut values).is_err());
+            assert!(decoder.read(&payload, &mut values).is_err(), "{case}");
             assert!(values.list(0).is_empty());
         }
     }
-}
-
-/// Changes, removes or repeats some bytes.
-fn mutated(bytes: &[u8], random: &mut Pcg64Mcg) -> Vec<u8> {
-    let mut bytes = bytes.to_vec();
-    for _ in 0..random.random_range(1..6) {
-        if bytes.is_empty() {
-            break;
-        }
-        let at = random.random_range(0..bytes.len());
-        match random.random_range(0..4) {
-            0 => bytes[at] = random.random(),
-            1 => bytes.truncate(at),
-            2 => drop(bytes.remove(at)),
-            _ => {
-                let piece = bytes[at..].to_vec();
-                bytes.splice(at..at, piece.into_iter().take(40));
-            }
-        }
-    }
-    bytes
 }
 
 fn decodes_or_refuses<M: Message>(message: &M, random: &mut Pcg64Mcg) {

@@ -19,23 +19,69 @@ use serde_yaml_ng::Value as Yaml;
 /// The largest order taken: beyond any model that a record determines.
 pub const LARGEST_ORDER: usize = 64;
 
-/// Why a model file was not read or not written.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("model file '{path}': {reason}")]
+/// A model file that was not read or not written.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("model file '{path}': {refusal}")]
 pub struct Error {
     /// The file.
     pub path: String,
     /// The refused value, and what would be accepted.
-    pub reason: String,
+    pub refusal: Refusal,
 }
 
 impl Error {
-    fn of(path: &Path, reason: impl ToString) -> Self {
+    fn of(path: &Path, refusal: Refusal) -> Self {
         Self {
             path: path.display().to_string(),
-            reason: reason.to_string(),
+            refusal,
         }
     }
+}
+
+/// Why a model, or its file, is refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Refusal {
+    /// The file cannot be read or written; the reason.
+    #[error("{0}")]
+    File(String),
+    /// The text is not that of a model; the parser's reason.
+    #[error("{0}")]
+    Text(String),
+    /// The file's name has another ending.
+    #[error("a model file is *.json or *.yaml")]
+    Name,
+    /// A number is not finite; its fields and places in lists, each behind a space.
+    #[error("the number at{0} is not finite")]
+    NotFinite(String),
+    /// The sample time, s, is not positive.
+    #[error("sample_time: {0} s refused: it must be above 0")]
+    SampleTime(f64),
+    /// The speed is not positive.
+    #[error("speed refused: it must be above 0")]
+    Speed,
+    /// The speed is needed and not given.
+    #[error("it does not say at what speed it holds: add 'speed', in m/s (sysid fit --speed)")]
+    NoSpeed,
+    /// The denominator does not begin with 1.
+    #[error("den must begin with 1")]
+    Denominator,
+    /// The numbers of coefficients do not belong together.
+    #[error(
+        "num has {num} coefficients and den {den}: den must have one more, {} at most",
+        LARGEST_ORDER + 1
+    )]
+    Orders {
+        /// Of the numerator.
+        num: usize,
+        /// Of the denominator.
+        den: usize,
+    },
+    /// The covariance has another size; the right one.
+    #[error("covariance must have {0} rows of {0}: one for each of den after the 1, and of num")]
+    Covariance(usize),
+    /// The continuous transfer function is improper.
+    #[error("continuous.num must not be longer than continuous.den")]
+    Continuous,
 }
 
 /// The name and the version of the format.
@@ -213,7 +259,8 @@ impl ModelFile {
     /// A file that cannot be read, is larger than [`planesman_text::LARGEST`], is no model file, or does not pass
     /// [`check`](Self::check).
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let text = planesman_text::read(path).map_err(|reason| Error::of(path, reason))?;
+        let text = planesman_text::read(path)
+            .map_err(|reason| Error::of(path, Refusal::File(reason.to_string())))?;
         Self::parse(path, &text)
     }
 
@@ -232,8 +279,8 @@ impl ModelFile {
     /// Whether a file of that name can be a model file.
     ///
     /// # Errors
-    /// The endings that can.
-    pub fn takes_name(path: &Path) -> Result<(), String> {
+    /// [`Refusal::Name`].
+    pub fn takes_name(path: &Path) -> Result<(), Refusal> {
         Syntax::of(path).map(drop)
     }
 
@@ -259,7 +306,7 @@ impl ModelFile {
             .and_then(|text| {
                 fs::write(&unfinished, text)
                     .and_then(|()| fs::rename(&unfinished, path))
-                    .map_err(|reason| reason.to_string())
+                    .map_err(|reason| Refusal::File(reason.to_string()))
             })
             .map_err(|reason| Error::of(path, reason))
     }
@@ -270,54 +317,44 @@ impl ModelFile {
         self.num.len()
     }
 
-    /// The speed, m/s, for those who cannot do without.
+    /// The speed, m/s.
     ///
     /// # Errors
-    /// A sentence, when the file does not tell it.
-    pub fn told_speed(&self) -> Result<f64, String> {
-        self.speed.ok_or_else(|| {
-            "it does not say at what speed it holds: add 'speed', in m/s (sysid fit --speed)"
-                .to_owned()
-        })
+    /// [`Refusal::NoSpeed`], when the file does not give it.
+    pub fn required_speed(&self) -> Result<f64, Refusal> {
+        self.speed.ok_or(Refusal::NoSpeed)
     }
 
     /// The checks on every model file.
     ///
     /// # Errors
-    /// A sentence: the field, its value, what would be accepted.
-    pub fn check(&self) -> Result<(), String> {
-        let written = serde_yaml_ng::to_value(self).map_err(|reason| reason.to_string())?;
+    /// The first rule that the model breaks.
+    pub fn check(&self) -> Result<(), Refusal> {
+        let written = serde_yaml_ng::to_value(self).map_err(text)?;
         if let Some(place) = not_finite(&written) {
-            return Err(format!("the number at{place} is not finite"));
+            return Err(Refusal::NotFinite(place));
         }
         if self.sample_time <= 0.0 {
-            let dt = self.sample_time;
-            return Err(format!("sample_time: {dt} s refused: it must be above 0"));
+            return Err(Refusal::SampleTime(self.sample_time));
         }
         if self.speed.is_some_and(|speed| speed <= 0.0) {
-            return Err("speed refused: it must be above 0".to_owned());
+            return Err(Refusal::Speed);
         }
         if self.den.first() != Some(&1.0) {
-            return Err("den must begin with 1".to_owned());
+            return Err(Refusal::Denominator);
         }
         let n = self.order();
         if !(1..=LARGEST_ORDER).contains(&n) || self.den.len() != n + 1 {
-            return Err(format!(
-                "num has {n} coefficients and den {}: den must have one more, {} at most",
-                self.den.len(),
-                LARGEST_ORDER + 1
-            ));
+            let (num, den) = (n, self.den.len());
+            return Err(Refusal::Orders { num, den });
         }
         let square = self.covariance.iter().all(|row| row.len() == 2 * n);
         if self.covariance.len() != 2 * n || !square {
-            return Err(format!(
-                "covariance must have {0} rows of {0}: one for each of den after the 1, and of num",
-                2 * n
-            ));
+            return Err(Refusal::Covariance(2 * n));
         }
         let continuous = self.continuous.as_ref();
         if continuous.is_some_and(|it| it.num.is_empty() || it.num.len() > it.den.len()) {
-            return Err("continuous.num must not be longer than continuous.den".to_owned());
+            return Err(Refusal::Continuous);
         }
         Ok(())
     }
@@ -349,25 +386,29 @@ enum Syntax {
 }
 
 impl Syntax {
-    fn of(path: &Path) -> Result<Self, String> {
+    fn of(path: &Path) -> Result<Self, Refusal> {
         match path.extension().and_then(|extension| extension.to_str()) {
             Some("json") => Ok(Self::Json),
             Some("yaml" | "yml") => Ok(Self::Yaml),
-            _ => Err("a model file is *.json or *.yaml".to_owned()),
+            _ => Err(Refusal::Name),
         }
     }
 
-    fn parse<'de, T: Deserialize<'de>>(self, text: &'de str) -> Result<T, String> {
+    fn parse<'de, T: Deserialize<'de>>(self, given: &'de str) -> Result<T, Refusal> {
         match self {
-            Self::Json => serde_json::from_str(text).map_err(|reason| reason.to_string()),
-            Self::Yaml => yaml::from_str(text).map_err(|reason| reason.to_string()),
+            Self::Json => serde_json::from_str(given).map_err(text),
+            Self::Yaml => yaml::from_str(given).map_err(text),
         }
     }
 
-    fn text(self, model: &ModelFile) -> Result<String, String> {
+    fn text(self, model: &ModelFile) -> Result<String, Refusal> {
         match self {
-            Self::Json => serde_json::to_string_pretty(model).map_err(|reason| reason.to_string()),
-            Self::Yaml => serde_yaml_ng::to_string(model).map_err(|reason| reason.to_string()),
+            Self::Json => serde_json::to_string_pretty(model).map_err(text),
+            Self::Yaml => serde_yaml_ng::to_string(model).map_err(text),
         }
     }
+}
+
+fn text(reason: impl ToString) -> Refusal {
+    Refusal::Text(reason.to_string())
 }

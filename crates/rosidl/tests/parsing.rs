@@ -3,7 +3,9 @@
 #![allow(clippy::unwrap_used)]
 
 use planesman_rosidl::definition::{Arity, Element, Primitive, Value};
-use planesman_rosidl::{Rule, parse_action, parse_message, parse_schema, parse_service};
+use planesman_rosidl::{
+    Rule, parse_action, parse_idl_schema, parse_message, parse_schema, parse_service,
+};
 
 const EVERYTHING: &str = r#"# A message with everything.
 #
@@ -236,6 +238,21 @@ fn a_schema_that_bites_its_tail_or_goes_too_deep_is_refused() {
         text.push_str(&format!("{separator}\nMSG: p/{}\nint8 x\n", name(10_000)));
         let error = parse_schema(&format!("p/msg/{}", name(0)), &text).unwrap_err();
         assert_eq!(error.rule, Rule::TooDeep);
+    }
+}
+
+#[test]
+fn a_schema_made_to_hurt_is_refused_or_has_a_hash() {
+    let parsed = |text: &str| parse_schema("a/msg/A", text);
+    let msg = planesman_testing::hostile::schemas();
+    for (case, text) in msg.into_iter().chain(planesman_testing::hostile::lists()) {
+        if let Ok(library) = parsed(&text) {
+            let root = library.messages().find(|it| it.name.name == "A").unwrap();
+            assert!(library.type_hash(&root.name).is_ok(), "{case}");
+        }
+    }
+    for (case, text) in planesman_testing::hostile::idl() {
+        assert!(parse_idl_schema("a/msg/A", &text).is_err(), "{case}");
     }
 }
 

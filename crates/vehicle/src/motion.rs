@@ -31,6 +31,7 @@ pub struct Motion {
 /// The maneuvers of Brunner 1988, App. A, in consistent units.
 #[cfg(test)]
 mod tests {
+    use planesman_testing::near;
     use planesman_units::FOOT;
 
     use super::*;
@@ -97,30 +98,23 @@ mod tests {
         }
     }
 
-    fn close(found: f64, expected: f64, tolerance: f64) {
-        assert!(
-            (found - expected).abs() <= tolerance,
-            "{found} is not {expected}"
-        );
-    }
-
     #[test]
     fn thirty_degrees_of_plane_for_ten_seconds_dive_nine_feet() {
         let dive = dive(&at_one_foot_per_second(Restoring::Sine), 10.0);
-        close(dive.pitch_at_release, -51.387_687_027, 1e-5);
-        close(dive.steepest_pitch, -51.494_970_544, 5e-5);
-        close(dive.depth_at_release, 5.014_305, 1e-5);
-        close(dive.final_depth, 9.097_560_425, 1e-5);
-        close(dive.time_to_one_foot, 4.155, 1e-9);
+        near(dive.pitch_at_release, -51.387_687_027, 1e-5);
+        near(dive.steepest_pitch, -51.494_970_544, 5e-5);
+        near(dive.depth_at_release, 5.014_305, 1e-5);
+        near(dive.final_depth, 9.097_560_425, 1e-5);
+        near(dive.time_to_one_foot, 4.155, 1e-9);
     }
 
     #[test]
     fn the_small_angle_restoring_moment_holds_the_bow_three_degrees_higher() {
         let dive = dive(&at_one_foot_per_second(Restoring::SmallAngle), 10.0);
-        close(dive.pitch_at_release, -47.966_393_916, 1e-5);
-        close(dive.steepest_pitch, -47.998_332_543, 5e-5);
-        close(dive.final_depth, 8.502, 5e-4);
-        close(dive.time_to_one_foot, 4.158, 1e-9);
+        near(dive.pitch_at_release, -47.966_393_916, 1e-5);
+        near(dive.steepest_pitch, -47.998_332_543, 5e-5);
+        near(dive.final_depth, 8.502, 5e-4);
+        near(dive.time_to_one_foot, 4.158, 1e-9);
     }
 
     #[test]
@@ -129,12 +123,12 @@ mod tests {
         let mut motion = at_one_foot_per_second(Restoring::SmallAngle);
         motion.derivatives.restoring *= 12.0;
         let ten_seconds = dive(&motion, 10.0);
-        close(ten_seconds.pitch_at_release, -4.191_603_501, 1e-5);
-        close(ten_seconds.steepest_pitch, -5.744_806, 5e-5);
-        close(ten_seconds.final_depth, 1.112_498, 1e-5);
+        near(ten_seconds.pitch_at_release, -4.191_603_501, 1e-5);
+        near(ten_seconds.steepest_pitch, -5.744_806, 5e-5);
+        near(ten_seconds.final_depth, 1.112_498, 1e-5);
         // Ten of the program's units of time L / U: the thesis prints 2.61 ft.
         let ten_units = dive(&motion, 10.0 * 28.0 / 12.0);
-        close(ten_units.final_depth, 2.596, 2e-3);
+        near(ten_units.final_depth, 2.596, 2e-3);
     }
 
     /// Program T3: the pitch equation alone.
@@ -153,9 +147,9 @@ mod tests {
             &without_heave(at_one_foot_per_second(Restoring::Sine)),
             10.0,
         );
-        close(dive.pitch_at_release, -51.614_626_781, 1e-5);
-        close(dive.steepest_pitch, -51.746, 1e-3);
-        close(dive.final_depth, 9.077_789_722, 1e-5);
+        near(dive.pitch_at_release, -51.614_626_781, 1e-5);
+        near(dive.steepest_pitch, -51.746, 1e-3);
+        near(dive.final_depth, 9.077_789_722, 1e-5);
     }
 
     #[test]
@@ -164,8 +158,8 @@ mod tests {
         let mut motion = without_heave(at_one_foot_per_second(Restoring::Sine));
         motion.derivatives.restoring = 0.0;
         let dive = dive(&motion, 1.0);
-        close(dive.pitch_at_release, -4.913_874_140, 1e-5);
-        close(dive.steepest_pitch, -11.828_569, 1e-5);
+        near(dive.pitch_at_release, -4.913_874_140, 1e-5);
+        near(dive.steepest_pitch, -11.828_569, 1e-5);
     }
 
     #[test]
@@ -174,8 +168,8 @@ mod tests {
         let mut motion = at_one_foot_per_second(Restoring::Sine);
         motion.derivatives.m_q *= 0.1;
         let dive = dive(&motion, 10.0);
-        close(dive.pitch_at_release, -205.508_205, 1e-4);
-        close(dive.time_to_one_foot, 3.265, 6e-3);
+        near(dive.pitch_at_release, -205.508_205, 1e-4);
+        near(dive.time_to_one_foot, 3.265, 6e-3);
     }
 
     #[test]
@@ -192,7 +186,7 @@ mod tests {
         let settled = motion
             .advance(&held, &PlanePath::held(&0.0), 40_000)
             .expect("it settles");
-        close(settled.pitch.to_degrees(), -27.600, 1e-3);
+        near(settled.pitch.to_degrees(), -27.600, 1e-3);
     }
 
     #[test]
@@ -253,8 +247,8 @@ mod tests {
         let after = motion
             .advance(&start, &PlanePath::held(&0.5), steps)
             .expect("it swings");
-        close(period, 12.08, 0.01);
-        close(after.pitch, 0.01, 1e-8);
+        near(period, 12.08, 0.01);
+        near(after.pitch, 0.01, 1e-8);
         assert_eq!(after.depth, 1.0);
     }
 

@@ -34,7 +34,7 @@ pub const REMUS_100: &str = "remus_100";
 const BRUNNER_FILE: &str = include_str!("../vehicles/brunner.yaml");
 
 /// The vehicles that need no file, each with its text.
-const BUILT_IN: [(&str, &str); 3] = [
+const BUILT_IN: &[(&str, &str)] = &[
     (BRUNNER, BRUNNER_FILE),
     (
         BRUNNER_AS_PRINTED,
@@ -47,10 +47,7 @@ const BUILT_IN: [(&str, &str); 3] = [
 #[derive(Debug, thiserror::Error)]
 pub enum VehicleError {
     /// The file could not be read.
-    #[error(
-        "vehicle file '{file}': {reason} (built in are '{BRUNNER}', '{BRUNNER_AS_PRINTED}' and \
-         '{REMUS_100}')"
-    )]
+    #[error("vehicle file '{file}': {reason} (built in are {})", names())]
     Unreadable {
         /// Its path.
         file: String,
@@ -135,6 +132,12 @@ pub fn geometry_on(name_or_path: &str, base: &str) -> Result<Option<Geometry>, V
 /// As [`load`].
 pub fn geometry(name_or_path: &str) -> Result<Option<Geometry>, VehicleError> {
     written(name_or_path, &text_of(name_or_path)?).map(|file| file.geometry)
+}
+
+/// The names of the built-in vehicles.
+fn names() -> String {
+    let names: Vec<&str> = BUILT_IN.iter().map(|(name, _)| *name).collect();
+    names.join(", ")
 }
 
 /// The text of the built-in vehicle, or of the file at that path.
@@ -530,7 +533,7 @@ mod tests {
     #[test]
     fn each_built_in_vehicle_is_called_as_its_file_says() {
         for (name, _) in BUILT_IN {
-            assert_eq!(load(name).expect("built in").name, name);
+            assert_eq!(load(name).expect("built in").name, *name);
         }
     }
 

@@ -241,7 +241,7 @@ fn physical(beta: f64, mu: f64) -> Physical {
 }
 
 #[test]
-fn a_model_file_is_told_from_a_vehicle_file_by_what_it_says() {
+fn a_model_file_is_distinguished_from_a_vehicle_file_by_what_it_says() {
     let folder = tempfile::tempdir().unwrap();
     let truth = changed(brunner());
     for name in ["model.yaml", "model.json"] {

@@ -108,37 +108,6 @@ pub(crate) struct Asked {
     pub signal: f64,
 }
 
-/// The terms of the dive loops at a tick; 0 for a loop that is open. Names and units as in [`ControlState`].
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct DiveTerms {
-    /// m
-    pub depth_error: f64,
-    /// rad, bow down
-    pub depth_p: f64,
-    /// rad, bow down
-    pub depth_i: f64,
-    /// rad, bow down
-    pub depth_d: f64,
-    /// rad, bow up, within its limit.
-    pub pitch_command: f64,
-    /// It is at the limit.
-    pub pitch_command_limited: bool,
-    /// rad
-    pub pitch_error: f64,
-    /// rad of plane, dive
-    pub planes_p: f64,
-    /// rad of plane, dive
-    pub planes_i: f64,
-    /// rad of plane, dive
-    pub planes_rate: f64,
-    /// The remainder of a bumpless transfer, rad of plane.
-    pub transfer: f64,
-    /// The commanded plane angle, rad, dive, within its limits.
-    pub planes: f64,
-    /// It is at one of them.
-    pub planes_limited: bool,
-}
-
 /// The state of the dive autopilot.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Autopilot {
@@ -173,14 +142,16 @@ impl Autopilot {
         self.mode != Some(mode)
     }
 
-    /// The plane command `dt` seconds after the last tick, with every term that led to it.
+    /// The plane command `dt` seconds after the last tick, and every term that led to it, in the fields of `control`; a loop
+    /// that is open leaves its fields as they are.
     pub(crate) fn step(
         &mut self,
         (gains, rules): (&Gains, &DiveRules),
         asked: Asked,
         feedback: &Feedback,
         dt: f64,
-    ) -> DiveTerms {
+        control: ControlState,
+    ) -> ControlState {
         let changed = self.changes_to(asked.mode);
         if changed {
             self.depth_setpoint = None;
@@ -188,23 +159,23 @@ impl Autopilot {
             self.depth_integral = Integral::default();
             self.pitch_integral = Integral::default();
         }
-        let terms = match asked.mode {
-            Mode::Off | Mode::OpenLoop => DiveTerms::default(),
+        let control = match asked.mode {
+            Mode::Off | Mode::OpenLoop => control,
             Mode::Pitch => {
                 let command = gains.depth.pitch_limit.apply(asked.pitch);
-                let outer = DiveTerms {
+                let outer = ControlState {
                     pitch_command: command.value,
                     pitch_command_limited: command.at_limit,
-                    ..DiveTerms::default()
+                    ..control
                 };
-                self.pitch_law(gains, rules, outer, feedback, dt)
+                self.pitch_law((gains, rules), feedback, dt, outer)
             }
             Mode::Depth => {
-                let outer = self.depth_law(gains, rules, asked.depth, feedback, dt);
-                self.pitch_law(gains, rules, outer, feedback, dt)
+                let outer = self.depth_law((gains, rules), asked.depth, feedback, dt, control);
+                self.pitch_law((gains, rules), feedback, dt, outer)
             }
         };
-        let law = terms.planes_p + terms.planes_rate + terms.planes_i;
+        let law = control.planes_p + control.planes_rate + control.planes_i;
         self.transfer = match self.mode {
             _ if asked.mode == Mode::Off || rules.transfer_time == 0.0 => 0.0,
             Some(_) if changed => bounded(self.loops - law),
@@ -221,29 +192,29 @@ impl Autopilot {
         let from = rules.planes_limit.apply(self.planes).value;
         let planes = slewed(from, limited.value, rules.planes_rate_limit, dt);
         self.pitch_integral.lead(
-            bounded(-gains.pitch_i * terms.pitch_error),
+            bounded(-gains.pitch_i * control.pitch_error),
             wanted - planes,
             rules.anti_windup,
         );
         self.loops = rules.planes_limit.apply(loops).value;
         self.planes = planes;
-        DiveTerms {
+        ControlState {
             transfer: self.transfer,
-            planes,
-            planes_limited: limited.at_limit || planes != limited.value,
-            ..terms
+            dive_planes: planes,
+            dive_planes_limited: limited.at_limit || planes != limited.value,
+            ..control
         }
     }
 
     /// The outer loop: the terms of depth and the pitch command.
     fn depth_law(
         &mut self,
-        gains: &Gains,
-        rules: &DiveRules,
+        (gains, rules): (&Gains, &DiveRules),
         setpoint: f64,
         feedback: &Feedback,
         dt: f64,
-    ) -> DiveTerms {
+        control: ControlState,
+    ) -> ControlState {
         let setpoint_rate = match (rules.derivative, self.depth_setpoint) {
             (Derivative::Error, Some(last)) if dt > 0.0 => bounded((setpoint - last) / dt),
             _ => 0.0,
@@ -262,31 +233,30 @@ impl Autopilot {
             terms.dive_angle + terms.pitch_command.value,
             rules.anti_windup,
         );
-        DiveTerms {
+        ControlState {
             depth_error: terms.error,
             depth_p: terms.p,
             depth_i: integral,
             depth_d: terms.d,
             pitch_command: terms.pitch_command.value,
             pitch_command_limited: terms.pitch_command.at_limit,
-            ..DiveTerms::default()
+            ..control
         }
     }
 
     /// The inner loop: the terms of the planes, beside those of the `outer` loop.
     fn pitch_law(
         &mut self,
-        gains: &Gains,
-        rules: &DiveRules,
-        outer: DiveTerms,
+        (gains, rules): (&Gains, &DiveRules),
         feedback: &Feedback,
         dt: f64,
-    ) -> DiveTerms {
+        outer: ControlState,
+    ) -> ControlState {
         let integral = self.pitch_integral.after(dt, rules.pitch_i_limit);
         let terms = gains
             .pitch
             .evaluate(outer.pitch_command, feedback.pitch, feedback.pitch_rate);
-        DiveTerms {
+        ControlState {
             pitch_error: terms.error,
             planes_p: terms.p,
             planes_i: integral,

@@ -12,7 +12,7 @@ use planesman_msgs::planesman_msgs::msg::{ControlState, PlaneCommand};
 
 use crate::allocation::Shared;
 use crate::angle_loop::short_way;
-use crate::autopilot::{Asked, Autopilot, DiveTerms, Gains, Mode};
+use crate::autopilot::{Asked, Autopilot, Gains, Mode};
 use crate::feedback::Feedback;
 use crate::limits::bounded;
 use crate::parameters::Config;
@@ -31,19 +31,6 @@ pub(crate) struct Tick {
     pub distance: f64,
     /// Since the last tick, s; 0 at the first.
     pub dt: f64,
-}
-
-/// The dive loops at a tick.
-#[derive(Clone, Copy, Debug, Default)]
-struct Dive {
-    /// The depth to go to, m, and its source.
-    depth_target: f64,
-    depth_setpoint_source: u8,
-    /// On the way there, m.
-    depth_setpoint: f64,
-    /// The test signal on the planes, rad.
-    identification: f64,
-    terms: DiveTerms,
 }
 
 /// Roll, course or speed at a tick; the command in the unit of its actuator.
@@ -78,8 +65,8 @@ impl Loops {
         manoeuvre: f64,
         control: ControlState,
     ) -> Answer {
-        let dive = self.dive((config, gains), feedback, tick, manoeuvre);
-        let planes = config.allocation.share(dive.terms.planes);
+        let control = self.dive((config, gains), feedback, tick, manoeuvre, control);
+        let planes = config.allocation.share(control.dive_planes);
         let (mut roll, mut course, mut speed) = (None, None, None);
         if config.mode == Mode::Off {
             self.setpoints.course.release();
@@ -99,40 +86,9 @@ impl Loops {
             rudder: course.command,
             thrust: speed.command,
         };
-        let DiveTerms {
-            depth_error,
-            depth_p,
-            depth_i,
-            depth_d,
-            pitch_command,
-            pitch_command_limited,
-            pitch_error,
-            planes_p,
-            planes_i,
-            planes_rate,
-            transfer,
-            planes_limited,
-            ..
-        } = dive.terms;
         let control = ControlState {
-            depth_target: dive.depth_target,
-            depth_setpoint_source: dive.depth_setpoint_source,
-            depth_setpoint: dive.depth_setpoint,
-            identification: dive.identification,
             manoeuvre,
-            depth_error,
-            depth_p,
-            depth_i,
-            depth_d,
-            pitch_command,
-            pitch_command_limited,
-            pitch_error,
-            planes_p,
-            planes_i,
-            planes_rate,
-            transfer,
             dive_planes: planes.mean,
-            dive_planes_limited: planes_limited,
             bow_stern_differential: planes.differential,
             roll_held: held[0],
             roll_error: roll.error,
@@ -183,25 +139,25 @@ impl Loops {
         (command, control)
     }
 
-    /// The dive loops.
+    /// The dive loops: their fields of `control`.
     fn dive(
         &mut self,
         (config, gains): (&Config, &Gains),
         feedback: &Feedback,
         tick: Tick,
         manoeuvre: f64,
-    ) -> Dive {
+        mut control: ControlState,
+    ) -> ControlState {
         let mode = config.mode;
         if self.autopilot.changes_to(mode) {
             self.setpoints.depth.release();
             self.setpoints.pitch.release();
         }
-        let mut dive = Dive::default();
         let mut pitch = 0.0;
         if mode == Mode::Depth {
-            (dive.depth_target, dive.depth_setpoint_source) = self.depth_target(config, tick);
-            dive.depth_setpoint = self.setpoints.depth.follow(
-                dive.depth_target,
+            (control.depth_target, control.depth_setpoint_source) = self.depth_target(config, tick);
+            control.depth_setpoint = self.setpoints.depth.follow(
+                control.depth_target,
                 feedback.depth,
                 config.depth_bounds,
                 tick.dt,
@@ -216,17 +172,16 @@ impl Loops {
                     .follow(target, feedback.pitch, config.pitch_bounds, tick.dt);
         }
         if mode != Mode::Off {
-            dive.identification = config.identification.value(tick.elapsed);
+            control.identification = config.identification.value(tick.elapsed);
         }
         let asked = Asked {
             mode,
-            depth: dive.depth_setpoint,
+            depth: control.depth_setpoint,
             pitch,
-            signal: dive.identification + manoeuvre,
+            signal: control.identification + manoeuvre,
         };
         let law = (gains, &config.dive);
-        dive.terms = self.autopilot.step(law, asked, feedback, tick.dt);
-        dive
+        self.autopilot.step(law, asked, feedback, tick.dt, control)
     }
 
     /// The depth to go to, m, and its source.

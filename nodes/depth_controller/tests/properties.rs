@@ -12,77 +12,111 @@ use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::{ControlState, VehicleState};
 use planesman_msgs::sensor_msgs::msg::{FluidPressure, Imu};
 use planesman_parameters::{Choice as _, Parameters as _, Value, Values};
+use proptest::collection::vec;
+use proptest::option::weighted;
+use proptest::prelude::*;
+use proptest::sample::{Index, select};
+use proptest::test_runner::RngSeed;
 
 const TICK: i64 = 50_000_000;
 
-/// Draws that are the same in every run: a linear congruential sequence (Numerical Recipes).
-struct Draws(u32);
-
-impl Draws {
-    fn next(&mut self) -> u32 {
-        self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        self.0 >> 8
+/// The same cases in every run.
+fn cases(cases: u32) -> ProptestConfig {
+    ProptestConfig {
+        cases,
+        rng_seed: RngSeed::Fixed(1988),
+        failure_persistence: None,
+        ..ProptestConfig::default()
     }
+}
 
-    fn below(&mut self, count: usize) -> usize {
-        self.next() as usize % count
-    }
+/// Any finite number.
+fn finite() -> impl Strategy<Value = f64> {
+    use proptest::num::f64::{NEGATIVE, NORMAL, POSITIVE, SUBNORMAL, ZERO};
+    prop_oneof![
+        7 => POSITIVE | NEGATIVE | NORMAL | SUBNORMAL | ZERO,
+        1 => select(vec![f64::MAX, f64::MIN, 1e154]),
+    ]
+}
 
-    /// In [-1, 1).
-    fn unit(&mut self) -> f64 {
-        f64::from(self.next()) / f64::from(1 << 23) - 1.0
-    }
+fn unit() -> impl Strategy<Value = f64> {
+    -1.0..1.0
+}
 
-    fn one_of<T: Clone>(&mut self, choice: &[T]) -> T {
-        choice[self.below(choice.len())].clone()
-    }
+/// The numbers of a state, to be scaled to a vehicle's or taken as they are.
+fn numbers(each: impl Strategy<Value = f64> + 'static) -> BoxedStrategy<[f64; 10]> {
+    vec(each, 10)
+        .prop_map(|numbers| numbers.try_into().unwrap())
+        .boxed()
+}
 
-    /// Any finite number: of every magnitude, and the ends of what there is.
-    fn finite(&mut self) -> f64 {
-        const EXTREMES: [f64; 6] = [f64::MAX, f64::MIN, f64::MIN_POSITIVE, 0.0, -0.0, 1e154];
-        match self.below(8) {
-            0 => self.one_of(&EXTREMES),
-            n => self.unit() * 10_f64.powi(n as i32 * 40 - 160),
-        }
-    }
+fn state(tick: i64, numbers: [f64; 10]) -> VehicleState {
+    let [
+        distance,
+        depth,
+        depth_rate,
+        roll,
+        roll_rate,
+        pitch,
+        pitch_rate,
+        yaw,
+        yaw_rate,
+        surge,
+    ] = numbers;
+    let mut state = VehicleState {
+        distance,
+        depth,
+        depth_rate,
+        roll,
+        roll_rate,
+        pitch,
+        pitch_rate,
+        yaw,
+        yaw_rate,
+        surge,
+        ..VehicleState::default()
+    };
+    state.header.stamp = Time::from_nanos(tick * TICK);
+    state
+}
 
-    /// A state of any finite numbers, or of a vehicle's.
-    fn state(&mut self, tick: i64, any: bool) -> VehicleState {
-        let mut draw = |scale: f64| match any {
-            true => self.finite(),
-            false => scale * self.unit(),
-        };
-        let mut state = VehicleState {
-            distance: draw(100.0),
-            depth: draw(5.0),
-            depth_rate: draw(0.3),
-            roll: draw(1.0),
-            roll_rate: draw(1.0),
-            pitch: draw(1.0),
-            pitch_rate: draw(0.5),
-            yaw: draw(3.0),
-            yaw_rate: draw(0.5),
-            surge: draw(2.0),
-            ..VehicleState::default()
-        };
-        state.header.stamp = Time::from_nanos(tick * TICK);
-        state
-    }
+/// The numbers of a vehicle's state.
+fn lawful() -> impl Strategy<Value = [f64; 10]> {
+    const SCALES: [f64; 10] = [100.0, 5.0, 0.3, 1.0, 1.0, 1.0, 0.5, 3.0, 0.5, 2.0];
+    numbers(unit()).prop_map(|numbers| std::array::from_fn(|k| SCALES[k] * numbers[k]))
+}
 
-    /// A change of parameters to anything that their declarations and their rules allow.
-    fn change(&mut self, values: &Values) -> Values {
-        let declarations = values.declarations();
-        let declaration = declarations[self.below(declarations.len())].clone();
+/// A change of one parameter within its declaration.
+#[derive(Clone, Debug)]
+struct Change {
+    parameter: Index,
+    choice: Index,
+    /// Of the range, in [0, 1].
+    share: f64,
+}
+
+fn change() -> impl Strategy<Value = Change> {
+    let share = (0.0..1.0_f64, select(vec![1, 5, 9])).prop_map(|(x, power)| x.powi(power));
+    (any::<Index>(), any::<Index>(), share).prop_map(|(parameter, choice, share)| Change {
+        parameter,
+        choice,
+        share,
+    })
+}
+
+impl Change {
+    /// The values after the change; unchanged where their rules do not allow it.
+    fn applied(&self, values: &Values) -> Values {
+        let declaration = self.parameter.get(values.declarations()).clone();
         let value = match (&declaration.default, declaration.choices) {
             (Value::String(_), []) => Value::from(model_file()),
-            (Value::String(_), choices) => Value::from(self.one_of(choices)),
-            (Value::Bool(_), _) => Value::Bool(self.below(2) == 0),
-            (Value::Integer(_), _) => Value::Integer(i64::from(self.next())),
+            (Value::String(_), choices) => Value::from(*self.choice.get(choices)),
+            (Value::Bool(_), _) => Value::Bool(self.choice.index(2) == 0),
+            (Value::Integer(_), _) => Value::Integer(self.choice.index(1 << 24) as i64),
             (Value::DoubleArray(_), _) => return values.clone(),
             _ => {
                 let (low, high) = declaration.range.unwrap_or((-1.0, 1.0));
-                let share = (0.5 + 0.5 * self.unit()).powi(1 + 4 * self.below(3) as i32);
-                Value::Double((low + (high - low) * share).clamp(low, high))
+                Value::Double((low + (high - low) * self.share).clamp(low, high))
             }
         };
         // What is fixed at the start stays.
@@ -149,111 +183,147 @@ fn assert_within_limits((command, control): &Answer, values: &Values) {
     assert!(control.pitch_command.abs() <= p.depth.pitch_limit);
 }
 
-#[test]
-fn outputs_stay_within_their_limits_for_any_finite_input_and_any_allowed_parameters() {
-    for seed in 0..20 {
-        let mut draws = Draws(seed);
-        let source = draws.one_of(Source::NAMES);
+/// What happens between two states.
+#[derive(Clone, Debug)]
+enum Event {
+    Change(Change),
+    Setpoint(Quantity, f64),
+    BackInTime,
+    ResetFault,
+    Silence,
+    Nothing,
+}
+
+fn event() -> impl Strategy<Value = Event> {
+    prop_oneof![
+        120 => change().prop_map(Event::Change),
+        20 => (select(&Quantity::ALL[..]), finite()).prop_map(|(of, to)| Event::Setpoint(of, to)),
+        1 => Just(Event::BackInTime),
+        1 => Just(Event::ResetFault),
+        1 => Just(Event::Silence),
+        97 => Just(Event::Nothing),
+    ]
+}
+
+/// An event, the ticks until the next state, and what the sensors say then, if they do.
+type Step = (Event, i64, [f64; 10], Option<f64>, Option<f64>);
+
+fn step() -> impl Strategy<Value = Step> {
+    let pressure = prop_oneof![finite(), unit().prop_map(|x| 1e5 * (1.1 + 0.1 * x))];
+    (
+        event(),
+        1..4_i64,
+        prop_oneof![numbers(finite()), lawful()],
+        weighted(0.67, prop_oneof![finite(), unit()]),
+        weighted(0.67, pressure),
+    )
+}
+
+proptest! {
+    #![proptest_config(cases(100))]
+
+    #[test]
+    fn outputs_stay_within_their_limits_for_any_finite_input_and_any_allowed_parameters(
+        source in select(Source::NAMES),
+        steps in vec(step(), 300),
+    ) {
         let mut values = defaults()
             .with([("feedback.source".to_owned(), Value::from(source))])
             .unwrap();
         let mut controller = Controller::new(&read(&values)).unwrap();
         let mut tick = 0;
-        for _ in 0..1500 {
-            tick += 1 + draws.below(3) as i64;
-            match draws.below(12) {
-                0..6 => {
-                    values = draws.change(&values);
+        for (event, ticks, numbers, gyro, pressure) in steps {
+            tick += ticks;
+            match event {
+                Event::Change(change) => {
+                    values = change.applied(&values);
                     controller.set_parameters(&read(&values)).unwrap();
                 }
-                6 => {
-                    let quantity = draws.one_of(&Quantity::ALL);
-                    controller.set_setpoint(quantity, draws.finite()).unwrap();
-                }
-                7 if draws.below(20) == 0 => tick = -1,
-                9 if draws.below(20) == 0 => drop(controller.reset_fault()),
-                8 if draws.below(20) == 0 => {
+                Event::Setpoint(of, to) => controller.set_setpoint(of, to).unwrap(),
+                Event::BackInTime => tick = -1,
+                Event::ResetFault => drop(controller.reset_fault()),
+                Event::Silence => {
                     let silent = controller.on_silence(Time::from_nanos(tick * TICK));
                     assert_within_limits(&silent, &values);
                 }
-                _ => {}
+                Event::Nothing => {}
             }
-            let any = draws.below(2) == 0;
             let stamp = Time::from_nanos(tick * TICK);
-            if draws.below(3) > 0 {
+            if let Some(rate) = gyro {
                 let mut imu = Imu::default();
                 imu.header.stamp = stamp.clone();
-                imu.angular_velocity.y = if any { draws.finite() } else { draws.unit() };
+                imu.angular_velocity.y = rate;
                 controller.on_imu(&imu);
             }
-            if draws.below(3) > 0 {
-                let mut pressure = FluidPressure::default();
-                pressure.header.stamp = stamp;
-                pressure.fluid_pressure = if any {
-                    draws.finite()
-                } else {
-                    1e5 * (1.1 + 0.1 * draws.unit())
-                };
-                controller.on_depth_pressure(&pressure);
+            if let Some(pressure) = pressure {
+                let mut message = FluidPressure::default();
+                message.header.stamp = stamp;
+                message.fluid_pressure = pressure;
+                controller.on_depth_pressure(&message);
             }
-            let answer = controller.on_state(&draws.state(tick, any)).unwrap();
+            let answer = controller.on_state(&state(tick, numbers)).unwrap();
             assert_within_limits(&answer, &values);
         }
     }
-}
 
-#[test]
-fn what_is_not_finite_is_refused_and_leaves_no_trace() {
-    let mut draws = Draws(1);
-    let mut clean = Controller::new(&read(&defaults())).unwrap();
-    let mut troubled = clean.clone();
-    for tick in 0..300 {
-        let good = draws.state(tick, false);
-        let bad = draws.one_of(&[f64::NAN, f64::INFINITY, f64::NEG_INFINITY]);
-        let mut poisoned = good.clone();
-        let fields = [
-            &mut poisoned.depth,
-            &mut poisoned.pitch_rate,
-            &mut poisoned.roll,
-            &mut poisoned.yaw_rate,
-            &mut poisoned.surge,
-        ];
-        *fields.into_iter().nth(draws.below(5)).unwrap() = bad;
-        assert!(troubled.on_state(&poisoned).is_err());
-        assert!(
-            troubled
-                .set_setpoint(draws.one_of(&Quantity::ALL), bad)
-                .is_err()
-        );
-        assert_eq!(troubled.on_state(&good), clean.on_state(&good));
+    #[test]
+    fn any_finite_state_gives_a_finite_answer_at_high_gains(
+        mode in select(Mode::NAMES),
+        steps in vec((numbers(finite()), finite()), 300),
+    ) {
+        let gains = ["depth.p", "depth.d", "pitch.rate"].map(|name| (name, Value::Double(1e3)));
+        let values = with(&with(&defaults(), &gains), &[("mode", Value::from(mode))]);
+        let mut controller = Controller::new(&read(&values)).unwrap();
+        for (tick, (numbers, setpoint)) in (0..).zip(steps) {
+            controller.set_setpoint(Quantity::Depth, setpoint).unwrap();
+            let answer = controller.on_state(&state(tick, numbers)).unwrap();
+            assert_within_limits(&answer, &values);
+        }
     }
-}
 
-/// A vehicle's next state: somewhere near the last one, as one tick allows.
-fn drift(draws: &mut Draws, state: &VehicleState) -> VehicleState {
-    let mut next = state.clone();
-    next.header.stamp = Time::from_nanos(state.header.stamp.nanos() + TICK);
-    next.depth += 0.02 * draws.unit();
-    next.depth_rate = 0.3 * draws.unit();
-    next.pitch += 0.02 * draws.unit();
-    next.pitch_rate = 0.3 * draws.unit();
-    next
-}
+    #[test]
+    fn what_is_not_finite_is_refused_and_leaves_no_trace(
+        steps in vec(
+            (
+                lawful(),
+                select(vec![f64::NAN, f64::INFINITY, f64::NEG_INFINITY]),
+                0..5_usize,
+                select(&Quantity::ALL[..]),
+            ),
+            10,
+        ),
+    ) {
+        let mut clean = Controller::new(&read(&defaults())).unwrap();
+        let mut troubled = clean.clone();
+        for (tick, (numbers, bad, field, quantity)) in (0..).zip(steps) {
+            let good = state(tick, numbers);
+            let mut poisoned = good.clone();
+            let fields = [
+                &mut poisoned.depth,
+                &mut poisoned.pitch_rate,
+                &mut poisoned.roll,
+                &mut poisoned.yaw_rate,
+                &mut poisoned.surge,
+            ];
+            *fields.into_iter().nth(field).unwrap() = bad;
+            assert!(troubled.on_state(&poisoned).is_err());
+            assert!(troubled.set_setpoint(quantity, bad).is_err());
+            assert_eq!(troubled.on_state(&good), clean.on_state(&good));
+        }
+    }
 
-#[test]
-fn a_change_between_modes_that_hold_something_moves_the_planes_by_rounding_alone() {
-    let holding: Vec<&str> = Mode::NAMES
-        .iter()
-        .copied()
-        .filter(|mode| *mode != "off")
-        .collect();
-    for seed in 0..20 {
-        let mut draws = Draws(seed);
+    #[test]
+    fn a_change_between_modes_that_hold_something_moves_the_planes_by_rounding_alone(
+        depth_setpoint in -3.0..3.0,
+        pitch_setpoint in unit(),
+        start in lawful(),
+        modes in vec((select(holding()), vec([unit(), unit(), unit(), unit()], 10)), 1..20),
+    ) {
         let values = with(
             &defaults(),
             &[
-                ("depth_setpoint", Value::Double(3.0 * draws.unit())),
-                ("pitch_setpoint", Value::Double(draws.unit())),
+                ("depth_setpoint", Value::Double(depth_setpoint)),
+                ("pitch_setpoint", Value::Double(pitch_setpoint)),
                 ("depth.i", Value::Double(0.1)),
                 ("pitch.i", Value::Double(0.2)),
                 ("depth.derivative", Value::from("error")),
@@ -261,37 +331,49 @@ fn a_change_between_modes_that_hold_something_moves_the_planes_by_rounding_alone
             ],
         );
         let mut controller = Controller::new(&read(&values)).unwrap();
-        let mut state = draws.state(0, false);
+        let mut state = state(0, start);
         let mut last = controller.on_state(&state).unwrap().0.dive_planes;
         let mut mode = "off";
-        for tick in 1..400 {
-            let next = draws.one_of(&holding);
-            let changes = tick % 10 == 0 && next != mode;
-            if changes {
-                mode = next;
-                let values = with(&values, &[("mode", Value::from(mode))]);
-                controller.set_parameters(&read(&values)).unwrap();
+        for (next, drifts) in modes {
+            let mut changes = next != mode;
+            mode = next;
+            let values = with(&values, &[("mode", Value::from(mode))]);
+            controller.set_parameters(&read(&values)).unwrap();
+            for drift in drifts {
+                // Near the last state, as one tick allows.
+                let nanos = state.header.stamp.nanos() + TICK;
+                state.header.stamp = Time::from_nanos(nanos);
+                state.depth += 0.02 * drift[0];
+                state.depth_rate = 0.3 * drift[1];
+                state.pitch += 0.02 * drift[2];
+                state.pitch_rate = 0.3 * drift[3];
+                let planes = controller.on_state(&state).unwrap().0.dive_planes;
+                if changes {
+                    assert!(
+                        (planes - last).abs() < 1e-13,
+                        "into {mode}: {last} -> {planes}"
+                    );
+                }
+                changes = false;
+                last = planes;
             }
-            state = drift(&mut draws, &state);
-            let planes = controller.on_state(&state).unwrap().0.dive_planes;
-            if changes {
-                assert!(
-                    (planes - last).abs() < 1e-13,
-                    "into {mode}: {last} -> {planes}"
-                );
-            }
-            last = planes;
         }
     }
 }
 
+fn holding() -> Vec<&'static str> {
+    let modes = Mode::NAMES.iter().copied();
+    modes.filter(|mode| *mode != "off").collect()
+}
+
 #[test]
 fn after_a_change_of_mode_the_transfer_moves_the_planes_no_faster_than_its_time_constant_allows() {
-    let mut draws = Draws(3);
     let values = with(&defaults(), &[("mode", Value::from("open_loop"))]);
     let mut controller = Controller::new(&read(&values)).unwrap();
-    let mut state = draws.state(0, false);
+    let mut state = state(0, [0.0; 10]);
     state.pitch = 0.3;
+    state.pitch_rate = 0.5;
+    state.depth = 5.0;
     controller.on_state(&state).unwrap();
     let pitch = with(&values, &[("mode", Value::from("pitch"))]);
     controller.set_parameters(&read(&pitch)).unwrap();
@@ -311,10 +393,13 @@ fn after_a_change_of_mode_the_transfer_moves_the_planes_no_faster_than_its_time_
     }
 }
 
-#[test]
-fn a_fault_stays_whatever_happens_until_it_is_reset() {
-    for seed in 0..20 {
-        let mut draws = Draws(seed);
+proptest! {
+    #![proptest_config(cases(20))]
+
+    #[test]
+    fn a_fault_stays_whatever_happens_until_it_is_reset(
+        steps in vec((weighted(0.1, change()), weighted(0.02, Just(())), lawful()), 1500),
+    ) {
         let mut values = with(
             &defaults(),
             &[
@@ -325,22 +410,20 @@ fn a_fault_stays_whatever_happens_until_it_is_reset() {
         );
         let mut controller = Controller::new(&read(&values)).unwrap();
         let (mut fault, mut faults) = (0, 0);
-        for tick in 0..1500 {
-            if draws.below(10) == 0 {
-                values = draws.change(&values);
+        for (tick, (change, reset, numbers)) in (0..).zip(steps) {
+            if let Some(change) = change {
+                values = change.applied(&values);
                 controller.set_parameters(&read(&values)).unwrap();
             }
-            if draws.below(50) == 0 && controller.reset_fault().is_ok() {
+            if reset.is_some() && controller.reset_fault().is_ok() {
                 fault = 0;
             }
-            let state = draws.state(tick, false);
-            let (command, control) = controller.on_state(&state).unwrap();
+            let (command, control) = controller.on_state(&state(tick, numbers)).unwrap();
             let stays = control.fault == fault || control.fault == ControlState::FAULT_FLOOR;
             assert!(fault == 0 || stays, "{fault} became {}", control.fault);
             if control.fault != 0 {
                 let p = read(&values);
-                let climb = p.safety.climb_planes;
-                let climb = climb.min(p.planes.limit);
+                let climb = p.safety.climb_planes.min(p.planes.limit);
                 let bow = command.dive_planes + command.bow_stern_differential;
                 assert!(
                     bow == 0.0 || control.climbing && (-climb * (1.0 + 1e-15)..0.0).contains(&bow)
@@ -351,7 +434,19 @@ fn a_fault_stays_whatever_happens_until_it_is_reset() {
             faults += usize::from(fault == 0 && control.fault != 0);
             fault = control.fault;
         }
-        assert!(faults > 1, "seed {seed}");
+        assert!(faults > 1);
+    }
+
+    #[test]
+    fn whatever_is_changed_after_whatever_what_is_in_force_is_an_allowed_set(
+        changes in vec(change(), 100),
+    ) {
+        let mut values = defaults();
+        let mut controller = Controller::new(&read(&values)).unwrap();
+        for change in changes {
+            values = change.applied(&values);
+            assert!(controller.set_parameters(&read(&values)).is_ok());
+        }
     }
 }
 
@@ -379,17 +474,9 @@ fn no_pair_of_live_changes_passes_through_a_set_that_is_not_allowed() {
         refusal.contains("depth_setpoint") && refusal.contains("depth.max"),
         "{refusal}"
     );
-    let state = Draws(5).state(0, false);
-    assert_eq!(controller.on_state(&state).unwrap().1.depth_setpoint, 0.9);
+    let still = state(0, [0.0; 10]);
+    assert_eq!(controller.on_state(&still).unwrap().1.depth_setpoint, 0.9);
     controller
         .set_parameters(&read(&with(&shallow, &deep)))
         .unwrap();
-
-    // Whatever is changed after whatever, what is in force is an allowed set.
-    let mut draws = Draws(7);
-    let mut values = defaults();
-    for _ in 0..2000 {
-        values = draws.change(&values);
-        assert!(controller.set_parameters(&read(&values)).is_ok());
-    }
 }

@@ -1,8 +1,7 @@
 //! Actuator files: YAML, every quantity with its unit, converted to SI once, here.
 //!
 //! `actuators/table_4_1.yaml` is the example; the fields are Tables 3-1 and 4-1 of IBM
-//! 66-L03-005. Four files are built in: `auv`, `auv_two_speed` (the example of a `small_volume`),
-//! `table_3_1` and `table_4_1`.
+//! 66-L03-005. [`BUILT_IN`] has the files that are built in; `auv_two_speed` is the example of a `small_volume`.
 
 use std::path::Path;
 
@@ -15,7 +14,7 @@ use crate::actuator_model::Model;
 use crate::actuator_set::{ActuatorSet, LimitOption, MOST_CYCLES_IN_FLIGHT, SmallVolume};
 
 /// The built-in actuators: name and file.
-pub const BUILT_IN: [(&str, &str); 4] = [
+pub const BUILT_IN: &[(&str, &str)] = &[
     ("auv", include_str!("../actuators/auv.yaml")),
     (
         "auv_two_speed",
@@ -29,9 +28,7 @@ pub const BUILT_IN: [(&str, &str); 4] = [
 #[derive(Debug, thiserror::Error)]
 pub enum ActuatorFileError {
     /// The file cannot be read.
-    #[error(
-        "actuator file '{file}': {reason}; built in are auv, auv_two_speed, table_3_1 and table_4_1{meant}"
-    )]
+    #[error("actuator file '{file}': {reason}; built in are {}{meant}", names())]
     Unreadable {
         /// The path.
         file: String,
@@ -60,6 +57,12 @@ pub enum ActuatorFileError {
         /// The accepted values.
         rule: String,
     },
+}
+
+/// The names of the built-in actuators.
+fn names() -> String {
+    let names: Vec<&str> = BUILT_IN.iter().map(|(name, _)| *name).collect();
+    names.join(", ")
 }
 
 /// The built-in actuator `name`, or the one in the file at the path `name`.
@@ -515,7 +518,7 @@ mod tests {
     use planesman_units::{INCH, POUND_FORCE, PSI};
 
     fn auv_with(field: &str, replacement: &str) -> Result<ActuatorSet, ActuatorFileError> {
-        let (_, text) = BUILT_IN[0];
+        let text = include_str!("../actuators/auv.yaml");
         let line = text
             .lines()
             .find(|line| line.trim_start().starts_with(field))
@@ -592,7 +595,7 @@ mod tests {
 
     #[test]
     fn a_small_volume_is_smaller_than_the_large_one_in_every_way() {
-        let (_, text) = BUILT_IN[1];
+        let text = include_str!("../actuators/auv_two_speed.yaml");
         let set = load("auv_two_speed").expect("built in");
         let small = set.small.expect("given");
         assert!((small.volume / set.volume - 0.25).abs() < 1e-12);

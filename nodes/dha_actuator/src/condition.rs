@@ -36,11 +36,11 @@ pub enum StuckValve {
 /// The sensor of the ram's position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, planesman_parameters::Choice)]
 pub enum Encoder {
-    /// It tells the position.
+    /// It measures the position.
     Sound,
-    /// It tells nothing, and the actuator knows: it counts its volumes from where it was.
+    /// It measures nothing, and the actuator detects that: it counts its volumes from the last position.
     Lost,
-    /// It tells the same for ever, and the actuator believes it.
+    /// It holds its last value, and the actuator does not detect that.
     Frozen,
 }
 

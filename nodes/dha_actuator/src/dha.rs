@@ -196,7 +196,7 @@ impl Dha {
         std::mem::take(&mut self.tally)
     }
 
-    /// X_1, m, as the encoder tells it. The travel limit has switches of its own.
+    /// X_1, m, by the encoder. The travel limit has switches of its own.
     fn measured(&mut self, encoder: Encoder, ram: f64) -> f64 {
         self.frozen_at = match encoder {
             Encoder::Frozen => self.frozen_at.or(Some(ram)),

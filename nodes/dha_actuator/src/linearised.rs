@@ -55,15 +55,9 @@ pub fn actuator(set: &ActuatorSet, ram: Ram) -> Result<DelayedLoop, Error> {
 mod tests {
     use super::*;
     use crate::actuator_file::load;
+    use planesman_testing::near;
 
     #[track_caller]
-    fn near(found: f64, expected: f64, tolerance: f64) {
-        assert!(
-            (found - expected).abs() <= tolerance,
-            "{found} for {expected}"
-        );
-    }
-
     #[test]
     fn the_dead_times_of_the_three_actuators() {
         for (name, milliseconds) in [

@@ -305,7 +305,7 @@ fn each_with_equal_actuators_moves_the_dive_planes_as_one_ram_does() {
 }
 
 #[test]
-fn a_fault_befalls_its_group_from_the_next_tick_on_and_is_told() {
+fn a_fault_befalls_its_group_from_the_next_tick_on_and_is_reported() {
     let mut actuator = each(&[]);
     answer(&mut actuator, 0, 0.3);
     assert!(actuator.faults().is_empty());

@@ -5,6 +5,7 @@ mod common;
 
 use common::{Bench, CUBIC_INCH, actuator};
 use dha_actuator::ActuatorSet;
+use planesman_testing::near;
 use planesman_units::{DEGREE, INCH, POUND_FORCE as POUND, PSI};
 
 fn hardware() -> ActuatorSet {
@@ -20,13 +21,6 @@ fn auv() -> ActuatorSet {
 }
 
 #[track_caller]
-fn near(found: f64, expected: f64, tolerance: f64) {
-    assert!(
-        (found - expected).abs() <= tolerance,
-        "{found} for {expected}"
-    );
-}
-
 #[test]
 fn the_quantum_is_the_printed_1_09_degrees_on_polaris_and_less_on_the_hardware() {
     near(hardware().ram_quantum() / INCH, 0.152_917_505_030, 1e-9);

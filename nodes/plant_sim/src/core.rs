@@ -871,7 +871,7 @@ mod tests {
     }
 
     #[test]
-    fn a_contact_within_a_tick_is_told_with_its_time() {
+    fn a_contact_within_a_tick_is_reported_with_its_time() {
         let mut plant = plant(&[("environment.bottom", Value::Double(0.3))]);
         let touched = (0..400).find_map(|_| {
             plant.advance(Some(&motion(0.3, 0.3))).expect("a tick");

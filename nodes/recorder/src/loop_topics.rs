@@ -1,7 +1,7 @@
 //! The loop's topics: message types and QoS.
 //!
 //! This is the table of ARCHITECTURE.md's picture, as the nodes publish it. The recorder
-//! subscribes by it, and tells the offered QoS in the bag, so that `ros2 bag play` offers the
+//! subscribes by it, and writes the offered QoS into the bag, so that `ros2 bag play` offers the
 //! same. Names are relative to the vehicle's namespace unless they begin with a slash.
 
 use planesman_bag::{OfferedQos, Topic};
@@ -77,7 +77,7 @@ impl LoopTopic {
         }
     }
 
-    /// The topic as the bag tells it, under its full name (`/auv/state`).
+    /// The topic as the bag has it, under its full name (`/auv/state`).
     #[must_use]
     pub fn in_bag(&self, full_name: &str) -> Topic {
         Topic::of_type(&self.info, full_name, self.offered_qos())

@@ -23,7 +23,7 @@ const LAST_WORDS: Duration = Duration::from_secs(2);
 /// Time for which the error is on `/diagnostics` before the node ends.
 const REPORTING: Duration = Duration::from_secs(2);
 
-/// The status that tells how the bag does; an error means that nothing more is recorded.
+/// The status of the bag; an error means that nothing more is recorded.
 pub const BAG: &str = "bag";
 
 enum Event {
@@ -46,7 +46,11 @@ fn run(args: Vec<String>) -> Result<()> {
         NodeSpec {
             name: "recorder",
             namespace: "/auv",
-            validate: |parameters| writer_options(parameters).map(drop),
+            validate: |parameters| {
+                writer_options(parameters)
+                    .map(drop)
+                    .map_err(|error| error.to_string())
+            },
             on_parameters: |_| Event::Parameters,
         },
         args::only(args)?,
@@ -55,7 +59,7 @@ fn run(args: Vec<String>) -> Result<()> {
         "" => PathBuf::from("bags").join(format!("planesman_{}", names::utc_now())),
         path => PathBuf::from(path),
     };
-    let options = writer_options(&parameters).map_err(anyhow::Error::msg)?;
+    let options = writer_options(&parameters)?;
     let mut node = Node {
         writer: BagWriter::create(&output, options)?,
         topics: Vec::new(),

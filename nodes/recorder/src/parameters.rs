@@ -7,7 +7,7 @@ use std::time::Duration;
 use planesman_bag::WriterOptions;
 use planesman_parameters::{Choice, Parameters};
 
-use crate::loop_topics;
+use crate::loop_topics::{self, UnknownTopic};
 
 /// Every parameter of `recorder`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
@@ -45,12 +45,23 @@ pub enum Compression {
     Zstd,
 }
 
+/// Parameters that a recorder cannot follow.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// A topic that the loop does not have.
+    #[error(transparent)]
+    Topic(#[from] UnknownTopic),
+    /// The flush interval is no duration.
+    #[error("flush_interval: {0}")]
+    FlushInterval(std::time::TryFromFloatSecsError),
+}
+
 /// How the bag is written, by these values.
 ///
 /// # Errors
-/// When the values contradict each other or name a topic that is not of the loop.
-pub fn writer_options(parameters: &RecorderParameters) -> Result<WriterOptions, String> {
-    loop_topics::selected(&parameters.topics).map_err(|unknown| unknown.to_string())?;
+/// A topic that is not of the loop, or a flush interval that is no duration.
+pub fn writer_options(parameters: &RecorderParameters) -> Result<WriterOptions, Error> {
+    loop_topics::selected(&parameters.topics)?;
     Ok(WriterOptions {
         compression: match parameters.compression {
             Compression::None => planesman_bag::Compression::None,
@@ -58,8 +69,7 @@ pub fn writer_options(parameters: &RecorderParameters) -> Result<WriterOptions, 
         },
         chunk_size: parameters.chunk_size,
         flush_interval: Some(
-            Duration::try_from_secs_f64(parameters.flush_interval)
-                .map_err(|error| format!("flush_interval: {error}"))?,
+            Duration::try_from_secs_f64(parameters.flush_interval).map_err(Error::FlushInterval)?,
         ),
     })
 }
@@ -73,7 +83,7 @@ mod tests {
         RecorderParameters::default()
             .with(&[(name, value)])
             .map_err(|refusal| refusal.to_string())
-            .and_then(|parameters| writer_options(&parameters))
+            .and_then(|parameters| writer_options(&parameters).map_err(|error| error.to_string()))
     }
 
     #[test]

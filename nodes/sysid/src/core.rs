@@ -12,6 +12,7 @@ use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 use planesman_msgs::{Message, cdr};
 
+use crate::error::Error;
 use crate::pair::{self, Change, Pair, Scheduled};
 use crate::parameters::{Config, IdentifierParameters};
 use crate::reader::TopicReader;
@@ -41,7 +42,7 @@ impl Identifier {
     ///
     /// # Errors
     /// When a parameter is rejected, or an entry of `pairs` is not written as it should be.
-    pub fn new(parameters: &IdentifierParameters) -> Result<Self, String> {
+    pub fn new(parameters: &IdentifierParameters) -> Result<Self, Error> {
         let pairs = pair::described(parameters)?
             .into_iter()
             .map(|(name, own)| Pair::new(name, &own));
@@ -56,7 +57,7 @@ impl Identifier {
     ///
     /// # Errors
     /// As [`Identifier::new`]; the present parameters then stay.
-    pub fn set_parameters(&mut self, parameters: &IdentifierParameters) -> Result<(), String> {
+    pub fn set_parameters(&mut self, parameters: &IdentifierParameters) -> Result<(), Error> {
         let new = Self::new(parameters)?;
         let mut changed = self.clone();
         for (pair, new) in changed.pairs.iter_mut().zip(&new.pairs) {
@@ -102,7 +103,7 @@ impl Identifier {
     ///
     /// # Errors
     /// As [`TopicReader::new`].
-    pub fn reader(&self, topic: &str, types: &Types) -> Result<TopicReader, String> {
+    pub fn reader(&self, topic: &str, types: &Types) -> Result<TopicReader, Error> {
         TopicReader::new(self.pairs.iter().map(Pair::config), topic, types)
     }
 
@@ -124,7 +125,7 @@ impl Identifier {
                 }
                 Err(reason) => {
                     pair.refuse();
-                    outcome.refused.push(reason);
+                    outcome.refused.push(reason.to_string());
                 }
             }
         }
@@ -135,14 +136,14 @@ impl Identifier {
     /// topic is passed over. Returns the estimates due for publication.
     ///
     /// # Errors
-    /// A sentence naming the signal, when the message does not hold it as a finite number or
+    /// With the signal's name, when the message does not hold it as a finite number or
     /// list of such; nothing is learnt of it then.
     pub fn on<M: Message>(
         &mut self,
         topic: &str,
         stamp: Time,
         message: &M,
-    ) -> Result<Vec<ModelEstimate>, String> {
+    ) -> Result<Vec<ModelEstimate>, Error> {
         if !self.concerns(topic) {
             return Ok(Vec::new());
         }
@@ -150,8 +151,7 @@ impl Identifier {
         let mut reader = match self.readers.remove(&key) {
             Some(known) => known,
             None => {
-                let types = schema::read(M::TYPE_NAME, "ros2msg", M::DEFINITION)
-                    .map_err(|error| error.to_string())?;
+                let types = schema::read(M::TYPE_NAME, "ros2msg", M::DEFINITION)?;
                 self.reader(topic, &types)?
             }
         };
@@ -159,7 +159,7 @@ impl Identifier {
         self.readers.insert(key, reader);
         match outcome.refused.into_iter().next() {
             None => Ok(outcome.estimates),
-            Some(reason) => Err(reason),
+            Some(reason) => Err(Error::Message(reason)),
         }
     }
 

@@ -11,6 +11,7 @@
 //! - [`main`]: the node around it, messages and parameters over DDS.
 
 mod core;
+mod error;
 mod learner;
 mod message_types;
 mod node;
@@ -21,6 +22,7 @@ mod screen;
 mod sparkline;
 
 pub use crate::core::Identifier;
+pub use error::Error;
 pub use node::main;
 pub use pair::{Account, Change, FIRST, Pair, Scheduled};
 pub use parameters::IdentifierParameters;

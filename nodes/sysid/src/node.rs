@@ -57,13 +57,17 @@ fn run(mut args: Vec<String>) -> Result<()> {
         NodeSpec {
             name: "sysid",
             namespace: "/auv",
-            validate: |parameters| Identifier::new(parameters).map(drop),
+            validate: |parameters| {
+                Identifier::new(parameters)
+                    .map(drop)
+                    .map_err(|error| error.to_string())
+            },
             on_parameters: |parameters| Event::Parameters(Box::new(parameters)),
         },
         arguments,
     )?;
     let mut node = Node {
-        identifier: Identifier::new(&parameters).map_err(|e| anyhow!(e))?,
+        identifier: Identifier::new(&parameters)?,
         model: rt.publisher("model", Qos::reliable(100))?,
         answer: parameters
             .answer
@@ -78,7 +82,7 @@ fn run(mut args: Vec<String>) -> Result<()> {
         let found = message_types::find(&listened.type_name).map_err(|e| anyhow!(e))?;
         let reader = node.identifier.reader(&topic, &found.types);
         node.topics.push(Topic {
-            reader: reader.map_err(|e| anyhow!(e))?,
+            reader: reader?,
             trouble: None,
         });
         rt.subscribe_raw(
@@ -207,13 +211,11 @@ impl Node {
                 return Ok(Flow::Continue);
             }
             Event::Parameters(parameters) => {
-                self.identifier
-                    .set_parameters(&parameters)
-                    .map_err(|e| anyhow!(e))?;
+                self.identifier.set_parameters(&parameters)?;
                 log::info!("parameters changed");
             }
         }
-        self.tell(rt);
+        self.report(rt);
         Ok(Flow::Continue)
     }
 
@@ -292,7 +294,7 @@ impl Node {
     }
 
     /// Says how each pair is doing.
-    fn tell(&self, rt: &Runtime<Event>) {
+    fn report(&self, rt: &Runtime<Event>) {
         let silence = (rt.now().nanos() - self.last_message.nanos()) as f64 * 1e-9;
         for pair in self.identifier.pairs() {
             let config = pair.config();

@@ -14,6 +14,7 @@ use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 use planesman_parameters::{Parameters as _, file};
 use planesman_signals::{Aligner, Given, LiveGrid, Offer, WINDOW};
 
+use crate::error::Error;
 use crate::learner::Learner;
 use crate::parameters::{self, Config, IdentifierParameters};
 use crate::reader::Sample;
@@ -80,18 +81,16 @@ pub struct Pair {
 /// The pairs that the parameters describe, by name, each with its own parameters.
 ///
 /// # Errors
-/// A sentence naming the parameter, when an entry of `pairs` is not written as it is to be, two have one name,
+/// [`Error::Entry`], when an entry of `pairs` is not written as it is to be, two have one name,
 /// or one would change what belongs to the node.
 pub(crate) fn described(
     parameters: &IdentifierParameters,
-) -> Result<Vec<(String, IdentifierParameters)>, String> {
+) -> Result<Vec<(String, IdentifierParameters)>, Error> {
     let mut all = vec![(FIRST.to_owned(), parameters.clone())];
     for text in &parameters.pairs {
-        let refuse = |reason: &str| {
-            format!(
-                "parameter 'pairs': '{text}' refused: {reason}; it is written NAME: INPUT -> OUTPUT [PARAMETER=VALUE ...], as in \
-                 heave: plane_motion:dive_planes -> state:heave order=2"
-            )
+        let refuse = |reason: &str| Error::Entry {
+            text: text.clone(),
+            reason: reason.to_owned(),
         };
         let (name, rest) = text
             .split_once(": ")
@@ -132,10 +131,13 @@ impl Pair {
     ///
     /// # Errors
     /// When a parameter is rejected.
-    pub fn new(name: String, parameters: &IdentifierParameters) -> Result<Self, String> {
-        let of_pair = |reason| match name.as_str() {
+    pub fn new(name: String, parameters: &IdentifierParameters) -> Result<Self, Error> {
+        let of_pair = |reason: Error| match name.as_str() {
             FIRST => reason,
-            name => format!("pair '{name}': {reason}"),
+            name => Error::Pair {
+                name: name.to_owned(),
+                reason: Box::new(reason),
+            },
         };
         let config = Config::new(parameters).map_err(of_pair)?;
         Ok(Self {
@@ -143,7 +145,7 @@ impl Pair {
                 .resample
                 .map(|max_gap| LiveGrid::new(period(&config), max_gap)),
             aligner: Aligner::new(period(&config)),
-            learner: Learner::new(&config).map_err(|e| of_pair(e.to_string()))?,
+            learner: Learner::new(&config).map_err(|e| of_pair(e.into()))?,
             name,
             config,
             began: None,
@@ -182,12 +184,12 @@ impl Pair {
     /// the estimate anew.
     ///
     /// # Errors
-    /// A sentence, when the estimator refuses it; nothing changes then.
-    pub(crate) fn set_config(&mut self, new: Config) -> Result<(), String> {
+    /// When the estimator refuses it; nothing changes then.
+    pub(crate) fn set_config(&mut self, new: Config) -> Result<(), Error> {
         if self.config.retuned(&new) == new {
-            self.learner.retune(&new).map_err(|e| e.to_string())?;
+            self.learner.retune(&new)?;
         } else if self.config != new {
-            let mut learner = Learner::new(&new).map_err(|e| e.to_string())?;
+            let mut learner = Learner::new(&new)?;
             learner.set_frozen(self.frozen());
             self.learner = learner;
             self.began = None;

@@ -7,6 +7,7 @@ use planesman_identification::estimators::vehicle::{Heave, Vehicle};
 use planesman_parameters::{Choice, Parameters};
 use planesman_signals::Signal;
 
+use crate::error::Error;
 use crate::message_types;
 
 /// Parameters that are not a pair's.
@@ -284,25 +285,26 @@ impl Config {
     /// The identifier that the parameters describe.
     ///
     /// # Errors
-    /// A sentence naming the parameter, when a signal is not written `TOPIC:FIELD`, input
+    /// [`Error::Parameter`], when a signal is not written `TOPIC:FIELD`, input
     /// and output are the same, or more of the structure is known than there is.
-    pub fn new(parameters: &IdentifierParameters) -> Result<Self, String> {
+    pub fn new(parameters: &IdentifierParameters) -> Result<Self, Error> {
         let p = parameters;
-        let signal = |name: &str, text: &str| {
+        let refused = |name, reason: String| Error::Parameter { name, reason };
+        let signal = |name, text: &str| {
             text.parse::<Signal>()
-                .map_err(|reason| format!("parameter '{name}': {reason}"))
+                .map_err(|reason| refused(name, reason.to_string()))
         };
         let (input, output) = (signal("input", &p.input)?, signal("output", &p.output)?);
         for (name, message_type) in [
             ("input_type", &p.input_type),
             ("output_type", &p.output_type),
         ] {
-            message_types::find(message_type)
-                .map_err(|reason| format!("parameter '{name}': {reason}"))?;
+            message_types::find(message_type).map_err(|reason| refused(name, reason))?;
         }
         if input == output {
-            return Err(format!(
-                "parameter 'output': {output} refused: it is the input as well"
+            return Err(refused(
+                "output",
+                format!("{output} refused: it is the input as well"),
             ));
         }
         let break_on = match p.break_on.as_str() {
@@ -310,10 +312,10 @@ impl Config {
             text => Some(signal("break_on", text)?),
         };
         if p.resample && p.answer {
-            return Err(
-                "parameter 'resample': true refused: a member of lockstep (answer) learns each tick as it is"
-                    .to_owned(),
-            );
+            return Err(refused(
+                "resample",
+                "true refused: a member of lockstep (answer) learns each tick as it is".to_owned(),
+            ));
         }
         let samples = (1.0 / (p.publish_rate * p.sample_time)).round();
         Ok(Self {
@@ -361,7 +363,7 @@ impl Config {
     }
 }
 
-fn structure(p: &IdentifierParameters) -> Result<Structure, String> {
+fn structure(p: &IdentifierParameters) -> Result<Structure, Error> {
     let order = p.order;
     let mut structure = Structure::of_order(order);
     for (name, count, known) in [
@@ -373,9 +375,10 @@ fn structure(p: &IdentifierParameters) -> Result<Structure, String> {
         ("integrators", p.integrators, Structure::with_integrator),
     ] {
         if count >= order {
-            return Err(format!(
-                "parameter '{name}': {count} refused: the order is {order}, and some of it must be left to be found"
-            ));
+            let reason = format!(
+                "{count} refused: the order is {order}, and some of it must be left to be found"
+            );
+            return Err(Error::Parameter { name, reason });
         }
         for _ in 0..count {
             structure = known(structure);
@@ -458,7 +461,7 @@ mod tests {
             let parameters = IdentifierParameters::default()
                 .with(&[(name, value)])
                 .unwrap();
-            let refusal = Config::new(&parameters).unwrap_err();
+            let refusal = Config::new(&parameters).unwrap_err().to_string();
             assert!(
                 refusal.contains(name) && refusal.contains(reason),
                 "{refusal}"

@@ -5,6 +5,7 @@ use planesman_identification::Input;
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_signals::Signal;
 
+use crate::error::Error;
 use crate::parameters::Config;
 
 /// The numbers of a message that the identifier takes.
@@ -37,8 +38,8 @@ impl Reader {
     /// The reader of messages of a type on `topic`; `None` for a topic that bears neither input nor output.
     ///
     /// # Errors
-    /// A sentence naming the signal, when messages of the type have no such number.
-    pub fn new(config: &Config, topic: &str, types: &Types) -> Result<Option<Self>, String> {
+    /// With the signal's name, when messages of the type have no such number.
+    pub fn new(config: &Config, topic: &str, types: &Types) -> Result<Option<Self>, Error> {
         let mut paths = Vec::new();
         let mut place = |signal: &Signal| {
             signal.is_on(topic).then(|| {
@@ -57,9 +58,11 @@ impl Reader {
         };
         for path in &paths {
             if let Some(names) = types.names_of(path) {
-                return Err(format!(
-                    "{topic}: {path} is a list of numbers, one for each '{names}'; name one by its index or name, as {path}[0]"
-                ));
+                return Err(Error::List {
+                    topic: topic.to_owned(),
+                    path: path.to_string(),
+                    names: names.to_string(),
+                });
             }
         }
         let stamp = types.stamp().map(|stamp| {
@@ -68,7 +71,7 @@ impl Reader {
         });
         Ok(Some(Self {
             decoder: Decoder::compile(types, &paths)
-                .map_err(|error| format!("{topic}: {error}"))?,
+                .map_err(|reason| Error::NoSignal(topic.to_owned(), Box::new(reason)))?,
             values: Values::default(),
             input,
             output,
@@ -80,19 +83,12 @@ impl Reader {
     /// Reads a payload.
     ///
     /// # Errors
-    /// A sentence naming the signal, when the payload does not hold it as a finite number or list of such.
-    pub fn read(&mut self, payload: &[u8]) -> Result<Sample, String> {
-        self.decoder
-            .read(payload, &mut self.values)
-            .map_err(|error| error.to_string())?;
+    /// With the signal's name, when the payload does not hold it as a finite number or list of such.
+    pub fn read(&mut self, payload: &[u8]) -> Result<Sample, Error> {
+        self.decoder.read(payload, &mut self.values)?;
         let values = &self.values;
         let breaks = match &self.break_on {
-            Some((signal, place)) => {
-                signal
-                    .output(values.list(*place))
-                    .map_err(|e| e.to_string())?
-                    != 0.0
-            }
+            Some((signal, place)) => signal.output(values.list(*place))? != 0.0,
             None => false,
         };
         let input = self.input.as_ref();
@@ -106,12 +102,10 @@ impl Reader {
             }),
             input: input
                 .map(|(signal, place)| signal.input(values.list(*place)))
-                .transpose()
-                .map_err(|e| e.to_string())?,
+                .transpose()?,
             output: output
                 .map(|(signal, place)| signal.output(values.list(*place)))
-                .transpose()
-                .map_err(|e| e.to_string())?,
+                .transpose()?,
             breaks,
         })
     }
@@ -133,7 +127,7 @@ impl TopicReader {
         configs: impl Iterator<Item = &'a Config>,
         topic: &str,
         types: &Types,
-    ) -> Result<Self, String> {
+    ) -> Result<Self, Error> {
         let mut readers = Vec::new();
         for (place, config) in configs.enumerate() {
             let reader = Reader::new(config, topic, types)?;
@@ -142,11 +136,11 @@ impl TopicReader {
         Ok(Self { readers })
     }
 
-    /// The sample in a payload for each pair concerned, by its place; or a sentence as of [`Reader::read`].
+    /// The sample in a payload for each pair concerned, by its place; or an error as of [`Reader::read`].
     pub fn read<'a>(
         &'a mut self,
         payload: &'a [u8],
-    ) -> impl Iterator<Item = (usize, Result<Sample, String>)> + 'a {
+    ) -> impl Iterator<Item = (usize, Result<Sample, Error>)> + 'a {
         let readers = self.readers.iter_mut();
         readers.map(|(place, reader)| (*place, reader.read(payload)))
     }

@@ -268,8 +268,8 @@ fn time_going_back_begins_the_identification_anew() {
     for message in &messages {
         feed(&mut reset, message);
     }
-    let told = reset.change(Change::Reset);
-    assert_eq!((told.len(), told[0].samples), (1, 0));
+    let answers = reset.change(Change::Reset);
+    assert_eq!((answers.len(), answers[0].samples), (1, 0));
     assert_eq!(reset.estimate(stamp(0)).samples, 0);
     // The record from its beginning is time going back as well.
     assert_eq!(without_restarts(estimates(&mut reset, &messages)), once);
@@ -358,7 +358,10 @@ fn what_is_not_finite_or_not_there_is_refused_and_changes_nothing() {
         pitch_rate: f64::NAN,
         ..VehicleState::default()
     };
-    let refusal = identifier.on("state", stamp(100), &bad).unwrap_err();
+    let refusal = identifier
+        .on("state", stamp(100), &bad)
+        .unwrap_err()
+        .to_string();
     assert!(refusal.contains("state:pitch_rate"), "{refusal}");
     let empty = PlaneMotion::default();
     assert!(identifier.on("plane_motion", stamp(100), &empty).is_err());
@@ -544,10 +547,10 @@ fn a_frozen_model_predicts_and_publishes_and_learns_nothing() {
         for message in &messages[..600] {
             live.extend(feed(&mut identifier, message));
         }
-        let told = identifier.change(Change::Freeze(true));
-        assert!(told[0].frozen, "{estimator}");
+        let answers = identifier.change(Change::Freeze(true));
+        assert!(answers[0].frozen, "{estimator}");
         assert_eq!(identifier.change(Change::Freeze(true)), vec![]);
-        live.extend(told.clone());
+        live.extend(answers.clone());
         let mut frozen = Vec::new();
         for message in &messages[600..900] {
             frozen.extend(feed(&mut identifier, message));
@@ -555,16 +558,16 @@ fn a_frozen_model_predicts_and_publishes_and_learns_nothing() {
         assert_eq!(frozen.len(), 15, "{estimator}");
         for estimate in &frozen {
             assert!(estimate.frozen);
-            assert_eq!(estimate.a, told[0].a, "{estimator}");
-            assert_eq!(estimate.samples, told[0].samples);
-            assert_eq!(estimate.covariance, told[0].covariance);
+            assert_eq!(estimate.a, answers[0].a, "{estimator}");
+            assert_eq!(estimate.samples, answers[0].samples);
+            assert_eq!(estimate.covariance, answers[0].covariance);
         }
         assert!(frozen.last().unwrap().fit > 50.0, "{estimator}");
         // Time going back leaves it what it has learnt.
         for message in &messages[..100] {
             feed(&mut identifier, message);
         }
-        assert_eq!(identifier.estimate(stamp(0)).a, told[0].a);
+        assert_eq!(identifier.estimate(stamp(0)).a, answers[0].a);
         assert_eq!(identifier.estimate(stamp(0)).restarts, 1);
     }
 }
@@ -583,13 +586,13 @@ fn what_was_frozen_and_reset_is_so_again_in_its_time() {
             _ => None,
         };
         if let Some(change) = change {
-            let told = live.change(change);
+            let answers = live.change(change);
             scheduled.push(Scheduled {
                 restarts: 0,
-                stamp: told[0].header.stamp.nanos(),
+                stamp: answers[0].header.stamp.nanos(),
                 change,
             });
-            published.extend(told);
+            published.extend(answers);
         }
         published.extend(feed(&mut live, message));
     }
@@ -687,7 +690,7 @@ fn pairs_that_are_none_are_refused_with_the_form() {
         let parameters = IdentifierParameters::default()
             .with(&[("pairs", pairs.into())])
             .unwrap();
-        let refusal = Identifier::new(&parameters).unwrap_err();
+        let refusal = Identifier::new(&parameters).unwrap_err().to_string();
         assert!(refusal.contains(reason), "{text}: {refusal}");
     }
 }

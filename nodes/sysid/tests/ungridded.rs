@@ -73,8 +73,8 @@ fn assert_is_the_plant(found: &ModelEstimate) {
 #[test]
 fn resampled_they_give_the_plant() {
     let mut pair = pair();
-    let told = learn(&mut pair, &messages(0.3));
-    let last = told.last().unwrap();
+    let estimates = learn(&mut pair, &messages(0.3));
+    let last = estimates.last().unwrap();
     assert!(last.valid, "{}", last.reason);
     assert_is_the_plant(last);
     // Before the first input, and never again.
@@ -102,8 +102,8 @@ fn the_order_they_arrive_in_does_not_matter() {
 fn a_recording_that_loops_begins_anew_and_finds_the_same() {
     let mut pair = pair();
     learn(&mut pair, &messages(1000.3));
-    let told = learn(&mut pair, &messages(0.3));
-    let last = told.last().unwrap();
+    let estimates = learn(&mut pair, &messages(0.3));
+    let last = estimates.last().unwrap();
     assert_eq!(last.restarts, 1);
     assert_is_the_plant(last);
 }

@@ -20,9 +20,10 @@ impl Line<'_> {
     #[must_use]
     pub fn news(&self) -> Option<String> {
         let value = self.value?;
-        if let (Some(stands), Some(now)) = (self.entry.verdict, self.verdict)
-            && stands != now
-        {
+        if self.entry.verdict != self.verdict {
+            let shown =
+                |verdict: Option<Verdict>| verdict.map_or("none".to_owned(), |v| v.to_string());
+            let (stands, now) = (shown(self.entry.verdict), shown(self.verdict));
             return Some(format!("the verdict was '{stands}' and is '{now}'"));
         }
         if self.entry.near_reference(value) == Some(false) {
@@ -84,6 +85,19 @@ impl<'a> Reckoning<'a> {
             lines,
             strangers: by_name.into_keys().map(str::to_owned).collect(),
         }
+    }
+
+    /// The differences from the book, a sentence for each.
+    #[must_use]
+    pub fn news(&self) -> Vec<String> {
+        let news = |line: &Line<'_>| Some(format!("{}: {}", line.entry.id, line.news()?));
+        self.lines.iter().filter_map(news).collect()
+    }
+
+    /// The entries that nothing recomputes.
+    pub fn left_out(&self) -> impl Iterator<Item = &'a Entry> {
+        let left_out = self.lines.iter().filter(|line| line.value.is_none());
+        left_out.map(|line| line.entry)
     }
 
     /// The number of each kind.

@@ -219,21 +219,15 @@ pub mod derivation {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use planesman_testing::near;
     use planesman_vehicle::{Environment, Motion, Restoring, vehicle_file};
-
-    fn close(found: f64, expected: f64, tolerance: f64) {
-        assert!(
-            (found - expected).abs() <= tolerance,
-            "{found} is not {expected}"
-        );
-    }
 
     #[test]
     fn thirty_degrees_of_plane_dive_to_the_printed_depth_at_the_printed_angle() {
         // Pp. 38 f.: -4.2 degrees, 2.61 ft.
         let dive = T2.run(60.0);
-        close(dive.at(10.0).pitch.to_degrees(), -4.2, 0.05);
-        close(dive.end().depth * FEET_PER_LENGTH, 2.61, 0.015);
+        near(dive.at(10.0).pitch.to_degrees(), -4.2, 0.05);
+        near(dive.end().depth * FEET_PER_LENGTH, 2.61, 0.015);
     }
 
     #[test]
@@ -254,11 +248,11 @@ mod tests {
         let program = T2.run(60.0);
         for second in 0..60 {
             let time = f64::from(second);
-            close(flown.at(time).pitch, program.at(time).pitch, 1e-8);
+            near(flown.at(time).pitch, program.at(time).pitch, 1e-8);
             // The program's ZG q, which the vehicle's track goes without, lifts it a little.
             let lift = T2.zg * (1.0 - program.at(time).pitch.cos());
             let depth = flown.at(time).depth / vehicle.reference_length;
-            close(depth, program.at(time).depth + lift, 1e-8);
+            near(depth, program.at(time).depth + lift, 1e-8);
         }
     }
 
@@ -266,9 +260,9 @@ mod tests {
     fn without_heave_a_third_of_the_depth_is_lost() {
         // P. 39: -4.4 degrees, 1.77 ft, 32 %.
         let (with, without) = (T2.run(60.0), T3.run(60.0));
-        close(without.at(10.0).pitch.to_degrees(), -4.4, 0.06);
-        close(without.end().depth * FEET_PER_LENGTH, 1.77, 0.005);
-        close(
+        near(without.at(10.0).pitch.to_degrees(), -4.4, 0.06);
+        near(without.end().depth * FEET_PER_LENGTH, 1.77, 0.005);
+        near(
             100.0 * (1.0 - without.end().depth / with.end().depth),
             32.0,
             0.5,
@@ -279,8 +273,8 @@ mod tests {
     fn without_a_restoring_moment_the_vehicle_keeps_the_angle_its_planes_gave_it() {
         // P. 40: -27.5 degrees. K2 delta t / B2 is what damping leaves of the impulse.
         let angle = T4.run(60.0).end().pitch;
-        close(angle.to_degrees(), -27.5, 0.15);
-        close(angle, T4.k2 * PLANE_ANGLE / T4.b2, 1e-12);
+        near(angle.to_degrees(), -27.5, 0.15);
+        near(angle, T4.k2 * PLANE_ANGLE / T4.b2, 1e-12);
     }
 
     #[test]
@@ -288,6 +282,6 @@ mod tests {
         // P. 40: significant oscillation, the same steady depth.
         let (t2, t5) = (T2.run(60.0), T5.run(60.0));
         assert!(t5.pitch_swing(5.0, 10.0) > 20.0 * t2.pitch_swing(5.0, 10.0));
-        close(t5.end().depth / t2.end().depth, 1.0, 1e-3);
+        near(t5.end().depth / t2.end().depth, 1.0, 1e-3);
     }
 }

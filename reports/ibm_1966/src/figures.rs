@@ -1,6 +1,6 @@
 //! The lost figures of the actuator study (IBM 66-L03-005), Sections III to V, flown again.
 //!
-//! Caption and text tell what each one showed. The missile is the surrogate PS-2
+//! Caption and text say what each one showed. The missile is the surrogate PS-2
 //! throughout, and the laboratory hardware is not to be had: where the report laid the hardware's record
 //! beside the mathematical model's, only the model is drawn. Axes are the report's: degrees, inches, psi.
 

@@ -148,6 +148,7 @@ mod tests {
     use crate::missile::Surrogate;
     use dha_actuator::actuator_file::load;
     use dha_actuator::describing_function::toggling;
+    use planesman_testing::near;
     use planesman_units::DEGREE;
     use std::f64::consts::PI;
 
@@ -163,13 +164,6 @@ mod tests {
     }
 
     #[track_caller]
-    fn near(found: f64, expected: f64, tolerance: f64) {
-        assert!(
-            (found - expected).abs() <= tolerance,
-            "{found} for {expected}"
-        );
-    }
-
     #[test]
     fn the_loop_crosses_over_with_43_degrees_to_spare() {
         let margins = flight_control(7, Ram::Rigid).open_loop.phase_margins();

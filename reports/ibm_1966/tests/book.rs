@@ -36,18 +36,12 @@ fn every_number_of_the_study_comes_out_again_with_its_verdict() {
     let book = book().expect("the book is valid");
     let values = recomputed();
     let reckoning = Reckoning::of(&book, values.iter().map(|(id, v)| (id.as_str(), *v)));
-    let faults: Vec<String> = reckoning
-        .lines
-        .iter()
-        .filter_map(|line| Some(format!("{}: {}", line.entry.id, line.news()?)))
-        .collect();
-    assert!(faults.is_empty(), "{}", faults.join("\n"));
+    let news = reckoning.news();
+    assert!(news.is_empty(), "{}", news.join("\n"));
     assert!(reckoning.strangers.is_empty(), "{:?}", reckoning.strangers);
     let left_out: Vec<&str> = reckoning
-        .lines
-        .iter()
-        .filter(|line| line.value.is_none())
-        .map(|line| line.entry.id.as_str())
+        .left_out()
+        .map(|entry| entry.id.as_str())
         .collect();
     let mut expected = PRINTED_ONLY.to_vec();
     expected.sort_by_key(|id| reckoning.lines.iter().position(|l| l.entry.id == *id));

@@ -1,8 +1,6 @@
 //! Small bags for the tests.
 
 #[allow(dead_code)] // Each test program uses its own part.
-pub(crate) mod raw;
-
 use std::{path::Path, sync::Arc};
 
 use planesman_bag::{

@@ -24,8 +24,8 @@ pub enum Error {
         output: String,
     },
     /// The file does not state the speed it was identified at.
-    #[error("{0}")]
-    Speed(String),
+    #[error(transparent)]
+    Speed(#[from] planesman_model_file::Refusal),
     /// Too few frequencies at which the model is certain.
     #[error(
         "it knows its own response to {:.0} % at {known} of {FREQUENCIES} frequencies only", 100.0 * KNOWN

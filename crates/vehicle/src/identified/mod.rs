@@ -31,7 +31,7 @@ use target::Target;
 /// no such vehicle follows (and by how much), or one that would turn over.
 pub fn vehicle(base: &Vehicle, model: &ModelFile) -> Result<Vehicle, Error> {
     let output = signals(model)?;
-    let speed = model.told_speed().map_err(Error::Speed)?;
+    let speed = model.required_speed()?;
     let target = match &model.physical {
         Some(physical) => Target::of(physical, speed),
         None => nearest(base, model, output, speed)?,

@@ -12,6 +12,7 @@
 
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 
+use super::distrust::Distrust;
 use super::pitch_model::{FIRST_PAIR, Identified, PitchModel, is_of_pitch};
 use super::schedule::{LoopGains, Schedule};
 use super::trust::Trust;
@@ -29,7 +30,7 @@ struct Received {
     name: String,
     /// ns
     stamp: i64,
-    vehicle: Result<Identified, String>,
+    vehicle: Result<Identified, Distrust>,
 }
 
 impl Adaptive {
@@ -57,7 +58,7 @@ impl Adaptive {
         let vehicle = if estimate.valid {
             Identified::of(estimate)
         } else {
-            Err(format!("sysid: {}", estimate.reason))
+            Err(Distrust::Invalid(estimate.reason.clone()))
         };
         self.last = Some(Received {
             name: estimate.name.clone(),
@@ -76,11 +77,11 @@ impl Adaptive {
         trust: &Trust,
         speed: f64,
         stamp: i64,
-    ) -> Result<PitchModel, String> {
-        let received = self.last.as_ref().ok_or("no model has come yet")?;
+    ) -> Result<PitchModel, Distrust> {
+        let received = self.last.as_ref().ok_or(Distrust::NoModel)?;
         let age = (stamp - received.stamp) as f64 * 1e-9;
         if age.abs() > trust.oldest {
-            return Err(format!("the last model is {age:.1} s old"));
+            return Err(Distrust::Old(age));
         }
         trust.believed(&received.vehicle.clone()?, schedule, speed)
     }
@@ -93,7 +94,7 @@ impl Adaptive {
         speed: f64,
         stamp: i64,
         dt: f64,
-    ) -> (LoopGains, Option<String>) {
+    ) -> (LoopGains, Option<Distrust>) {
         let scheduled = schedule.at(speed);
         let (target, reason) = match self.believed(schedule, trust, speed, stamp) {
             Ok(model) => (trust.gains(schedule, &model, speed), None),
@@ -172,7 +173,7 @@ mod tests {
             let (gains, reason) = adaptive.step(&T6, &TRUST, 1.0, 0, 0.05);
             assert_eq!(gains, T6.at(1.0));
             assert!(
-                reason.clone().is_some_and(|r| r.contains(part)),
+                reason.clone().is_some_and(|r| r.to_string().contains(part)),
                 "{reason:?}"
             );
         }
@@ -184,7 +185,7 @@ mod tests {
         };
         adaptive.on_model(&unsure, &TRUST);
         let (_, reason) = adaptive.step(&T6, &TRUST, 1.0, 0, 0.05);
-        assert!(reason.is_some_and(|r| r.contains("excitation")));
+        assert!(reason.is_some_and(|r| r.to_string().contains("excitation")));
     }
 
     #[test]

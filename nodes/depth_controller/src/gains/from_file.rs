@@ -7,6 +7,7 @@ use std::path::Path;
 use planesman_model_file::ModelFile;
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 
+use super::distrust::{Distrust, FileError};
 use super::pitch_model::{Identified, SpeedLaw};
 use super::schedule::{LoopGains, Schedule};
 use super::trust::Trust;
@@ -21,19 +22,22 @@ impl FromFile {
     /// The model in a file.
     ///
     /// # Errors
-    /// A sentence that names the file: it cannot be read, does not say its speed, is of other signals than dive
+    /// [`FileError`], with the file's name: it cannot be read, does not say its speed, is of other signals than dive
     /// planes and pitch rate, or is not to be trusted.
-    pub fn read(path: &str, schedule: &Schedule, trust: &Trust) -> Result<Self, String> {
-        let file = ModelFile::read(Path::new(path)).map_err(|reason| reason.to_string())?;
-        Self::of(&file, schedule, trust).map_err(|reason| format!("model file '{path}': {reason}"))
+    pub fn read(path: &str, schedule: &Schedule, trust: &Trust) -> Result<Self, FileError> {
+        let file = ModelFile::read(Path::new(path))?;
+        Self::of(&file, schedule, trust).map_err(|reason| FileError::Distrusted {
+            path: path.to_owned(),
+            reason,
+        })
     }
 
     /// The same of what was read.
     ///
     /// # Errors
     /// As [`read`](Self::read), but for the file's name.
-    pub fn of(file: &ModelFile, schedule: &Schedule, trust: &Trust) -> Result<Self, String> {
-        let speed = file.told_speed()?;
+    pub fn of(file: &ModelFile, schedule: &Schedule, trust: &Trust) -> Result<Self, Distrust> {
+        let speed = file.required_speed()?;
         let found = Identified::of(&estimate(file))?;
         let model = trust.believed(&found, schedule, speed)?;
         Ok(Self {
@@ -154,10 +158,11 @@ mod tests {
         for (change, reason) in refused {
             let mut changed = file(&weaker(1e-6));
             change(&mut changed);
-            let refusal = FromFile::of(&changed, &T6, &TRUST).unwrap_err();
+            let refusal = FromFile::of(&changed, &T6, &TRUST).unwrap_err().to_string();
             assert!(refusal.contains(reason), "{refusal}");
         }
         let unsure = FromFile::of(&file(&weaker(0.1)), &T6, &TRUST).unwrap_err();
+        let unsure = unsure.to_string();
         assert!(unsure.contains("known to"), "{unsure}");
     }
 
@@ -166,13 +171,13 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("model.json");
         let read = || FromFile::read(path.to_str().unwrap(), &T6, &TRUST);
-        assert!(read().unwrap_err().contains("model.json"));
+        assert!(read().unwrap_err().to_string().contains("model.json"));
         let mut model = file(&weaker(1e-6));
         model.write(&path).unwrap();
         assert!(read().is_ok());
         model.speed = None;
         model.write(&path).unwrap();
-        let refusal = read().unwrap_err();
+        let refusal = read().unwrap_err().to_string();
         assert!(refusal.contains("model.json") && refusal.contains("at what speed"));
     }
 }

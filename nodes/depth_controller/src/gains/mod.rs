@@ -13,18 +13,20 @@
 //!
 //! - `pitch_model`: `k`, `b`, `m` over the speed, also from an identified model.
 //! - `schedule`: gains for such a model and speed.
-//! - `trust`: conditions on an identified model.
+//! - `trust`, `distrust`: conditions on an identified model, and why one is not used.
 //! - `adaptive`: the schedule on what `sysid` identifies, as far as that can be trusted.
 //! - `from_file`: the schedule on what it has identified before, from a model file.
 //! - `follower`: the gains in force at a tick.
 
 mod adaptive;
+mod distrust;
 mod follower;
 mod from_file;
 mod pitch_model;
 mod schedule;
 mod trust;
 
+pub use distrust::{Distrust, FileError};
 pub use follower::{Follower, Rules, Source};
 pub use from_file::FromFile;
 pub use pitch_model::{FIRST_PAIR, PitchModel, SpeedLaw, is_of_pitch};

@@ -16,6 +16,8 @@ use nalgebra::{DMatrix, Matrix3, Vector3};
 use planesman_linear::TransferFunction;
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 
+use super::distrust::Distrust;
+
 /// The step response is fitted over this long, s: the pitch loop's own time scale.
 const FITTED: f64 = 4.0;
 
@@ -78,21 +80,19 @@ impl Identified {
     /// its output the pitch rate (rad/s, bow up).
     ///
     /// # Errors
-    /// A sentence, when the estimate is of something else, is not well formed, or its step response does not
+    /// When the estimate is of something else, is not well formed, or its step response does not
     /// determine the model.
-    pub fn of(estimate: &ModelEstimate) -> Result<Self, String> {
+    pub fn of(estimate: &ModelEstimate) -> Result<Self, Distrust> {
         if !is_of_pitch(estimate) {
-            return Err(format!(
-                "model of {} over {} refused: pitch_rate over dive_planes is needed",
-                estimate.output, estimate.input
-            ));
+            return Err(Distrust::Signals {
+                input: estimate.input.clone(),
+                output: estimate.output.clone(),
+            });
         }
         let count = estimate.a.len() + estimate.b.len() + estimate.c.len();
         let width = estimate.covariance.len().isqrt();
         if width < count || width * width != estimate.covariance.len() {
-            return Err(
-                "model refused: its covariance does not belong to its coefficients".to_owned(),
-            );
+            return Err(Distrust::Covariance);
         }
         let coefficients: Vec<f64> = estimate.a.iter().chain(&estimate.b).copied().collect();
         let order = estimate.a.len();
@@ -121,7 +121,7 @@ impl Identified {
             identified.plane_deviation.is_finite() && identified.damping_deviation.is_finite();
         finite
             .then_some(identified)
-            .ok_or_else(|| "model refused: its uncertainty is not finite".to_owned())
+            .ok_or(Distrust::InfiniteUncertainty)
     }
 }
 
@@ -136,12 +136,10 @@ pub fn is_of_pitch(estimate: &ModelEstimate) -> bool {
 }
 
 /// `k`, `b` and `m` of the difference equation with these coefficients, `dt` seconds a sample.
-fn reduced(a: &[f64], b: &[f64], dt: f64) -> Result<PitchModel, String> {
+fn reduced(a: &[f64], b: &[f64], dt: f64) -> Result<PitchModel, Distrust> {
     let samples = (FITTED / dt) as usize;
     if !(dt > 0.0 && SAMPLES.contains(&samples)) {
-        return Err(format!(
-            "model refused: a sample time of {dt} s does not resolve pitch"
-        ));
+        return Err(Distrust::SampleTime(dt));
     }
     let mut den = vec![1.0];
     den.extend(a);
@@ -149,7 +147,7 @@ fn reduced(a: &[f64], b: &[f64], dt: f64) -> Result<PitchModel, String> {
     num.extend(b);
     let rates = TransferFunction::new(num, den)
         .and_then(|g| g.simulate(&vec![1.0; samples + 1]))
-        .map_err(|error| format!("model refused: {error}"))?;
+        .map_err(|error| Distrust::Undetermined(error.to_string()))?;
 
     // Normal equations of q = -k t - b theta - m int theta.
     let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
@@ -165,9 +163,9 @@ fn reduced(a: &[f64], b: &[f64], dt: f64) -> Result<PitchModel, String> {
     let solution = normal
         .svd(true, true)
         .solve(&right, f64::EPSILON)
-        .map_err(|reason| format!("model refused: {reason}"))?;
+        .map_err(|reason| Distrust::Undetermined(reason.to_owned()))?;
     if !solution.iter().all(|x| x.is_finite()) {
-        return Err("model refused: its step response overflows".to_owned());
+        return Err(Distrust::Overflow);
     }
     Ok(PitchModel {
         plane: solution[0],
@@ -271,7 +269,7 @@ pub(super) mod tests {
         let refused = |change: fn(&mut ModelEstimate)| {
             let mut changed = good.clone();
             change(&mut changed);
-            Identified::of(&changed).unwrap_err()
+            Identified::of(&changed).unwrap_err().to_string()
         };
         assert!(refused(|m| m.output = "state:depth".to_owned()).contains("pitch_rate"));
         assert!(refused(|m| m.covariance.truncate(3)).contains("covariance"));

@@ -5,6 +5,7 @@
 //!
 //! The gains then stay within the same factor of the scheduled ones.
 
+use super::distrust::Distrust;
 use super::pitch_model::{Identified, PitchModel};
 use super::schedule::{LoopGains, Schedule};
 
@@ -31,7 +32,7 @@ impl Trust {
         found: &Identified,
         schedule: &Schedule,
         speed: f64,
-    ) -> Result<PitchModel, String> {
+    ) -> Result<PitchModel, Distrust> {
         let expected = schedule.law.at(schedule.scheduled(speed));
         let Identified { model, .. } = found;
         for (name, value, deviation, expected) in [
@@ -46,11 +47,11 @@ impl Trust {
             let ratio = value / expected;
             // Ranges hold no NaN, so a NaN is not believed.
             if !(1.0 / self.factor..=self.factor).contains(&ratio) {
-                return Err(format!("{name} is {ratio:.2} times the scheduled one"));
+                return Err(Distrust::Far { name, ratio });
             }
             if !(0.0..=self.uncertainty * value).contains(&deviation) {
-                let percent = 100.0 * deviation / value;
-                return Err(format!("{name} is known to {percent:.0} % only"));
+                let deviation = deviation / value;
+                return Err(Distrust::Uncertain { name, deviation });
             }
         }
         Ok(*model)

@@ -346,7 +346,7 @@ mod tests {
     }
 
     #[test]
-    fn every_step_of_every_run_is_told_with_its_numbers() {
+    fn every_step_of_every_run_is_reported_with_its_numbers() {
         let text = account().expect("identified");
         assert_eq!(text.matches("\nRun ").count(), FITTED.len());
         for step in [

@@ -1,0 +1,25 @@
+//! What the tests of several crates share. Only a dev-dependency: no program contains it.
+//!
+//! - [`near`]: two numbers within a tolerance.
+//! - [`allocations`]: a run that takes no memory from the heap.
+//! - [`mcap`]: MCAP files put together byte by byte, so that they may lie.
+//! - [`hostile`]: bags, schemas, payloads, tables and YAML made to hurt, the same for every layer that reads them, and
+//!   [`hostile::mutated`] bytes.
+
+#![allow(clippy::unwrap_used)]
+
+pub mod allocations;
+pub mod hostile;
+pub mod mcap;
+
+/// Checks that a number is within `tolerance` of the expected one.
+///
+/// # Panics
+/// When it is not, or is not a number.
+#[track_caller]
+pub fn near(found: f64, expected: f64, tolerance: f64) {
+    assert!(
+        (found - expected).abs() <= tolerance,
+        "{found} is not within {tolerance} of {expected}"
+    );
+}
