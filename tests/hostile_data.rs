@@ -19,7 +19,7 @@ use planesman_decode::schema as schemas;
 use planesman_msgs::Message as _;
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_testing::hostile::{self, mutated};
-use planesman_testing::mcap::{self, beginning, channel, end, message, schema};
+use planesman_testing::mcap::{self, beginning, channel, end, lying_record, message, schema};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
 use sysid::{Identifier, IdentifierParameters};

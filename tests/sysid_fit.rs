@@ -315,6 +315,13 @@ fn preparation_is_named_and_kept_in_the_model_file() {
     );
     assert!(found.taken.account().contains("1.0000e6"));
     assert!(found.taken.resampled.record.samples() < 400);
+    let coarse = fit(
+        &data,
+        "--order 3 --method arx --rate 5 --detrend line --outliers keep",
+    );
+    let steps: Vec<&str> = coarse.taken.steps.iter().map(|it| it.name).collect();
+    assert_eq!(steps, ["decimation", "detrend", "detrend"]);
+    assert!(coarse.taken.account().contains("--output-method centred"));
     let kept = fit(&data, "--order 3 --method arx");
     let file = kept.model_file().unwrap();
     assert!(file.preparation[0].contains("--outliers drop"), "{file:?}");

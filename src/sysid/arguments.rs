@@ -10,7 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use planesman_bag::is_bag_file;
 use planesman_signals::{
     Clock, Data, Method, Options, Outliers, Preparation, Segment, Source, TableTime, Taken,
-    TimeUnit, constant_input, take,
+    TimeUnit, Trend, constant_input, take,
 };
 use planesman_units::Dimension;
 
@@ -145,6 +145,9 @@ struct PreparationArgs {
     /// Which data is used
     #[arg(long, value_parser = choice(&Segment::ALL, Segment::described), default_value = "all")]
     segment: Segment,
+    /// What is subtracted from each signal
+    #[arg(long, value_parser = choice(&Trend::ALL, Trend::described), default_value = "none")]
+    detrend: Trend,
 }
 
 impl SignalArgs {
@@ -189,6 +192,7 @@ impl SignalArgs {
         Ok(taken.prepared(&Preparation {
             outliers: self.preparation.outliers,
             segment: self.preparation.segment,
+            trend: self.preparation.detrend,
             prewindow,
         }))
     }

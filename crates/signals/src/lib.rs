@@ -7,7 +7,7 @@
 //! - [`Source`], [`BagSource`], [`CsvSource`], [`UlogSource`]: samples of any signals, streamed.
 //! - [`Meter`], [`Timing`]: rate, jitter, gaps and duplicates of stamps.
 //! - [`Resampler`], [`take`]: samples on a grid, as a record of `planesman_identification`.
-//! - [`prepare`]: outliers, segments by excitation and zeros in front, each a [`Step`] that says what was done.
+//! - [`prepare`]: outliers, segments by excitation, trends and zeros in front, each a [`Step`] that says what was done.
 //! - [`LiveGrid`], [`Aligner`]: the same for samples that arrive, inputs and outputs paired by stamp.
 //!
 //! Inside: `gridder` puts samples on the grid, for both of them.
@@ -35,7 +35,7 @@ pub use bag_source::{BagSource, nanoseconds, topics, types};
 pub use channel::{Channel, Method, Timing};
 pub use csv_source::{CsvSource, TableTime};
 pub use live_grid::{Given, LiveGrid};
-pub use preparation::{Outliers, Preparation, Segment, Step, constant_input, prepare};
+pub use preparation::{Outliers, Preparation, Segment, Step, Trend, constant_input, prepare};
 pub use request::{Clock, Reading, Request, Role, Take, TimeUnit};
 pub use resample::{GridError, MOST, ORDER, Options, PRELUDE, Resampled, Resampler};
 pub use signal::{LARGEST, Signal, SignalError};

@@ -5,6 +5,7 @@
 //!   the others, so that a response to a pulse is none.
 //! - **A segment by excitation** is the longest part of each stretch in which the input moves, with what it does
 //!   afterwards.
+//! - **Detrending** subtracts from each signal of each stretch its mean, or the straight line that is nearest to it.
 //! - **Prewindowing** puts zeros in front of each stretch: rows of the difference equation then begin with its first sample
 //!   (Brunner 1988, ch. V.F).
 
@@ -98,6 +99,36 @@ impl Segment {
     }
 }
 
+/// What is subtracted from each signal.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Trend {
+    /// Nothing.
+    #[default]
+    None,
+    /// Its mean.
+    Mean,
+    /// The straight line that is nearest to it.
+    Line,
+}
+
+impl Trend {
+    /// Every choice.
+    pub const ALL: [Self; 3] = [Self::None, Self::Mean, Self::Line];
+
+    /// Its name on the command line and its help line.
+    #[must_use]
+    pub fn described(self) -> (&'static str, &'static str) {
+        match self {
+            Self::None => ("none", "Nothing"),
+            Self::Mean => ("mean", "The mean of each segment"),
+            Self::Line => (
+                "line",
+                "The straight line nearest to each segment: for sensors that drift",
+            ),
+        }
+    }
+}
+
 /// What is asked for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Preparation {
@@ -105,6 +136,8 @@ pub struct Preparation {
     pub outliers: Outliers,
     /// Which part is used.
     pub segment: Segment,
+    /// What is subtracted.
+    pub trend: Trend,
     /// Zeros that are put in front of each stretch.
     pub prewindow: usize,
 }
@@ -112,7 +145,7 @@ pub struct Preparation {
 /// What was found and done.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Step {
-    /// Its name: `outliers`, `segment`, `prewindow`.
+    /// Its name: `decimation`, `outliers`, `segment`, `detrend`, `prewindow`.
     pub name: &'static str,
     /// A sentence with its numbers.
     pub text: String,
@@ -126,6 +159,9 @@ pub fn prepare(record: &mut Record, asked: &Preparation) -> Vec<Step> {
     }
     if asked.segment == Segment::Auto {
         steps.extend(segment(record));
+    }
+    if asked.trend != Trend::None {
+        steps.extend(detrend(record, asked.trend));
     }
     if asked.prewindow > 0 {
         steps.push(prewindow(record, asked.prewindow));
@@ -441,6 +477,62 @@ fn moving_part(stretch: &Stretch, least: f64) -> Option<(usize, usize)> {
     parts.max_by_key(|(first, end)| end - first)
 }
 
+/// Subtracts a mean or line from every signal of every stretch; tells of the longest.
+fn detrend(record: &mut Record, trend: Trend) -> Vec<Step> {
+    let longest = (0..record.stretches.len()).max_by_key(|it| record.stretches[*it].len());
+    let names: Vec<String> = record
+        .inputs
+        .iter()
+        .chain(&record.outputs)
+        .cloned()
+        .collect();
+    let mut steps = Vec::new();
+    for (number, stretch) in record.stretches.iter_mut().enumerate() {
+        let lists = stretch.inputs.iter_mut().chain(&mut stretch.outputs);
+        for (list, name) in lists.zip(&names) {
+            let (mean, slope) = line(list);
+            let slope = if trend == Trend::Line { slope } else { 0.0 };
+            let middle = 0.5 * (list.len() as f64 - 1.0);
+            for (k, value) in list.iter_mut().enumerate() {
+                *value -= mean + slope * (k as f64 - middle);
+            }
+            if Some(number) != longest {
+                continue;
+            }
+            let mean = Short(mean);
+            let text = match trend {
+                Trend::Line => {
+                    let slope = Short(slope / record.sample_time);
+                    format!(
+                        "{name}: its mean {mean:.4} and its slope {slope:.4} per s are subtracted"
+                    )
+                }
+                _ => format!("{name}: its mean {mean:.4} is subtracted"),
+            };
+            steps.push(Step {
+                name: "detrend",
+                text,
+            });
+        }
+    }
+    steps
+}
+
+/// Mean and slope per sample of the nearest straight line.
+fn line(values: &[f64]) -> (f64, f64) {
+    let count = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let middle = 0.5 * (count - 1.0);
+    let (mut product, mut square) = (0.0, 0.0);
+    for (k, value) in values.iter().enumerate() {
+        let from_middle = k as f64 - middle;
+        product += from_middle * (value - mean);
+        square += from_middle * from_middle;
+    }
+    let slope = if square > 0.0 { product / square } else { 0.0 };
+    (mean, slope)
+}
+
 /// Puts zeros in front of every stretch.
 fn prewindow(record: &mut Record, count: usize) -> Step {
     for stretch in &mut record.stretches {
@@ -603,6 +695,37 @@ mod tests {
         let mut kept = record(inputs.clone(), response(&inputs));
         prepare(&mut kept, &auto);
         assert!(kept.samples() > 990);
+    }
+
+    #[test]
+    fn a_mean_or_a_line_is_taken_away_and_told() {
+        let wave = |k: usize| f64::from(u8::from(k.is_multiple_of(2)));
+        let drifting: Vec<f64> = (0..1000).map(|k| wave(k) + 3.0 + 0.02 * k as f64).collect();
+        let waves: Vec<f64> = (0..1000).map(wave).collect();
+        for (trend, left, text) in [
+            (Trend::Mean, 10.0, "y: its mean 13.4900 is subtracted"),
+            (
+                Trend::Line,
+                0.51,
+                "y: its mean 13.4900 and its slope 0.2000 per s are subtracted",
+            ),
+        ] {
+            let mut prepared = record(waves.clone(), drifting.clone());
+            let asked = Preparation {
+                trend,
+                ..Preparation::default()
+            };
+            let steps = prepare(&mut prepared, &asked);
+            assert_eq!((steps.len(), steps[1].text.as_str()), (2, text));
+            let stretch = &prepared.stretches[0];
+            let mean: f64 = stretch.outputs[0].iter().sum::<f64>() / 1000.0;
+            assert!(mean.abs() < 1e-12, "{mean}");
+            let most = stretch.outputs[0]
+                .iter()
+                .map(|it| it.abs())
+                .fold(0.0, f64::max);
+            assert!((most / left - 1.0).abs() < 0.06, "{most}");
+        }
     }
 
     #[test]

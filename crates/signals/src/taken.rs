@@ -2,7 +2,7 @@
 
 use anyhow::{Result, anyhow, bail};
 
-use crate::channel::Channel;
+use crate::channel::{Channel, Method};
 use crate::preparation::{Preparation, Step, prepare};
 use crate::request::{Reading, Request, Role};
 use crate::resample::{GridError, Options, Resampled, Resampler};
@@ -10,6 +10,9 @@ use crate::source::Source;
 
 /// A grid this many times faster than an output would have numbers that nobody measured.
 const FINER: f64 = 1.05;
+
+/// An output of so many times the grid's rate is decimated.
+const COARSER: f64 = 1.9;
 
 /// A record taken from data, and how it was made.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,7 +42,9 @@ impl Taken {
     /// The same, prepared as asked for.
     #[must_use]
     pub fn prepared(mut self, asked: &Preparation) -> Self {
-        self.steps = prepare(&mut self.resampled.record, asked);
+        self.steps = decimation(&self.resampled);
+        self.steps
+            .extend(prepare(&mut self.resampled.record, asked));
         self
     }
 
@@ -69,7 +74,7 @@ impl Taken {
             text += &format!("note    {note}\n");
         }
         for step in &self.steps {
-            text += &format!("{}  {}\n", step.name, step.text);
+            text += &format!("{:<7} {}\n", step.name, step.text);
         }
         text
     }
@@ -129,6 +134,31 @@ pub fn take(
         reading,
         steps: Vec::new(),
     })
+}
+
+/// Tells of outputs that are much faster than the grid.
+fn decimation(resampled: &Resampled) -> Vec<Step> {
+    let rate = 1.0 / resampled.record.sample_time;
+    let outputs = resampled.outputs.iter();
+    let decimated = outputs.filter(|it| it.timing.rate() > COARSER * rate);
+    let step = |output: &Channel| {
+        let how = match output.method {
+            Method::Centred | Method::Mean => "those between two instants are averaged",
+            Method::Linear | Method::Hold => {
+                "those between two instants are left out, so faster motion folds into slower (--output-method centred \
+                 averages them)"
+            }
+        };
+        Step {
+            name: "decimation",
+            text: format!(
+                "{}: {:.6} samples per second become {rate:.6}: {how}",
+                output.name,
+                output.timing.rate()
+            ),
+        }
+    };
+    decimated.map(step).collect()
 }
 
 /// Checks that inputs and outputs are of one time, and that the grid is no finer than the outputs.
