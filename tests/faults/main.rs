@@ -1,5 +1,6 @@
 //! Faults, cell by cell of two tables: a process that dies, freezes, comes back or is there twice (`nodes`), and a node
-//! behind a bad link (`links`); then many vehicles at once (`crowd`) and packets that nobody should send (`garbage`).
+//! behind a bad link (`links`); then many vehicles at once (`crowd`), packets that nobody should send (`garbage`), and
+//! announcements in another's name that it leaves (`farewells`).
 //! Each cell is a test of its own, with a fate that the table names.
 //!
 //! A few always run. With `PLANESMAN_FAULTS=all` in the environment all do; a word chooses by name, as with every test.
@@ -8,6 +9,7 @@
 mod crew;
 mod crowd;
 mod evidence;
+mod farewells;
 mod forwarder;
 mod garbage;
 mod link;
@@ -38,6 +40,7 @@ fn main() -> ExitCode {
     trials.extend(links::trials());
     trials.extend(crowd::trials());
     trials.extend(garbage::trials());
+    trials.extend(farewells::trials());
     for name in nodes::ALWAYS.iter().chain(&links::ALWAYS) {
         assert!(
             trials.iter().any(|trial| trial.name() == *name),
