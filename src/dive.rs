@@ -33,8 +33,8 @@ use crate::table::print_wrapped;
 
 /// Timeout of discovery without a new match, and of an answer.
 const GATHERING: Duration = Duration::from_secs(30);
-/// Time to detect another loop. A running peer is found within 0.2 s, one that starts at the same moment after 1 s.
-const LISTENING: Duration = Duration::from_millis(1500);
+/// Time to detect another loop. A peer is found within 0.2 s, one that starts at the same moment as well.
+const LISTENING: Duration = Duration::from_millis(500);
 /// Time until killed nodes are forgotten: their lease of 5 s, with a margin.
 const FORGETTING: Duration = Duration::from_secs(7);
 /// Timeout for the last messages to arrive.

@@ -452,7 +452,7 @@ fn files_packed_whole_that_hurt_unpacked_are_read_in_part() {
     let mut zeros = beginning();
     zeros.resize(400 << 20, 0);
     let mut long = beginning();
-    long.extend(mcap::lying_record(5, u64::MAX, &vec![0; 1 << 20]));
+    long.extend(lying_record(5, u64::MAX, &vec![0; 1 << 20]));
     for (case, bytes) in [
         ("zeros behind a header", packed(&zeros)),
         ("zeros", packed(&vec![0; 200 << 20])),

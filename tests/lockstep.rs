@@ -155,3 +155,12 @@ fn another_seed_gives_other_noise_and_the_same_truth() {
     assert_same(&one, &two, &["/auv/state", "/auv/odom"]);
     assert!(one["/auv/imu"].is_disjoint(&two["/auv/imu"]));
 }
+
+#[test]
+fn a_dive_of_more_ticks_than_a_writer_keeps_samples_comes_to_its_end() {
+    let stage = Stage::new();
+    // 8,192 samples are kept for who has not acknowledged them; a dive has 20 ticks a second.
+    let file = stage.file("long.yaml", scenario(420.0, "  sysid: {start: 1.0}\n"));
+    let outcome = stage.run(&["dive", &file, "--lockstep"]).success();
+    assert!(outcome.stdout.contains("Flew 420.0 s"), "{outcome:#?}");
+}

@@ -101,3 +101,21 @@ fn a_vehicle_too_deep_climbs_and_obeys_again_only_after_a_reset() {
             .contains("fault: deeper than safety.floor")
     );
 }
+
+#[test]
+fn an_actuator_that_is_cut_off_is_an_error_of_the_vehicle_until_it_answers_again() {
+    for (time, silence) in [
+        ("time:=real", "no answer of the actuator, planes held for"),
+        ("time:=lockstep", "waiting for the actuator for"),
+    ] {
+        let stage = Stage::new();
+        let operator = stage.operator();
+        let plant = stage.node("plant_sim", &[time, "answer_timeout:=1.5"]);
+        let level = operator.status("/auv/plant_sim: vehicle", silence);
+        assert_eq!(level, DiagnosticStatus::ERROR, "{time}");
+        assert!(plant.stderr().contains(silence), "{}", plant.stderr());
+        let _others = ["depth_controller", "dha_actuator"].map(|name| stage.node(name, &[]));
+        let level = operator.status("/auv/plant_sim: vehicle", "running");
+        assert_eq!(level, DiagnosticStatus::OK, "{time}");
+    }
+}

@@ -26,7 +26,7 @@ libfuzzer_sys::fuzz_target!(
 fn write() {
     let folder = std::env::var_os("SEEDS").map(PathBuf::from);
     let folder = folder.expect("SEEDS=FOLDER");
-    for target in ["bag", "cdr", "schema", "flight", "yaml"] {
+    for target in ["bag", "cdr", "schema", "flight", "yaml", "rtps"] {
         fs::create_dir_all(folder.join(target)).expect("a folder");
     }
     for (name, compression) in [
@@ -43,6 +43,7 @@ fn write() {
             .expect("a model file");
     }
     flight(&folder.join("flight/three_ticks.mcap"));
+    datagrams(&folder.join("rtps"));
     payload(&folder, 0, &state(0));
     payload(&folder, 1, &motion(0));
     payload(&folder, 2, &self::model(0));
@@ -55,6 +56,56 @@ fn write() {
         let bytes = [&[language], text.as_bytes()].concat();
         fs::write(folder.join("schema").join(name), bytes).expect("a seed");
     }
+}
+
+/// One datagram for each kind of submessage (RTPS 2.3, 9.4.5), of the writer and to the reader that are matched, and all
+/// in one; the target gives them a header.
+fn datagrams(folder: &Path) {
+    let ends = [[0, 0, 1, 4], [0, 0, 1, 3]].concat();
+    let number = |n: u32| [0_u32, n].map(u32::to_le_bytes).concat();
+    let set = |n: u32| {
+        [
+            number(n),
+            [4_u32, 0xa000_0000, 1].map(u32::to_le_bytes).concat(),
+        ]
+        .concat()
+    };
+    let data = |after: u16| [[0, 0, after as u8, 0].to_vec(), ends.clone(), number(1)].concat();
+    let fragment = [1_u32.to_le_bytes().to_vec(), vec![1, 0, 4, 0, 8, 0, 0, 0]].concat();
+    let bodies: [(u8, Vec<u8>); 8] = [
+        (0x06, [ends.clone(), set(1)].concat()),
+        (
+            0x07,
+            [ends.clone(), number(1), number(9), vec![1, 0, 0, 0]].concat(),
+        ),
+        (0x08, [ends.clone(), number(2), set(3)].concat()),
+        (0x09, vec![0; 8]),
+        (0x0e, vec![9; 12]),
+        (
+            0x12,
+            [
+                ends.clone(),
+                number(1),
+                [1_u32, 4, 0xf000_0000, 1].map(u32::to_le_bytes).concat(),
+            ]
+            .concat(),
+        ),
+        (0x15, [data(16), vec![0, 1, 0, 0, 1, 2, 3, 4]].concat()),
+        (0x16, [data(28), fragment, vec![0, 1, 0, 0]].concat()),
+    ];
+    let mut all = Vec::new();
+    for (kind, body) in bodies {
+        let flags = if kind == 0x15 { 5 } else { 1 };
+        let length = u16::try_from(body.len()).expect("short");
+        let submessage = [&[kind, flags], &length.to_le_bytes()[..], &body[..]].concat();
+        let datagram = |bytes: &[u8]| {
+            let length = u16::try_from(bytes.len()).expect("short");
+            [&length.to_le_bytes()[..], bytes].concat()
+        };
+        fs::write(folder.join(format!("{kind:02x}")), datagram(&submessage)).expect("a seed");
+        all.extend(datagram(&submessage));
+    }
+    fs::write(folder.join("all"), all).expect("a seed");
 }
 
 const IDL: &str = "module a { module msg {

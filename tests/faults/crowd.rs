@@ -6,7 +6,7 @@ use std::process::{Child, Command, Stdio};
 use libtest_mimic::Trial;
 
 use super::evidence;
-use super::peers::root;
+use super::foreign::root;
 use super::stage::{Process, Stage, eventually, scenario};
 use super::trial;
 

@@ -25,6 +25,9 @@ use super::link::{Counts, Link, To, Wire};
 /// The first argument of the program; the second and third are the link's MTU and seed.
 pub(crate) const FLAG: &str = "--forward-frames";
 
+/// The addresses of the ends.
+pub(crate) const NEAR: &str = "10.77.0.1";
+pub(crate) const FAR: &str = "10.77.0.2";
 /// An Ethernet frame's header, B.
 const HEADER: usize = 14;
 /// Longest wait for the next frame that is due.
@@ -50,8 +53,8 @@ pub(crate) fn main(mtu: &str, seed: &str) -> ExitCode {
 fn run(mtu: &str, seed: &str) -> Result<()> {
     let (length, seed): (usize, u64) = (mtu.parse()?, seed.parse()?);
     let link = Arc::new(Mutex::new(Link::GOOD));
-    let near = End::make("near", "10.77.0.1/24", mtu)?;
-    let far = End::make("far", "10.77.0.2/24", mtu)?;
+    let near = End::make("near", NEAR, mtu)?;
+    let far = End::make("far", FAR, mtu)?;
     let wires = [(To::Far, &near, &far), (To::Near, &far, &near)].map(|(to, from, other)| {
         let wire = Arc::new(Mutex::new(Wire::new(to, seed)));
         let (sender, receiver) = channel();
@@ -109,7 +112,8 @@ impl End {
         let there = Some(pid.as_str());
         ip(&["link", "set", "lo", "up"], there)?;
         ip(&["link", "set", name, "mtu", mtu, "up"], there)?;
-        ip(&["address", "add", address, "dev", name], there)?;
+        let address = format!("{address}/24");
+        ip(&["address", "add", &address, "dev", name], there)?;
         ip(&["route", "add", "224.0.0.0/4", "dev", name], there)?;
         Ok(Self {
             tap: Arc::new(tap),

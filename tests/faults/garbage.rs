@@ -29,7 +29,7 @@ const GROWTH: u64 = 32 << 20;
 /// Ticks after which no queue grows any more.
 const QUEUES_FULL: i64 = 11_000;
 /// Participants whose ports are tried; without multicast there are no more.
-const PARTICIPANTS: u16 = 12;
+pub(crate) const PARTICIPANTS: u16 = 12;
 /// A port where nobody listens.
 const NOBODY: u32 = 9;
 /// The participants that a flood invents.
@@ -159,17 +159,17 @@ fn memory(nodes: &BTreeMap<String, Pid>) -> BTreeMap<String, u64> {
 }
 
 /// The port of a domain's participant for discovery; that for its data is the next.
-fn port(domain: u16, participant: u16) -> u16 {
+pub(crate) fn port(domain: u16, participant: u16) -> u16 {
     7410 + 250 * domain + 2 * participant
 }
 
 /// The participants' announcements, received as a twelfth one would.
-struct Announcements {
+pub(crate) struct Announcements {
     socket: UdpSocket,
 }
 
 impl Announcements {
-    fn listen(domain: u16) -> Self {
+    pub(crate) fn listen(domain: u16) -> Self {
         let address = (Ipv4Addr::LOCALHOST, port(domain, PARTICIPANTS - 1));
         let socket = UdpSocket::bind(address).unwrap();
         socket.set_nonblocking(true).unwrap();
@@ -177,7 +177,7 @@ impl Announcements {
     }
 
     /// Those of six participants at least.
-    fn take(self) -> Vec<Vec<u8>> {
+    pub(crate) fn take(self) -> Vec<Vec<u8>> {
         let mut received = BTreeMap::new();
         let mut buffer = [0; 65_536];
         eventually("announcements of all", || {
@@ -235,7 +235,7 @@ impl Sender {
 }
 
 /// A packet's header (RTPS 2.3, 8.3.3.1), B.
-const HEADER: usize = 20;
+pub(crate) const HEADER: usize = 20;
 
 /// The kinds of submessages (RTPS 2.3, 9.4.5.1), one that does not exist among them.
 const KINDS: [u8; 14] = [

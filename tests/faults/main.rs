@@ -1,5 +1,6 @@
 //! Faults, cell by cell of two tables: a process that dies, freezes, comes back or is there twice (`nodes`), and a node
-//! behind a bad link (`links`); then many vehicles at once (`crowd`) and packets that nobody should send (`garbage`).
+//! behind a bad link (`links`); then many vehicles at once (`crowd`), packets that nobody should send (`garbage`),
+//! announcements in another's name that it leaves (`farewells`), and networks without multicast (`static_peers`).
 //! Each cell is a test of its own, with a fate that the table names.
 //!
 //! A few always run. With `PLANESMAN_FAULTS=all` in the environment all do; a word chooses by name, as with every test.
@@ -8,6 +9,9 @@
 mod crew;
 mod crowd;
 mod evidence;
+mod farewells;
+#[path = "../foreign/mod.rs"]
+mod foreign;
 mod forwarder;
 mod garbage;
 mod link;
@@ -15,12 +19,11 @@ mod links;
 mod network;
 mod nodes;
 mod pace;
-#[path = "../foreign/peers.rs"]
-mod peers;
 #[path = "../recorded/mod.rs"]
 mod recorded;
 #[path = "../stage/mod.rs"]
 mod stage;
+mod static_peers;
 
 use std::process::ExitCode;
 
@@ -38,6 +41,8 @@ fn main() -> ExitCode {
     trials.extend(links::trials());
     trials.extend(crowd::trials());
     trials.extend(garbage::trials());
+    trials.extend(farewells::trials());
+    trials.extend(static_peers::trials());
     for name in nodes::ALWAYS.iter().chain(&links::ALWAYS) {
         assert!(
             trials.iter().any(|trial| trial.name() == *name),
@@ -62,7 +67,7 @@ fn trial_where(
     let all = std::env::var("PLANESMAN_FAULTS").is_ok_and(|value| value == "all");
     Trial::ignorable_test(name, move || match possible() {
         Err(reason) => {
-            peers::skip(&reason);
+            foreign::skip(&reason);
             Ok(Completion::ignored_with(reason))
         }
         Ok(()) => {

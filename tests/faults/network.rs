@@ -76,6 +76,23 @@ impl Network {
         serde_json::from_str(&line).unwrap()
     }
 
+    /// From now on no packet to several crosses the link.
+    pub(crate) fn without_multicast(&self) {
+        for (device, place) in [("near", self.near()), ("far", self.far())] {
+            let ip = |arguments: &str| {
+                let mut command = Command::new(&place[0]);
+                command.args(&place[1..]).arg("ip");
+                let output = command.args(arguments.split(' ')).output().unwrap();
+                assert!(output.status.success(), "ip {arguments}: {output:?}");
+                String::from_utf8(output.stdout).unwrap()
+            };
+            ip(&format!("link set {device} multicast off"));
+            ip(&format!("route del 224.0.0.0/4 dev {device}"));
+            let flags = ip(&format!("link show dev {device}"));
+            assert!(!flags.contains("MULTICAST"), "{flags}");
+        }
+    }
+
     /// Where the near end is.
     pub(crate) fn near(&self) -> Place {
         inside(self.ends.near)

@@ -101,9 +101,21 @@ impl Python {
 
     /// A peer, not yet started.
     pub(crate) fn command(&self, program: &str, domain: u16, arguments: &[&str]) -> Command {
+        self.command_at(&[], program, domain, arguments)
+    }
+
+    /// A peer behind the arguments of a command that becomes the program somewhere else, not yet started.
+    pub(crate) fn command_at(
+        &self,
+        place: &[String],
+        program: &str,
+        domain: u16,
+        arguments: &[&str],
+    ) -> Command {
         let own = root().join(self.programs).join(program);
         let shared = root().join("tests/peers").join(program);
-        let mut command = self.node(if own.exists() { &own } else { &shared }, domain);
+        let program = if own.exists() { own } else { shared };
+        let mut command = self.node_at(place, &program, domain);
         command
             .args(["--domain", &domain.to_string()])
             .args(arguments);
@@ -112,7 +124,19 @@ impl Python {
 
     /// Any program that finds its domain in the environment, as ROS nodes do; not yet started.
     pub(crate) fn node(&self, program: &Path, domain: u16) -> Command {
-        let mut command = Command::new(self.interpreter());
+        self.node_at(&[], program, domain)
+    }
+
+    fn node_at(&self, place: &[String], program: &Path, domain: u16) -> Command {
+        let interpreter = self.interpreter();
+        let mut command = match place {
+            [] => Command::new(interpreter),
+            [first, rest @ ..] => {
+                let mut command = Command::new(first);
+                command.args(rest).arg(interpreter);
+                command
+            }
+        };
         command
             .arg(program)
             // Nothing leaves the loopback interface.

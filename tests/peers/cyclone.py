@@ -33,10 +33,10 @@ SETTLE_SECONDS = 0.2
 """How long a matched writer waits before its first sample: the other side learns of it a little later."""
 
 
-def lo_has_multicast() -> bool:
-    """Whether the loopback interface of this network namespace has the MULTICAST flag."""
+def has_multicast(interface: str) -> bool:
+    """Whether an interface of this network namespace has the MULTICAST flag."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
-        name_and_flags = fcntl.ioctl(any_socket, SIOCGIFFLAGS, struct.pack("16sH14x", b"lo", 0))
+        name_and_flags = fcntl.ioctl(any_socket, SIOCGIFFLAGS, struct.pack("16sH14x", interface.encode(), 0))
     (flags,) = struct.unpack_from("H", name_and_flags, 16)
     return bool(flags & IFF_MULTICAST)
 
@@ -71,18 +71,23 @@ def security() -> str:
 
 
 def configuration() -> str:
-    """Cyclone's configuration: only `lo`; peers found by unicast, and by multicast where `lo` has it."""
-    multicast = lo_has_multicast()
+    """Cyclone's configuration: only `lo`, or the interface that PEER_INTERFACE names; peers found by unicast, at the
+    addresses of ROS_STATIC_PEERS too, and by multicast where the interface has it."""
+    interface = os.environ.get("PEER_INTERFACE", "lo")
+    multicast = has_multicast(interface)
+    addresses = ["127.0.0.1"] if interface == "lo" else []
+    addresses += [address for address in os.environ.get("ROS_STATIC_PEERS", "").split(";") if address]
+    peers = "".join(f'<Peer address="{address}"/>' for address in addresses)
     return f"""
     <CycloneDDS><Domain Id="any">
       <General>
-        <Interfaces><NetworkInterface name="lo" multicast="{str(multicast).lower()}"/></Interfaces>
+        <Interfaces><NetworkInterface name="{interface}" multicast="{str(multicast).lower()}"/></Interfaces>
         <AllowMulticast>{"spdp" if multicast else "false"}</AllowMulticast>
       </General>
       <Discovery>
         <ParticipantIndex>auto</ParticipantIndex>
         <MaxAutoParticipantIndex>40</MaxAutoParticipantIndex>
-        <Peers><Peer address="127.0.0.1"/></Peers>
+        <Peers>{peers}</Peers>
         <SPDPInterval>1s</SPDPInterval>
       </Discovery>{security()}
     </Domain></CycloneDDS>"""

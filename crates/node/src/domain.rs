@@ -1,8 +1,8 @@
 //! The DDS domain and the discovery range of a node, from ROS's variables.
 
-use std::net::{IpAddr, Ipv4Addr};
+use std::net::{Ipv4Addr, SocketAddr, ToSocketAddrs as _};
 
-use anyhow::{bail, ensure};
+use anyhow::{Context as _, bail, ensure};
 
 /// The highest domain whose ports fit below 65536.
 const HIGHEST: u16 = 232;
@@ -39,8 +39,8 @@ impl Domain {
             "" | "SUBNET" | "SYSTEM_DEFAULT" => false,
             "LOCALHOST" => true,
             "OFF" => bail!(
-                "ROS_AUTOMATIC_DISCOVERY_RANGE=OFF: nodes would not find each other, and there \
-                 are no static peers here; use LOCALHOST or SUBNET"
+                "ROS_AUTOMATIC_DISCOVERY_RANGE=OFF: nodes would not find each other, static peers \
+                 neither; use LOCALHOST or SUBNET"
             ),
             other => bail!(
                 "ROS_AUTOMATIC_DISCOVERY_RANGE='{other}': LOCALHOST, SUBNET, OFF or \
@@ -57,11 +57,34 @@ impl Domain {
         }
         Ok(Self { id, local })
     }
+}
 
-    /// The addresses to speak on, `None` for all.
-    pub(crate) fn networks(self) -> Option<[IpAddr; 1]> {
-        self.local.then_some([IpAddr::V4(Ipv4Addr::LOCALHOST)])
+/// The addresses in `ROS_STATIC_PEERS`, separated by semicolons: others are looked for there by unicast, for networks
+/// without multicast. A name is looked up once, at the start. Where several addresses belong to it, all are taken.
+///
+/// # Errors
+/// When an entry is no IPv4 address, nor a name of one.
+pub(crate) fn static_peers(
+    variable: impl Fn(&str) -> Option<String>,
+) -> anyhow::Result<Vec<Ipv4Addr>> {
+    let text = variable("ROS_STATIC_PEERS").unwrap_or_default();
+    let mut peers = Vec::new();
+    for entry in text.split(';').map(str::trim).filter(|e| !e.is_empty()) {
+        let refused = || format!("ROS_STATIC_PEERS: '{entry}'");
+        let found = (entry, 0).to_socket_addrs().with_context(refused)?;
+        let found: Vec<Ipv4Addr> = found
+            .filter_map(|address| match address {
+                SocketAddr::V4(address) => Some(*address.ip()),
+                SocketAddr::V6(_) => None,
+            })
+            .collect();
+        ensure!(
+            !found.is_empty(),
+            "ROS_STATIC_PEERS: '{entry}' has no IPv4 address, and no other is spoken to"
+        );
+        peers.extend(found);
     }
+    Ok(peers)
 }
 
 #[cfg(test)]
@@ -91,6 +114,23 @@ mod tests {
             let found = domain(&variables).expect("good variables");
             assert_eq!(found, Domain { id, local }, "{variables:?}");
         }
+    }
+
+    #[test]
+    fn static_peers_are_addresses_or_names_between_semicolons() {
+        let peers = |text: &str| static_peers(|_| Some(text.to_owned()));
+        for (text, found) in [
+            ("", vec![]),
+            (";", vec![]),
+            ("192.168.0.7", vec![[192, 168, 0, 7]]),
+            (" 10.0.0.1 ;127.0.0.1;", vec![[10, 0, 0, 1], [127, 0, 0, 1]]),
+            ("localhost", vec![[127, 0, 0, 1]]),
+        ] {
+            let found: Vec<Ipv4Addr> = found.into_iter().map(Ipv4Addr::from).collect();
+            assert_eq!(peers(text).expect("good peers"), found, "{text}");
+        }
+        let refusal = peers("127.0.0.1;::1").expect_err("no IPv4").to_string();
+        assert!(refusal.contains("'::1'"), "{refusal}");
     }
 
     #[test]

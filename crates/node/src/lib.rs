@@ -101,7 +101,6 @@ mod shared;
 pub mod shutdown;
 mod subscription;
 pub mod testing;
-mod unsupported;
 mod waiting;
 mod watchdog;
 

@@ -7,6 +7,7 @@
 use std::{
     cell::RefCell,
     future::Future,
+    net::Ipv4Addr,
     rc::Rc,
     time::{Duration, Instant},
 };
@@ -52,7 +53,7 @@ use crate::{
     claim::Claim,
     clock_source,
     diagnostics::{self, Connections, Level},
-    domain::Domain,
+    domain::{Domain, static_peers},
     endpoint::{Direction, Endpoint, TypeNames},
     file_size, logging, memory,
     names::NodeNames,
@@ -67,7 +68,6 @@ use crate::{
     shared::{Shared, package_and_name, types_of},
     shutdown,
     subscription::{non_finite, pump},
-    unsupported,
     watchdog::Watchdog,
 };
 
@@ -199,10 +199,10 @@ impl<E: 'static> Runtime<E> {
         }
         let variable = |name: &str| std::env::var(name).ok();
         let security = Security::asked_for(&arguments.enclave, variable)?;
-        let missing = [security.lack(), unsupported::check(variable)];
-        for missing in missing.iter().flatten() {
-            log::warn!("{missing}");
+        if let Some(lack) = security.lack() {
+            log::warn!("{lack}");
         }
+        let peers = static_peers(variable)?;
         memory::limit()?;
         file_size::limit_is_an_error();
         let stop = shutdown::requested()?;
@@ -215,10 +215,11 @@ impl<E: 'static> Runtime<E> {
         announce_type_hash(ParameterEvent::DDS_TYPE_NAME, ParameterEvent::TYPE_HASH);
         announce_type_hash(ClockMessage::DDS_TYPE_NAME, ClockMessage::TYPE_HASH);
 
-        let mut builder = DomainParticipantBuilder::new(domain.id);
-        if let Some(networks) = domain.networks() {
-            builder = builder.with_only_networks(networks);
-        }
+        let builder = DomainParticipantBuilder::new(domain.id);
+        let builder = match (domain.local, peers.is_empty()) {
+            (true, true) => builder.with_only_networks([Ipv4Addr::LOCALHOST]),
+            (local, _) => builder.multicast(!local).static_peers(peers.clone()),
+        };
         let participant = security
             .applied(builder)
             .build()
@@ -275,15 +276,13 @@ impl<E: 'static> Runtime<E> {
         runtime.serve_parameters(spec.on_parameters)?;
         runtime.send_diagnostics(changed)?;
         runtime.watch_middleware(participant.thread_watch(), fail);
-        log::info!(
-            "up in domain {}{}",
-            runtime.context.domain_id(),
-            if domain.local {
-                ", this machine only"
-            } else {
-                ""
-            }
-        );
+        let range = match (domain.local, peers.as_slice()) {
+            (true, []) => ", this machine only".to_owned(),
+            (true, peers) => format!(", this machine and static peers {peers:?} only"),
+            (false, []) => String::new(),
+            (false, peers) => format!(", static peers {peers:?}"),
+        };
+        log::info!("up in domain {}{range}", runtime.context.domain_id());
         Ok((runtime, at_start))
     }
 

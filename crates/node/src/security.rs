@@ -73,7 +73,7 @@ impl Security {
         let keystore =
             given("ROS_SECURITY_KEYSTORE").ok_or("ROS_SECURITY_KEYSTORE names no keystore")?;
         let name = given("ROS_SECURITY_ENCLAVE_OVERRIDE").unwrap_or_else(|| enclave.to_owned());
-        crate::names::check_namespace(&name).map_err(|e| format!("the enclave {e}"))?;
+        crate::name_rules::check_namespace(&name).map_err(|e| format!("the enclave {e}"))?;
         let folder = std::path::Path::new(&keystore)
             .join("enclaves")
             .join(name.trim_start_matches('/'));

@@ -129,6 +129,12 @@ struct Node {
     late: u64,
     /// The age of the answer used in the last tick, in ticks.
     age: i64,
+    /// Ticks in a row without the actuator's answer.
+    silent: i64,
+    /// `answer_timeout`, s.
+    answer_timeout: f64,
+    /// Whether the answers have been missing for longer.
+    overdue: bool,
     /// The latest contact, its time \[ns\] by the stamps.
     contact: Option<(Boundary, i64)>,
     /// Being the only vehicle here.
@@ -181,6 +187,9 @@ impl Node {
             delayed: 0,
             late: 0,
             age: 0,
+            silent: 0,
+            answer_timeout: parameters.answer_timeout,
+            overdue: false,
             contact: None,
             plant,
         })
@@ -223,6 +232,7 @@ impl Node {
                     .set_parameters(&parameters)
                     .map_err(|e| anyhow!("{e}"))?;
                 self.answers.set_budget(parameters.delay_budget);
+                self.answer_timeout = parameters.answer_timeout;
             }
         }
         while self.tick_is_over(rt) {
@@ -356,6 +366,7 @@ impl Node {
         };
         self.age = answer.as_ref().map_or(0, |(_, age)| *age);
         self.held += u64::from(answer.is_none());
+        self.silent = if answer.is_none() { self.silent + 1 } else { 0 };
         self.delayed += u64::from(self.age > 0);
         let advanced = match &answer {
             Some((motion, 1..)) => self.plant.advance_late(motion),
@@ -398,6 +409,10 @@ impl Node {
     fn look(&mut self, rt: &Runtime<Event>) -> Result<()> {
         self.be_alone(rt)?;
         let mut status = (Level::Ok, "running".to_owned());
+        // The actuator's silence by the stamps; below, that of a tick's members by the wall clock.
+        let held = self.observation.as_ref().map_or(0, |_| self.silent);
+        let mut silence = (held * self.plant.tick_nanos()) as f64 * 1e-9;
+        let mut outcome = "no answer of the actuator, planes held".to_owned();
         if self.listening.is_some() {
             status.1 = "checking for another vehicle".to_owned();
         } else if self.observation.is_none() {
@@ -420,13 +435,25 @@ impl Node {
         {
             // The status stays until the tick is over: diagnostics go out once a second.
             let missing = answers.waiting_for().join(", ");
-            status = (Level::Warn, format!("waiting for {missing}"));
+            silence = began.elapsed().as_secs_f64();
+            outcome = format!("waiting for {missing}");
+            status = (Level::Warn, outcome.clone());
             if said.elapsed() >= REPEAT_AFTER {
                 log::warn!("tick {} waits for {missing}", self.k);
                 *said = Instant::now();
                 let stamp = &observation.state.header.stamp;
                 self.publishers.say(stamp, observation);
             }
+        }
+        let was_overdue = self.overdue;
+        self.overdue = self.answer_timeout > 0.0 && silence >= self.answer_timeout;
+        if self.overdue {
+            status = (Level::Error, format!("{outcome} for {silence:.0} s"));
+        }
+        match (was_overdue, self.overdue) {
+            (false, true) => log::error!("tick {}: {}", self.k, status.1),
+            (true, false) => log::info!("tick {}: answered again", self.k),
+            _ => {}
         }
         rt.set_status(
             "vehicle",

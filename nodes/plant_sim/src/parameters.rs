@@ -99,6 +99,10 @@ pub struct PlantParameters {
     /// link; 0: the last angle is held at once. Not in lockstep, which waits.
     #[parameter(default = 0, unit = "ticks", range = 0.0..=100.0)]
     pub delay_budget: i64,
+    /// Time without the actuator's answer, in lockstep (by the wall clock) without an answer that the tick waits for,
+    /// after which the diagnostics report an error; the planes stay held, in lockstep the tick goes on waiting. 0: never.
+    #[parameter(default = 5.0, unit = "s", range = 0.0..=3600.0)]
+    pub answer_timeout: f64,
     /// `lockstep.*`.
     pub lockstep: Lockstep,
 }
