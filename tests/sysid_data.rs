@@ -101,8 +101,8 @@ fn a_table_and_a_bag_of_the_same_samples_give_the_same_record() {
         let found = fit::fit(&FitArgs::try_parse_from(args).unwrap()).unwrap();
         is_the_response(&found);
         assert_eq!(
-            found.taken.resampled.record.stretches,
-            from_bag.taken.resampled.record.stretches
+            found.taken.resampled.record.segments,
+            from_bag.taken.resampled.record.segments
         );
     }
 }

@@ -62,7 +62,7 @@ fn the_model_of_any_split_bag_is_numpys() {
                         "{compression} {field}: {ours} {theirs}"
                     );
                 }
-                assert_eq!(taken.resampled.record.stretches.len(), 2);
+                assert_eq!(taken.resampled.record.segments.len(), 2);
                 assert_eq!(taken.resampled.outputs[0].timing.gaps, 1);
                 assert_eq!(
                     taken.resampled.outputs[0].timing.samples,

@@ -9,7 +9,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use indicatif::{ProgressBar, ProgressStyle};
 use planesman_bag::is_bag_file;
 use planesman_signals::{
-    Clock, Data, Method, Options, Outliers, Preparation, Segment, Source, TableTime, Taken,
+    Clock, Data, Method, Options, Outliers, Preparation, SegmentChoice, Source, TableTime, Taken,
     TimeUnit, Trend, constant_input, take,
 };
 use planesman_units::Dimension;
@@ -143,8 +143,8 @@ struct PreparationArgs {
     #[arg(long, value_parser = choice(&Outliers::ALL, Outliers::described), default_value = "report")]
     outliers: Outliers,
     /// Which data is used
-    #[arg(long, value_parser = choice(&Segment::ALL, Segment::described), default_value = "all")]
-    segment: Segment,
+    #[arg(long, value_parser = choice(&SegmentChoice::ALL, SegmentChoice::described), default_value = "all")]
+    segment: SegmentChoice,
     /// What is subtracted from each signal
     #[arg(long, value_parser = choice(&Trend::ALL, Trend::described), default_value = "none")]
     detrend: Trend,
@@ -152,7 +152,7 @@ struct PreparationArgs {
 
 impl SignalArgs {
     /// Reads them as a record: the input, then the reference if there is one. Each window of each source is a
-    /// stretch, or several. So many zeros are put in front of each.
+    /// segment, or several. So many zeros are put in front of each.
     ///
     /// # Errors
     /// One line: data that cannot be read, a signal that is not in it, signals that have no instant in common or are never of

@@ -395,7 +395,7 @@ fn as_json(found: &Found) -> Result<Value> {
         "record": {
             "sample_time": record.sample_time,
             "samples": record.samples(),
-            "stretches": record.stretches.iter().map(|it| (it.start, it.len())).collect::<Vec<_>>(),
+            "segments": record.segments.iter().map(|it| (it.start, it.len())).collect::<Vec<_>>(),
             "inputs": taken.resampled.inputs,
             "outputs": taken.resampled.outputs,
         },

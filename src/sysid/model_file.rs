@@ -20,7 +20,10 @@ pub(super) fn of(analysis: &Analysis) -> Result<ModelFile> {
         format: Format::One,
         input: analysis.input.clone(),
         output: analysis.output.clone(),
-        method: analysis.options.method.name().to_owned(),
+        method: analysis
+            .kind
+            .map_or(analysis.options.method.name(), |kind| kind.name())
+            .to_owned(),
         speed: analysis.options.speed,
         sample_time: model.sample_time,
         num: model.numerator(analysis.estimate.layout.structure.delay == 0),

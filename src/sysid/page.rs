@@ -79,12 +79,12 @@ fn plot<'a>(title: &'a str, x: &'a str, y: &'a str, series: Vec<Series<'a>>) -> 
 }
 
 fn plots(analysis: &Analysis, record: &Record) -> Result<Vec<Markup>> {
-    let stretch = analysis
-        .stretches
+    let segment = analysis
+        .segments
         .get(analysis.longest)
-        .and_then(|number| record.stretches.get(*number))
+        .and_then(|number| record.segments.get(*number))
         .ok_or_else(|| anyhow!("the record does not hold the segment of the model"))?;
-    let (Some(inputs), Some(outputs)) = (stretch.inputs.first(), stretch.outputs.first()) else {
+    let (Some(inputs), Some(outputs)) = (segment.inputs.first(), segment.outputs.first()) else {
         return Err(anyhow!("the record has no input or no output"));
     };
     let timed = |values: &[f64]| -> Vec<(f64, f64)> {

@@ -88,7 +88,7 @@ pub struct FieldSurvey {
     pub min: f64,
     /// The greatest; 0 without any.
     pub max: f64,
-    /// Its course: means over stretches of equally many numbers.
+    /// Its course: means over segments of equally many numbers.
     pub course: Vec<f64>,
 }
 

@@ -10,7 +10,7 @@ quaternion that also yaws.
 
 Prints as JSON what numpy's least squares finds for each, `[a1, a2, b1, b2]`, on the samples that linear
 interpolation (of the answer) and the mean over each interval (of the command, held from sample to sample) give on a
-grid of 20 Hz from the first Imu message, in two stretches: before the pause and after.
+grid of 20 Hz from the first Imu message, in two segments: before the pause and after.
 """
 
 import argparse

@@ -39,7 +39,7 @@ pub use fit::{Spread, fit, simulated};
 pub use model::Model;
 pub use noise::{noise, with_noise};
 pub use readout::{PHYSICAL, Readout};
-pub use record::{Record, Stretch};
+pub use record::{Record, Segment};
 pub use regression::{Input, Shape, rows};
 pub use rls::RecursiveLeastSquares;
 pub use structure::{Layout, PART, Problem, Run, Start, Structure, filter};

@@ -1,10 +1,10 @@
 //! A record: inputs and outputs on one uniform grid of instants, as every estimator takes them.
 //!
-//! A record is a list of *stretches*, each without a gap. Between two stretches something was
+//! A record is a list of *segments*, each without a gap. Between two segments something was
 //! missing, or a new run began: an estimator starts its history anew with each, and the
 //! parameters are common to all. Several runs of one vehicle make one record in the same way.
 //!
-//! Within a stretch the output is known at the instants `t_k = start + k * sample_time`, and
+//! Within a segment the output is known at the instants `t_k = start + k * sample_time`, and
 //! `inputs[..][k]` acts over the interval from t_k to t_(k+1).
 
 use crate::error::{IdentificationError, Result};
@@ -14,17 +14,17 @@ use crate::error::{IdentificationError, Result};
 pub struct Record {
     /// The interval between instants, s.
     pub sample_time: f64,
-    /// The names of the inputs, in the order of each stretch's `inputs`.
+    /// The names of the inputs, in the order of each segment's `inputs`.
     pub inputs: Vec<String>,
-    /// The names of the outputs, in the order of each stretch's `outputs`.
+    /// The names of the outputs, in the order of each segment's `outputs`.
     pub outputs: Vec<String>,
     /// The numbers, in the order of time.
-    pub stretches: Vec<Stretch>,
+    pub segments: Vec<Segment>,
 }
 
 /// Numbers without a gap.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Stretch {
+pub struct Segment {
     /// The first instant, ns on the data's own clock.
     pub start: i64,
     /// `inputs[i][k]`: input i over the interval that begins at instant k. All as long as the outputs.
@@ -33,7 +33,7 @@ pub struct Stretch {
     pub outputs: Vec<Vec<f64>>,
 }
 
-impl Stretch {
+impl Segment {
     /// The number of instants.
     #[must_use]
     pub fn len(&self) -> usize {
@@ -48,7 +48,7 @@ impl Stretch {
 }
 
 impl Record {
-    /// A record of one stretch that begins at time 0, from numbers that are on the grid.
+    /// A record of one segment that begins at time 0, from numbers that are on the grid.
     ///
     /// # Errors
     /// [`IdentificationError`], when a name and its numbers do not pair, signals differ in length, or the
@@ -67,7 +67,7 @@ impl Record {
             sample_time,
             inputs: inputs.0,
             outputs: outputs.0,
-            stretches: vec![Stretch {
+            segments: vec![Segment {
                 start: 0,
                 inputs: inputs.1,
                 outputs: outputs.1,
@@ -78,7 +78,7 @@ impl Record {
     }
 
     /// Whether the record is what it should be: a positive sampling interval, at least one output, and in every
-    /// stretch as many lists as signals, all of one length, all finite.
+    /// segment as many lists as signals, all of one length, all finite.
     ///
     /// # Errors
     /// A sentence that says what is wrong.
@@ -90,31 +90,31 @@ impl Record {
         if self.outputs.is_empty() {
             return refuse("a record needs an output".to_owned());
         }
-        for (number, stretch) in self.stretches.iter().enumerate() {
+        for (number, segment) in self.segments.iter().enumerate() {
             let sides = [
-                (&self.inputs, &stretch.inputs),
-                (&self.outputs, &stretch.outputs),
+                (&self.inputs, &segment.inputs),
+                (&self.outputs, &segment.outputs),
             ];
             for (names, lists) in sides {
                 if names.len() != lists.len() {
                     return refuse(format!(
-                        "stretch {number} has {} lists for {} signals",
+                        "segment {number} has {} lists for {} signals",
                         lists.len(),
                         names.len()
                     ));
                 }
                 for (name, list) in names.iter().zip(lists) {
-                    if list.len() != stretch.len() {
+                    if list.len() != segment.len() {
                         return refuse(format!(
-                            "stretch {number}: {} has {} samples, the first output {}",
+                            "segment {number}: {} has {} samples, the first output {}",
                             name,
                             list.len(),
-                            stretch.len()
+                            segment.len()
                         ));
                     }
                     if let Some(k) = list.iter().position(|value| !value.is_finite()) {
                         return refuse(format!(
-                            "stretch {number}: {} is not finite at sample {k}",
+                            "segment {number}: {} is not finite at sample {k}",
                             name
                         ));
                     }
@@ -124,10 +124,10 @@ impl Record {
         Ok(())
     }
 
-    /// The number of instants in all stretches.
+    /// The number of instants in all segments.
     #[must_use]
     pub fn samples(&self) -> usize {
-        self.stretches.iter().map(Stretch::len).sum()
+        self.segments.iter().map(Segment::len).sum()
     }
 
     /// The total length of the segments, s.
@@ -136,13 +136,13 @@ impl Record {
         self.samples() as f64 * self.sample_time
     }
 
-    /// The stretch with the most instants, the earliest of several.
+    /// The segment with the most instants, the earliest of several.
     #[must_use]
-    pub fn longest(&self) -> Option<&Stretch> {
-        self.stretches
+    pub fn longest(&self) -> Option<&Segment> {
+        self.segments
             .iter()
             .rev()
-            .max_by_key(|stretch| stretch.len())
+            .max_by_key(|segment| segment.len())
     }
 }
 
@@ -151,7 +151,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_run_is_a_record_of_one_stretch() {
+    fn a_run_is_a_record_of_one_segment() {
         let record = Record::of_run(
             0.5,
             vec![("u", vec![1.0, 2.0])],

@@ -8,16 +8,16 @@ mod common;
 use common::{SAMPLE_TIME, measured, pulses};
 use planesman_identification::analysis::{Analysis, Options, analyse};
 use planesman_identification::estimators::Method;
-use planesman_identification::{Record, Stretch, filter, noise, with_noise};
+use planesman_identification::{Record, Segment, filter, noise, with_noise};
 
-fn record(stretches: Vec<(Vec<f64>, Vec<f64>)>) -> Record {
+fn record(segments: Vec<(Vec<f64>, Vec<f64>)>) -> Record {
     Record {
         sample_time: SAMPLE_TIME,
         inputs: vec!["planes".to_owned()],
         outputs: vec!["gyro".to_owned()],
-        stretches: stretches
+        segments: segments
             .into_iter()
-            .map(|(inputs, outputs)| Stretch {
+            .map(|(inputs, outputs)| Segment {
                 start: 0,
                 inputs: vec![inputs],
                 outputs: vec![outputs],
@@ -98,7 +98,7 @@ fn an_order_too_low_is_told_that_dynamics_are_missing() {
 }
 
 #[test]
-fn stretches_with_gaps_between_are_one_model() {
+fn segments_with_gaps_between_are_one_model() {
     let inputs = noise(5, 600);
     let outputs = second_order(&inputs);
     let cut = |from: usize, to: usize| (inputs[from..to].to_vec(), outputs[from..to].to_vec());

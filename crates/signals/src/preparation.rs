@@ -3,13 +3,13 @@
 //! - **Outliers** are samples far from the median of those around them (Hampel's test) and from the line between them, in runs of at most two. How far is far
 //!   is a fifth of the signal's own range at least, and a multiple of what is usual in that signal: for an output, apart for samples that the input has just moved and for
 //!   the others, so that a response to a pulse is none.
-//! - **A segment by excitation** is the longest part of each stretch in which the input moves, with what it does
+//! - **A segment by excitation** is the longest part of each segment in which the input moves, with what it does
 //!   afterwards.
-//! - **Detrending** subtracts from each signal of each stretch its mean, or the straight line that is nearest to it.
-//! - **Prewindowing** puts zeros in front of each stretch: rows of the difference equation then begin with its first sample
+//! - **Detrending** subtracts from each signal of each segment its mean, or the straight line that is nearest to it.
+//! - **Prewindowing** puts zeros in front of each segment: rows of the difference equation then begin with its first sample
 //!   (Brunner 1988, ch. V.F).
 
-use planesman_identification::{Record, Stretch};
+use planesman_identification::{Record, Segment};
 use serde::Serialize;
 
 /// Samples on each side of the one that is compared with their median.
@@ -75,9 +75,9 @@ impl Outliers {
     }
 }
 
-/// Which part of each stretch is used.
+/// Which part of each segment is used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Segment {
+pub enum SegmentChoice {
     /// All of it.
     #[default]
     All,
@@ -85,7 +85,7 @@ pub enum Segment {
     Auto,
 }
 
-impl Segment {
+impl SegmentChoice {
     /// Every choice.
     pub const ALL: [Self; 2] = [Self::All, Self::Auto];
 
@@ -135,10 +135,10 @@ pub struct Preparation {
     /// What becomes of outliers.
     pub outliers: Outliers,
     /// Which part is used.
-    pub segment: Segment,
+    pub segment: SegmentChoice,
     /// What is subtracted.
     pub trend: Trend,
-    /// Zeros that are put in front of each stretch.
+    /// Zeros that are put in front of each segment.
     pub prewindow: usize,
 }
 
@@ -157,8 +157,8 @@ pub fn prepare(record: &mut Record, asked: &Preparation) -> Vec<Step> {
     if asked.outliers != Outliers::Keep {
         steps.extend(outliers(record, asked.outliers == Outliers::Drop));
     }
-    if asked.segment == Segment::Auto {
-        steps.extend(segment(record));
+    if asked.segment == SegmentChoice::Auto {
+        steps.extend(excited_segment(record));
     }
     if asked.trend != Trend::None {
         steps.extend(detrend(record, asked.trend));
@@ -174,7 +174,7 @@ pub fn prepare(record: &mut Record, asked: &Preparation) -> Vec<Step> {
 pub fn constant_input(record: &Record) -> Option<(&str, f64)> {
     let inputs = record.inputs.iter().enumerate();
     let value = |input: usize| {
-        let all = || record.stretches.iter().flat_map(|it| &it.inputs[input]);
+        let all = || record.segments.iter().flat_map(|it| &it.inputs[input]);
         let first = *all().next()?;
         // A single sample neither moves nor rests.
         (all().count() > 1 && all().all(|it| *it == first)).then_some(first)
@@ -187,7 +187,7 @@ pub fn constant_input(record: &Record) -> Option<(&str, f64)> {
 /// Finds outliers, and replaces them if they are to be dropped.
 fn outliers(record: &mut Record, drop: bool) -> Vec<Step> {
     let mut steps = Vec::new();
-    let has_moved: Vec<Vec<bool>> = record.stretches.iter().map(moved).collect();
+    let has_moved: Vec<Vec<bool>> = record.segments.iter().map(moved).collect();
     let names: Vec<String> = record
         .inputs
         .iter()
@@ -196,7 +196,7 @@ fn outliers(record: &mut Record, drop: bool) -> Vec<Step> {
         .collect();
     for (signal, name) in names.iter().enumerate() {
         let lists: Vec<&[f64]> = record
-            .stretches
+            .segments
             .iter()
             .map(|it| values(it, signal))
             .collect();
@@ -206,13 +206,13 @@ fn outliers(record: &mut Record, drop: bool) -> Vec<Step> {
             far(&lists, Some(&has_moved), FAR)
         };
         let count: usize = found.iter().map(Vec::len).sum();
-        let Some(stretch) = found.iter().position(|it| !it.is_empty()) else {
+        let Some(segment) = found.iter().position(|it| !it.is_empty()) else {
             continue;
         };
-        let at = found[stretch][0];
-        let of_stretch = match lists.len() {
+        let at = found[segment][0];
+        let of_segment = match lists.len() {
             1 => String::new(),
-            _ => format!(" of segment {}", stretch + 1),
+            _ => format!(" of segment {}", segment + 1),
         };
         let done = match drop {
             true => "replaced by the straight line between their neighbours",
@@ -221,17 +221,17 @@ fn outliers(record: &mut Record, drop: bool) -> Vec<Step> {
         steps.push(Step {
             name: "outliers",
             text: format!(
-                "{name}: {count} sample{} far from those around, the first at {:.3} s{of_stretch}: {:.4} where they are \
+                "{name}: {count} sample{} far from those around, the first at {:.3} s{of_segment}: {:.4} where they are \
                  about {:.4}; {done}",
                 if count == 1 { "" } else { "s" },
                 at as f64 * record.sample_time,
-                Short(lists[stretch][at]),
-                Short(local_median(lists[stretch], at)),
+                Short(lists[segment][at]),
+                Short(local_median(lists[segment], at)),
             ),
         });
         if drop {
-            for (stretch, places) in record.stretches.iter_mut().zip(&found) {
-                let mut lists = stretch.inputs.iter_mut().chain(&mut stretch.outputs);
+            for (segment, places) in record.segments.iter_mut().zip(&found) {
+                let mut lists = segment.inputs.iter_mut().chain(&mut segment.outputs);
                 lists
                     .nth(signal)
                     .into_iter()
@@ -243,8 +243,8 @@ fn outliers(record: &mut Record, drop: bool) -> Vec<Step> {
 }
 
 /// The values of a signal, inputs counted first.
-fn values(stretch: &Stretch, signal: usize) -> &[f64] {
-    let mut lists = stretch.inputs.iter().chain(&stretch.outputs);
+fn values(segment: &Segment, signal: usize) -> &[f64] {
+    let mut lists = segment.inputs.iter().chain(&segment.outputs);
     lists.nth(signal).map_or(&[], Vec::as_slice)
 }
 
@@ -264,9 +264,9 @@ impl std::fmt::Display for Short {
 }
 
 /// Whether the first input has moved within the last samples, or they are the first.
-fn moved(stretch: &Stretch) -> Vec<bool> {
-    let Some(input) = stretch.inputs.first() else {
-        return vec![false; stretch.len()];
+fn moved(segment: &Segment) -> Vec<bool> {
+    let Some(input) = segment.inputs.first() else {
+        return vec![false; segment.len()];
     };
     let least = MOVES * range(input);
     let has_moved = |k: usize| k < AFTER || range(&input[k - AFTER..=k]) > least;
@@ -392,21 +392,21 @@ fn bridge(list: &mut [f64], places: &[usize]) {
     }
 }
 
-/// Keeps of each stretch the longest part in which the first input moves; stretches in which it does not are left out.
-fn segment(record: &mut Record) -> Option<Step> {
+/// Keeps of each segment the longest part in which the first input moves; segments in which it does not are left out.
+fn excited_segment(record: &mut Record) -> Option<Step> {
     let all: Vec<f64> = record
-        .stretches
+        .segments
         .iter()
         .filter_map(|it| it.inputs.first())
         .flatten()
         .copied()
         .collect();
     let least = MOVES * range(&all);
-    let (before, samples) = (record.stretches.len(), record.samples());
+    let (before, samples) = (record.segments.len(), record.samples());
     let mut parts = Vec::new();
     let mut kept = Vec::new();
-    for (number, stretch) in record.stretches.iter().enumerate() {
-        let Some((first, end)) = moving_part(stretch, least) else {
+    for (number, segment) in record.segments.iter().enumerate() {
+        let Some((first, end)) = moving_part(segment, least) else {
             continue;
         };
         let time = |k: usize| k as f64 * record.sample_time;
@@ -420,19 +420,19 @@ fn segment(record: &mut Record) -> Option<Step> {
             time(end)
         ));
         let cut = |lists: &[Vec<f64>]| lists.iter().map(|it| it[first..end].to_vec()).collect();
-        kept.push(Stretch {
-            start: stretch
+        kept.push(Segment {
+            start: segment
                 .start
                 .saturating_add((time(first) * 1e9).round() as i64),
-            inputs: cut(&stretch.inputs),
-            outputs: cut(&stretch.outputs),
+            inputs: cut(&segment.inputs),
+            outputs: cut(&segment.outputs),
         });
     }
     // A record in which nothing moves stays as it is.
     if kept.is_empty() {
         return None;
     }
-    record.stretches = kept;
+    record.segments = kept;
     let input = record.inputs.first().map_or("", String::as_str);
     Some(Step {
         name: "segment",
@@ -444,10 +444,10 @@ fn segment(record: &mut Record) -> Option<Step> {
     })
 }
 
-/// The longest part of a stretch in which its input keeps changing by `least`, from first sample up to end: between two changes
+/// The longest part of a segment in which its input keeps changing by `least`, from first sample up to end: between two changes
 /// lies no longer pause than the tail that is kept behind the last.
-fn moving_part(stretch: &Stretch, least: f64) -> Option<(usize, usize)> {
-    let input = stretch.inputs.first()?;
+fn moving_part(segment: &Segment, least: f64) -> Option<(usize, usize)> {
+    let input = segment.inputs.first()?;
     let mut level = *input.first()?;
     let mut changes = Vec::new();
     for (k, value) in input.iter().enumerate() {
@@ -477,9 +477,9 @@ fn moving_part(stretch: &Stretch, least: f64) -> Option<(usize, usize)> {
     parts.max_by_key(|(first, end)| end - first)
 }
 
-/// Subtracts a mean or line from every signal of every stretch; tells of the longest.
+/// Subtracts a mean or line from every signal of every segment; tells of the longest.
 fn detrend(record: &mut Record, trend: Trend) -> Vec<Step> {
-    let longest = (0..record.stretches.len()).max_by_key(|it| record.stretches[*it].len());
+    let longest = (0..record.segments.len()).max_by_key(|it| record.segments[*it].len());
     let names: Vec<String> = record
         .inputs
         .iter()
@@ -487,8 +487,8 @@ fn detrend(record: &mut Record, trend: Trend) -> Vec<Step> {
         .cloned()
         .collect();
     let mut steps = Vec::new();
-    for (number, stretch) in record.stretches.iter_mut().enumerate() {
-        let lists = stretch.inputs.iter_mut().chain(&mut stretch.outputs);
+    for (number, segment) in record.segments.iter_mut().enumerate() {
+        let lists = segment.inputs.iter_mut().chain(&mut segment.outputs);
         for (list, name) in lists.zip(&names) {
             let (mean, slope) = line(list);
             let slope = if trend == Trend::Line { slope } else { 0.0 };
@@ -533,14 +533,14 @@ fn line(values: &[f64]) -> (f64, f64) {
     (mean, slope)
 }
 
-/// Puts zeros in front of every stretch.
+/// Puts zeros in front of every segment.
 fn prewindow(record: &mut Record, count: usize) -> Step {
-    for stretch in &mut record.stretches {
-        for list in stretch.inputs.iter_mut().chain(&mut stretch.outputs) {
+    for segment in &mut record.segments {
+        for list in segment.inputs.iter_mut().chain(&mut segment.outputs) {
             list.splice(0..0, std::iter::repeat_n(0.0, count));
         }
         let time = (count as f64 * record.sample_time * 1e9).round() as i64;
-        stretch.start = stretch.start.saturating_sub(time);
+        segment.start = segment.start.saturating_sub(time);
     }
     Step {
         name: "prewindow",
@@ -598,7 +598,7 @@ mod tests {
                 ..Preparation::default()
             };
             prepare(&mut spoilt, &drop);
-            let mended = &spoilt.stretches[0].outputs[0];
+            let mended = &spoilt.segments[0].outputs[0];
             for (k, (mended, clean)) in mended.iter().zip(&clean).enumerate() {
                 let is_line = k == at || k == at + 200;
                 assert!(
@@ -617,7 +617,7 @@ mod tests {
         for place in &places {
             outputs[*place] += 60.0;
         }
-        let moved = moved(&record(inputs, outputs.clone()).stretches[0]);
+        let moved = moved(&record(inputs, outputs.clone()).segments[0]);
         assert_eq!(far(&[&outputs], Some(&[moved]), FAR), [places]);
     }
 
@@ -675,16 +675,16 @@ mod tests {
         let outputs = response(&inputs);
         let mut kept = record(inputs.clone(), outputs.clone());
         let auto = Preparation {
-            segment: Segment::Auto,
+            segment: SegmentChoice::Auto,
             ..Preparation::default()
         };
         let steps = prepare(&mut kept, &auto);
         // From the sample before 600; the last change is at 890, fifty more follow.
         assert!(steps[0].text.contains("59.900 to 94.100 s"), "{steps:?}");
-        let stretch = &kept.stretches[0];
-        assert_eq!((stretch.start, stretch.len()), (59_900_000_000, 342));
-        assert_eq!(stretch.inputs[0], inputs[599..941]);
-        assert_eq!(stretch.outputs[0], outputs[599..941]);
+        let segment = &kept.segments[0];
+        assert_eq!((segment.start, segment.len()), (59_900_000_000, 342));
+        assert_eq!(segment.inputs[0], inputs[599..941]);
+        assert_eq!(segment.outputs[0], outputs[599..941]);
         // Steps far apart are one part.
         let inputs = [square(1000, 200), vec![1.0; 600]].concat();
         let mut kept = record(inputs.clone(), response(&inputs));
@@ -717,10 +717,10 @@ mod tests {
             };
             let steps = prepare(&mut prepared, &asked);
             assert_eq!((steps.len(), steps[1].text.as_str()), (2, text));
-            let stretch = &prepared.stretches[0];
-            let mean: f64 = stretch.outputs[0].iter().sum::<f64>() / 1000.0;
+            let segment = &prepared.segments[0];
+            let mean: f64 = segment.outputs[0].iter().sum::<f64>() / 1000.0;
             assert!(mean.abs() < 1e-12, "{mean}");
-            let most = stretch.outputs[0]
+            let most = segment.outputs[0]
                 .iter()
                 .map(|it| it.abs())
                 .fold(0.0, f64::max);
@@ -732,7 +732,7 @@ mod tests {
     fn an_input_that_never_moves_is_found() {
         let mut constant = record(vec![3.2; 100], noise(1, 100));
         assert_eq!(constant_input(&constant), Some(("u", 3.2)));
-        constant.stretches[0].inputs[0][99] = 3.3;
+        constant.segments[0].inputs[0][99] = 3.3;
         assert_eq!(constant_input(&constant), None);
     }
 
@@ -744,8 +744,8 @@ mod tests {
             ..Preparation::default()
         };
         prepare(&mut padded, &asked);
-        assert_eq!(padded.stretches[0].inputs[0], [0.0, 0.0, 1.0, 2.0]);
-        assert_eq!(padded.stretches[0].outputs[0], [0.0, 0.0, 3.0, 4.0]);
-        assert_eq!(padded.stretches[0].start, -200_000_000);
+        assert_eq!(padded.segments[0].inputs[0], [0.0, 0.0, 1.0, 2.0]);
+        assert_eq!(padded.segments[0].outputs[0], [0.0, 0.0, 3.0, 4.0]);
+        assert_eq!(padded.segments[0].start, -200_000_000);
     }
 }

@@ -10,7 +10,7 @@
 //!   the last sample before a gap is held to the end of its interval.
 //! - **A gap** of an output is an interval longer than `max_gap`, by default five median intervals of that signal
 //!   or two and a half of the grid, whichever is longer. Nothing is invented across it: the record's
-//!   stretch ends, and another begins.
+//!   segment ends, and another begins.
 //! - **A pause** of an input that is held (by the methods mean and hold) is none: a setpoint that is sent when it changes is known until it
 //!   changes. Each sample acts until the next, the last as long as there are outputs; how long the longest had to act is in
 //!   [`Channel::held`]. A `max_gap` that is given makes gaps of such pauses too.
@@ -18,7 +18,7 @@
 use std::collections::VecDeque;
 use std::ops::RangeInclusive;
 
-use planesman_identification::{Record, Stretch};
+use planesman_identification::{Record, Segment};
 use thiserror::Error;
 
 use crate::channel::{Channel, Method};
@@ -314,7 +314,7 @@ impl Resampler {
                 spans: spans.join("; "),
             });
         }
-        let stretches = common
+        let segments = common
             .into_iter()
             .map(|(first, end)| {
                 let mut lists: Vec<Vec<f64>> = running
@@ -322,7 +322,7 @@ impl Resampler {
                     .iter()
                     .map(|track| track.runs.cut(first, end))
                     .collect();
-                Stretch {
+                Segment {
                     start: running.grid.time(first),
                     outputs: lists.split_off(self.inputs),
                     inputs: lists,
@@ -336,7 +336,7 @@ impl Resampler {
                 sample_time: running.grid.step * 1e-9,
                 inputs: names(&channels),
                 outputs: names(&outputs),
-                stretches,
+                segments,
             },
             inputs: channels,
             outputs,

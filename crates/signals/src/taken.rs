@@ -30,7 +30,7 @@ impl Taken {
     #[must_use]
     pub fn followed_by(mut self, next: Self) -> Self {
         let (ours, theirs) = (&mut self.resampled, next.resampled);
-        ours.record.stretches.extend(theirs.record.stretches);
+        ours.record.segments.extend(theirs.record.segments);
         let channels = ours.inputs.iter_mut().chain(&mut ours.outputs);
         for (channel, other) in channels.zip(theirs.inputs.into_iter().chain(theirs.outputs)) {
             channel.timing = channel.timing.joined(&other.timing);
@@ -60,8 +60,8 @@ impl Taken {
             "{:.6} Hz, {} samples in {} segment{}, {:.3} s; stamps {}\n",
             1.0 / record.sample_time,
             record.samples(),
-            record.stretches.len(),
-            if record.stretches.len() == 1 { "" } else { "s" },
+            record.segments.len(),
+            if record.segments.len() == 1 { "" } else { "s" },
             record.duration(),
             self.reading.stamps
         );
@@ -119,7 +119,7 @@ pub fn take(
     let records = resamplers.into_iter().map(Resampler::finish);
     let joined = records.reduce(|joined, next| {
         let (mut joined, next) = (joined?, next?);
-        joined.record.stretches.extend(next.record.stretches);
+        joined.record.segments.extend(next.record.segments);
         Ok(joined)
     });
     let resampled = joined

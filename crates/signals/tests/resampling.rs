@@ -47,14 +47,14 @@ fn data_on_a_grid_is_taken_as_it_is() {
             "{period}: {}",
             record.sample_time
         );
-        let [stretch] = &record.stretches[..] else {
-            panic!("{period}: {} stretches", record.stretches.len())
+        let [segment] = &record.segments[..] else {
+            panic!("{period}: {} segments", record.segments.len())
         };
-        assert_eq!((stretch.start, stretch.len()), (START, 3000));
+        assert_eq!((segment.start, segment.len()), (START, 3000));
         for (k, ((_, y), (_, u))) in y.iter().zip(&u).enumerate() {
             // Stamps are whole nanoseconds; the grid is not always.
-            assert!((stretch.outputs[0][k] - y).abs() < 1e-6, "{period}");
-            assert!((stretch.inputs[0][k] - u).abs() < 1e-6, "{period}");
+            assert!((segment.outputs[0][k] - y).abs() < 1e-6, "{period}");
+            assert!((segment.inputs[0][k] - u).abs() < 1e-6, "{period}");
         }
     }
 }
@@ -68,8 +68,8 @@ fn between_samples_an_output_is_on_the_straight_line() {
     let record = resampled(&line(400, 0.05), &y, at_rate(20.0))
         .unwrap()
         .record;
-    let stretch = &record.stretches[0];
-    for (k, value) in stretch.outputs[0].iter().enumerate() {
+    let segment = &record.segments[0];
+    for (k, value) in segment.outputs[0].iter().enumerate() {
         let expected = 3.0 * k as f64 * 0.05 - 1.0;
         assert!((value - expected).abs() < 1e-9, "{k}: {value} {expected}");
     }
@@ -95,7 +95,7 @@ fn an_input_is_its_mean_over_the_interval_held_from_sample_to_sample() {
             input_method: method,
             ..options.clone()
         };
-        resampled(&u, &y, options).unwrap().record.stretches[0].inputs[0].clone()
+        resampled(&u, &y, options).unwrap().record.segments[0].inputs[0].clone()
     };
     let expected = [0.4, 2.2, 3.0, 3.0, 3.8];
     let mean = means(Method::Mean);
@@ -119,8 +119,8 @@ fn live_and_offline_give_the_same_numbers_to_the_last_bit() {
         u.push((u[k - 1].0 + 0.02 + 0.4 * wobble(k).abs(), wobble(3 * k)));
     }
     let offline = resampled(&u, &y, at_rate(20.0)).unwrap().record;
-    let [stretch] = &offline.stretches[..] else {
-        panic!("{} stretches", offline.stretches.len())
+    let [segment] = &offline.segments[..] else {
+        panic!("{} segments", offline.segments.len())
     };
     let mut live = LiveGrid::new(SECOND / 20, SECOND);
     let mut all: Vec<_> = u.iter().map(|it| (true, *it)).collect();
@@ -141,15 +141,15 @@ fn live_and_offline_give_the_same_numbers_to_the_last_bit() {
             Given::Output(stamp, value) => (stamp, &mut outputs, value),
             Given::Input(stamp, input) => (stamp, &mut inputs, input.mean),
         };
-        if stamp >= stretch.start {
-            assert_eq!(stamp, stretch.start + list.len() as i64 * (SECOND / 20));
+        if stamp >= segment.start {
+            assert_eq!(stamp, segment.start + list.len() as i64 * (SECOND / 20));
             list.push(value);
         }
     }
-    let count = inputs.len().min(stretch.len());
+    let count = inputs.len().min(segment.len());
     assert!(count > 400, "{count}");
-    assert_eq!(inputs[..count], stretch.inputs[0][..count]);
-    assert_eq!(outputs[..count], stretch.outputs[0][..count]);
+    assert_eq!(inputs[..count], segment.inputs[0][..count]);
+    assert_eq!(outputs[..count], segment.outputs[0][..count]);
 }
 
 #[test]
@@ -162,7 +162,7 @@ fn the_mean_about_an_instant_is_of_the_samples_nearest_to_it() {
         ..at_rate(10.0)
     };
     let record = resampled(&line(100, 0.01), &y, options).unwrap().record;
-    let found = &record.stretches[0].outputs[0];
+    let found = &record.segments[0].outputs[0];
     // Samples 50 to 149 about 0.1 s.
     assert!(
         (found[1] - 99.5).abs() < 1e-9 && (found[5] - 499.5).abs() < 1e-9,
@@ -182,7 +182,7 @@ fn a_pause_parts_the_record_and_nothing_is_invented_in_it() {
         record, outputs, ..
     } = resampled(&whole, &y, at_rate(20.0)).unwrap();
     let spans: Vec<_> = record
-        .stretches
+        .segments
         .iter()
         .map(|it| ((it.start - START) as f64 * 1e-9, it.len()))
         .collect();
@@ -198,7 +198,7 @@ fn a_pause_parts_the_record_and_nothing_is_invented_in_it() {
         resampled(&whole, &y, bridged)
             .unwrap()
             .record
-            .stretches
+            .segments
             .len(),
         1
     );
@@ -229,15 +229,15 @@ fn a_setpoint_that_is_sent_when_it_changes_is_known_until_it_changes() {
             outputs,
         } = resampled(&u, &y, method(which, None)).unwrap();
         let spans: Vec<_> = record
-            .stretches
+            .segments
             .iter()
             .map(|it| ((it.start - START) / 1_000_000, it.len()))
             .collect();
         // Only the depth's pause parts the record; the last setpoint acts to its end.
         assert_eq!(spans, [(0, 1200), (61_050, 779)], "{which}");
-        for stretch in &record.stretches {
-            for (k, value) in stretch.inputs[0].iter().enumerate() {
-                let at = (stretch.start - START) as f64 * 1e-9 + 0.05 * k as f64;
+        for segment in &record.segments {
+            for (k, value) in segment.inputs[0].iter().enumerate() {
+                let at = (segment.start - START) as f64 * 1e-9 + 0.05 * k as f64;
                 let changes = (at - 12.5).abs() < 0.01;
                 let expected = match (changes, which) {
                     (false, _) => held(at),
@@ -252,7 +252,7 @@ fn a_setpoint_that_is_sent_when_it_changes_is_known_until_it_changes() {
         assert_eq!(outputs[0].held, 0.0);
         // One that is asked for makes gaps of pauses.
         let parted = resampled(&u, &y, method(which, Some(16.0))).unwrap();
-        assert_eq!(parted.record.stretches[0].len(), 251, "{which}");
+        assert_eq!(parted.record.segments[0].len(), 251, "{which}");
     }
     // Between samples on a straight line nothing is known behind the last.
     let line = resampled(&u, &y, method(Method::Linear, None)).unwrap();
@@ -291,7 +291,7 @@ fn a_window_is_counted_from_the_first_output() {
         .collect();
     let record = resampled(&line(3000, 0.01), &y, options).unwrap().record;
     assert_eq!(
-        (record.stretches[0].start, record.samples()),
+        (record.segments[0].start, record.samples()),
         (START + SECOND / 2 + 2 * SECOND, 21)
     );
 }
@@ -322,7 +322,7 @@ fn order_is_restored_and_what_cannot_be_used_is_counted() {
     let Resampled {
         record, outputs, ..
     } = resampler.finish().unwrap();
-    assert!(record.stretches == expected.record.stretches);
+    assert!(record.segments == expected.record.segments);
     let timing = &outputs[0].timing;
     assert_eq!(
         (

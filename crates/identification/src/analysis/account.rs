@@ -113,15 +113,15 @@ impl Analysis {
         text + "\n"
     }
 
-    /// Numerator and denominator; every stretch's numerator where each has its own.
+    /// Numerator and denominator; every segment's numerator where each has its own.
     fn coefficients(&self) -> String {
         let list = |values: &[f64]| {
             let values: Vec<String> = values.iter().map(|v| format!("{v:.8}")).collect();
             values.join("  ")
         };
-        let own = self.estimate.layout.structure.own_numerators && self.stretches.len() > 1;
+        let own = self.estimate.layout.structure.own_numerators && self.segments.len() > 1;
         let runs = if own {
-            0..self.stretches.len()
+            0..self.segments.len()
         } else {
             self.longest..self.longest + 1
         };
@@ -136,7 +136,7 @@ impl Analysis {
             );
             if own {
                 let gain = Reading::of(&self.estimate, run).dc_gain();
-                let _ = write!(text, ", segment {}", self.stretches[run] + 1);
+                let _ = write!(text, ", segment {}", self.segments[run] + 1);
                 if let Some(gain) = gain {
                     let _ = write!(text, ", dc gain {}", interval(&gain));
                 }

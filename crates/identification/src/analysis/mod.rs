@@ -1,7 +1,7 @@
 //! The analysis of a record: order search, fit, residual tests and verdict.
 //!
-//! Each stretch of the record is a run of one model. The order is searched unless it is given; the model
-//! is fitted to the first seven tenths of each stretch and validated on the rest, by simulation;
+//! Each segment of the record is a run of one model. The order is searched unless it is given; the model
+//! is fitted to the first seven tenths of each segment and validated on the rest, by simulation;
 //! the reported model is fitted to all of it. In a long record the order is searched in the part where the
 //! input varies most ([`Problem::part`]).
 //!
@@ -21,7 +21,7 @@ use crate::estimators::{
     Error, Estimate, Estimator, Knowledge, LeastSquares, Method, Physical, TwoStages,
 };
 use crate::model::Model;
-use crate::record::{Record, Stretch};
+use crate::record::{Record, Segment};
 use crate::selection::{self, Kind, select};
 use crate::structure::{Problem, Run, Start, Structure};
 use crate::uncertainty::Reading;
@@ -48,9 +48,9 @@ pub struct Options {
     pub integrators: usize,
     /// Seek an offset of the output.
     pub offset: bool,
-    /// How each stretch begins.
+    /// How each segment begins.
     pub start: Start,
-    /// The stretches have only their poles in common.
+    /// The segments have only their poles in common.
     pub own_numerators: bool,
     /// The moment of inertia, where it is known: what turns `K/J` into `K`.
     pub inertia: Option<f64>,
@@ -89,8 +89,8 @@ const LONGEST: usize = 20;
 const ORDERS: usize = 4;
 const DELAYS: usize = 3;
 
-/// Stretches used at most, each with an offset of its own, and samples of the shortest worth it.
-const STRETCHES: usize = 40;
+/// Segmentes used at most, each with an offset of its own, and samples of the shortest worth it.
+const SEGMENTS: usize = 40;
 const SHORTEST: usize = 30;
 
 /// Samples of a trajectory, and points of them that are kept, at most.
@@ -129,8 +129,8 @@ pub struct Analysis {
     pub kind: Option<Kind>,
     /// Samples it was tried on.
     pub searched: usize,
-    /// Of each run, the number of the record's stretch.
-    pub stretches: Vec<usize>,
+    /// Of each run, the number of the record's segment.
+    pub segments: Vec<usize>,
     /// The simulated fit on the longest run, %.
     pub fit: Option<f64>,
     /// The simulated fit on what was held out of the longest run, %.
@@ -157,9 +157,9 @@ pub struct Analysis {
 pub fn analyse(record: &Record, options: &Options) -> Result<Analysis> {
     let level = Level::of(record, options);
     let record = &level.taken_off(record);
-    let stretches = used(record);
-    let of = |number: &usize| &record.stretches[*number];
-    let runs = stretches.iter().map(of).map(run).collect::<Option<_>>();
+    let segments = used(record);
+    let of = |number: &usize| &record.segments[*number];
+    let runs = segments.iter().map(of).map(run).collect::<Option<_>>();
     let mut problem = Problem::new(
         structure(options, options.order.unwrap_or(2)),
         record.sample_time,
@@ -167,7 +167,7 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Analysis> {
             IdentificationError::Record("a record with an input and an output is needed".to_owned())
         })?,
     )?;
-    let references: Vec<&[f64]> = stretches
+    let references: Vec<&[f64]> = segments
         .iter()
         .filter_map(|number| Some(of(number).inputs.get(1)?.as_slice()))
         .collect();
@@ -255,6 +255,8 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Analysis> {
         Some(reference) => reference,
         None => problem.runs[longest].inputs,
     };
+    // In a loop the output follows the part of the input that the reference causes, and noise that went round.
+    let second = second_stage(&problem, &caused);
     let residuals = estimate
         .residuals
         .get(longest)
@@ -265,21 +267,21 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Analysis> {
         input: name(&record.inputs, 0).unwrap_or_default(),
         output: name(&record.outputs, 0).unwrap_or_default(),
         reference: name(&record.inputs, 1),
-        fit: estimate.simulated_fit(longest, problem.runs[longest], 0),
+        fit: estimate.simulated_fit(longest, second.runs[longest], 0),
         held_out_fit: held_out_fit(estimator, &problem, longest),
-        predicted_fit: checks::predicted_fit(&estimate, longest, problem.runs[longest]),
-        share: checks::share_of_input(&estimate, longest, problem.runs[longest]),
+        predicted_fit: checks::predicted_fit(&estimate, longest, second.runs[longest]),
+        share: checks::share_of_input(&estimate, longest, second.runs[longest]),
         searched: part.runs.iter().map(|run| run.outputs.len()).sum(),
         residuals,
         longest,
         verdict: Vec::new(),
-        trajectory: trajectory(method.as_ref(), &second_stage(&problem, &caused)),
+        trajectory: trajectory(method.as_ref(), &second),
         candidates,
         selected,
         kind,
         estimate,
         direct,
-        stretches,
+        segments,
     };
     level.put_back(&mut found);
     let doubts = match options.method.is_of_the_vehicle() {
@@ -305,8 +307,8 @@ impl Level {
             && options.start == Start::Motion
             && options.integrators == 0
             && !options.method.is_of_the_vehicle();
-        let level = |of: fn(&Stretch) -> Option<&Vec<f64>>| -> f64 {
-            let values = || record.stretches.iter().filter_map(of).flatten().copied();
+        let level = |of: fn(&Segment) -> Option<&Vec<f64>>| -> f64 {
+            let values = || record.segments.iter().filter_map(of).flatten().copied();
             let count = values().count().max(1) as f64;
             let mean = values().sum::<f64>() / count;
             let deviation = (values().map(|v| (v - mean).powi(2)).sum::<f64>() / count).sqrt();
@@ -317,17 +319,17 @@ impl Level {
             }
         };
         Self {
-            input: level(|stretch| stretch.inputs.first()),
-            output: level(|stretch| stretch.outputs.first()),
+            input: level(|segment| segment.inputs.first()),
+            output: level(|segment| segment.outputs.first()),
         }
     }
 
     fn taken_off(self, record: &Record) -> Record {
         let mut record = record.clone();
-        for stretch in &mut record.stretches {
+        for segment in &mut record.segments {
             let sides = [
-                (stretch.inputs.first_mut(), self.input),
-                (stretch.outputs.first_mut(), self.output),
+                (segment.inputs.first_mut(), self.input),
+                (segment.outputs.first_mut(), self.output),
             ];
             for (signal, level) in sides {
                 signal
@@ -360,23 +362,23 @@ impl Level {
     }
 }
 
-/// The numbers of the stretches that are used, in the order of time: the longest, and none too short to
+/// The numbers of the segments that are used, in the order of time: the longest, and none too short to
 /// say anything beside its own offset.
 fn used(record: &Record) -> Vec<usize> {
-    let length = |number: &usize| record.stretches[*number].len();
-    let mut numbers: Vec<usize> = (0..record.stretches.len()).collect();
+    let length = |number: &usize| record.segments[*number].len();
+    let mut numbers: Vec<usize> = (0..record.segments.len()).collect();
     numbers.sort_by_key(|number| std::cmp::Reverse(length(number)));
-    numbers.truncate(STRETCHES);
+    numbers.truncate(SEGMENTS);
     let most = numbers.first().map_or(0, length);
     numbers.retain(|number| length(number) >= SHORTEST.min(most));
     numbers.sort_unstable();
     numbers
 }
 
-fn run(stretch: &Stretch) -> Option<Run<'_>> {
+fn run(segment: &Segment) -> Option<Run<'_>> {
     Some(Run {
-        inputs: stretch.inputs.first()?,
-        outputs: stretch.outputs.first()?,
+        inputs: segment.inputs.first()?,
+        outputs: segment.outputs.first()?,
     })
 }
 

@@ -306,12 +306,12 @@ impl Analysis {
     /// The parts of the record that were not used, or only for the fit.
     fn left_out(&self, record: &Record) -> Vec<String> {
         let mut said = Vec::new();
-        let all = record.stretches.len();
-        if self.stretches.len() < all {
-            let kept = self.stretches.iter().map(|it| record.stretches[*it].len());
+        let all = record.segments.len();
+        if self.segments.len() < all {
+            let kept = self.segments.iter().map(|it| record.segments[*it].len());
             said.push(format!(
                 "of {all} segments the {} longest were used, {:.1} % of the samples",
-                self.stretches.len(),
+                self.segments.len(),
                 100.0 * kept.sum::<usize>() as f64 / record.samples().max(1) as f64
             ));
         }

@@ -3,9 +3,10 @@
 //! For every order and delay three kinds are tried: output error, the same with an autoregressive noise model
 //! (Box-Jenkins), and the difference equation by least squares (ARX). The searches begin at poles of a high-order
 //! equation, brought down to the order ([`realisation`]). Each candidate is fitted anew with a half, and with a fifth,
-//! of every record left out, and simulated over what was left out, its state there fitted. Candidates are compared
-//! block by block, by the logarithm of the mean squared error; of those within one standard error of the best the
-//! one with the fewest parameters is taken (Hastie, Tibshirani and Friedman, *The Elements of Statistical Learning*,
+//! of every record left out, and simulated over what was left out: on from the state that the samples before lead to,
+//! an ARX model from a state fitted there. Candidates are compared block by block, by the logarithm of the mean squared
+//! error and `ln N / N` for each parameter; of those within one standard error of the best the one with the fewest
+//! parameters is taken (Hastie, Tibshirani and Friedman, *The Elements of Statistical Learning*,
 //! 2nd ed., 2009, sec. 7.10). A pole is held to a memory no longer than the record, unless an unstable difference
 //! equation leaves half as much: then the data demands it.
 
@@ -195,7 +196,10 @@ pub fn select(
             .collect();
         tasks
             .into_iter()
-            .flat_map(|task| task.join().unwrap_or_default())
+            .flat_map(|task| {
+                task.join()
+                    .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+            })
             .collect()
     });
     candidates.retain(|of| of.errors.iter().all(|e| e.is_finite()));
