@@ -27,8 +27,9 @@ fn coloured(seed: u32, samples: usize, rho: f64, deviation: f64) -> Vec<f64> {
 }
 
 fn found(inputs: Vec<f64>, outputs: Vec<f64>, options: &Options) -> Analysis {
-    let record = Record::of_run(SAMPLE_TIME, vec![("u", inputs)], vec![("y", outputs)]).unwrap();
-    analyse(&record, options).unwrap()
+    let record =
+        Record::of_run(SAMPLE_TIME, vec![("u", inputs)], vec![("y", outputs)]).expect("a record");
+    analyse(&record, options).expect("a model")
 }
 
 fn by_default(inputs: Vec<f64>, outputs: Vec<f64>) -> Analysis {
@@ -36,11 +37,11 @@ fn by_default(inputs: Vec<f64>, outputs: Vec<f64>) -> Analysis {
 }
 
 fn gain(analysis: &Analysis) -> f64 {
-    analysis.reading().dc_gain().unwrap().value.re
+    analysis.reading().dc_gain().expect("no pole at 1").value.re
 }
 
 fn verdict(analysis: &Analysis) -> &str {
-    analysis.verdict.last().unwrap()
+    analysis.verdict.last().expect("a verdict")
 }
 
 fn says(analysis: &Analysis, phrase: &str) -> bool {

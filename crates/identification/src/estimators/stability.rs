@@ -31,7 +31,7 @@ pub(crate) fn lies_within(a: &[f64], radius: f64) -> bool {
         }))
         .collect();
     while let (Some(last), true) = (p.last().copied(), p.len() > 1) {
-        if !(last.abs() < 1.0) {
+        if last.is_nan() || last.abs() >= 1.0 {
             return false;
         }
         let n = p.len() - 1;

@@ -2,7 +2,7 @@
 //!
 //! For every order and delay three kinds are tried: output error, the same with an autoregressive noise model
 //! (Box-Jenkins), and the difference equation by least squares (ARX). The searches begin at poles of a high-order
-//! equation, brought down to the order ([`realisation`]). Each candidate is fitted anew with a half, and with a fifth,
+//! equation, brought down to the order (`realisation`). Each candidate is fitted anew with a half, and with a fifth,
 //! of every record left out, and simulated over what was left out: on from the state that the samples before lead to,
 //! an ARX model from a state fitted there. Candidates are compared block by block, by the logarithm of the mean squared
 //! error and `ln N / N` for each parameter; of those within one standard error of the best the one with the fewest
