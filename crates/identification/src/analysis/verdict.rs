@@ -29,6 +29,8 @@ const MATTERS: f64 = 0.05;
 const SAMPLES_PER_PARAMETER: usize = 10;
 /// How many times larger the error with half the record left out may be than with a fifth.
 const STEADY: f64 = 4.0;
+/// The share of the largest response below which a steady gain is next to nothing.
+const SMALL: f64 = 0.05;
 /// The fit, %, of data without noise.
 const ALL_BUT_ROUNDING: f64 = 99.9999;
 /// The 95 % interval of a pole in z that is precisely known.
@@ -164,7 +166,7 @@ impl Analysis {
         }
         if let Some(gain) = self.reading().dc_gain() {
             let interval = SIGMAS_95 * gain.real_deviation();
-            if is_insignificant(&gain) {
+            if self.is_undetermined(&gain) {
                 said.push(format!(
                     "the steady gain, {:.4} ± {interval:.4}, is not significantly different from 0",
                     gain.value.re
@@ -197,10 +199,7 @@ impl Analysis {
         let feedback = tests.is_some_and(|it| self.has_feedback(it));
         let caused = self.is_caused();
         let unsteady = self.is_unsteady();
-        let gain = self
-            .reading()
-            .dc_gain()
-            .is_some_and(|it| is_insignificant(&it));
+        let gain = (self.reading().dc_gain()).is_some_and(|it| self.is_undetermined(&it));
         let (word, next) = match held {
             _ if !caused => (
                 "no model of what the input does",
@@ -247,6 +246,19 @@ impl Analysis {
             ),
         };
         format!("verdict: {word}. Next: {next}")
+    }
+
+    /// Whether a steady gain cannot be told from 0, nor is known to be next to nothing beside the largest response.
+    fn is_undetermined(&self, gain: &Uncertain) -> bool {
+        let interval = SIGMAS_95 * gain.real_deviation();
+        let reading = self.reading();
+        let nyquist = PI / self.estimate.sample_time;
+        let largest = (0..=FREQUENCIES)
+            .filter_map(|i| {
+                reading.response(nyquist * 10_f64.powf(-3.0 * i as f64 / FREQUENCIES as f64))
+            })
+            .fold(0.0_f64, |largest, it| largest.max(it.value.norm()));
+        interval > gain.value.re.abs() && interval > SMALL * largest
     }
 
     fn is_caused(&self) -> bool {
@@ -403,11 +415,6 @@ impl Analysis {
         }
         said
     }
-}
-
-fn is_insignificant(gain: &Uncertain) -> bool {
-    let interval = SIGMAS_95 * gain.real_deviation();
-    interval > gain.value.re.abs() && interval > 0.0
 }
 
 /// The result of a correlation test in numbers.
