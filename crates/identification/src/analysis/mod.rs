@@ -190,7 +190,9 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Analysis> {
     let mut kind = None;
     if options.method == Method::Automatic {
         let orders = options.order.map_or(1..=MOST, |order| order..=order);
-        let delays = options.delay.map_or(0..=LONGEST, |delay| delay..=delay);
+        // Planes move a vehicle only later; a model at a speed is one of a vehicle.
+        let least = usize::from(options.speed.is_some());
+        let delays = options.delay.map_or(least..=LONGEST, |delay| delay..=delay);
         let structures = |order: usize, delay: usize| {
             let mut structure = structure(options, order);
             structure.delay = delay;
