@@ -50,6 +50,23 @@ const STEP: i64 = 50_000_000;
 const SIGNALS: &str =
     "-i cmd:data -o imu:angular_velocity.y --method least_squares --order 1 --no-offset";
 
+/// Of two topics with an Imu each, which signal is whose.
+const IMUS: &str = "-i a:angular_velocity.y -o b:angular_velocity.y --order 1";
+
+/// The response as Imu on /a and /b; `stamps` gives header and log time of both for a sample and its time.
+fn two_imus(path: &Path, stamps: impl Fn(i64, i64) -> [(i64, i64); 2]) {
+    let mut maker = Maker::new(path);
+    let topics = [maker.topic("/a", IMU), maker.topic("/b", IMU)];
+    for (k, (u, y)) in (0..).zip(response(200)) {
+        for ((topic, value), (header, log)) in
+            topics.into_iter().zip([u, y]).zip(stamps(k, k * STEP))
+        {
+            maker.write(topic, &imu(header, value), log);
+        }
+    }
+    maker.close();
+}
+
 /// The response as floats on /cmd and Imu on /imu.
 fn bag(path: &Path, count: usize) {
     let mut maker = Maker::new(path);
@@ -293,20 +310,14 @@ fn a_table_is_read_from_behind_its_byte_order_mark_and_utf_16_is_refused_by_name
 fn the_stamps_are_the_messages_own_where_all_have_them() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.mcap");
-    let mut maker = Maker::new(&path);
-    let (first, second) = (maker.topic("/a", IMU), maker.topic("/b", IMU));
-    for (k, (u, y)) in response(200).into_iter().enumerate() {
-        let time = k as i64 * STEP;
+    two_imus(&path, |k, time| {
         // The recorder is late and irregular.
-        let late = time + 3_000_000 + (k as i64 * 7_919_993) % 9_000_000;
-        maker.write(first, &imu(time, u), late);
-        maker.write(second, &imu(time, y), late + 1);
-    }
-    maker.close();
-    let signals = "-i a:angular_velocity.y -o b:angular_velocity.y --order 1";
-    is_the_response(&fit(&path, signals));
-    is_the_response(&fit(&path, &format!("{signals} --stamp header")));
-    let by_log = fit(&path, &format!("{signals} --stamp log"));
+        let late = time + 3_000_000 + (k * 7_919_993) % 9_000_000;
+        [(time, late), (time, late + 1)]
+    });
+    is_the_response(&fit(&path, IMUS));
+    is_the_response(&fit(&path, &format!("{IMUS} --stamp header")));
+    let by_log = fit(&path, &format!("{IMUS} --stamp log"));
     assert!((by_log.analysis.model().a[0] + 0.9).abs() > 1e-6);
     assert!(by_log.taken.resampled.outputs[0].timing.jitter > 1e-3);
 
@@ -454,15 +465,9 @@ fn a_px4_log_is_read_by_its_topics_and_fields() {
 fn how_late_the_recorder_was_is_said() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.mcap");
-    let mut maker = Maker::new(&path);
-    let (first, second) = (maker.topic("/a", IMU), maker.topic("/b", IMU));
-    for (k, (u, y)) in response(200).into_iter().enumerate() {
-        let time = k as i64 * STEP;
-        maker.write(first, &imu(time, u), time + 2_000_000);
-        maker.write(second, &imu(time, y), time + 45_000_000);
-    }
-    maker.close();
-    let signals = "-i a:angular_velocity.y -o b:angular_velocity.y --order 1";
+    two_imus(&path, |_, time| {
+        [(time, time + 2_000_000), (time, time + 45_000_000)]
+    });
     for (stamp, says) in [
         (
             "header",
@@ -470,7 +475,7 @@ fn how_late_the_recorder_was_is_said() {
         ),
         ("log", "45.0 ms count as delay of the system"),
     ] {
-        let found = fit(&path, &format!("{signals} --stamp {stamp}"));
+        let found = fit(&path, &format!("{IMUS} --stamp {stamp}"));
         let account = found.taken.account();
         assert!(account.contains("/a 2.0 ms, /b 45.0 ms"), "{account}");
         assert!(account.contains(says), "{account}");
@@ -481,16 +486,10 @@ fn how_late_the_recorder_was_is_said() {
 fn an_input_that_is_of_another_time_or_never_moves_is_refused_with_the_numbers() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.mcap");
-    let mut maker = Maker::new(&path);
-    let (first, second) = (maker.topic("/a", IMU), maker.topic("/b", IMU));
-    for (k, (u, y)) in response(200).into_iter().enumerate() {
-        let time = k as i64 * STEP;
-        maker.write(first, &imu(time, u), time);
-        maker.write(second, &imu(time + 5_000_000_000_000, y), time);
-    }
-    maker.close();
-    let signals = "-i a:angular_velocity.y -o b:angular_velocity.y --order 1";
-    let refusal = try_fit(&path, signals).unwrap_err();
+    two_imus(&path, |_, time| {
+        [(time, time), (time + 5_000_000_000_000, time)]
+    });
+    let refusal = try_fit(&path, IMUS).unwrap_err();
     assert!(refusal.contains("4990.050 s lie between them"), "{refusal}");
     assert!(refusal.contains("--stamp log"), "{refusal}");
     is_the_response(&fit(&path, &format!("{signals} --stamp log")));

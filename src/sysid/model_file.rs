@@ -20,10 +20,7 @@ pub(super) fn of(analysis: &Analysis) -> Result<ModelFile> {
         format: Format::One,
         input: analysis.input.clone(),
         output: analysis.output.clone(),
-        method: analysis
-            .kind
-            .map_or(analysis.options.method.name(), |kind| kind.name())
-            .to_owned(),
+        method: analysis.method_name().to_owned(),
         speed: analysis.options.speed,
         sample_time: model.sample_time,
         num: model.numerator(analysis.estimate.layout.structure.delay == 0),

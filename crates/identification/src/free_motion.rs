@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::estimators::impulse;
 use crate::structure::filter;
 
 /// Singular values below this share of the largest count as none.
@@ -17,9 +18,7 @@ pub(crate) fn without_free_motion(left: &[f64], denominator: &[f64]) -> f64 {
     if n == 0 || count <= n || !all.is_finite() {
         return all;
     }
-    let mut impulse = vec![0.0; count];
-    impulse[0] = 1.0;
-    let motion = filter(&[1.0], denominator, &impulse);
+    let motion = filter(&[1.0], denominator, &impulse(count));
     if !motion.iter().all(|v| v.abs() < LARGEST) {
         return f64::INFINITY;
     }
@@ -55,9 +54,7 @@ mod tests {
     #[test]
     fn a_free_motion_is_taken_away_and_nothing_else() {
         let denominator = [1.0, -1.5, 0.7];
-        let mut impulse = vec![0.0; 50];
-        impulse[0] = 1.0;
-        let free = filter(&[2.0, -3.0], &denominator, &impulse);
+        let free = filter(&[2.0, -3.0], &denominator, &impulse(50));
         assert!(without_free_motion(&free, &denominator) < 1e-20);
         let mut disturbed = free;
         disturbed[49] += 1.0;

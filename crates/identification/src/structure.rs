@@ -249,6 +249,11 @@ impl Layout {
         0..self.structure.poles
     }
 
+    /// `1, a1 ... an`.
+    pub(crate) fn denominator(&self, theta: &[f64]) -> Vec<f64> {
+        monic(&theta[self.a()])
+    }
+
     /// `b1 ... bm` of a record.
     #[must_use]
     pub fn b(&self, run: usize) -> Range<usize> {
@@ -300,9 +305,7 @@ impl Layout {
     #[must_use]
     pub fn model(&self, theta: &[f64], run: usize, sample_time: f64) -> Model {
         let s = &self.structure;
-        let mut a = vec![1.0];
-        a.extend(&theta[self.a()]);
-        let mut a = product(&a, &s.known_denominator);
+        let mut a = product(&self.denominator(theta), &s.known_denominator);
         a.remove(0);
         let mut b = vec![0.0; s.delay];
         b.extend(product(&theta[self.b(run)], &s.known_numerator));
@@ -319,6 +322,11 @@ impl Layout {
             bias: 0.0,
         }
     }
+}
+
+/// `1, a1, ..., an`.
+pub(crate) fn monic(a: &[f64]) -> Vec<f64> {
+    std::iter::once(1.0).chain(a.iter().copied()).collect()
 }
 
 /// `num(q^-1) / den(q^-1)` from rest; `den` begins with 1.

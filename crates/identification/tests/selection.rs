@@ -109,7 +109,7 @@ fn an_unstable_plant_in_a_loop_is_judged_by_predictions() {
     }
     y.truncate(1000);
     let analysis = by_default(u, y);
-    assert_eq!(analysis.kind, Some(Kind::Arx), "{}", analysis.text());
+    assert_eq!(analysis.kind(), Some(Kind::Arx), "{}", analysis.text());
     let pole = &analysis.reading().poles().unwrap()[0];
     assert!((pole.value.re - 1.02).abs() < SIGMAS_95 * 2.0 * pole.real_deviation());
     assert!(

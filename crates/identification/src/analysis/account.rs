@@ -3,7 +3,6 @@
 use std::fmt::Write as _;
 
 use super::{AHEAD, Analysis};
-use crate::selection::Kind;
 use crate::uncertainty::{Reading, SIGMAS_95, Uncertain};
 
 /// Candidates printed.
@@ -28,7 +27,7 @@ impl Analysis {
             "{} -> {}, {}, {} poles, {} numerator coefficients, delay {}, {} s\n",
             self.input,
             self.output,
-            self.kind.map_or(self.options.method.name(), Kind::name),
+            self.method_name(),
             structure.poles,
             structure.numerator,
             structure.delay,

@@ -1,6 +1,8 @@
 //! Figures that a verdict rests on: how much of the output the input causes, how well the model predicts, and the
 //! noise by a measure that does not depend on the model.
 
+use std::ops::RangeInclusive;
+
 use planesman_linear::polynomial::product;
 
 use crate::estimators::{Error, Estimate};
@@ -18,8 +20,7 @@ const BEYOND_NOISE: f64 = 4.0;
 /// when the model makes it worse. `None` when nothing is left for the input.
 pub(super) fn share_of_input(found: &Estimate, number: usize, run: Run<'_>) -> Option<f64> {
     let structure = &found.layout.structure;
-    let mut a = vec![1.0];
-    a.extend(found.theta.rows(0, structure.poles).iter());
+    let a = found.layout.denominator(found.theta.as_slice());
     let b = &found.theta.as_slice()[found.layout.b(number)];
     // A constant is one more free motion, at z = 1.
     let free = product(&product(&a, &structure.known_denominator), &[1.0, -1.0]);
@@ -61,15 +62,11 @@ pub(super) fn predicted_fit(found: &Estimate, number: usize, run: Run<'_>) -> Op
     for end in (first..y.len()).step_by(stride) {
         // From measured outputs up to end - AHEAD.
         let start = end + 1 - AHEAD;
-        let mut past: Vec<f64> = y[start - order..start].to_vec();
-        for k in start..=end {
-            let forced: f64 = (0..=order).map(|j| num[j] * u[k - j]).sum();
-            let free: f64 = (model.a.iter().zip(past.iter().rev()))
-                .map(|(a, y)| a * y)
-                .sum();
-            past.push(forced - free + constant);
-        }
-        let predicted = past.last().copied().unwrap_or_default();
+        let forced = |k: usize| -> f64 {
+            let terms = (0..=order).map(|j| num[j] * u[k - j]);
+            terms.sum::<f64>() + constant
+        };
+        let predicted = extrapolated(y, &model.a, start..=end, forced);
         spread.update(y[end], 1.0);
         squares += (y[end] - predicted).powi(2);
     }
@@ -87,15 +84,27 @@ fn predicted_with_noise_model(found: &Estimate, number: usize, run: Run<'_>) -> 
     let mut squares = 0.0;
     for end in d.len() + AHEAD - 1..errors.len() {
         let start = end + 1 - AHEAD;
-        let mut past: Vec<f64> = errors[start - d.len()..start].to_vec();
-        for _ in start..=end {
-            let next: f64 = d.iter().zip(past.iter().rev()).map(|(d, e)| d * e).sum();
-            past.push(-next);
-        }
+        let predicted = extrapolated(&errors, d, start..=end, |_| 0.0);
         spread.update(run.outputs[end], 1.0);
-        squares += (errors[end] - past.last().copied().unwrap_or_default()).powi(2);
+        squares += (errors[end] - predicted).powi(2);
     }
     fit(squares, spread.sum_of_squares())
+}
+
+/// The last of some samples by `y_k = forced(k) - a1 y_(k-1) - ... - an y_(k-n)`, from the values before them.
+fn extrapolated(
+    values: &[f64],
+    a: &[f64],
+    samples: RangeInclusive<usize>,
+    forced: impl Fn(usize) -> f64,
+) -> f64 {
+    let start = *samples.start();
+    let mut past: Vec<f64> = values[start - a.len()..start].to_vec();
+    for k in samples {
+        let free: f64 = a.iter().zip(past.iter().rev()).map(|(a, y)| a * y).sum();
+        past.push(forced(k) - free);
+    }
+    past.last().copied().unwrap_or_default()
 }
 
 /// Whether the held-out output moves beyond the noise, which an equation of high order tells for all of the record.

@@ -15,6 +15,8 @@ mod verdict;
 
 pub use checks::AHEAD;
 
+use std::borrow::Cow;
+
 use crate::conversion;
 use crate::error::{IdentificationError, Result};
 use crate::estimators::{
@@ -89,7 +91,7 @@ const LONGEST: usize = 20;
 const ORDERS: usize = 4;
 const DELAYS: usize = 3;
 
-/// Segmentes used at most, each with an offset of its own, and samples of the shortest worth it.
+/// Segments used at most, each with an offset of its own, and samples of the shortest worth it.
 const SEGMENTS: usize = 40;
 const SHORTEST: usize = 30;
 
@@ -125,8 +127,6 @@ pub struct Analysis {
     pub candidates: Vec<Candidate>,
     /// The kinds, orders and delays that were cross-validated, the chosen one first; empty for a method that was named.
     pub selected: Vec<selection::Candidate>,
-    /// The kind that was chosen.
-    pub kind: Option<Kind>,
     /// Samples it was tried on.
     pub searched: usize,
     /// Of each run, the number of the record's segment.
@@ -156,7 +156,7 @@ pub struct Analysis {
 /// [`IdentificationError`]: a record without input or output, or one that determines no model asked for.
 pub fn analyse(record: &Record, options: &Options) -> Result<Analysis> {
     let level = Level::of(record, options);
-    let record = &level.taken_off(record);
+    let record = &*level.taken_off(record);
     let segments = used(record);
     let of = |number: &usize| &record.segments[*number];
     let runs = segments.iter().map(of).map(run).collect::<Option<_>>();
@@ -187,7 +187,7 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Analysis> {
     let mut selected = Vec::new();
     let whole = second_stage(&problem, &caused);
     let part = whole.part().unwrap_or(whole);
-    let mut kind = None;
+    let mut fitted = None;
     if options.method == Method::Automatic {
         let orders = options.order.map_or(1..=MOST, |order| order..=order);
         // Planes move a vehicle only later; a model at a speed is one of a vehicle.
@@ -203,27 +203,29 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Analysis> {
         selected = select(&part, orders, delays, &structures);
         // One that all the data does not determine gives way to the next.
         let start = problem.structure.start;
-        let mut determined = None;
-        for (at, candidate) in selected.iter().enumerate() {
+        let mut passed_over = 0;
+        for candidate in &selected {
             problem.structure = Structure {
                 start,
                 ..candidate.structure.clone()
             };
             method = candidate.estimator();
-            if at + 1 == selected.len() || method.fit(&second_stage(&problem, &caused)).is_ok() {
-                determined = Some(at);
-                break;
+            match method.fit(&second_stage(&problem, &caused)) {
+                Err(_) if passed_over + 1 < selected.len() => passed_over += 1,
+                found => {
+                    fitted = Some(found?);
+                    break;
+                }
             }
         }
-        let Some(determined) = determined else {
+        if fitted.is_none() {
             problem.structure = structure(options, options.order.unwrap_or(1));
             let reason = LeastSquares.fit(&problem).err();
             return Err(reason.unwrap_or(IdentificationError::Undetermined(
                 "the record determines no model of any order",
             )));
-        };
-        selected.drain(..determined);
-        kind = selected.first().map(|chosen| chosen.kind);
+        }
+        selected.drain(..passed_over);
     } else if options.order.is_none() && !options.method.is_of_the_vehicle() {
         let delays = options.delay.map_or(1..=DELAYS, |delay| delay..=delay);
         let structures = (1..=ORDERS).flat_map(|order| {
@@ -248,7 +250,10 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Analysis> {
         references,
     };
     let estimator: &dyn Estimator = if in_a_loop { &staged } else { method.as_ref() };
-    let estimate = estimator.fit(&problem)?;
+    let estimate = match fitted {
+        Some(fitted) => fitted,
+        None => estimator.fit(&problem)?,
+    };
     let longest = (0..problem.runs.len())
         .max_by_key(|r| problem.runs[*r].outputs.len())
         .unwrap_or_default();
@@ -280,7 +285,6 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Analysis> {
         trajectory: trajectory(method.as_ref(), &second),
         candidates,
         selected,
-        kind,
         estimate,
         direct,
         segments,
@@ -296,7 +300,7 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Analysis> {
 
 /// Levels of input and output far from 0, which would leave the rest to rounding: taken off before anything is
 /// estimated.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Level {
     input: f64,
     output: f64,
@@ -326,7 +330,10 @@ impl Level {
         }
     }
 
-    fn taken_off(self, record: &Record) -> Record {
+    fn taken_off(self, record: &Record) -> Cow<'_, Record> {
+        if self == Self::default() {
+            return Cow::Borrowed(record);
+        }
         let mut record = record.clone();
         for segment in &mut record.segments {
             let sides = [
@@ -340,7 +347,7 @@ impl Level {
                     .for_each(|value| *value -= level);
             }
         }
-        record
+        Cow::Owned(record)
     }
 
     fn put_back(self, found: &mut Analysis) {
@@ -348,10 +355,8 @@ impl Level {
             estimate.input_level = self.input;
             let steady = match estimate.error {
                 Error::Equation => {
-                    1.0 + estimate
-                        .theta
-                        .rows(0, estimate.layout.structure.poles)
-                        .sum()
+                    let a = estimate.layout.denominator(estimate.theta.as_slice());
+                    a.iter().sum()
                 }
                 Error::Output => 1.0,
             };
@@ -457,6 +462,18 @@ fn trajectory(estimator: &dyn Estimator, problem: &Problem<'_>) -> Trajectory {
 }
 
 impl Analysis {
+    /// The kind that was chosen by cross-validation.
+    #[must_use]
+    pub fn kind(&self) -> Option<Kind> {
+        self.selected.first().map(|chosen| chosen.kind)
+    }
+
+    /// The method's name: that of the kind that was chosen, or of the method that was asked for.
+    #[must_use]
+    pub fn method_name(&self) -> &'static str {
+        self.kind().map_or(self.options.method.name(), Kind::name)
+    }
+
     /// The model of the longest run.
     #[must_use]
     pub fn model(&self) -> Model {

@@ -13,6 +13,7 @@ use std::ops::Range;
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
+use super::coloured::whitening;
 use super::rows::impulse;
 use super::stability::held_within;
 use crate::structure::{Layout, Problem, filter};
@@ -109,12 +110,6 @@ impl Course {
             .collect()
     }
 
-    /// `1, a1 ... an`.
-    fn denominator(&self, theta: &DVector<f64>) -> Vec<f64> {
-        let a = &theta.as_slice()[self.layout.a()];
-        std::iter::once(1.0).chain(a.iter().copied()).collect()
-    }
-
     /// The places of a record's parameters in theta, in the order a, b, offset, motion.
     fn places(&self, run: usize) -> Vec<usize> {
         let layout = &self.layout;
@@ -126,8 +121,16 @@ impl Course {
 
     /// `e` of a record.
     pub(crate) fn errors(&self, theta: &DVector<f64>, run: usize) -> Vec<f64> {
-        let [.., errors] = self.gone_through(theta, run, &self.denominator(theta));
+        let [.., errors] =
+            self.gone_through(theta, run, &self.layout.denominator(theta.as_slice()));
         errors
+    }
+
+    /// `1, d1, ..., dk` that whiten the errors of all records.
+    pub(crate) fn whitening(&self, theta: &DVector<f64>) -> Vec<f64> {
+        let errors = |run| self.errors(theta, run);
+        let errors: Vec<Vec<f64>> = (0..self.signals.len()).map(errors).collect();
+        whitening(errors.iter().map(Vec::as_slice))
     }
 
     /// The signals of a record at `theta`: `u/A`, `impulse/A`, `(B/A) u + (M/A) impulse`, and `e`.
@@ -159,7 +162,7 @@ impl Course {
     }
 
     fn normals(&self, theta: &DVector<f64>, parts: &[Part]) -> Vec<Normal> {
-        let a = self.denominator(theta);
+        let a = self.layout.denominator(theta.as_slice());
         let mut normals = Vec::with_capacity(parts.len());
         for (run, of) in self.signals.iter().enumerate() {
             if parts.iter().all(|part| part.run != run) {

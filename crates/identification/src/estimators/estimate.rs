@@ -84,9 +84,9 @@ impl Estimate {
 
     /// `A(1)`; `None` with a pole at z = 1.
     fn steady(&self) -> Option<f64> {
-        let a = self.theta.rows(0, self.layout.structure.poles);
-        let size = 1.0 + a.iter().map(|a| a.abs()).sum::<f64>();
-        Some(1.0 + a.sum()).filter(|steady| steady.abs() > AT_ONE * size)
+        let a = self.layout.denominator(self.theta.as_slice());
+        let size: f64 = a.iter().map(|a| a.abs()).sum();
+        Some(a.iter().sum()).filter(|steady: &f64| steady.abs() > AT_ONE * size)
     }
 
     /// The output's offset where the input is at its level.
@@ -107,8 +107,7 @@ impl Estimate {
     #[must_use]
     pub fn simulate(&self, run: usize, inputs: &[f64]) -> Vec<f64> {
         let structure = &self.layout.structure;
-        let mut a = vec![1.0];
-        a.extend(self.theta.rows(0, structure.poles).iter());
+        let a = self.layout.denominator(self.theta.as_slice());
         let b = &self.theta.as_slice()[self.layout.b(run)];
         let inputs = self.about_level(inputs);
         let driving = match self.physical {
@@ -143,21 +142,19 @@ impl Estimate {
     #[must_use]
     pub fn simulated_fit(&self, run: usize, record: Run<'_>, from: usize) -> Option<f64> {
         let structure = &self.layout.structure;
-        let mut a = vec![1.0];
-        a.extend(self.theta.rows(0, structure.poles).iter());
+        let a = self.layout.denominator(self.theta.as_slice());
         let b = &self.theta.as_slice()[self.layout.b(run)];
         let driving = structure
             .driving(&self.about_level(record.inputs))
             .split_off(from.min(record.inputs.len()));
         let outputs = record.outputs.get(from..).unwrap_or_default();
-        let constant = self.layout.offset(run).map_or(0.0, |at| self.theta[at]);
-        let constant = match self.error {
+        let constant = match (self.layout.offset(run), self.error, self.steady()) {
+            (None, ..) => vec![0.0; outputs.len()],
             // With a pole at 1 the constant of the equation makes a ramp.
-            Error::Equation if self.steady().is_none() => {
-                filter(&[1.0], &a, &vec![constant; outputs.len()])
+            (Some(at), Error::Equation, None) => {
+                filter(&[1.0], &a, &vec![self.theta[at]; outputs.len()])
             }
-            Error::Equation => vec![constant / self.steady().unwrap_or(1.0); outputs.len()],
-            Error::Output => vec![constant; outputs.len()],
+            (Some(at), ..) => vec![self.offset_at_level(at); outputs.len()],
         };
         let mut spread = Spread::default();
         let pairs = outputs.iter().zip(filter(b, &a, &driving)).zip(constant);

@@ -1,6 +1,5 @@
 //! Output error and Box-Jenkins from poles that are known nearly.
 
-use super::coloured::whitening;
 use super::course::{Course, Search};
 use super::estimate::Estimate;
 use super::estimator::{Estimator, Recursive};
@@ -8,7 +7,7 @@ use super::levenberg_marquardt::minimise;
 use super::output_error::OutputError;
 use super::recursive::{self, Kind};
 use super::simulator::Simulator;
-use super::stability::{held_within, lies_within};
+use super::stability::{held_within, lies_within, radius_of_memory};
 use crate::error::{IdentificationError, Result};
 use crate::structure::Problem;
 
@@ -34,11 +33,10 @@ impl Estimator for Near {
         let course = Course::new(problem, &[1.0]);
         let whole = course.whole();
         let samples: usize = whole.iter().map(|part| part.samples.len()).sum();
-        // A pole's memory is no longer than the records.
         let search = Search {
             steps: STEPS,
             enough: ENOUGH,
-            radius: 1.0 - 1.0 / samples.max(2) as f64,
+            radius: radius_of_memory(samples),
         };
         let mut theta = match self.poles.len() == problem.structure.poles {
             true => {
@@ -52,9 +50,7 @@ impl Estimator for Near {
         };
         let mut d = vec![1.0];
         for _ in 0..if self.noise { ROUNDS } else { 0 } {
-            let errors = |run| Course::new(problem, &[1.0]).errors(&theta, run);
-            let residuals: Vec<Vec<f64>> = (0..problem.runs.len()).map(errors).collect();
-            d = whitening(residuals.iter().map(Vec::as_slice));
+            d = course.whitening(&theta);
             let whitened = Course::new(problem, &d);
             let Some((found, _)) = whitened.minimised(theta.clone(), &whitened.whole(), search)
             else {

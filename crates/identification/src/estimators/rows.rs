@@ -76,7 +76,7 @@ pub(super) fn samples_by_run(problem: &Problem<'_>, samples: &[f64]) -> Vec<Vec<
 }
 
 /// 1, 0, 0, ...
-pub(super) fn impulse(count: usize) -> Vec<f64> {
+pub(crate) fn impulse(count: usize) -> Vec<f64> {
     let mut impulse = vec![0.0; count];
     if let Some(first) = impulse.first_mut() {
         *first = 1.0;

@@ -50,9 +50,7 @@ impl<'a> Simulator<'a> {
 
     /// `1, a1 ... an`.
     pub(super) fn denominator(&self, theta: &DVector<f64>) -> Vec<f64> {
-        let mut a = vec![1.0];
-        a.extend(&theta.as_slice()[self.layout.a()]);
-        a
+        self.layout.denominator(theta.as_slice())
     }
 
     /// `y - yhat` and its slopes, all records one below the other.

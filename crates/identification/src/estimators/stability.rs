@@ -2,14 +2,20 @@
 
 use planesman_linear::polynomial;
 
+use crate::structure::monic;
+
+/// The largest magnitude of a pole whose memory is no longer than so many samples.
+pub(crate) fn radius_of_memory(samples: usize) -> f64 {
+    1.0 - 1.0 / samples.max(2) as f64
+}
+
 /// `a1 ... an` with every pole beyond `radius` drawn in to it along its ray; the inner `None` when there is none
 /// such, the outer when the roots cannot be found.
 pub(crate) fn held_within(a: &[f64], radius: f64) -> Option<Option<Vec<f64>>> {
     if lies_within(a, radius) {
         return Some(None);
     }
-    let monic: Vec<f64> = std::iter::once(1.0).chain(a.iter().copied()).collect();
-    let mut roots = polynomial::roots(&monic).ok()?;
+    let mut roots = polynomial::roots(&monic(a)).ok()?;
     for root in &mut roots {
         if root.norm() > radius {
             *root *= radius / root.norm();

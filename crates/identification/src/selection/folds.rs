@@ -6,7 +6,7 @@ use planesman_linear::polynomial::product;
 
 use crate::estimators::Part;
 use crate::free_motion::without_free_motion;
-use crate::structure::{Problem, Run, filter, variance};
+use crate::structure::{Problem, Run, filter, monic, variance};
 
 /// Blocks of half a record.
 pub(super) const HALVES: usize = 2;
@@ -85,9 +85,7 @@ impl Folds {
         model: &Fold<'_>,
         through: Option<&[Vec<f64>]>,
     ) -> f64 {
-        let monic: Vec<f64> = std::iter::once(1.0)
-            .chain(model.a.iter().copied())
-            .collect();
+        let monic = monic(model.a);
         let free = product(&monic, &problem.structure.known_denominator);
         let (mut squares, mut samples) = (0.0, 0);
         for (run, of) in problem.runs.iter().enumerate() {

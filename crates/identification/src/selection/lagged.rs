@@ -47,20 +47,20 @@ impl Lagged {
             let first = start.max(lags);
             let count = end.saturating_sub(first);
             let mut matrix = DMatrix::zeros(count, columns);
-            for (j, mut column) in matrix.column_iter_mut().enumerate() {
-                if count == 0 {
-                    break;
-                }
-                let from =
-                    |signal: &[f64], shift: usize| signal[first - shift..end - shift].to_vec();
-                let values = match j {
-                    j if j < lags => from(y, j + 1),
-                    j if j <= 2 * lags => from(u, j - lags),
-                    j if j == 2 * lags + 1 => vec![1.0; count],
-                    _ => y[first..end].to_vec(),
-                };
-                column.copy_from_slice(&values);
+            let mut fill = |at: usize, signal: &[f64], shift: usize| {
+                let values = signal.get(first - shift..end.saturating_sub(shift));
+                matrix
+                    .column_mut(at)
+                    .copy_from_slice(values.unwrap_or_default());
+            };
+            for shift in 1..=lags {
+                fill(shift - 1, y, shift);
             }
+            for shift in 0..=lags {
+                fill(lags + shift, u, shift);
+            }
+            fill(2 * lags + 2, y, 0);
+            matrix.column_mut(2 * lags + 1).fill(1.0);
             products.push(matrix.tr_mul(&matrix));
             rows.push(count);
         }
@@ -71,25 +71,16 @@ impl Lagged {
         }
     }
 
-    /// Rows of the parts that count.
-    fn rows(&self, counts: &dyn Fn(usize) -> bool) -> usize {
-        let parts = self.rows.iter().enumerate();
-        parts
-            .filter(|(i, _)| counts(*i))
-            .map(|(_, rows)| rows)
-            .sum()
-    }
-
-    /// The products over the parts that count.
+    /// The products over the parts that count, and their rows.
     pub(super) fn over(&self, counts: &dyn Fn(usize) -> bool) -> (DMatrix<f64>, usize) {
         let columns = 2 * self.lags + 3;
-        let parts = self.products.iter().enumerate();
-        let sum = parts
+        let parts = self.products.iter().zip(&self.rows).enumerate();
+        let none = (DMatrix::zeros(columns, columns), 0);
+        parts
             .filter(|(i, _)| counts(*i))
-            .fold(DMatrix::zeros(columns, columns), |sum, (_, part)| {
-                sum + part
-            });
-        (sum, self.rows(counts))
+            .fold(none, |(sum, rows), (_, (part, more))| {
+                (sum + part, rows + more)
+            })
     }
 
     /// The equation of `order`, `numerator` coefficients from `delay` on, with or without a constant; `None` when

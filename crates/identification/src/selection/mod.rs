@@ -17,12 +17,13 @@ mod realisation;
 
 use std::thread;
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
+use planesman_linear::polynomial::product;
 
 use crate::estimators::{
-    Course, Estimator, LeastSquares, Near, Search, held_within, lies_within, whitening,
+    Course, Estimator, LeastSquares, Near, Search, held_within, lies_within, radius_of_memory,
 };
-use crate::structure::{Problem, Run, Start, Structure};
+use crate::structure::{Problem, Run, Start, Structure, monic};
 use folds::{Fold, Folds};
 use lagged::Lagged;
 
@@ -43,8 +44,7 @@ const STANDARD_ERRORS: f64 = 0.5;
 const DEMANDS: f64 = 0.5;
 
 /// The kind of a candidate.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// The least simulation error.
     OutputError,
@@ -186,8 +186,12 @@ pub fn select(
         sample_time: problem.sample_time,
         folds: &folds,
         lagged: &lagged,
+        products: lagged.over(&|_| true),
+        kept: (0..folds.count())
+            .map(|fold| lagged.over(&|part| !folds.is_left_out(fold, part)))
+            .collect(),
         poles: &poles,
-        radius: 1.0 - 1.0 / samples.max(2) as f64,
+        radius: radius_of_memory(samples),
         samples,
     };
     let mut candidates: Vec<Candidate> = thread::scope(|scope| {
@@ -298,6 +302,9 @@ struct Shared<'a> {
     sample_time: f64,
     folds: &'a Folds,
     lagged: &'a Lagged,
+    /// The products of its columns over everything, and with each block left out.
+    products: (DMatrix<f64>, usize),
+    kept: Vec<(DMatrix<f64>, usize)>,
     /// Poles of order 1, 2, ... to begin a search at, by each realisation.
     poles: &'a [Vec<Vec<f64>>],
     radius: f64,
@@ -324,16 +331,16 @@ impl Shared<'_> {
                 runs: self.runs.to_vec(),
             };
             found.extend(self.arx(&problem));
-            let Some(theta) = self.output_error(&problem, before.as_deref()) else {
+            let plain = Course::new(&problem, &[1.0]);
+            let Some(theta) = self.output_error(&problem, &plain, before.as_deref()) else {
                 continue;
             };
             before = Some(theta.as_slice()[..problem.structure.poles].to_vec());
-            let course = Course::new(&problem, &[1.0]);
-            let plain = self.judged(&problem, &course, &theta, Kind::OutputError, vec![1.0]);
-            let score = plain.as_ref().map_or(f64::INFINITY, Candidate::score);
-            found.extend(plain);
+            let candidate = self.judged(&problem, &plain, None, &theta);
+            let score = candidate.as_ref().map_or(f64::INFINITY, Candidate::score);
+            found.extend(candidate);
             if least.is_none_or(|(_, least)| score < least + HOPELESS) {
-                found.extend(self.box_jenkins(&problem, &course, theta));
+                found.extend(self.box_jenkins(&problem, &plain, theta));
             }
             if least.is_none_or(|(_, least)| score < least) {
                 least = Some((*order, score));
@@ -351,14 +358,17 @@ impl Shared<'_> {
     }
 
     /// The least output error of the searches from every start.
-    fn output_error(&self, problem: &Problem<'_>, before: Option<&[f64]>) -> Option<DVector<f64>> {
+    fn output_error(
+        &self,
+        problem: &Problem<'_>,
+        course: &Course,
+        before: Option<&[f64]>,
+    ) -> Option<DVector<f64>> {
         let n = problem.structure.poles;
-        let course = Course::new(problem, &[1.0]);
         let whole = course.whole();
-        let of_equation = self.equation(problem, &|_| true).map(|it| it.a);
+        let of_equation = self.equation(problem, &self.products).map(|it| it.a);
         let longer = before.map(|a| {
-            let monic: Vec<f64> = std::iter::once(1.0).chain(a.iter().copied()).collect();
-            let mut longer = planesman_linear::polynomial::product(&monic, &[1.0, -0.5]);
+            let mut longer = product(&monic(a), &[1.0, -0.5]);
             longer.remove(0);
             longer
         });
@@ -389,45 +399,44 @@ impl Shared<'_> {
     fn box_jenkins(
         &self,
         problem: &Problem<'_>,
-        course: &Course,
+        plain: &Course,
         start: DVector<f64>,
     ) -> Option<Candidate> {
         let mut theta = start;
-        let mut d = vec![1.0];
+        let mut noise = None;
         for _ in 0..ROUNDS {
-            let residuals: Vec<Vec<f64>> = (0..self.runs.len())
-                .map(|run| course.errors(&theta, run))
-                .collect();
-            let colour = whitening(residuals.iter().map(Vec::as_slice));
-            if colour.len() == 1 {
+            let d = plain.whitening(&theta);
+            if d.len() == 1 {
                 break;
             }
-            d = colour;
             let whitened = Course::new(problem, &d);
             theta = whitened
                 .minimised(theta, &whitened.whole(), self.search(20))?
                 .0;
+            noise = Some((whitened, d));
         }
-        if d.len() == 1 {
-            return None;
-        }
-        let whitened = Course::new(problem, &d);
-        self.judged(problem, &whitened, &theta, Kind::BoxJenkins, d)
+        self.judged(problem, plain, Some(noise?), &theta)
     }
 
-    /// A candidate with the errors of each fold.
+    /// A candidate with the errors of each fold: output error, or with a noise model Box-Jenkins.
     fn judged(
         &self,
         problem: &Problem<'_>,
-        course: &Course,
+        plain: &Course,
+        noise: Option<(Course, Vec<f64>)>,
         theta: &DVector<f64>,
-        kind: Kind,
-        whitening: Vec<f64>,
     ) -> Option<Candidate> {
+        let kind = match noise {
+            None => Kind::OutputError,
+            Some(_) => Kind::BoxJenkins,
+        };
+        let (course, whitening) = match &noise {
+            None => (plain, &[1.0][..]),
+            Some((whitened, d)) => (whitened, d.as_slice()),
+        };
         let lead = whitening.len() - 1;
         let layout = problem.layout();
         let driving = problem.driving();
-        let plain = Course::new(problem, &[1.0]);
         let mut errors = Vec::new();
         let mut refitted = Vec::new();
         for fold in 0..self.folds.count() {
@@ -451,7 +460,7 @@ impl Shared<'_> {
             kind,
             structure: problem.structure.clone(),
             poles: theta.as_slice()[layout.a()].to_vec(),
-            whitening,
+            whitening: whitening.to_vec(),
             errors,
             refitted,
             samples: self.samples,
@@ -461,20 +470,19 @@ impl Shared<'_> {
     fn equation(
         &self,
         problem: &Problem<'_>,
-        counts: &dyn Fn(usize) -> bool,
+        products: &(DMatrix<f64>, usize),
     ) -> Option<lagged::Equation> {
         let s = &problem.structure;
-        let products = self.lagged.over(counts);
         self.lagged
-            .equation(&products, s.poles, s.delay, s.numerator, s.offset)
+            .equation(products, s.poles, s.delay, s.numerator, s.offset)
     }
 
     fn arx(&self, problem: &Problem<'_>) -> Option<Candidate> {
-        let whole = self.equation(problem, &|_| true)?;
+        let whole = self.equation(problem, &self.products)?;
         let driving = problem.driving();
         let errors: Vec<f64> = (0..self.folds.count())
             .map(|fold| {
-                let found = self.equation(problem, &|part| !self.folds.is_left_out(fold, part))?;
+                let found = self.equation(problem, &self.kept[fold])?;
                 let offset = found.constant / (1.0 + found.a.iter().sum::<f64>());
                 let model = Fold {
                     a: &found.a,

@@ -7,9 +7,12 @@
 //! Larimore's canonical variates). The second weights by the noise and holds in a closed loop too.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
+use planesman_linear::poles::eigenvalues;
+use planesman_linear::polynomial;
 
 use super::lagged::{Equation, Lagged};
-use crate::structure::filter;
+use crate::estimators::impulse;
+use crate::structure::{filter, monic};
 
 /// Orders of the high-order equation tried.
 const HIGH: [usize; 4] = [5, 10, 20, 40];
@@ -41,10 +44,7 @@ pub(super) fn from_markov_parameters(
     if rows < 2 * most {
         return Vec::new();
     }
-    let a: Vec<f64> = std::iter::once(1.0).chain(high.a.iter().copied()).collect();
-    let mut impulse = vec![0.0; 2 * rows];
-    impulse[0] = 1.0;
-    let g = filter(&high.b, &a, &impulse);
+    let g = filter(&high.b, &monic(&high.a), &impulse(2 * rows));
     let early = g.iter().take(20).fold(0.0_f64, |m, v| m.max(v.abs()));
     if !g.iter().all(|v| v.is_finite() && v.abs() <= 1e6 * early) {
         return Vec::new();
@@ -147,8 +147,7 @@ pub(super) fn from_states(
             regressors.set_column(n + 1, &DVector::repeat(rows, 1.0));
             let measured = DMatrix::from_column_slice(rows, 1, &outputs[p..p + rows]);
             let explained = &regressors * solved(&regressors, &measured)?;
-            let regressors = regressors.insert_column(n + 2, 0.0);
-            let mut regressors = regressors;
+            let mut regressors = regressors.insert_column(n + 2, 0.0);
             regressors.set_column(n + 2, &(measured - explained).column(0));
             let next = states.rows(1, rows).into_owned();
             let step = solved(&regressors, &next)?;
@@ -166,12 +165,10 @@ fn solved(regressors: &DMatrix<f64>, values: &DMatrix<f64>) -> Option<DMatrix<f6
     Some(found.solve(&regressors.tr_mul(values)))
 }
 
-/// `a1 ... an` of the characteristic polynomial of a matrix (Faddeev and LeVerrier).
+/// `a1 ... an` of the characteristic polynomial of a matrix from its eigenvalues.
 fn characteristic(matrix: &DMatrix<f64>) -> Option<Vec<f64>> {
-    let n = matrix.nrows();
-    let eigenvalues = matrix.complex_eigenvalues();
-    let roots: Vec<_> = eigenvalues.iter().copied().collect();
-    let mut polynomial = planesman_linear::polynomial::from_roots(&roots).ok()?;
+    let roots = eigenvalues(matrix).ok()?;
+    let mut polynomial = polynomial::from_roots(&roots).ok()?;
     polynomial.remove(0);
-    (polynomial.len() == n && polynomial.iter().all(|v| v.is_finite())).then_some(polynomial)
+    Some(polynomial)
 }
