@@ -8,14 +8,18 @@ mod foreign;
 mod stage;
 
 use std::collections::BTreeSet;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use depth_controller::ControllerParameters;
 use foreign::{CYCLONE, Python, RCLPY, Running, full_name, root};
-use planesman_msgs::{Message, nav_msgs, planesman_msgs::msg::VehicleState, sensor_msgs};
+use planesman_msgs::{
+    Message, diagnostic_msgs::msg::DiagnosticArray, nav_msgs, planesman_msgs::msg::VehicleState,
+    rcl_interfaces::msg::Log, sensor_msgs,
+};
 use planesman_parameters::Parameters as _;
 use recorder::loop_topics::{self, Delivery};
 use serde_json::{Value, json};
-use stage::{Process, Stage, eventually, scenario};
+use stage::{Process, Signal, Stage, eventually, freeze, scenario};
 
 /// A test of each claim with each peer.
 macro_rules! whichever_peer_tries {
@@ -35,6 +39,8 @@ whichever_peer_tries! {
     a_depth_setpoint_published_from_there_moves_the_vehicle
     parameters_are_listed_read_described_and_set_and_a_bad_value_is_refused
     the_vehicle_is_paused_stepped_and_put_back_by_its_services
+    stamps_are_the_machines_time_again_after_a_pause_and_a_stall
+    in_simulated_time_diagnostics_and_log_have_its_stamps
     the_identifier_publishes_its_model_and_forgets_it_when_asked
     a_foreign_actuator_flies_the_vehicle_with_joint_states_alone
     a_goal_is_sent_followed_and_cancelled_as_ros2_action_does
@@ -70,8 +76,12 @@ fn keep_flying(stage: &Stage, parameters: &str, pace: &[&str]) -> Process {
 
 /// Seconds of a message's stamp.
 fn stamp(message: &Value) -> f64 {
-    let stamp = &message["header"]["stamp"];
-    number(&stamp["sec"]) + 1e-9 * number(&stamp["nanosec"])
+    seconds(&message["header"]["stamp"])
+}
+
+/// Seconds of a time.
+fn seconds(time: &Value) -> f64 {
+    number(&time["sec"]) + 1e-9 * number(&time["nanosec"])
 }
 
 fn number(value: &Value) -> f64 {
@@ -358,6 +368,84 @@ fn the_vehicle_is_paused_stepped_and_put_back_by_its_services(python: &Python, s
     let back = states.find(|state| number(&state["depth"]) > 2.99).unwrap();
     assert!((number(&back["pitch"]) - 0.2).abs() < 0.01, "{back}");
     assert!(stamp(&back) > stamp(&risen), "time goes on");
+}
+
+fn stamps_are_the_machines_time_again_after_a_pause_and_a_stall(python: &Python, stage: &Stage) {
+    /// Long enough that no busy machine is as late, s.
+    const INTERRUPTION: Duration = Duration::from_secs(3);
+
+    let plant = stage.node("plant_sim", &[]);
+    let arguments = [
+        "/auv/state",
+        VehicleState::TYPE_NAME,
+        "--timeout",
+        "120",
+        "--count",
+        "100000",
+    ];
+    let mut states = python.start("peer_echo.py", stage.domain(), &arguments);
+    let mut is_on_time = |when: &str| {
+        let found = states.by_ref().find(|state| {
+            let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap();
+            (now.as_secs_f64() - stamp(state)).abs() < 0.5 * INTERRUPTION.as_secs_f64()
+        });
+        assert!(found.is_some(), "{when}");
+    };
+    is_on_time("at the start");
+
+    let pause = |data: bool| {
+        let (service, request) = ("/auv/plant_sim/pause", json!({ "data": data }).to_string());
+        let arguments = [service, "std_srvs/srv/SetBool", "--json", &request];
+        let answer = python.run("peer_call.py", stage.domain(), &arguments);
+        assert_eq!(answer.answer()["success"], true);
+    };
+    pause(true);
+    std::thread::sleep(INTERRUPTION);
+    pause(false);
+    is_on_time("after a pause");
+
+    freeze(plant.pid());
+    std::thread::sleep(INTERRUPTION);
+    plant.signal(Signal::CONT);
+    is_on_time("after a stall");
+    let log = plant.stderr();
+    assert!(log.contains("after a pause of "), "{log}");
+    assert!(log.contains("s) missed: "), "{log}");
+    let missed = stage
+        .operator()
+        .until("a count of missed ticks", |received| {
+            let status = received.status("/auv/plant_sim: vehicle")?;
+            let pair = status
+                .values
+                .iter()
+                .find(|pair| pair.key == "ticks missed")?;
+            pair.value.parse::<u64>().ok()
+        });
+    assert!(missed >= 120, "{missed}");
+}
+
+fn in_simulated_time_diagnostics_and_log_have_its_stamps(python: &Python, stage: &Stage) {
+    let _loop = keep_flying(stage, HOLD_ONE_METRE, &["--factor", "4"]);
+    for (topic, type_name) in [
+        ("/diagnostics", DiagnosticArray::TYPE_NAME),
+        ("/rosout", Log::TYPE_NAME),
+    ] {
+        let mut from: BTreeSet<String> = BTreeSet::new();
+        let arguments = [topic, type_name, "--count", "10000", "--timeout", "120"];
+        let mut messages = python.start("peer_echo.py", stage.domain(), &arguments);
+        // Every node of the loop, once simulated time has come to it.
+        let everybody = messages.find(|message| {
+            let (time, who) = match message.get("header") {
+                Some(_) => (stamp(message), text(&message["status"][0]["name"])),
+                None => (seconds(&message["stamp"]), text(&message["name"])),
+            };
+            if time > 0.0 && time < 1e6 {
+                from.insert(who.to_owned());
+            }
+            from.len() >= if topic == "/rosout" { 1 } else { 6 }
+        });
+        assert!(everybody.is_some(), "{topic}: {from:?}");
+    }
 }
 
 fn the_identifier_publishes_its_model_and_forgets_it_when_asked(python: &Python, stage: &Stage) {

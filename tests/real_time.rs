@@ -84,10 +84,13 @@ fn stamps_begin_at_zero_with_sim_time_and_are_the_machines_without() {
     assert_eq!(simulated.counts["/clock"], 20);
 
     let (machine, stamps) = fly(&["--factor", "1"], "machine");
-    let start = stamps[0];
-    assert!(start > THIS_YEAR);
-    let expected: Vec<i64> = (0..20).map(|k| start + k * TICK).collect();
-    assert_eq!(stamps, expected);
+    // A busy machine may miss ticks; the stamps then stay the machine's, a whole number of ticks apart.
+    assert!(stamps[0] > THIS_YEAR);
+    assert_eq!(stamps.len(), 20);
+    for pair in stamps.windows(2) {
+        let step = pair[1] - pair[0];
+        assert!(step > 0 && step % TICK == 0, "{stamps:?}");
+    }
     assert!(!machine.counts.contains_key("/clock"));
 }
 

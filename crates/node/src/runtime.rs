@@ -9,6 +9,7 @@ use std::{
     future::Future,
     net::Ipv4Addr,
     rc::Rc,
+    sync::Arc,
     time::{Duration, Instant},
 };
 
@@ -236,9 +237,7 @@ impl<E: 'static> Runtime<E> {
         let node = context
             .new_node(node_name, options)
             .map_err(|e| anyhow!("{}: {e}", names.full()))?;
-        if arguments.rosout {
-            logging::set_rosout(Some(node.logging_handle()));
-        }
+        let rosout = arguments.rosout.then(|| node.logging_handle());
 
         let executor = Rc::new(LocalExecutor::new());
         let (news, changed) = bounded(1);
@@ -250,6 +249,9 @@ impl<E: 'static> Runtime<E> {
             Rc::downgrade(&executor),
             news,
         ));
+        if let Some(handle) = rosout {
+            logging::set_rosout(Some((handle, Arc::clone(&shared.clock))));
+        }
         let (ours, listener) = (Rc::clone(&shared), participant.status_listener());
         shared.spawn(async move {
             let mut events = listener.as_async_status_stream();
@@ -296,6 +298,18 @@ impl<E: 'static> Runtime<E> {
     #[must_use]
     pub fn now(&self) -> Time {
         self.shared.clock.now()
+    }
+
+    /// Whether the node's time is not the machine's: `use_sim_time`, or [`Runtime::set_time`].
+    #[must_use]
+    pub fn is_time_simulated(&self) -> bool {
+        self.shared.clock.is_simulated()
+    }
+
+    /// Sets the node's time, for a node that makes `/clock`, or knows the time from elsewhere: its diagnostics and
+    /// `/rosout` then have this time. The machine's and `/clock` count no more.
+    pub fn set_time(&self, time: &Time) {
+        self.shared.clock.set(time);
     }
 
     /// Opens `topic` for sending.
@@ -531,6 +545,15 @@ impl<E: 'static> Runtime<E> {
         let sender = self.sender.clone();
         self.timer(async move {
             SmolTimer::after(delay).await;
+            let _ = sender.send(event().into()).await;
+        })
+    }
+
+    /// Makes one event when the node's time is `due`, at once if that is over.
+    pub fn at(&self, due: Time, event: impl FnOnce() -> E + 'static) -> Timer {
+        let (sender, clock) = (self.sender.clone(), Arc::clone(&self.shared.clock));
+        self.timer(async move {
+            clock.reaches(&due).await;
             let _ = sender.send(event().into()).await;
         })
     }

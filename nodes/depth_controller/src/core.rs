@@ -72,6 +72,8 @@ struct Run {
     /// The last state's stamp, ns, and the answer to it.
     last: i64,
     answer: Answer,
+    /// Whether states have been missing since, and everything is neutral.
+    silent: bool,
 }
 
 impl Controller {
@@ -240,7 +242,11 @@ impl Controller {
         let tick = Tick {
             elapsed: stamp - began,
             distance: bounded(state.distance - from),
-            dt: (stamp - last) as f64 * 1e-9,
+            dt: match &self.run {
+                // What was not controlled is not integrated.
+                Some(run) if run.silent => 0.0,
+                _ => (stamp - last) as f64 * 1e-9,
+            },
         };
         let answer = self.answer(state, tick);
         self.run = Some(Run {
@@ -248,6 +254,7 @@ impl Controller {
             from,
             last: stamp,
             answer: answer.clone(),
+            silent: false,
         });
         Ok(answer)
     }
@@ -258,6 +265,9 @@ impl Controller {
     pub fn on_silence(&mut self, stamp: Time) -> Answer {
         self.break_off("no vehicle state");
         self.feedback = None;
+        if let Some(run) = &mut self.run {
+            run.silent = true;
+        }
         if self.config.envelope.latch_silence {
             self.fail(Fault::Silence);
         }
