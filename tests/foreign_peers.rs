@@ -559,6 +559,10 @@ fn a_goal_is_sent_followed_and_cancelled_as_ros2_action_does(python: &Python, st
 
     let endless = json!({"name": "square", "amplitude": 0.1, "period": 1.0, "duration": 1000.0});
     let printed = ask(endless, &["--cancel-after", "0.5"]).well();
+    // Only rclpy's client keeps a handle of its goal.
+    if let Some(handle) = printed.iter().find_map(|line| line.get("handle")) {
+        assert_eq!(handle, "EXECUTING", "Ctrl-C does not cancel: {printed:?}");
+    }
     let end = printed.last().unwrap();
     assert_eq!(end["status"], "CANCELED", "{printed:?}");
     assert_eq!(end["result"]["completed"], false);
