@@ -12,6 +12,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use depth_controller::ControllerParameters;
 use foreign::{CYCLONE, Python, RCLPY, Running, full_name, root};
+use planesman::nodes::NODES;
 use planesman_msgs::{
     Message, diagnostic_msgs::msg::DiagnosticArray, nav_msgs, planesman_msgs::msg::VehicleState,
     rcl_interfaces::msg::Log, sensor_msgs,
@@ -575,6 +576,22 @@ fn a_goal_is_sent_followed_and_cancelled_as_ros2_action_does(python: &Python, st
         reason.contains("'loop'") && reason.contains("run_7_3"),
         "{reason}"
     );
+}
+
+#[test]
+fn what_ros2_param_dumps_it_loads_again_into_every_node() {
+    let Some(python) = RCLPY.found() else { return };
+    let stage = Stage::with(python.middleware);
+    for name in NODES {
+        let node = stage.node(name, &[]);
+        let full_name = full_name(name);
+        let results = python.run("peer_params.py", stage.domain(), &[&full_name, "reload"]);
+        for result in results.well() {
+            assert_eq!(result["successful"], true, "{name}: {result}");
+        }
+        node.signal(Signal::INT);
+        node.finish().success();
+    }
 }
 
 #[test]

@@ -115,6 +115,7 @@ pub use claim::Claim;
 pub use diagnostics::{Connection, Connections, Level};
 pub use domain::Domain;
 pub use endpoint::Direction;
+pub use parameters::STRICT_PARAMETERS;
 pub use publisher::Publisher;
 pub use qos::Qos;
 pub use raw::RawSample;

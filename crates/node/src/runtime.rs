@@ -58,7 +58,7 @@ use crate::{
     endpoint::{Direction, Endpoint, TypeNames},
     file_size, logging, memory,
     names::NodeNames,
-    parameters::ParameterServer,
+    parameters::{ParameterServer, STRICT_PARAMETERS},
     publisher::Publisher,
     qos::Qos,
     raw::{Payload, RawSample},
@@ -207,7 +207,8 @@ impl<E: 'static> Runtime<E> {
         memory::limit()?;
         file_size::limit_is_an_error();
         let stop = shutdown::requested()?;
-        let parameters = ParameterServer::at_start(spec.validate, &names, &arguments)?;
+        let strict = variable(STRICT_PARAMETERS).is_some_and(|value| !value.is_empty());
+        let parameters = ParameterServer::at_start(spec.validate, &names, &arguments, strict)?;
         let at_start = P::from_values(&parameters.values)?;
         let mapping = service::mapping()?;
 
