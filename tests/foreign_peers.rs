@@ -15,10 +15,12 @@ use foreign::{CYCLONE, Python, RCLPY, Running, full_name, root};
 use planesman::nodes::NODES;
 use planesman_msgs::{
     Message, diagnostic_msgs::msg::DiagnosticArray, nav_msgs, planesman_msgs::msg::VehicleState,
-    rcl_interfaces::msg::Log, sensor_msgs,
+    rcl_interfaces::msg::Log, sensor_msgs, std_msgs::msg::Float64,
 };
+use planesman_node::Qos;
 use planesman_parameters::Parameters as _;
 use recorder::loop_topics::{self, Delivery};
+use rustix::process::Pid;
 use serde_json::{Value, json};
 use stage::{Process, Signal, Stage, eventually, freeze, scenario};
 
@@ -42,6 +44,9 @@ whichever_peer_tries! {
     the_vehicle_is_paused_stepped_and_put_back_by_its_services
     stamps_are_the_machines_time_again_after_a_pause_and_a_stall
     in_simulated_time_diagnostics_and_log_have_its_stamps
+    a_qos_that_does_not_fit_is_told_in_rclcpps_words
+    a_log_line_is_for_late_joiners_no_longer_than_its_lifespan
+    a_reader_that_does_not_acknowledge_loses_and_is_named_and_nobody_else
     the_identifier_publishes_its_model_and_forgets_it_when_asked
     a_foreign_actuator_flies_the_vehicle_with_joint_states_alone
     a_goal_is_sent_followed_and_cancelled_as_ros2_action_does
@@ -67,6 +72,20 @@ const UNSAID: [&str; 4] = [
     "dha_state_stern",
     "dha_state_roll",
     "dha_state_rudder",
+];
+
+/// The arguments of a peer that reads the log, the last lines before it included.
+const LATE_LOG: [&str; 10] = [
+    "/rosout",
+    Log::TYPE_NAME,
+    "--reliability",
+    "reliable",
+    "--durability",
+    "transient_local",
+    "--count",
+    "1000",
+    "--timeout",
+    "60",
 ];
 
 /// The loop with these parameters, which flies at this pace until the test ends.
@@ -142,12 +161,18 @@ fn every_topic_is_discovered_with_its_type_qos_and_type_hash(python: &Python, st
         };
         for endpoint in publications {
             assert_eq!(endpoint["reliability"], reliability, "{name}");
-            // ros2-client gives every node a second, latched publisher of these, never used.
-            if name != "/parameter_events" {
-                assert_eq!(endpoint["durability"], durability, "{name}");
-            }
+            assert_eq!(endpoint["durability"], durability, "{name}");
         }
     }
+
+    // Every endpoint has a hash, those of services, actions and ROS's own discovery too.
+    for endpoint in &endpoints {
+        let hash = endpoint["type_hash"].as_str().unwrap_or_default();
+        assert!(hash.starts_with("RIHS01_"), "{endpoint}");
+    }
+    // One writer of the parameters' events for each node, and for the launcher.
+    let of_events = |e: &&Value| e["topic"] == "/parameter_events" && e["kind"] == "publication";
+    assert_eq!(endpoints.iter().filter(of_events).count(), NODES.len() + 1);
 
     // Nothing of ours that the table of topics does not know.
     let known: BTreeSet<String> = loop_topics::ALL.iter().map(|t| full_name(t.name)).collect();
@@ -411,7 +436,7 @@ fn stamps_are_the_machines_time_again_after_a_pause_and_a_stall(python: &Python,
     is_on_time("after a stall");
     let log = plant.stderr();
     assert!(log.contains("after a pause of "), "{log}");
-    assert!(log.contains("s) missed: "), "{log}");
+    assert!(log.contains("ticks missed: "), "{log}");
     let missed = stage
         .operator()
         .until("a count of missed ticks", |received| {
@@ -447,6 +472,121 @@ fn in_simulated_time_diagnostics_and_log_have_its_stamps(python: &Python, stage:
         });
         assert!(everybody.is_some(), "{topic}: {from:?}");
     }
+}
+
+fn a_qos_that_does_not_fit_is_told_in_rclcpps_words(python: &Python, stage: &Stage) {
+    let plant = stage.node("plant_sim", &[]);
+    let controller = stage.node("depth_controller", &[]);
+    let imu = [
+        "/auv/imu",
+        sensor_msgs::msg::Imu::TYPE_NAME,
+        "--reliability",
+        "reliable",
+        "--timeout",
+        "60",
+    ];
+    let setpoint = [
+        "/auv/depth_setpoint",
+        "std_msgs/msg/Float64",
+        "--timeout",
+        "60",
+    ];
+    let setpoint = [&setpoint[..], &["--reliability", "best_effort"]].concat();
+    let _peers = [
+        python.start("peer_echo.py", stage.domain(), &imu),
+        python.start("peer_pub.py", stage.domain(), &setpoint),
+    ];
+    let says = |node: &Process, text: &str| {
+        eventually(text, || node.stderr().contains(text).then_some(()));
+        assert_eq!(node.stderr().matches("incompatible QoS").count(), 1);
+    };
+    says(
+        &plant,
+        "New subscription discovered on topic '/auv/imu', requesting incompatible QoS. No messages will be sent to it. \
+         Last incompatible policy: RELIABILITY_QOS_POLICY",
+    );
+    says(
+        &controller,
+        "New publisher discovered on topic '/auv/depth_setpoint', offering incompatible QoS. No messages will be received from it. \
+         Last incompatible policy: RELIABILITY_QOS_POLICY",
+    );
+}
+
+fn a_log_line_is_for_late_joiners_no_longer_than_its_lifespan(python: &Python, stage: &Stage) {
+    /// What /rosout offers, as in rcl.
+    const LIFESPAN: Duration = Duration::from_secs(10);
+
+    let controller = stage.node("depth_controller", &[]);
+    let first = |why: &str| {
+        let mut log = python.start("peer_echo.py", stage.domain(), &LATE_LOG);
+        let line = log.next().unwrap_or_else(|| panic!("{why}"));
+        text(&line["msg"]).to_owned()
+    };
+    let up = "up in domain";
+    eventually(up, || controller.stderr().contains(up).then_some(()));
+    assert!(first("a late joiner").starts_with(up));
+    std::thread::sleep(LIFESPAN);
+    let set = ["/auv/depth_controller", "set", "depth.p=0.5"];
+    python.run("peer_params.py", stage.domain(), &set).well();
+    let line = first("one that comes after the lifespan");
+    assert!(line.contains("depth.p"), "{line}");
+}
+
+fn a_reader_that_does_not_acknowledge_loses_and_is_named_and_nobody_else(
+    python: &Python,
+    stage: &Stage,
+) {
+    /// Twice the number of samples that the middleware keeps for its readers.
+    const SAMPLES: u32 = 2 * 8192;
+
+    let operator = stage.operator();
+    let numbers = operator
+        .rt
+        .publisher::<Float64>("numbers", Qos::reliable(10))
+        .unwrap();
+    let echo = [
+        "/auv/numbers",
+        Float64::TYPE_NAME,
+        "--reliability",
+        "reliable",
+        "--count",
+        "1000000",
+        "--timeout",
+        "120",
+    ];
+    let [mut hears, deaf] = [(); 2].map(|()| python.start("peer_echo.py", stage.domain(), &echo));
+    eventually("two readers", || {
+        operator.rt.next(Duration::from_millis(10));
+        (numbers.readers() == 2).then_some(())
+    });
+    let deaf_pid = Pid::from_raw(i32::try_from(deaf.id()).unwrap()).unwrap();
+    freeze(deaf_pid);
+    for number in 0..SAMPLES {
+        assert!(
+            numbers.publish(&Float64 {
+                data: f64::from(number)
+            }),
+            "{number}"
+        );
+    }
+    let last = f64::from(SAMPLES - 1);
+    assert!(hears.any(|message| number(&message["data"]) == last));
+
+    let mut log = python.start("peer_echo.py", stage.domain(), &LATE_LOG);
+    let named = std::thread::spawn(move || {
+        let says = "/auv/numbers: the subscription ";
+        let named = log.any(|line| {
+            let line = text(&line["msg"]);
+            line.starts_with(says) && line.contains(" does not acknowledge: it has lost ")
+        });
+        assert!(named, "the one that is deaf");
+    });
+    eventually("the name of the one that is deaf", || {
+        operator.rt.next(Duration::from_millis(10));
+        named.is_finished().then_some(())
+    });
+    named.join().unwrap();
+    drop(deaf);
 }
 
 fn the_identifier_publishes_its_model_and_forgets_it_when_asked(python: &Python, stage: &Stage) {

@@ -64,6 +64,7 @@
 //! | `clock`, `clock_source` | wall time or `/clock` |
 //! | [`logging`] | stderr and `/rosout` |
 //! | [`diagnostics`] | `/diagnostics`, written and read |
+//! | `discovery_news` | QoS that does not fit, readers that do not acknowledge |
 //! | [`claim`] | being the only one that does something |
 //! | [`report`] | the account at exit |
 //! | [`memory`], [`file_size`], [`shutdown`] | the ceilings; the signals |
@@ -80,6 +81,7 @@ pub mod claim;
 mod clock;
 mod clock_source;
 pub mod diagnostics;
+mod discovery_news;
 pub mod domain;
 mod endpoint;
 pub mod file_size;

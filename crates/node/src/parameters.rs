@@ -75,8 +75,8 @@ impl ParameterServer {
         let defaults = Values::defaults(declarations);
         if !strict {
             let (declared, unknown) = defaults.declared(changes);
-            for name in unknown {
-                log::warn!("parameter {name} is not declared: ignored");
+            for line in unknown {
+                log::warn!("{line}");
             }
             changes = declared;
         }

@@ -31,6 +31,7 @@ use planesman_msgs::{
             SetParametersAtomicallyResponse, SetParametersResponse,
         },
     },
+    rmw_dds_common::msg::ParticipantEntitiesInfo,
     rosgraph_msgs::msg::Clock as ClockMessage,
 };
 use planesman_parameters::Parameters;
@@ -54,6 +55,7 @@ use crate::{
     claim::Claim,
     clock_source,
     diagnostics::{self, Connections, Level},
+    discovery_news::DiscoveryNews,
     domain::{Domain, static_peers},
     endpoint::{Direction, Endpoint, TypeNames},
     file_size, logging, memory,
@@ -216,6 +218,10 @@ impl<E: 'static> Runtime<E> {
         announce_type_hash(Log::DDS_TYPE_NAME, Log::TYPE_HASH);
         announce_type_hash(ParameterEvent::DDS_TYPE_NAME, ParameterEvent::TYPE_HASH);
         announce_type_hash(ClockMessage::DDS_TYPE_NAME, ClockMessage::TYPE_HASH);
+        announce_type_hash(
+            ParticipantEntitiesInfo::DDS_TYPE_NAME,
+            ParticipantEntitiesInfo::TYPE_HASH,
+        );
 
         let builder = DomainParticipantBuilder::new(domain.id);
         let builder = match (domain.local, peers.is_empty()) {
@@ -233,6 +239,8 @@ impl<E: 'static> Runtime<E> {
         let options = NodeOptions::new()
             .enable_rosout(arguments.rosout)
             .start_parameter_services(false);
+        // The node's own, which it never writes to and whose QoS is none of rclcpp's; ours is in `serve_parameters`.
+        participant.withhold_next_writer("rt/parameter_events");
         // Its spinner stays unused: it would announce a `/clock` reader of a wrong type, and
         // what it finds out the participant tells as well.
         let node = context
@@ -255,8 +263,10 @@ impl<E: 'static> Runtime<E> {
         }
         let (ours, listener) = (Rc::clone(&shared), participant.status_listener());
         shared.spawn(async move {
+            let news = DiscoveryNews::default();
             let mut events = listener.as_async_status_stream();
-            while events.next().await.is_some() {
+            while let Some(event) = events.next().await {
+                news.tell(&ours, &event);
                 ours.announce_news();
             }
         });
@@ -763,7 +773,7 @@ impl<E: 'static> Runtime<E> {
         on_parameters: fn(P) -> E,
     ) -> anyhow::Result<()> {
         let events =
-            self.unlisted_publisher::<ParameterEvent>("/parameter_events", Qos::reliable(100))?;
+            self.unlisted_publisher::<ParameterEvent>("/parameter_events", Qos::reliable(1000))?;
         let (shared, parameters, sender) = (
             Rc::clone(&self.shared),
             Rc::clone(&self.parameters),

@@ -68,8 +68,7 @@ impl Values {
         self.changed(changes, false)
     }
 
-    /// The changes to parameters that are declared, and of the others a line each: the name, and the declared one that was
-    /// probably meant.
+    /// The changes to parameters that are declared, and a line on each other one, with the name that was probably meant.
     pub fn declared(
         &self,
         changes: impl IntoIterator<Item = (String, Value)>,
@@ -77,7 +76,10 @@ impl Values {
         let (known, unknown): (Vec<_>, Vec<_>) = changes
             .into_iter()
             .partition(|(name, _)| self.declaration(name).is_some());
-        let line = |(name, _): (String, Value)| format!("'{name}'{}", self.probably_meant(&name));
+        let line = |(name, _): (String, Value)| {
+            let meant = self.probably_meant(&name);
+            format!("parameter '{name}' is not declared and is ignored{meant}")
+        };
         (known, unknown.into_iter().map(line).collect())
     }
 

@@ -393,9 +393,10 @@ impl Node {
             log::info!("resumed at tick {} after a pause of {time:.2} s", self.k);
         } else {
             let text = format!(
-                "{ticks} ticks ({time:.2} s) missed: this machine was too slow, or the process stood"
+                "{ticks} before tick {} ({time:.2} s): this machine was too slow, or the process stood",
+                self.k
             );
-            self.warnings.warn(&format!("tick {}", self.k), &text);
+            self.warnings.warn("ticks missed", &text);
         }
     }
 
