@@ -14,8 +14,13 @@ use depth_controller::ControllerParameters;
 use foreign::{CYCLONE, Python, RCLPY, Running, full_name, root};
 use planesman::nodes::NODES;
 use planesman_msgs::{
-    Message, diagnostic_msgs::msg::DiagnosticArray, nav_msgs, planesman_msgs::msg::VehicleState,
-    rcl_interfaces::msg::Log, sensor_msgs, std_msgs::msg::Float64,
+    Message,
+    diagnostic_msgs::msg::DiagnosticArray,
+    nav_msgs,
+    planesman_msgs::msg::{PlaneMotion, VehicleState},
+    rcl_interfaces::msg::Log,
+    sensor_msgs,
+    std_msgs::msg::Float64,
 };
 use planesman_node::Qos;
 use planesman_parameters::Parameters as _;
@@ -48,6 +53,7 @@ whichever_peer_tries! {
     a_log_line_is_for_late_joiners_no_longer_than_its_lifespan
     a_reader_that_does_not_acknowledge_loses_and_is_named_and_nobody_else
     the_identifier_publishes_its_model_and_forgets_it_when_asked
+    the_actuator_answers_each_state_once_however_late_the_commands_are
     a_foreign_actuator_flies_the_vehicle_with_joint_states_alone
     a_goal_is_sent_followed_and_cancelled_as_ros2_action_does
 }
@@ -367,13 +373,18 @@ fn the_vehicle_is_paused_stepped_and_put_back_by_its_services(python: &Python, s
     };
 
     assert_eq!(step(1)["success"], false, "it is not paused");
-    assert_eq!(pause(true)["success"], true);
+    let stands = ticks(&pause(true));
     // The tick that was on when the pause came is still flown.
     let stepped = eventually("a paused vehicle", || {
         let answer = step(1);
         (answer["success"] == true).then_some(answer)
     });
     let before = ticks(&stepped);
+    assert_eq!(
+        before,
+        stands + 1,
+        "a pause tells the tick at which it stands"
+    );
     assert_eq!(ticks(&step(3)), before + 3);
     assert_eq!(ticks(&pause(true)), before + 3, "time stands still");
     assert_eq!(step(0)["success"], false, "1 to 100000");
@@ -472,6 +483,25 @@ fn in_simulated_time_diagnostics_and_log_have_its_stamps(python: &Python, stage:
         });
         assert!(everybody.is_some(), "{topic}: {from:?}");
     }
+}
+
+fn the_actuator_answers_each_state_once_however_late_the_commands_are(
+    python: &Python,
+    stage: &Stage,
+) {
+    // So fast that commands come ticks late.
+    let _loop = keep_flying(stage, HOLD_ONE_METRE, &["--factor", "20"]);
+    let motions = python.echo(
+        stage.domain(),
+        "/auv/plane_motion",
+        PlaneMotion::TYPE_NAME,
+        400,
+    );
+    let stamps: Vec<f64> = motions.iter().map(stamp).collect();
+    assert!(
+        stamps.windows(2).all(|pair| pair[0] < pair[1]),
+        "{stamps:?}"
+    );
 }
 
 fn a_qos_that_does_not_fit_is_told_in_rclcpps_words(python: &Python, stage: &Stage) {

@@ -61,6 +61,17 @@ fn eight_times_faster_than_the_clock_nothing_is_lost() {
     assert_eq!(stamps(&out), expected);
     assert_nothing_lost(&out, &flight);
 
+    // One answer of the actuator for each state, in order; the last may come after the end.
+    let motions =
+        recorded::messages::<PlaneMotion>(&Path::new(&out).join("bag"), "/auv/plane_motion");
+    let answered = motions
+        .unwrap()
+        .iter()
+        .map(|motion| motion.header.stamp.nanos())
+        .collect::<Vec<_>>();
+    assert_eq!(answered, expected[..answered.len()]);
+    assert!(answered.len() + 1 >= expected.len(), "{}", answered.len());
+
     // A busy machine may be late with an answer; such ticks are flagged and reported.
     let is_held = |state: &&VehicleState| state.planes_source == VehicleState::PLANES_HELD;
     let held = states(&out).iter().filter(is_held).count();

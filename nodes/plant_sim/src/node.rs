@@ -229,9 +229,11 @@ impl Node {
                 self.paused = request.data;
                 self.resumes |= self.paused;
                 self.begin_tick(rt)?;
+                // The tick that is on will be flown yet.
+                let stands = self.k + i64::from(self.paused && self.observation.is_some());
                 responder.answer(SetBoolResponse {
                     success: true,
-                    message: format!("at tick {}", self.k),
+                    message: format!("at tick {stands}"),
                 });
             }
             Event::Step(request, responder) => self.step(rt, &request, responder)?,
