@@ -259,15 +259,21 @@ impl Controller {
         Ok(answer)
     }
 
-    /// The answer at `stamp` when no state has come for [`Controller::state_timeout`]:
+    /// The answer at the time `now` when no state has come for [`Controller::state_timeout`]:
     /// everything neutral, flagged. The run goes on with the next state.
+    ///
+    /// Its stamp is 1 ns after the last state's: a state that is only late will still be answered in the order of the stamps.
     #[must_use]
-    pub fn on_silence(&mut self, stamp: Time) -> Answer {
+    pub fn on_silence(&mut self, now: Time) -> Answer {
         self.break_off("no vehicle state");
         self.feedback = None;
-        if let Some(run) = &mut self.run {
-            run.silent = true;
-        }
+        let stamp = match &mut self.run {
+            Some(run) => {
+                run.silent = true;
+                Time::from_nanos(run.last + 1)
+            }
+            None => now,
+        };
         if self.config.envelope.latch_silence {
             self.fail(Fault::Silence);
         }
