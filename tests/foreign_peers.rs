@@ -53,6 +53,7 @@ whichever_peer_tries! {
     a_log_line_is_for_late_joiners_no_longer_than_its_lifespan
     a_reader_that_does_not_acknowledge_loses_and_is_named_and_nobody_else
     the_identifier_publishes_its_model_and_forgets_it_when_asked
+    a_node_describes_its_types_with_their_sources
     the_actuator_answers_each_state_once_however_late_the_commands_are
     a_foreign_actuator_flies_the_vehicle_with_joint_states_alone
     a_goal_is_sent_followed_and_cancelled_as_ros2_action_does
@@ -483,6 +484,45 @@ fn in_simulated_time_diagnostics_and_log_have_its_stamps(python: &Python, stage:
         });
         assert!(everybody.is_some(), "{topic}: {from:?}");
     }
+}
+
+fn a_node_describes_its_types_with_their_sources(python: &Python, stage: &Stage) {
+    let _controller = stage.node("depth_controller", &[]);
+    let ask = |name: &str, hash: &str| {
+        let request = json!({"type_name": name, "type_hash": hash, "include_type_sources": true});
+        let service = "/auv/depth_controller/get_type_description";
+        let kind = "type_description_interfaces/srv/GetTypeDescription";
+        let arguments = [service, kind, "--json", &request.to_string()];
+        python
+            .run("peer_call.py", stage.domain(), &arguments)
+            .answer()
+    };
+    let answer = ask(VehicleState::TYPE_NAME, VehicleState::TYPE_HASH);
+    assert_eq!(answer["successful"], true, "{answer}");
+    let described = &answer["type_description"]["type_description"];
+    assert_eq!(described["type_name"], VehicleState::TYPE_NAME);
+    assert_eq!(described["fields"][0]["name"], "header");
+    let sources = answer["type_sources"].as_array().unwrap();
+    let named: Vec<&str> = sources
+        .iter()
+        .map(|source| text(&source["type_name"]))
+        .collect();
+    let expected = [
+        VehicleState::TYPE_NAME,
+        "builtin_interfaces/msg/Time",
+        "std_msgs/msg/Header",
+    ];
+    assert_eq!(named, expected);
+    let file = std::fs::read_to_string(root().join("msgs/msg/VehicleState.msg")).unwrap();
+    assert_eq!(sources[0]["raw_file_contents"], file);
+    assert_eq!(sources[0]["encoding"], "msg");
+
+    let answer = ask(VehicleState::TYPE_NAME, Log::TYPE_HASH);
+    assert_eq!(answer["successful"], false);
+    assert!(
+        text(&answer["failure_reason"]).contains(VehicleState::TYPE_HASH),
+        "{answer}"
+    );
 }
 
 fn the_actuator_answers_each_state_once_however_late_the_commands_are(

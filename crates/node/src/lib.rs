@@ -55,6 +55,7 @@
 //! | [`domain`], `unsupported` | `ROS_DOMAIN_ID` and the discovery range; what of ROS's variables there is not |
 //! | `security` | `ROS_SECURITY_*` and enclaves |
 //! | `parameters` | the six parameter services |
+//! | `type_description` | `~/get_type_description` |
 //! | [`qos`] | quality of service as ROS conventions have it |
 //! | [`publisher`], `subscription`, [`raw`] | topics out, in, and undecoded |
 //! | [`service`], `answers`, `waiting` | services served and called; answers on their way |
@@ -103,6 +104,7 @@ mod shared;
 pub mod shutdown;
 mod subscription;
 pub mod testing;
+mod type_description;
 mod waiting;
 mod watchdog;
 

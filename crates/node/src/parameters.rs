@@ -18,12 +18,15 @@ use crate::{
     names::NodeNames,
 };
 
-/// The parameter that every node has.
+/// The parameters that every node has.
 #[derive(Parameters)]
 struct OfEveryNode {
     /// take the time from /clock
     #[parameter(default = false)]
     use_sim_time: bool,
+    /// serve ~/get_type_description
+    #[parameter(default = true, read_only)]
+    start_type_description_service: bool,
 }
 
 /// Set, it makes the name of a parameter that is not declared an error when the node starts.
@@ -91,6 +94,11 @@ impl ParameterServer {
     /// Whether the node's time is `/clock`.
     pub(crate) fn uses_sim_time(&self) -> bool {
         OfEveryNode::from_values(&self.values).is_ok_and(|it| it.use_sim_time)
+    }
+
+    /// Whether the node describes its types.
+    pub(crate) fn describes_types(&self) -> bool {
+        OfEveryNode::from_values(&self.values).is_ok_and(|it| it.start_type_description_service)
     }
 
     /// Takes all changes or none, and says which parameters now differ.
@@ -484,10 +492,25 @@ mod tests {
         let all = list(&[], 0);
         assert_eq!(
             all.names,
-            ["depth.kp", "depth.limit", "mode", "order", "use_sim_time"]
+            [
+                "depth.kp",
+                "depth.limit",
+                "mode",
+                "order",
+                "start_type_description_service",
+                "use_sim_time"
+            ]
         );
         assert_eq!(all.prefixes, ["depth"]);
-        assert_eq!(list(&[], 1).names, ["mode", "order", "use_sim_time"]);
+        assert_eq!(
+            list(&[], 1).names,
+            [
+                "mode",
+                "order",
+                "start_type_description_service",
+                "use_sim_time"
+            ]
+        );
         assert_eq!(list(&["depth"], 1).names, ["depth.kp", "depth.limit"]);
         assert_eq!(list(&["dep"], 0).names, [] as [&str; 0]);
     }

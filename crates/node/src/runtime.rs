@@ -33,6 +33,7 @@ use planesman_msgs::{
     },
     rmw_dds_common::msg::ParticipantEntitiesInfo,
     rosgraph_msgs::msg::Clock as ClockMessage,
+    type_description_interfaces::srv::GetTypeDescription,
 };
 use planesman_parameters::Parameters;
 use ros2_client::{
@@ -71,6 +72,7 @@ use crate::{
     shared::{Shared, package_and_name, types_of},
     shutdown,
     subscription::{non_finite, pump},
+    type_description,
     watchdog::Watchdog,
 };
 
@@ -287,6 +289,12 @@ impl<E: 'static> Runtime<E> {
         };
         clock_source::set_source(&runtime.shared, runtime.parameters.borrow().uses_sim_time())?;
         runtime.serve_parameters(spec.on_parameters)?;
+        if runtime.parameters.borrow().describes_types() {
+            let answer = async move |request, responder: Responder<_>, _turn| {
+                responder.answer(type_description::answer(&request));
+            };
+            runtime.serve_with::<GetTypeDescription, _>("~/get_type_description", answer)?;
+        }
         runtime.send_diagnostics(changed)?;
         runtime.watch_middleware(participant.thread_watch(), fail);
         let range = match (domain.local, peers.as_slice()) {
