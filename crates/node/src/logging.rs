@@ -8,7 +8,10 @@ use std::{
     collections::BTreeMap,
     fs::File,
     io::{IsTerminal as _, Write as _},
-    sync::{Arc, Mutex, OnceLock, PoisonError},
+    sync::{
+        Arc, Mutex, OnceLock, PoisonError,
+        atomic::{AtomicBool, Ordering::Relaxed},
+    },
     time::{Duration, Instant, SystemTime, UNIX_EPOCH},
 };
 
@@ -61,6 +64,8 @@ struct Logger {
     rosout: Mutex<Option<(NodeLoggingHandle, Arc<Clock>)>>,
     /// The middleware's errors, by place.
     throttle: Mutex<Throttle>,
+    /// Whether the node goes down: then the middleware's parts miss each other, which is no error.
+    ends: AtomicBool,
 }
 
 static LOGGER: OnceLock<Logger> = OnceLock::new();
@@ -130,11 +135,19 @@ fn number_of(level: LevelFilter) -> u8 {
     }
 }
 
-/// Sends the log to `/rosout` too, with the time of this clock, or no longer: a node going down takes its handle back,
-/// since the middleware shuts down only when nobody holds it.
-pub(crate) fn set_rosout(handle: Option<(NodeLoggingHandle, Arc<Clock>)>) {
+/// The node is up: sends the log to `/rosout` too, with the time of this clock, where it is to.
+pub(crate) fn begin(rosout: Option<(NodeLoggingHandle, Arc<Clock>)>) {
     if let Some(logger) = LOGGER.get() {
-        *lock(&logger.rosout) = handle;
+        *lock(&logger.rosout) = rosout;
+        logger.ends.store(false, Relaxed);
+    }
+}
+
+/// The node goes down and takes back its handle of `/rosout`: the middleware shuts down only when nobody holds it.
+pub(crate) fn end() {
+    if let Some(logger) = LOGGER.get() {
+        *lock(&logger.rosout) = None;
+        logger.ends.store(true, Relaxed);
     }
 }
 
@@ -227,6 +240,7 @@ impl Logger {
                 .transpose()?,
             rosout: Mutex::new(None),
             throttle: Mutex::new(Throttle::new(MIDDLEWARE_PERIOD)),
+            ends: AtomicBool::new(false),
         })
     }
 
@@ -236,8 +250,8 @@ impl Logger {
         let (level, limit) = if is_middleware(metadata.target()) {
             match (levels.set_for(metadata.target()), metadata.level()) {
                 (Some(limit), level) => (level, limit),
-                (None, Level::Error) => (Level::Error, levels.default),
-                (None, Level::Warn) => (Level::Debug, levels.default),
+                (None, Level::Error) if !self.ends.load(Relaxed) => (Level::Error, levels.default),
+                (None, Level::Error | Level::Warn) => (Level::Debug, levels.default),
                 (None, _) => return None,
             }
         } else {

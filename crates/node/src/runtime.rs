@@ -260,9 +260,7 @@ impl<E: 'static> Runtime<E> {
             Rc::downgrade(&executor),
             news,
         ));
-        if let Some(handle) = rosout {
-            logging::set_rosout(Some((handle, Arc::clone(&shared.clock))));
-        }
+        logging::begin(rosout.map(|handle| (handle, Arc::clone(&shared.clock))));
         let (ours, listener) = (Rc::clone(&shared), participant.status_listener());
         shared.spawn(async move {
             let news = DiscoveryNews::default();
@@ -699,7 +697,7 @@ impl<E: 'static> Runtime<E> {
         self.receiver.close();
         self.block_on(async { SmolTimer::after(LINGER).await });
         let outcome = ExitReport::of(&self.shared).write();
-        logging::set_rosout(None);
+        logging::end();
         drop(self.executor); // With the tasks, which hold the readers.
         self.shared.close();
         drop(self.context);
