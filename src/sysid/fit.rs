@@ -317,7 +317,10 @@ impl Found {
 /// determines no model.
 pub fn fit(args: &FitArgs) -> Result<Found> {
     let options = args.options()?;
-    let taken = args.signals.record(args.structure.zeros_in_front())?;
+    let decimate = args.method == Method::Automatic;
+    let taken = args
+        .signals
+        .record(args.structure.zeros_in_front(), decimate)?;
     let working = spinner("models");
     let analysis = analyse(&taken.resampled.record, &options);
     working.finish_and_clear();
