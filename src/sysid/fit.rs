@@ -376,7 +376,8 @@ pub fn run(args: &FitArgs) -> Result<()> {
 fn selected(of: &Candidate) -> Value {
     json!({
         "kind": of.kind.name(),
-        "order": of.structure.poles,
+        "order": of.order(),
+        "integrators": of.integrators(),
         "delay": of.structure.delay,
         "parameters": of.parameters(),
         "fit": of.fit(),

@@ -24,11 +24,15 @@ impl Analysis {
     pub fn findings(&self) -> String {
         let structure = &self.estimate.layout.structure;
         let mut text = format!(
-            "{} -> {}, {}, {} poles, {} numerator coefficients, delay {}, {} s\n",
+            "{} -> {}, {}, {} poles{}, {} numerator coefficients, delay {}, {} s\n",
             self.input,
             self.output,
             self.method_name(),
             structure.poles,
+            match structure.known_denominator.len() {
+                1 => String::new(),
+                known => format!(" and {} known", known - 1),
+            },
             structure.numerator,
             structure.delay,
             to_a_nanosecond(self.estimate.sample_time)
@@ -100,11 +104,16 @@ impl Analysis {
         if !self.selected.is_empty() {
             let mut text = String::from("\nmodel         order  delay   cross-validated fit\n");
             for c in self.selected.iter().take(SHOWN) {
+                let integrator = if c.integrators() > 0 {
+                    ", integrator"
+                } else {
+                    ""
+                };
                 let _ = writeln!(
                     text,
-                    "{:<13} {:<6} {:<7} {:.2} %",
+                    "{:<13} {:<6} {:<7} {:.2} %{integrator}",
                     c.kind.name(),
-                    c.structure.poles,
+                    c.order(),
                     c.structure.delay,
                     c.fit()
                 );

@@ -68,8 +68,16 @@ impl Analysis {
             .iter()
             .max_by(|p, q| p.fit().total_cmp(&q.fit()))?;
         let named = |of: &Candidate| {
-            let s = &of.structure;
-            format!("{}, order {}, delay {}", of.kind.name(), s.poles, s.delay)
+            let integrator = match of.integrators() {
+                0 => "",
+                _ => " with an integrator",
+            };
+            format!(
+                "{}, order {}{integrator}, delay {}",
+                of.kind.name(),
+                of.order(),
+                of.structure.delay
+            )
         };
         let mut text = format!(
             "of {} models cross-validated: {}, fit {:.1} %",

@@ -103,6 +103,18 @@ impl Candidate {
         self.structure.poles + self.structure.numerator
     }
 
+    /// Its poles, those at z = 1 among them.
+    #[must_use]
+    pub fn order(&self) -> usize {
+        self.structure.poles + self.integrators()
+    }
+
+    /// Its poles at z = 1.
+    #[must_use]
+    pub fn integrators(&self) -> usize {
+        self.structure.known_denominator.len() - 1
+    }
+
     /// What fits it to data, from its poles on.
     #[must_use]
     pub fn estimator(&self) -> Box<dyn Estimator> {
