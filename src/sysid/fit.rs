@@ -268,6 +268,7 @@ impl FitArgs {
                 noise: vehicle.noise,
                 bias_drift: vehicle.bias_drift,
                 disturbance: vehicle.disturbance,
+                length: None,
                 recursion: self.recursion.options(self.method)?,
             },
             order: structure.order.map(usize::from),

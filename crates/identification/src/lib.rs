@@ -28,6 +28,7 @@ mod record;
 mod regression;
 mod rls;
 pub mod selection;
+mod states;
 mod structure;
 mod uncertainty;
 pub mod validation;
