@@ -99,7 +99,8 @@ impl Estimate {
         }
     }
 
-    fn about_level(&self, inputs: &[f64]) -> Vec<f64> {
+    /// The input about the level that the offset is about.
+    pub(crate) fn about_level(&self, inputs: &[f64]) -> Vec<f64> {
         inputs.iter().map(|u| u - self.input_level).collect()
     }
 
