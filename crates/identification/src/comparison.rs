@@ -26,7 +26,7 @@ pub struct GivenModel {
     /// `1, a1 ... an`.
     pub den: Vec<f64>,
     /// The covariance of `a1 ... an` and of `num`.
-    pub covariance: DMatrix<f64>,
+    pub covariance: Vec<Vec<f64>>,
     /// The output's offset, output unit.
     pub offset: f64,
     /// Where the noise enters.
@@ -76,7 +76,9 @@ impl GivenModel {
             sample_time: found.sample_time,
             num: model.numerator(structure.delay == 0),
             den: monic(&model.a),
-            covariance: found.coefficient_covariance(run),
+            covariance: (found.coefficient_covariance(run).row_iter())
+                .map(|row| row.iter().copied().collect())
+                .collect(),
             offset: found.offset(run),
             error: found.error,
             noise_variance: found.noise_variance,
@@ -142,7 +144,9 @@ impl GivenModel {
     fn estimate(&self, runs: usize) -> Result<Estimate> {
         let (n, given) = (self.den.len().saturating_sub(1), self.num.len());
         let proper = self.den.first() == Some(&1.0) && (given == n || given == n + 1) && given > 0;
-        if !proper || self.covariance.shape() != (n + given, n + given) {
+        let count = n + given;
+        let square = self.covariance.iter().all(|row| row.len() == count);
+        if !proper || self.covariance.len() != count || !square {
             return Err(IdentificationError::Model(
                 "a model has a denominator that begins with 1, as many numerator coefficients as poles, or one more, and \
                  a covariance of both"
@@ -159,7 +163,8 @@ impl GivenModel {
             given - zeros - behind
         };
         let idle = self.den.iter().rev().take_while(|a| **a == 0.0).count();
-        let poles = n - idle;
+        // The motion at the beginning has room for the inputs before, however far the numerator looks back.
+        let poles = (n - idle).max((numerator - 1).min(n));
         let layout = Layout {
             structure: Structure {
                 poles,
@@ -184,7 +189,7 @@ impl GivenModel {
         for (i, from) in places.iter().enumerate() {
             theta[i] = coefficients[*from];
             for (j, other) in places.iter().enumerate() {
-                covariance[(i, j)] = self.covariance[(*from, *other)];
+                covariance[(i, j)] = self.covariance[*from][*other];
             }
         }
         for at in (0..runs).filter_map(|run| layout.offset(run)) {

@@ -167,3 +167,50 @@ fn extrapolated(
     }
     past.last().copied().unwrap_or_default()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimators::{Armax, Estimator, LeastSquares, Near};
+    use crate::noise::noise;
+    use crate::structure::{Problem, Start, Structure};
+
+    #[test]
+    fn one_sample_ahead_the_residual_is_missed_and_far_ahead_the_simulations_error() {
+        let inputs = noise(4, 800);
+        let noises = filter(&[1.0, 0.5], &[1.0, -1.5, 0.7], &noise(9, 800));
+        let caused = filter(&[0.0, 1.0, 0.5], &[1.0, -1.5, 0.7], &inputs);
+        let outputs: Vec<f64> = (caused.iter().zip(&noises))
+            .map(|(x, v)| x + 0.3 * v + 2.0)
+            .collect();
+        let run = Run {
+            inputs: &inputs,
+            outputs: &outputs,
+        };
+        let structure = Structure {
+            start: Start::Motion,
+            ..Structure::of_order(2)
+        };
+        let problem = Problem::new(structure, 0.1, vec![run]).unwrap();
+        let near = Near {
+            poles: Vec::new(),
+            noise: true,
+        };
+        let estimators: [&dyn Estimator; 3] = [&LeastSquares, &Armax, &near];
+        for estimator in estimators {
+            let found = estimator.fit(&problem).unwrap();
+            let left = residuals(&found, 0, run);
+            let squares: f64 = left.iter().map(|e| e * e).sum();
+            let one = missed(&found, 0, run, 1);
+            assert!((one.squares / squares - 1.0).abs() < 1e-9, "{estimator:?}");
+            let own: f64 = found.residuals[0].iter().map(|e| e * e).sum();
+            assert!((own / squares - 1.0).abs() < 1e-6, "{estimator:?}");
+            let far = missed(&found, 0, run, 200).fit().unwrap();
+            let simulated = found.simulated_fit(0, run, 0).unwrap();
+            assert!(
+                (far - simulated).abs() < 2.0,
+                "{estimator:?}: {far} {simulated}"
+            );
+        }
+    }
+}

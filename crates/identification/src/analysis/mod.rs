@@ -479,9 +479,13 @@ impl Analysis {
         let moves = outputs.into_iter().any(|it| checks::moves(fitted, it));
         self.held_out_fit = judgement.fit.filter(|_| moves);
         self.predicted_fit = judgement.predicted[0].1;
+        let percent = |fit: Option<f64>| fit.map_or("none".to_owned(), |fit| format!("{fit:.1} %"));
         Ok(format!(
-            "the held-out data is the validation data, {} samples, and so are the predictions",
-            judgement.samples
+            "judged on the validation data, {} samples that were not fitted: simulated fit {}, predicted {AHEAD} samples \
+             ahead {}",
+            judgement.samples,
+            percent(judgement.fit),
+            percent(self.predicted_fit)
         ))
     }
 

@@ -100,7 +100,7 @@ impl Estimator for Fir {
             slopes: phi,
         };
         Ok(Estimate {
-            error: Error::Output,
+            error: Error::Equation,
             layout: problem.layout(),
             sample_time: problem.sample_time,
             covariance: coloured_covariance(&at, &residuals, noise_variance)?,
