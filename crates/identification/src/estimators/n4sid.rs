@@ -182,7 +182,30 @@ mod tests {
             off * off
         });
         let ratio = (squares.sum::<f64>() / f64::from(seeds)).sqrt();
+        println!("RATIO {ratio}");
         assert!((0.7..2.0).contains(&ratio), "{ratio}");
+    }
+
+    #[test]
+    fn the_poles_hold_in_a_closed_loop() {
+        // A y = B u + e, u = r - 0.3 y, the disturbance as strong as the reference's effect.
+        let (r, e) = (noise(3, 4000), noise(11, 4000));
+        let (mut u, mut y) = (vec![0.0; 4000], vec![0.0; 4000]);
+        for k in 2..4000 {
+            y[k] = 1.5 * y[k - 1] - 0.7 * y[k - 2] + u[k - 1] + 0.5 * u[k - 2] + e[k];
+            u[k] = r[k] - 0.3 * y[k];
+        }
+        let structure = Structure {
+            start: Start::Motion,
+            ..Structure::of_order(2)
+        };
+        let run = Run {
+            inputs: &u,
+            outputs: &y,
+        };
+        let found = N4sid.fit(&Problem::new(structure, 0.1, vec![run]).unwrap());
+        let a = found.unwrap().theta;
+        assert!((a[0] + 1.5).abs() < 0.02 && (a[1] - 0.7).abs() < 0.02, "{a}");
     }
 
     #[test]
