@@ -11,11 +11,14 @@ use planesman_bag::{is_bag_file, metadata};
 use planesman_model_file::ModelFile;
 use planesman_signals::{
     Clock, Data, Method, Options, Outliers, Preparation, SegmentChoice, Source, TableTime, Taken,
-    TimeUnit, Trend, constant_input, take,
+    TimeUnit, Trend, take, without_dynamics,
 };
 use planesman_units::Dimension;
 
 use crate::arguments::quantity;
+
+/// The name of the step that decimates a record.
+const DECIMATION: &str = "decimation";
 
 /// A parser for one of several values, each with its name and its help line.
 pub(super) fn choice<T: Copy + Send + Sync + 'static>(
@@ -162,7 +165,7 @@ pub(super) struct SignalArgs {
 #[command(next_help_heading = "Preparation")]
 pub(super) struct PreparationArgs {
     /// Outliers: samples far from the median of those around them
-    #[arg(long, value_parser = choice(&Outliers::ALL, Outliers::described), default_value = "report")]
+    #[arg(long, value_parser = choice(&Outliers::ALL, Outliers::described), default_value = "outputs")]
     outliers: Outliers,
     /// Which data is used
     #[arg(long, value_parser = choice(&SegmentChoice::ALL, SegmentChoice::described), default_value = "all")]
@@ -244,9 +247,9 @@ impl SignalArgs {
             .collect())
     }
 
-    /// The validation data on a grid of the rate, Hz, of the data that was fitted.
-    pub(super) fn validation(&self, given: &Validation, rate: f64) -> Self {
-        let mut other = match given {
+    /// The validation data on the grid of the data that was fitted, decimated as that was.
+    pub(super) fn validation(&self, given: &Validation, fitted: &Taken) -> Self {
+        let other = match given {
             Validation::Window(from, to) => self.within(vec![(*from, *to)]),
             Validation::Data(path) => {
                 let mut other = self.within(Vec::new());
@@ -254,8 +257,20 @@ impl SignalArgs {
                 other
             }
         };
-        other.grid.rate = Some(rate);
-        other
+        let rate = 1.0 / fitted.resampled.record.sample_time;
+        let averaged = other.averaged_where_decimated(fitted);
+        averaged.unwrap_or(other).at_rate(rate)
+    }
+
+    /// The same with means of the outputs about each instant, if a record was decimated though no rate was asked for.
+    pub(super) fn averaged_where_decimated(&self, record: &Taken) -> Option<Self> {
+        let decimated = record.steps.iter().any(|it| it.name == DECIMATION);
+        let linear = self.grid.rate.is_none() && self.grid.output_method == Method::Linear;
+        (decimated && linear).then(|| {
+            let mut averaged = self.clone();
+            averaged.grid.output_method = Method::Centred;
+            averaged
+        })
     }
 
     fn within(&self, window: Vec<(f64, f64)>) -> Self {
@@ -265,12 +280,13 @@ impl SignalArgs {
     }
 
     /// Reads them as a record: the input, then the reference if there is one. Each window of each source is a
-    /// segment, or several. So many zeros are put in front of each.
+    /// segment, or several. So many zeros are put in front of each. If it may be decimated, it is where it is sampled far
+    /// faster than it moves, unless a rate was asked for.
     ///
     /// # Errors
     /// One line: data that cannot be read, a signal that is not in it, signals that have no instant in common or are never of
-    /// one time, a grid finer than the data, an input that never moves.
-    pub(super) fn record(&self, prewindow: usize) -> Result<Taken> {
+    /// one time, a grid finer than the data, signals without dynamics.
+    pub(super) fn record(&self, prewindow: usize, decimate: bool) -> Result<Taken> {
         let inputs: Vec<String> = std::iter::once(&self.input)
             .chain(&self.reference)
             .cloned()
@@ -296,13 +312,11 @@ impl SignalArgs {
             });
         }
         let taken = taken.ok_or_else(|| anyhow!("no data"))?;
-        if let Some((input, value)) = constant_input(&taken.resampled.record) {
-            bail!(
-                "{input} is constant: {value} in all {} samples; it determines no model",
-                taken.resampled.record.samples()
-            );
+        if let Some(reason) = without_dynamics(&taken.resampled.record) {
+            bail!(reason);
         }
         Ok(taken.prepared(&Preparation {
+            decimate: decimate && self.grid.rate.is_none(),
             outliers: self.preparation.outliers,
             segment: self.preparation.segment,
             trend: self.preparation.detrend,

@@ -164,15 +164,21 @@ pub fn compare(args: &CompareArgs) -> Result<Comparison> {
     });
     let [input, output] = signals;
     let (grid, preparation) = (args.grid.clone(), args.preparation.clone());
-    let signals = SignalArgs::named([input?, output?], data, grid, preparation)
-        .at_rate(1.0 / first.sample_time);
-    let taken = signals.record(0).with_context(|| {
+    let signals = SignalArgs::named([input?, output?], data, grid, preparation);
+    let rate = 1.0 / first.sample_time;
+    let refused = || {
         format!(
             "{} asks for a grid of {} s",
             paths[0].display(),
             first.sample_time
         )
-    })?;
+    };
+    let read = |signals: SignalArgs| signals.at_rate(rate).record(0, false).with_context(refused);
+    let mut taken = read(signals.clone())?;
+    // A model of decimated data is of means.
+    if let Some(averaged) = signals.averaged_where_decimated(&taken) {
+        taken = read(averaged)?;
+    }
     let ahead: Vec<usize> = args.ahead.iter().map(|it| usize::from(*it)).collect();
     let models = files.iter().zip(names(&paths)).zip(&paths);
     let models = models

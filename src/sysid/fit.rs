@@ -423,15 +423,16 @@ impl FitArgs {
             Some(Validation::Window(from, to)) => self.signals.outside((from, to))?,
             _ => vec![self.signals.clone()],
         };
-        let mut found = ways.iter().map(|way| way.record(zeros));
+        // A named method is given the data as it is.
+        let decimate = matches!(self.method, Asked::All | Asked::One(Method::Automatic));
+        let mut found = ways.iter().map(|way| way.record(zeros, decimate));
         let first = found.next().context("no data")?;
         let taken = match first {
             Ok(taken) => taken,
             Err(reason) => found.find_map(Result::ok).ok_or(reason)?,
         };
-        let rate = 1.0 / taken.resampled.record.sample_time;
         let validation = self.validation.as_ref().map(|given| {
-            let record = self.signals.validation(given, rate).record(0);
+            let record = self.signals.validation(given, &taken).record(0, false);
             record.context("the validation data")
         });
         Ok((taken, validation.transpose()?))

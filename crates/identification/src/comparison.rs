@@ -202,6 +202,7 @@ impl GivenModel {
             sample_time: self.sample_time,
             theta,
             covariance,
+            factor: None,
             noise_variance: self.noise_variance,
             noise_model: self.noise_model.clone(),
             noise_denominator: self.noise_denominator.clone(),

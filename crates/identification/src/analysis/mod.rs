@@ -7,13 +7,16 @@
 //!
 //! - `verdict`: the plain words.
 //! - `account`: all of it for the terminal.
+//! - `lag`: the delay's interval.
 //! - `checks`: the figures that the verdict rests on.
 
 mod account;
 mod checks;
+mod lag;
 mod verdict;
 
 pub use crate::prediction::AHEAD;
+pub use lag::Lag;
 
 use std::borrow::Cow;
 
@@ -93,6 +96,9 @@ const LONGEST: usize = 20;
 const ORDERS: usize = 4;
 const DELAYS: usize = 3;
 
+/// The fit of the best of models, %, up to which the output hardly moves beyond the noise.
+const LITTLE: f64 = 10.0;
+
 /// Samples of a trajectory, and points of them that are kept, at most.
 const WATCHED: usize = 10_000;
 const POINTS: usize = 400;
@@ -133,10 +139,16 @@ pub struct Analysis {
     pub fit: Option<f64>,
     /// The simulated fit on what was held out of the longest run, or on the validation data, %.
     pub held_out_fit: Option<f64>,
+    /// The fit there that the noise leaves to the best of models, %.
+    pub attainable_fit: Option<f64>,
     /// The fit of predictions [`AHEAD`] samples ahead on the longest run, or on the validation data, %.
     pub predicted_fit: Option<f64>,
     /// The share of the output's squares that the input accounts for, beyond constant and free motion, 0 to 1.
     pub share: Option<f64>,
+    /// The share of the output's variation in the longest run that a straight line explains, 0 to 1.
+    pub drift: f64,
+    /// What the longest run says of the delay, for a model of the output error.
+    pub lag: Option<Lag>,
     /// Of the longest run.
     pub residuals: Option<ResidualTests>,
     /// The longest run's number.
@@ -240,6 +252,27 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
             )));
         }
         selected.drain(..passed_over);
+        // The delays that were cross-validated are few.
+        let second = second_stage(&problem, &caused);
+        if options.delay.is_none()
+            && let Some(lag) = fitted.as_ref().and_then(|it| lag::lag(it, &second))
+            && !(lag.interval.0..=lag.interval.1).contains(&(problem.structure.delay as i64))
+            && let Ok(best) = usize::try_from(lag.best)
+            && best >= least
+        {
+            let structure = Structure {
+                delay: best,
+                ..problem.structure.clone()
+            };
+            let other = Problem {
+                structure,
+                ..second.clone()
+            };
+            if let Ok(better) = method.fit(&other) {
+                problem.structure = other.structure;
+                fitted = Some(better);
+            }
+        }
     } else if options.order.is_none() && !options.method.is_of_the_vehicle() {
         // A finite impulse response has no poles, and chooses its own length: only its first coefficient is sought.
         let (orders, delays) = match options.method {
@@ -287,6 +320,10 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
         .residuals
         .get(longest)
         .and_then(|residuals| ResidualTests::of(residuals, tested_against));
+    let (held_out_fit, attainable_fit) = match validation {
+        None => held_out_fits(estimator, &problem, longest),
+        Some(_) => (None, None),
+    };
     let name = |names: &[String], i: usize| names.get(i).cloned();
     let mut found = Analysis {
         options: options.clone(),
@@ -294,12 +331,12 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
         output: name(&record.outputs, 0).unwrap_or_default(),
         reference: name(&record.inputs, 1),
         fit: estimate.simulated_fit(longest, second.runs[longest], 0),
-        held_out_fit: match validation {
-            None => held_out_fit(estimator, &problem, longest),
-            Some(_) => None,
-        },
+        held_out_fit,
+        attainable_fit,
         predicted_fit: prediction::missed(&estimate, longest, second.runs[longest], AHEAD).fit(),
         share: checks::share_of_input(&estimate, longest, second.runs[longest]),
+        drift: checks::share_of_line(second.runs[longest].outputs),
+        lag: lag::lag(&estimate, &second),
         searched: part.runs.iter().map(|run| run.outputs.len()).sum(),
         residuals,
         longest,
@@ -403,18 +440,25 @@ fn second_stage<'a>(problem: &Problem<'a>, caused: &'a [Vec<f64>]) -> Problem<'a
     second
 }
 
-/// The simulated fit on what is held out of a run when the estimator is given the first part of each; `None` when
-/// the output hardly moves beyond the noise there: that can be simulated neither well nor badly.
-fn held_out_fit(estimator: &dyn Estimator, problem: &Problem<'_>, longest: usize) -> Option<f64> {
+/// The simulated fit on what is held out of a run when the estimator is given the first part of each, and the fit
+/// that the noise leaves to the best of models there. No fit where the output hardly moves beyond the noise, which can be
+/// simulated neither well nor badly, or where the first part does not determine the model.
+fn held_out_fits(
+    estimator: &dyn Estimator,
+    problem: &Problem<'_>,
+    longest: usize,
+) -> (Option<f64>, Option<f64>) {
     let part = Problem {
         runs: problem.runs.iter().map(first_part).collect(),
         ..problem.clone()
     };
     let fitted = part.runs[longest].outputs.len();
     let run = problem.runs[longest];
-    let moves = checks::moves(problem, &run.outputs[fitted..]);
-    let found = moves.then(|| estimator.fit(&part).ok()).flatten()?;
-    found.simulated_fit(longest, run, fitted)
+    let attainable = checks::attainable_fit(problem, &run.outputs[fitted..]);
+    let moves = attainable.is_none_or(|fit| fit > LITTLE);
+    let found = moves.then(|| estimator.fit(&part).ok()).flatten();
+    let fit = found.and_then(|found| found.simulated_fit(longest, run, fitted));
+    (fit, attainable)
 }
 
 fn structure(options: &Options, order: usize) -> Structure {
@@ -474,9 +518,11 @@ impl Analysis {
     /// Takes the fits of a record for validation; what it was, in a sentence.
     fn validated(&mut self, validation: &Record, fitted: &Problem<'_>) -> Result<String> {
         let judgement = GivenModel::of(&self.estimate, self.longest).on(validation, &[AHEAD])?;
-        let segments = judgement.segments.iter();
-        let outputs = segments.filter_map(|number| validation.segments[*number].outputs.first());
-        let moves = outputs.into_iter().any(|it| checks::moves(fitted, it));
+        let outputs = validation.segments[judgement.segments[judgement.longest]]
+            .outputs
+            .first();
+        self.attainable_fit = outputs.and_then(|it| checks::attainable_fit(fitted, it));
+        let moves = self.attainable_fit.is_none_or(|fit| fit > LITTLE);
         self.held_out_fit = judgement.fit.filter(|_| moves);
         self.predicted_fit = judgement.predicted[0].1;
         let percent = |fit: Option<f64>| fit.map_or("none".to_owned(), |fit| format!("{fit:.1} %"));

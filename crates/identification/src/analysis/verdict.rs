@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use nalgebra::Matrix2;
 
 use super::account::interval;
-use super::{AHEAD, Analysis, DELAYS, LONGEST, MOST, ORDERS};
+use super::{AHEAD, Analysis, DELAYS, LITTLE, LONGEST, MOST, ORDERS};
 use crate::estimators::{Error, Method};
 use crate::record::Record;
 use crate::selection::Candidate;
@@ -21,6 +21,10 @@ const FREQUENCIES: usize = 20;
 /// Held-out fits, %, from which a model is called good, and usable.
 const GOOD: f64 = 80.0;
 const USABLE: f64 = 50.0;
+/// By how much a fit, %, may be below what the noise leaves to the best of models, and be as good.
+const AS_GOOD: f64 = 3.0;
+/// The share of the output's variation from which a straight line is called drift.
+const DRIFTS: f64 = 0.1;
 /// The share of the output that the input must account for.
 const CAUSED: f64 = 0.1;
 /// Correlations that matter, however surely they are there.
@@ -47,6 +51,7 @@ impl Analysis {
         said.extend(self.of_two_stages());
         said.extend(self.of_fit());
         said.extend(self.of_cause());
+        said.extend(self.of_delay());
         said.extend(self.of_residuals());
         said.extend(self.suspicious_poles());
         said.extend(self.of_samples());
@@ -97,11 +102,14 @@ impl Analysis {
                 s.poles + 2
             ));
         }
-        if self.options.delay.is_none() && s.delay >= delays {
+        let delay = self
+            .selected
+            .first()
+            .map_or(s.delay, |it| it.structure.delay);
+        if self.options.delay.is_none() && delay >= delays {
             said.push(format!(
-                "delay {} is the longest searched: a longer one may fit better (--delay {})",
-                s.delay,
-                s.delay + 5
+                "delay {delay} is the longest searched: a longer one may fit better (--delay {})",
+                delay + 5
             ));
         }
         said
@@ -129,6 +137,10 @@ impl Analysis {
             (Some(held), _) if held < 0.0 => format!(
                 "simulated fit on held-out data {held:.1} %: worse than the mean of the output"
             ),
+            (Some(held), _) if self.is_limited_by_noise() && held < GOOD => format!(
+                "simulated fit on held-out data {held:.1} %: as good as the noise lets a model be ({:.1} %)",
+                self.attainable_fit.unwrap_or(held)
+            ),
             (Some(held), _) if held >= 90.0 => {
                 format!("simulated fit on held-out data {held:.1} %: very good")
             }
@@ -136,8 +148,11 @@ impl Analysis {
                 "simulated fit on held-out data {held:.1} %, on the whole record {fit:.1} %: the model is overfitted, or the system changed"
             ),
             (Some(held), _) => format!("simulated fit on held-out data {held:.1} %"),
-            (None, _) => {
+            (None, _) if self.attainable_fit.is_some_and(|fit| fit <= LITTLE) => {
                 "not validated: in the held-out data the output stays within the noise".to_owned()
+            }
+            (None, _) => {
+                "not validated: the first seven tenths alone do not determine the model".to_owned()
             }
         });
         if self.is_unsteady() {
@@ -148,6 +163,28 @@ impl Analysis {
             );
         }
         said
+    }
+
+    /// A delay that no plant has, or another than the model's.
+    fn of_delay(&self) -> Option<String> {
+        let (lag, delay) = (self.lag?, self.estimate.layout.structure.delay);
+        if self.is_early() {
+            return Some(format!(
+                "the model fits better with the output {} sample{} before the input: the output is stamped too early, \
+                 the data is closed-loop, or the system is not linear",
+                -lag.best,
+                if lag.best == -1 { "" } else { "s" }
+            ));
+        }
+        if lag.is_another {
+            return Some(format!(
+                "delay {0} fits better than {delay} (--delay {0})",
+                lag.best
+            ));
+        }
+        (delay == 0 && lag.interval.1 == 0).then(|| {
+            "the output answers its input within one sample: direct feedthrough, or its stamps are too early".to_owned()
+        })
     }
 
     /// How much of the output the input accounts for.
@@ -199,6 +236,7 @@ impl Analysis {
         let feedback = tests.is_some_and(|it| self.has_feedback(it));
         let caused = self.is_caused();
         let unsteady = self.is_unsteady();
+        let limited = self.is_limited_by_noise() && held.is_some_and(|held| held < GOOD);
         let gain = (self.reading().dc_gain()).is_some_and(|it| self.is_undetermined(&it));
         let (word, next) = match held {
             _ if !caused => (
@@ -220,17 +258,31 @@ impl Analysis {
                 },
                 "give the reference of the loop: --reference TOPIC:FIELD, or compare --method armax",
             ),
+            Some(_) if limited && !unsteady && !gain => (
+                "usable: the noise limits its fit",
+                "record for longer or excite more, for narrower intervals; or write it: --model model.yaml",
+            ),
             Some(held) if held < USABLE => (
                 "not usable for simulation",
                 "look at the page for where it fails: --html model.html; then choose a segment: --window FROM..TO",
             ),
             Some(_) if unsteady => (
                 "usable with care: it does not hold all along the record",
-                "fit segments apart: --window FROM..TO, once for each",
+                match self.drift > DRIFTS {
+                    true => "subtract the drift of the output: --detrend line",
+                    false => "fit segments apart: --window FROM..TO, once for each",
+                },
+            ),
+            Some(_) if self.is_early() => (
+                "usable with care: the output seems to come before its input",
+                "look at the stamps (--stamp, --time), or give the reference of the loop: --reference TOPIC:FIELD",
             ),
             Some(_) if gain && !self.is_unstable() => (
                 "usable with care: the steady gain is not determined",
-                "record steps that are held until the output settles",
+                match self.drift > DRIFTS {
+                    true => "subtract the drift of the output: --detrend line",
+                    false => "record steps that are held until the output settles",
+                },
             ),
             Some(_) if missing && self.options.method != Method::Automatic => (
                 "usable with care: dynamics are missing",
@@ -274,6 +326,16 @@ impl Analysis {
     /// Whether the standard deviations are those of a residual of any colour.
     fn allows_for_colour(&self) -> bool {
         self.estimate.error == Error::Output || self.options.method == Method::Fir
+    }
+
+    fn is_early(&self) -> bool {
+        self.lag.is_some_and(|lag| lag.is_another && lag.best < 0)
+    }
+
+    /// Whether a better fit than the one on held-out data is out of any model's reach.
+    fn is_limited_by_noise(&self) -> bool {
+        let pair = self.held_out_fit.zip(self.attainable_fit);
+        pair.is_some_and(|(held, attainable)| held > attainable - AS_GOOD)
     }
 
     fn has_feedback(&self, tests: &ResidualTests) -> bool {

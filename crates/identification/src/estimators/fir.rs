@@ -13,7 +13,7 @@ use super::estimate::{Error, Estimate};
 use super::estimator::{Estimator, Recursive};
 use super::levenberg_marquardt::Linearised;
 use super::rows::{freedom, regression, rows_by_run};
-use super::simulator::coloured_covariance;
+use super::simulator::coloured_factor;
 use crate::batch::Triangle;
 use crate::error::{IdentificationError, Result};
 use crate::structure::{Problem, Structure};
@@ -99,11 +99,13 @@ impl Estimator for Fir {
             errors,
             slopes: phi,
         };
+        let factor = coloured_factor(&at, &residuals, noise_variance)?;
         Ok(Estimate {
             error: Error::Equation,
             layout: problem.layout(),
             sample_time: problem.sample_time,
-            covariance: coloured_covariance(&at, &residuals, noise_variance)?,
+            covariance: &factor * factor.transpose(),
+            factor: Some(factor),
             noise_variance,
             noise_model: Vec::new(),
             noise_denominator: Vec::new(),

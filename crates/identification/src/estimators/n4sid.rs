@@ -182,7 +182,7 @@ mod tests {
             off * off
         });
         let ratio = (squares.sum::<f64>() / f64::from(seeds)).sqrt();
-        println!("RATIO {ratio}");
+        eprintln!("RATIO {ratio}");
         assert!((0.7..2.0).contains(&ratio), "{ratio}");
     }
 
@@ -205,7 +205,10 @@ mod tests {
         };
         let found = N4sid.fit(&Problem::new(structure, 0.1, vec![run]).unwrap());
         let a = found.unwrap().theta;
-        assert!((a[0] + 1.5).abs() < 0.02 && (a[1] - 0.7).abs() < 0.02, "{a}");
+        assert!(
+            (a[0] + 1.5).abs() < 0.02 && (a[1] - 0.7).abs() < 0.02,
+            "{a}"
+        );
     }
 
     #[test]
