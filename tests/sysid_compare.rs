@@ -6,6 +6,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use brunner_1988::identification::synthetic::{BIAS, NOISE, Run, SAMPLE_TIME};
 use clap::Parser;
 use planesman::sysid::compare::{self, CompareArgs, Compared, Comparison};
 use planesman::sysid::fit::{self, FitArgs, Found};
@@ -142,6 +143,37 @@ fn a_model_from_elsewhere_needs_no_more_than_its_transfer_function() {
         "{fits:?}"
     );
     assert!((40.0..60.0).contains(&fits[2]), "{fits:?}");
+}
+
+#[test]
+fn a_vehicles_own_equations_are_judged_like_any_model() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = Run::SevenFive;
+    let heave = run.vehicle().0.heave.unwrap();
+    let (u, y) = (run.planes(), run.measured(3, NOISE, BIAS));
+    let mut text = String::from("t,u,y");
+    for (k, (u, y)) in u.iter().zip(&y).enumerate() {
+        let _ = write!(text, "\n{:.3},{u},{y}", SAMPLE_TIME * k as f64);
+    }
+    let data = folder.path().join("run.csv");
+    fs::write(&data, text).unwrap();
+    let options = format!(
+        "--method vehicle --heave {},{},{},{}",
+        heave.to_pitch, heave.damping, heave.from_rate, heave.from_input
+    );
+    let model = written(&data, "vehicle.yaml", &options);
+    let said = ModelFile::read(&model).unwrap();
+    let found = try_compare(&[&model, &data], "").unwrap();
+    let ours = found.models[0].judgement.fit.unwrap();
+    assert!(
+        (ours - said.fit.unwrap()).abs() < 1.0,
+        "{ours} {:?}",
+        said.fit
+    );
+    let table = found.tables()[2].text(Format::Csv).unwrap();
+    for pole in said.continuous_poles.iter().filter(|it| it.im >= 0.0) {
+        assert!(table.contains(&format!("{:.5}", pole.re)), "{table}");
+    }
 }
 
 #[test]

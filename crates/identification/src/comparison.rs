@@ -120,8 +120,8 @@ impl GivenModel {
             each.fold(Missed::default(), Missed::and).fit()
         };
         let of_simulation = |number: usize| {
-            let outputs = runs[number].outputs.iter().copied();
-            Missed::by(outputs.zip(simulated[number].iter().copied()))
+            let pairs = runs[number].outputs.iter().zip(&simulated[number]);
+            Missed::by(pairs.map(|(y, x)| (*y, y - x)))
         };
         Ok(Judgement {
             segments: record.used(),

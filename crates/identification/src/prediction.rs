@@ -41,13 +41,13 @@ impl Missed {
         fit(self.squares, self.spread)
     }
 
-    /// Of values beside the outputs they stand for.
+    /// Of outputs and by how much each is missed.
     pub(crate) fn by(pairs: impl Iterator<Item = (f64, f64)>) -> Self {
         let mut spread = Spread::default();
         let mut squares = 0.0;
-        for (y, predicted) in pairs {
+        for (y, error) in pairs {
             spread.update(y, 1.0);
-            squares += (y - predicted).powi(2);
+            squares += error.powi(2);
         }
         Self {
             squares,
@@ -87,7 +87,10 @@ pub(crate) fn missed(found: &Estimate, number: usize, run: Run<'_>, ahead: usize
             });
             terms.sum::<f64>() + noise.sum::<f64>() + constant
         };
-        (y[end], extrapolated(y, &model.a, start..=end, forced))
+        (
+            y[end],
+            y[end] - extrapolated(y, &model.a, start..=end, forced),
+        )
     }))
 }
 
@@ -97,9 +100,11 @@ fn by_noise_model(found: &Estimate, number: usize, run: Run<'_>, ahead: usize) -
     let d = &found.noise_denominator;
     Missed::by((d.len() + ahead - 1..errors.len()).map(|end| {
         let start = end + 1 - ahead;
-        let predicted = extrapolated(&errors, d, start..=end, |_| 0.0);
-        let y = run.outputs[end];
-        (y, y - errors[end] + predicted)
+        let predicted = match d.is_empty() {
+            true => 0.0,
+            false => extrapolated(&errors, d, start..=end, |_| 0.0),
+        };
+        (run.outputs[end], errors[end] - predicted)
     }))
 }
 
