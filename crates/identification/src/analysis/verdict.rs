@@ -251,6 +251,17 @@ impl Analysis {
                 "not validated",
                 "record for longer, with the input moving to the end",
             ),
+            Some(_) if self.of_samples().is_some() => (
+                "usable with care: few samples for so many parameters",
+                "record for longer",
+            ),
+            Some(held) if self.drift > DRIFTS && (feedback || unsteady || gain) => (
+                match held < USABLE {
+                    true => "not usable for simulation: the output drifts",
+                    false => "usable with care: the output drifts",
+                },
+                "subtract the drift: --detrend line",
+            ),
             Some(held) if feedback => (
                 match held < USABLE {
                     true => "not usable for simulation: the data seems closed-loop",
@@ -258,8 +269,11 @@ impl Analysis {
                 },
                 "give the reference of the loop: --reference TOPIC:FIELD, or compare --method armax",
             ),
-            Some(_) if limited && !unsteady && !gain => (
-                "usable: the noise limits its fit",
+            Some(held) if limited && !unsteady && !gain => (
+                match held < USABLE {
+                    true => "usable: the noise limits its fit",
+                    false => "good: the noise limits its fit",
+                },
                 "record for longer or excite more, for narrower intervals; or write it: --model model.yaml",
             ),
             Some(held) if held < USABLE => (
@@ -268,10 +282,7 @@ impl Analysis {
             ),
             Some(_) if unsteady => (
                 "usable with care: it does not hold all along the record",
-                match self.drift > DRIFTS {
-                    true => "subtract the drift of the output: --detrend line",
-                    false => "fit segments apart: --window FROM..TO, once for each",
-                },
+                "fit segments apart: --window FROM..TO, once for each",
             ),
             Some(_) if self.is_early() => (
                 "usable with care: the output seems to come before its input",
@@ -279,10 +290,7 @@ impl Analysis {
             ),
             Some(_) if gain && !self.is_unstable() => (
                 "usable with care: the steady gain is not determined",
-                match self.drift > DRIFTS {
-                    true => "subtract the drift of the output: --detrend line",
-                    false => "record steps that are held until the output settles",
-                },
+                "record steps that are held until the output settles",
             ),
             Some(_) if missing && self.options.method != Method::Automatic => (
                 "usable with care: dynamics are missing",

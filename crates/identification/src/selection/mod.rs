@@ -11,8 +11,8 @@
 //! equation leaves half as much: then the data demands it. A stable difference equation is taken only where there is
 //! nothing else: with its state fitted it is judged more mildly.
 //!
-//! A pole held at that limit gives way to a model without one that is within a standard error, or nearly as good. If one is chosen all the
-//! same, models with an integrator are tried too, of which those remain that leave less in either half.
+//! A pole held at that limit gives way to a model without one that is within a standard error, or nearly as good. If the best
+//! stable model has one, models with an integrator are tried too, of which those remain that leave less in either half.
 
 mod folds;
 mod lagged;
@@ -137,6 +137,11 @@ impl Candidate {
         mean <= slack.max(standard_errors * (spread / count).sqrt()) + 1e-12
     }
 
+    /// Whether all poles but the known ones are stable.
+    fn is_stable(&self) -> bool {
+        lies_within(&self.poles, 1.0)
+    }
+
     /// Whether it leaves less than a share of what the other does, in each half from a state fitted there.
     fn leaves_less(&self, share: f64, other: &Self) -> bool {
         let pairs = self.refitted.iter().zip(&other.refitted);
@@ -167,16 +172,16 @@ pub fn select(
     structure: &(dyn Fn(usize, usize) -> Structure + Sync),
 ) -> Vec<Candidate> {
     let mut candidates = cross_validated(problem, orders.clone(), delays.clone(), structure);
-    let mut chosen = choice(&candidates);
+    let (stable, _) = by_stability(&candidates);
     if structure(1, 1).known_denominator == [1.0]
-        && let Some(slow) = chosen.take_if(|it| it.at_limit)
+        && let Some(slow) = least(&stable).filter(|it| it.at_limit).cloned()
     {
         let integrating = |order, delay| structure(order, delay).with_integrator();
         let mut others = cross_validated(problem, orders, delays, &integrating);
-        others.retain(|it| it.leaves_less(1.0, &slow));
+        others.retain(|it| it.is_stable() && it.leaves_less(1.0, &slow));
         candidates.extend(others);
-        chosen = choice(&candidates);
     }
+    let chosen = choice(&candidates);
     candidates.sort_by(|p, q| p.score().total_cmp(&q.score()));
     if let Some(chosen) = chosen
         && let Some(at) = candidates.iter().position(|of| *of == chosen)
@@ -271,14 +276,19 @@ fn least<'a>(of: &[&'a Candidate]) -> Option<&'a Candidate> {
         .min_by(|p, q| p.score().total_cmp(&q.score()))
 }
 
-/// The candidate to take.
-fn choice(candidates: &[Candidate]) -> Option<Candidate> {
-    let stable = |of: &&Candidate| lies_within(&of.poles, 1.0);
+/// The stable candidates, ARX models only where there is nothing else, and the unstable ones.
+fn by_stability(candidates: &[Candidate]) -> (Vec<&Candidate>, Vec<&Candidate>) {
     let (mut stable, unstable): (Vec<&Candidate>, Vec<&Candidate>) =
-        candidates.iter().partition(stable);
+        candidates.iter().partition(|of| of.is_stable());
     if stable.iter().any(|of| of.kind != Kind::Arx) {
         stable.retain(|of| of.kind != Kind::Arx);
     }
+    (stable, unstable)
+}
+
+/// The candidate to take.
+fn choice(candidates: &[Candidate]) -> Option<Candidate> {
+    let (stable, unstable) = by_stability(candidates);
     let demanded = match (least(&stable), least(&unstable)) {
         (Some(calm), Some(wild)) => wild.leaves_less(DEMANDS, calm),
         (calm, _) => calm.is_none(),
@@ -509,7 +519,7 @@ impl Shared<'_> {
             whitening: whitening.to_vec(),
             errors,
             refitted,
-            at_limit: !lies_within(&theta.as_slice()[layout.a()], self.inside()),
+            at_limit: held_within(&theta.as_slice()[layout.a()], self.inside()) != Some(None),
             samples: self.samples,
         })
     }
