@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 
 use brunner_1988::identification::synthetic::{BIAS, NOISE, Run, SAMPLE_TIME};
 use clap::Parser;
-use planesman::sysid::compare::{self, CompareArgs, Compared, Comparison};
+use planesman::sysid::compare::{self, CompareArgs, Comparison};
+use planesman::sysid::compared::Compared;
 use planesman::sysid::fit::{self, FitArgs, Found};
 use planesman::table::Format;
 use planesman_identification::{filter, noise};
@@ -195,7 +196,7 @@ fn tables_say_everything_within_eighty_columns_and_in_every_format() {
     );
     for phrase in [
         "10 ahead",
-        "free of the input",
+        "free of earlier inputs",
         "99 % bound",
         "steady gain",
         "phase, deg",

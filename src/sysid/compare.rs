@@ -4,29 +4,18 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::Parser;
-use maud::{Markup, html};
-use planesman_identification::estimators::Estimate;
-use planesman_identification::validation::residuals::Correlation;
-use planesman_identification::{Judgement, Reading, SIGMAS_95, Uncertain, filter};
+use planesman_identification::{SIGMAS_95, Uncertain};
 use planesman_model_file::ModelFile;
-use planesman_plot::{Series, Style};
 use planesman_signals::Taken;
 
 use super::arguments::{DataArgs, GridArgs, PreparationArgs, SignalArgs};
-use super::model_file;
-use super::page::{LOG_OMEGA, Response, bound, drawn, frequency_response, line, plot, unit_circle};
+use super::compared::{Compared, fits, frequency_responses};
+use super::{compare_page, model_file};
 use crate::arguments::output_file;
-use crate::page::document;
 use crate::table::{Format, Table, print_wrapped};
 
 /// Frequencies in the table, of a frequency response.
 const FREQUENCIES: usize = 6;
-/// Samples of a step response: at least, and at most.
-const STEP: (usize, usize) = (20, 2000);
-/// The share of its range that a step response may still be off where it counts as settled.
-const SETTLED: f64 = 0.02;
-/// Poles farther from 0 are not drawn.
-const FAR: f64 = 4.0;
 
 /// Judge model files on data, beside each other: simulation, predictions, residual tests, poles, frequency response.
 ///
@@ -64,51 +53,6 @@ pub struct CompareArgs {
     /// Write an HTML page: simulated outputs, frequency and step responses, poles, residual tests
     #[arg(long, value_name = "FILE", value_parser = output_file, help_heading = "Output")]
     html: Option<PathBuf>,
-}
-
-/// A model and the judgement on it.
-#[derive(Clone, Debug)]
-pub struct Compared {
-    /// Its name in the tables.
-    pub name: String,
-    /// The method that found it.
-    pub method: String,
-    /// What it does on the data.
-    pub judgement: Judgement,
-}
-
-impl Compared {
-    fn reading(&self) -> Reading<'_> {
-        Reading::of(&self.judgement.estimate, self.judgement.longest)
-    }
-
-    fn order(&self) -> String {
-        order(&self.judgement.estimate)
-    }
-
-    fn delay(&self) -> usize {
-        self.judgement.estimate.layout.structure.delay
-    }
-
-    /// The poles in s, the slowest first, of a pair the upper one.
-    fn poles(&self) -> Vec<Uncertain> {
-        let mut poles = self.reading().continuous_poles().unwrap_or_default();
-        poles.retain(|pole| pole.value.im >= 0.0);
-        poles.sort_by(|p, q| p.value.norm().total_cmp(&q.value.norm()));
-        poles
-    }
-
-    /// The tests of the residual: what is tested, and the correlations.
-    fn tests(&self) -> Vec<(&'static str, &Correlation)> {
-        let tests = self.judgement.residuals.iter();
-        tests
-            .flat_map(|it| [("white", &it.whiteness), ("free of the input", &it.input)])
-            .collect()
-    }
-
-    fn frequency_response(&self) -> Vec<Response> {
-        frequency_response(&self.reading(), self.judgement.estimate.sample_time)
-    }
 }
 
 /// Models on one record.
@@ -229,29 +173,11 @@ pub fn run(args: &CompareArgs) -> Result<()> {
         }
     }
     if let Some(path) = &args.html {
-        let page = page(&found.models, &found.taken)?;
+        let page = compare_page::page(&found.models, &found.taken)?;
         std::fs::write(path, page).with_context(|| format!("{}", path.display()))?;
         planesman_node::complain!("{}: the page", path.display());
     }
     Ok(())
-}
-
-/// A fit as a cell.
-pub(super) fn percent(fit: Option<f64>) -> String {
-    match fit {
-        None => "-".to_owned(),
-        Some(fit) if fit < -1e5 => format!("{fit:.1e}"),
-        Some(fit) => format!("{fit:.2}"),
-    }
-}
-
-/// The poles that are not 0; of a finite impulse response, which has no others, its coefficients.
-pub(super) fn order(of: &Estimate) -> String {
-    let a = &of.theta.as_slice()[of.layout.a()];
-    match a.iter().rposition(|a| *a != 0.0) {
-        None => format!("{} (fir)", of.layout.structure.numerator),
-        Some(last) => (last + 1).to_string(),
-    }
 }
 
 fn five(value: f64) -> String {
@@ -344,11 +270,7 @@ impl Comparison {
             "± 95 %",
         ];
         let mut table = Table::new(columns);
-        let responses: Vec<Vec<Response>> = self
-            .models
-            .iter()
-            .map(Compared::frequency_response)
-            .collect();
+        let responses = frequency_responses(&self.models);
         let most = responses.iter().map(Vec::len).max().unwrap_or(0);
         let stride = (most / FREQUENCIES).max(1);
         for at in (0..most)
@@ -382,7 +304,7 @@ impl Comparison {
     #[must_use]
     pub fn numbers(&self) -> Table {
         let mut table = Table::new(["model", "quantity", "value", "deviation"]);
-        for model in &self.models {
+        for (model, responses) in self.models.iter().zip(frequency_responses(&self.models)) {
             let mut row = |quantity: String, value: String, deviation: Option<f64>| {
                 let deviation = deviation.map_or(String::new(), |it| it.to_string());
                 table.row([model.name.clone(), quantity, value, deviation]);
@@ -443,7 +365,7 @@ impl Comparison {
                     Some(deviation),
                 );
             }
-            for it in model.frequency_response() {
+            for it in responses {
                 let omega = 10f64.powf(it.log_omega);
                 let size = it.value.value.norm().to_string();
                 let deviation = it.value.magnitude_deviation();
@@ -462,244 +384,4 @@ impl Comparison {
         }
         table
     }
-}
-
-/// What each model is, and how well it simulates and predicts.
-fn fits(models: &[Compared]) -> Table {
-    let ahead = models.first().map_or(&[][..], |it| &it.judgement.predicted);
-    let ahead: Vec<String> = ahead
-        .iter()
-        .map(|(it, _)| format!("{it} ahead, %"))
-        .collect();
-    let columns = ["model", "method", "order", "delay", "simulated, %"].into_iter();
-    let mut table = Table::of(columns.chain(ahead.iter().map(String::as_str)));
-    for model in models {
-        let first = [
-            model.name.clone(),
-            model.method.clone(),
-            model.order(),
-            model.delay().to_string(),
-            percent(model.judgement.fit),
-        ];
-        let predicted = model.judgement.predicted.iter();
-        table.row(
-            first
-                .into_iter()
-                .chain(predicted.map(|(_, fit)| percent(*fit))),
-        );
-    }
-    table
-}
-
-/// A page with the models drawn over each other.
-///
-/// # Errors
-/// When a plot cannot be drawn.
-pub(super) fn page(models: &[Compared], taken: &Taken) -> Result<String> {
-    let record = &taken.resampled.record;
-    let title = format!(
-        "Models of {} to {}",
-        record.inputs.first().map_or("", String::as_str),
-        record.outputs.first().map_or("", String::as_str)
-    );
-    let plots = plots(models, taken)?;
-    let body = html! {
-        h1 { (title) }
-        p.lead { "Each model is simulated from a state fitted to the beginning of the data; its offset is its own." }
-        (fits(models).html())
-        pre { (taken.account()) }
-        @for plot in plots { (plot) }
-    };
-    Ok(document(&title, "", &body))
-}
-
-fn plots(models: &[Compared], taken: &Taken) -> Result<Vec<Markup>> {
-    let record = &taken.resampled.record;
-    let Some(longest) = models
-        .first()
-        .map(|it| it.judgement.segments[it.judgement.longest])
-    else {
-        return Ok(Vec::new());
-    };
-    let segment = &record.segments[longest];
-    let timed = |values: &[f64]| -> Vec<(f64, f64)> {
-        let values = values.iter().enumerate();
-        values
-            .map(|(k, v)| (k as f64 * record.sample_time, *v))
-            .collect()
-    };
-    let measured = &segment.outputs[0];
-    let range = |pick: fn(f64, f64) -> f64| measured.iter().copied().fold(measured[0], pick);
-    let (low, high) = (range(f64::min), range(f64::max));
-    // A simulation that diverges would flatten all others.
-    let near =
-        |value: f64| (value - low).abs().max((value - high).abs()) < FAR * (high - low).max(1e-9);
-    // Models first, so that each has one colour on the whole page.
-    let each = |of: &dyn Fn(&Compared) -> Vec<(f64, f64)>| -> Vec<Series<'_>> {
-        models
-            .iter()
-            .map(|model| line(&model.name, of(model)))
-            .collect()
-    };
-    let mut simulated = each(&|model| {
-        let mut points = timed(&model.judgement.simulated[model.judgement.longest]);
-        points.retain(|(_, value)| near(*value));
-        points
-    });
-    simulated.push(bound("measured", timed(measured)));
-    let output = &record.outputs[0];
-    let mut drawings = vec![
-        drawn(
-            "Measured, and simulated on the input alone. What lies far beyond the measured range is not shown.",
-            plot(
-                "Measured and simulated output",
-                "time [s]",
-                output,
-                simulated,
-            ),
-        )?,
-        drawn(
-            "Input over each sampling interval.",
-            plot(
-                "Input",
-                "time [s]",
-                &record.inputs[0],
-                vec![line("input", timed(&segment.inputs[0]))],
-            ),
-        )?,
-        drawn(
-            "Frequency responses up to half the sampling rate.",
-            plot(
-                "Magnitude",
-                LOG_OMEGA,
-                "magnitude [dB]",
-                each(&|model| {
-                    let of = |it: &Response| (it.log_omega, it.magnitude(0.0));
-                    model.frequency_response().iter().map(of).collect()
-                }),
-            ),
-        )?,
-        drawn(
-            "The same for the phase.",
-            plot(
-                "Phase",
-                LOG_OMEGA,
-                "phase [deg]",
-                each(&|model| {
-                    let of = |it: &Response| (it.log_omega, it.phase);
-                    model.frequency_response().iter().map(of).collect()
-                }),
-            ),
-        )?,
-    ];
-    let mut poles: Vec<Series<'_>> = models.iter().map(pole_map).collect();
-    poles.push(unit_circle());
-    drawings.push(drawn(
-        "In the z plane; points beyond |z| = 4 are not shown.",
-        plot("Poles", "real part", "imaginary part", poles).one_scale(),
-    )?);
-    // Longer than about half of them take, so that one slow mode does not hide the others' beginning.
-    let mut settled: Vec<usize> = models.iter().filter_map(settling).collect();
-    settled.sort_unstable();
-    let usual = settled
-        .get(settled.len().saturating_sub(1) / 2)
-        .copied()
-        .unwrap_or_default();
-    let count = (usual + usual / 2).clamp(STEP.0, STEP.1);
-    drawings.push(drawn(
-        "From rest, without offset. Unstable models are left out.",
-        plot(
-            "Step responses",
-            "time [s]",
-            output,
-            each(&|model| match settling(model) {
-                Some(_) => timed(&step_response(model, count)),
-                None => Vec::new(),
-            }),
-        ),
-    )?);
-    drawings.push(correlations(
-        models,
-        "Residuals with themselves",
-        "Over the bound that 99 % of white residuals stay within.",
-        |tests| &tests.whiteness,
-    )?);
-    drawings.push(correlations(
-        models,
-        "Residuals with the input",
-        "Over the same bound. Outside at positive lags: missing dynamics; at negative lags: feedback.",
-        |tests| &tests.input,
-    )?);
-    Ok(drawings)
-}
-
-fn pole_map(model: &Compared) -> Series<'_> {
-    let poles = model.reading().poles().unwrap_or_default();
-    let points = poles.iter().map(|it| (it.value.re, it.value.im));
-    Series {
-        name: model.name.as_str().into(),
-        points: points.filter(|p| p.0.hypot(p.1) < FAR).collect(),
-        style: Style::Crosses,
-    }
-}
-
-/// Samples after which a step response stays within a share of its range about its end; `None` for an unstable model,
-/// whose response has none.
-fn settling(model: &Compared) -> Option<usize> {
-    let poles = model.reading().poles().ok()?;
-    if poles.iter().any(|it| it.value.norm() > 1.0 + 1e-6) {
-        return None;
-    }
-    let response = step_response(model, STEP.1);
-    let end = *response.last()?;
-    let most = response
-        .iter()
-        .fold(0.0_f64, |most, y| most.max((y - end).abs()));
-    let far = response
-        .iter()
-        .rposition(|y| (y - end).abs() > SETTLED * most.max(end.abs()));
-    Some(far.map_or(0, |last| last + 1))
-}
-
-fn step_response(model: &Compared, count: usize) -> Vec<f64> {
-    let estimate = &model.judgement.estimate;
-    let layout = &estimate.layout;
-    let theta = estimate.theta.as_slice();
-    let mut a = vec![1.0];
-    a.extend(&theta[layout.a()]);
-    let mut b = vec![0.0; layout.structure.delay];
-    b.extend(&theta[layout.b(model.judgement.longest)]);
-    filter(&b, &a, &vec![1.0; count])
-}
-
-fn correlations(
-    models: &[Compared],
-    title: &str,
-    note: &str,
-    of: fn(&planesman_identification::validation::residuals::ResidualTests) -> &Correlation,
-) -> Result<Markup> {
-    let mut series: Vec<Series<'_>> = models
-        .iter()
-        .map(|model| {
-            let found = model.judgement.residuals.as_ref().map(of);
-            let points = found.iter().flat_map(|it| {
-                let values = it.values.iter();
-                values.map(|(lag, r)| (*lag as f64, r / it.bound))
-            });
-            line(&model.name, points.collect())
-        })
-        .collect();
-    let lags: Vec<f64> = series
-        .iter()
-        .flat_map(|it| it.points.iter().map(|p| p.0))
-        .collect();
-    let ends = [f64::min, f64::max].map(|pick| lags.iter().copied().reduce(pick));
-    for (name, level) in [("99 %", 1.0), ("-99 %", -1.0)] {
-        let ends = ends.iter().flatten();
-        series.push(bound(name, ends.map(|lag| (*lag, level)).collect()));
-    }
-    drawn(
-        note,
-        plot(title, "lag [samples]", "correlation / bound", series),
-    )
 }

@@ -17,7 +17,7 @@ use serde_json::{Value, json};
 
 use super::arguments::{SignalArgs, Validation, choice_also_known, validation};
 use super::trial::{self, Trial};
-use super::{compare, model_file, page};
+use super::{compare_page, model_file, page};
 use crate::arguments::{output_file, speed, within};
 use crate::progress::{bar, spinner};
 use crate::table::print_wrapped;
@@ -507,7 +507,7 @@ pub fn run(args: &FitArgs) -> Result<()> {
             [] => page::page(&found.analysis, &found.taken.resampled.record)?,
             tried => {
                 let taken = found.validation.as_ref().unwrap_or(&found.taken);
-                compare::page(&trial::compared(tried, taken)?, taken)?
+                compare_page::page(&trial::compared(tried, taken)?, taken)?
             }
         };
         std::fs::write(path, page).with_context(|| format!("{}", path.display()))?;

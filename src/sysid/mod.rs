@@ -5,6 +5,8 @@ use clap::Subcommand;
 
 mod arguments;
 pub mod compare;
+mod compare_page;
+pub mod compared;
 pub mod fit;
 mod model_file;
 mod montecarlo;

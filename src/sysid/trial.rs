@@ -7,7 +7,7 @@ use planesman_identification::estimators::Method;
 use planesman_signals::Taken;
 use serde_json::{Value, json};
 
-use super::compare::{Compared, order, percent};
+use super::compared::{Compared, order, percent};
 use crate::table::{Format, Table};
 
 /// Methods drawn on a page.
