@@ -14,6 +14,9 @@ use planesman::sysid::fit::{self, FitArgs, Found};
 use planesman::table::Format;
 use planesman_identification::{filter, noise};
 use planesman_model_file::ModelFile;
+use planesman_testing::hostile::mutated;
+use rand::{RngExt as _, SeedableRng as _};
+use rand_pcg::Pcg64Mcg;
 
 const A: [f64; 3] = [1.0, -1.5, 0.7];
 const B: [f64; 3] = [0.0, 1.0, 0.5];
@@ -56,6 +59,21 @@ fn try_compare(files: &[&Path], more: &str) -> Result<Comparison, String> {
     let args = CompareArgs::try_parse_from(args.chain(more.split_whitespace()));
     let args = args.map_err(|error| error.to_string())?;
     compare::compare(&args).map_err(|error| format!("{error:#}"))
+}
+
+/// The page of a comparison, by the command as it is run.
+fn page_of(page: &Path, files: &[&Path]) -> Result<String, String> {
+    let files = files.iter().map(|path| path.to_str().unwrap());
+    let args = [
+        "compare",
+        "--format",
+        "csv",
+        "--html",
+        page.to_str().unwrap(),
+    ];
+    let args = CompareArgs::try_parse_from(args.into_iter().chain(files)).unwrap();
+    compare::run(&args).map_err(|error| format!("{error:#}"))?;
+    Ok(fs::read_to_string(page).unwrap())
 }
 
 fn ahead(model: &Compared, samples: usize) -> f64 {
@@ -144,6 +162,30 @@ fn a_model_from_elsewhere_needs_no_more_than_its_transfer_function() {
         "{fits:?}"
     );
     assert!((40.0..60.0).contains(&fits[2]), "{fits:?}");
+}
+
+#[test]
+fn an_unstable_model_is_judged_by_its_predictions() {
+    let folder = tempfile::tempdir().unwrap();
+    // A pole at 1.05, held by u = r - y.
+    let (r, e) = (noise(3, 600), noise(9, 600));
+    let mut text = String::from("t,u,y");
+    let (mut u, mut y) = (0.0, 0.0);
+    for k in 0..600 {
+        y = 1.05 * y + 0.5 * u + 0.1 * e[k];
+        u = r[k] - y;
+        let _ = write!(text, "\n{:.3},{u},{y}", 0.1 * k as f64);
+    }
+    let data = folder.path().join("loop.csv");
+    fs::write(&data, text).unwrap();
+    let model = written(&data, "unstable.yaml", "--method arx --order 1");
+    let found = try_compare(&[&model, &data], "").unwrap();
+    assert_eq!(found.models[0].judgement.fit, None);
+    assert!(ahead(&found.models[0], 1) > 80.0);
+    let tables = found.tables();
+    assert!(tables[0].text(Format::Csv).unwrap().contains(",-,"));
+    let page = page_of(&folder.path().join("page.html"), &[&model, &data]);
+    assert!(!page.unwrap().contains("NaN"));
 }
 
 #[test]
@@ -354,12 +396,7 @@ fn the_page_of_a_comparison_stands_alone() {
     let data = table(folder.path(), "a.csv", 4, &B, 0.3);
     let first = written(&data, "first.yaml", "--method oe --order 2");
     let second = written(&data, "second.yaml", "--method fir");
-    let page = folder.path().join("page.html");
-    let files = [&first, &second, &data].map(|path| path.to_str().unwrap());
-    let args = ["compare"].into_iter().chain(files);
-    let args = args.chain(["--html", page.to_str().unwrap(), "--format", "csv"]);
-    compare::run(&CompareArgs::try_parse_from(args).unwrap()).unwrap();
-    let page = fs::read_to_string(page).unwrap();
+    let page = page_of(&folder.path().join("page.html"), &[&first, &second, &data]).unwrap();
     for heading in [
         "Measured and simulated output",
         "Magnitude",
@@ -373,4 +410,44 @@ fn the_page_of_a_comparison_stands_alone() {
     }
     assert_eq!(page.matches("<svg").count(), 8);
     assert!(!page.contains("<script") && !page.contains("src=") && !page.contains("NaN"));
+}
+
+#[test]
+fn a_model_file_with_any_numbers_gives_an_answer_or_an_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = table(folder.path(), "a.csv", 4, &B, 0.3);
+    let good = written(&data, "good.json", "--method bj --order 2");
+    let text = fs::read(&good).unwrap();
+    let mut random = Pcg64Mcg::seed_from_u64(7);
+    let bad = folder.path().join("bad.json");
+    let (mut judged, mut refused) = (0, 0);
+    for number in 0..300 {
+        let mut changed = text.clone();
+        if number % 3 == 0 {
+            changed = mutated(&changed, &mut random);
+        } else {
+            // Numbers that stay numbers, of any size.
+            let digits: Vec<usize> = (0..changed.len())
+                .filter(|at| changed[*at].is_ascii_digit())
+                .collect();
+            for _ in 0..random.random_range(1..20) {
+                let at = digits[random.random_range(0..digits.len())];
+                changed[at] = b"0123456789e-."[random.random_range(0..13)];
+            }
+        }
+        fs::write(&bad, changed).unwrap();
+        // A page that exists is refused.
+        let page = folder.path().join(format!("{number}.html"));
+        match page_of(&page, &[&bad, &good, &data]) {
+            Ok(page) => {
+                judged += 1;
+                assert!(!page.contains("NaN"), "{number}");
+            }
+            Err(reason) => {
+                refused += 1;
+                assert!(!reason.is_empty());
+            }
+        }
+    }
+    assert!(judged > 20 && refused > 20, "{judged} {refused}");
 }

@@ -106,8 +106,12 @@ impl GivenModel {
             IdentificationError::Record("a record with an input and an output is needed".to_owned())
         })?;
         let mut estimate = self.estimate(runs.len())?;
-        let simulated: Vec<Vec<f64>> = (0..runs.len())
-            .map(|number| estimate.set_in_motion(number, runs[number]))
+        let mut bounded = true;
+        let simulated: Vec<Vec<f64>> = (runs.iter().enumerate())
+            .map(|(number, run)| {
+                bounded &= estimate.set_in_motion(number, *run);
+                estimate.simulate(number, run.inputs)
+            })
             .collect();
         estimate.residuals = (0..runs.len())
             .map(|number| prediction::residuals(&estimate, number, runs[number]))
@@ -126,7 +130,7 @@ impl GivenModel {
         Ok(Judgement {
             segments: record.used(),
             longest,
-            fit: joined(&of_simulation),
+            fit: joined(&of_simulation).filter(|_| bounded),
             predicted: (ahead.iter())
                 .map(|ahead| {
                     let of = |number| prediction::missed(&estimate, number, runs[number], *ahead);
@@ -213,22 +217,18 @@ impl GivenModel {
 }
 
 impl Estimate {
-    /// Fits the motion at the beginning of a record; the simulation with it.
-    fn set_in_motion(&mut self, number: usize, run: Run<'_>) -> Vec<f64> {
+    /// Fits the motion at the beginning of a record; whether there is one that does not grow beyond measure.
+    fn set_in_motion(&mut self, number: usize, run: Run<'_>) -> bool {
         let caused = self.simulate(number, run.inputs);
-        let left: Vec<f64> = run
-            .outputs
-            .iter()
-            .zip(&caused)
+        let left: Vec<f64> = (run.outputs.iter().zip(&caused))
             .map(|(y, x)| y - x)
             .collect();
         let a = self.layout.denominator(self.theta.as_slice());
-        let Some(motion) = free_motion(&left, &a) else {
-            return caused;
-        };
-        for (at, m) in self.layout.motion(number).zip(motion) {
+        let motion = free_motion(&left, &a);
+        let found = motion.is_some();
+        for (at, m) in self.layout.motion(number).zip(motion.unwrap_or_default()) {
             self.theta[at] = m;
         }
-        self.simulate(number, run.inputs)
+        found
     }
 }
