@@ -320,7 +320,7 @@ fn cases() -> Vec<Case> {
     };
     let quiet: Vec<f64> = noise(21, 2000).into_iter().map(|e| 0.05 * e).collect();
     let rough = coloured(22, 2000, 0.9, 0.3);
-    of_loop("a loop, white noise", &quiet, "", Gain("usable"));
+    of_loop("a loop, white noise", &quiet, "", Gain(""));
     of_loop("a loop, slow disturbance", &rough, "", Says("closed-loop"));
     of_loop("the same, reference given", &rough, "-r r", Gain(""));
     let held = prbs(41, SAMPLES, 10);

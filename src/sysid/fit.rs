@@ -9,6 +9,7 @@ use planesman_identification::analysis::{Analysis, Options, analyse, analyse_val
 use planesman_identification::estimators::recursive::{Forgetting, Options as Recursion};
 use planesman_identification::estimators::vehicle::{Heave, Vehicle};
 use planesman_identification::estimators::{Knowledge, Method};
+use planesman_identification::selection::Candidate;
 use planesman_identification::{IdentificationError, Start};
 use planesman_model_file::ModelFile;
 use planesman_signals::Taken;
@@ -516,6 +517,17 @@ pub fn run(args: &FitArgs) -> Result<()> {
     Ok(())
 }
 
+/// A candidate of the default method and its fit by cross-validation, %.
+fn selected(of: &Candidate) -> Value {
+    json!({
+        "kind": of.kind.name(),
+        "order": of.structure.poles,
+        "delay": of.structure.delay,
+        "parameters": of.parameters(),
+        "fit": of.fit(),
+    })
+}
+
 /// Everything but the record's numbers.
 fn as_json(found: &Found) -> Result<Value> {
     let Found {
@@ -544,6 +556,11 @@ fn as_json(found: &Found) -> Result<Value> {
         "model": found.model_file()?,
         "parameters": physical,
         "candidates": analysis.candidates,
+        "selected": analysis.selected.iter().map(selected).collect::<Vec<_>>(),
+        "attainable_fit": analysis.attainable_fit,
+        "predicted_fit": analysis.predicted_fit,
+        "share_of_input": analysis.share,
+        "delay": analysis.lag.map(|it| json!({"best": it.best, "interval": it.interval})),
         "residuals": analysis.residuals,
         "record": {
             "sample_time": record.sample_time,

@@ -18,7 +18,8 @@ use crate::validation::residuals::{Correlation, ResidualTests};
 const APART: f64 = 4.0;
 const FREQUENCIES: usize = 20;
 
-/// Held-out fits, %, from which a model is called good, and usable.
+/// Held-out fits, %, from which a model is called very good, good, and usable.
+const VERY_GOOD: f64 = 90.0;
 const GOOD: f64 = 80.0;
 const USABLE: f64 = 50.0;
 /// By how much a fit, %, may be below what the noise leaves to the best of models, and be as good.
@@ -141,7 +142,7 @@ impl Analysis {
                 "simulated fit on held-out data {held:.1} %: as good as the noise lets a model be ({:.1} %)",
                 self.attainable_fit.unwrap_or(held)
             ),
-            (Some(held), _) if held >= 90.0 => {
+            (Some(held), _) if held >= VERY_GOOD => {
                 format!("simulated fit on held-out data {held:.1} %: very good")
             }
             (Some(held), Some(fit)) if held < fit - 20.0 => format!(
@@ -284,7 +285,7 @@ impl Analysis {
                 "usable with care: it does not hold all along the record",
                 "fit segments apart: --window FROM..TO, once for each",
             ),
-            Some(_) if self.is_early() => (
+            Some(held) if self.is_early() && held < VERY_GOOD => (
                 "usable with care: the output seems to come before its input",
                 "look at the stamps (--stamp, --time), or give the reference of the loop: --reference TOPIC:FIELD",
             ),
