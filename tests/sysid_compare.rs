@@ -373,6 +373,32 @@ fn validation_data_of_its_own_gives_the_held_out_figures() {
 }
 
 #[test]
+fn in_a_loop_validation_data_is_judged_by_what_its_reference_causes() {
+    let folder = tempfile::tempdir().unwrap();
+    // y = 0.2 q^-1 / (1 - 0.9 q^-1) u + v, u = r - 2 y, v strong and slow.
+    let (r, e) = (noise(5, 3000), noise(82, 3000));
+    let mut text = String::from("t,r,u,y");
+    let (mut u, mut x, mut v) = (0.0, 0.0, 0.0);
+    for k in 0..3000 {
+        x = 0.9 * x + 0.2 * u;
+        v = 0.8 * v + 0.3 * e[k];
+        u = r[k] - 2.0 * (x + v);
+        let _ = write!(text, "\n{:.3},{},{u},{}", 0.1 * k as f64, r[k], x + v);
+    }
+    let data = folder.path().join("loop.csv");
+    fs::write(&data, text).unwrap();
+    let found = fit(
+        &data,
+        "--method oe --order 1 --reference r --validation 200..",
+    );
+    let (held, fitted) = (found.analysis.held_out_fit, found.analysis.fit);
+    assert!(
+        (held.unwrap() - fitted.unwrap()).abs() < 5.0,
+        "{held:?} {fitted:?}"
+    );
+}
+
+#[test]
 fn of_all_methods_the_one_that_simulates_held_out_data_best_is_taken() {
     let folder = tempfile::tempdir().unwrap();
     let data = table(folder.path(), "a.csv", 4, &B, 0.3);

@@ -431,6 +431,27 @@ impl Level {
     }
 }
 
+/// A record whose second input is the reference of a loop, with the part of its first input that the reference causes.
+fn caused_by_reference(record: &Record) -> Result<Cow<'_, Record>> {
+    let numbers = record.used();
+    let reference = |number: &usize| Some(record.segments[*number].inputs.get(1)?.as_slice());
+    let references: Option<Vec<&[f64]>> = numbers.iter().map(reference).collect();
+    let (Some(references), Some(runs)) = (references, record.runs()) else {
+        return Ok(Cow::Borrowed(record));
+    };
+    let problem = Problem::new(Structure::of_order(1), record.sample_time, runs)?;
+    let staged = TwoStages {
+        second: &LeastSquares,
+        references,
+    };
+    let caused = staged.caused(&problem)?;
+    let mut record = record.clone();
+    for (number, caused) in numbers.into_iter().zip(caused) {
+        record.segments[number].inputs[0] = caused;
+    }
+    Ok(Cow::Owned(record))
+}
+
 /// The problem with the part of each input that the reference causes, where there is one.
 fn second_stage<'a>(problem: &Problem<'a>, caused: &'a [Vec<f64>]) -> Problem<'a> {
     let mut second = problem.clone();
@@ -517,6 +538,7 @@ fn trajectory(estimator: &dyn Estimator, problem: &Problem<'_>) -> Trajectory {
 impl Analysis {
     /// Takes the fits of a record for validation; what it was, in a sentence.
     fn validated(&mut self, validation: &Record, fitted: &Problem<'_>) -> Result<String> {
+        let validation = &*caused_by_reference(validation)?;
         let judgement = GivenModel::of(&self.estimate, self.longest).on(validation, &[AHEAD])?;
         let outputs = validation.segments[judgement.segments[judgement.longest]]
             .outputs
