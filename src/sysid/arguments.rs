@@ -17,6 +17,9 @@ use planesman_units::Dimension;
 
 use crate::arguments::quantity;
 
+/// Half the shortest sampling interval, s.
+const EDGE: f64 = 0.5e-6;
+
 /// The name of the step that decimates a record.
 const DECIMATION: &str = "decimation";
 
@@ -235,7 +238,8 @@ impl SignalArgs {
                 "--window {a}..{b} overlaps --validation {from}..{to}: samples that were fitted validate nothing"
             );
         }
-        let (before, behind) = ((f64::NEG_INFINITY, from), (to, f64::INFINITY));
+        // Samples on the window's edges are in it.
+        let (before, behind) = ((f64::NEG_INFINITY, from - EDGE), (to + EDGE, f64::INFINITY));
         let ways = match (windows.is_empty(), from > 0.0) {
             (false, _) => vec![windows.clone()],
             (true, true) => vec![vec![before, behind], vec![before], vec![behind]],

@@ -124,7 +124,10 @@ fn plots(models: &[Compared], taken: &Taken) -> Result<Vec<Markup>> {
         )?,
     ];
     let mut poles: Vec<Series<'_>> = models.iter().map(pole_map).collect();
-    poles.push(unit_circle());
+    poles.push(Series {
+        style: Style::Bound,
+        ..unit_circle()
+    });
     drawings.push(drawn(
         "In the z plane; points beyond |z| = 4 are not shown.",
         plot("Poles", "real part", "imaginary part", poles).one_scale(),
