@@ -157,7 +157,10 @@ impl Analysis {
             }
             text.push('\n');
         }
-        text + &format!("denominator  1  {}\n", list(&self.model().a))
+        match self.estimate.layout.structure.poles {
+            0 => text + &format!("denominator  z^{}\n", self.model().a.len()),
+            _ => text + &format!("denominator  1  {}\n", list(&self.model().a)),
+        }
     }
 
     /// Poles, zeros and the steady gain, each with its 95 % interval.
