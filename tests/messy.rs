@@ -260,7 +260,7 @@ fn of_sensors() -> Vec<(&'static str, Vec<Vec<f64>>, Outcome)> {
         (
             "output drifts: a random walk",
             rows(STEP, &u, &plus(&y, &walk)),
-            Says("with care"),
+            Gain("not usable"),
         ),
         (
             "output drifts: a ramp",
@@ -291,7 +291,7 @@ fn of_sensors() -> Vec<(&'static str, Vec<Vec<f64>>, Outcome)> {
                 &u,
                 &plus(&y, &response(&[1.4], &DEN, STEP, &prbs(19, SAMPLES, 30))),
             ),
-            Says("usable"),
+            Gain("usable"),
         ),
     ]
 }

@@ -1,7 +1,11 @@
 //! The colour of a residual: the autoregression that whitens it.
 
+use crate::structure::filter;
+
 /// Largest order tried.
 const ORDERS: usize = 20;
+/// Lags up to which a residual is taken to be correlated with itself.
+const MEMORY: usize = 200;
 /// Samples for each order at least.
 const SAMPLES: usize = 10;
 
@@ -47,11 +51,27 @@ pub(crate) fn whitening<'a>(residuals: impl Iterator<Item = &'a [f64]> + Clone) 
     best.1
 }
 
+/// The share of samples that `D e` white, `D = 1 + d1 q^-1 + ...`, are worth where the mean of their squares is compared:
+/// `1 / (1 + 2 sum rho_k^2)` with their autocorrelation `rho` (Bartlett 1946).
+pub(crate) fn independent_share(d: &[f64]) -> f64 {
+    let mut impulse = vec![0.0; 2 * MEMORY];
+    impulse[0] = 1.0;
+    let response = filter(&[1.0], d, &impulse);
+    let covariance = |lag: usize| -> f64 {
+        let pairs = response.iter().zip(&response[lag..]);
+        pairs.map(|(now, later)| now * later).sum()
+    };
+    let variance = covariance(0);
+    let squares: f64 = (1..=MEMORY)
+        .map(|lag| (covariance(lag) / variance).powi(2))
+        .sum();
+    1.0 / (1.0 + 2.0 * squares)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::noise::noise;
-    use crate::structure::filter;
 
     #[test]
     fn the_autoregression_of_a_residual_is_found_and_white_noise_has_none() {
@@ -64,5 +84,13 @@ mod tests {
             (found[1] + 1.2).abs() < 0.05 && (found[2] - 0.5).abs() < 0.05,
             "{found:?}"
         );
+    }
+
+    #[test]
+    fn samples_of_slow_noise_are_worth_less() {
+        assert_eq!(independent_share(&[1.0]), 1.0);
+        // (1 - rho^2) / (1 + rho^2) of a first-order autoregression.
+        let found = independent_share(&[1.0, -0.9]);
+        assert!((found - 0.19 / 1.81).abs() < 1e-3, "{found}");
     }
 }

@@ -44,6 +44,7 @@ pub mod vehicle;
 mod vehicle_fit;
 
 pub use armax::Armax;
+pub(crate) use coloured::independent_share;
 pub(crate) use coloured::whitening;
 pub(crate) use course::{Course, Part, Search};
 pub use estimate::{Error, Estimate};

@@ -5,7 +5,7 @@
 //! equation, brought down to the order (`realisation`). Each candidate is fitted anew with a half, and with a fifth,
 //! of every record left out, and simulated over what was left out: on from the state that the samples before lead to,
 //! an ARX model from a state fitted there. Candidates are compared block by block, by the logarithm of the mean squared
-//! error and `ln N / N` for each parameter; of those within half a standard error of the best the one with the fewest
+//! error and `ln N / N` for each parameter, with N the samples that scatter as much as those of a coloured residual; of those within half a standard error of the best the one with the fewest
 //! parameters is taken (Hastie, Tibshirani and Friedman, *The Elements of Statistical Learning*,
 //! 2nd ed., 2009, sec. 7.10). A pole is held to a memory no longer than the record, unless an unstable difference
 //! equation leaves half as much: then the data demands it. A stable difference equation is taken only where there is
@@ -24,7 +24,8 @@ use nalgebra::{DMatrix, DVector};
 use planesman_linear::polynomial::product;
 
 use crate::estimators::{
-    Course, Estimator, LeastSquares, Near, Search, held_within, lies_within, radius_of_memory,
+    Course, Estimator, LeastSquares, Near, Search, held_within, independent_share, lies_within,
+    radius_of_memory,
 };
 use crate::states::poles_of_states;
 use crate::structure::{Problem, Run, Start, Structure, monic};
@@ -35,6 +36,8 @@ use lagged::Lagged;
 const LAGS: usize = 40;
 /// Samples for each of an order's parameters at least.
 const SAMPLES_PER_PARAMETER: usize = 4;
+/// Samples that errors are worth at least.
+const FEW: f64 = 10.0;
 /// Orders tried beyond the best so far.
 const PATIENCE: usize = 4;
 /// By how much the logarithm of an output error may exceed the least so far for its noise to be modelled.
@@ -90,7 +93,8 @@ pub struct Candidate {
     refitted: Vec<f64>,
     /// Whether a pole was held within the memory of the record.
     at_limit: bool,
-    samples: usize,
+    /// Samples that its errors are worth.
+    samples: f64,
 }
 
 impl Candidate {
@@ -113,9 +117,9 @@ impl Candidate {
     }
 
     /// The mean over the blocks of the logarithm of the error, and for each parameter `ln N / N`, as the Bayesian
-    /// criterion counts it.
+    /// criterion counts it for white noise.
     fn score(&self) -> f64 {
-        self.mean() + self.parameters() as f64 * (self.samples as f64).ln() / self.samples as f64
+        self.mean() + self.parameters() as f64 * self.samples.ln() / self.samples
     }
 
     fn mean(&self) -> f64 {
@@ -267,6 +271,10 @@ fn cross_validated(
             .collect()
     });
     candidates.retain(|of| of.errors.iter().all(|e| e.is_finite()));
+    let effective = shared.effective_samples(&candidates);
+    for candidate in &mut candidates {
+        candidate.samples = effective;
+    }
     candidates
 }
 
@@ -400,6 +408,25 @@ impl Shared<'_> {
         found
     }
 
+    /// The samples that the errors are worth: fewer where what the best model leaves is coloured.
+    fn effective_samples(&self, candidates: &[Candidate]) -> f64 {
+        let (stable, _) = by_stability(candidates);
+        let best = stable
+            .into_iter()
+            .min_by(|p, q| p.mean().total_cmp(&q.mean()));
+        let share = best.and_then(|best| {
+            let problem = Problem {
+                structure: best.structure.clone(),
+                sample_time: self.sample_time,
+                runs: self.runs.to_vec(),
+            };
+            let course = Course::new(&problem, &[1.0]);
+            let theta = course.completed(&best.poles, &course.whole())?;
+            Some(independent_share(&course.whitening(&theta)))
+        });
+        (self.samples as f64 * share.unwrap_or(1.0)).max(FEW)
+    }
+
     /// A radius just within the largest.
     fn inside(&self) -> f64 {
         1.0 - 1.01 * (1.0 - self.radius)
@@ -520,7 +547,7 @@ impl Shared<'_> {
             errors,
             refitted,
             at_limit: held_within(&theta.as_slice()[layout.a()], self.inside()) != Some(None),
-            samples: self.samples,
+            samples: self.samples as f64,
         })
     }
 
@@ -557,7 +584,7 @@ impl Shared<'_> {
             refitted: errors[..folds::HALVES].to_vec(),
             errors,
             at_limit: false,
-            samples: self.samples,
+            samples: self.samples as f64,
         })
     }
 }
