@@ -166,7 +166,10 @@ impl Analysis {
             }
             text.push('\n');
         }
-        text + &format!("denominator  1  {}\n", list(&self.model().a))
+        match self.estimate.layout.structure.poles {
+            0 => text + &format!("denominator  z^{}\n", self.model().a.len()),
+            _ => text + &format!("denominator  1  {}\n", list(&self.model().a)),
+        }
     }
 
     /// Poles, zeros and the steady gain, each with its 95 % interval.
@@ -176,10 +179,16 @@ impl Analysis {
         for (name, found) in [
             ("z pole", reading.poles()),
             ("s pole", reading.continuous_poles()),
+            // Those of a finite impulse response are many, and say little.
             ("z zero", reading.zeros()),
         ] {
             let found = found.unwrap_or_default();
-            for it in found.iter().filter(|it| it.value.im >= 0.0) {
+            let shown = if name == "z zero" && self.estimate.layout.structure.poles == 0 {
+                0
+            } else {
+                found.len()
+            };
+            for it in found.iter().take(shown).filter(|it| it.value.im >= 0.0) {
                 let _ = writeln!(text, "{name:<12} {}", interval(it));
             }
         }

@@ -340,6 +340,11 @@ impl Analysis {
         !self.is_unstable() && chosen.is_some_and(|of| of.halves_over_fifths() > STEADY)
     }
 
+    /// Whether the standard deviations are those of a residual of any colour.
+    fn allows_for_colour(&self) -> bool {
+        self.estimate.error == Error::Output || self.options.method == Method::Fir
+    }
+
     fn is_early(&self) -> bool {
         self.lag.is_some_and(|lag| lag.is_another && lag.best < 0)
     }
@@ -468,7 +473,7 @@ impl Analysis {
                 "residuals are white and uncorrelated with {against}: the model explains the data"
             ),
             (true, true) => format!("residuals are white and uncorrelated with {against}"),
-            (true, false) if self.estimate.error == Error::Output => format!(
+            (true, false) if self.allows_for_colour() => format!(
                 "residuals are uncorrelated with {against} but not white ({}): the standard deviations allow for it",
                 evidence(&tests.whiteness)
             ),

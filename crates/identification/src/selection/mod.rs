@@ -27,6 +27,7 @@ use crate::estimators::{
     Course, Estimator, LeastSquares, Near, Search, held_within, independent_share, lies_within,
     radius_of_memory,
 };
+use crate::states::poles_of_states;
 use crate::structure::{Problem, Run, Start, Structure, monic};
 use folds::{Fold, Folds};
 use lagged::Lagged;
@@ -248,12 +249,8 @@ fn cross_validated(
         .unwrap_or_default();
     let mut poles = Vec::new();
     if let Some(high) = realisation::high_order(&lagged, constant) {
-        poles.push(realisation::from_states(
-            &high,
-            &driving[longest],
-            &outputs[longest],
-            most,
-        ));
+        let run = (&driving[longest][..], &outputs[longest][..]);
+        poles.push(poles_of_states((&high.a, &high.b), &[run], most));
         poles.push(realisation::from_markov_parameters(&high, samples, most));
     }
     let shared = Shared {
