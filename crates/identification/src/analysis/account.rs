@@ -166,10 +166,16 @@ impl Analysis {
             }
             text.push('\n');
         }
-        match self.estimate.layout.structure.poles {
-            0 => text + &format!("denominator  z^{}\n", self.model().a.len()),
-            _ => text + &format!("denominator  1  {}\n", list(&self.model().a)),
+        let a = self.model().a;
+        match self.is_finite() {
+            true => text + &format!("denominator  z^{}\n", a.len()),
+            false => text + &format!("denominator  1  {}\n", list(&a)),
         }
+    }
+
+    /// Whether the impulse response is: all poles lie at z = 0.
+    fn is_finite(&self) -> bool {
+        self.model().a.iter().all(|a| *a == 0.0)
     }
 
     /// Poles, zeros and the steady gain, each with its 95 % interval.
@@ -179,16 +185,14 @@ impl Analysis {
         for (name, found) in [
             ("z pole", reading.poles()),
             ("s pole", reading.continuous_poles()),
-            // Those of a finite impulse response are many, and say little.
             ("z zero", reading.zeros()),
         ] {
             let found = found.unwrap_or_default();
-            let shown = if name == "z zero" && self.estimate.layout.structure.poles == 0 {
-                0
-            } else {
-                found.len()
-            };
-            for it in found.iter().take(shown).filter(|it| it.value.im >= 0.0) {
+            // The zeros of a finite impulse response are many, and say little.
+            if name == "z zero" && self.is_finite() {
+                continue;
+            }
+            for it in found.iter().filter(|it| it.value.im >= 0.0) {
                 let _ = writeln!(text, "{name:<12} {}", interval(it));
             }
         }
