@@ -215,64 +215,11 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
     let part = whole.part().unwrap_or(whole);
     let mut fitted = None;
     if options.method == Method::Automatic {
-        let orders = options.order.map_or(1..=MOST, |order| order..=order);
-        // Planes move a vehicle only later; a model at a speed is one of a vehicle.
-        let least = usize::from(options.speed.is_some());
-        let delays = options.delay.map_or(least..=LONGEST, |delay| delay..=delay);
-        let structures = |order: usize, delay: usize| {
-            let mut structure = structure(options, order);
-            structure.delay = delay;
-            structure.start = part.structure.start;
-            structure.numerator += usize::from(delay == 0 && options.numerator.is_none());
-            structure
-        };
-        selected = select(&part, orders, delays, &structures);
-        // One that all the data does not determine gives way to the next.
-        let start = problem.structure.start;
-        let mut passed_over = 0;
-        for candidate in &selected {
-            problem.structure = Structure {
-                start,
-                ..candidate.structure.clone()
-            };
-            method = candidate.estimator();
-            match method.fit(&second_stage(&problem, &caused)) {
-                Err(_) if passed_over + 1 < selected.len() => passed_over += 1,
-                found => {
-                    fitted = Some(found?);
-                    break;
-                }
-            }
-        }
-        if fitted.is_none() {
-            problem.structure = structure(options, options.order.unwrap_or(1));
-            let reason = LeastSquares.fit(&problem).err();
-            return Err(reason.unwrap_or(IdentificationError::Undetermined(
-                "the record determines no model of any order",
-            )));
-        }
-        selected.drain(..passed_over);
-        // The delays that were cross-validated are few.
-        let second = second_stage(&problem, &caused);
-        if options.delay.is_none()
-            && let Some(lag) = fitted.as_ref().and_then(|it| lag::lag(it, &second))
-            && !(lag.interval.0..=lag.interval.1).contains(&(problem.structure.delay as i64))
-            && let Ok(best) = usize::try_from(lag.best)
-            && best >= least
-        {
-            let structure = Structure {
-                delay: best,
-                ..problem.structure.clone()
-            };
-            let other = Problem {
-                structure,
-                ..second.clone()
-            };
-            if let Ok(better) = method.fit(&other) {
-                problem.structure = other.structure;
-                fitted = Some(better);
-            }
-        }
+        let chosen = chosen(&second_stage(&problem, &caused), &part, options)?;
+        problem.structure = chosen.structure;
+        method = chosen.estimator;
+        fitted = Some(chosen.estimate);
+        selected = chosen.selected;
     } else if options.order.is_none() && !options.method.is_of_the_vehicle() {
         // A finite impulse response has no poles, and chooses its own length: only its first coefficient is sought.
         let (orders, delays) = match options.method {
@@ -358,6 +305,71 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
     found.verdict = found.judged(doubts, record);
     found.verdict.splice(0..0, validated);
     Ok(found)
+}
+
+/// The choice of the default method.
+struct Chosen {
+    structure: Structure,
+    estimator: Box<dyn Estimator>,
+    estimate: Estimate,
+    selected: Vec<selection::Candidate>,
+}
+
+/// The model that cross-validation on a part of the data chooses, fitted to all of it, with the delay that fits best.
+fn chosen(problem: &Problem<'_>, part: &Problem<'_>, options: &Options) -> Result<Chosen> {
+    let orders = options.order.map_or(1..=MOST, |order| order..=order);
+    // Planes move a vehicle only later; a model at a speed is one of a vehicle.
+    let least = usize::from(options.speed.is_some());
+    let delays = options.delay.map_or(least..=LONGEST, |delay| delay..=delay);
+    let structures = |order: usize, delay: usize| {
+        let mut structure = structure(options, order);
+        structure.delay = delay;
+        structure.start = part.structure.start;
+        structure.numerator += usize::from(delay == 0 && options.numerator.is_none());
+        structure
+    };
+    let mut selected = select(part, orders, delays, &structures);
+    let with = |structure: &Structure| Problem {
+        structure: Structure {
+            start: problem.structure.start,
+            ..structure.clone()
+        },
+        ..problem.clone()
+    };
+    // One that all the data does not determine gives way to the next.
+    let determined = selected.iter().enumerate().find_map(|(at, candidate)| {
+        let fitted = candidate.estimator().fit(&with(&candidate.structure));
+        Some((at, fitted.ok()?))
+    });
+    let Some((at, mut estimate)) = determined else {
+        let of_order = with(&structure(options, options.order.unwrap_or(1)));
+        let reason = LeastSquares.fit(&of_order).err();
+        return Err(reason.unwrap_or(IdentificationError::Undetermined(
+            "the record determines no model of any order",
+        )));
+    };
+    selected.drain(..at);
+    let estimator = selected[0].estimator();
+    let mut of = with(&selected[0].structure);
+    // The delays that were cross-validated are few.
+    if options.delay.is_none()
+        && let Some(lag) = lag::lag(&estimate, &of)
+        && !(lag.interval.0..=lag.interval.1).contains(&(of.structure.delay as i64))
+        && let Ok(best) = usize::try_from(lag.best)
+        && best >= least
+    {
+        let before = std::mem::replace(&mut of.structure.delay, best);
+        match estimator.fit(&of) {
+            Ok(better) => estimate = better,
+            Err(_) => of.structure.delay = before,
+        }
+    }
+    Ok(Chosen {
+        structure: of.structure,
+        estimator,
+        estimate,
+        selected,
+    })
 }
 
 /// Levels of input and output far from 0, which would leave the rest to rounding: taken off before anything is
