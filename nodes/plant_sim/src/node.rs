@@ -116,6 +116,8 @@ struct Node {
     k: i64,
     /// Ticks to fly in all, `None` for no end.
     ticks: Option<i64>,
+    /// Whether the node ends after them.
+    end_when_flown: bool,
     /// The observation of the present tick, to be sent again to a member that restarts; `None`
     /// between ticks, while paused and at the end.
     observation: Option<Observation>,
@@ -179,6 +181,7 @@ impl Node {
             pace,
             k: 0,
             ticks: (duration > 0.0).then_some(ticks),
+            end_when_flown: parameters.end_when_flown,
             observation: None,
             answers: Answers::new(plant.tick_nanos(), parameters.delay_budget),
             paused: parameters.start_paused,
@@ -239,7 +242,15 @@ impl Node {
             self.end_tick(rt)?;
             self.begin_tick(rt)?;
         }
+        if self.end_when_flown && self.is_flown() {
+            return Ok(Flow::Stop);
+        }
         Ok(Flow::Continue)
+    }
+
+    /// Whether the duration is flown.
+    fn is_flown(&self) -> bool {
+        self.ticks.is_some_and(|ticks| self.k >= ticks)
     }
 
     fn stamp(&self) -> Time {
@@ -283,10 +294,9 @@ impl Node {
 
     /// Says what the next tick begins with, unless one is on, or none is due.
     fn begin_tick(&mut self, rt: &Runtime<Event>) -> Result<()> {
-        let flown = self.ticks.is_some_and(|ticks| self.k >= ticks);
         if self.listening.is_some()
             || self.observation.is_some()
-            || flown
+            || self.is_flown()
             || (self.paused && self.stepping.is_none())
         {
             return Ok(());
@@ -416,8 +426,7 @@ impl Node {
         if self.listening.is_some() {
             status.1 = "checking for another vehicle".to_owned();
         } else if self.observation.is_none() {
-            let flown = self.ticks.is_some_and(|ticks| self.k >= ticks);
-            status.1 = if flown { "done" } else { "paused" }.to_owned();
+            status.1 = if self.is_flown() { "done" } else { "paused" }.to_owned();
         } else if self.age > 0 {
             status = (
                 Level::Warn,

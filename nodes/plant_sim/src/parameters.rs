@@ -87,6 +87,9 @@ pub struct PlantParameters {
     /// Simulated time after which the vehicle stops; 0: never.
     #[parameter(default = 0.0, unit = "s", range = 0.0..=1e7, read_only)]
     pub duration: f64,
+    /// Whether the node ends when the duration is flown, for a launch file that is to end with it.
+    #[parameter(default = false, read_only)]
+    pub end_when_flown: bool,
     /// Whether the sensors' topics are published reliably, for a recorder that must not lose messages, instead of
     /// best effort; always in lockstep.
     #[parameter(default = false, read_only)]
