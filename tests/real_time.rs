@@ -160,3 +160,11 @@ fn a_kept_loop_runs_until_ctrl_c_and_is_then_reported() {
 fn a_kept_loop_ends_as_well_when_asked_to_terminate() {
     kept_running_until(|launcher| launcher.signal(Signal::TERM));
 }
+
+#[test]
+fn a_vehicle_alone_ends_when_its_duration_is_flown_if_a_launch_file_asks_for_it() {
+    let stage = Stage::new();
+    let parameters = ["duration:=0.5", "end_when_flown:=true"];
+    let outcome = stage.node("plant_sim", &parameters).finish().success();
+    assert!(outcome.stderr.contains("done: 10 ticks"), "{outcome:#?}");
+}

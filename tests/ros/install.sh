@@ -6,7 +6,7 @@
 #
 # PyPI has no ros2 command line, no launch and no rosbag2; rclpy, rcl, rmw_fastrtps, Fast DDS and rosidl are the released ones.
 #
-# Needs Debian's python3-venv, python3-dev, cmake, make, g++ and libc6-dev.
+# Needs the packages of apt-packages.txt.
 set -euo pipefail
 
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
