@@ -84,7 +84,7 @@ arguments_of() {
   case $1 in
     recorder) values=("use_sim_time:=$follow" "answer:=$lockstep" "output:='${bag//\'/\'\'}'") ;;
     sysid) values=("use_sim_time:=$follow" "answer:=$lockstep") ;;
-    dha_actuator | depth_controller) values=("use_sim_time:=$follow" "lockstep:=$lockstep") ;;
+    dha_actuator | depth_controller) values=("use_sim_time:=$follow" "lockstep:=$lockstep" "frame_prefix:='$frame_prefix'") ;;
     plant_sim)
       values=("time:=$time" "factor:=$factor" "sim_time:=$sim_time"
         "lockstep.members:=$members" "frame_prefix:='$frame_prefix'")

@@ -123,6 +123,7 @@ impl Workspace {
             "package.xml",
             "params/params.yaml",
             "scenarios/dive.yaml",
+            "urdf/brunner.urdf",
             "vehicles/table_3_at_3_fps.yaml",
         ] {
             assert!(

@@ -142,14 +142,15 @@ def node_parameters(given):
     if record:
         nodes['recorder'] = {**follow, 'answer': lockstep, 'output': given['bag']}
     nodes['sysid'] = {**follow, 'answer': lockstep}
-    nodes['dha_actuator'] = {**follow, 'lockstep': lockstep}
-    nodes['depth_controller'] = {**follow, 'lockstep': lockstep}
+    frames = {'frame_prefix': frame_prefix(given)}
+    nodes['dha_actuator'] = {**follow, **frames, 'lockstep': lockstep}
+    nodes['depth_controller'] = {**follow, **frames, 'lockstep': lockstep}
     nodes['plant_sim'] = {
         'time': given['time'],
         'factor': factor,
         'sim_time': sim_time,
         'end_when_flown': True,
-        'frame_prefix': frame_prefix(given),
+        **frames,
     }
     if given['duration']:
         nodes['plant_sim']['duration'] = number(given, 'duration')

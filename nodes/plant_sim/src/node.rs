@@ -13,6 +13,7 @@ use planesman_msgs::planesman_msgs::msg::{DaqSample, PlaneMotion, TickAnswer, Ve
 use planesman_msgs::planesman_msgs::srv::{Step, StepRequest, StepResponse};
 use planesman_msgs::rosgraph_msgs::msg::Clock;
 use planesman_msgs::sensor_msgs::msg::{FluidPressure, Imu, JointState};
+use planesman_msgs::std_msgs::msg::String as Text;
 use planesman_msgs::std_srvs::srv::{
     SetBool, SetBoolRequest, SetBoolResponse, Trigger, TriggerResponse,
 };
@@ -21,7 +22,7 @@ use planesman_node::claim::{Claim, Stage};
 use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, Responder, Runtime, args};
 
 use crate::answers::Answers;
-use crate::core::{Observation, Plant};
+use crate::core::{Facts, Observation, Plant};
 use crate::lockstep::Lockstep;
 use crate::parameters::{ActuatorAnswer, PlantParameters, TimeSource};
 use planesman_vehicle::Boundary;
@@ -172,7 +173,7 @@ impl Node {
         let ticks = (duration * 1e9 / plant.tick_nanos() as f64).round() as i64;
         let lockstep = matches!(pace, Pace::Lockstep { .. });
         let reliable = lockstep || parameters.reliable_sensors;
-        let publishers = Publishers::new(rt, owns_time, reliable)?;
+        let publishers = Publishers::new(rt, &plant.facts(), owns_time, reliable)?;
         Ok(Self {
             claim: rt.claim(publishers.state.topic())?,
             listening: Some(Instant::now()),
@@ -482,6 +483,8 @@ impl Node {
 
 struct Publishers {
     clock: Option<Publisher<Clock>>,
+    /// Kept, for those who join later.
+    _facts: (Publisher<TFMessage>, Publisher<Text>),
     state: Publisher<VehicleState>,
     odometry: Publisher<Odometry>,
     transforms: Publisher<TFMessage>,
@@ -493,12 +496,17 @@ struct Publishers {
 
 impl Publishers {
     /// Sensors are best effort, but for those who must miss nothing, as members of lockstep.
-    fn new(rt: &Runtime<Event>, owns_time: bool, reliable: bool) -> Result<Self> {
+    fn new(rt: &Runtime<Event>, facts: &Facts, owns_time: bool, reliable: bool) -> Result<Self> {
+        let transforms = rt.publisher("/tf_static", Qos::latched(1))?;
+        transforms.publish(&facts.transforms);
+        let description = rt.publisher("robot_description", Qos::latched(1))?;
+        description.publish(&facts.description);
         let sensor = match reliable {
             true => Qos::reliable(100),
             false => Qos::sensor(),
         };
         Ok(Self {
+            _facts: (transforms, description),
             clock: owns_time
                 .then(|| anyhow::Ok(rt.publisher("/clock", Qos::reliable(100))?.sole()))
                 .transpose()?,

@@ -60,7 +60,7 @@ pub struct PlantParameters {
     /// Step of the integration.
     #[parameter(default = 0.001, unit = "s", range = 1e-5..=0.1, read_only)]
     pub step: f64,
-    /// Prefix of the frames odom and base_link, to distinguish vehicles on one /tf: 'auv1/'.
+    /// Prefix of all frames, to distinguish vehicles on one /tf: 'auv2/'.
     #[parameter(default = "", read_only)]
     pub frame_prefix: String,
     /// `environment.*`.
