@@ -196,6 +196,43 @@ fn state_odometry_imu_and_planes_decode_to_what_the_vehicle_does(python: &Python
     }
 }
 
+/// By rclpy alone: the graph of nodes is ROS's, not DDS's.
+#[test]
+fn ros2_node_info_shows_what_each_node_offers() {
+    let Some(python) = RCLPY.found() else { return };
+    let stage = Stage::with(python.middleware);
+    let _loop = keep_flying(&stage, HOLD_ONE_METRE, &["--factor", "1"]);
+    let info = |node: &str| {
+        let arguments = [node, "--timeout", "30"];
+        python
+            .run("peer_node_info.py", stage.domain(), &arguments)
+            .answer()
+    };
+
+    let plant = info("/auv/plant_sim");
+    for node in planesman::nodes::NODES {
+        let nodes = plant["nodes"].as_array().unwrap();
+        let count = nodes.iter().filter(|n| **n == full_name(node)).count();
+        assert_eq!(count, 1, "{node}: {nodes:?}");
+    }
+    assert_eq!(plant["publishers"]["/auv/state"], VehicleState::TYPE_NAME);
+    assert_eq!(
+        plant["subscribers"]["/auv/plane_motion"],
+        "planesman_msgs/msg/PlaneMotion"
+    );
+    let step = "/auv/plant_sim/step";
+    assert_eq!(plant["services"][step], "planesman_msgs/srv/Step");
+    let set = "/auv/plant_sim/set_parameters";
+    assert_eq!(plant["services"][set], "rcl_interfaces/srv/SetParameters");
+    assert_eq!(plant["actions"], json!({}));
+
+    let controller = info("/auv/depth_controller");
+    assert_eq!(
+        controller["actions"],
+        json!({"/auv/depth_controller/manoeuvre": "planesman_msgs/action/Manoeuvre"})
+    );
+}
+
 /// By Cyclone DDS alone: tf2_msgs is not among the wheels.
 #[test]
 fn every_frame_named_in_a_header_is_in_one_tree_of_transforms() {
