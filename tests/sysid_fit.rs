@@ -324,7 +324,12 @@ fn preparation_is_named_and_kept_in_the_model_file() {
     let steps: Vec<&str> = coarse.taken.steps.iter().map(|it| it.name).collect();
     assert_eq!(steps, ["decimation", "detrend", "detrend"]);
     assert!(coarse.taken.account().contains("--output-method centred"));
-    let kept = fit(&data, "--order 3 --method arx");
-    let file = kept.model_file().unwrap();
-    assert!(file.preparation[0].contains("--outliers drop"), "{file:?}");
+    for (more, done) in [
+        ("", "replaced by the straight line"),
+        ("--outliers report", "--outliers drop"),
+    ] {
+        let fitted = fit(&data, &format!("--order 3 --method arx {more}"));
+        let file = fitted.model_file().unwrap();
+        assert!(file.preparation[0].contains(done), "{file:?}");
+    }
 }

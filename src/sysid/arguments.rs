@@ -10,7 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use planesman_bag::is_bag_file;
 use planesman_signals::{
     Clock, Data, Method, Options, Outliers, Preparation, SegmentChoice, Source, TableTime, Taken,
-    TimeUnit, Trend, constant_input, take,
+    TimeUnit, Trend, take, without_dynamics,
 };
 use planesman_units::Dimension;
 
@@ -140,7 +140,7 @@ pub(super) struct SignalArgs {
 #[derive(Clone, Debug, Args)]
 struct PreparationArgs {
     /// Outliers: samples far from the median of those around them
-    #[arg(long, value_parser = choice(&Outliers::ALL, Outliers::described), default_value = "report")]
+    #[arg(long, value_parser = choice(&Outliers::ALL, Outliers::described), default_value = "outputs")]
     outliers: Outliers,
     /// Which data is used
     #[arg(long, value_parser = choice(&SegmentChoice::ALL, SegmentChoice::described), default_value = "all")]
@@ -152,12 +152,13 @@ struct PreparationArgs {
 
 impl SignalArgs {
     /// Reads them as a record: the input, then the reference if there is one. Each window of each source is a
-    /// segment, or several. So many zeros are put in front of each.
+    /// segment, or several. So many zeros are put in front of each. If it may be decimated, it is where it is sampled far
+    /// faster than it moves, unless a rate was asked for.
     ///
     /// # Errors
     /// One line: data that cannot be read, a signal that is not in it, signals that have no instant in common or are never of
-    /// one time, a grid finer than the data, an input that never moves.
-    pub(super) fn record(&self, prewindow: usize) -> Result<Taken> {
+    /// one time, a grid finer than the data, signals without dynamics.
+    pub(super) fn record(&self, prewindow: usize, decimate: bool) -> Result<Taken> {
         let inputs: Vec<String> = std::iter::once(&self.input)
             .chain(&self.reference)
             .cloned()
@@ -183,13 +184,11 @@ impl SignalArgs {
             });
         }
         let taken = taken.ok_or_else(|| anyhow!("no data"))?;
-        if let Some((input, value)) = constant_input(&taken.resampled.record) {
-            bail!(
-                "{input} is constant: {value} in all {} samples; it determines no model",
-                taken.resampled.record.samples()
-            );
+        if let Some(reason) = without_dynamics(&taken.resampled.record) {
+            bail!(reason);
         }
         Ok(taken.prepared(&Preparation {
+            decimate: decimate && self.grid.rate.is_none(),
             outliers: self.preparation.outliers,
             segment: self.preparation.segment,
             trend: self.preparation.detrend,

@@ -9,6 +9,7 @@ use planesman_identification::analysis::{Analysis, Options, analyse};
 use planesman_identification::estimators::recursive::{Forgetting, Options as Recursion};
 use planesman_identification::estimators::vehicle::{Heave, Vehicle};
 use planesman_identification::estimators::{Knowledge, Method};
+use planesman_identification::selection::Candidate;
 use planesman_model_file::ModelFile;
 use planesman_signals::Taken;
 use planesman_vehicle::{pitch, vehicle_file};
@@ -317,7 +318,10 @@ impl Found {
 /// determines no model.
 pub fn fit(args: &FitArgs) -> Result<Found> {
     let options = args.options()?;
-    let taken = args.signals.record(args.structure.zeros_in_front())?;
+    let decimate = args.method == Method::Automatic;
+    let taken = args
+        .signals
+        .record(args.structure.zeros_in_front(), decimate)?;
     let working = spinner("models");
     let analysis = analyse(&taken.resampled.record, &options);
     working.finish_and_clear();
@@ -368,6 +372,17 @@ pub fn run(args: &FitArgs) -> Result<()> {
     Ok(())
 }
 
+/// A candidate of the default method and its fit by cross-validation, %.
+fn selected(of: &Candidate) -> Value {
+    json!({
+        "kind": of.kind.name(),
+        "order": of.structure.poles,
+        "delay": of.structure.delay,
+        "parameters": of.parameters(),
+        "fit": of.fit(),
+    })
+}
+
 /// Everything but the record's numbers.
 fn as_json(found: &Found) -> Result<Value> {
     let Found { taken, analysis } = found;
@@ -391,6 +406,11 @@ fn as_json(found: &Found) -> Result<Value> {
         "model": found.model_file()?,
         "parameters": physical,
         "candidates": analysis.candidates,
+        "selected": analysis.selected.iter().map(selected).collect::<Vec<_>>(),
+        "attainable_fit": analysis.attainable_fit,
+        "predicted_fit": analysis.predicted_fit,
+        "share_of_input": analysis.share,
+        "delay": analysis.lag.map(|it| json!({"best": it.best, "interval": it.interval})),
         "residuals": analysis.residuals,
         "record": {
             "sample_time": record.sample_time,

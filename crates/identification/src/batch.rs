@@ -122,15 +122,22 @@ impl Triangle {
     /// # Errors
     /// As [`Triangle::solution`].
     pub fn unit_covariance(&self) -> Result<DMatrix<f64>> {
+        let factor = self.unit_factor()?;
+        Ok(&factor * factor.transpose())
+    }
+
+    /// `R^-1`: a factor F of that covariance, `F F'`.
+    ///
+    /// # Errors
+    /// As [`Triangle::solution`].
+    pub fn unit_factor(&self) -> Result<DMatrix<f64>> {
         self.determined()?;
         let p = self.z.len();
-        let inverse = self
-            .r
+        self.r
             .solve_upper_triangular(&DMatrix::identity(p, p))
             .ok_or(IdentificationError::Undetermined(
                 "the record determines no parameters",
-            ))?;
-        Ok(&inverse * inverse.transpose())
+            ))
     }
 
     fn determined(&self) -> Result<()> {

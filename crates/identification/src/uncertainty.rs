@@ -215,6 +215,17 @@ impl<'a> Reading<'a> {
 
     /// `J P J'` for a complex quantity with these slopes.
     fn carried(&self, columns: &[usize], slopes: &[Complex<f64>]) -> Matrix2<f64> {
+        if let Some(factor) = &self.estimate.factor {
+            // Sums of squares: nothing cancels but in the sums themselves.
+            return (factor.column_iter())
+                .map(|column| {
+                    let shares = columns.iter().zip(slopes);
+                    let sum: Complex<f64> = shares.map(|(i, slope)| slope * column[*i]).sum();
+                    let at = nalgebra::Vector2::new(sum.re, sum.im);
+                    at * at.transpose()
+                })
+                .sum();
+        }
         let p = &self.estimate.covariance;
         let mut covariance = Matrix2::zeros();
         for (i, left) in columns.iter().zip(slopes) {

@@ -18,6 +18,7 @@ mod channel;
 mod csv_cell;
 mod csv_form;
 mod csv_source;
+mod decimation;
 mod gridder;
 mod live_grid;
 mod preparation;
@@ -35,7 +36,9 @@ pub use bag_source::{BagSource, nanoseconds, topics, types};
 pub use channel::{Channel, Method, Timing};
 pub use csv_source::{CsvSource, TableTime};
 pub use live_grid::{Given, LiveGrid};
-pub use preparation::{Outliers, Preparation, SegmentChoice, Step, Trend, constant_input, prepare};
+pub use preparation::{
+    Outliers, Preparation, SegmentChoice, Step, Trend, prepare, without_dynamics,
+};
 pub use request::{Clock, Reading, Request, Role, Take, TimeUnit};
 pub use resample::{GridError, MOST, ORDER, Options, PRELUDE, Resampled, Resampler};
 pub use signal::{LARGEST, Signal, SignalError};

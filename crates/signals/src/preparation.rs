@@ -12,6 +12,8 @@
 use planesman_identification::{Record, Segment};
 use serde::Serialize;
 
+use crate::decimation::decimate;
+
 /// Samples on each side of the one that is compared with their median.
 const SIDE: usize = 5;
 
@@ -45,11 +47,17 @@ const MOVES: f64 = 0.02;
 const QUIET: usize = 50;
 const LONGER: usize = 2;
 
+/// The share of a signal's standard deviation that rounding may make.
+const ROUNDING: f64 = 1e-9;
+
 /// What becomes of outliers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Outliers {
-    /// They are reported and kept.
+    /// Those of outputs are replaced by the straight line between their neighbours, those of inputs are reported: they
+    /// may be pulses.
     #[default]
+    Outputs,
+    /// They are reported and kept.
     Report,
     /// They are replaced by the straight line between their neighbours.
     Drop,
@@ -59,17 +67,18 @@ pub enum Outliers {
 
 impl Outliers {
     /// Every choice.
-    pub const ALL: [Self; 3] = [Self::Report, Self::Drop, Self::Keep];
+    pub const ALL: [Self; 4] = [Self::Outputs, Self::Report, Self::Drop, Self::Keep];
 
     /// Its name on the command line and its help line.
     #[must_use]
     pub fn described(self) -> (&'static str, &'static str) {
         match self {
-            Self::Report => ("report", "Name them and use them"),
-            Self::Drop => (
-                "drop",
-                "Replace them by the straight line between their neighbours",
+            Self::Outputs => (
+                "outputs",
+                "Replace those of outputs by the straight line between their neighbours",
             ),
+            Self::Report => ("report", "Name them and use them"),
+            Self::Drop => ("drop", "Replace those of inputs too"),
             Self::Keep => ("keep", "Do not look for them"),
         }
     }
@@ -132,6 +141,8 @@ impl Trend {
 /// What is asked for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Preparation {
+    /// A record that is sampled far faster than it moves is decimated.
+    pub decimate: bool,
     /// What becomes of outliers.
     pub outliers: Outliers,
     /// Which part is used.
@@ -155,7 +166,10 @@ pub struct Step {
 pub fn prepare(record: &mut Record, asked: &Preparation) -> Vec<Step> {
     let mut steps = Vec::new();
     if asked.outliers != Outliers::Keep {
-        steps.extend(outliers(record, asked.outliers == Outliers::Drop));
+        steps.extend(outliers(record, asked.outliers));
+    }
+    if asked.decimate {
+        steps.extend(decimate(record));
     }
     if asked.segment == SegmentChoice::Auto {
         steps.extend(excited_segment(record));
@@ -169,23 +183,45 @@ pub fn prepare(record: &mut Record, asked: &Preparation) -> Vec<Step> {
     steps
 }
 
-/// An input that never moves, and its value.
+/// Why a record determines no model: an input or an output that never moves, an output that is the input times a number.
 #[must_use]
-pub fn constant_input(record: &Record) -> Option<(&str, f64)> {
-    let inputs = record.inputs.iter().enumerate();
-    let value = |input: usize| {
-        let all = || record.segments.iter().flat_map(|it| &it.inputs[input]);
-        let first = *all().next()?;
-        // A single sample neither moves nor rests.
-        (all().count() > 1 && all().all(|it| *it == first)).then_some(first)
+pub fn without_dynamics(record: &Record) -> Option<String> {
+    let all = |signal: usize| {
+        record
+            .segments
+            .iter()
+            .flat_map(move |it| values(it, signal))
     };
-    inputs
-        .filter_map(|(input, name)| Some((name.as_str(), value(input)?)))
-        .next()
+    let names = || record.inputs.iter().chain(&record.outputs);
+    for (signal, name) in names().enumerate() {
+        let first = *all(signal).next()?;
+        // A single sample neither moves nor rests.
+        let samples = record.samples();
+        if samples > 1 && all(signal).all(|it| *it == first) {
+            return Some(format!(
+                "{name} is constant: {first} in all {samples} samples; it determines no model"
+            ));
+        }
+    }
+    let (inputs, outputs) = (|| all(0), || all(record.inputs.len()));
+    let mean = |sum: f64| sum / record.samples() as f64;
+    let (u0, y0) = (mean(inputs().sum()), mean(outputs().sum()));
+    let pairs = || inputs().zip(outputs()).map(|(u, y)| (u - u0, y - y0));
+    let gain = pairs().map(|(u, y)| u * y).sum::<f64>() / pairs().map(|(u, _)| u * u).sum::<f64>();
+    let deviation = mean(pairs().map(|(_, y)| y * y).sum()).sqrt();
+    let is_static = pairs().all(|(u, y)| (y - gain * u).abs() <= ROUNDING * deviation);
+    let (input, output) = (record.inputs.first()?, record.outputs.first()?);
+    is_static.then(|| {
+        format!(
+            "{output} is {input} times {:.6} plus {:.6} in every sample: there are no dynamics to identify",
+            Short(gain),
+            Short(y0 - gain * u0)
+        )
+    })
 }
 
-/// Finds outliers, and replaces them if they are to be dropped.
-fn outliers(record: &mut Record, drop: bool) -> Vec<Step> {
+/// Finds outliers, and replaces those that are to be.
+fn outliers(record: &mut Record, asked: Outliers) -> Vec<Step> {
     let mut steps = Vec::new();
     let has_moved: Vec<Vec<bool>> = record.segments.iter().map(moved).collect();
     let names: Vec<String> = record
@@ -200,7 +236,9 @@ fn outliers(record: &mut Record, drop: bool) -> Vec<Step> {
             .iter()
             .map(|it| values(it, signal))
             .collect();
-        let found = if signal < record.inputs.len() {
+        let is_input = signal < record.inputs.len();
+        let drop = asked == Outliers::Drop || asked == Outliers::Outputs && !is_input;
+        let found = if is_input {
             far(&lists, None, FAR_INPUT)
         } else {
             far(&lists, Some(&has_moved), FAR)
@@ -729,11 +767,28 @@ mod tests {
     }
 
     #[test]
-    fn an_input_that_never_moves_is_found() {
-        let mut constant = record(vec![3.2; 100], noise(1, 100));
-        assert_eq!(constant_input(&constant), Some(("u", 3.2)));
-        constant.segments[0].inputs[0][99] = 3.3;
-        assert_eq!(constant_input(&constant), None);
+    fn a_record_without_dynamics_is_refused() {
+        let says = |inputs: Vec<f64>, outputs: Vec<f64>| without_dynamics(&record(inputs, outputs));
+        let moving = noise(1, 100);
+        let still = says(vec![3.2; 100], moving.clone()).unwrap();
+        assert!(
+            still.starts_with("u is constant: 3.2 in all 100"),
+            "{still}"
+        );
+        let still = says(moving.clone(), vec![-1.0; 100]).unwrap();
+        assert!(still.starts_with("y is constant: -1 in all 100"), "{still}");
+        let scaled: Vec<f64> = moving.iter().map(|u| 7.0 - 2.5 * u).collect();
+        let scaled = says(moving.clone(), scaled).unwrap();
+        assert!(
+            scaled.starts_with("y is u times -2.500000 plus 7.000000"),
+            "{scaled}"
+        );
+        let nearly: Vec<f64> = moving
+            .iter()
+            .zip(noise(2, 100))
+            .map(|(u, e)| u + 1e-6 * e)
+            .collect();
+        assert_eq!(says(moving, nearly), None);
     }
 
     #[test]

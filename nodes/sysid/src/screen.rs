@@ -270,6 +270,7 @@ fn estimate_of(model: &ModelEstimate) -> Option<Estimate> {
         covariance: all.view((0, 0), (2 * n, 2 * n)).into_owned(),
         noise_variance: model.noise_variance,
         noise_model: Vec::new(),
+        factor: None,
         noise_denominator: Vec::new(),
         input_level: 0.0,
         residuals: Vec::new(),

@@ -40,6 +40,14 @@ impl Analysis {
         text += &self.coefficients();
         text += &self.places();
         text += &self.vehicle();
+        if let Some(lag) = self.lag {
+            let (least, most) = lag.interval;
+            let _ = writeln!(
+                text,
+                "{:<12} {least} to {most} samples with 95 %, best {}",
+                "delay", lag.best
+            );
+        }
         let _ = writeln!(
             text,
             "{:<12} {:.6}\n{:<12} {:.3e}, one standard deviation",
@@ -68,6 +76,13 @@ impl Analysis {
             percent(self.held_out_fit),
             percent(self.predicted_fit)
         );
+        if let Some(most) = self.attainable_fit {
+            let _ = writeln!(
+                text,
+                "{:<12} leaves {most:.2} % to the best of models on held-out data",
+                "the noise"
+            );
+        }
         if let Some(share) = self.share {
             let _ = writeln!(
                 text,

@@ -13,8 +13,6 @@ use crate::structure::{Problem, Run, filter, variance};
 
 /// Samples of a prediction.
 pub const AHEAD: usize = 10;
-/// Smallest variance of the held-out output for a validation, in those of the noise.
-const BEYOND_NOISE: f64 = 4.0;
 
 /// The share of the output's squares, beyond constant and free motion, that the input accounts for, 0 to 1; negative
 /// when the model makes it worse. `None` when nothing is left for the input.
@@ -107,7 +105,28 @@ fn extrapolated(
     past.last().copied().unwrap_or_default()
 }
 
-/// Whether the held-out output moves beyond the noise, which an equation of high order tells for all of the record.
-pub(super) fn moves(problem: &Problem<'_>, held_out: &[f64]) -> bool {
-    innovation_variance(problem).is_none_or(|noise| variance(held_out) > BEYOND_NOISE * noise)
+/// The fit that the noise leaves to the best of models over the held-out data, %: the noise is what an equation of high
+/// order leaves of all of the record. `None` where that is not known.
+pub(super) fn attainable_fit(problem: &Problem<'_>, held_out: &[f64]) -> Option<f64> {
+    let noise = innovation_variance(problem)? * held_out.len() as f64;
+    fit(noise, variance(held_out) * held_out.len() as f64).or(Some(f64::NEG_INFINITY))
+}
+
+/// The share of the output's variation that a straight line explains, 0 to 1.
+pub(super) fn share_of_line(outputs: &[f64]) -> f64 {
+    let count = outputs.len() as f64;
+    let (middle, mean) = (0.5 * (count - 1.0), outputs.iter().sum::<f64>() / count);
+    let pairs = || {
+        outputs
+            .iter()
+            .enumerate()
+            .map(|(k, y)| (k as f64 - middle, y - mean))
+    };
+    let product: f64 = pairs().map(|(t, y)| t * y).sum();
+    let squares: [f64; 2] = [
+        pairs().map(|(t, _)| t * t).sum(),
+        pairs().map(|(_, y)| y * y).sum(),
+    ];
+    let share = product * product / (squares[0] * squares[1]);
+    if share.is_finite() { share } else { 0.0 }
 }

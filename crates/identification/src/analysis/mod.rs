@@ -7,13 +7,16 @@
 //!
 //! - `verdict`: the plain words.
 //! - `account`: all of it for the terminal.
+//! - `lag`: the delay's interval.
 //! - `checks`: the figures that the verdict rests on.
 
 mod account;
 mod checks;
+mod lag;
 mod verdict;
 
 pub use checks::AHEAD;
+pub use lag::Lag;
 
 use std::borrow::Cow;
 
@@ -95,6 +98,9 @@ const DELAYS: usize = 3;
 const SEGMENTS: usize = 40;
 const SHORTEST: usize = 30;
 
+/// The fit of the best of models, %, up to which the output hardly moves beyond the noise.
+const LITTLE: f64 = 10.0;
+
 /// Samples of a trajectory, and points of them that are kept, at most.
 const WATCHED: usize = 10_000;
 const POINTS: usize = 400;
@@ -135,10 +141,16 @@ pub struct Analysis {
     pub fit: Option<f64>,
     /// The simulated fit on what was held out of the longest run, %.
     pub held_out_fit: Option<f64>,
+    /// The fit there that the noise leaves to the best of models, %.
+    pub attainable_fit: Option<f64>,
     /// The fit of predictions [`AHEAD`] samples ahead on the longest run, %.
     pub predicted_fit: Option<f64>,
     /// The share of the output's squares that the input accounts for, beyond constant and free motion, 0 to 1.
     pub share: Option<f64>,
+    /// The share of the output's variation in the longest run that a straight line explains, 0 to 1.
+    pub drift: f64,
+    /// What the longest run says of the delay, for a model of the output error.
+    pub lag: Option<Lag>,
     /// Of the longest run.
     pub residuals: Option<ResidualTests>,
     /// The longest run's number.
@@ -226,6 +238,27 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Analysis> {
             )));
         }
         selected.drain(..passed_over);
+        // The delays that were cross-validated are few.
+        let second = second_stage(&problem, &caused);
+        if options.delay.is_none()
+            && let Some(lag) = fitted.as_ref().and_then(|it| lag::lag(it, &second))
+            && !(lag.interval.0..=lag.interval.1).contains(&(problem.structure.delay as i64))
+            && let Ok(best) = usize::try_from(lag.best)
+            && best >= least
+        {
+            let structure = Structure {
+                delay: best,
+                ..problem.structure.clone()
+            };
+            let other = Problem {
+                structure,
+                ..second.clone()
+            };
+            if let Ok(better) = method.fit(&other) {
+                problem.structure = other.structure;
+                fitted = Some(better);
+            }
+        }
     } else if options.order.is_none() && !options.method.is_of_the_vehicle() {
         let delays = options.delay.map_or(1..=DELAYS, |delay| delay..=delay);
         let structures = (1..=ORDERS).flat_map(|order| {
@@ -268,6 +301,7 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Analysis> {
         .residuals
         .get(longest)
         .and_then(|residuals| ResidualTests::of(residuals, tested_against));
+    let (held_out_fit, attainable_fit) = held_out_fits(estimator, &problem, longest);
     let name = |names: &[String], i: usize| names.get(i).cloned();
     let mut found = Analysis {
         options: options.clone(),
@@ -275,9 +309,12 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Analysis> {
         output: name(&record.outputs, 0).unwrap_or_default(),
         reference: name(&record.inputs, 1),
         fit: estimate.simulated_fit(longest, second.runs[longest], 0),
-        held_out_fit: held_out_fit(estimator, &problem, longest),
+        held_out_fit,
+        attainable_fit,
         predicted_fit: checks::predicted_fit(&estimate, longest, second.runs[longest]),
         share: checks::share_of_input(&estimate, longest, second.runs[longest]),
+        drift: checks::share_of_line(second.runs[longest].outputs),
+        lag: lag::lag(&estimate, &second),
         searched: part.runs.iter().map(|run| run.outputs.len()).sum(),
         residuals,
         longest,
@@ -398,18 +435,25 @@ fn second_stage<'a>(problem: &Problem<'a>, caused: &'a [Vec<f64>]) -> Problem<'a
     second
 }
 
-/// The simulated fit on what is held out of a run when the estimator is given the first part of each; `None` when
-/// the output hardly moves beyond the noise there: that can be simulated neither well nor badly.
-fn held_out_fit(estimator: &dyn Estimator, problem: &Problem<'_>, longest: usize) -> Option<f64> {
+/// The simulated fit on what is held out of a run when the estimator is given the first part of each, and the fit
+/// that the noise leaves to the best of models there. No fit where the output hardly moves beyond the noise, which can be
+/// simulated neither well nor badly, or where the first part does not determine the model.
+fn held_out_fits(
+    estimator: &dyn Estimator,
+    problem: &Problem<'_>,
+    longest: usize,
+) -> (Option<f64>, Option<f64>) {
     let part = Problem {
         runs: problem.runs.iter().map(first_part).collect(),
         ..problem.clone()
     };
     let fitted = part.runs[longest].outputs.len();
     let run = problem.runs[longest];
-    let moves = checks::moves(problem, &run.outputs[fitted..]);
-    let found = moves.then(|| estimator.fit(&part).ok()).flatten()?;
-    found.simulated_fit(longest, run, fitted)
+    let attainable = checks::attainable_fit(problem, &run.outputs[fitted..]);
+    let moves = attainable.is_none_or(|fit| fit > LITTLE);
+    let found = moves.then(|| estimator.fit(&part).ok()).flatten();
+    let fit = found.and_then(|found| found.simulated_fit(longest, run, fitted));
+    (fit, attainable)
 }
 
 fn structure(options: &Options, order: usize) -> Structure {

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use nalgebra::Matrix2;
 
 use super::account::interval;
-use super::{AHEAD, Analysis, DELAYS, LONGEST, MOST, ORDERS};
+use super::{AHEAD, Analysis, DELAYS, LITTLE, LONGEST, MOST, ORDERS};
 use crate::estimators::{Error, Method};
 use crate::record::Record;
 use crate::selection::Candidate;
@@ -18,9 +18,14 @@ use crate::validation::residuals::{Correlation, ResidualTests};
 const APART: f64 = 4.0;
 const FREQUENCIES: usize = 20;
 
-/// Held-out fits, %, from which a model is called good, and usable.
+/// Held-out fits, %, from which a model is called very good, good, and usable.
+const VERY_GOOD: f64 = 90.0;
 const GOOD: f64 = 80.0;
 const USABLE: f64 = 50.0;
+/// By how much a fit, %, may be below what the noise leaves to the best of models, and be as good.
+const AS_GOOD: f64 = 3.0;
+/// The share of the output's variation from which a straight line is called drift.
+const DRIFTS: f64 = 0.1;
 /// The share of the output that the input must account for.
 const CAUSED: f64 = 0.1;
 /// Correlations that matter, however surely they are there.
@@ -47,6 +52,7 @@ impl Analysis {
         said.extend(self.of_two_stages());
         said.extend(self.of_fit());
         said.extend(self.of_cause());
+        said.extend(self.of_delay());
         said.extend(self.of_residuals());
         said.extend(self.suspicious_poles());
         said.extend(self.of_samples());
@@ -97,11 +103,14 @@ impl Analysis {
                 s.poles + 2
             ));
         }
-        if self.options.delay.is_none() && s.delay >= delays {
+        let delay = self
+            .selected
+            .first()
+            .map_or(s.delay, |it| it.structure.delay);
+        if self.options.delay.is_none() && delay >= delays {
             said.push(format!(
-                "delay {} is the longest searched: a longer one may fit better (--delay {})",
-                s.delay,
-                s.delay + 5
+                "delay {delay} is the longest searched: a longer one may fit better (--delay {})",
+                delay + 5
             ));
         }
         said
@@ -129,15 +138,22 @@ impl Analysis {
             (Some(held), _) if held < 0.0 => format!(
                 "simulated fit on held-out data {held:.1} %: worse than the mean of the output"
             ),
-            (Some(held), _) if held >= 90.0 => {
+            (Some(held), _) if self.is_limited_by_noise() && held < GOOD => format!(
+                "simulated fit on held-out data {held:.1} %: as good as the noise lets a model be ({:.1} %)",
+                self.attainable_fit.unwrap_or(held)
+            ),
+            (Some(held), _) if held >= VERY_GOOD => {
                 format!("simulated fit on held-out data {held:.1} %: very good")
             }
             (Some(held), Some(fit)) if held < fit - 20.0 => format!(
                 "simulated fit on held-out data {held:.1} %, on the whole record {fit:.1} %: the model is overfitted, or the system changed"
             ),
             (Some(held), _) => format!("simulated fit on held-out data {held:.1} %"),
-            (None, _) => {
+            (None, _) if self.attainable_fit.is_some_and(|fit| fit <= LITTLE) => {
                 "not validated: in the held-out data the output stays within the noise".to_owned()
+            }
+            (None, _) => {
+                "not validated: the first seven tenths alone do not determine the model".to_owned()
             }
         });
         if self.is_unsteady() {
@@ -148,6 +164,28 @@ impl Analysis {
             );
         }
         said
+    }
+
+    /// A delay that no plant has, or another than the model's.
+    fn of_delay(&self) -> Option<String> {
+        let (lag, delay) = (self.lag?, self.estimate.layout.structure.delay);
+        if self.is_early() {
+            return Some(format!(
+                "the model fits better with the output {} sample{} before the input: the output is stamped too early, \
+                 the data is closed-loop, or the system is not linear",
+                -lag.best,
+                if lag.best == -1 { "" } else { "s" }
+            ));
+        }
+        if lag.is_another {
+            return Some(format!(
+                "delay {0} fits better than {delay} (--delay {0})",
+                lag.best
+            ));
+        }
+        (delay == 0 && lag.interval.1 == 0).then(|| {
+            "the output answers its input within one sample: direct feedthrough, or its stamps are too early".to_owned()
+        })
     }
 
     /// How much of the output the input accounts for.
@@ -199,6 +237,7 @@ impl Analysis {
         let feedback = tests.is_some_and(|it| self.has_feedback(it));
         let caused = self.is_caused();
         let unsteady = self.is_unsteady();
+        let limited = self.is_limited_by_noise() && held.is_some_and(|held| held < GOOD);
         let gain = (self.reading().dc_gain()).is_some_and(|it| self.is_undetermined(&it));
         let (word, next) = match held {
             _ if !caused => (
@@ -213,12 +252,30 @@ impl Analysis {
                 "not validated",
                 "record for longer, with the input moving to the end",
             ),
+            Some(_) if self.of_samples().is_some() => (
+                "usable with care: few samples for so many parameters",
+                "record for longer",
+            ),
+            Some(held) if self.drift > DRIFTS && (feedback || unsteady || gain) => (
+                match held < USABLE {
+                    true => "not usable for simulation: the output drifts",
+                    false => "usable with care: the output drifts",
+                },
+                "subtract the drift: --detrend line",
+            ),
             Some(held) if feedback => (
                 match held < USABLE {
                     true => "not usable for simulation: the data seems closed-loop",
                     false => "usable with care: the data seems closed-loop",
                 },
                 "give the reference of the loop: --reference TOPIC:FIELD, or compare --method armax",
+            ),
+            Some(held) if limited && !unsteady && !gain => (
+                match held < USABLE {
+                    true => "usable: the noise limits its fit",
+                    false => "good: the noise limits its fit",
+                },
+                "record for longer or excite more, for narrower intervals; or write it: --model model.yaml",
             ),
             Some(held) if held < USABLE => (
                 "not usable for simulation",
@@ -227,6 +284,10 @@ impl Analysis {
             Some(_) if unsteady => (
                 "usable with care: it does not hold all along the record",
                 "fit segments apart: --window FROM..TO, once for each",
+            ),
+            Some(held) if self.is_early() && held < VERY_GOOD => (
+                "usable with care: the output seems to come before its input",
+                "look at the stamps (--stamp, --time), or give the reference of the loop: --reference TOPIC:FIELD",
             ),
             Some(_) if gain && !self.is_unstable() => (
                 "usable with care: the steady gain is not determined",
@@ -269,6 +330,16 @@ impl Analysis {
     fn is_unsteady(&self) -> bool {
         let chosen = self.selected.first();
         !self.is_unstable() && chosen.is_some_and(|of| of.halves_over_fifths() > STEADY)
+    }
+
+    fn is_early(&self) -> bool {
+        self.lag.is_some_and(|lag| lag.is_another && lag.best < 0)
+    }
+
+    /// Whether a better fit than the one on held-out data is out of any model's reach.
+    fn is_limited_by_noise(&self) -> bool {
+        let pair = self.held_out_fit.zip(self.attainable_fit);
+        pair.is_some_and(|(held, attainable)| held > attainable - AS_GOOD)
     }
 
     fn has_feedback(&self, tests: &ResidualTests) -> bool {

@@ -12,7 +12,7 @@ use nalgebra::DVector;
 use super::equation::Equation;
 use super::estimate::{Error, Estimate};
 use super::estimator::{Estimator, Recursive};
-use super::levenberg_marquardt::{minimise, unit_covariance};
+use super::levenberg_marquardt::{minimise, unit_factor};
 use super::output_error::OutputError;
 use super::recursive::{self, Kind};
 use super::rows::{freedom, rows_by_run};
@@ -49,13 +49,15 @@ impl Estimator for Armax {
                 "the search for the least prediction error found no minimum",
             ))?;
         let noise_variance = at.errors.norm_squared() / freedom(at.errors.len(), theta.len())?;
-        let covariance = unit_covariance(&at)? * noise_variance;
+        let factor = unit_factor(&at)? * noise_variance.sqrt();
         let plain = problem.layout().without_motion();
+        let factor = factor.rows(0, plain).into_owned();
         Ok(Estimate {
             error: Error::Equation,
             layout: problem.layout(),
             sample_time: problem.sample_time,
-            covariance: covariance.view((0, 0), (plain, plain)).into_owned(),
+            covariance: &factor * factor.transpose(),
+            factor: Some(factor),
             noise_variance,
             noise_model: theta
                 .rows(plain, problem.structure.poles)

@@ -28,6 +28,9 @@ pub struct Estimate {
     pub theta: DVector<f64>,
     /// Their covariance, as the method computes it.
     pub covariance: DMatrix<f64>,
+    /// A factor F of it, `F F'`, where the method has one: what nearly cancels in a product of the covariance is
+    /// not lost to rounding in one of the factor.
+    pub factor: Option<DMatrix<f64>>,
     /// The variance of the noise `e`, output unit squared.
     pub noise_variance: f64,
     /// `c1 ... cn` of the noise model `C`; empty for a method without one.

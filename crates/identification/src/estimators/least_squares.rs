@@ -25,12 +25,14 @@ impl Estimator for LeastSquares {
         let triangle = Triangle::of(&phi, &outputs)?;
         let theta = triangle.solution()?;
         let noise_variance = triangle.cost / freedom(triangle.rows, theta.len())?;
+        let factor = triangle.unit_factor()? * noise_variance.sqrt();
         let residuals = outputs - phi * &theta;
         Ok(Estimate {
             error: Error::Equation,
             layout: problem.layout(),
             sample_time: problem.sample_time,
-            covariance: triangle.unit_covariance()? * noise_variance,
+            covariance: &factor * factor.transpose(),
+            factor: Some(factor),
             noise_variance,
             noise_model: Vec::new(),
             noise_denominator: Vec::new(),

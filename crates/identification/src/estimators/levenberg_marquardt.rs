@@ -134,15 +134,22 @@ fn lengths(slopes: &DMatrix<f64>) -> Vec<f64> {
 /// # Errors
 /// [`IdentificationError`], when the slopes do not determine every parameter.
 pub(super) fn unit_covariance(at: &Linearised) -> Result<DMatrix<f64>> {
+    let factor = unit_factor(at)?;
+    Ok(&factor * factor.transpose())
+}
+
+/// A factor F of that covariance, `F F'`.
+pub(super) fn unit_factor(at: &Linearised) -> Result<DMatrix<f64>> {
     let mut scales = lengths(&at.slopes);
     for scale in scales.iter_mut().filter(|scale| **scale == 0.0) {
         *scale = 1.0;
     }
     let triangle = Triangle::of(&at.slopes, &at.errors)?.scaled(&scales);
-    let covariance = triangle.unit_covariance()?;
-    Ok(DMatrix::from_fn(scales.len(), scales.len(), |i, j| {
-        covariance[(i, j)] / (scales[i] * scales[j])
-    }))
+    let mut factor = triangle.unit_factor()?;
+    for (mut row, scale) in factor.row_iter_mut().zip(scales) {
+        row /= scale;
+    }
+    Ok(factor)
 }
 
 #[cfg(test)]

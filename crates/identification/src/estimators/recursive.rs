@@ -326,6 +326,7 @@ impl Recursion {
             covariance: covariance.view((0, 0), (plain, plain)).into_owned(),
             noise_variance,
             noise_model: theta.iter().skip(self.noise()).copied().collect(),
+            factor: None,
             noise_denominator: Vec::new(),
             input_level: 0.0,
             residuals: Vec::new(),

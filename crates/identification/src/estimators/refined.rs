@@ -7,7 +7,7 @@ use super::levenberg_marquardt::minimise;
 use super::output_error::OutputError;
 use super::recursive::{self, Kind};
 use super::simulator::Simulator;
-use super::stability::{held_within, lies_within, radius_of_memory};
+use super::stability::{held_within, radius_of_memory};
 use crate::error::{IdentificationError, Result};
 use crate::structure::Problem;
 
@@ -64,7 +64,8 @@ impl Estimator for Near {
         }
         let simulator = Simulator::whitened(problem, d);
         let (last, at) = minimise(theta.clone(), |theta| simulator.linearised(theta))?;
-        let free = lies_within(&last.as_slice()[..problem.structure.poles], search.radius);
+        let poles = &last.as_slice()[..problem.structure.poles];
+        let free = held_within(poles, search.radius) == Some(None);
         let (theta, at) = match free {
             true => (last, at),
             false => {

@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, DVector};
 use super::coloured::whitening;
 use super::course::Signals;
 use super::estimate::{Error, Estimate};
-use super::levenberg_marquardt::{Linearised, unit_covariance};
+use super::levenberg_marquardt::{Linearised, unit_factor};
 use super::rows::{freedom, samples_by_run};
 use crate::error::Result;
 use crate::structure::{Layout, Problem, filter};
@@ -100,14 +100,14 @@ impl<'a> Simulator<'a> {
         Linearised { errors, slopes }
     }
 
-    /// The covariance of theta for a residual of any colour: `(psi'psi)^-1 psi' R psi (psi'psi)^-1` with R that of the
-    /// autoregression of the residual; `variance (psi'psi)^-1` where it is white.
-    fn covariance(&self, at: &Linearised, variance: f64) -> Result<DMatrix<f64>> {
-        let unit = unit_covariance(at)?;
+    /// A factor of the covariance of theta for a residual of any colour, `(psi'psi)^-1 psi' R psi (psi'psi)^-1` with R
+    /// that of the autoregression of the residual; of `variance (psi'psi)^-1` where it is white.
+    fn factor(&self, at: &Linearised, variance: f64) -> Result<DMatrix<f64>> {
+        let unit = unit_factor(at)?;
         let residuals = samples_by_run(self.problem, at.errors.as_slice());
         let colour = whitening(residuals.iter().map(Vec::as_slice));
         if colour.len() == 1 {
-            return Ok(unit * variance);
+            return Ok(unit * variance.sqrt());
         }
         // psi' R psi = variance of the white noise times |1/D, backwards in time, psi|^2.
         let mut backwards = at.slopes.clone();
@@ -129,8 +129,8 @@ impl<'a> Simulator<'a> {
             first += residual.len();
         }
         let white = white / at.errors.norm_squared() * variance;
-        let half = backwards * unit;
-        Ok(half.tr_mul(&half) * white)
+        let triangle = (backwards * &unit).qr().r();
+        Ok(unit * triangle.transpose() * white.sqrt())
     }
 
     /// The estimate at `theta`.
@@ -138,11 +138,13 @@ impl<'a> Simulator<'a> {
         let lead = (self.whitening.len() - 1) * self.signals.len();
         let freedom = freedom(at.errors.len().saturating_sub(lead), theta.len())?;
         let noise_variance = at.errors.norm_squared() / freedom;
+        let factor = self.factor(at, noise_variance)?;
         Ok(Estimate {
             error: Error::Output,
             layout: self.layout.clone(),
             sample_time: self.problem.sample_time,
-            covariance: self.covariance(at, noise_variance)?,
+            covariance: &factor * factor.transpose(),
+            factor: Some(factor),
             noise_variance,
             noise_model: Vec::new(),
             noise_denominator: self.whitening[1..].to_vec(),

@@ -342,6 +342,7 @@ impl Vehicle {
             theta,
             noise_variance: found.noise_variance,
             noise_model: Vec::new(),
+            factor: None,
             noise_denominator: Vec::new(),
             input_level: 0.0,
             residuals: found.residuals,

@@ -10,6 +10,9 @@
 //! 2nd ed., 2009, sec. 7.10). A pole is held to a memory no longer than the record, unless an unstable difference
 //! equation leaves half as much: then the data demands it. A stable difference equation is taken only where there is
 //! nothing else: with its state fitted it is judged more mildly.
+//!
+//! A pole held at that limit gives way to a model without one that is within a standard error, or nearly as good. If the best
+//! stable model has one, models with an integrator are tried too, of which those remain that leave less in either half.
 
 mod folds;
 mod lagged;
@@ -40,6 +43,9 @@ const ROUNDS: usize = 2;
 /// By how many standard errors a candidate with fewer parameters may be worse than the best. The usual one, beside the
 /// criterion's own penalty, took too low an order on four of eleven public data sets.
 const STANDARD_ERRORS: f64 = 0.5;
+/// By how much the logarithm of an error may be larger without a pole at the limit of the record's memory: a twentieth
+/// of the error's root mean square.
+const SLACK: f64 = 0.1;
 /// The share of a stable model's error, in what half the record left out, that an unstable one must stay below.
 const DEMANDS: f64 = 0.5;
 
@@ -81,6 +87,8 @@ pub struct Candidate {
     pub errors: Vec<f64>,
     /// The same of the halves, the state at their beginning fitted.
     refitted: Vec<f64>,
+    /// Whether a pole was held within the memory of the record.
+    at_limit: bool,
     samples: usize,
 }
 
@@ -117,6 +125,28 @@ impl Candidate {
         self.errors.iter().map(|e| (e + 1e-12).ln()).collect()
     }
 
+    /// Whether its mean logarithm exceeds the other's by no more than so many standard errors of their difference, or
+    /// than `slack`.
+    fn is_within(&self, standard_errors: f64, slack: f64, best: &Self) -> bool {
+        let pairs = self.logarithms().into_iter().zip(best.logarithms());
+        let worse: Vec<f64> = pairs.map(|(it, best)| it - best).collect();
+        let count = worse.len() as f64;
+        let mean = worse.iter().sum::<f64>() / count;
+        let spread: f64 = worse.iter().map(|w| (w - mean).powi(2)).sum::<f64>() / (count - 1.0);
+        mean <= slack.max(standard_errors * (spread / count).sqrt()) + 1e-12
+    }
+
+    /// Whether all poles but the known ones are stable.
+    fn is_stable(&self) -> bool {
+        lies_within(&self.poles, 1.0)
+    }
+
+    /// Whether it leaves less than a share of what the other does, in each half from a state fitted there.
+    fn leaves_less(&self, share: f64, other: &Self) -> bool {
+        let pairs = self.refitted.iter().zip(&other.refitted);
+        pairs.into_iter().all(|(it, other)| *it < share * other)
+    }
+
     /// How many times larger the error is with half the record left out than with a fifth.
     #[must_use]
     pub fn halves_over_fifths(&self) -> f64 {
@@ -140,16 +170,45 @@ pub fn select(
     delays: std::ops::RangeInclusive<usize>,
     structure: &(dyn Fn(usize, usize) -> Structure + Sync),
 ) -> Vec<Candidate> {
-    let scaled = Scaled::of(problem);
+    let mut candidates = cross_validated(problem, orders.clone(), delays.clone(), structure);
+    let (stable, _) = by_stability(&candidates);
+    if structure(1, 1).known_denominator == [1.0]
+        && let Some(slow) = least(&stable).filter(|it| it.at_limit).cloned()
+    {
+        let integrating = |order, delay| structure(order, delay).with_integrator();
+        let mut others = cross_validated(problem, orders, delays, &integrating);
+        others.retain(|it| it.is_stable() && it.leaves_less(1.0, &slow));
+        candidates.extend(others);
+    }
+    let chosen = choice(&candidates);
+    candidates.sort_by(|p, q| p.score().total_cmp(&q.score()));
+    if let Some(chosen) = chosen
+        && let Some(at) = candidates.iter().position(|of| *of == chosen)
+    {
+        let chosen = candidates.remove(at);
+        candidates.insert(0, chosen);
+    }
+    candidates
+}
+
+/// The candidates of one structure, in no order.
+fn cross_validated(
+    problem: &Problem<'_>,
+    orders: std::ops::RangeInclusive<usize>,
+    delays: std::ops::RangeInclusive<usize>,
+    structure: &(dyn Fn(usize, usize) -> Structure + Sync),
+) -> Vec<Candidate> {
+    let plain = Structure {
+        delay: 0,
+        ..structure(1, 0)
+    };
+    let scaled = Scaled::of(problem, &plain);
     let runs = scaled.runs();
     let samples: usize = runs.iter().map(|run| run.outputs.len()).sum();
     let folds = Folds::of(&runs);
     let lags = LAGS.min(samples / 8);
     let plain = Problem {
-        structure: Structure {
-            delay: 0,
-            ..structure(1, 0)
-        },
+        structure: plain,
         sample_time: problem.sample_time,
         runs: runs.clone(),
     };
@@ -211,14 +270,6 @@ pub fn select(
             .collect()
     });
     candidates.retain(|of| of.errors.iter().all(|e| e.is_finite()));
-    let chosen = choice(&candidates);
-    candidates.sort_by(|p, q| p.score().total_cmp(&q.score()));
-    if let Some(chosen) = chosen
-        && let Some(at) = candidates.iter().position(|of| *of == chosen)
-    {
-        let chosen = candidates.remove(at);
-        candidates.insert(0, chosen);
-    }
     candidates
 }
 
@@ -228,33 +279,34 @@ fn least<'a>(of: &[&'a Candidate]) -> Option<&'a Candidate> {
         .min_by(|p, q| p.score().total_cmp(&q.score()))
 }
 
-/// The candidate to take.
-fn choice(candidates: &[Candidate]) -> Option<Candidate> {
-    let stable = |of: &&Candidate| lies_within(&of.poles, 1.0);
+/// The stable candidates, ARX models only where there is nothing else, and the unstable ones.
+fn by_stability(candidates: &[Candidate]) -> (Vec<&Candidate>, Vec<&Candidate>) {
     let (mut stable, unstable): (Vec<&Candidate>, Vec<&Candidate>) =
-        candidates.iter().partition(stable);
+        candidates.iter().partition(|of| of.is_stable());
     if stable.iter().any(|of| of.kind != Kind::Arx) {
         stable.retain(|of| of.kind != Kind::Arx);
     }
+    (stable, unstable)
+}
+
+/// The candidate to take.
+fn choice(candidates: &[Candidate]) -> Option<Candidate> {
+    let (stable, unstable) = by_stability(candidates);
     let demanded = match (least(&stable), least(&unstable)) {
-        (Some(calm), Some(wild)) => (calm.refitted.iter())
-            .zip(&wild.refitted)
-            .all(|(calm, wild)| *wild < DEMANDS * calm),
+        (Some(calm), Some(wild)) => wild.leaves_less(DEMANDS, calm),
         (calm, _) => calm.is_none(),
     };
     let among = if demanded { unstable } else { stable };
     let best = least(&among)?;
-    let as_good = |of: &&Candidate| {
-        let pairs = of.logarithms().into_iter().zip(best.logarithms());
-        let worse: Vec<f64> = pairs.map(|(it, best)| it - best).collect();
-        let count = worse.len() as f64;
-        let mean = worse.iter().sum::<f64>() / count;
-        let spread: f64 = worse.iter().map(|w| (w - mean).powi(2)).sum::<f64>() / (count - 1.0);
-        mean <= STANDARD_ERRORS * (spread / count).sqrt() + 1e-12
+    let determined: Vec<&Candidate> = among.iter().copied().filter(|of| !of.at_limit).collect();
+    let among = match least(&determined) {
+        Some(it) if it.is_within(1.0, SLACK, best) => determined,
+        _ => among,
     };
+    let best = least(&among)?;
     among
         .into_iter()
-        .filter(as_good)
+        .filter(|of| of.is_within(STANDARD_ERRORS, 0.0, best))
         .min_by(|p, q| (p.parameters().cmp(&q.parameters())).then(p.score().total_cmp(&q.score())))
         .cloned()
 }
@@ -273,7 +325,9 @@ pub(crate) fn innovation_variance(problem: &Problem<'_>) -> Option<f64> {
     let samples: usize = outputs.iter().map(Vec::len).sum();
     let parts = Folds::of(&plain.runs).parts;
     let lagged = Lagged::of(&plain.driving(), &outputs, LAGS.min(samples / 8), &parts);
-    realisation::high_order(&lagged, true).map(|found| found.variance)
+    let found = realisation::high_order(&lagged, true)?;
+    let freedom = found.rows.checked_sub(found.a.len() + found.b.len() + 1)?;
+    Some(found.variance * found.rows as f64 / freedom.max(1) as f64)
 }
 
 /// The delay of the difference equation with the least Bayesian criterion.
@@ -347,6 +401,11 @@ impl Shared<'_> {
             }
         }
         found
+    }
+
+    /// A radius just within the largest.
+    fn inside(&self) -> f64 {
+        1.0 - 1.01 * (1.0 - self.radius)
     }
 
     fn search(&self, steps: usize) -> Search {
@@ -463,6 +522,7 @@ impl Shared<'_> {
             whitening: whitening.to_vec(),
             errors,
             refitted,
+            at_limit: held_within(&theta.as_slice()[layout.a()], self.inside()) != Some(None),
             samples: self.samples,
         })
     }
@@ -499,6 +559,7 @@ impl Shared<'_> {
             whitening: vec![1.0],
             refitted: errors[..folds::HALVES].to_vec(),
             errors,
+            at_limit: false,
             samples: self.samples,
         })
     }
@@ -511,8 +572,7 @@ struct Scaled {
 }
 
 impl Scaled {
-    fn of(problem: &Problem<'_>) -> Self {
-        let s = &problem.structure;
+    fn of(problem: &Problem<'_>, s: &Structure) -> Self {
         let of = |signals: Vec<&[f64]>, centred: bool| -> Vec<Vec<f64>> {
             let count = signals.iter().map(|it| it.len()).sum::<usize>().max(1) as f64;
             let mean = signals.iter().flat_map(|it| it.iter()).sum::<f64>() / count;

@@ -1,0 +1,134 @@
+//! Decimation of a record that is sampled far faster than its outputs move.
+//!
+//! An output moves so slowly if its autocovariance stays above nine tenths for a hundred samples: the poles of a model
+//! then lie so close to z = 1 that rounding and noise decide them. Every sample of the new record is a mean: an input's
+//! over the interval it acts over, an output's over as many samples about its instant, so that neither is delayed.
+
+use planesman_identification::{Record, Segment};
+
+use crate::preparation::Step;
+
+/// The share of the autocovariance that marks how long an output stays as it is.
+const STAYS: f64 = 0.9;
+/// Samples of that time from which a record is decimated, and that it is left with.
+const LONG: usize = 100;
+const LEFT: usize = 20;
+
+/// Decimates a record, if all its outputs move slowly.
+pub(crate) fn decimate(record: &mut Record) -> Option<Step> {
+    let longest = record.segments.iter().max_by_key(|it| it.len())?;
+    let stays = longest.outputs.iter().filter_map(|it| stays(it)).min()?;
+    if stays < LONG {
+        return None;
+    }
+    // An odd number, whose middle is a sample.
+    let factor = (stays / LEFT - 1) | 1;
+    let before = 1.0 / record.sample_time;
+    record.segments = (record.segments.iter())
+        .map(|it| means(it, factor, record.sample_time))
+        .filter(|it| !it.is_empty())
+        .collect();
+    record.sample_time *= factor as f64;
+    Some(Step {
+        name: "decimation",
+        text: format!(
+            "{} keeps nine tenths of its autocovariance for {stays} samples: means of {factor} are used, {:.6} samples \
+             per second (--rate {before:.6} keeps all)",
+            record.outputs.join(", "),
+            1.0 / record.sample_time
+        ),
+    })
+}
+
+/// The samples over which the autocovariance stays above [`STAYS`] of that at one sample, where noise that is white has
+/// no part; at most a tenth of the record. `None` where nothing moves.
+fn stays(values: &[f64]) -> Option<usize> {
+    let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
+    let about: Vec<f64> = values.iter().map(|value| value - mean).collect();
+    let covariance = |lag: usize| -> f64 {
+        let pairs = about.iter().zip(about.get(lag..).unwrap_or_default());
+        pairs.map(|(now, later)| now * later).sum()
+    };
+    let first = covariance(1);
+    let most = values.len() / 10;
+    if !(first > 0.0 && first.is_finite()) {
+        return None;
+    }
+    // It falls from lag to lag as long as it is this large.
+    let (mut above, mut below) = (1, most.max(1));
+    while above + 1 < below {
+        let lag = usize::midpoint(above, below);
+        match covariance(lag) > STAYS * first {
+            true => above = lag,
+            false => below = lag,
+        }
+    }
+    Some(above)
+}
+
+fn means(segment: &Segment, factor: usize, sample_time: f64) -> Segment {
+    let half = factor / 2;
+    let count = segment.len().saturating_sub(2 * half) / factor;
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / factor as f64;
+    let from = |list: &Vec<f64>, first: usize| -> Vec<f64> {
+        (0..count)
+            .map(|k| mean(&list[first + k * factor..first + (k + 1) * factor]))
+            .collect()
+    };
+    let later = (half as f64 * sample_time * 1e9).round() as i64;
+    Segment {
+        start: segment.start.saturating_add(later),
+        inputs: segment.inputs.iter().map(|it| from(it, half)).collect(),
+        outputs: segment.outputs.iter().map(|it| from(it, 0)).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use planesman_identification::{filter, with_noise};
+
+    use super::*;
+
+    fn record(sample_time: f64, samples: usize) -> Record {
+        let inputs: Vec<f64> = (0..samples)
+            .map(|k| f64::from(u8::from((k / 3000).is_multiple_of(2))))
+            .collect();
+        let decay = (-sample_time).exp();
+        let outputs = with_noise(
+            &filter(&[0.0, 1.0 - decay], &[1.0, -decay], &inputs),
+            3,
+            0.01,
+        );
+        Record::of_run(sample_time, vec![("u", inputs)], vec![("y", outputs)]).unwrap()
+    }
+
+    #[test]
+    fn means_are_taken_of_a_record_sampled_a_thousand_times_in_a_time_constant() {
+        let mut fast = record(0.001, 20_000);
+        let before = fast.clone();
+        let step = decimate(&mut fast).unwrap();
+        assert!(step.text.contains("means of"), "{}", step.text);
+        let factor = (fast.sample_time / 0.001).round() as usize;
+        assert!(factor >= 5 && factor % 2 == 1, "{factor}");
+        let (old, new) = (&before.segments[0], &fast.segments[0]);
+        assert_eq!(new.start, (factor / 2) as i64 * 1_000_000);
+        // An output's window lies about its instant, an input's behind it.
+        let about = |k: usize| &old.outputs[0][k * factor..(k + 1) * factor];
+        let behind = |k: usize| &old.inputs[0][factor / 2 + k * factor..][..factor];
+        let mean = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;
+        for k in [0, 7, new.len() - 1] {
+            assert_eq!(new.outputs[0][k], mean(about(k)));
+            assert_eq!(new.inputs[0][k], mean(behind(k)));
+        }
+    }
+
+    #[test]
+    fn a_record_sampled_as_usual_is_left_alone() {
+        let mut usual = record(0.05, 2000);
+        let before = usual.clone();
+        assert!(decimate(&mut usual).is_none());
+        assert_eq!(usual, before);
+        let mut still = Record::of_run(0.1, vec![], vec![("y", vec![1.0; 2000])]).unwrap();
+        assert!(decimate(&mut still).is_none());
+    }
+}
