@@ -1,6 +1,8 @@
 //! Generates the Rust modules from the definitions beside this file, into `OUT_DIR/interfaces.rs`.
 
 use std::error::Error;
+use std::fmt::Write as _;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use planesman_rosidl::{Library, rust};
@@ -14,18 +16,52 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let library = read(&here).map_err(|error| format!("cannot read the definitions: {error}"))?;
     std::fs::write(out.join("interfaces.rs"), rust::generate(&library)?)?;
+    std::fs::write(out.join("sources.rs"), sources(&here)?)?;
     Ok(())
 }
 
-/// Our own package, and every package below `standard/`.
-fn read(here: &Path) -> Result<Library, Box<dyn Error>> {
-    let mut library = Library::new();
-    library.read_package(here, "planesman_msgs")?;
-    for package in here.join("standard").read_dir()? {
-        let package = package?;
-        if let Some(name) = package.file_name().to_str() {
-            library.read_package(&package.path(), name)?;
+/// Every definition file with its package, kind and name, as a Rust expression.
+fn sources(here: &Path) -> Result<String, Box<dyn Error>> {
+    let mut text = String::from("&[\n");
+    for (folder, package) in packages(here)? {
+        for kind in ["msg", "srv", "action"] {
+            let Ok(files) = folder.join(kind).read_dir() else {
+                continue;
+            };
+            let mut files: Vec<_> = files
+                .map(|file| Ok(file?.path()))
+                .collect::<io::Result<_>>()?;
+            files.retain(|file| file.extension().is_some_and(|it| it == kind));
+            files.sort();
+            for file in files {
+                let name = file.file_stem().unwrap_or_default().to_string_lossy();
+                writeln!(
+                    text,
+                    "    ({package:?}, {kind:?}, {name:?}, include_str!({file:?})),"
+                )?;
+            }
         }
     }
+    text.push_str("]\n");
+    Ok(text)
+}
+
+fn read(here: &Path) -> Result<Library, Box<dyn Error>> {
+    let mut library = Library::new();
+    for (folder, package) in packages(here)? {
+        library.read_package(&folder, &package)?;
+    }
     Ok(library)
+}
+
+/// Our own package, and every package below `standard/`: folder and name.
+fn packages(here: &Path) -> io::Result<Vec<(PathBuf, String)>> {
+    let mut packages = vec![(here.to_owned(), "planesman_msgs".to_owned())];
+    for package in here.join("standard").read_dir()? {
+        let package = package?;
+        let name = package.file_name().to_string_lossy().into_owned();
+        packages.push((package.path(), name));
+    }
+    packages.sort();
+    Ok(packages)
 }

@@ -6,6 +6,7 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
+use planesman_node::STRICT_PARAMETERS;
 use rustix::process::{Pid, Signal, kill_process};
 
 use crate::nodes::{LAUNCHED, NAMESPACE};
@@ -48,6 +49,7 @@ impl Crew {
                 .arg("--params-file")
                 .arg(run.parameter_file())
                 .env(LAUNCHED, "1")
+                .env(STRICT_PARAMETERS, "1")
                 .env("PLANESMAN_EXIT_REPORT", run.exit_report(name))
                 .stdin(Stdio::null())
                 .stdout(Stdio::null())

@@ -348,7 +348,12 @@ impl Launcher {
                         .insert(connections.node.clone(), connections);
                 }
             }
-            Event::State(state) => self.on_state(&state),
+            Event::State(state) => {
+                if self.options.pace.owns_time() {
+                    rt.set_time(&state.header.stamp);
+                }
+                self.on_state(&state);
+            }
             Event::Model(model) if model.valid && is_of_pitch(&model) => {
                 if let Some(pole) = identified(&model).dominant() {
                     self.pole = format!("pole {}", pole_text(pole, 4));

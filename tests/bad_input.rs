@@ -7,7 +7,8 @@ mod stage;
 use std::fs::File;
 use std::process::{Command, Stdio};
 
-use stage::{Stage, scenario};
+use planesman_node::STRICT_PARAMETERS;
+use stage::{Signal, Stage, eventually, scenario};
 
 /// The vehicle of the report, for a copy with a fault.
 const VEHICLE: &str = include_str!("../crates/vehicle/vehicles/brunner.yaml");
@@ -18,8 +19,19 @@ const JPEG: &[u8] = b"\xff\xd8\xff\xe0\x00\x10JFIF\x00\x01\x01\x01\x00H\x00H\x00
 /// `planesman ARGUMENTS` ends with status `code` and one line that holds all of `says`, and
 /// leaves the stage as it was.
 fn refused(stage: &Stage, code: i32, arguments: &[&str], says: &[&str]) {
+    refused_as(stage, code, arguments, &[], says);
+}
+
+/// As [`refused`], with more in the environment.
+fn refused_as(
+    stage: &Stage,
+    code: i32,
+    arguments: &[&str],
+    variables: &[(&str, &str)],
+    says: &[&str],
+) {
     let before = stage.content();
-    let outcome = stage.run(arguments);
+    let outcome = stage.start_as(arguments, variables).finish();
     assert_eq!(
         outcome.status.code(),
         Some(code),
@@ -274,14 +286,11 @@ fn a_wrong_argument_is_named_with_what_would_be_right() {
 #[test]
 fn a_node_refuses_wrong_ros_arguments() {
     let stage = Stage::new();
-    let unknown = stage.file("unknown.yaml", "/**:\n  ros__parameters: {gian: 1.0}\n");
     let photo = stage.file("photo.yaml", JPEG);
     for (arguments, says) in [
         (vec!["-p", "depth.p:=.nan"], vec!["depth.p", "finite"]),
         (vec!["-p", "depth.p:=deep"], vec!["depth.p", "deep"]),
-        (vec!["-p", "gian:=1.0"], vec!["gian", "not declared"]),
         (vec!["-p", "depth.p"], vec!["depth.p", "name:=value"]),
-        (vec!["--params-file", &unknown], vec!["gian"]),
         (vec!["--params-file", &photo], vec!["photo.yaml"]),
         (vec!["--params-file", "nowhere.yaml"], vec!["nowhere.yaml"]),
         (
@@ -300,6 +309,52 @@ fn a_node_refuses_wrong_ros_arguments() {
         1,
         &["node", "sysid", "bag.mcap"],
         &["sysid: ", "bag.mcap", "--ros-args"],
+    );
+}
+
+#[test]
+fn a_name_that_a_node_does_not_declare_is_an_error_where_the_start_is_strict_and_else_a_warning() {
+    let stage = Stage::new();
+    let robot =
+        "/**:\n  ros__parameters: {use_sim_time: false, robot_radius: 0.2, depth: {pp: 1.0}}\n";
+    let robot = stage.file("robot.yaml", robot);
+    let arguments = [
+        "node",
+        "depth_controller",
+        "--ros-args",
+        "--params-file",
+        &robot,
+    ];
+    let strict = [(STRICT_PARAMETERS, "1")];
+    refused_as(
+        &stage,
+        1,
+        &arguments,
+        &strict,
+        &["robot_radius", "not declared"],
+    );
+    let typo = [
+        "node",
+        "plant_sim",
+        "--ros-args",
+        "-p",
+        "initial_depht:=1.0",
+    ];
+    let meant = "did you mean 'initial_depth'?";
+    refused_as(&stage, 1, &typo, &strict, &["plant_sim: ", meant]);
+
+    let node = stage.start(&arguments);
+    eventually("a node that is up", || {
+        node.stderr().contains("up in domain").then_some(())
+    });
+    node.signal(Signal::INT);
+    let outcome = node.finish().success();
+    let complaints = outcome.complaints();
+    assert_eq!(complaints.len(), 2, "{complaints:?}");
+    assert!(complaints[0].contains("parameter 'robot_radius' is not declared"));
+    assert!(
+        complaints[1].contains("did you mean 'depth.p'?"),
+        "{complaints:?}"
     );
 }
 

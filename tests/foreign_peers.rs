@@ -7,15 +7,28 @@
 mod foreign;
 mod stage;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use depth_controller::ControllerParameters;
 use foreign::{CYCLONE, Python, RCLPY, Running, full_name, root};
-use planesman_msgs::{Message, nav_msgs, planesman_msgs::msg::VehicleState, sensor_msgs};
+use planesman::nodes::NODES;
+use planesman_msgs::{
+    Message,
+    diagnostic_msgs::msg::DiagnosticArray,
+    nav_msgs,
+    planesman_msgs::msg::{PlaneMotion, VehicleState},
+    rcl_interfaces::msg::Log,
+    sensor_msgs, std_msgs,
+    std_msgs::msg::Float64,
+    tf2_msgs,
+};
+use planesman_node::Qos;
 use planesman_parameters::Parameters as _;
 use recorder::loop_topics::{self, Delivery};
+use rustix::process::Pid;
 use serde_json::{Value, json};
-use stage::{Process, Stage, eventually, scenario};
+use stage::{Process, Signal, Stage, eventually, freeze, scenario};
 
 /// A test of each claim with each peer.
 macro_rules! whichever_peer_tries {
@@ -35,7 +48,14 @@ whichever_peer_tries! {
     a_depth_setpoint_published_from_there_moves_the_vehicle
     parameters_are_listed_read_described_and_set_and_a_bad_value_is_refused
     the_vehicle_is_paused_stepped_and_put_back_by_its_services
+    stamps_are_the_machines_time_again_after_a_pause_and_a_stall
+    in_simulated_time_diagnostics_and_log_have_its_stamps
+    a_qos_that_does_not_fit_is_told_in_rclcpps_words
+    a_log_line_is_for_late_joiners_no_longer_than_its_lifespan
+    a_reader_that_does_not_acknowledge_loses_and_is_named_and_nobody_else
     the_identifier_publishes_its_model_and_forgets_it_when_asked
+    a_node_describes_its_types_with_their_sources
+    the_actuator_answers_each_state_once_however_late_the_commands_are
     a_foreign_actuator_flies_the_vehicle_with_joint_states_alone
     a_goal_is_sent_followed_and_cancelled_as_ros2_action_does
 }
@@ -62,6 +82,20 @@ const UNSAID: [&str; 4] = [
     "dha_state_rudder",
 ];
 
+/// The arguments of a peer that reads the log, the last lines before it included.
+const LATE_LOG: [&str; 10] = [
+    "/rosout",
+    Log::TYPE_NAME,
+    "--reliability",
+    "reliable",
+    "--durability",
+    "transient_local",
+    "--count",
+    "1000",
+    "--timeout",
+    "60",
+];
+
 /// The loop with these parameters, which flies at this pace until the test ends.
 fn keep_flying(stage: &Stage, parameters: &str, pace: &[&str]) -> Process {
     let file = stage.file("scenario.yaml", scenario(60.0, parameters));
@@ -70,8 +104,12 @@ fn keep_flying(stage: &Stage, parameters: &str, pace: &[&str]) -> Process {
 
 /// Seconds of a message's stamp.
 fn stamp(message: &Value) -> f64 {
-    let stamp = &message["header"]["stamp"];
-    number(&stamp["sec"]) + 1e-9 * number(&stamp["nanosec"])
+    seconds(&message["header"]["stamp"])
+}
+
+/// Seconds of a time.
+fn seconds(time: &Value) -> f64 {
+    number(&time["sec"]) + 1e-9 * number(&time["nanosec"])
 }
 
 fn number(value: &Value) -> f64 {
@@ -131,12 +169,18 @@ fn every_topic_is_discovered_with_its_type_qos_and_type_hash(python: &Python, st
         };
         for endpoint in publications {
             assert_eq!(endpoint["reliability"], reliability, "{name}");
-            // ros2-client gives every node a second, latched publisher of these, never used.
-            if name != "/parameter_events" {
-                assert_eq!(endpoint["durability"], durability, "{name}");
-            }
+            assert_eq!(endpoint["durability"], durability, "{name}");
         }
     }
+
+    // Every endpoint has a hash, those of services, actions and ROS's own discovery too.
+    for endpoint in &endpoints {
+        let hash = endpoint["type_hash"].as_str().unwrap_or_default();
+        assert!(hash.starts_with("RIHS01_"), "{endpoint}");
+    }
+    // One writer of the parameters' events for each node, and for the launcher.
+    let of_events = |e: &&Value| e["topic"] == "/parameter_events" && e["kind"] == "publication";
+    assert_eq!(endpoints.iter().filter(of_events).count(), NODES.len() + 1);
 
     // Nothing of ours that the table of topics does not know.
     let known: BTreeSet<String> = loop_topics::ALL.iter().map(|t| full_name(t.name)).collect();
@@ -191,6 +235,112 @@ fn state_odometry_imu_and_planes_decode_to_what_the_vehicle_does(python: &Python
     for planes in echo("/auv/planes", sensor_msgs::msg::JointState::TYPE_NAME) {
         assert_eq!(planes["name"], json!(["dive_planes", "ram"]));
         assert!(number(&planes["position"][0]).abs() < 30_f64.to_radians());
+    }
+}
+
+/// By rclpy alone: the graph of nodes is ROS's, not DDS's.
+#[test]
+fn ros2_node_info_shows_what_each_node_offers() {
+    let Some(python) = RCLPY.found() else { return };
+    let stage = Stage::with(python.middleware);
+    let _loop = keep_flying(&stage, HOLD_ONE_METRE, &["--factor", "1"]);
+    let info = |node: &str| {
+        let arguments = [node, "--timeout", "30"];
+        python
+            .run("peer_node_info.py", stage.domain(), &arguments)
+            .answer()
+    };
+
+    let plant = info("/auv/plant_sim");
+    for node in NODES {
+        let nodes = plant["nodes"].as_array().unwrap();
+        let count = nodes.iter().filter(|n| **n == full_name(node)).count();
+        assert_eq!(count, 1, "{node}: {nodes:?}");
+    }
+    assert_eq!(plant["publishers"]["/auv/state"], VehicleState::TYPE_NAME);
+    assert_eq!(
+        plant["subscribers"]["/auv/plane_motion"],
+        "planesman_msgs/msg/PlaneMotion"
+    );
+    let step = "/auv/plant_sim/step";
+    assert_eq!(plant["services"][step], "planesman_msgs/srv/Step");
+    let set = "/auv/plant_sim/set_parameters";
+    assert_eq!(plant["services"][set], "rcl_interfaces/srv/SetParameters");
+    assert_eq!(plant["actions"], json!({}));
+
+    let controller = info("/auv/depth_controller");
+    assert_eq!(
+        controller["actions"],
+        json!({"/auv/depth_controller/manoeuvre": "planesman_msgs/action/Manoeuvre"})
+    );
+}
+
+/// By Cyclone DDS alone: tf2_msgs is not among the wheels.
+#[test]
+fn every_frame_named_in_a_header_is_in_one_tree_of_transforms() {
+    let Some(python) = CYCLONE.found() else {
+        return;
+    };
+    let stage = Stage::with(python.middleware);
+    let of_a_second_vehicle = "  plant_sim: {frame_prefix: auv2/}
+  depth_controller: {frame_prefix: auv2/, feedback.source: kalman}
+  dha_actuator: {frame_prefix: auv2/}
+";
+    let _loop = keep_flying(&stage, of_a_second_vehicle, &["--factor", "4"]);
+    let echo = |topic: &str, type_name, qos: &[&str]| {
+        let arguments = [&[topic, type_name, "--timeout", "30"], qos].concat();
+        let program = "peer_echo.py";
+        let mut lines = python.run(program, stage.domain(), &arguments).well();
+        assert_eq!(lines.len(), 1, "{lines:?}");
+        lines.remove(0)
+    };
+    let latched = [
+        "--durability",
+        "transient_local",
+        "--reliability",
+        "reliable",
+    ];
+
+    let tf = tf2_msgs::msg::TFMessage::TYPE_NAME;
+    let mut parents = BTreeMap::new();
+    for message in [echo("/tf_static", tf, &latched), echo("/tf", tf, &[])] {
+        for transform in message["transforms"].as_array().unwrap() {
+            let child = text(&transform["child_frame_id"]).to_owned();
+            let parent = text(&transform["header"]["frame_id"]).to_owned();
+            assert_eq!(parents.insert(child, parent), None, "{message}");
+        }
+    }
+    for (child, parent) in [
+        ("auv2/map_ned", "auv2/odom"),
+        ("auv2/base_link", "auv2/odom"),
+        ("auv2/base_link_frd", "auv2/base_link"),
+        ("auv2/bow_planes", "auv2/base_link"),
+        ("auv2/stern_planes", "auv2/base_link"),
+    ] {
+        assert_eq!(parents.get(child).map(String::as_str), Some(parent));
+    }
+    for topic in loop_topics::ALL {
+        let stamped_by_frame = topic.info.definition.contains("std_msgs/Header header");
+        let name = topic.name;
+        if !stamped_by_frame || name.starts_with('/') || ["model", "tick_answer"].contains(&name) {
+            continue;
+        }
+        if UNSAID.contains(&name) && name != "estimate" {
+            continue;
+        }
+        let message = echo(&full_name(name), topic.info.type_name, &[]);
+        let frame = text(&message["header"]["frame_id"]);
+        assert!(
+            parents.contains_key(frame) || frame == "auv2/odom",
+            "{topic:?}: {frame}"
+        );
+    }
+
+    let string = std_msgs::msg::String::TYPE_NAME;
+    let description = echo("/auv/robot_description", string, &latched);
+    for link in ["base_link", "base_link_frd", "bow_planes", "stern_planes"] {
+        let named = format!("<link name=\"{link}\"");
+        assert!(text(&description["data"]).contains(&named), "{description}");
     }
 }
 
@@ -331,13 +481,18 @@ fn the_vehicle_is_paused_stepped_and_put_back_by_its_services(python: &Python, s
     };
 
     assert_eq!(step(1)["success"], false, "it is not paused");
-    assert_eq!(pause(true)["success"], true);
+    let stands = ticks(&pause(true));
     // The tick that was on when the pause came is still flown.
     let stepped = eventually("a paused vehicle", || {
         let answer = step(1);
         (answer["success"] == true).then_some(answer)
     });
     let before = ticks(&stepped);
+    assert_eq!(
+        before,
+        stands + 1,
+        "a pause tells the tick at which it stands"
+    );
     assert_eq!(ticks(&step(3)), before + 3);
     assert_eq!(ticks(&pause(true)), before + 3, "time stands still");
     assert_eq!(step(0)["success"], false, "1 to 100000");
@@ -358,6 +513,257 @@ fn the_vehicle_is_paused_stepped_and_put_back_by_its_services(python: &Python, s
     let back = states.find(|state| number(&state["depth"]) > 2.99).unwrap();
     assert!((number(&back["pitch"]) - 0.2).abs() < 0.01, "{back}");
     assert!(stamp(&back) > stamp(&risen), "time goes on");
+}
+
+fn stamps_are_the_machines_time_again_after_a_pause_and_a_stall(python: &Python, stage: &Stage) {
+    /// Long enough that no busy machine is as late, s.
+    const INTERRUPTION: Duration = Duration::from_secs(3);
+
+    let plant = stage.node("plant_sim", &[]);
+    let arguments = [
+        "/auv/state",
+        VehicleState::TYPE_NAME,
+        "--timeout",
+        "120",
+        "--count",
+        "100000",
+    ];
+    let mut states = python.start("peer_echo.py", stage.domain(), &arguments);
+    let mut is_on_time = |when: &str| {
+        let found = states.by_ref().find(|state| {
+            let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap();
+            (now.as_secs_f64() - stamp(state)).abs() < 0.5 * INTERRUPTION.as_secs_f64()
+        });
+        assert!(found.is_some(), "{when}");
+    };
+    is_on_time("at the start");
+
+    let pause = |data: bool| {
+        let (service, request) = ("/auv/plant_sim/pause", json!({ "data": data }).to_string());
+        let arguments = [service, "std_srvs/srv/SetBool", "--json", &request];
+        let answer = python.run("peer_call.py", stage.domain(), &arguments);
+        assert_eq!(answer.answer()["success"], true);
+    };
+    pause(true);
+    std::thread::sleep(INTERRUPTION);
+    pause(false);
+    is_on_time("after a pause");
+
+    freeze(plant.pid());
+    std::thread::sleep(INTERRUPTION);
+    plant.signal(Signal::CONT);
+    is_on_time("after a stall");
+    let log = plant.stderr();
+    assert!(log.contains("after a pause of "), "{log}");
+    assert!(log.contains("ticks missed: "), "{log}");
+    let missed = stage
+        .operator()
+        .until("a count of missed ticks", |received| {
+            let status = received.status("/auv/plant_sim: vehicle")?;
+            let pair = status
+                .values
+                .iter()
+                .find(|pair| pair.key == "ticks missed")?;
+            pair.value.parse::<u64>().ok()
+        });
+    assert!(missed >= 120, "{missed}");
+}
+
+fn in_simulated_time_diagnostics_and_log_have_its_stamps(python: &Python, stage: &Stage) {
+    let _loop = keep_flying(stage, HOLD_ONE_METRE, &["--factor", "4"]);
+    for (topic, type_name) in [
+        ("/diagnostics", DiagnosticArray::TYPE_NAME),
+        ("/rosout", Log::TYPE_NAME),
+    ] {
+        let mut from: BTreeSet<String> = BTreeSet::new();
+        let arguments = [topic, type_name, "--count", "10000", "--timeout", "120"];
+        let mut messages = python.start("peer_echo.py", stage.domain(), &arguments);
+        // Every node of the loop, once simulated time has come to it.
+        let everybody = messages.find(|message| {
+            let (time, who) = match message.get("header") {
+                Some(_) => (stamp(message), text(&message["status"][0]["name"])),
+                None => (seconds(&message["stamp"]), text(&message["name"])),
+            };
+            if time > 0.0 && time < 1e6 {
+                from.insert(who.to_owned());
+            }
+            from.len() >= if topic == "/rosout" { 1 } else { 6 }
+        });
+        assert!(everybody.is_some(), "{topic}: {from:?}");
+    }
+}
+
+fn a_node_describes_its_types_with_their_sources(python: &Python, stage: &Stage) {
+    let _controller = stage.node("depth_controller", &[]);
+    let ask = |name: &str, hash: &str| {
+        let request = json!({"type_name": name, "type_hash": hash, "include_type_sources": true});
+        let service = "/auv/depth_controller/get_type_description";
+        let kind = "type_description_interfaces/srv/GetTypeDescription";
+        let arguments = [service, kind, "--json", &request.to_string()];
+        python
+            .run("peer_call.py", stage.domain(), &arguments)
+            .answer()
+    };
+    let answer = ask(VehicleState::TYPE_NAME, VehicleState::TYPE_HASH);
+    assert_eq!(answer["successful"], true, "{answer}");
+    let described = &answer["type_description"]["type_description"];
+    assert_eq!(described["type_name"], VehicleState::TYPE_NAME);
+    assert_eq!(described["fields"][0]["name"], "header");
+    let sources = answer["type_sources"].as_array().unwrap();
+    let named: Vec<&str> = sources
+        .iter()
+        .map(|source| text(&source["type_name"]))
+        .collect();
+    let expected = [
+        VehicleState::TYPE_NAME,
+        "builtin_interfaces/msg/Time",
+        "std_msgs/msg/Header",
+    ];
+    assert_eq!(named, expected);
+    let file = std::fs::read_to_string(root().join("msgs/msg/VehicleState.msg")).unwrap();
+    assert_eq!(sources[0]["raw_file_contents"], file);
+    assert_eq!(sources[0]["encoding"], "msg");
+
+    let answer = ask(VehicleState::TYPE_NAME, Log::TYPE_HASH);
+    assert_eq!(answer["successful"], false);
+    assert!(
+        text(&answer["failure_reason"]).contains(VehicleState::TYPE_HASH),
+        "{answer}"
+    );
+}
+
+fn the_actuator_answers_each_state_once_however_late_the_commands_are(
+    python: &Python,
+    stage: &Stage,
+) {
+    // So fast that commands come ticks late.
+    let _loop = keep_flying(stage, HOLD_ONE_METRE, &["--factor", "20"]);
+    let motions = python.echo(
+        stage.domain(),
+        "/auv/plane_motion",
+        PlaneMotion::TYPE_NAME,
+        400,
+    );
+    let stamps: Vec<f64> = motions.iter().map(stamp).collect();
+    assert!(
+        stamps.windows(2).all(|pair| pair[0] < pair[1]),
+        "{stamps:?}"
+    );
+}
+
+fn a_qos_that_does_not_fit_is_told_in_rclcpps_words(python: &Python, stage: &Stage) {
+    let plant = stage.node("plant_sim", &[]);
+    let controller = stage.node("depth_controller", &[]);
+    let imu = [
+        "/auv/imu",
+        sensor_msgs::msg::Imu::TYPE_NAME,
+        "--reliability",
+        "reliable",
+        "--timeout",
+        "60",
+    ];
+    let setpoint = [
+        "/auv/depth_setpoint",
+        "std_msgs/msg/Float64",
+        "--timeout",
+        "60",
+    ];
+    let setpoint = [&setpoint[..], &["--reliability", "best_effort"]].concat();
+    let _peers = [
+        python.start("peer_echo.py", stage.domain(), &imu),
+        python.start("peer_pub.py", stage.domain(), &setpoint),
+    ];
+    let says = |node: &Process, text: &str| {
+        eventually(text, || node.stderr().contains(text).then_some(()));
+        assert_eq!(node.stderr().matches("incompatible QoS").count(), 1);
+    };
+    says(
+        &plant,
+        "New subscription discovered on topic '/auv/imu', requesting incompatible QoS. No messages will be sent to it. \
+         Last incompatible policy: RELIABILITY_QOS_POLICY",
+    );
+    says(
+        &controller,
+        "New publisher discovered on topic '/auv/depth_setpoint', offering incompatible QoS. No messages will be received from it. \
+         Last incompatible policy: RELIABILITY_QOS_POLICY",
+    );
+}
+
+fn a_log_line_is_for_late_joiners_no_longer_than_its_lifespan(python: &Python, stage: &Stage) {
+    /// What /rosout offers, as in rcl.
+    const LIFESPAN: Duration = Duration::from_secs(10);
+
+    let controller = stage.node("depth_controller", &[]);
+    let first = |why: &str| {
+        let mut log = python.start("peer_echo.py", stage.domain(), &LATE_LOG);
+        let line = log.next().unwrap_or_else(|| panic!("{why}"));
+        text(&line["msg"]).to_owned()
+    };
+    let up = "up in domain";
+    eventually(up, || controller.stderr().contains(up).then_some(()));
+    assert!(first("a late joiner").starts_with(up));
+    std::thread::sleep(LIFESPAN);
+    let set = ["/auv/depth_controller", "set", "depth.p=0.5"];
+    python.run("peer_params.py", stage.domain(), &set).well();
+    let line = first("one that comes after the lifespan");
+    assert!(line.contains("depth.p"), "{line}");
+}
+
+fn a_reader_that_does_not_acknowledge_loses_and_is_named_and_nobody_else(
+    python: &Python,
+    stage: &Stage,
+) {
+    /// Twice the number of samples that the middleware keeps for its readers.
+    const SAMPLES: u32 = 2 * 8192;
+
+    let operator = stage.operator();
+    let numbers = operator
+        .rt
+        .publisher::<Float64>("numbers", Qos::reliable(10))
+        .unwrap();
+    let echo = [
+        "/auv/numbers",
+        Float64::TYPE_NAME,
+        "--reliability",
+        "reliable",
+        "--count",
+        "1000000",
+        "--timeout",
+        "120",
+    ];
+    let [mut hears, deaf] = [(); 2].map(|()| python.start("peer_echo.py", stage.domain(), &echo));
+    eventually("two readers", || {
+        operator.rt.next(Duration::from_millis(10));
+        (numbers.readers() == 2).then_some(())
+    });
+    let deaf_pid = Pid::from_raw(i32::try_from(deaf.id()).unwrap()).unwrap();
+    freeze(deaf_pid);
+    for number in 0..SAMPLES {
+        assert!(
+            numbers.publish(&Float64 {
+                data: f64::from(number)
+            }),
+            "{number}"
+        );
+    }
+    let last = f64::from(SAMPLES - 1);
+    assert!(hears.any(|message| number(&message["data"]) == last));
+
+    let mut log = python.start("peer_echo.py", stage.domain(), &LATE_LOG);
+    let named = std::thread::spawn(move || {
+        let says = "/auv/numbers: the subscription ";
+        let named = log.any(|line| {
+            let line = text(&line["msg"]);
+            line.starts_with(says) && line.contains(" does not acknowledge: it has lost ")
+        });
+        assert!(named, "the one that is deaf");
+    });
+    eventually("the name of the one that is deaf", || {
+        operator.rt.next(Duration::from_millis(10));
+        named.is_finished().then_some(())
+    });
+    named.join().unwrap();
+    drop(deaf);
 }
 
 fn the_identifier_publishes_its_model_and_forgets_it_when_asked(python: &Python, stage: &Stage) {
@@ -471,6 +877,10 @@ fn a_goal_is_sent_followed_and_cancelled_as_ros2_action_does(python: &Python, st
 
     let endless = json!({"name": "square", "amplitude": 0.1, "period": 1.0, "duration": 1000.0});
     let printed = ask(endless, &["--cancel-after", "0.5"]).well();
+    // Only rclpy's client keeps a handle of its goal.
+    if let Some(handle) = printed.iter().find_map(|line| line.get("handle")) {
+        assert_eq!(handle, "EXECUTING", "Ctrl-C does not cancel: {printed:?}");
+    }
     let end = printed.last().unwrap();
     assert_eq!(end["status"], "CANCELED", "{printed:?}");
     assert_eq!(end["result"]["completed"], false);
@@ -483,6 +893,22 @@ fn a_goal_is_sent_followed_and_cancelled_as_ros2_action_does(python: &Python, st
         reason.contains("'loop'") && reason.contains("run_7_3"),
         "{reason}"
     );
+}
+
+#[test]
+fn what_ros2_param_dumps_it_loads_again_into_every_node() {
+    let Some(python) = RCLPY.found() else { return };
+    let stage = Stage::with(python.middleware);
+    for name in NODES {
+        let node = stage.node(name, &[]);
+        let full_name = full_name(name);
+        let results = python.run("peer_params.py", stage.domain(), &[&full_name, "reload"]);
+        for result in results.well() {
+            assert_eq!(result["successful"], true, "{name}: {result}");
+        }
+        node.signal(Signal::INT);
+        node.finish().success();
+    }
 }
 
 #[test]

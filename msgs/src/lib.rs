@@ -29,6 +29,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 pub mod cdr;
+pub mod description;
 mod finite;
 mod registry;
 mod time;

@@ -129,6 +129,18 @@ const MESSAGES: &[(&str, &str)] = &[
         "cfcc0fb0371ee5159b403960ef4300f8f9d2f1fd6117c8666b7f9654d528a9b1",
     ),
     (
+        "rmw_dds_common/msg/Gid",
+        "ab6f21cfbb0a6dbb837161e1110c2051a2850ed9f9c53944d7115d9bcebedf71",
+    ),
+    (
+        "rmw_dds_common/msg/NodeEntitiesInfo",
+        "8ffef65ee2d088c63b1e8fcd31e800ba9fc8dbe0ee15ca60d1676de5218087a7",
+    ),
+    (
+        "rmw_dds_common/msg/ParticipantEntitiesInfo",
+        "91a0593bacdcc50ea9bdcf849a938b128412cc1ea821245c663bcd26f83c295e",
+    ),
+    (
         "rosgraph_msgs/msg/Clock",
         "692f7a66e93a3c83e71765d033b60349ba68023a8c689a79e48078bcb5c58564",
     ),

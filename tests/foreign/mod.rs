@@ -228,6 +228,10 @@ impl Running {
         let lines = BufReader::new(child.stdout.take().unwrap());
         Self { child, lines }
     }
+
+    pub(crate) fn id(&self) -> u32 {
+        self.child.id()
+    }
 }
 
 impl Iterator for Running {

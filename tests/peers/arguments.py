@@ -64,10 +64,10 @@ def action(doc: str) -> argparse.Namespace:
     return made.parse_args()
 
 
-def params(doc: str) -> argparse.Namespace:
+def params(doc: str, *more_verbs: str) -> argparse.Namespace:
     made = parser(doc)
     made.add_argument("node", help="the node's full name, such as /auv/depth_controller")
-    made.add_argument("verb", choices=["list", "get", "set", "describe"])
+    made.add_argument("verb", choices=["list", "get", "set", "describe", *more_verbs])
     made.add_argument("what", nargs="*", metavar="NAME[=VALUE]")
     made.add_argument("--atomically", action="store_true", help="set all or none")
     return made.parse_args()

@@ -68,7 +68,9 @@ def main() -> int:
 
             ros.spin_until(node, ended, args.timeout)
             if not result.done() and time.monotonic() >= cancel_at:
-                arguments.show(cancel=answer(goal.cancel_goal_async()).return_code)
+                # `ros2 action send_goal` cancels on Ctrl-C only a goal whose handle says that it is under way.
+                handle = NAMES[goal.status]
+                arguments.show(cancel=answer(goal.cancel_goal_async()).return_code, handle=handle)
                 cancel_at = math.inf
             if not ros.spin_until(node, ended, args.timeout):
                 raise ros.NoAnswer(f"{args.action}: no result within {args.timeout:g} s")

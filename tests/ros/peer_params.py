@@ -6,15 +6,20 @@ as ../peers/peer_params.py prints them.
     peer_params.py --domain 0 /auv/depth_controller get depth.gain pitch.gain
     peer_params.py --domain 0 /auv/depth_controller set depth.gain=0.5 [--atomically]
     peer_params.py --domain 0 /auv/depth_controller describe depth.gain
+    peer_params.py --domain 0 /auv/depth_controller reload
+
+`reload` writes all values into a file as `ros2 param dump` does, and sets them from it as `ros2 param load` does.
 
 Exit status 1: the node did not answer within --timeout seconds. 3: it answered, and refused a value or does not know a
 parameter.
 """
 
 import sys
+import tempfile
 
 import ros
 import arguments
+import yaml
 from rcl_interfaces.msg import ParameterType
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
@@ -22,8 +27,20 @@ from rclpy.parameter_client import AsyncParameterClient
 REFUSED = 3
 
 
+def nested(names: list[str], values: list) -> dict:
+    """A mapping of mappings, one for each level of the names."""
+    top: dict = {}
+    for name, value in zip(names, values):
+        *levels, last = name.split(".")
+        inside = top
+        for level in levels:
+            inside = inside.setdefault(level, {})
+        inside[last] = value.tolist() if hasattr(value, "tolist") else value
+    return top
+
+
 def main() -> int:
-    args = arguments.params(__doc__)
+    args = arguments.params(__doc__, "reload")
 
     with ros.node(args.domain) as node:
         client = AsyncParameterClient(node, args.node)
@@ -65,6 +82,17 @@ def main() -> int:
                         for (name, _), result in zip(pairs, results):
                             arguments.show(name=name, **ros.to_json(result))
                     if not all(result.successful for result in results):
+                        return REFUSED
+                case "reload":
+                    names = sorted(answer(client.list_parameters()).result.names)
+                    values = [parameter_value_to_python(value) for value in answer(client.get_parameters(names)).values]
+                    with tempfile.NamedTemporaryFile("w", suffix=".yaml") as file:
+                        yaml.dump({args.node: {"ros__parameters": nested(names, values)}}, file)
+                        file.flush()
+                        results = answer(client.load_parameter_file(file.name)).results
+                    for result in results:
+                        arguments.show(**ros.to_json(result))
+                    if len(results) != len(names) or not all(result.successful for result in results):
                         return REFUSED
         except ros.NoAnswer as failure:
             print(failure, file=sys.stderr)

@@ -206,14 +206,20 @@ impl<A: Action> ActionServer<A> {
             stamp: time(&now),
         };
         let name = format!("{}/_action/send_goal", self.name);
+        let server = Rc::clone(self);
         self.answer(&name, asker, move |middleware| {
-            middleware.send_goal_response(asker, response.clone())
+            middleware.send_goal_response(asker, response.clone())?;
+            // The status after the answer, whenever that goes out.
+            if accepted {
+                server.goals.borrow_mut().answered(goal_id);
+                server.publish_statuses();
+            }
+            Ok(())
         });
         if !accepted {
             self.warn(&format!("goal {goal_id:?} is rejected"));
             return None;
         }
-        self.publish_statuses();
         Some(Goal {
             server: Rc::clone(self),
             id: goal_id,

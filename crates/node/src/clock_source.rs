@@ -15,21 +15,19 @@ use crate::{
 ///
 /// The middleware's own `/clock` subscription has another type and never receives anything.
 pub(crate) fn set_source(shared: &Rc<Shared>, simulated: bool) -> anyhow::Result<()> {
-    shared.clock.simulated.set(simulated);
-    if !simulated || shared.clock.followed.get() {
+    shared.clock.set_simulated(simulated);
+    if !simulated || shared.follows_clock.get() {
         return Ok(());
     }
     let topic = shared.topic_name("/clock")?;
     let types = types_of::<Clock>();
     let (endpoint, dds) = shared.endpoint(Direction::Subscription, &topic, types, Qos::sensor())?;
     let reader = shared.with_node(|node| node.create_subscription::<Clock>(&dds, None))?;
-    shared.clock.followed.set(true);
+    shared.follows_clock.set(true);
     let state = Rc::clone(shared);
     shared.spawn(async move {
         let ours = Rc::clone(&state);
-        let tick = async move |message: Clock, _: &_| {
-            ours.clock.latest.set(message.clock.nanos());
-        };
+        let tick = async move |message: Clock, _: &_| ours.clock.on_clock(&message.clock);
         pump(state, endpoint, reader.async_stream(), non_finite, tick).await;
     });
     Ok(())

@@ -16,6 +16,8 @@ pub const REMEMBERED: usize = 32;
 struct Entry<R, W> {
     id: GoalId,
     accepted: Time,
+    /// Whether its client has been told that it is accepted.
+    answered: bool,
     status: GoalStatus,
     /// Once it has ended.
     result: Option<R>,
@@ -53,11 +55,19 @@ impl<R: Clone, W> Goals<R, W> {
         self.entries.push(Entry {
             id,
             accepted: now,
+            answered: false,
             status: GoalStatus::Executing,
             result: None,
             waiting: Vec::new(),
         });
         true
+    }
+
+    /// Marks a goal as known to its client.
+    pub(crate) fn answered(&mut self, id: GoalId) {
+        if let Some(entry) = self.entry(id) {
+            entry.answered = true;
+        }
     }
 
     /// Marks the goals that a request means as being cancelled.
@@ -124,9 +134,11 @@ impl<R: Clone, W> Goals<R, W> {
         }
     }
 
-    /// Every goal known with its state, the newest last.
+    /// Every goal that its client knows or that has ended, with its state, the newest last. A client like rclpy's takes no
+    /// status of a goal whose acceptance it has not received.
     pub(crate) fn statuses(&self) -> impl Iterator<Item = (GoalId, Time, GoalStatus)> {
         let entries = self.entries.iter();
+        let entries = entries.filter(|entry| entry.answered || entry.result.is_some());
         entries.map(|entry| (entry.id, entry.accepted.clone(), entry.status))
     }
 
@@ -157,6 +169,7 @@ mod tests {
         let ids = [1, 2, 3].map(|at| {
             let id = GoalId::new_random();
             assert!(goals.accept(id, Time::from_nanos(at)));
+            goals.answered(id);
             id
         });
         (goals, ids)
@@ -168,6 +181,16 @@ mod tests {
         assert!(!goals.accept(first, Time::from_nanos(9)));
         goals.end(first, GoalStatus::Succeeded, "done");
         assert!(!goals.accept(first, Time::from_nanos(9)));
+    }
+
+    #[test]
+    fn a_goal_has_no_status_before_its_client_knows_that_it_is_accepted() {
+        let (mut goals, _) = three();
+        let id = GoalId::new_random();
+        goals.accept(id, Time::from_nanos(4));
+        assert_eq!(goals.statuses().count(), 3);
+        goals.answered(id);
+        assert_eq!(goals.statuses().count(), 4);
     }
 
     #[test]

@@ -55,6 +55,7 @@
 //! | [`domain`], `unsupported` | `ROS_DOMAIN_ID` and the discovery range; what of ROS's variables there is not |
 //! | `security` | `ROS_SECURITY_*` and enclaves |
 //! | `parameters` | the six parameter services |
+//! | `type_description` | `~/get_type_description` |
 //! | [`qos`] | quality of service as ROS conventions have it |
 //! | [`publisher`], `subscription`, [`raw`] | topics out, in, and undecoded |
 //! | [`service`], `answers`, `waiting` | services served and called; answers on their way |
@@ -64,6 +65,7 @@
 //! | `clock`, `clock_source` | wall time or `/clock` |
 //! | [`logging`] | stderr and `/rosout` |
 //! | [`diagnostics`] | `/diagnostics`, written and read |
+//! | `discovery_news` | QoS that does not fit, readers that do not acknowledge |
 //! | [`claim`] | being the only one that does something |
 //! | [`report`] | the account at exit |
 //! | [`memory`], [`file_size`], [`shutdown`] | the ceilings; the signals |
@@ -80,6 +82,7 @@ pub mod claim;
 mod clock;
 mod clock_source;
 pub mod diagnostics;
+mod discovery_news;
 pub mod domain;
 mod endpoint;
 pub mod file_size;
@@ -101,6 +104,7 @@ mod shared;
 pub mod shutdown;
 mod subscription;
 pub mod testing;
+mod type_description;
 mod waiting;
 mod watchdog;
 
@@ -115,6 +119,7 @@ pub use claim::Claim;
 pub use diagnostics::{Connection, Connections, Level};
 pub use domain::Domain;
 pub use endpoint::Direction;
+pub use parameters::STRICT_PARAMETERS;
 pub use publisher::Publisher;
 pub use qos::Qos;
 pub use raw::RawSample;

@@ -7,7 +7,7 @@
 use std::{
     collections::BTreeMap,
     io::Write as _,
-    sync::{Mutex, OnceLock, PoisonError},
+    sync::{Arc, Mutex, OnceLock, PoisonError},
     time::{Duration, Instant, SystemTime, UNIX_EPOCH},
 };
 
@@ -18,7 +18,7 @@ use ros2_client::{
     rosout::{NodeLoggingHandle, RosoutRaw as _},
 };
 
-use crate::args::RosArguments;
+use crate::{args::RosArguments, clock::Clock};
 
 /// Crates whose warnings count as debug.
 const MIDDLEWARE: [&str; 4] = ["rustdds", "ros2_client", "mio", "polling"];
@@ -34,7 +34,7 @@ struct Logger {
     /// Whether it goes to stderr.
     console: bool,
     /// Where it goes besides, while the node lives.
-    rosout: Mutex<Option<NodeLoggingHandle>>,
+    rosout: Mutex<Option<(NodeLoggingHandle, Arc<Clock>)>>,
 }
 
 static LOGGER: OnceLock<Logger> = OnceLock::new();
@@ -58,9 +58,9 @@ pub(crate) fn install(name: &str, arguments: &RosArguments) {
     }
 }
 
-/// Sends the log to `/rosout` too, or no longer: a node going down takes its handle back,
+/// Sends the log to `/rosout` too, with the time of this clock, or no longer: a node going down takes its handle back,
 /// since the middleware shuts down only when nobody holds it.
-pub(crate) fn set_rosout(handle: Option<NodeLoggingHandle>) {
+pub(crate) fn set_rosout(handle: Option<(NodeLoggingHandle, Arc<Clock>)>) {
     if let Some(logger) = LOGGER.get() {
         *lock(&logger.rosout) = handle;
     }
@@ -72,8 +72,7 @@ pub(crate) fn last_words(error: &anyhow::Error) {
     if let Some(logger) = LOGGER.get() {
         let text = format_args!("{error:#}");
         let record = Record::builder().level(Level::Error).args(text).build();
-        let now = SystemTime::now().duration_since(UNIX_EPOCH);
-        logger.send(Level::Error, now.unwrap_or_default(), &record);
+        logger.send(Level::Error, &record);
     }
 }
 
@@ -121,10 +120,10 @@ impl Logger {
 
 impl Logger {
     /// Sends a record of the node to `/rosout`.
-    fn send(&self, level: Level, since_1970: Duration, record: &Record<'_>) {
-        if let Some(rosout) = lock(&self.rosout).as_ref() {
+    fn send(&self, level: Level, record: &Record<'_>) {
+        if let Some((rosout, clock)) = lock(&self.rosout).as_ref() {
             rosout.rosout_raw(
-                builtin_interfaces::Time::from_nanos(since_1970.as_nanos() as i64),
+                builtin_interfaces::Time::from_nanos(clock.now().nanos()),
                 ros_level(level),
                 &self.name,
                 &record.args().to_string(),
@@ -167,7 +166,7 @@ impl Log for Logger {
         }
         // What sending a record to /rosout logs must not be sent there.
         if !middleware {
-            self.send(level, now, record);
+            self.send(level, record);
         }
     }
 

@@ -18,13 +18,19 @@ use crate::{
     names::NodeNames,
 };
 
-/// The parameter that every node has.
+/// The parameters that every node has.
 #[derive(Parameters)]
 struct OfEveryNode {
     /// take the time from /clock
     #[parameter(default = false)]
     use_sim_time: bool,
+    /// serve ~/get_type_description
+    #[parameter(default = true, read_only)]
+    start_type_description_service: bool,
 }
+
+/// Set, it makes the name of a parameter that is not declared an error when the node starts.
+pub const STRICT_PARAMETERS: &str = "PLANESMAN_STRICT_PARAMETERS";
 
 /// The rule for a set of values beyond the declaration of each.
 type Validate = Box<dyn Fn(&Values) -> Result<(), String>>;
@@ -36,7 +42,8 @@ pub(crate) struct ParameterServer {
 }
 
 impl ParameterServer {
-    /// The declared defaults with what the arguments say for this node.
+    /// The declared defaults with what the arguments say for this node. Names that are not declared are ignored with a
+    /// warning, as rcl does, so that one file can serve a whole robot; where `strict` they are an error.
     ///
     /// # Errors
     /// When a file cannot be read, or a value is refused by its declaration or the rule.
@@ -44,6 +51,7 @@ impl ParameterServer {
         validate: fn(&P) -> Result<(), String>,
         names: &NodeNames,
         arguments: &RosArguments,
+        strict: bool,
     ) -> anyhow::Result<Self> {
         let declarations = [P::declarations(), OfEveryNode::declarations()].concat();
         let validate = move |values: &Values| {
@@ -67,7 +75,15 @@ impl ParameterServer {
                 }
             }
         }
-        let values = Values::defaults(declarations).with(changes)?;
+        let defaults = Values::defaults(declarations);
+        if !strict {
+            let (declared, unknown) = defaults.declared(changes);
+            for line in unknown {
+                log::warn!("{line}");
+            }
+            changes = declared;
+        }
+        let values = defaults.with(changes)?;
         validate(&values).map_err(|reason| anyhow::anyhow!("parameters: {reason}"))?;
         Ok(Self {
             values,
@@ -78,6 +94,11 @@ impl ParameterServer {
     /// Whether the node's time is `/clock`.
     pub(crate) fn uses_sim_time(&self) -> bool {
         OfEveryNode::from_values(&self.values).is_ok_and(|it| it.use_sim_time)
+    }
+
+    /// Whether the node describes its types.
+    pub(crate) fn describes_types(&self) -> bool {
+        OfEveryNode::from_values(&self.values).is_ok_and(|it| it.start_type_description_service)
     }
 
     /// Takes all changes or none, and says which parameters now differ.
@@ -353,7 +374,7 @@ mod tests {
         Depth,
     }
 
-    fn gains(line: &str) -> anyhow::Result<ParameterServer> {
+    fn started(line: &str, strict: bool) -> anyhow::Result<ParameterServer> {
         let line_of_arguments = format!("x --ros-args {line}");
         let (_, arguments) =
             crate::args::split(line_of_arguments.split_whitespace().map(str::to_owned))?;
@@ -367,7 +388,12 @@ mod tests {
             },
             &names,
             &arguments,
+            strict,
         )
+    }
+
+    fn gains(line: &str) -> anyhow::Result<ParameterServer> {
+        started(line, true)
     }
 
     fn parameter(name: &str, value: Value) -> Parameter {
@@ -395,6 +421,22 @@ mod tests {
             let refusal = format!("{:#}", gains(line).err().expect(line));
             assert!(refusal.contains(reason), "{refusal}");
         }
+    }
+
+    #[test]
+    fn a_name_that_is_not_declared_is_ignored_unless_the_start_is_strict() {
+        let line = "-p robot_description:=<robot/> -p depth.kp:=0.5 -p depth.kq:=1";
+        let gains = started(line, false).expect("taken");
+        assert_eq!(gains.values.read("depth.kp"), Ok(0.5));
+        let refusal = started("-p depth.kq:=1", true).err().expect("strict");
+        assert!(
+            refusal.to_string().contains("did you mean 'depth.kp'?"),
+            "{refusal}"
+        );
+        assert!(
+            started("-p depth.kp:=high", false).is_err(),
+            "its type is another"
+        );
     }
 
     #[test]
@@ -450,10 +492,25 @@ mod tests {
         let all = list(&[], 0);
         assert_eq!(
             all.names,
-            ["depth.kp", "depth.limit", "mode", "order", "use_sim_time"]
+            [
+                "depth.kp",
+                "depth.limit",
+                "mode",
+                "order",
+                "start_type_description_service",
+                "use_sim_time"
+            ]
         );
         assert_eq!(all.prefixes, ["depth"]);
-        assert_eq!(list(&[], 1).names, ["mode", "order", "use_sim_time"]);
+        assert_eq!(
+            list(&[], 1).names,
+            [
+                "mode",
+                "order",
+                "start_type_description_service",
+                "use_sim_time"
+            ]
+        );
         assert_eq!(list(&["depth"], 1).names, ["depth.kp", "depth.limit"]);
         assert_eq!(list(&["dep"], 0).names, [] as [&str; 0]);
     }

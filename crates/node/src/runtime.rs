@@ -9,6 +9,7 @@ use std::{
     future::Future,
     net::Ipv4Addr,
     rc::Rc,
+    sync::Arc,
     time::{Duration, Instant},
 };
 
@@ -30,7 +31,9 @@ use planesman_msgs::{
             SetParametersAtomicallyResponse, SetParametersResponse,
         },
     },
+    rmw_dds_common::msg::ParticipantEntitiesInfo,
     rosgraph_msgs::msg::Clock as ClockMessage,
+    type_description_interfaces::srv::GetTypeDescription,
 };
 use planesman_parameters::Parameters;
 use ros2_client::{
@@ -53,11 +56,12 @@ use crate::{
     claim::Claim,
     clock_source,
     diagnostics::{self, Connections, Level},
+    discovery_news::DiscoveryNews,
     domain::{Domain, static_peers},
     endpoint::{Direction, Endpoint, TypeNames},
     file_size, logging, memory,
     names::NodeNames,
-    parameters::ParameterServer,
+    parameters::{ParameterServer, STRICT_PARAMETERS},
     publisher::Publisher,
     qos::Qos,
     raw::{Payload, RawSample},
@@ -68,6 +72,7 @@ use crate::{
     shared::{Shared, package_and_name, types_of},
     shutdown,
     subscription::{non_finite, pump},
+    type_description,
     watchdog::Watchdog,
 };
 
@@ -206,7 +211,8 @@ impl<E: 'static> Runtime<E> {
         memory::limit()?;
         file_size::limit_is_an_error();
         let stop = shutdown::requested()?;
-        let parameters = ParameterServer::at_start(spec.validate, &names, &arguments)?;
+        let strict = variable(STRICT_PARAMETERS).is_some_and(|value| !value.is_empty());
+        let parameters = ParameterServer::at_start(spec.validate, &names, &arguments, strict)?;
         let at_start = P::from_values(&parameters.values)?;
         let mapping = service::mapping()?;
 
@@ -214,6 +220,10 @@ impl<E: 'static> Runtime<E> {
         announce_type_hash(Log::DDS_TYPE_NAME, Log::TYPE_HASH);
         announce_type_hash(ParameterEvent::DDS_TYPE_NAME, ParameterEvent::TYPE_HASH);
         announce_type_hash(ClockMessage::DDS_TYPE_NAME, ClockMessage::TYPE_HASH);
+        announce_type_hash(
+            ParticipantEntitiesInfo::DDS_TYPE_NAME,
+            ParticipantEntitiesInfo::TYPE_HASH,
+        );
 
         let builder = DomainParticipantBuilder::new(domain.id);
         let builder = match (domain.local, peers.is_empty()) {
@@ -231,14 +241,14 @@ impl<E: 'static> Runtime<E> {
         let options = NodeOptions::new()
             .enable_rosout(arguments.rosout)
             .start_parameter_services(false);
+        // The node's own, which it never writes to and whose QoS is none of rclcpp's; ours is in `serve_parameters`.
+        participant.withhold_next_writer("rt/parameter_events");
         // Its spinner stays unused: it would announce a `/clock` reader of a wrong type, and
         // what it finds out the participant tells as well.
         let node = context
             .new_node(node_name, options)
             .map_err(|e| anyhow!("{}: {e}", names.full()))?;
-        if arguments.rosout {
-            logging::set_rosout(Some(node.logging_handle()));
-        }
+        let rosout = arguments.rosout.then(|| node.logging_handle());
 
         let executor = Rc::new(LocalExecutor::new());
         let (news, changed) = bounded(1);
@@ -250,10 +260,15 @@ impl<E: 'static> Runtime<E> {
             Rc::downgrade(&executor),
             news,
         ));
+        if let Some(handle) = rosout {
+            logging::set_rosout(Some((handle, Arc::clone(&shared.clock))));
+        }
         let (ours, listener) = (Rc::clone(&shared), participant.status_listener());
         shared.spawn(async move {
+            let news = DiscoveryNews::default();
             let mut events = listener.as_async_status_stream();
-            while events.next().await.is_some() {
+            while let Some(event) = events.next().await {
+                news.tell(&ours, &event);
                 ours.announce_news();
             }
         });
@@ -274,6 +289,12 @@ impl<E: 'static> Runtime<E> {
         };
         clock_source::set_source(&runtime.shared, runtime.parameters.borrow().uses_sim_time())?;
         runtime.serve_parameters(spec.on_parameters)?;
+        if runtime.parameters.borrow().describes_types() {
+            let answer = async move |request, responder: Responder<_>, _turn| {
+                responder.answer(type_description::answer(&request));
+            };
+            runtime.serve_with::<GetTypeDescription, _>("~/get_type_description", answer)?;
+        }
         runtime.send_diagnostics(changed)?;
         runtime.watch_middleware(participant.thread_watch(), fail);
         let range = match (domain.local, peers.as_slice()) {
@@ -296,6 +317,18 @@ impl<E: 'static> Runtime<E> {
     #[must_use]
     pub fn now(&self) -> Time {
         self.shared.clock.now()
+    }
+
+    /// Whether the node's time is not the machine's: `use_sim_time`, or [`Runtime::set_time`].
+    #[must_use]
+    pub fn is_time_simulated(&self) -> bool {
+        self.shared.clock.is_simulated()
+    }
+
+    /// Sets the node's time, for a node that makes `/clock`, or knows the time from elsewhere: its diagnostics and
+    /// `/rosout` then have this time. The machine's and `/clock` count no more.
+    pub fn set_time(&self, time: &Time) {
+        self.shared.clock.set(time);
     }
 
     /// Opens `topic` for sending.
@@ -535,6 +568,15 @@ impl<E: 'static> Runtime<E> {
         })
     }
 
+    /// Makes one event when the node's time is `due`, at once if that is over.
+    pub fn at(&self, due: Time, event: impl FnOnce() -> E + 'static) -> Timer {
+        let (sender, clock) = (self.sender.clone(), Arc::clone(&self.shared.clock));
+        self.timer(async move {
+            clock.reaches(&due).await;
+            let _ = sender.send(event().into()).await;
+        })
+    }
+
     /// Makes an event of what `work` comes to, for example a service call, meanwhile
     /// going on.
     pub fn when_done(&self, work: impl Future<Output = E> + 'static) {
@@ -739,7 +781,7 @@ impl<E: 'static> Runtime<E> {
         on_parameters: fn(P) -> E,
     ) -> anyhow::Result<()> {
         let events =
-            self.unlisted_publisher::<ParameterEvent>("/parameter_events", Qos::reliable(100))?;
+            self.unlisted_publisher::<ParameterEvent>("/parameter_events", Qos::reliable(1000))?;
         let (shared, parameters, sender) = (
             Rc::clone(&self.shared),
             Rc::clone(&self.parameters),

@@ -2,9 +2,10 @@
 
 use std::{
     any::Any,
-    cell::RefCell,
+    cell::{Cell, RefCell},
     collections::{BTreeMap, HashSet},
     rc::{Rc, Weak},
+    sync::Arc,
     time::Duration,
 };
 
@@ -43,7 +44,9 @@ pub(crate) struct Shared {
     kept: RefCell<Vec<Rc<dyn Any>>>,
     pub(crate) throttle: RefCell<Throttle>,
     pub(crate) statuses: RefCell<BTreeMap<String, DiagnosticStatus>>,
-    pub(crate) clock: Clock,
+    pub(crate) clock: Arc<Clock>,
+    /// Whether `/clock` is subscribed to; it stays so once it is.
+    pub(crate) follows_clock: Cell<bool>,
     /// Makes the diagnostics go out soon.
     pub(crate) news: Sender<()>,
     /// The share of the node's time for requests.
@@ -78,7 +81,8 @@ impl Shared {
             kept: RefCell::default(),
             throttle: RefCell::new(Throttle::new(WARNING_PERIOD)),
             statuses: RefCell::default(),
-            clock: Clock::default(),
+            clock: Arc::default(),
+            follows_clock: Cell::default(),
             news,
             share: Rc::default(),
             answers: Answers::default(),

@@ -63,7 +63,13 @@ impl Declaration {
     /// A [`Refusal`] naming the parameter, the value and the rule, when the type is
     /// another, a number is not finite or out of range, or a text is not among the choices.
     pub fn accept(&self, value: Value) -> Result<Value, Refusal> {
-        let value = value.coerced_like(&self.default);
+        let value = match value {
+            // `ros2 param set` sends YAML 1.1's `on` and `off` as booleans.
+            Value::Bool(on) if self.choices.contains(&["off", "on"][usize::from(on)]) => {
+                Value::from(["off", "on"][usize::from(on)])
+            }
+            value => value.coerced_like(&self.default),
+        };
         let refuse = |rule: String| {
             Err(Refusal {
                 name: self.name.clone(),

@@ -56,6 +56,8 @@ impl Value {
 
     /// The same value in `like`'s type where that loses nothing: an integer where a
     /// double is declared, an empty list where any list is. Otherwise unchanged.
+    ///
+    /// `ros2 param` sends what it reads by YAML 1.1's rules: every empty list as one of booleans, and `1e+18` as text.
     #[must_use]
     pub fn coerced_like(self, like: &Self) -> Self {
         match (self, like) {
@@ -63,13 +65,27 @@ impl Value {
             (Self::IntegerArray(v), Self::DoubleArray(_)) => {
                 Self::DoubleArray(v.into_iter().map(|i| i as f64).collect())
             }
-            (Self::StringArray(v), Self::DoubleArray(_)) if v.is_empty() => {
-                Self::DoubleArray(Vec::new())
+            (Self::String(text), Self::Double(_)) if text.contains(['e', 'E']) => {
+                text.parse().map_or(Self::String(text), Self::Double)
             }
-            (Self::StringArray(v), Self::IntegerArray(_)) if v.is_empty() => {
-                Self::IntegerArray(Vec::new())
-            }
+            (value, like) if value.is_empty_list() => like.emptied().unwrap_or(value),
             (value, _) => value,
+        }
+    }
+
+    fn is_empty_list(&self) -> bool {
+        self.emptied().is_some_and(|empty| empty == *self)
+    }
+
+    /// The empty list of the same type, `None` for what is no list.
+    fn emptied(&self) -> Option<Self> {
+        match self {
+            Self::Bool(_) | Self::Integer(_) | Self::Double(_) | Self::String(_) => None,
+            Self::ByteArray(_) => Some(Self::ByteArray(Vec::new())),
+            Self::BoolArray(_) => Some(Self::BoolArray(Vec::new())),
+            Self::IntegerArray(_) => Some(Self::IntegerArray(Vec::new())),
+            Self::DoubleArray(_) => Some(Self::DoubleArray(Vec::new())),
+            Self::StringArray(_) => Some(Self::StringArray(Vec::new())),
         }
     }
 }

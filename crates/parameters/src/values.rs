@@ -68,6 +68,25 @@ impl Values {
         self.changed(changes, false)
     }
 
+    /// The changes to parameters that are declared, and a line on each other one, with the name that was probably meant.
+    pub fn declared(
+        &self,
+        changes: impl IntoIterator<Item = (String, Value)>,
+    ) -> (Vec<(String, Value)>, Vec<String>) {
+        let (known, unknown): (Vec<_>, Vec<_>) = changes
+            .into_iter()
+            .partition(|(name, _)| self.declaration(name).is_some());
+        let line = |(name, _): (String, Value)| {
+            let meant = self.probably_meant(&name);
+            format!("parameter '{name}' is not declared and is ignored{meant}")
+        };
+        (known, unknown.into_iter().map(line).collect())
+    }
+
+    fn probably_meant(&self, name: &str) -> String {
+        did_you_mean(name, self.declarations.iter().map(|d| d.name.as_str()))
+    }
+
     fn changed(
         &self,
         changes: impl IntoIterator<Item = (String, Value)>,
@@ -76,8 +95,7 @@ impl Values {
         let mut new = self.clone();
         for (name, value) in changes {
             let Some(declaration) = self.declaration(&name) else {
-                let declared = self.declarations.iter().map(|d| d.name.as_str());
-                let reason = format!("it is not declared{}", did_you_mean(&name, declared));
+                let reason = format!("it is not declared{}", self.probably_meant(&name));
                 return Err(Refusal { name, reason });
             };
             let value = declaration.accept(value)?;
@@ -200,6 +218,46 @@ mod tests {
         ]);
         assert!(outcome.is_err());
         assert_eq!(read(&before).depth.kp, 0.25);
+    }
+
+    #[test]
+    fn what_ros2_param_makes_of_a_value_that_it_has_read_is_taken() {
+        let lists = Values::defaults(
+            [
+                Value::StringArray(vec!["a".to_owned()]),
+                Value::DoubleArray(vec![1.0]),
+                Value::IntegerArray(vec![1]),
+            ]
+            .map(|default| Declaration {
+                default,
+                ..Declaration::of("list".to_owned(), &0.0, "")
+            })
+            .into(),
+        );
+        for declaration in lists.declarations() {
+            for empty in [
+                Value::BoolArray(Vec::new()),
+                Value::StringArray(Vec::new()),
+                Value::ByteArray(Vec::new()),
+            ] {
+                let taken = declaration.accept(empty).expect("an empty list");
+                assert_eq!(
+                    taken.type_with_article(),
+                    declaration.default.type_with_article()
+                );
+            }
+            let refusal = declaration.accept(Value::BoolArray(vec![true]));
+            assert!(refusal.is_err(), "{refusal:?}");
+        }
+        let sent = [
+            ("mode", Value::Bool(false)),
+            ("depth.kp", Value::from("1e+0")),
+        ];
+        let taken = gains().with(sent.map(|(name, value)| (name.to_owned(), value)));
+        let taken = read(&taken.expect("taken"));
+        assert_eq!((taken.mode, taken.depth.kp), (Mode::Off, 1.0));
+        let on = gains().with([("mode".to_owned(), Value::Bool(true))]);
+        assert!(on.is_err(), "{on:?}");
     }
 
     #[test]

@@ -8,7 +8,8 @@ use std::fmt::Write as _;
 
 use sha2::{Digest, Sha256};
 
-use crate::definition::{Arity, Element, Message, Primitive, TypeName};
+use crate::definition::{Message, TypeName};
+use crate::description::described_fields;
 use crate::error::Error;
 use crate::library::Library;
 
@@ -45,40 +46,18 @@ impl Library {
 
 // Names hold nothing that JSON would escape: they are identifiers.
 fn describe(message: &Message) -> String {
-    let fields: Vec<String> = message
-        .fields
-        .iter()
+    let fields: Vec<String> = described_fields(message)
         .map(|field| {
-            let (offset, capacity) = match field.field_type.arity {
-                Arity::One => (0, 0),
-                Arity::Array(size) => (48, size),
-                Arity::BoundedSequence(bound) => (96, bound),
-                Arity::Sequence => (144, 0),
-            };
-            let (type_id, string_capacity, nested) = match &field.field_type.element {
-                Element::Primitive(primitive) => (primitive_id(*primitive), 0, String::new()),
-                Element::String { wide, bound } => {
-                    let unbounded_id = if *wide { 18 } else { 17 };
-                    let bounded_id = unbounded_id + 4;
-                    let id = if bound.is_some() {
-                        bounded_id
-                    } else {
-                        unbounded_id
-                    };
-                    (id, bound.unwrap_or(0), String::new())
-                }
-                Element::Message(name) => (1, 0, name.to_string()),
-            };
             format!(
                 concat!(
                     r#"{{"name": "{}", "type": {{"type_id": {}, "capacity": {}, "#,
                     r#""string_capacity": {}, "nested_type_name": "{}"}}}}"#
                 ),
                 field.name,
-                type_id + offset,
-                capacity,
-                string_capacity,
-                nested
+                field.type_id,
+                field.capacity,
+                field.string_capacity,
+                field.nested_type_name
             )
         })
         .collect();
@@ -87,23 +66,4 @@ fn describe(message: &Message) -> String {
         message.name,
         fields.join(", ")
     )
-}
-
-/// The constants of `type_description_interfaces/msg/FieldType`. rosidl turns `char` into `uint8`
-/// before it describes a type, so 13 (`FIELD_TYPE_CHAR`) never comes from a `.msg` file.
-fn primitive_id(primitive: Primitive) -> u32 {
-    match primitive {
-        Primitive::Int8 => 2,
-        Primitive::Uint8 | Primitive::Char => 3,
-        Primitive::Int16 => 4,
-        Primitive::Uint16 => 5,
-        Primitive::Int32 => 6,
-        Primitive::Uint32 => 7,
-        Primitive::Int64 => 8,
-        Primitive::Uint64 => 9,
-        Primitive::Float32 => 10,
-        Primitive::Float64 => 11,
-        Primitive::Bool => 15,
-        Primitive::Byte => 16,
-    }
 }

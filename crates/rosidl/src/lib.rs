@@ -5,6 +5,7 @@
 //! | [`definition`] | messages, services and actions as data |
 //! | [`parse`] | their texts, read |
 //! | [`library`] | definitions that refer to each other, and the types ROS derives from them |
+//! | [`description`] | fields as `type_description_interfaces` describes them |
 //! | [`hash`] | the type hash, RIHS01 |
 //! | [`schema`] | the `ros2msg` schema text that bags carry, written and read |
 //! | [`idl`] | the `ros2idl` schema text, read |
@@ -13,6 +14,7 @@
 //! Texts may come from foreign bags: whatever they hold, the answer is a definition or an [`Error`].
 
 pub mod definition;
+pub mod description;
 pub mod error;
 pub mod hash;
 pub mod idl;
@@ -22,6 +24,7 @@ pub mod rust;
 pub mod schema;
 
 pub use definition::{Action, Message, Service, TypeName};
+pub use description::{FieldDescription, described_fields};
 pub use error::{Error, MAX_DEPTH, Rule};
 pub use idl::parse_idl_schema;
 pub use library::Library;

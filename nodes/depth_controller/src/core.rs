@@ -72,6 +72,8 @@ struct Run {
     /// The last state's stamp, ns, and the answer to it.
     last: i64,
     answer: Answer,
+    /// Whether states have been missing since, and everything is neutral.
+    silent: bool,
 }
 
 impl Controller {
@@ -240,7 +242,11 @@ impl Controller {
         let tick = Tick {
             elapsed: stamp - began,
             distance: bounded(state.distance - from),
-            dt: (stamp - last) as f64 * 1e-9,
+            dt: match &self.run {
+                // What was not controlled is not integrated.
+                Some(run) if run.silent => 0.0,
+                _ => (stamp - last) as f64 * 1e-9,
+            },
         };
         let answer = self.answer(state, tick);
         self.run = Some(Run {
@@ -248,16 +254,26 @@ impl Controller {
             from,
             last: stamp,
             answer: answer.clone(),
+            silent: false,
         });
         Ok(answer)
     }
 
-    /// The answer at `stamp` when no state has come for [`Controller::state_timeout`]:
+    /// The answer at the time `now` when no state has come for [`Controller::state_timeout`]:
     /// everything neutral, flagged. The run goes on with the next state.
+    ///
+    /// Its stamp is 1 ns after the last state's: a state that is only late will still be answered in the order of the stamps.
     #[must_use]
-    pub fn on_silence(&mut self, stamp: Time) -> Answer {
+    pub fn on_silence(&mut self, now: Time) -> Answer {
         self.break_off("no vehicle state");
         self.feedback = None;
+        let stamp = match &mut self.run {
+            Some(run) => {
+                run.silent = true;
+                Time::from_nanos(run.last + 1)
+            }
+            None => now,
+        };
         if self.config.envelope.latch_silence {
             self.fail(Fault::Silence);
         }
@@ -267,7 +283,7 @@ impl Controller {
     /// Everything neutral for want of feedback.
     fn neutral(&mut self, stamp: Time) -> Answer {
         self.loops.neutralised();
-        let header = header(stamp);
+        let header = self.header(stamp);
         let command = PlaneCommand {
             header: header.clone(),
             ..PlaneCommand::default()
@@ -337,13 +353,20 @@ impl Controller {
         (gains, adapted)
     }
 
+    fn header(&self, stamp: Time) -> Header {
+        Header {
+            stamp,
+            frame_id: format!("{}{FRAME}", self.config.frame_prefix),
+        }
+    }
+
     /// The estimate as a message.
     fn estimate_message(&self, stamp: Time, estimated: &Estimated) -> MotionEstimate {
         let estimate = &estimated.estimate;
         MotionEstimate {
             header: Header {
                 stamp,
-                frame_id: ESTIMATE_FRAME.to_owned(),
+                frame_id: format!("{}{ESTIMATE_FRAME}", self.config.frame_prefix),
             },
             source: feedback_constant(self.config.feedback.source),
             pitch: estimate.pitch,
@@ -381,7 +404,7 @@ impl Controller {
         self.expire_setpoints(tick);
         // What holds whether the loops are closed or set aside.
         let control = ControlState {
-            header: header(stamp.clone()),
+            header: self.header(stamp.clone()),
             fault: self.fault_constant(),
             mode: self.config.mode.constant(),
             depth_rate: feedback.depth_rate,
@@ -448,12 +471,5 @@ fn feedback_constant(source: Source) -> u8 {
         Source::Truth => ControlState::FEEDBACK_TRUTH,
         Source::Integrator => ControlState::FEEDBACK_INTEGRATOR,
         Source::Kalman => ControlState::FEEDBACK_KALMAN,
-    }
-}
-
-fn header(stamp: Time) -> Header {
-    Header {
-        stamp,
-        frame_id: FRAME.to_owned(),
     }
 }

@@ -50,6 +50,7 @@ fn run(args: Vec<String>) -> Result<()> {
         limits: Vec::new(),
         begun: None,
         commanded: None,
+        said: None,
         received: None,
     };
     rt.subscribe("plane_command", Qos::reliable(100), Event::Command)?;
@@ -76,6 +77,8 @@ struct Node {
     /// The last tick that the vehicle began, and the last one commanded, ns.
     begun: Option<i64>,
     commanded: Option<i64>,
+    /// The last one answered, ns.
+    said: Option<i64>,
     /// When the last command came, by the node's clock, ns.
     received: Option<i64>,
 }
@@ -89,14 +92,14 @@ impl Node {
                     Ok(output) => {
                         let stamp = command.header.stamp.nanos();
                         // Said again, somebody lacks an answer: this one, or that of the tick before.
-                        if self.commanded == Some(stamp)
-                            && let Some(before) = self.actuator.before()
-                        {
-                            self.publishers.say(before);
+                        if self.commanded == Some(stamp) {
+                            if let Some(before) = self.actuator.before() {
+                                self.publishers.say(before);
+                            }
+                            self.said = None;
                         }
                         self.commanded = Some(stamp);
-                        self.limits = output.limits();
-                        self.publishers.say(&output);
+                        self.say(&output);
                     }
                     Err(reason) => log::warn!("{reason}"),
                 }
@@ -115,19 +118,28 @@ impl Node {
         Ok(Flow::Continue)
     }
 
-    /// A tick begins. When the one before has had no command, none is waited for: the planes
-    /// go on as commanded last, and after the timeout to neutral, with the vehicle still flying. A
+    /// A tick begins. When the one before has had no command, none is waited for: both get their
+    /// answer now. The planes go on as commanded last, and after the timeout to neutral, with the vehicle still flying. A
     /// command that comes yet acts from the next tick on.
     fn on_state(&mut self, stamp: i64) {
-        let silent = self
-            .begun
-            .is_some_and(|begun| begun < stamp && self.commanded.is_none_or(|at| at < begun));
-        if silent {
-            let output = self.actuator.on_silence(Time::from_nanos(stamp));
-            self.limits = output.limits();
-            self.publishers.say(&output);
+        let before = self.begun.replace(stamp);
+        let unanswered =
+            before.filter(|begun| *begun < stamp && self.commanded.is_none_or(|at| at < *begun));
+        if let Some(before) = unanswered {
+            for stamp in [before, stamp] {
+                let output = self.actuator.on_silence(Time::from_nanos(stamp));
+                self.say(&output);
+            }
         }
-        self.begun = Some(stamp);
+    }
+
+    /// Publishes the answer to a tick, once: a command that comes after its tick was answered has the same answer.
+    fn say(&mut self, output: &Output) {
+        self.limits = output.limits();
+        let stamp = output.motion.header.stamp.nanos();
+        if self.said.replace(stamp) != Some(stamp) {
+            self.publishers.say(output);
+        }
     }
 
     fn look(&mut self, rt: &Runtime<Event>) {

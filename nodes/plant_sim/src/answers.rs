@@ -37,6 +37,12 @@ impl Answers {
         self.budget = budget;
     }
 
+    /// The stamps go back: no answer has been flown.
+    pub(crate) fn restart(&mut self) {
+        self.waiting.clear();
+        self.flown = None;
+    }
+
     /// Takes an answer, while the tick at `now` (ns) is flown.
     pub(crate) fn take(&mut self, motion: PlaneMotion, now: i64) {
         let stamp = motion.header.stamp.nanos();

@@ -13,15 +13,17 @@ use planesman_msgs::planesman_msgs::msg::{DaqSample, PlaneMotion, TickAnswer, Ve
 use planesman_msgs::planesman_msgs::srv::{Step, StepRequest, StepResponse};
 use planesman_msgs::rosgraph_msgs::msg::Clock;
 use planesman_msgs::sensor_msgs::msg::{FluidPressure, Imu, JointState};
+use planesman_msgs::std_msgs::msg::String as Text;
 use planesman_msgs::std_srvs::srv::{
     SetBool, SetBoolRequest, SetBoolResponse, Trigger, TriggerResponse,
 };
 use planesman_msgs::tf2_msgs::msg::TFMessage;
 use planesman_node::claim::{Claim, Stage};
+use planesman_node::logging::Throttle;
 use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, Responder, Runtime, args};
 
 use crate::answers::Answers;
-use crate::core::{Observation, Plant};
+use crate::core::{Facts, Observation, Plant};
 use crate::lockstep::Lockstep;
 use crate::parameters::{ActuatorAnswer, PlantParameters, TimeSource};
 use planesman_vehicle::Boundary;
@@ -35,6 +37,12 @@ const LISTENING: Duration = Duration::from_millis(500);
 
 /// Time for another vehicle without a claim to disappear: the nodes of a launcher that has ended.
 const LEAVING: Duration = Duration::from_secs(7);
+
+/// A `/clock` that comes less often is not caught up with between two of its messages, ns.
+const COARSEST_CLOCK: i64 = 1_000_000_000;
+
+/// Time between two warnings about missed ticks, s.
+const WARNING_PERIOD: Duration = Duration::from_secs(5);
 
 enum Event {
     Motion(PlaneMotion),
@@ -90,14 +98,14 @@ enum Pace {
         began: Instant,
         said: Instant,
     },
-    /// The wall clock, `factor` times faster.
+    /// The wall clock, `factor` times faster; the stamps are the vehicle's own time, which `/clock` tells.
     Real {
         factor: f64,
         /// When the present tick is over.
         deadline: Instant,
     },
-    /// `/clock`.
-    External,
+    /// The node's clock, the machine's or `/clock` from elsewhere; the stamps are its time.
+    Clock,
 }
 
 /// The ticks that a `step` request still waits for.
@@ -110,12 +118,14 @@ struct Node {
     plant: Plant,
     publishers: Publishers,
     pace: Pace,
-    /// Stamp of tick 0, ns.
-    start: i64,
     /// The present tick.
     k: i64,
+    /// Its stamp, ns.
+    stamp: i64,
     /// Ticks to fly in all, `None` for no end.
     ticks: Option<i64>,
+    /// Whether the node ends after them.
+    end_when_flown: bool,
     /// The observation of the present tick, to be sent again to a member that restarts; `None`
     /// between ticks, while paused and at the end.
     observation: Option<Observation>,
@@ -123,10 +133,13 @@ struct Node {
     answers: Answers,
     paused: bool,
     stepping: Option<Stepping>,
-    /// Ticks without the actuator's answer, ticks flown on an older one, and ticks begun late.
+    /// Ticks without the actuator's answer, ticks flown on an older one, and ticks that the clock was ahead.
     held: u64,
     delayed: u64,
-    late: u64,
+    missed: i64,
+    /// Whether the next tick follows on a pause.
+    resumes: bool,
+    warnings: Throttle,
     /// The age of the answer used in the last tick, in ticks.
     age: i64,
     /// Ticks in a row without the actuator's answer.
@@ -157,35 +170,41 @@ impl Node {
                 };
                 (pace, true)
             }
-            TimeSource::Real => {
+            TimeSource::Real if factor != 1.0 || parameters.sim_time => {
                 let pace = Pace::Real {
                     factor,
                     deadline: Instant::now(),
                 };
-                (pace, factor != 1.0 || parameters.sim_time)
+                (pace, true)
             }
-            TimeSource::External => (Pace::External, false),
+            TimeSource::Real | TimeSource::External => (Pace::Clock, false),
         };
+        if owns_time {
+            rt.set_time(&Time::default());
+        }
         let duration = parameters.duration;
         let ticks = (duration * 1e9 / plant.tick_nanos() as f64).round() as i64;
         let lockstep = matches!(pace, Pace::Lockstep { .. });
         let reliable = lockstep || parameters.reliable_sensors;
-        let publishers = Publishers::new(rt, owns_time, reliable)?;
+        let publishers = Publishers::new(rt, &plant.facts(), owns_time, reliable)?;
         Ok(Self {
             claim: rt.claim(publishers.state.topic())?,
             listening: Some(Instant::now()),
             publishers,
-            start: if owns_time { 0 } else { rt.now().nanos() },
             pace,
             k: 0,
+            stamp: 0,
             ticks: (duration > 0.0).then_some(ticks),
+            end_when_flown: parameters.end_when_flown,
             observation: None,
             answers: Answers::new(plant.tick_nanos(), parameters.delay_budget),
             paused: parameters.start_paused,
             stepping: None,
             held: 0,
             delayed: 0,
-            late: 0,
+            missed: 0,
+            resumes: true,
+            warnings: Throttle::new(WARNING_PERIOD),
             age: 0,
             silent: 0,
             answer_timeout: parameters.answer_timeout,
@@ -212,10 +231,13 @@ impl Node {
             Event::Look => self.look(rt)?,
             Event::Pause(request, responder) => {
                 self.paused = request.data;
+                self.resumes |= self.paused;
                 self.begin_tick(rt)?;
+                // The tick that is on will be flown yet.
+                let stands = self.k + i64::from(self.paused && self.observation.is_some());
                 responder.answer(SetBoolResponse {
                     success: true,
-                    message: format!("at tick {}", self.k),
+                    message: format!("at tick {stands}"),
                 });
             }
             Event::Step(request, responder) => self.step(rt, &request, responder)?,
@@ -239,18 +261,26 @@ impl Node {
             self.end_tick(rt)?;
             self.begin_tick(rt)?;
         }
+        if self.end_when_flown && self.is_flown() {
+            return Ok(Flow::Stop);
+        }
         Ok(Flow::Continue)
     }
 
+    /// Whether the duration is flown.
+    fn is_flown(&self) -> bool {
+        self.ticks.is_some_and(|ticks| self.k >= ticks)
+    }
+
     fn stamp(&self) -> Time {
-        Time::from_nanos(self.start + self.k * self.plant.tick_nanos())
+        Time::from_nanos(self.stamp)
     }
 
     fn on_motion(&mut self, motion: PlaneMotion) {
         if let Pace::Lockstep { answers, .. } = &mut self.pace {
             answers.on_motion(motion);
         } else {
-            self.answers.take(motion, self.stamp().nanos());
+            self.answers.take(motion, self.stamp);
         }
     }
 
@@ -283,19 +313,29 @@ impl Node {
 
     /// Says what the next tick begins with, unless one is on, or none is due.
     fn begin_tick(&mut self, rt: &Runtime<Event>) -> Result<()> {
-        let flown = self.ticks.is_some_and(|ticks| self.k >= ticks);
         if self.listening.is_some()
             || self.observation.is_some()
-            || flown
+            || self.is_flown()
             || (self.paused && self.stepping.is_none())
         {
             return Ok(());
         }
+        let now = rt.now().nanos();
+        if matches!(self.pace, Pace::Clock) {
+            if now == 0 {
+                return Ok(()); // No `/clock` yet.
+            }
+            self.keep_up(now, rt.is_time_simulated());
+        }
         self.claim.rise_to(Stage::Used);
         let stamp = self.stamp();
+        if self.publishers.clock.is_some() {
+            rt.set_time(&stamp);
+        }
         let observation = self.plant.observe(stamp.clone());
         self.publishers.say(&stamp, &observation);
         self.observation = Some(observation);
+        let mut missed = 0;
         match &mut self.pace {
             Pace::Lockstep {
                 answers,
@@ -309,21 +349,72 @@ impl Node {
             Pace::Real { factor, deadline } => {
                 let now = Instant::now();
                 let tick = Duration::from_secs_f64(self.plant.tick_nanos() as f64 * 1e-9 / *factor);
+                let behind = now.saturating_duration_since(*deadline);
                 *deadline += tick;
-                if *deadline < now {
-                    // After a pause, or when this machine cannot keep up: no hurry to catch up.
-                    self.late += u64::from(self.k > 0);
+                if behind >= tick {
+                    // No hurry to catch up: `/clock` stood meanwhile.
+                    missed = (behind.as_nanos() / tick.as_nanos().max(1)) as i64;
                     *deadline = now + tick;
                 }
                 drop(rt.after(*deadline - now, || Event::Look));
             }
-            Pace::External => {}
+            Pace::Clock => drop(rt.at(self.end(), || Event::Look)),
         }
+        if self.k > 0 {
+            self.miss(missed);
+        }
+        self.resumes = false;
         Ok(())
     }
 
+    /// The end of the present tick.
+    fn end(&self) -> Time {
+        Time::from_nanos(self.stamp + self.plant.tick_nanos())
+    }
+
+    /// Moves the stamp of the tick that begins on to `now` (ns) by whole ticks, where the clock has gone on without the vehicle: in a
+    /// pause, in a stall, or because somebody set it. A `/clock` that comes less often than the ticks is caught up with.
+    fn keep_up(&mut self, now: i64, coarse: bool) {
+        let tick = self.plant.tick_nanos();
+        let behind = now - self.stamp;
+        if self.k == 0 || behind < -tick {
+            if self.k > 0 {
+                log::warn!("the clock was set back by {:.3} s", -behind as f64 * 1e-9);
+                self.answers.restart();
+            }
+            self.stamp = now;
+        } else if behind
+            >= tick.max(if coarse && !self.resumes {
+                COARSEST_CLOCK
+            } else {
+                0
+            })
+        {
+            self.stamp += behind / tick * tick;
+            self.miss(behind / tick);
+        }
+    }
+
+    /// Counts ticks that the clock has gone on without the vehicle, and says so.
+    fn miss(&mut self, ticks: i64) {
+        if ticks == 0 {
+            return;
+        }
+        self.missed += ticks;
+        let time = (ticks * self.plant.tick_nanos()) as f64 * 1e-9;
+        if self.resumes {
+            log::info!("resumed at tick {} after a pause of {time:.2} s", self.k);
+        } else {
+            let text = format!(
+                "{ticks} before tick {} ({time:.2} s): this machine was too slow, or the process stood",
+                self.k
+            );
+            self.warnings.warn("ticks missed", &text);
+        }
+    }
+
     /// Nobody else is to be the vehicle: two would answer for each other's ticks.
-    fn be_alone(&mut self, rt: &Runtime<Event>) -> Result<()> {
+    fn be_alone(&mut self) -> Result<()> {
         let topic = self.publishers.state.topic();
         if let Some(holder) = self.claim.holder() {
             bail!(
@@ -337,7 +428,6 @@ impl Node {
             if since.elapsed() >= LISTENING {
                 self.listening = None;
                 self.claim.rise_to(Stage::Held);
-                self.begin_tick(rt)?;
             }
         } else if since.elapsed() >= LEAVING && self.claim.rival().is_none() {
             bail!(
@@ -352,8 +442,10 @@ impl Node {
             && match &self.pace {
                 Pace::Lockstep { answers, .. } => answers.complete().is_some(),
                 Pace::Real { deadline, .. } => Instant::now() >= *deadline,
-                Pace::External => {
-                    rt.now().nanos() >= self.stamp().nanos() + self.plant.tick_nanos()
+                Pace::Clock => {
+                    let (now, tick) = (rt.now().nanos(), self.plant.tick_nanos());
+                    // Long before the tick: somebody set the clock back.
+                    now >= self.stamp + tick || now < self.stamp - tick
                 }
             }
     }
@@ -362,7 +454,7 @@ impl Node {
     fn end_tick(&mut self, rt: &Runtime<Event>) -> Result<()> {
         let answer = match &self.pace {
             Pace::Lockstep { answers, .. } => answers.complete().map(|motion| (motion.clone(), 0)),
-            _ => self.answers.fly(self.stamp().nanos()),
+            _ => self.answers.fly(self.stamp),
         };
         self.age = answer.as_ref().map_or(0, |(_, age)| *age);
         self.held += u64::from(answer.is_none());
@@ -376,7 +468,7 @@ impl Node {
         match advanced {
             Ok(()) => {
                 if let Some(contact) = self.plant.contact() {
-                    let time = self.stamp().nanos() + (contact.time * 1e9).round() as i64;
+                    let time = self.stamp + (contact.time * 1e9).round() as i64;
                     self.contact = Some((contact.boundary, time));
                 }
             }
@@ -384,10 +476,12 @@ impl Node {
                 log::error!("simulation stopped: {reason}");
                 rt.set_status("vehicle", Level::Error, &reason.to_string(), &[]);
                 self.paused = true;
+                self.resumes = true;
             }
         }
         self.observation = None;
         self.k += 1;
+        self.stamp += self.plant.tick_nanos();
         if self.ticks == Some(self.k) {
             log::info!("done: {} ticks", self.k);
         }
@@ -396,6 +490,7 @@ impl Node {
             if stepping.ticks == 0
                 && let Some(done) = self.stepping.take()
             {
+                self.resumes = true;
                 done.responder.answer(StepResponse {
                     success: true,
                     message: format!("at tick {}", self.k),
@@ -407,7 +502,8 @@ impl Node {
 
     /// Ten times a second, and when the wall clock says that a tick is over.
     fn look(&mut self, rt: &Runtime<Event>) -> Result<()> {
-        self.be_alone(rt)?;
+        self.be_alone()?;
+        self.begin_tick(rt)?;
         let mut status = (Level::Ok, "running".to_owned());
         // The actuator's silence by the stamps; below, that of a tick's members by the wall clock.
         let held = self.observation.as_ref().map_or(0, |_| self.silent);
@@ -416,8 +512,11 @@ impl Node {
         if self.listening.is_some() {
             status.1 = "checking for another vehicle".to_owned();
         } else if self.observation.is_none() {
-            let flown = self.ticks.is_some_and(|ticks| self.k >= ticks);
-            status.1 = if flown { "done" } else { "paused" }.to_owned();
+            status = match (self.is_flown(), self.paused) {
+                (true, _) => (Level::Ok, "done".to_owned()),
+                (false, true) => (Level::Ok, "paused".to_owned()),
+                (false, false) => (Level::Warn, "waiting for /clock".to_owned()),
+            };
         } else if self.age > 0 {
             status = (
                 Level::Warn,
@@ -463,7 +562,7 @@ impl Node {
                 ("ticks", self.k.to_string()),
                 ("ticks without the actuator's answer", self.held.to_string()),
                 ("ticks on an older answer", self.delayed.to_string()),
-                ("ticks begun late", self.late.to_string()),
+                ("ticks missed", self.missed.to_string()),
                 ("latest contact", contact_of(self.contact)),
             ],
         );
@@ -473,6 +572,8 @@ impl Node {
 
 struct Publishers {
     clock: Option<Publisher<Clock>>,
+    /// Kept, for those who join later.
+    _facts: (Publisher<TFMessage>, Publisher<Text>),
     state: Publisher<VehicleState>,
     odometry: Publisher<Odometry>,
     transforms: Publisher<TFMessage>,
@@ -484,12 +585,17 @@ struct Publishers {
 
 impl Publishers {
     /// Sensors are best effort, but for those who must miss nothing, as members of lockstep.
-    fn new(rt: &Runtime<Event>, owns_time: bool, reliable: bool) -> Result<Self> {
+    fn new(rt: &Runtime<Event>, facts: &Facts, owns_time: bool, reliable: bool) -> Result<Self> {
+        let transforms = rt.publisher("/tf_static", Qos::latched(1))?;
+        transforms.publish(&facts.transforms);
+        let description = rt.publisher("robot_description", Qos::latched(1))?;
+        description.publish(&facts.description);
         let sensor = match reliable {
             true => Qos::reliable(100),
             false => Qos::sensor(),
         };
         Ok(Self {
+            _facts: (transforms, description),
             clock: owns_time
                 .then(|| anyhow::Ok(rt.publisher("/clock", Qos::reliable(100))?.sole()))
                 .transpose()?,
