@@ -13,7 +13,7 @@ usage() {
   cat << EOF
 usage: run_nodes.sh [OPTION...] [NODE...]
 nodes, all if none is named: ${all[*]}
-  --params FILE     a ROS 2 parameter file [launch-scripts/params.yaml]
+  --params FILE     a ROS 2 parameter file [launch-scripts/params/params.yaml]
                     (planesman params --yaml --scenario dive > FILE writes one)
   --namespace NAME  of all nodes and topics [/auv]
   --lockstep        as fast as all nodes answer, instead of by the wall clock
@@ -32,7 +32,7 @@ refuse() {
 
 # In the order in which they are started; stopped in reverse, so that the recorder hears the last word.
 all=(recorder sysid dha_actuator depth_controller plant_sim)
-params=$here/params.yaml
+params=$here/params/params.yaml
 namespace=/auv
 time=real
 factor=1.0
@@ -84,7 +84,7 @@ arguments_of() {
   case $1 in
     recorder) values=("use_sim_time:=$follow" "answer:=$lockstep" "output:='${bag//\'/\'\'}'") ;;
     sysid) values=("use_sim_time:=$follow" "answer:=$lockstep") ;;
-    dha_actuator | depth_controller) values=("use_sim_time:=$follow" "lockstep:=$lockstep") ;;
+    dha_actuator | depth_controller) values=("use_sim_time:=$follow" "lockstep:=$lockstep" "frame_prefix:='$frame_prefix'") ;;
     plant_sim)
       values=("time:=$time" "factor:=$factor" "sim_time:=$sim_time"
         "lockstep.members:=$members" "frame_prefix:='$frame_prefix'")

@@ -14,7 +14,7 @@ use planesman_msgs::planesman_msgs::msg::{
     ControlState, ModelEstimate, MotionEstimate, PlaneCommand,
 };
 use planesman_msgs::rosgraph_msgs::msg::Clock;
-use plant_sim::{Observation, Plant};
+use plant_sim::{Facts, Observation, Plant};
 use sysid::Identifier;
 
 use crate::scenario::Scenario;
@@ -22,6 +22,8 @@ use crate::scenario::Scenario;
 /// Every message of the loop in one tick.
 #[derive(Clone, Debug)]
 pub struct Tick {
+    /// What holds for the whole flight, in its first tick.
+    pub facts: Option<Facts>,
     /// The instant, also the stamp of every message.
     pub stamp: Time,
     /// State and sensors of the vehicle at the stamp.
@@ -58,6 +60,10 @@ impl Tick {
         let t = &self.stamp;
         let o = &self.observation;
         sink.put("/clock", t, &Clock { clock: t.clone() })?;
+        if let Some(facts) = &self.facts {
+            sink.put("/tf_static", t, &facts.transforms)?;
+            sink.put("robot_description", t, &facts.description)?;
+        }
         sink.put("state", t, &o.state)?;
         sink.put("odom", t, &o.odometry)?;
         sink.put("/tf", t, &o.transforms)?;
@@ -156,8 +162,10 @@ impl Loop {
         self.plant
             .advance(Some(&actuator.motion))
             .map_err(|e| anyhow!("plant_sim: {e}"))?;
+        let facts = (self.k == 0).then(|| self.plant.facts());
         self.k += 1;
         Ok(Tick {
+            facts,
             stamp,
             observation,
             command,

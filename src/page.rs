@@ -181,7 +181,7 @@ fn legend(plot: &Plot<'_>) -> Markup {
                     span style=(format!("color:{colour}")) {
                         @match style {
                             Style::Line => "━━",
-                            Style::Dashed => "╌╌",
+                            Style::Dashed | Style::Bound => "╌╌",
                             Style::Crosses => "×",
                             Style::Circles => "○",
                             Style::Dots => "·",

@@ -6,6 +6,7 @@ use std::io::IsTerminal as _;
 use anyhow::{Context as _, Result};
 use clap::ValueEnum;
 use comfy_table::{Cell, CellAlignment, ColumnConstraint, ContentArrangement, Width, presets};
+use maud::{Markup, html};
 use serde_json::{Map, Value};
 
 /// The columns where there is no terminal to ask.
@@ -48,9 +49,26 @@ impl Table {
     /// A table without rows.
     #[must_use]
     pub fn new<const N: usize>(columns: [&str; N]) -> Self {
+        Self::of(columns)
+    }
+
+    /// The same, of any number of columns.
+    #[must_use]
+    pub fn of<'a>(columns: impl IntoIterator<Item = &'a str>) -> Self {
         Self {
-            columns: columns.map(str::to_owned).to_vec(),
+            columns: columns.into_iter().map(str::to_owned).collect(),
             rows: Vec::new(),
+        }
+    }
+
+    /// The table as HTML.
+    #[must_use]
+    pub fn html(&self) -> Markup {
+        html! {
+            table {
+                tr { @for column in &self.columns { th { (column) } } }
+                @for row in &self.rows { tr { @for cell in row { td { (cell) } } } }
+            }
         }
     }
 
@@ -148,7 +166,7 @@ impl Table {
 }
 
 /// The columns of the terminal, if standard output is one.
-fn terminal() -> Option<u16> {
+pub(crate) fn terminal() -> Option<u16> {
     let (_, columns) = console::Term::stdout().size_checked()?;
     Some(columns)
 }

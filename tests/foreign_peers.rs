@@ -7,7 +7,7 @@
 mod foreign;
 mod stage;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use depth_controller::ControllerParameters;
@@ -19,8 +19,9 @@ use planesman_msgs::{
     nav_msgs,
     planesman_msgs::msg::{PlaneMotion, VehicleState},
     rcl_interfaces::msg::Log,
-    sensor_msgs,
+    sensor_msgs, std_msgs,
     std_msgs::msg::Float64,
+    tf2_msgs,
 };
 use planesman_node::Qos;
 use planesman_parameters::Parameters as _;
@@ -235,6 +236,112 @@ fn state_odometry_imu_and_planes_decode_to_what_the_vehicle_does(python: &Python
     for planes in echo("/auv/planes", sensor_msgs::msg::JointState::TYPE_NAME) {
         assert_eq!(planes["name"], json!(["dive_planes", "ram"]));
         assert!(number(&planes["position"][0]).abs() < 30_f64.to_radians());
+    }
+}
+
+/// By rclpy alone: the graph of nodes is ROS's, not DDS's.
+#[test]
+fn ros2_node_info_shows_what_each_node_offers() {
+    let Some(python) = RCLPY.found() else { return };
+    let stage = Stage::with(python.middleware);
+    let _loop = keep_flying(&stage, HOLD_ONE_METRE, &["--factor", "1"]);
+    let info = |node: &str| {
+        let arguments = [node, "--timeout", "30"];
+        python
+            .run("peer_node_info.py", stage.domain(), &arguments)
+            .answer()
+    };
+
+    let plant = info("/auv/plant_sim");
+    for node in NODES {
+        let nodes = plant["nodes"].as_array().unwrap();
+        let count = nodes.iter().filter(|n| **n == full_name(node)).count();
+        assert_eq!(count, 1, "{node}: {nodes:?}");
+    }
+    assert_eq!(plant["publishers"]["/auv/state"], VehicleState::TYPE_NAME);
+    assert_eq!(
+        plant["subscribers"]["/auv/plane_motion"],
+        "planesman_msgs/msg/PlaneMotion"
+    );
+    let step = "/auv/plant_sim/step";
+    assert_eq!(plant["services"][step], "planesman_msgs/srv/Step");
+    let set = "/auv/plant_sim/set_parameters";
+    assert_eq!(plant["services"][set], "rcl_interfaces/srv/SetParameters");
+    assert_eq!(plant["actions"], json!({}));
+
+    let controller = info("/auv/depth_controller");
+    assert_eq!(
+        controller["actions"],
+        json!({"/auv/depth_controller/manoeuvre": "planesman_msgs/action/Manoeuvre"})
+    );
+}
+
+/// By Cyclone DDS alone: tf2_msgs is not among the wheels.
+#[test]
+fn every_frame_named_in_a_header_is_in_one_tree_of_transforms() {
+    let Some(python) = CYCLONE.found() else {
+        return;
+    };
+    let stage = Stage::with(python.middleware);
+    let of_a_second_vehicle = "  plant_sim: {frame_prefix: auv2/}
+  depth_controller: {frame_prefix: auv2/, feedback.source: kalman}
+  dha_actuator: {frame_prefix: auv2/}
+";
+    let _loop = keep_flying(&stage, of_a_second_vehicle, &["--factor", "4"]);
+    let echo = |topic: &str, type_name, qos: &[&str]| {
+        let arguments = [&[topic, type_name, "--timeout", "30"], qos].concat();
+        let program = "peer_echo.py";
+        let mut lines = python.run(program, stage.domain(), &arguments).well();
+        assert_eq!(lines.len(), 1, "{lines:?}");
+        lines.remove(0)
+    };
+    let latched = [
+        "--durability",
+        "transient_local",
+        "--reliability",
+        "reliable",
+    ];
+
+    let tf = tf2_msgs::msg::TFMessage::TYPE_NAME;
+    let mut parents = BTreeMap::new();
+    for message in [echo("/tf_static", tf, &latched), echo("/tf", tf, &[])] {
+        for transform in message["transforms"].as_array().unwrap() {
+            let child = text(&transform["child_frame_id"]).to_owned();
+            let parent = text(&transform["header"]["frame_id"]).to_owned();
+            assert_eq!(parents.insert(child, parent), None, "{message}");
+        }
+    }
+    for (child, parent) in [
+        ("auv2/map_ned", "auv2/odom"),
+        ("auv2/base_link", "auv2/odom"),
+        ("auv2/base_link_frd", "auv2/base_link"),
+        ("auv2/bow_planes", "auv2/base_link"),
+        ("auv2/stern_planes", "auv2/base_link"),
+    ] {
+        assert_eq!(parents.get(child).map(String::as_str), Some(parent));
+    }
+    for topic in loop_topics::ALL {
+        let stamped_by_frame = topic.info.definition.contains("std_msgs/Header header");
+        let name = topic.name;
+        if !stamped_by_frame || name.starts_with('/') || ["model", "tick_answer"].contains(&name) {
+            continue;
+        }
+        if UNSAID.contains(&name) && name != "estimate" {
+            continue;
+        }
+        let message = echo(&full_name(name), topic.info.type_name, &[]);
+        let frame = text(&message["header"]["frame_id"]);
+        assert!(
+            parents.contains_key(frame) || frame == "auv2/odom",
+            "{topic:?}: {frame}"
+        );
+    }
+
+    let string = std_msgs::msg::String::TYPE_NAME;
+    let description = echo("/auv/robot_description", string, &latched);
+    for link in ["base_link", "base_link_frd", "bow_planes", "stern_planes"] {
+        let named = format!("<link name=\"{link}\"");
+        assert!(text(&description["data"]).contains(&named), "{description}");
     }
 }
 

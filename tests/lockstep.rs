@@ -20,7 +20,7 @@ use stage::{Stage, scenario};
 const OF_WALL_TIME: [&str; 3] = ["/diagnostics", "/rosout", "/parameter_events"];
 
 /// The messages of the loop in one process: all but the answers that keep processes in step.
-const COMPOSED: [&str; 14] = [
+const COMPOSED: [&str; 16] = [
     "/auv/control_state",
     "/auv/daq",
     "/auv/depth_pressure",
@@ -31,10 +31,12 @@ const COMPOSED: [&str; 14] = [
     "/auv/plane_command",
     "/auv/plane_motion",
     "/auv/planes",
+    "/auv/robot_description",
     "/auv/speed_pressure",
     "/auv/state",
     "/clock",
     "/tf",
+    "/tf_static",
 ];
 
 /// A dive that is over soon, with every noise on and a model identified.

@@ -7,7 +7,7 @@ use planesman::params_command::parameter_file;
 use planesman::scenario::Scenario;
 use planesman_parameters::{Values, file};
 
-const COMMITTED: &str = include_str!("../launch-scripts/params.yaml");
+const COMMITTED: &str = include_str!("../launch-scripts/params/params.yaml");
 
 #[test]
 fn the_committed_file_is_what_the_program_prints() {
@@ -18,7 +18,7 @@ fn the_committed_file_is_what_the_program_prints() {
     assert!(printed.status.success(), "{printed:?}");
     assert!(
         String::from_utf8_lossy(&printed.stdout) == COMMITTED,
-        "write it anew: planesman params --yaml > launch-scripts/params.yaml"
+        "write it anew: planesman params --yaml > launch-scripts/params/params.yaml"
     );
 }
 

@@ -214,3 +214,11 @@ fn time_from_clock_is_flown_by_and_a_jump_of_it_is_not_flown_through() {
         .collect();
     assert!(between.is_empty(), "{between:?}");
 }
+
+#[test]
+fn a_vehicle_alone_ends_when_its_duration_is_flown_if_a_launch_file_asks_for_it() {
+    let stage = Stage::new();
+    let parameters = ["duration:=0.5", "end_when_flown:=true"];
+    let outcome = stage.node("plant_sim", &parameters).finish().success();
+    assert!(outcome.stderr.contains("done: 10 ticks"), "{outcome:#?}");
+}

@@ -50,7 +50,9 @@ fn the_model_of_any_split_bag_is_numpys() {
             .collect();
         for data in [std::slice::from_ref(&bag), &parts] {
             for field in ["angular_velocity.y", "orientation.pitch"] {
-                let Found { taken, analysis } = fit(data, &format!("/imu:{field}"));
+                let Found {
+                    taken, analysis, ..
+                } = fit(data, &format!("/imu:{field}"));
                 let model = analysis.model();
                 let ours = model.a.iter().chain(&model.b);
                 let theirs = expected[field].as_array().unwrap();

@@ -7,7 +7,8 @@ use anyhow::{Result, anyhow, bail};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use indicatif::{ProgressBar, ProgressStyle};
-use planesman_bag::is_bag_file;
+use planesman_bag::{is_bag_file, metadata};
+use planesman_model_file::ModelFile;
 use planesman_signals::{
     Clock, Data, Method, Options, Outliers, Preparation, SegmentChoice, Source, TableTime, Taken,
     TimeUnit, Trend, take, without_dynamics,
@@ -15,6 +16,12 @@ use planesman_signals::{
 use planesman_units::Dimension;
 
 use crate::arguments::quantity;
+
+/// Half the shortest sampling interval, s.
+const EDGE: f64 = 0.5e-6;
+
+/// The name of the step that decimates a record.
+const DECIMATION: &str = "decimation";
 
 /// A parser for one of several values, each with its name and its help line.
 pub(super) fn choice<T: Copy + Send + Sync + 'static>(
@@ -48,10 +55,11 @@ pub(super) fn choice_also_known<T: Copy + Send + Sync + 'static>(
 
 /// The data that a command is given.
 #[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Data")]
 pub(super) struct DataArgs {
     /// A bag folder, a metadata.yaml, one or several .mcap or .db3 files of a split bag, a .csv file, or a PX4
     /// log (.ulg)
-    #[arg(required = true, value_name = "DATA")]
+    #[arg(required = true, value_name = "DATA", help_heading = None::<&str>)]
     data: Vec<PathBuf>,
     /// Time stamps: of the message headers, or of the recorder (log) [default: header if all messages have one]
     #[arg(long, value_parser = choice(&Clock::ALL, Clock::described))]
@@ -74,6 +82,25 @@ impl DataArgs {
     /// All of the data as one source.
     pub(super) fn open(&self) -> Result<Source> {
         Source::open(&self.of(self.data.clone()))
+    }
+
+    /// Takes the model files out of what was given: *.json and *.yaml, but for a bag's metadata.yaml.
+    pub(super) fn take_models(&mut self) -> Vec<PathBuf> {
+        let is_model = |path: &PathBuf| {
+            ModelFile::takes_name(path).is_ok()
+                && path
+                    .file_name()
+                    .is_some_and(|name| name != metadata::FILE_NAME)
+        };
+        let given = std::mem::take(&mut self.data);
+        let (models, data) = given.into_iter().partition(is_model);
+        self.data = data;
+        models
+    }
+
+    /// Whether nothing was given.
+    pub(super) fn is_empty(&self) -> bool {
+        self.data.is_empty()
     }
 
     /// One by one: the parts of a split bag belong together; every other path is a source of its own.
@@ -122,13 +149,13 @@ pub(super) struct SignalArgs {
     #[command(flatten)]
     data: DataArgs,
     /// Input signal: TOPIC:FIELD, or a CSV column
-    #[arg(long, short, value_name = "SIGNAL")]
+    #[arg(long, short, value_name = "SIGNAL", help_heading = "Signals")]
     input: String,
     /// Output signal
-    #[arg(long, short, value_name = "SIGNAL")]
+    #[arg(long, short, value_name = "SIGNAL", help_heading = "Signals")]
     output: String,
     /// Reference (setpoint) of the control loop, for closed-loop data: the model is then fitted in two stages
-    #[arg(long, short, value_name = "SIGNAL")]
+    #[arg(long, short, value_name = "SIGNAL", help_heading = "Signals")]
     reference: Option<String>,
     #[command(flatten)]
     grid: GridArgs,
@@ -138,7 +165,8 @@ pub(super) struct SignalArgs {
 
 /// How a record is prepared before a model is fitted.
 #[derive(Clone, Debug, Args)]
-struct PreparationArgs {
+#[command(next_help_heading = "Preparation")]
+pub(super) struct PreparationArgs {
     /// Outliers: samples far from the median of those around them
     #[arg(long, value_parser = choice(&Outliers::ALL, Outliers::described), default_value = "outputs")]
     outliers: Outliers,
@@ -150,7 +178,111 @@ struct PreparationArgs {
     detrend: Trend,
 }
 
+/// Data to judge a model on.
+#[derive(Clone, Debug)]
+pub(super) enum Validation {
+    /// Of a file or folder of its own.
+    Data(PathBuf),
+    /// Between two times, s, of the data given.
+    Window(f64, f64),
+}
+
+/// A file, a folder or a window.
+pub(super) fn validation(text: &str) -> Result<Validation, String> {
+    let path = PathBuf::from(text);
+    if path.exists() {
+        return Ok(Validation::Data(path));
+    }
+    match window(text) {
+        Ok((from, to)) => Ok(Validation::Window(from, to)),
+        Err(rule) if text.contains("..") && !text.contains('/') => Err(rule),
+        Err(_) => Err(format!(
+            "there is no file or folder '{text}', and it is no window FROM..TO either"
+        )),
+    }
+}
+
 impl SignalArgs {
+    /// An input and an output by their names.
+    pub(super) fn named(
+        [input, output]: [String; 2],
+        data: DataArgs,
+        grid: GridArgs,
+        preparation: PreparationArgs,
+    ) -> Self {
+        Self {
+            data,
+            input,
+            output,
+            reference: None,
+            grid,
+            preparation,
+        }
+    }
+
+    /// The same on a grid of that rate, Hz, where none was asked for.
+    pub(super) fn at_rate(mut self, rate: f64) -> Self {
+        self.grid.rate.get_or_insert(rate);
+        self
+    }
+
+    /// The same without a window for validation, in the ways to read it of which the first that finds samples counts:
+    /// from before it and behind it, or from one of both.
+    ///
+    /// # Errors
+    /// A sentence, when a window to fit overlaps it.
+    pub(super) fn outside(&self, (from, to): (f64, f64)) -> Result<Vec<Self>> {
+        let windows = &self.grid.window;
+        if let Some((a, b)) = windows.iter().find(|(a, b)| *a < to && from < *b) {
+            bail!(
+                "--window {a}..{b} overlaps --validation {from}..{to}: samples that were fitted validate nothing"
+            );
+        }
+        // Samples on the window's edges are in it.
+        let (before, behind) = ((f64::NEG_INFINITY, from - EDGE), (to + EDGE, f64::INFINITY));
+        let ways = match (windows.is_empty(), from > 0.0) {
+            (false, _) => vec![windows.clone()],
+            (true, true) => vec![vec![before, behind], vec![before], vec![behind]],
+            (true, false) => vec![vec![behind]],
+        };
+        Ok(ways
+            .into_iter()
+            .map(|windows| self.within(windows))
+            .collect())
+    }
+
+    /// The validation data on the grid of the data that was fitted, decimated as that was.
+    pub(super) fn validation(&self, given: &Validation, fitted: &Taken) -> Self {
+        let other = match given {
+            Validation::Window(from, to) => self.within(vec![(*from, *to)]),
+            Validation::Data(path) => {
+                let mut other = self.within(Vec::new());
+                other.data.data = vec![path.clone()];
+                other
+            }
+        };
+        let rate = 1.0 / fitted.resampled.record.sample_time;
+        let averaged = other.averaged_where_decimated(fitted);
+        averaged.unwrap_or(other).at_rate(rate)
+    }
+
+    /// The same with means of the outputs about each instant, if a record was decimated though no rate was asked for.
+    pub(super) fn averaged_where_decimated(&self, record: &Taken) -> Option<Self> {
+        let decimated = record.steps.iter().any(|it| it.name == DECIMATION);
+        let linear = self.grid.rate.is_none() && self.grid.output_method == Method::Linear;
+        (decimated && linear).then(|| {
+            let mut averaged = self.clone();
+            averaged.grid.output_method = Method::Centred;
+            averaged
+        })
+    }
+
+    fn within(&self, window: Vec<(f64, f64)>) -> Self {
+        let mut other = self.clone();
+        other.grid.window = window;
+        other
+    }
+
     /// Reads them as a record: the input, then the reference if there is one. Each window of each source is a
     /// segment, or several. So many zeros are put in front of each. If it may be decimated, it is where it is sampled far
     /// faster than it moves, unless a rate was asked for.
@@ -199,7 +331,8 @@ impl SignalArgs {
 
 /// How samples are put on a grid.
 #[derive(Clone, Debug, Args)]
-struct GridArgs {
+#[command(next_help_heading = "Grid")]
+pub(super) struct GridArgs {
     /// Sampling rate of the grid [default: that of the slowest output]
     #[arg(long, value_name = "HZ", value_parser = rate, allow_hyphen_values = true)]
     rate: Option<f64>,

@@ -1,25 +1,32 @@
 //! `planesman sysid fit`: a model with uncertainty, tests and a verdict, from a bag or a CSV file.
 
 use std::path::PathBuf;
+use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow, bail};
 use clap::Parser;
-use planesman_identification::Start;
-use planesman_identification::analysis::{Analysis, Options, analyse};
+use planesman_identification::analysis::{Analysis, Options, analyse, analyse_validated};
 use planesman_identification::estimators::recursive::{Forgetting, Options as Recursion};
 use planesman_identification::estimators::vehicle::{Heave, Vehicle};
 use planesman_identification::estimators::{Knowledge, Method};
 use planesman_identification::selection::Candidate;
+use planesman_identification::{IdentificationError, Start};
 use planesman_model_file::ModelFile;
 use planesman_signals::Taken;
 use planesman_vehicle::{pitch, vehicle_file};
 use serde_json::{Value, json};
 
-use super::arguments::{SignalArgs, choice_also_known};
-use super::{model_file, page};
+use super::arguments::{SignalArgs, Validation, choice_also_known, validation};
+use super::trial::{self, Trial};
+use super::{compare_page, model_file, page};
 use crate::arguments::{output_file, speed, within};
-use crate::progress::spinner;
-use crate::table::wrapped;
+use crate::progress::{bar, spinner};
+use crate::table::print_wrapped;
+
+type IdentificationResult = Result<Analysis, IdentificationError>;
+
+/// The largest order of a model with poles.
+const MOST: usize = 20;
 
 /// Identify a model between two signals of a bag or CSV file, with uncertainty, tests and a verdict.
 #[derive(Clone, Debug, Parser)]
@@ -27,10 +34,14 @@ use crate::table::wrapped;
 pub struct FitArgs {
     #[command(flatten)]
     signals: SignalArgs,
+    /// Data to judge the model on, of which nothing is fitted: a file or folder with the same signals, or a window of the data as in
+    /// --window, which is then left out of the fit [default: a model of the first seven tenths is judged on the rest]
+    #[arg(long, value_name = "DATA|FROM..TO", value_parser = validation, allow_hyphen_values = true, help_heading = "Data")]
+    validation: Option<Validation>,
     /// The estimator
-    #[arg(long, value_parser = choice_also_known(&Method::ALL, Method::described, also_known),
-        default_value = Method::default().name())]
-    method: Method,
+    #[arg(long, value_parser = choice_also_known(&Asked::ALL, Asked::described, also_known),
+        default_value = Method::default().name(), help_heading = "Model")]
+    method: Asked,
     #[command(flatten)]
     structure: StructureArgs,
     #[command(flatten)]
@@ -38,21 +49,56 @@ pub struct FitArgs {
     #[command(flatten)]
     recursion: RecursionArgs,
     /// Print JSON
-    #[arg(long)]
+    #[arg(long, help_heading = "Output")]
     json: bool,
     /// Write the model: *.json or *.yaml
-    #[arg(long, value_name = "FILE", value_parser = model_path)]
+    #[arg(long, value_name = "FILE", value_parser = model_path, help_heading = "Output")]
     model: Option<PathBuf>,
     /// Write an HTML page: data, comparison, residual tests, poles and zeros, frequency response
-    #[arg(long, value_name = "FILE", value_parser = output_file)]
+    #[arg(long, value_name = "FILE", value_parser = output_file, help_heading = "Output")]
     html: Option<PathBuf>,
+}
+
+/// The method that is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Asked {
+    /// One.
+    One(Method),
+    /// Each of them, beside the others.
+    All,
+}
+
+impl Asked {
+    /// Every method, and all of them.
+    const ALL: [Self; Method::ALL.len() + 1] = {
+        let mut all = [Self::All; Method::ALL.len() + 1];
+        let mut i = 0;
+        while i < Method::ALL.len() {
+            all[i] = Self::One(Method::ALL[i]);
+            i += 1;
+        }
+        all
+    };
+
+    /// Its name and its help line.
+    fn described(self) -> (&'static str, &'static str) {
+        match self {
+            Self::One(method) => method.described(),
+            Self::All => (
+                "all",
+                "Every method beside the others; the one that simulates held-out data best is printed and written",
+            ),
+        }
+    }
 }
 
 /// The model's structure.
 #[derive(Clone, Debug, clap::Args)]
+#[command(next_help_heading = "Model")]
 struct StructureArgs {
-    /// Order of the model (of its denominator), known poles not counted [default: searched, 1 to 10; 1 to 4 for a method that is named]
-    #[arg(long, value_parser = clap::value_parser!(u8).range(1..=20), visible_alias = "denominator-order")]
+    /// Order of the model (of its denominator), known poles not counted; for fir the number of coefficients [default:
+    /// searched, 1 to 10; 1 to 4 for a method that is named; up to 64 for fir]
+    #[arg(long, value_parser = clap::value_parser!(u8).range(1..=64), visible_alias = "denominator-order")]
     order: Option<u8>,
     /// Coefficients of the numerator, known zeros not counted [default: as many as the order]
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u8).range(1..=40), requires = "order")]
@@ -102,6 +148,7 @@ impl StructureArgs {
 
 /// Known values of the vehicle.
 #[derive(Clone, Debug, clap::Args)]
+#[command(next_help_heading = "Vehicle")]
 struct VehicleArgs {
     /// For vehicle and kalman, q_dot = K/J u - B/J q - M_theta/J theta + NU w, w_dot = EPSILON u + ETA q - ZETA w:
     /// NU,ZETA,ETA,EPSILON, with w in the output's unit times m [default: no heave]
@@ -137,6 +184,7 @@ struct VehicleArgs {
 
 /// How the recursive methods learn.
 #[derive(Clone, Debug, clap::Args)]
+#[command(next_help_heading = "Recursive methods")]
 struct RecursionArgs {
     /// For recursive methods: forgetting factor per sample (1: none; 0.98: a memory of about 50 samples) [default: 1]
     #[arg(long, value_name = "LAMBDA", value_parser = within(1e-3, 1.0))]
@@ -151,14 +199,15 @@ impl RecursionArgs {
     ///
     /// # Errors
     /// A sentence, when one is given for a method that is not recursive.
-    fn options(&self, method: Method) -> Result<Recursion> {
+    fn options(&self, asked: Asked) -> Result<Recursion> {
         let given = self.forgetting.or(self.initial_covariance);
-        if given.is_some() && !is_recursive(method) {
-            bail!(
+        match asked {
+            Asked::One(method) if given.is_some() && !is_recursive(method) => bail!(
                 "--forgetting and --initial-covariance are for the recursive methods, as --method \
                  recursive_least_squares; {} uses all samples at once",
                 method.name()
-            );
+            ),
+            _ => {}
         }
         let defaults = Recursion::default();
         Ok(Recursion {
@@ -185,12 +234,16 @@ fn is_recursive(method: Method) -> bool {
 }
 
 /// The names by which a method is known elsewhere.
-fn also_known(method: Method) -> &'static [&'static str] {
+fn also_known(asked: Asked) -> &'static [&'static str] {
+    let Asked::One(method) = asked else {
+        return &[];
+    };
     match method {
         Method::OutputError => &["oe"],
         Method::BoxJenkins => &["bj"],
         Method::Instruments => &["iv"],
         Method::LeastSquares => &["arx"],
+        Method::N4sid => &["subspace"],
         Method::RecursiveLeastSquares => &["rls", "rarx"],
         Method::ExtendedLeastSquares => &["els"],
         Method::RecursivePredictionError => &["rpem", "rml"],
@@ -232,8 +285,8 @@ fn heave(text: &str) -> Result<[f64; 4], String> {
 }
 
 impl FitArgs {
-    /// The options of the analysis.
-    fn options(&self) -> Result<Options> {
+    /// The options of the analysis by a method.
+    fn options(&self, method: Method) -> Result<Options> {
         let (structure, vehicle) = (&self.structure, &self.vehicle);
         let of_vehicle = match (&vehicle.vehicle, vehicle.speed) {
             (Some(name), Some(speed)) => Some(heave_of(name, speed)?),
@@ -245,15 +298,23 @@ impl FitArgs {
             || structure.zeros_at_one + structure.integrators > 0
             || structure.own_numerators;
         let coefficients = vehicle.heave.or(of_vehicle);
-        if self.method.is_of_the_vehicle() {
+        if method.is_of_the_vehicle() {
             if has_structure {
                 bail!(
                     "--method {}: order, delay and zeros are given by the vehicle's equations",
-                    self.method.name()
+                    method.name()
                 );
             }
-        } else if coefficients.is_some() {
+        } else if coefficients.is_some() && self.method != Asked::All {
             bail!("--heave and --vehicle are for --method vehicle and kalman");
+        }
+        let is_fir = method == Method::Fir;
+        let order = structure.order.map(usize::from);
+        if is_fir && structure.numerator.is_some() && self.method != Asked::All {
+            bail!("--method fir has no denominator: --order is the number of its coefficients");
+        }
+        if order.is_some_and(|order| order > MOST) && !is_fir {
+            bail!("--order: {MOST} at most, but for --method fir");
         }
         let heave = coefficients.map(|[to_pitch, damping, from_rate, from_input]| Heave {
             to_pitch,
@@ -263,16 +324,18 @@ impl FitArgs {
             doubt: vehicle.heave_doubt / 100.0,
         });
         Ok(Options {
-            method: self.method,
+            method,
             knowledge: Knowledge {
                 vehicle: Vehicle { heave },
                 noise: vehicle.noise,
                 bias_drift: vehicle.bias_drift,
                 disturbance: vehicle.disturbance,
+                // Beside other methods the criterion chooses: an order is none of coefficients.
+                length: order.filter(|_| is_fir && self.method != Asked::All),
                 recursion: self.recursion.options(self.method)?,
             },
-            order: structure.order.map(usize::from),
-            numerator: structure.numerator.map(usize::from),
+            order: order.filter(|_| !is_fir),
+            numerator: structure.numerator.map(usize::from).filter(|_| !is_fir),
             delay: structure.delay.map(usize::from),
             zeros_at_one: usize::from(structure.zeros_at_one),
             integrators: usize::from(structure.integrators),
@@ -294,8 +357,12 @@ impl FitArgs {
 pub struct Found {
     /// The record, and how it was made.
     pub taken: Taken,
+    /// The record it was judged on, where one was given.
+    pub validation: Option<Taken>,
     /// The model with its uncertainty, tests and verdict.
     pub analysis: Analysis,
+    /// All methods that were tried, where all were asked for.
+    pub tried: Vec<Trial>,
 }
 
 impl Found {
@@ -317,16 +384,84 @@ impl Found {
 /// One line: options that do not go together, a vehicle that is refused, data that cannot be read, a record that
 /// determines no model.
 pub fn fit(args: &FitArgs) -> Result<Found> {
-    let options = args.options()?;
-    let decimate = args.method == Method::Automatic;
-    let taken = args
-        .signals
-        .record(args.structure.zeros_in_front(), decimate)?;
-    let working = spinner("models");
-    let analysis = analyse(&taken.resampled.record, &options);
-    working.finish_and_clear();
-    let analysis = analysis?;
-    Ok(Found { taken, analysis })
+    // Refused before anything is read.
+    let options = match args.method {
+        Asked::One(method) => vec![args.options(method)?],
+        Asked::All => Vec::new(),
+    };
+    let (taken, validation) = args.read()?;
+    let record = &taken.resampled.record;
+    let of = |options: &Options| match &validation {
+        None => analyse(record, options),
+        Some(validation) => analyse_validated(record, options, &validation.resampled.record),
+    };
+    let (analysis, tried) = match options.first() {
+        Some(options) => {
+            let working = spinner("models");
+            let analysis = of(options);
+            working.finish_and_clear();
+            (analysis?, Vec::new())
+        }
+        None => {
+            let tried = args.try_all(&of);
+            let best = trial::best(&tried).context("no method finds a model")?;
+            (best.clone(), tried)
+        }
+    };
+    Ok(Found {
+        taken,
+        validation,
+        analysis,
+        tried,
+    })
+}
+
+impl FitArgs {
+    /// The record to fit, and the one to judge the model on.
+    fn read(&self) -> Result<(Taken, Option<Taken>)> {
+        let zeros = self.structure.zeros_in_front();
+        let ways = match self.validation {
+            Some(Validation::Window(from, to)) => self.signals.outside((from, to))?,
+            _ => vec![self.signals.clone()],
+        };
+        // A named method is given the data as it is.
+        let decimate = matches!(self.method, Asked::All | Asked::One(Method::Automatic));
+        let mut found = ways.iter().map(|way| way.record(zeros, decimate));
+        let first = found.next().context("no data")?;
+        let taken = match first {
+            Ok(taken) => taken,
+            Err(reason) => found.find_map(Result::ok).ok_or(reason)?,
+        };
+        let validation = self.validation.as_ref().map(|given| {
+            let record = self.signals.validation(given, &taken).record(0, false);
+            record.context("the validation data")
+        });
+        Ok((taken, validation.transpose()?))
+    }
+
+    /// Every method; those for a vehicle's equations only with what is known of the vehicle.
+    fn try_all(&self, analyse: &dyn Fn(&Options) -> IdentificationResult) -> Vec<Trial> {
+        let of_vehicle = self.vehicle.heave.is_some() || self.vehicle.vehicle.is_some();
+        let working = bar("methods", Method::ALL.len());
+        let methods = Method::ALL.into_iter();
+        let wanted = methods.filter(|method| of_vehicle || !method.is_of_the_vehicle());
+        let tried = wanted.map(|method| {
+            let start = Instant::now();
+            let outcome = self
+                .options(method)
+                .map_err(|reason| format!("{reason:#}"))
+                .and_then(|options| analyse(&options).map_err(|reason| reason.to_string()));
+            working.inc(1);
+            Trial {
+                method,
+                outcome,
+                seconds: start.elapsed().as_secs_f64(),
+            }
+        });
+        let tried = tried.collect();
+        working.finish_and_clear();
+        tried
+    }
 }
 
 /// nu, zeta, eta and epsilon of a vehicle about level flight: pitch acceleration per heave, 1/(m s); damping of
@@ -350,22 +485,32 @@ fn model_path(text: &str) -> Result<PathBuf, String> {
 /// As [`fit`]; a model that cannot be written, a file or page that cannot be written.
 pub fn run(args: &FitArgs) -> Result<()> {
     let found = fit(args)?;
-    let text = if args.json {
-        serde_json::to_string_pretty(&as_json(&found)?)? + "\n"
+    if args.json {
+        let text = serde_json::to_string_pretty(&as_json(&found)?)? + "\n";
+        planesman_node::print(text)?;
     } else {
-        wrapped(&format!(
-            "{}\n{}",
-            found.taken.account(),
-            found.analysis.text()
-        ))
-    };
-    planesman_node::print(text)?;
+        print_wrapped(found.taken.account())?;
+        if let Some(validation) = &found.validation {
+            print_wrapped(format!("validation data\n{}", validation.account()))?;
+        }
+        if !found.tried.is_empty() {
+            planesman_node::print(format!("\n{}", trial::table(&found.tried)?))?;
+            print_wrapped(trial::notes(&found.tried))?;
+        }
+        print_wrapped(format!("\n{}", found.analysis.text()))?;
+    }
     if let Some(path) = &args.model {
         found.model_file()?.write(path)?;
         planesman_node::complain!("{}: the model", path.display());
     }
     if let Some(path) = &args.html {
-        let page = page::page(&found.analysis, &found.taken.resampled.record)?;
+        let page = match &found.tried[..] {
+            [] => page::page(&found.analysis, &found.taken.resampled.record)?,
+            tried => {
+                let taken = found.validation.as_ref().unwrap_or(&found.taken);
+                compare_page::page(&trial::compared(tried, taken)?, taken)?
+            }
+        };
         std::fs::write(path, page).with_context(|| format!("{}", path.display()))?;
         planesman_node::complain!("{}: the page", path.display());
     }
@@ -376,7 +521,8 @@ pub fn run(args: &FitArgs) -> Result<()> {
 fn selected(of: &Candidate) -> Value {
     json!({
         "kind": of.kind.name(),
-        "order": of.structure.poles,
+        "order": of.order(),
+        "integrators": of.integrators(),
         "delay": of.structure.delay,
         "parameters": of.parameters(),
         "fit": of.fit(),
@@ -385,7 +531,12 @@ fn selected(of: &Candidate) -> Value {
 
 /// Everything but the record's numbers.
 fn as_json(found: &Found) -> Result<Value> {
-    let Found { taken, analysis } = found;
+    let Found {
+        taken,
+        validation,
+        analysis,
+        tried,
+    } = found;
     let record = &taken.resampled.record;
     let named = |(name, value, deviation): (&str, f64, f64)| json!({"name": name, "value": value, "deviation": deviation});
     let physical: Vec<Value> = analysis
@@ -421,6 +572,12 @@ fn as_json(found: &Found) -> Result<Value> {
         },
         "reading": taken.reading,
         "preparation": taken.steps,
+        "validation": validation.as_ref().map(|it| json!({
+            "samples": it.resampled.record.samples(),
+            "reading": it.reading,
+            "preparation": it.steps,
+        })),
+        "methods": tried.iter().map(Trial::as_json).collect::<Vec<_>>(),
     }))
 }
 

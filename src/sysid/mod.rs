@@ -4,12 +4,16 @@ use anyhow::Result;
 use clap::Subcommand;
 
 mod arguments;
+pub mod compare;
+mod compare_page;
+pub mod compared;
 pub mod fit;
 mod model_file;
 mod montecarlo;
 mod page;
 pub mod replay;
 pub mod topics;
+mod trial;
 mod watch;
 
 /// Identify models from recorded data, or watch a running identifier.
@@ -19,6 +23,8 @@ pub enum Command {
     Topics(topics::TopicsArgs),
     /// Identify a model between two signals of a bag or CSV file, with uncertainty, tests and a verdict
     Fit(Box<fit::FitArgs>),
+    /// Judge model files on data, beside each other: simulation, predictions, residual tests, poles, frequency response
+    Compare(Box<compare::CompareArgs>),
     /// Test every estimator by Monte Carlo simulation: bias, spread and coverage on five synthetic runs
     #[command(name = "montecarlo")]
     MonteCarlo(montecarlo::MonteCarloArgs),
@@ -35,6 +41,7 @@ impl Command {
         match self {
             Self::Topics(args) => topics::run(args),
             Self::Fit(args) => fit::run(args),
+            Self::Compare(args) => compare::run(args),
             Self::MonteCarlo(args) => montecarlo::run(args),
             Self::Watch(args) => watch::run(args),
         }

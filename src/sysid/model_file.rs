@@ -2,8 +2,9 @@
 
 use anyhow::Result;
 use planesman_identification::analysis::Analysis;
-use planesman_identification::estimators::{Physical, UNKNOWNS};
-use planesman_identification::{Uncertain, continuous};
+use planesman_identification::estimators::{Error, Method, Physical, UNKNOWNS};
+use planesman_identification::selection::Kind;
+use planesman_identification::{GivenModel, Uncertain, continuous};
 use planesman_model_file::{Continuous, Format, Heave, ModelFile, Physical as PhysicalFile, Place};
 
 /// The model file: what other programs load.
@@ -52,6 +53,33 @@ pub(super) fn of(analysis: &Analysis) -> Result<ModelFile> {
         preparation: Vec::new(),
         verdict: analysis.verdict.clone(),
     })
+}
+
+/// The model of a file, to be judged on data.
+pub(super) fn given(file: &ModelFile) -> GivenModel {
+    let by_equation = [
+        Method::LeastSquares.name(),
+        Method::RecursiveLeastSquares.name(),
+        Method::Fir.name(),
+        Kind::Arx.name(),
+    ];
+    // A noise model stands in the equation; without one the method says where the noise is.
+    let in_equation = !file.noise_model.is_empty() || by_equation.contains(&file.method.as_str());
+    GivenModel {
+        sample_time: file.sample_time,
+        num: file.num.clone(),
+        den: file.den.clone(),
+        covariance: file.covariance.clone(),
+        offset: file.offset,
+        error: if in_equation {
+            Error::Equation
+        } else {
+            Error::Output
+        },
+        noise_variance: file.noise_variance,
+        noise_model: file.noise_model.clone(),
+        noise_denominator: file.noise_denominator.clone(),
+    }
 }
 
 fn physical_file(analysis: &Analysis, found: &Physical) -> PhysicalFile {

@@ -7,7 +7,7 @@ use anyhow::{Result, anyhow};
 use maud::{Markup, html};
 use planesman_identification::analysis::Analysis;
 use planesman_identification::validation::residuals::Correlation;
-use planesman_identification::{Record, SIGMAS_95, Uncertain};
+use planesman_identification::{Reading, Record, SIGMAS_95, Uncertain};
 use planesman_plot::{Plot, Series, Style};
 
 use crate::page::{self, document};
@@ -16,6 +16,9 @@ use crate::page::{self, document};
 const POINTS: usize = 2000;
 /// Frequencies drawn.
 const FREQUENCIES: usize = 200;
+
+/// The axis of a frequency response.
+pub(super) const LOG_OMEGA: &str = "log10 of the frequency [rad/s]";
 
 /// The page of a model and the record it is of.
 ///
@@ -33,7 +36,7 @@ pub(super) fn page(analysis: &Analysis, record: &Record) -> Result<String> {
     Ok(document(&title, "", &body))
 }
 
-fn line(name: &str, points: Vec<(f64, f64)>) -> Series<'_> {
+pub(super) fn line(name: &str, points: Vec<(f64, f64)>) -> Series<'_> {
     Series {
         name: name.into(),
         points: thinned(points),
@@ -41,11 +44,19 @@ fn line(name: &str, points: Vec<(f64, f64)>) -> Series<'_> {
     }
 }
 
-fn dashed(name: &str, points: Vec<(f64, f64)>) -> Series<'_> {
+pub(super) fn dashed(name: &str, points: Vec<(f64, f64)>) -> Series<'_> {
     Series {
         name: name.into(),
         points: thinned(points),
         style: Style::Dashed,
+    }
+}
+
+/// A line that takes no colour of its own: a bound, or what others are compared with.
+pub(super) fn bound(name: &str, points: Vec<(f64, f64)>) -> Series<'_> {
+    Series {
+        style: Style::Bound,
+        ..line(name, points)
     }
 }
 
@@ -61,7 +72,7 @@ fn thinned(points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
         .collect()
 }
 
-fn drawn(note: &str, mut plot: Plot<'_>) -> Result<Markup> {
+pub(super) fn drawn(note: &str, mut plot: Plot<'_>) -> Result<Markup> {
     if plot.is_empty() {
         return Ok(html! {});
     }
@@ -72,7 +83,12 @@ fn drawn(note: &str, mut plot: Plot<'_>) -> Result<Markup> {
     })
 }
 
-fn plot<'a>(title: &'a str, x: &'a str, y: &'a str, series: Vec<Series<'a>>) -> Plot<'a> {
+pub(super) fn plot<'a>(
+    title: &'a str,
+    x: &'a str,
+    y: &'a str,
+    series: Vec<Series<'a>>,
+) -> Plot<'a> {
     let mut plot = Plot::new(title, [x, y]);
     plot.series = series;
     plot
@@ -179,6 +195,12 @@ fn correlation(title: &str, note: &str, found: &Correlation) -> Result<Markup> {
     drawn(note, plot(title, "lag [samples]", "correlation", series))
 }
 
+/// The border of stability in z.
+pub(super) fn unit_circle() -> Series<'static> {
+    let angles = (0..=120).map(|i| f64::from(i) * TAU / 120.0);
+    dashed("unit circle", angles.map(|a| (a.cos(), a.sin())).collect())
+}
+
 fn map(analysis: &Analysis) -> Result<Markup> {
     let reading = analysis.reading();
     let poles = reading.poles()?;
@@ -203,10 +225,6 @@ fn map(analysis: &Analysis) -> Result<Markup> {
             .filter(|p| p.0.hypot(p.1) < 4.0)
             .collect::<Vec<_>>()
     };
-    let circle = (0..=120)
-        .map(|i| f64::from(i) * TAU / 120.0)
-        .map(|a| (a.cos(), a.sin()))
-        .collect();
     let series = vec![
         Series {
             name: "poles".into(),
@@ -223,7 +241,7 @@ fn map(analysis: &Analysis) -> Result<Markup> {
             points: outlines,
             style: Style::Dots,
         },
-        dashed("unit circle", circle),
+        unit_circle(),
     ];
     drawn(
         "In the z plane; points beyond |z| = 4 are not shown.",
@@ -231,53 +249,61 @@ fn map(analysis: &Analysis) -> Result<Markup> {
     )
 }
 
-fn bode(analysis: &Analysis) -> Result<Vec<Markup>> {
-    let reading = analysis.reading();
-    let nyquist = PI / analysis.estimate.sample_time;
-    let responses: Vec<(f64, Uncertain)> = (0..FREQUENCIES)
+/// A frequency response at one frequency.
+pub(super) struct Response {
+    /// The logarithm to base 10 of the frequency, rad/s.
+    pub(super) log_omega: f64,
+    /// Output unit per input unit.
+    pub(super) value: Uncertain,
+    /// Its phase, unwrapped from the lowest frequency on, degrees.
+    pub(super) phase: f64,
+}
+
+impl Response {
+    /// The magnitude, so many standard deviations up, dB.
+    pub(super) fn magnitude(&self, sigmas: f64) -> f64 {
+        let size = self.value.value.norm();
+        let size = (size + sigmas * self.value.magnitude_deviation()).max(1e-3 * size);
+        20.0 * size.max(1e-12).log10()
+    }
+}
+
+/// The response at frequencies from 1/3000 of the Nyquist frequency up to it; those where it is 0 or has no bound left
+/// out.
+pub(super) fn frequency_response(reading: &Reading<'_>, sample_time: f64) -> Vec<Response> {
+    let nyquist = PI / sample_time;
+    let mut turned: f64 = 0.0;
+    let mut before: Option<f64> = None;
+    (0..FREQUENCIES)
         .map(|i| nyquist * 10f64.powf(-3.5 * (1.0 - i as f64 / (FREQUENCIES - 1) as f64)))
         .filter_map(|omega| Some((omega.log10(), reading.response(omega)?)))
         .filter(|(_, it)| it.value.norm() > 0.0)
-        .collect();
-    let decibel = |size: f64| 20.0 * size.max(1e-12).log10();
-    let size = |sigmas: f64| {
-        responses
-            .iter()
-            .map(|(x, it)| {
-                let size = it.value.norm();
-                (
-                    *x,
-                    decibel((size + sigmas * it.magnitude_deviation()).max(1e-3 * size)),
-                )
-            })
-            .collect::<Vec<_>>()
-    };
-    let mut turned: f64 = 0.0;
-    let mut before: Option<f64> = None;
-    let phases: Vec<f64> = responses
-        .iter()
-        .map(|(_, it)| {
-            let phase = it.value.arg();
+        .map(|(log_omega, value)| {
+            let phase = value.value.arg();
             if let Some(before) = before {
                 turned -= ((phase - before) / TAU).round() * TAU;
             }
             before = Some(phase);
-            (phase + turned).to_degrees()
+            Response {
+                log_omega,
+                value,
+                phase: (phase + turned).to_degrees(),
+            }
         })
-        .collect();
-    let phase = |sigmas: f64| {
-        responses
-            .iter()
-            .zip(&phases)
-            .map(|((x, it), phase)| {
-                (
-                    *x,
-                    phase + sigmas * it.phase_deviation().min(PI).to_degrees(),
-                )
-            })
-            .collect::<Vec<_>>()
+        .collect()
+}
+
+fn bode(analysis: &Analysis) -> Result<Vec<Markup>> {
+    let responses = frequency_response(&analysis.reading(), analysis.estimate.sample_time);
+    let size = |sigmas: f64| {
+        let of = |it: &Response| (it.log_omega, it.magnitude(sigmas));
+        responses.iter().map(of).collect::<Vec<_>>()
     };
-    let x = "log10 of the frequency [rad/s]";
+    let phase = |sigmas: f64| {
+        let off = |it: &Response| sigmas * it.value.phase_deviation().min(PI).to_degrees();
+        let of = |it: &Response| (it.log_omega, it.phase + off(it));
+        responses.iter().map(of).collect::<Vec<_>>()
+    };
     let banded = |of: &dyn Fn(f64) -> Vec<(f64, f64)>| {
         vec![
             line("response", of(0.0)),
@@ -288,11 +314,11 @@ fn bode(analysis: &Analysis) -> Result<Vec<Markup>> {
     Ok(vec![
         drawn(
             "With the 95 % band at each frequency.",
-            plot("Magnitude", x, "magnitude [dB]", banded(&size)),
+            plot("Magnitude", LOG_OMEGA, "magnitude [dB]", banded(&size)),
         )?,
         drawn(
             "The same for the phase.",
-            plot("Phase", x, "phase [deg]", banded(&phase)),
+            plot("Phase", LOG_OMEGA, "phase [deg]", banded(&phase)),
         )?,
     ])
 }

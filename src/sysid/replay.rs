@@ -22,6 +22,7 @@ use planesman_signals as signals;
 use sysid::{Change, Identifier, IdentifierParameters, Scheduled, TopicReader};
 
 use crate::progress::spinner;
+use crate::table::print_wrapped;
 
 /// Run the live identifier on a bag and compare with its published estimates.
 #[derive(Clone, Debug, Parser)]
@@ -86,10 +87,10 @@ pub fn run(args: &ReplayArgs) -> Result<()> {
     working.finish_and_clear();
     let found = found?;
     let tables: Vec<String> = found.estimates.iter().map(table).collect();
-    planesman_node::print(format_args!("{}", tables.join("\n")))?;
+    print_wrapped(tables.join("\n"))?;
     if let Some(live) = found.live {
-        planesman_node::say!(
-            "live: {} published estimates compared, largest difference {:.1e}{}",
+        print_wrapped(format!(
+            "live: {} published estimates compared, largest difference {:.1e}{}\n",
             live.compared,
             live.largest_difference,
             if live.missing == 0 {
@@ -97,13 +98,13 @@ pub fn run(args: &ReplayArgs) -> Result<()> {
             } else {
                 format!(", {} without a counterpart", live.missing)
             }
-        )?;
+        ))?;
     }
     if let Some((count, first)) = found.refused {
-        planesman_node::say!("{count} messages refused, the first: {first}")?;
+        print_wrapped(format!("{count} messages refused, the first: {first}\n"))?;
     }
     if let Some(reason) = found.incomplete {
-        planesman_node::say!("the bag is {reason}")?;
+        print_wrapped(format!("the bag is {reason}\n"))?;
     }
     Ok(())
 }

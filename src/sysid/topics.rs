@@ -17,7 +17,7 @@ use serde::Serialize;
 use sysid::sparkline;
 
 use super::arguments::DataArgs;
-use crate::table::{Format, Table};
+use crate::table::{Format, Table, terminal, wrapped};
 
 /// Fields of a topic that are looked at, and of all topics together.
 const FIELDS_OF_TOPIC: usize = 1000;
@@ -103,7 +103,7 @@ pub fn run(args: &TopicsArgs) -> Result<()> {
     } else if let Some(format) = args.format {
         of_fields(&survey).text(format)?
     } else {
-        table(&survey)
+        wrapped(&table_within(&survey, terminal().map(usize::from)))
     };
     Ok(planesman_node::print(text)?)
 }
@@ -495,20 +495,40 @@ fn of_fields(survey: &Survey) -> Table {
     table
 }
 
-/// The survey as text.
+/// Columns of a line but for path and time history.
+const NUMBERS: usize = 43;
+
+/// The survey as text, as wide as it needs.
 #[must_use]
 pub fn table(survey: &Survey) -> String {
+    table_within(survey, None)
+}
+
+/// The same within a width: with narrower time histories, and numbers below their path where both do not fit.
+fn table_within(survey: &Survey, width: Option<usize>) -> String {
     let mut text = String::new();
     for topic in &survey.topics {
         text += &head(topic);
-        let lines = lines(&topic.fields);
-        let width = lines
-            .iter()
-            .map(|line| line[0].chars().count())
-            .max()
-            .unwrap_or(0);
+        let longest = |lines: &[[String; 5]]| {
+            let paths = lines.iter().map(|line| line[0].chars().count());
+            paths.max().unwrap_or(0)
+        };
+        let mut lines = lines(&topic.fields, 1);
+        let mut paths = longest(&lines);
+        if let Some(width) = width
+            && paths + NUMBERS + SPARKS > width
+        {
+            lines = self::lines(&topic.fields, 2);
+            paths = paths.min(width.saturating_sub(NUMBERS + SPARKS / 2));
+        }
         for [path, count, min, max, course] in &lines {
-            text += &format!("  {path:width$}  {count:>9}  {min:>12}  {max:>12}  {course}\n");
+            let path = match path.chars().count() > paths {
+                true => format!("{path}\n  {:paths$}", ""),
+                false => format!("{path:paths$}"),
+            };
+            let line = format!("  {path}  {count:>9}  {min:>12}  {max:>12}  {course}");
+            text += &line;
+            text.push('\n');
         }
     }
     if survey.topics.is_empty() {
@@ -555,8 +575,8 @@ fn head(topic: &TopicSurvey) -> String {
 }
 
 /// Path, count, least, greatest, course. Elements of a list that hold one and the same number
-/// throughout share a line.
-fn lines(fields: &[FieldSurvey]) -> Vec<[String; 5]> {
+/// throughout share a line. Of the course so many neighbours are one.
+fn lines(fields: &[FieldSurvey], neighbours: usize) -> Vec<[String; 5]> {
     let list_of = |field: &FieldSurvey| {
         let path: FieldPath = field.path.parse().ok()?;
         path.in_list()
@@ -597,7 +617,9 @@ fn lines(fields: &[FieldSurvey]) -> Vec<[String; 5]> {
                 if first.min == first.max {
                     "constant".to_owned()
                 } else {
-                    sparkline(&first.course)
+                    let of = |it: &[f64]| it.iter().map(|v| v / it.len() as f64).sum();
+                    let course: Vec<f64> = first.course.chunks(neighbours).map(of).collect();
+                    sparkline(&course)
                 },
             ]
         });
@@ -651,9 +673,34 @@ mod tests {
             field("c[3]", &[]),
             field("d", &[f64::NAN, 1.0]),
         ];
-        let lines = lines(&fields);
+        let lines = lines(&fields, 1);
         let paths: Vec<&str> = lines.iter().map(|line| line[0].as_str()).collect();
         assert_eq!(paths, ["c[0..1]", "c[2]", "d"]);
         assert!(lines[2][1].contains("1 not finite"));
+    }
+
+    #[test]
+    fn lines_stay_within_the_width_of_a_terminal() {
+        let values: Vec<f64> = (0..500).map(|k| f64::from(k).sin() * 1e-5).collect();
+        let mut survey = Survey::default();
+        for path in [
+            "z",
+            "pose.pose.position.z",
+            "pose.pose.orientation.and.a.name.longer.than.that",
+        ] {
+            survey.topics.push(TopicSurvey {
+                name: "/auv/odom".to_owned(),
+                fields: vec![field(path, &values), field("short", &values)],
+                ..TopicSurvey::default()
+            });
+        }
+        let text = table_within(&survey, Some(80));
+        assert!(
+            text.lines().all(|line| line.chars().count() <= 80),
+            "{text}"
+        );
+        assert!(text.contains("longer.than.that\n"), "{text}");
+        // Elsewhere as wide as it needs.
+        assert!(table(&survey).contains("longer.than.that  "));
     }
 }

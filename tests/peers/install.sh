@@ -7,7 +7,7 @@
 # here against Debian's Cyclone DDS. Its build looks for `include`, `bin` and `lib` in one folder, which Debian
 # does not have; such a folder of links is made beside the packages, where the module finds the library later.
 #
-# Needs Debian's python3-venv, python3-dev, cyclonedds-dev, gcc and libc6-dev.
+# Needs the packages of apt-packages.txt.
 set -euo pipefail
 
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)

@@ -1,11 +1,13 @@
-"""What launch-scripts/planesman.launch.py starts, told by stand-ins for `launch` and `launch_ros`.
+"""What the launch files of launch-scripts/launch start, told by stand-ins for `launch` and `launch_ros`.
 
 Neither package is to be had outside a ROS installation. The stand-ins have only what the launch
-file uses, and keep what they are given.
+files use, and keep what they are given.
 """
 
 import importlib.util
+import os
 import sys
+import tempfile
 import types
 import unittest
 from pathlib import Path
@@ -33,16 +35,29 @@ class Declared(Record):
 class Node(Record):
     """With the names of launch_ros's Node; any other is refused as there."""
 
-    def __init__(self, *, executable, arguments, name, namespace, parameters, output, on_exit):
+    def __init__(self, *, package, executable, name, namespace, parameters, output, on_exit):
         super().__init__(
+            package=package,
             executable=executable,
-            arguments=arguments,
             name=name,
             namespace=namespace,
             parameters=parameters,
             output=output,
             on_exit=on_exit,
         )
+
+
+class Process(Record):
+    """With the names of launch's ExecuteProcess that are used here."""
+
+    def __init__(self, *, cmd, name, output, on_exit):
+        super().__init__(cmd=cmd, name=name, output=output, on_exit=on_exit)
+
+
+class Context(dict):
+    """A launch context: its configurations, and whether it shuts down."""
+
+    is_shutdown = False
 
 
 class Configuration:
@@ -61,36 +76,63 @@ def module(name, **content):
     return made
 
 
+FOLDER = tempfile.TemporaryDirectory()
+# The installed program; it knows the scenario `dive`.
+PROGRAM = Path(FOLDER.name) / "lib" / "planesman" / "planesman"
+PROGRAM.parent.mkdir(parents=True)
+PROGRAM.write_text('#!/bin/sh\n[ "$*" = "params --yaml --scenario dive" ] || { echo "no $4" >&2; exit 1; }\necho "# $4"\n')
+PROGRAM.chmod(0o755)
+
 STAND_INS = {
+    "ament_index_python": module("ament_index_python"),
+    "ament_index_python.packages": module(
+        "ament_index_python.packages", get_package_prefix=lambda name: {"planesman": FOLDER.name}[name]
+    ),
     "launch": module("launch", LaunchDescription=Record),
     "launch.actions": module(
-        "launch.actions", DeclareLaunchArgument=Declared, OpaqueFunction=Record, Shutdown=Record
+        "launch.actions",
+        DeclareLaunchArgument=Declared,
+        ExecuteProcess=Process,
+        OpaqueFunction=Record,
+        Shutdown=Record,
     ),
+    "launch.logging": module("launch.logging", launch_config=Record(log_dir=FOLDER.name)),
     "launch.substitutions": module("launch.substitutions", LaunchConfiguration=Configuration),
     "launch_ros": module("launch_ros"),
     "launch_ros.actions": module("launch_ros.actions", Node=Node),
 }
 
 
+def started(launch_file: str, **arguments) -> list[Record]:
+    """What `ros2 launch planesman FILE` with these arguments starts."""
+    spec = importlib.util.spec_from_file_location("launch_file", SCRIPTS / "launch" / launch_file)
+    loaded = importlib.util.module_from_spec(spec)
+    with mock.patch.dict(sys.modules, STAND_INS), mock.patch.dict(os.environ):
+        spec.loader.exec_module(loaded)
+        *declared, opaque = loaded.generate_launch_description().positional[0]
+        context = Context({argument.name: argument.default_value for argument in declared})
+        for name, value in arguments.items():
+            choices = next(argument.choices for argument in declared if argument.name == name)
+            assert choices is None or value in choices, f"{name}:={value}"
+            context[name] = value
+        return opaque.function(context)
+
+
 def launch(**arguments) -> dict[str, Node]:
-    """The nodes that `ros2 launch` with these arguments starts, by name."""
-    spec = importlib.util.spec_from_file_location("planesman_launch", SCRIPTS / "planesman.launch.py")
-    launch_file = importlib.util.module_from_spec(spec)
-    with mock.patch.dict(sys.modules, STAND_INS):
-        spec.loader.exec_module(launch_file)
-        *declared, opaque = launch_file.generate_launch_description().positional[0]
-    context = {argument.name: argument.default_value for argument in declared}
-    context["bin"] = sys.executable  # Any program that is there.
-    for name, value in arguments.items():
-        choices = next(argument.choices for argument in declared if argument.name == name)
-        assert choices is None or value in choices, f"{name}:={value}"
-        context[name] = value
-    return {node.name: node for node in opaque.function(context)}
+    """The nodes of a dive, by name."""
+    return {node.name: node for node in started("dive.launch.py", **arguments)}
 
 
 def decided(nodes: dict[str, Node], node: str) -> dict:
-    """What the launch decides over the parameter file."""
-    return nodes[node].parameters[1]
+    """What the launch decides over the parameter files."""
+    return nodes[node].parameters[-1]
+
+
+def exits(action, returncode: int, shutting_down: bool = False):
+    """What follows when the action's process ends so."""
+    context = Context()
+    context.is_shutdown = shutting_down
+    return action.on_exit(Record(process_name=action.name, returncode=returncode), context)
 
 
 class LaunchFile(unittest.TestCase):
@@ -98,10 +140,9 @@ class LaunchFile(unittest.TestCase):
         nodes = launch()
         self.assertEqual(list(nodes), EVERYBODY)
         for name, node in nodes.items():
-            self.assertEqual(node.executable, str(Path(sys.executable).absolute()))
-            self.assertEqual(node.arguments, ["node", name])
+            self.assertEqual((node.package, node.executable), ("planesman", name))
             self.assertEqual(node.namespace, "auv")
-            self.assertEqual(node.parameters[0], str(SCRIPTS / "params.yaml"))
+            self.assertEqual(Path(node.parameters[0]).read_text(), "# dive\n")
         self.assertEqual(decided(nodes, "plant_sim")["time"], "real")
         self.assertNotIn("lockstep.members", decided(nodes, "plant_sim"))
         self.assertFalse(any(decided(nodes, name).get("use_sim_time") for name in EVERYBODY))
@@ -136,11 +177,11 @@ class LaunchFile(unittest.TestCase):
         self.assertEqual(decided(chosen, "plant_sim")["frame_prefix"], "other/")
 
     def test_it_decides_only_declared_parameters_in_their_types(self):
-        defaults = YAML(typ="safe").load(SCRIPTS / "params.yaml")
-        for arguments in ({}, {"time": "lockstep"}, {"factor": "2.5", "bag": "a/b"}):
+        defaults = YAML(typ="safe").load(SCRIPTS / "params" / "params.yaml")
+        for arguments in ({}, {"time": "lockstep"}, {"factor": "2.5", "bag": "a/b", "duration": "9"}):
             for name, node in launch(**arguments).items():
                 declared = defaults[f"/**/{name}"]["ros__parameters"]
-                for parameter, value in node.parameters[1].items():
+                for parameter, value in node.parameters[-1].items():
                     if parameter == "use_sim_time":
                         self.assertIsInstance(value, bool)
                         continue
@@ -148,13 +189,65 @@ class LaunchFile(unittest.TestCase):
 
     def test_what_cannot_be_is_refused_before_anything_starts(self):
         for arguments, word in (
-            ({"bin": "/nowhere/planesman"}, "/nowhere/planesman"),
-            ({"scenario_params": "/nowhere/params.yaml"}, "scenario_params"),
+            ({"scenario": "nowhere"}, "scenario: no nowhere"),
+            ({"params_file": "/nowhere/params.yaml"}, "params_file"),
             ({"factor": "fast"}, "fast"),
+            ({"duration": "long"}, "long"),
+            ({"vehicles": "0"}, "vehicles"),
+            ({"vehicles": "some"}, "some"),
+            ({"vehicles": "2", "factor": "2"}, "/clock"),
+            ({"vehicles": "2", "frame_prefix": "a/"}, "frame_prefix"),
             ({"time": "lockstep", "factor": "2"}, "lockstep"),
         ):
             with self.subTest(arguments), self.assertRaisesRegex(RuntimeError, word):
                 launch(**arguments)
+
+    def test_several_vehicles_share_nothing(self):
+        nodes = started("dive.launch.py", vehicles="3", bag="b")
+        self.assertEqual(len(nodes), 15)
+        for name, prefix in (("auv", ""), ("auv2", "auv2/"), ("auv3", "auv3/")):
+            own = {node.name: node for node in nodes if node.namespace == name}
+            self.assertEqual(list(own), EVERYBODY)
+            self.assertEqual(decided(own, "plant_sim")["frame_prefix"], prefix)
+            self.assertEqual(decided(own, "recorder")["output"], f"b/{name}")
+
+    def test_it_ends_with_the_flight_and_fails_with_a_node(self):
+        nodes = launch()
+        for node in nodes.values():
+            self.assertEqual(len(exits(node, 0)), 1)
+            for code in (1, -9):
+                with self.assertRaisesRegex(RuntimeError, node.name):
+                    exits(node, code)
+                self.assertEqual(exits(node, code, shutting_down=True), [])
+
+    def test_a_vehicle_that_has_flown_leaves_the_others_flying(self):
+        plants = [node for node in started("dive.launch.py", vehicles="2") if node.name == "plant_sim"]
+        self.assertEqual(exits(plants[0], 0), [])
+        self.assertEqual(len(exits(plants[1], 0)), 1)
+
+
+class Replay(unittest.TestCase):
+    def test_the_topics_of_the_signals_are_played_into_sysid_and_the_estimate_is_asked_for(self):
+        sysid, play = started("replay.launch.py", bag=FOLDER.name)
+        self.assertEqual((sysid.package, sysid.executable, sysid.namespace), ("planesman", "sysid", "/auv"))
+        self.assertEqual(play.cmd[:4], ["ros2", "bag", "play", FOLDER.name])
+        self.assertEqual(play.cmd[play.cmd.index("--topics") + 1 :], ["/auv/plane_motion", "/auv/state"])
+        [fit] = exits(play, 0)
+        self.assertEqual(fit.cmd[:4], ["ros2", "service", "call", "/auv/sysid/fit"])
+        self.assertEqual(len(exits(fit, 0)), 1)
+        with self.assertRaisesRegex(RuntimeError, "play"):
+            exits(play, 2)
+
+    def test_other_signals_are_another_bags_topics_and_have_no_flag(self):
+        sysid, play = started(
+            "replay.launch.py", bag=FOLDER.name, input="/cmd:data", output="imu:angular_velocity.y", namespace="/"
+        )
+        self.assertEqual(play.cmd[play.cmd.index("--topics") + 1 :], ["/cmd", "/imu"])
+        self.assertEqual(sysid.parameters[-1]["break_on"], "")
+
+    def test_a_bag_that_is_not_there_is_refused(self):
+        with self.assertRaisesRegex(RuntimeError, "/nowhere"):
+            started("replay.launch.py", bag="/nowhere")
 
 
 if __name__ == "__main__":

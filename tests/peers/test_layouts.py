@@ -36,7 +36,7 @@ class Layouts(unittest.TestCase):
         self.assertEqual(found.shape == "one", index is None, f"{topic} {field}")
 
     def test_plotjuggler_plots_fields_that_are_there(self):
-        root = xml.etree.ElementTree.parse(SCRIPTS / "plotjuggler.xml").getroot()
+        root = xml.etree.ElementTree.parse(SCRIPTS / "layouts" / "plotjuggler.xml").getroot()
         curves = [curve.get("name") for curve in root.iter("curve")]
         self.assertGreater(len(curves), 10)
         for curve in curves:
@@ -50,7 +50,7 @@ class Layouts(unittest.TestCase):
             self.assertEqual(len(splitter.get("sizes").split(";")), len(splitter))
 
     def test_foxglove_shows_fields_that_are_there_in_panels_that_are_described(self):
-        layout = json.loads((SCRIPTS / "foxglove.json").read_text())
+        layout = json.loads((SCRIPTS / "layouts" / "foxglove.json").read_text())
         described = layout["configById"]
         tabs = described[layout["layout"]]["tabs"]
         shown = [panel for tab in tabs for panel in panels(tab["layout"])]

@@ -1,12 +1,12 @@
 #!/bin/bash
-# Makes a ROS 2 Jazzy of Python wheels: rclpy on Fast DDS, and planesman_msgs as ROS's own generators make it. `.ros` in the
-# repository's root, or a folder of your choice.
+# Makes a ROS 2 Jazzy of Python wheels: rclpy on Fast DDS, colcon, and planesman_msgs as ROS's own generators make it. `.ros` in
+# the repository's root, or a folder of your choice.
 #
 #     tests/ros/install.sh [FOLDER]
 #
 # PyPI has no ros2 command line, no launch and no rosbag2; rclpy, rcl, rmw_fastrtps, Fast DDS and rosidl are the released ones.
 #
-# Needs Debian's python3-venv, python3-dev, cmake, make, g++ and libc6-dev.
+# Needs the packages of apt-packages.txt.
 set -euo pipefail
 
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
@@ -15,7 +15,7 @@ venv=$(realpath -m "${1:-$here/../../.ros}")
 /usr/bin/python3 -m venv "$venv"
 # All but empy have a wheel.
 PIP_DISABLE_PIP_VERSION_CHECK=1 "$venv/bin/pip" install --quiet --no-deps --prefer-binary --use-pep517 \
-    --requirement "$here/requirements.txt"
+    --requirement "$here/requirements.txt" --requirement "$here/../colcon/requirements.txt"
 
 # The wheels' CMake files name folders of the Python that they were built with.
 read -r include packages < <("$venv/bin/python" -c \

@@ -18,21 +18,9 @@ pub(crate) fn without_free_motion(left: &[f64], denominator: &[f64]) -> f64 {
     if n == 0 || count <= n || !all.is_finite() {
         return all;
     }
-    let motion = filter(&[1.0], denominator, &impulse(count));
-    if !motion.iter().all(|v| v.abs() < LARGEST) {
+    let Some((columns, _)) = motions(count, denominator) else {
         return f64::INFINITY;
-    }
-    let mut columns = DMatrix::zeros(count, n);
-    for i in 0..n {
-        let size = motion[..count - i]
-            .iter()
-            .map(|v| v * v)
-            .sum::<f64>()
-            .sqrt();
-        for k in i..count {
-            columns[(k, i)] = motion[k - i] / size;
-        }
-    }
+    };
     let qr = columns.qr();
     let mut rotated = DVector::from_column_slice(left);
     qr.q_tr_mul(&mut rotated);
@@ -47,6 +35,50 @@ pub(crate) fn without_free_motion(left: &[f64], denominator: &[f64]) -> f64 {
     rotated.rows(n, count - n).norm_squared() + rest
 }
 
+/// The free motion of the denominator nearest to `left`: `m0 ... m(n-1)` of `(m0 + m1 q^-1 + ...) / A impulse`; `None`
+/// where a free motion grows beyond measure, or `left` is too short to tell.
+pub(crate) fn free_motion(left: &[f64], denominator: &[f64]) -> Option<Vec<f64>> {
+    let (n, count) = (denominator.len() - 1, left.len());
+    if n == 0 {
+        return Some(Vec::new());
+    }
+    if count <= n || !left.iter().all(|v| v.is_finite()) {
+        return None;
+    }
+    let (columns, sizes) = motions(count, denominator)?;
+    let qr = columns.qr();
+    let mut rotated = DVector::from_column_slice(left);
+    qr.q_tr_mul(&mut rotated);
+    let svd = qr.r().svd(true, true);
+    let least = NEGLIGIBLE * svd.singular_values.max();
+    let found = svd.solve(&rotated.rows(0, n), least).ok()?;
+    Some(found.iter().zip(sizes).map(|(m, size)| m / size).collect())
+}
+
+/// The free motions of the denominator as columns of length 1, the impulse response and its shifts, and the lengths they
+/// had; `None` where they grow beyond measure.
+fn motions(count: usize, denominator: &[f64]) -> Option<(DMatrix<f64>, Vec<f64>)> {
+    let n = denominator.len() - 1;
+    let motion = filter(&[1.0], denominator, &impulse(count));
+    if !motion.iter().all(|v| v.abs() < LARGEST) {
+        return None;
+    }
+    let mut columns = DMatrix::zeros(count, n);
+    let mut sizes = Vec::with_capacity(n);
+    for i in 0..n {
+        let size = motion[..count - i]
+            .iter()
+            .map(|v| v * v)
+            .sum::<f64>()
+            .sqrt();
+        for k in i..count {
+            columns[(k, i)] = motion[k - i] / size;
+        }
+        sizes.push(size);
+    }
+    Some((columns, sizes))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -56,6 +88,8 @@ mod tests {
         let denominator = [1.0, -1.5, 0.7];
         let free = filter(&[2.0, -3.0], &denominator, &impulse(50));
         assert!(without_free_motion(&free, &denominator) < 1e-20);
+        let found = free_motion(&free, &denominator).unwrap();
+        assert!((found[0] - 2.0).abs() < 1e-9 && (found[1] + 3.0).abs() < 1e-9);
         let mut disturbed = free;
         disturbed[49] += 1.0;
         let left = without_free_motion(&disturbed, &denominator);

@@ -8,6 +8,7 @@
 //! - [`selection`]: order, delay and kind of model by cross-validation.
 //! - [`validation`]: residual tests, order search, identifiability.
 //! - [`analysis`]: all of it on one record, with a verdict in plain words.
+//! - [`GivenModel`], [`Judgement`]: a model of any origin on a record: simulation, predictions, residual tests.
 //!
 //! Sources: Ljung, *System Identification*, 2nd ed., 1999; Brunner (NPS thesis, 1988), ch. V.
 
@@ -16,6 +17,7 @@ mod batch;
 #[cfg(test)]
 #[path = "../tests/common/mod.rs"]
 mod common;
+mod comparison;
 mod conversion;
 mod error;
 pub mod estimators;
@@ -23,16 +25,19 @@ mod fit;
 mod free_motion;
 mod model;
 mod noise;
+mod prediction;
 mod readout;
 mod record;
 mod regression;
 mod rls;
 pub mod selection;
+mod states;
 mod structure;
 mod uncertainty;
 pub mod validation;
 
 pub use batch::{Triangle, least_squares};
+pub use comparison::{GivenModel, Judgement};
 pub use conversion::{Continuous, continuous, pitch_equation};
 pub use error::IdentificationError;
 pub use fit::{Spread, fit, simulated};

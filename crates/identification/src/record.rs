@@ -8,6 +8,11 @@
 //! `inputs[..][k]` acts over the interval from t_k to t_(k+1).
 
 use crate::error::{IdentificationError, Result};
+use crate::structure::Run;
+
+/// Segments used at most, each with an offset of its own, and samples of the shortest worth it.
+const SEGMENTS: usize = 40;
+const SHORTEST: usize = 30;
 
 /// Inputs and outputs on one uniform grid.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,6 +43,14 @@ impl Segment {
     #[must_use]
     pub fn len(&self) -> usize {
         self.outputs.first().map_or(0, Vec::len)
+    }
+
+    /// Its first input and output; `None` where one is missing.
+    pub(crate) fn run(&self) -> Option<Run<'_>> {
+        Some(Run {
+            inputs: self.inputs.first()?,
+            outputs: self.outputs.first()?,
+        })
     }
 
     /// Whether there is no instant.
@@ -134,6 +147,28 @@ impl Record {
     #[must_use]
     pub fn duration(&self) -> f64 {
         self.samples() as f64 * self.sample_time
+    }
+
+    /// The numbers of the segments that are used, in the order of time: the longest, and none too short to
+    /// say anything beside its own offset.
+    pub(crate) fn used(&self) -> Vec<usize> {
+        let length = |number: &usize| self.segments[*number].len();
+        let mut numbers: Vec<usize> = (0..self.segments.len()).collect();
+        numbers.sort_by_key(|number| std::cmp::Reverse(length(number)));
+        numbers.truncate(SEGMENTS);
+        let most = numbers.first().map_or(0, length);
+        numbers.retain(|number| length(number) >= SHORTEST.min(most));
+        numbers.sort_unstable();
+        numbers
+    }
+
+    /// The first input and output of each segment that is used.
+    pub(crate) fn runs(&self) -> Option<Vec<Run<'_>>> {
+        let numbers = self.used();
+        numbers
+            .into_iter()
+            .map(|number| self.segments[number].run())
+            .collect()
     }
 
     /// The segment with the most instants, the earliest of several.

@@ -29,6 +29,8 @@ pub enum Style {
     Circles,
     /// Small dots, for loci.
     Dots,
+    /// A thin dashed black line, for bounds: it takes none of the other series' colours.
+    Bound,
 }
 
 /// One plot, with what is written above it.
@@ -209,12 +211,12 @@ impl Plot<'_> {
             .axis_style(RGBColor(120, 120, 120))
             .label_style(("sans-serif", 13))
             .draw()?;
-        for (series, colour) in self.series.iter().zip(COLOURS.iter().cycle()) {
+        for (series, colour) in self.coloured() {
             let points = series.points.iter().copied().filter(finite);
             let line = ShapeStyle::from(colour).stroke_width(2);
             match series.style {
                 Style::Line => chart.draw_series(LineSeries::new(points, line))?,
-                Style::Dashed => chart.draw_series(DashedLineSeries::new(
+                Style::Dashed | Style::Bound => chart.draw_series(DashedLineSeries::new(
                     points,
                     6,
                     4,
@@ -233,15 +235,21 @@ impl Plot<'_> {
         Ok(())
     }
 
+    /// Each series with its colour.
+    fn coloured(&self) -> impl Iterator<Item = (&Series<'_>, &RGBColor)> {
+        let mut colours = COLOURS.iter().cycle();
+        self.series.iter().map(move |series| match series.style {
+            Style::Bound => (series, &BLACK),
+            _ => (series, colours.next().unwrap_or(&BLACK)),
+        })
+    }
+
     /// Each series' name, colour (`#rrggbb`) and style, for a legend beside the drawing.
     pub fn legend(&self) -> impl Iterator<Item = (&str, String, Style)> {
-        self.series
-            .iter()
-            .zip(COLOURS.iter().cycle())
-            .map(|(series, RGBColor(r, g, b))| {
-                let colour = format!("#{r:02x}{g:02x}{b:02x}");
-                (&*series.name, colour, series.style)
-            })
+        self.coloured().map(|(series, RGBColor(r, g, b))| {
+            let colour = format!("#{r:02x}{g:02x}{b:02x}");
+            (&*series.name, colour, series.style)
+        })
     }
 
     /// Both axes' ranges, with a little air.
@@ -329,6 +337,15 @@ mod tests {
             .svg()
             .expect_err("refused");
         assert!(refusal.to_string().contains("1e300"), "{refusal}");
+    }
+
+    #[test]
+    fn a_bound_leaves_the_colours_to_the_others() {
+        let plot = plot(vec![(0.0, 1.0)])
+            .with(Style::Bound, "bound", [(0.0, 0.0)])
+            .line("b", [(0.0, 2.0)]);
+        let colours: Vec<String> = plot.legend().map(|(_, colour, _)| colour).collect();
+        assert_eq!(colours, ["#0072b2", "#000000", "#d55e00"]);
     }
 
     #[test]

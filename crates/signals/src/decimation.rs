@@ -6,16 +6,14 @@
 
 use planesman_identification::{Record, Segment};
 
-use crate::preparation::Step;
-
 /// The share of the autocovariance that marks how long an output stays as it is.
 const STAYS: f64 = 0.9;
 /// Samples of that time from which a record is decimated, and that it is left with.
 const LONG: usize = 100;
 const LEFT: usize = 20;
 
-/// Decimates a record, if all its outputs move slowly.
-pub(crate) fn decimate(record: &mut Record) -> Option<Step> {
+/// Decimates a record, if all its outputs move slowly; what was done, in a sentence.
+pub(crate) fn decimate(record: &mut Record) -> Option<String> {
     let longest = record.segments.iter().max_by_key(|it| it.len())?;
     let stays = longest.outputs.iter().filter_map(|it| stays(it)).min()?;
     if stays < LONG {
@@ -29,15 +27,12 @@ pub(crate) fn decimate(record: &mut Record) -> Option<Step> {
         .filter(|it| !it.is_empty())
         .collect();
     record.sample_time *= factor as f64;
-    Some(Step {
-        name: "decimation",
-        text: format!(
-            "{} keeps nine tenths of its autocovariance for {stays} samples: means of {factor} are used, {:.6} samples \
+    Some(format!(
+        "{} keeps nine tenths of its autocovariance for {stays} samples: means of {factor} are used, {:.6} samples \
              per second (--rate {before:.6} keeps all)",
-            record.outputs.join(", "),
-            1.0 / record.sample_time
-        ),
-    })
+        record.outputs.join(", "),
+        1.0 / record.sample_time
+    ))
 }
 
 /// The samples over which the autocovariance stays above [`STAYS`] of that at one sample, where noise that is white has
@@ -107,7 +102,7 @@ mod tests {
         let mut fast = record(0.001, 20_000);
         let before = fast.clone();
         let step = decimate(&mut fast).unwrap();
-        assert!(step.text.contains("means of"), "{}", step.text);
+        assert!(step.contains("means of"), "{step}");
         let factor = (fast.sample_time / 0.001).round() as usize;
         assert!(factor >= 5 && factor % 2 == 1, "{factor}");
         let (old, new) = (&before.segments[0], &fast.segments[0]);

@@ -169,7 +169,10 @@ pub fn prepare(record: &mut Record, asked: &Preparation) -> Vec<Step> {
         steps.extend(outliers(record, asked.outliers));
     }
     if asked.decimate {
-        steps.extend(decimate(record));
+        steps.extend(decimate(record).map(|text| Step {
+            name: "decimation",
+            text,
+        }));
     }
     if asked.segment == SegmentChoice::Auto {
         steps.extend(excited_segment(record));

@@ -283,7 +283,7 @@ impl Controller {
     /// Everything neutral for want of feedback.
     fn neutral(&mut self, stamp: Time) -> Answer {
         self.loops.neutralised();
-        let header = header(stamp);
+        let header = self.header(stamp);
         let command = PlaneCommand {
             header: header.clone(),
             ..PlaneCommand::default()
@@ -353,13 +353,20 @@ impl Controller {
         (gains, adapted)
     }
 
+    fn header(&self, stamp: Time) -> Header {
+        Header {
+            stamp,
+            frame_id: format!("{}{FRAME}", self.config.frame_prefix),
+        }
+    }
+
     /// The estimate as a message.
     fn estimate_message(&self, stamp: Time, estimated: &Estimated) -> MotionEstimate {
         let estimate = &estimated.estimate;
         MotionEstimate {
             header: Header {
                 stamp,
-                frame_id: ESTIMATE_FRAME.to_owned(),
+                frame_id: format!("{}{ESTIMATE_FRAME}", self.config.frame_prefix),
             },
             source: feedback_constant(self.config.feedback.source),
             pitch: estimate.pitch,
@@ -397,7 +404,7 @@ impl Controller {
         self.expire_setpoints(tick);
         // What holds whether the loops are closed or set aside.
         let control = ControlState {
-            header: header(stamp.clone()),
+            header: self.header(stamp.clone()),
             fault: self.fault_constant(),
             mode: self.config.mode.constant(),
             depth_rate: feedback.depth_rate,
@@ -464,12 +471,5 @@ fn feedback_constant(source: Source) -> u8 {
         Source::Truth => ControlState::FEEDBACK_TRUTH,
         Source::Integrator => ControlState::FEEDBACK_INTEGRATOR,
         Source::Kalman => ControlState::FEEDBACK_KALMAN,
-    }
-}
-
-fn header(stamp: Time) -> Header {
-    Header {
-        stamp,
-        frame_id: FRAME.to_owned(),
     }
 }

@@ -85,6 +85,9 @@ pub struct ControllerParameters {
     pub kalman: Tuning,
     /// `gains.*`.
     pub gains: GainsParameters,
+    /// Prefix of the frames in its messages' headers, to distinguish vehicles: 'auv2/'; the same as plant_sim's.
+    #[parameter(default = "", read_only)]
+    pub frame_prefix: String,
 }
 
 /// The parameters `depth.*`.
@@ -423,6 +426,8 @@ pub enum GainSource {
 /// The parameters as the loops take them: checked each and together.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Config {
+    /// What stands before the frames' names.
+    pub frame_prefix: String,
     /// The control mode.
     pub mode: Mode,
     /// The standing depth setpoint, m.
@@ -508,6 +513,7 @@ impl Config {
             pitch_i: p.pitch.i,
         };
         Ok(Self {
+            frame_prefix: parameters.frame_prefix.clone(),
             mode: p.mode,
             depth_setpoint: p.depth_setpoint,
             pitch_setpoint: p.pitch_setpoint,

@@ -376,7 +376,7 @@ impl Actuator {
 
         let header = Header {
             stamp: Time::from_nanos(stamp),
-            frame_id: FRAME.to_owned(),
+            frame_id: format!("{}{FRAME}", self.config.frame_prefix),
         };
         let obeyed = command.as_ref().filter(|_| stamp < acting.deadline);
         let states = (0..planes.len())

@@ -65,6 +65,9 @@ pub struct ActuatorParameters {
     pub friction: Friction,
     /// `fault.*`.
     pub fault: Fault,
+    /// Prefix of the frames in its messages' headers, to distinguish vehicles: 'auv2/'; the same as plant_sim's.
+    #[parameter(default = "", read_only)]
+    pub frame_prefix: String,
 }
 
 /// The parameters of one group of planes with an actuator of its own, `bow.*` and so on.
@@ -227,6 +230,8 @@ pub(crate) struct Faults {
 /// The parameters, read.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Config {
+    /// What stands before the frames' names.
+    pub frame_prefix: String,
     /// How the planes are divided among actuators.
     pub grouping: Grouping,
     /// The actuators, in the order of [`Grouping::groups`].
@@ -261,6 +266,7 @@ impl Config {
             ..Condition::SOUND
         };
         Self {
+            frame_prefix: parameters.frame_prefix.clone(),
             grouping,
             members: grouping
                 .groups()

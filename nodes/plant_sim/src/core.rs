@@ -12,10 +12,12 @@ use planesman_msgs::{
     nav_msgs::msg::Odometry,
     planesman_msgs::msg::{DaqSample, PlaneMotion, VehicleState},
     sensor_msgs::msg::{FluidPressure, Imu},
+    std_msgs::msg::String as Text,
     tf2_msgs::msg::TFMessage,
 };
 
 use crate::{
+    description,
     error::Error,
     messages::Frames,
     odometry::{self, wrapped},
@@ -27,10 +29,6 @@ use planesman_vehicle::{
     Body, BodyMotion, Boundary, Contact, Inputs, Load, PlanePath, Vehicle, Waves, vehicle_file,
 };
 
-/// The fixed frame of `VehicleState`: x along the first course, y to starboard, z down from the
-/// surface. REP 105's `map` has z up; REP 103 marks frames like this one by `_ned`.
-const MAP: &str = "map_ned";
-
 /// Everything the plant publishes at one stamp.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observation {
@@ -38,7 +36,7 @@ pub struct Observation {
     pub state: VehicleState,
     /// The truth in ROS frames, on `odom`.
     pub odometry: Odometry,
-    /// `odom` to `base_link`, on `/tf`.
+    /// `odom` to `base_link`, and that to the planes, on `/tf`.
     pub transforms: TFMessage,
     /// Rate gyros and accelerometers, on `imu`.
     pub imu: Imu,
@@ -102,6 +100,15 @@ impl Acting {
             waves,
         }
     }
+}
+
+/// What holds for the whole flight: for late joiners too.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Facts {
+    /// The fixed frames beside those that move.
+    pub transforms: TFMessage,
+    /// The vehicle's URDF.
+    pub description: Text,
 }
 
 /// The vehicle that the parameters name.
@@ -192,7 +199,7 @@ impl Plant {
         Observation {
             state: self.state_message(&frames),
             odometry: frames.odometry(&odometry),
-            transforms: frames.transforms(&odometry),
+            transforms: frames.transforms(&odometry, &self.planes()),
             imu: frames.imu(readings, sensors),
             depth_pressure: frames
                 .pressure(readings.depth_pressure, sensors.depth.pressure_noise()),
@@ -200,6 +207,31 @@ impl Plant {
                 .pressure(readings.speed_pressure, sensors.speed.pressure_noise()),
             daq: frames.daq(readings),
         }
+    }
+
+    /// What holds for the whole flight.
+    #[must_use]
+    pub fn facts(&self) -> Facts {
+        let frames = Frames {
+            stamp: Time::default(),
+            prefix: &self.settings.frame_prefix,
+        };
+        Facts {
+            transforms: frames.fixed_transforms(),
+            description: Text {
+                data: description::of(&self.vehicle),
+            },
+        }
+    }
+
+    /// The planes with their angles \[rad\].
+    fn planes(&self) -> Vec<(description::Plane, f64)> {
+        let together = self.acting.dive_planes;
+        let apart = self.acting.bow_stern_differential;
+        description::planes(&self.vehicle)
+            .into_iter()
+            .zip([together + apart, together - apart])
+            .collect()
     }
 
     /// Moves on by one tick, the planes along `motion`; without one they stay where they are,
@@ -283,7 +315,7 @@ impl Plant {
         } = self.body;
         let BodyMotion { tank, current, .. } = &self.settings.motion;
         VehicleState {
-            header: frames.header(MAP.to_owned()),
+            header: frames.header(frames.map_ned()),
             distance: plane.distance,
             cross_track: across,
             depth: plane.depth,
@@ -610,9 +642,11 @@ mod tests {
     fn frames_are_the_conventional_ones_with_the_prefix() {
         let plant = plant(&[("frame_prefix", Value::from("auv1/"))]);
         let o = plant.observe(stamp(1));
-        assert_eq!(o.state.header.frame_id, "map_ned");
+        assert_eq!(o.state.header.frame_id, "auv1/map_ned");
         assert_eq!(o.odometry.header.frame_id, "auv1/odom");
         assert_eq!(o.odometry.child_frame_id, "auv1/base_link");
+        // All 0: unknown to those who read it, since truth has no error to tell (REP 145).
+        assert_eq!(o.odometry.pose.covariance, [0.0; 36]);
         assert_eq!(o.transforms.transforms[0].header, o.odometry.header);
         assert_eq!(o.transforms.transforms[0].child_frame_id, "auv1/base_link");
         assert_eq!(o.imu.header.frame_id, "auv1/base_link");

@@ -4,12 +4,13 @@
 //! - `core`: messages in, messages out, one tick at a time: [`Plant`], [`Observation`].
 //! - [`PlantParameters`]: the declared parameters; `settings`: the same as the models' own types.
 //! - `sensors`: [`gyro`], accelerometers, [`pressure_cell`], [`plane_signal`], their errors and their volts.
-//! - `odometry`, `messages`: the state in ROS frames (REP 103, REP 105), and as messages.
+//! - `odometry`, `messages`: the state in ROS frames (REP 103, REP 105), and as messages. [`robot_description`]: the vehicle's URDF.
 //!
 //! The equations of motion are those of [`planesman_vehicle`].
 
 mod answers;
 mod core;
+mod description;
 mod error;
 mod lockstep;
 mod messages;
@@ -19,7 +20,8 @@ mod parameters;
 mod sensors;
 mod settings;
 
-pub use core::{Observation, Plant, vehicle};
+pub use core::{Facts, Observation, Plant, vehicle};
+pub use description::of as robot_description;
 pub use error::Error;
 pub use node::main;
 pub use parameters::PlantParameters;

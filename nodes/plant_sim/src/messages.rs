@@ -14,7 +14,7 @@ use planesman_msgs::{
 };
 
 use crate::{
-    odometry,
+    description, odometry,
     sensors::{Readings, Sensors},
 };
 
@@ -32,12 +32,22 @@ impl Frames<'_> {
         }
     }
 
+    fn named(&self, frame: &str) -> String {
+        format!("{}{frame}", self.prefix)
+    }
+
     fn odom(&self) -> String {
-        format!("{}odom", self.prefix)
+        self.named("odom")
     }
 
     fn base_link(&self) -> String {
-        format!("{}base_link", self.prefix)
+        self.named(description::BODY)
+    }
+
+    /// The fixed frame of `VehicleState`: x along the first course, y to starboard, z down from the
+    /// surface. REP 105's `map` has z up; REP 103 marks frames like this one by `_ned`.
+    pub(crate) fn map_ned(&self) -> String {
+        self.named("map_ned")
     }
 
     pub(crate) fn odometry(&self, odometry: &odometry::Odometry) -> Odometry {
@@ -62,16 +72,48 @@ impl Frames<'_> {
         }
     }
 
-    pub(crate) fn transforms(&self, odometry: &odometry::Odometry) -> TFMessage {
+    /// Where the body is, and where its planes are.
+    pub(crate) fn transforms(
+        &self,
+        odometry: &odometry::Odometry,
+        planes: &[(description::Plane, f64)],
+    ) -> TFMessage {
+        let body = TransformStamped {
+            header: self.header(self.odom()),
+            child_frame_id: self.base_link(),
+            transform: Transform {
+                translation: vector(odometry.position),
+                rotation: quaternion(odometry.orientation),
+            },
+        };
+        let planes = planes.iter().map(|(plane, angle)| TransformStamped {
+            header: self.header(self.base_link()),
+            child_frame_id: self.named(plane.link),
+            transform: Transform {
+                translation: vector([plane.forward, 0.0, 0.0]),
+                rotation: about_y(plane.axis * angle),
+            },
+        });
         TFMessage {
-            transforms: vec![TransformStamped {
-                header: self.header(self.odom()),
-                child_frame_id: self.base_link(),
-                transform: Transform {
-                    translation: vector(odometry.position),
-                    rotation: quaternion(odometry.orientation),
-                },
-            }],
+            transforms: std::iter::once(body).chain(planes).collect(),
+        }
+    }
+
+    /// The frames whose z points down beside those whose z points up: the same turned about x by half a turn.
+    pub(crate) fn fixed_transforms(&self) -> TFMessage {
+        let turned = |parent, child| TransformStamped {
+            header: self.header(parent),
+            child_frame_id: child,
+            transform: Transform {
+                translation: vector([0.0; 3]),
+                rotation: quaternion([1.0, 0.0, 0.0, 0.0]),
+            },
+        };
+        TFMessage {
+            transforms: vec![
+                turned(self.odom(), self.map_ned()),
+                turned(self.base_link(), self.named(description::BODY_DOWN)),
+            ],
         }
     }
 
@@ -118,6 +160,12 @@ impl Frames<'_> {
                 .fold(0, |flags, (_, channel)| flags | channel),
         }
     }
+}
+
+/// The turn about y, to the left, by an angle \[rad\].
+fn about_y(angle: f64) -> Quaternion {
+    let (sin, cos) = (0.5 * angle).sin_cos();
+    quaternion([0.0, sin, 0.0, cos])
 }
 
 fn vector([x, y, z]: [f64; 3]) -> Vector3 {

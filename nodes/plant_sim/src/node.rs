@@ -13,6 +13,7 @@ use planesman_msgs::planesman_msgs::msg::{DaqSample, PlaneMotion, TickAnswer, Ve
 use planesman_msgs::planesman_msgs::srv::{Step, StepRequest, StepResponse};
 use planesman_msgs::rosgraph_msgs::msg::Clock;
 use planesman_msgs::sensor_msgs::msg::{FluidPressure, Imu, JointState};
+use planesman_msgs::std_msgs::msg::String as Text;
 use planesman_msgs::std_srvs::srv::{
     SetBool, SetBoolRequest, SetBoolResponse, Trigger, TriggerResponse,
 };
@@ -22,7 +23,7 @@ use planesman_node::logging::Throttle;
 use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, Responder, Runtime, args};
 
 use crate::answers::Answers;
-use crate::core::{Observation, Plant};
+use crate::core::{Facts, Observation, Plant};
 use crate::lockstep::Lockstep;
 use crate::parameters::{ActuatorAnswer, PlantParameters, TimeSource};
 use planesman_vehicle::Boundary;
@@ -123,6 +124,8 @@ struct Node {
     stamp: i64,
     /// Ticks to fly in all, `None` for no end.
     ticks: Option<i64>,
+    /// Whether the node ends after them.
+    end_when_flown: bool,
     /// The observation of the present tick, to be sent again to a member that restarts; `None`
     /// between ticks, while paused and at the end.
     observation: Option<Observation>,
@@ -183,7 +186,7 @@ impl Node {
         let ticks = (duration * 1e9 / plant.tick_nanos() as f64).round() as i64;
         let lockstep = matches!(pace, Pace::Lockstep { .. });
         let reliable = lockstep || parameters.reliable_sensors;
-        let publishers = Publishers::new(rt, owns_time, reliable)?;
+        let publishers = Publishers::new(rt, &plant.facts(), owns_time, reliable)?;
         Ok(Self {
             claim: rt.claim(publishers.state.topic())?,
             listening: Some(Instant::now()),
@@ -192,6 +195,7 @@ impl Node {
             k: 0,
             stamp: 0,
             ticks: (duration > 0.0).then_some(ticks),
+            end_when_flown: parameters.end_when_flown,
             observation: None,
             answers: Answers::new(plant.tick_nanos(), parameters.delay_budget),
             paused: parameters.start_paused,
@@ -257,7 +261,15 @@ impl Node {
             self.end_tick(rt)?;
             self.begin_tick(rt)?;
         }
+        if self.end_when_flown && self.is_flown() {
+            return Ok(Flow::Stop);
+        }
         Ok(Flow::Continue)
+    }
+
+    /// Whether the duration is flown.
+    fn is_flown(&self) -> bool {
+        self.ticks.is_some_and(|ticks| self.k >= ticks)
     }
 
     fn stamp(&self) -> Time {
@@ -301,10 +313,9 @@ impl Node {
 
     /// Says what the next tick begins with, unless one is on, or none is due.
     fn begin_tick(&mut self, rt: &Runtime<Event>) -> Result<()> {
-        let flown = self.ticks.is_some_and(|ticks| self.k >= ticks);
         if self.listening.is_some()
             || self.observation.is_some()
-            || flown
+            || self.is_flown()
             || (self.paused && self.stepping.is_none())
         {
             return Ok(());
@@ -501,8 +512,7 @@ impl Node {
         if self.listening.is_some() {
             status.1 = "checking for another vehicle".to_owned();
         } else if self.observation.is_none() {
-            let flown = self.ticks.is_some_and(|ticks| self.k >= ticks);
-            status = match (flown, self.paused) {
+            status = match (self.is_flown(), self.paused) {
                 (true, _) => (Level::Ok, "done".to_owned()),
                 (false, true) => (Level::Ok, "paused".to_owned()),
                 (false, false) => (Level::Warn, "waiting for /clock".to_owned()),
@@ -562,6 +572,8 @@ impl Node {
 
 struct Publishers {
     clock: Option<Publisher<Clock>>,
+    /// Kept, for those who join later.
+    _facts: (Publisher<TFMessage>, Publisher<Text>),
     state: Publisher<VehicleState>,
     odometry: Publisher<Odometry>,
     transforms: Publisher<TFMessage>,
@@ -573,12 +585,17 @@ struct Publishers {
 
 impl Publishers {
     /// Sensors are best effort, but for those who must miss nothing, as members of lockstep.
-    fn new(rt: &Runtime<Event>, owns_time: bool, reliable: bool) -> Result<Self> {
+    fn new(rt: &Runtime<Event>, facts: &Facts, owns_time: bool, reliable: bool) -> Result<Self> {
+        let transforms = rt.publisher("/tf_static", Qos::latched(1))?;
+        transforms.publish(&facts.transforms);
+        let description = rt.publisher("robot_description", Qos::latched(1))?;
+        description.publish(&facts.description);
         let sensor = match reliable {
             true => Qos::reliable(100),
             false => Qos::sensor(),
         };
         Ok(Self {
+            _facts: (transforms, description),
             clock: owns_time
                 .then(|| anyhow::Ok(rt.publisher("/clock", Qos::reliable(100))?.sole()))
                 .transpose()?,

@@ -60,7 +60,7 @@ pub struct PlantParameters {
     /// Step of the integration.
     #[parameter(default = 0.001, unit = "s", range = 1e-5..=0.1, read_only)]
     pub step: f64,
-    /// Prefix of the frames odom and base_link, to distinguish vehicles on one /tf: 'auv1/'.
+    /// Prefix of all frames, to distinguish vehicles on one /tf: 'auv2/'.
     #[parameter(default = "", read_only)]
     pub frame_prefix: String,
     /// `environment.*`.
@@ -87,6 +87,9 @@ pub struct PlantParameters {
     /// Simulated time after which the vehicle stops; 0: never.
     #[parameter(default = 0.0, unit = "s", range = 0.0..=1e7, read_only)]
     pub duration: f64,
+    /// Whether the node ends when the duration is flown, for a launch file that is to end with it.
+    #[parameter(default = false, read_only)]
+    pub end_when_flown: bool,
     /// Whether the sensors' topics are published reliably, for a recorder that must not lose messages, instead of
     /// best effort; always in lockstep.
     #[parameter(default = false, read_only)]

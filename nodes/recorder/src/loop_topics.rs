@@ -16,7 +16,7 @@ use planesman_msgs::{
     rcl_interfaces::msg::{Log, ParameterEvent},
     rosgraph_msgs::msg::Clock,
     sensor_msgs::msg::{FluidPressure, Imu, JointState},
-    std_msgs::msg::Float64,
+    std_msgs::msg::{Float64, String as Text},
     tf2_msgs::msg::TFMessage,
 };
 
@@ -93,6 +93,8 @@ pub const ALL: &[LoopTopic] = {
         LoopTopic::of::<VehicleState>("state", Reliable, 100),
         LoopTopic::of::<Odometry>("odom", Reliable, 100),
         LoopTopic::of::<TFMessage>("/tf", Reliable, 100),
+        LoopTopic::of::<TFMessage>("/tf_static", Latched, 1),
+        LoopTopic::of::<Text>("robot_description", Latched, 1),
         LoopTopic::of::<Imu>("imu", BestEffort, 5),
         LoopTopic::of::<FluidPressure>("depth_pressure", BestEffort, 5),
         LoopTopic::of::<FluidPressure>("speed_pressure", BestEffort, 5),

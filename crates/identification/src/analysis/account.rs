@@ -24,11 +24,15 @@ impl Analysis {
     pub fn findings(&self) -> String {
         let structure = &self.estimate.layout.structure;
         let mut text = format!(
-            "{} -> {}, {}, {} poles, {} numerator coefficients, delay {}, {} s\n",
+            "{} -> {}, {}, {} poles{}, {} numerator coefficients, delay {}, {} s\n",
             self.input,
             self.output,
             self.method_name(),
             structure.poles,
+            match structure.known_denominator.len() {
+                1 => String::new(),
+                known => format!(" and {} known", known - 1),
+            },
             structure.numerator,
             structure.delay,
             to_a_nanosecond(self.estimate.sample_time)
@@ -100,11 +104,16 @@ impl Analysis {
         if !self.selected.is_empty() {
             let mut text = String::from("\nmodel         order  delay   cross-validated fit\n");
             for c in self.selected.iter().take(SHOWN) {
+                let integrator = if c.integrators() > 0 {
+                    ", integrator"
+                } else {
+                    ""
+                };
                 let _ = writeln!(
                     text,
-                    "{:<13} {:<6} {:<7} {:.2} %",
+                    "{:<13} {:<6} {:<7} {:.2} %{integrator}",
                     c.kind.name(),
-                    c.structure.poles,
+                    c.order(),
                     c.structure.delay,
                     c.fit()
                 );
@@ -157,7 +166,16 @@ impl Analysis {
             }
             text.push('\n');
         }
-        text + &format!("denominator  1  {}\n", list(&self.model().a))
+        let a = self.model().a;
+        match self.is_finite() {
+            true => text + &format!("denominator  z^{}\n", a.len()),
+            false => text + &format!("denominator  1  {}\n", list(&a)),
+        }
+    }
+
+    /// Whether the impulse response is: all poles lie at z = 0.
+    fn is_finite(&self) -> bool {
+        self.model().a.iter().all(|a| *a == 0.0)
     }
 
     /// Poles, zeros and the steady gain, each with its 95 % interval.
@@ -170,6 +188,10 @@ impl Analysis {
             ("z zero", reading.zeros()),
         ] {
             let found = found.unwrap_or_default();
+            // The zeros of a finite impulse response are many, and say little.
+            if name == "z zero" && self.is_finite() {
+                continue;
+            }
             for it in found.iter().filter(|it| it.value.im >= 0.0) {
                 let _ = writeln!(text, "{name:<12} {}", interval(it));
             }

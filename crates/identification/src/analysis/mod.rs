@@ -1,8 +1,8 @@
 //! The analysis of a record: order search, fit, residual tests and verdict.
 //!
 //! Each segment of the record is a run of one model. The order is searched unless it is given; the model
-//! is fitted to the first seven tenths of each segment and validated on the rest, by simulation;
-//! the reported model is fitted to all of it. In a long record the order is searched in the part where the
+//! is fitted to the first seven tenths of each segment and validated on the rest, by simulation, or on a
+//! record of its own; the reported model is fitted to all of it. In a long record the order is searched in the part where the
 //! input varies most ([`Problem::part`]).
 //!
 //! - `verdict`: the plain words.
@@ -15,20 +15,22 @@ mod checks;
 mod lag;
 mod verdict;
 
-pub use checks::AHEAD;
+pub use crate::prediction::AHEAD;
 pub use lag::Lag;
 
 use std::borrow::Cow;
 
+use crate::comparison::GivenModel;
 use crate::conversion;
 use crate::error::{IdentificationError, Result};
 use crate::estimators::{
     Error, Estimate, Estimator, Knowledge, LeastSquares, Method, Physical, TwoStages,
 };
 use crate::model::Model;
+use crate::prediction;
 use crate::record::{Record, Segment};
 use crate::selection::{self, Kind, select};
-use crate::structure::{Problem, Run, Start, Structure};
+use crate::structure::{Problem, Start, Structure};
 use crate::uncertainty::Reading;
 use crate::validation::order_search::{Candidate, choice, first_part, search};
 use crate::validation::{identifiability, residuals::ResidualTests};
@@ -94,10 +96,6 @@ const LONGEST: usize = 20;
 const ORDERS: usize = 4;
 const DELAYS: usize = 3;
 
-/// Segments used at most, each with an offset of its own, and samples of the shortest worth it.
-const SEGMENTS: usize = 40;
-const SHORTEST: usize = 30;
-
 /// The fit of the best of models, %, up to which the output hardly moves beyond the noise.
 const LITTLE: f64 = 10.0;
 
@@ -139,11 +137,11 @@ pub struct Analysis {
     pub segments: Vec<usize>,
     /// The simulated fit on the longest run, %.
     pub fit: Option<f64>,
-    /// The simulated fit on what was held out of the longest run, %.
+    /// The simulated fit on what was held out of the longest run, or on the validation data, %.
     pub held_out_fit: Option<f64>,
     /// The fit there that the noise leaves to the best of models, %.
     pub attainable_fit: Option<f64>,
-    /// The fit of predictions [`AHEAD`] samples ahead on the longest run, %.
+    /// The fit of predictions [`AHEAD`] samples ahead on the longest run, or on the validation data, %.
     pub predicted_fit: Option<f64>,
     /// The share of the output's squares that the input accounts for, beyond constant and free motion, 0 to 1.
     pub share: Option<f64>,
@@ -167,15 +165,31 @@ pub struct Analysis {
 /// # Errors
 /// [`IdentificationError`]: a record without input or output, or one that determines no model asked for.
 pub fn analyse(record: &Record, options: &Options) -> Result<Analysis> {
+    judged_on(record, options, None)
+}
+
+/// The same with a record for validation, on the same grid: fit on held-out data and predictions are of that one, and
+/// nothing of it is used for the model.
+///
+/// # Errors
+/// As [`analyse`]; a validation record without input or output, or with another sampling interval.
+pub fn analyse_validated(
+    record: &Record,
+    options: &Options,
+    validation: &Record,
+) -> Result<Analysis> {
+    judged_on(record, options, Some(validation))
+}
+
+fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) -> Result<Analysis> {
     let level = Level::of(record, options);
     let record = &*level.taken_off(record);
-    let segments = used(record);
+    let segments = record.used();
     let of = |number: &usize| &record.segments[*number];
-    let runs = segments.iter().map(of).map(run).collect::<Option<_>>();
     let mut problem = Problem::new(
         structure(options, options.order.unwrap_or(2)),
         record.sample_time,
-        runs.ok_or_else(|| {
+        record.runs().ok_or_else(|| {
             IdentificationError::Record("a record with an input and an output is needed".to_owned())
         })?,
     )?;
@@ -201,67 +215,19 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Analysis> {
     let part = whole.part().unwrap_or(whole);
     let mut fitted = None;
     if options.method == Method::Automatic {
-        let orders = options.order.map_or(1..=MOST, |order| order..=order);
-        // Planes move a vehicle only later; a model at a speed is one of a vehicle.
-        let least = usize::from(options.speed.is_some());
-        let delays = options.delay.map_or(least..=LONGEST, |delay| delay..=delay);
-        let structures = |order: usize, delay: usize| {
-            let mut structure = structure(options, order);
-            structure.delay = delay;
-            structure.start = part.structure.start;
-            structure.numerator += usize::from(delay == 0 && options.numerator.is_none());
-            structure
-        };
-        selected = select(&part, orders, delays, &structures);
-        // One that all the data does not determine gives way to the next.
-        let start = problem.structure.start;
-        let mut passed_over = 0;
-        for candidate in &selected {
-            problem.structure = Structure {
-                start,
-                ..candidate.structure.clone()
-            };
-            method = candidate.estimator();
-            match method.fit(&second_stage(&problem, &caused)) {
-                Err(_) if passed_over + 1 < selected.len() => passed_over += 1,
-                found => {
-                    fitted = Some(found?);
-                    break;
-                }
-            }
-        }
-        if fitted.is_none() {
-            problem.structure = structure(options, options.order.unwrap_or(1));
-            let reason = LeastSquares.fit(&problem).err();
-            return Err(reason.unwrap_or(IdentificationError::Undetermined(
-                "the record determines no model of any order",
-            )));
-        }
-        selected.drain(..passed_over);
-        // The delays that were cross-validated are few.
-        let second = second_stage(&problem, &caused);
-        if options.delay.is_none()
-            && let Some(lag) = fitted.as_ref().and_then(|it| lag::lag(it, &second))
-            && !(lag.interval.0..=lag.interval.1).contains(&(problem.structure.delay as i64))
-            && let Ok(best) = usize::try_from(lag.best)
-            && best >= least
-        {
-            let structure = Structure {
-                delay: best,
-                ..problem.structure.clone()
-            };
-            let other = Problem {
-                structure,
-                ..second.clone()
-            };
-            if let Ok(better) = method.fit(&other) {
-                problem.structure = other.structure;
-                fitted = Some(better);
-            }
-        }
+        let chosen = chosen(&second_stage(&problem, &caused), &part, options)?;
+        problem.structure = chosen.structure;
+        method = chosen.estimator;
+        fitted = Some(chosen.estimate);
+        selected = chosen.selected;
     } else if options.order.is_none() && !options.method.is_of_the_vehicle() {
-        let delays = options.delay.map_or(1..=DELAYS, |delay| delay..=delay);
-        let structures = (1..=ORDERS).flat_map(|order| {
+        // A finite impulse response has no poles, and chooses its own length: only its first coefficient is sought.
+        let (orders, delays) = match options.method {
+            Method::Fir => (0..=0, usize::from(options.speed.is_some())..=1),
+            _ => (1..=ORDERS, 1..=DELAYS),
+        };
+        let delays = options.delay.map_or(delays, |delay| delay..=delay);
+        let structures = orders.flat_map(|order| {
             delays.clone().map(move |delay| Structure {
                 delay,
                 start: part.structure.start,
@@ -301,7 +267,10 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Analysis> {
         .residuals
         .get(longest)
         .and_then(|residuals| ResidualTests::of(residuals, tested_against));
-    let (held_out_fit, attainable_fit) = held_out_fits(estimator, &problem, longest);
+    let (held_out_fit, attainable_fit) = match validation {
+        None => held_out_fits(estimator, &problem, longest),
+        Some(_) => (None, None),
+    };
     let name = |names: &[String], i: usize| names.get(i).cloned();
     let mut found = Analysis {
         options: options.clone(),
@@ -311,7 +280,7 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Analysis> {
         fit: estimate.simulated_fit(longest, second.runs[longest], 0),
         held_out_fit,
         attainable_fit,
-        predicted_fit: checks::predicted_fit(&estimate, longest, second.runs[longest]),
+        predicted_fit: prediction::missed(&estimate, longest, second.runs[longest], AHEAD).fit(),
         share: checks::share_of_input(&estimate, longest, second.runs[longest]),
         drift: checks::share_of_line(second.runs[longest].outputs),
         lag: lag::lag(&estimate, &second),
@@ -327,12 +296,80 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Analysis> {
         segments,
     };
     level.put_back(&mut found);
+    let validated = validation.map(|it| found.validated(it, &problem));
+    let validated = validated.transpose()?;
     let doubts = match options.method.is_of_the_vehicle() {
         true => identifiability::of_inputs(&problem, options.knowledge.vehicle.unknowns()),
         false => identifiability::doubts(&problem),
     };
     found.verdict = found.judged(doubts, record);
+    found.verdict.splice(0..0, validated);
     Ok(found)
+}
+
+/// The choice of the default method.
+struct Chosen {
+    structure: Structure,
+    estimator: Box<dyn Estimator>,
+    estimate: Estimate,
+    selected: Vec<selection::Candidate>,
+}
+
+/// The model that cross-validation on a part of the data chooses, fitted to all of it, with the delay that fits best.
+fn chosen(problem: &Problem<'_>, part: &Problem<'_>, options: &Options) -> Result<Chosen> {
+    let orders = options.order.map_or(1..=MOST, |order| order..=order);
+    // Planes move a vehicle only later; a model at a speed is one of a vehicle.
+    let least = usize::from(options.speed.is_some());
+    let delays = options.delay.map_or(least..=LONGEST, |delay| delay..=delay);
+    let structures = |order: usize, delay: usize| {
+        let mut structure = structure(options, order);
+        structure.delay = delay;
+        structure.start = part.structure.start;
+        structure.numerator += usize::from(delay == 0 && options.numerator.is_none());
+        structure
+    };
+    let mut selected = select(part, orders, delays, &structures);
+    let with = |structure: &Structure| Problem {
+        structure: Structure {
+            start: problem.structure.start,
+            ..structure.clone()
+        },
+        ..problem.clone()
+    };
+    // One that all the data does not determine gives way to the next.
+    let determined = selected.iter().enumerate().find_map(|(at, candidate)| {
+        let fitted = candidate.estimator().fit(&with(&candidate.structure));
+        Some((at, fitted.ok()?))
+    });
+    let Some((at, mut estimate)) = determined else {
+        let of_order = with(&structure(options, options.order.unwrap_or(1)));
+        let reason = LeastSquares.fit(&of_order).err();
+        return Err(reason.unwrap_or(IdentificationError::Undetermined(
+            "the record determines no model of any order",
+        )));
+    };
+    selected.drain(..at);
+    let estimator = selected[0].estimator();
+    let mut of = with(&selected[0].structure);
+    // The delays that were cross-validated are few.
+    if options.delay.is_none()
+        && let Some(lag) = lag::lag(&estimate, &of)
+        && !(lag.interval.0..=lag.interval.1).contains(&(of.structure.delay as i64))
+        && let Ok(best) = usize::try_from(lag.best)
+        && best >= least
+    {
+        let before = std::mem::replace(&mut of.structure.delay, best);
+        match estimator.fit(&of) {
+            Ok(better) => estimate = better,
+            Err(_) => of.structure.delay = before,
+        }
+    }
+    Ok(Chosen {
+        structure: of.structure,
+        estimator,
+        estimate,
+        selected,
+    })
 }
 
 /// Levels of input and output far from 0, which would leave the rest to rounding: taken off before anything is
@@ -406,24 +443,25 @@ impl Level {
     }
 }
 
-/// The numbers of the segments that are used, in the order of time: the longest, and none too short to
-/// say anything beside its own offset.
-fn used(record: &Record) -> Vec<usize> {
-    let length = |number: &usize| record.segments[*number].len();
-    let mut numbers: Vec<usize> = (0..record.segments.len()).collect();
-    numbers.sort_by_key(|number| std::cmp::Reverse(length(number)));
-    numbers.truncate(SEGMENTS);
-    let most = numbers.first().map_or(0, length);
-    numbers.retain(|number| length(number) >= SHORTEST.min(most));
-    numbers.sort_unstable();
-    numbers
-}
-
-fn run(segment: &Segment) -> Option<Run<'_>> {
-    Some(Run {
-        inputs: segment.inputs.first()?,
-        outputs: segment.outputs.first()?,
-    })
+/// A record whose second input is the reference of a loop, with the part of its first input that the reference causes.
+fn caused_by_reference(record: &Record) -> Result<Cow<'_, Record>> {
+    let numbers = record.used();
+    let reference = |number: &usize| Some(record.segments[*number].inputs.get(1)?.as_slice());
+    let references: Option<Vec<&[f64]>> = numbers.iter().map(reference).collect();
+    let (Some(references), Some(runs)) = (references, record.runs()) else {
+        return Ok(Cow::Borrowed(record));
+    };
+    let problem = Problem::new(Structure::of_order(1), record.sample_time, runs)?;
+    let staged = TwoStages {
+        second: &LeastSquares,
+        references,
+    };
+    let caused = staged.caused(&problem)?;
+    let mut record = record.clone();
+    for (number, caused) in numbers.into_iter().zip(caused) {
+        record.segments[number].inputs[0] = caused;
+    }
+    Ok(Cow::Owned(record))
 }
 
 /// The problem with the part of each input that the reference causes, where there is one.
@@ -457,6 +495,10 @@ fn held_out_fits(
 }
 
 fn structure(options: &Options, order: usize) -> Structure {
+    let order = match options.method {
+        Method::Fir => 0,
+        _ => order,
+    };
     let mut structure = Structure {
         offset: options.offset,
         start: options.start,
@@ -471,7 +513,7 @@ fn structure(options: &Options, order: usize) -> Structure {
         structure = structure.with_integrator();
         structure.poles += 1;
     }
-    structure.numerator = options.numerator.unwrap_or(structure.numerator);
+    structure.numerator = options.numerator.unwrap_or(structure.numerator).max(1);
     structure
 }
 
@@ -506,6 +548,27 @@ fn trajectory(estimator: &dyn Estimator, problem: &Problem<'_>) -> Trajectory {
 }
 
 impl Analysis {
+    /// Takes the fits of a record for validation; what it was, in a sentence.
+    fn validated(&mut self, validation: &Record, fitted: &Problem<'_>) -> Result<String> {
+        let validation = &*caused_by_reference(validation)?;
+        let judgement = GivenModel::of(&self.estimate, self.longest).on(validation, &[AHEAD])?;
+        let outputs = validation.segments[judgement.segments[judgement.longest]]
+            .outputs
+            .first();
+        self.attainable_fit = outputs.and_then(|it| checks::attainable_fit(fitted, it));
+        let moves = self.attainable_fit.is_none_or(|fit| fit > LITTLE);
+        self.held_out_fit = judgement.fit.filter(|_| moves);
+        self.predicted_fit = judgement.predicted[0].1;
+        let percent = |fit: Option<f64>| fit.map_or("none".to_owned(), |fit| format!("{fit:.1} %"));
+        Ok(format!(
+            "judged on the validation data, {} samples that were not fitted: simulated fit {}, predicted {AHEAD} samples \
+             ahead {}",
+            judgement.samples,
+            percent(judgement.fit),
+            percent(self.predicted_fit)
+        ))
+    }
+
     /// The kind that was chosen by cross-validation.
     #[must_use]
     pub fn kind(&self) -> Option<Kind> {

@@ -68,8 +68,16 @@ impl Analysis {
             .iter()
             .max_by(|p, q| p.fit().total_cmp(&q.fit()))?;
         let named = |of: &Candidate| {
-            let s = &of.structure;
-            format!("{}, order {}, delay {}", of.kind.name(), s.poles, s.delay)
+            let integrator = match of.integrators() {
+                0 => "",
+                _ => " with an integrator",
+            };
+            format!(
+                "{}, order {}{integrator}, delay {}",
+                of.kind.name(),
+                of.order(),
+                of.structure.delay
+            )
         };
         let mut text = format!(
             "of {} models cross-validated: {}, fit {:.1} %",
@@ -332,6 +340,11 @@ impl Analysis {
         !self.is_unstable() && chosen.is_some_and(|of| of.halves_over_fifths() > STEADY)
     }
 
+    /// Whether the standard deviations are those of a residual of any colour.
+    fn allows_for_colour(&self) -> bool {
+        self.estimate.error == Error::Output || self.options.method == Method::Fir
+    }
+
     fn is_early(&self) -> bool {
         self.lag.is_some_and(|lag| lag.is_another && lag.best < 0)
     }
@@ -460,7 +473,7 @@ impl Analysis {
                 "residuals are white and uncorrelated with {against}: the model explains the data"
             ),
             (true, true) => format!("residuals are white and uncorrelated with {against}"),
-            (true, false) if self.estimate.error == Error::Output => format!(
+            (true, false) if self.allows_for_colour() => format!(
                 "residuals are uncorrelated with {against} but not white ({}): the standard deviations allow for it",
                 evidence(&tests.whiteness)
             ),

@@ -102,7 +102,8 @@ impl Estimate {
         }
     }
 
-    fn about_level(&self, inputs: &[f64]) -> Vec<f64> {
+    /// The input about the level that the offset is about.
+    pub(crate) fn about_level(&self, inputs: &[f64]) -> Vec<f64> {
         inputs.iter().map(|u| u - self.input_level).collect()
     }
 
@@ -147,9 +148,14 @@ impl Estimate {
         let structure = &self.layout.structure;
         let a = self.layout.denominator(self.theta.as_slice());
         let b = &self.theta.as_slice()[self.layout.b(run)];
-        let driving = structure
-            .driving(&self.about_level(record.inputs))
-            .split_off(from.min(record.inputs.len()));
+        let mut driving = structure.driving(&self.about_level(record.inputs));
+        let (mut b, first) = (b, from.min(driving.len()));
+        if b.len() > a.len() {
+            // The numerator looks back farther than a state of the poles: through it first, where inputs are known.
+            driving = filter(b, &[1.0], &driving);
+            b = &[1.0];
+        }
+        let driving = driving.split_off(first);
         let outputs = record.outputs.get(from..).unwrap_or_default();
         let constant = match (self.layout.offset(run), self.error, self.steady()) {
             (None, ..) => vec![0.0; outputs.len()],
@@ -167,10 +173,14 @@ impl Estimate {
                 y - x - constant
             })
             .collect();
-        let free = match structure.start {
+        let mut free = match structure.start {
             Start::Rest if from == 0 => vec![1.0],
             _ => product(&a, &structure.known_denominator),
         };
+        if structure.start == Start::Motion && from < structure.numerator {
+            // The inputs before the record are not known.
+            free.resize(free.len().max(structure.numerator), 0.0);
+        }
         fit(without_free_motion(&left, &free), spread.sum_of_squares())
     }
 }

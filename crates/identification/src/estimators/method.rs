@@ -2,8 +2,10 @@
 
 use super::armax::Armax;
 use super::estimator::Estimator;
+use super::fir::Fir;
 use super::instruments::Instruments;
 use super::least_squares::LeastSquares;
+use super::n4sid::N4sid;
 use super::output_error::OutputError;
 use super::recursive::{Kind, Options};
 use super::recursively::Recursively;
@@ -27,6 +29,10 @@ pub enum Method {
     Armax,
     /// The least equation error, as the thesis: for clean data.
     LeastSquares,
+    /// Poles from states, by regression alone.
+    N4sid,
+    /// A finite impulse response.
+    Fir,
     /// Least squares, a sample at a time.
     RecursiveLeastSquares,
     /// ARMAX by pseudo-linear regression, a sample at a time.
@@ -52,19 +58,23 @@ pub struct Knowledge {
     pub bias_drift: f64,
     /// Standard deviation of the output's change by disturbances in one second, output unit.
     pub disturbance: f64,
+    /// Coefficients of a finite impulse response; `None` for a criterion to choose.
+    pub length: Option<usize>,
     /// How the recursive methods learn.
     pub recursion: Options,
 }
 
 impl Method {
     /// Every method.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 14] = [
         Self::Automatic,
         Self::OutputError,
         Self::BoxJenkins,
         Self::Instruments,
         Self::Armax,
         Self::LeastSquares,
+        Self::N4sid,
+        Self::Fir,
         Self::RecursiveLeastSquares,
         Self::ExtendedLeastSquares,
         Self::RecursivePredictionError,
@@ -100,6 +110,14 @@ impl Method {
             Self::LeastSquares => (
                 "least_squares",
                 "Minimises the equation error, as the thesis; for clean data",
+            ),
+            Self::N4sid => (
+                "n4sid",
+                "Subspace method without a search: poles from states by canonical variates (Jansson 2003)",
+            ),
+            Self::Fir => (
+                "fir",
+                "Finite impulse response by least squares, its length by the Bayesian criterion",
             ),
             Self::RecursiveLeastSquares => {
                 ("recursive_least_squares", "Least squares, recursively")
@@ -151,6 +169,10 @@ impl Method {
             Self::Instruments => Box::new(Instruments),
             Self::Armax => Box::new(Armax),
             Self::LeastSquares => Box::new(LeastSquares),
+            Self::N4sid => Box::new(N4sid),
+            Self::Fir => Box::new(Fir {
+                length: knowledge.length,
+            }),
             Self::RecursiveLeastSquares => recursive(Kind::LeastSquares),
             Self::ExtendedLeastSquares => recursive(Kind::ExtendedLeastSquares),
             Self::RecursivePredictionError => recursive(Kind::PredictionError),

@@ -7,6 +7,8 @@
 //! | [`Near`] | output error or Box-Jenkins, from poles that are known nearly | as output error |
 //! | [`OutputError`] | the simulated error `y - (B/A) u` | anything the input does not cause |
 //! | [`Instruments`] | `A y = B u` with simulated outputs as instruments | anything the input does not cause |
+//! | [`N4sid`] | states by canonical variates, then the simulated error with the poles given | anything the input does not cause |
+//! | [`Fir`] | the error of a weighted sum of past inputs | anything the input does not cause |
 //! | [`Recursively`] | least squares, ARMAX, output error, a sample at a time | as those |
 //! | [`VehicleSearch`] | the simulated error of the vehicle's own equations | anything the input does not cause |
 //! | [`VehicleFilter`] | state and coefficients of the same, by a Kalman filter | white, beside a drifting bias |
@@ -21,11 +23,13 @@ mod course;
 mod equation;
 mod estimate;
 mod estimator;
+mod fir;
 mod instruments;
 pub mod kalman;
 mod least_squares;
 mod levenberg_marquardt;
 mod method;
+mod n4sid;
 mod output_error;
 mod physical;
 pub mod recursive;
@@ -45,9 +49,11 @@ pub(crate) use coloured::whitening;
 pub(crate) use course::{Course, Part, Search};
 pub use estimate::{Error, Estimate};
 pub use estimator::{Estimator, Recursive, learn};
+pub use fir::Fir;
 pub use instruments::Instruments;
 pub use least_squares::LeastSquares;
 pub use method::{Knowledge, Method};
+pub use n4sid::N4sid;
 pub use output_error::OutputError;
 pub use physical::{NAMES, Physical, UNKNOWNS};
 pub use recursively::Recursively;

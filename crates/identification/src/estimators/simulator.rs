@@ -100,45 +100,13 @@ impl<'a> Simulator<'a> {
         Linearised { errors, slopes }
     }
 
-    /// A factor of the covariance of theta for a residual of any colour, `(psi'psi)^-1 psi' R psi (psi'psi)^-1` with R
-    /// that of the autoregression of the residual; of `variance (psi'psi)^-1` where it is white.
-    fn factor(&self, at: &Linearised, variance: f64) -> Result<DMatrix<f64>> {
-        let unit = unit_factor(at)?;
-        let residuals = samples_by_run(self.problem, at.errors.as_slice());
-        let colour = whitening(residuals.iter().map(Vec::as_slice));
-        if colour.len() == 1 {
-            return Ok(unit * variance.sqrt());
-        }
-        // psi' R psi = variance of the white noise times |1/D, backwards in time, psi|^2.
-        let mut backwards = at.slopes.clone();
-        let (mut first, mut white) = (0, 0.0);
-        for residual in &residuals {
-            white += filter(&colour, &[1.0], residual)
-                .iter()
-                .map(|e| e * e)
-                .sum::<f64>();
-            for mut column in backwards.column_iter_mut() {
-                let mut values: Vec<f64> =
-                    column.rows(first, residual.len()).iter().copied().collect();
-                values.reverse();
-                let through = filter(&[1.0], &colour, &values);
-                for (k, value) in through.into_iter().rev().enumerate() {
-                    column[first + k] = value;
-                }
-            }
-            first += residual.len();
-        }
-        let white = white / at.errors.norm_squared() * variance;
-        let triangle = (backwards * &unit).qr().r();
-        Ok(unit * triangle.transpose() * white.sqrt())
-    }
-
     /// The estimate at `theta`.
     pub(super) fn estimate(&self, theta: DVector<f64>, at: &Linearised) -> Result<Estimate> {
         let lead = (self.whitening.len() - 1) * self.signals.len();
         let freedom = freedom(at.errors.len().saturating_sub(lead), theta.len())?;
         let noise_variance = at.errors.norm_squared() / freedom;
-        let factor = self.factor(at, noise_variance)?;
+        let residuals = samples_by_run(self.problem, at.errors.as_slice());
+        let factor = coloured_factor(at, &residuals, noise_variance)?;
         Ok(Estimate {
             error: Error::Output,
             layout: self.layout.clone(),
@@ -149,9 +117,45 @@ impl<'a> Simulator<'a> {
             noise_model: Vec::new(),
             noise_denominator: self.whitening[1..].to_vec(),
             input_level: 0.0,
-            residuals: samples_by_run(self.problem, at.errors.as_slice()),
+            residuals,
             theta,
             physical: None,
         })
     }
+}
+
+/// A factor of the covariance of theta for a residual of any colour, `(psi'psi)^-1 psi' R psi (psi'psi)^-1` with R
+/// that of the autoregression of the residual; of `variance (psi'psi)^-1` where it is white. The residuals are the errors
+/// of each record.
+pub(super) fn coloured_factor(
+    at: &Linearised,
+    residuals: &[Vec<f64>],
+    variance: f64,
+) -> Result<DMatrix<f64>> {
+    let unit = unit_factor(at)?;
+    let colour = whitening(residuals.iter().map(Vec::as_slice));
+    if colour.len() == 1 {
+        return Ok(unit * variance.sqrt());
+    }
+    // psi' R psi = variance of the white noise times |1/D, backwards in time, psi|^2.
+    let mut backwards = at.slopes.clone();
+    let (mut first, mut white) = (0, 0.0);
+    for residual in residuals {
+        white += filter(&colour, &[1.0], residual)
+            .iter()
+            .map(|e| e * e)
+            .sum::<f64>();
+        for mut column in backwards.column_iter_mut() {
+            let mut values: Vec<f64> = column.rows(first, residual.len()).iter().copied().collect();
+            values.reverse();
+            let through = filter(&[1.0], &colour, &values);
+            for (k, value) in through.into_iter().rev().enumerate() {
+                column[first + k] = value;
+            }
+        }
+        first += residual.len();
+    }
+    let white = white / at.errors.norm_squared() * variance;
+    let triangle = (backwards * &unit).qr().r();
+    Ok(unit * triangle.transpose() * white.sqrt())
 }

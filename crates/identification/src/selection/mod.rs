@@ -21,12 +21,13 @@ mod realisation;
 use std::thread;
 
 use nalgebra::{DMatrix, DVector};
-use planesman_linear::polynomial::product;
+use planesman_linear::polynomial::{self, product};
 
 use crate::estimators::{
     Course, Estimator, LeastSquares, Near, Search, held_within, independent_share, lies_within,
     radius_of_memory,
 };
+use crate::states::poles_of_states;
 use crate::structure::{Problem, Run, Start, Structure, monic};
 use folds::{Fold, Folds};
 use lagged::Lagged;
@@ -90,7 +91,7 @@ pub struct Candidate {
     pub errors: Vec<f64>,
     /// The same of the halves, the state at their beginning fitted.
     refitted: Vec<f64>,
-    /// Whether a pole was held within the memory of the record.
+    /// Whether a pole was held within the memory of the record, or a zero cancels an integrator for as long.
     at_limit: bool,
     /// Samples that its errors are worth.
     samples: f64,
@@ -101,6 +102,18 @@ impl Candidate {
     #[must_use]
     pub fn parameters(&self) -> usize {
         self.structure.poles + self.structure.numerator
+    }
+
+    /// Its poles, those at z = 1 among them.
+    #[must_use]
+    pub fn order(&self) -> usize {
+        self.structure.poles + self.integrators()
+    }
+
+    /// Its poles at z = 1.
+    #[must_use]
+    pub fn integrators(&self) -> usize {
+        self.structure.known_denominator.len() - 1
     }
 
     /// What fits it to data, from its poles on.
@@ -181,7 +194,7 @@ pub fn select(
     {
         let integrating = |order, delay| structure(order, delay).with_integrator();
         let mut others = cross_validated(problem, orders, delays, &integrating);
-        others.retain(|it| it.is_stable() && it.leaves_less(1.0, &slow));
+        others.retain(|it| it.is_stable() && !it.at_limit && it.leaves_less(1.0, &slow));
         candidates.extend(others);
     }
     let chosen = choice(&candidates);
@@ -236,12 +249,8 @@ fn cross_validated(
         .unwrap_or_default();
     let mut poles = Vec::new();
     if let Some(high) = realisation::high_order(&lagged, constant) {
-        poles.push(realisation::from_states(
-            &high,
-            &driving[longest],
-            &outputs[longest],
-            most,
-        ));
+        let run = (&driving[longest][..], &outputs[longest][..]);
+        poles.push(poles_of_states((&high.a, &high.b), &[run], most));
         poles.push(realisation::from_markov_parameters(&high, samples, most));
     }
     let shared = Shared {
@@ -435,6 +444,14 @@ impl Shared<'_> {
         1.0 - 1.01 * (1.0 - self.radius)
     }
 
+    /// Whether a zero lies so near z = 1 that the record cannot tell the two from none.
+    fn cancels_integrator(&self, problem: &Problem<'_>, numerator: &[f64]) -> bool {
+        let room = 1.0 - self.radius;
+        problem.structure.known_denominator.len() > 1
+            && (polynomial::roots(numerator).unwrap_or_default().iter())
+                .any(|zero| (zero - 1.0).norm() < room)
+    }
+
     fn search(&self, steps: usize) -> Search {
         Search {
             steps,
@@ -549,7 +566,8 @@ impl Shared<'_> {
             whitening: whitening.to_vec(),
             errors,
             refitted,
-            at_limit: held_within(&theta.as_slice()[layout.a()], self.inside()) != Some(None),
+            at_limit: held_within(&theta.as_slice()[layout.a()], self.inside()) != Some(None)
+                || self.cancels_integrator(problem, &theta.as_slice()[layout.b(0)]),
             samples: self.samples as f64,
         })
     }

@@ -139,6 +139,8 @@ pub fn verdict(candidates: &[Candidate]) -> Option<String> {
             fit(chosen),
             next.bic - chosen.bic
         ),
+        // A finite impulse response.
+        None if chosen.order == 0 => format!("delay {}: {}", chosen.delay, fit(chosen)),
         None => format!(
             "order {}, delay {}: {}",
             chosen.order,

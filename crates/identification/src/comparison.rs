@@ -1,0 +1,234 @@
+//! Models of any origin on one record: how well each simulates and predicts it, and what it leaves.
+//!
+//! A model is taken as it stands. Of each segment only the state it begins in is fitted; the offset is the model's own.
+
+use nalgebra::{DMatrix, DVector};
+use planesman_linear::polynomial::product;
+
+use crate::error::{IdentificationError, Result};
+use crate::estimators::{Error, Estimate};
+use crate::free_motion::free_motion;
+use crate::prediction::{self, Missed};
+use crate::record::Record;
+use crate::structure::{Layout, Run, Start, Structure, monic};
+use crate::validation::residuals::ResidualTests;
+
+/// Sampling intervals that differ by less than this share are the same.
+const SAME_TIME: f64 = 1e-4;
+
+/// A transfer function with its noise, wherever it comes from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GivenModel {
+    /// The interval between samples, s.
+    pub sample_time: f64,
+    /// `b1 ... bn`, or `b0 ... bn` where the input acts at once; output unit per input unit.
+    pub num: Vec<f64>,
+    /// `1, a1 ... an`.
+    pub den: Vec<f64>,
+    /// The covariance of `a1 ... an` and of `num`.
+    pub covariance: Vec<Vec<f64>>,
+    /// The output's offset, output unit.
+    pub offset: f64,
+    /// Where the noise enters.
+    pub error: Error,
+    /// The variance of the noise `e`, output unit squared.
+    pub noise_variance: f64,
+    /// `c1, c2, ...` of the noise `C e` in the equation; empty for white noise.
+    pub noise_model: Vec<f64>,
+    /// `d1, d2, ...` of the noise `e/D` on the output; empty for white noise.
+    pub noise_denominator: Vec<f64>,
+}
+
+/// A model on a record.
+#[derive(Clone, Debug)]
+pub struct Judgement {
+    /// The model, its offset and the motion at the beginning of each segment that was used; its residuals are the
+    /// errors of predictions one sample ahead.
+    pub estimate: Estimate,
+    /// The segments that were used.
+    pub segments: Vec<usize>,
+    /// The longest of them, by its place among them.
+    pub longest: usize,
+    /// The simulated output of each, output unit.
+    pub simulated: Vec<Vec<f64>>,
+    /// The fit of the simulations, %; `None` when the output does not move, or a simulation has no bound.
+    pub fit: Option<f64>,
+    /// Samples ahead, and the fit of predictions so far ahead, %.
+    pub predicted: Vec<(usize, Option<f64>)>,
+    /// Of the residuals of the longest segment.
+    pub residuals: Option<ResidualTests>,
+    /// Samples of all of them.
+    pub samples: usize,
+}
+
+impl GivenModel {
+    /// The model of record `run` of an estimate.
+    #[must_use]
+    pub fn of(found: &Estimate, run: usize) -> Self {
+        let model = found.model(run);
+        let structure = &found.layout.structure;
+        let known = &structure.known_denominator;
+        let noise_model = match found.error {
+            Error::Equation => product(&monic(&found.noise_model), known).split_off(1),
+            Error::Output => Vec::new(),
+        };
+        Self {
+            sample_time: found.sample_time,
+            num: model.numerator(structure.delay == 0),
+            den: monic(&model.a),
+            covariance: (found.coefficient_covariance(run).row_iter())
+                .map(|row| row.iter().copied().collect())
+                .collect(),
+            offset: found.offset(run),
+            error: found.error,
+            noise_variance: found.noise_variance,
+            noise_model,
+            noise_denominator: found.noise_denominator.clone(),
+        }
+    }
+
+    /// The judgement on the first input and output of a record: fits of the simulation, and of predictions so many
+    /// samples ahead.
+    ///
+    /// # Errors
+    /// [`IdentificationError`]: a model without coefficients, a record with another sampling interval, or without input
+    /// or output.
+    pub fn on(&self, record: &Record, ahead: &[usize]) -> Result<Judgement> {
+        let apart = (self.sample_time / record.sample_time - 1.0).abs();
+        if apart > SAME_TIME {
+            return Err(IdentificationError::Model(format!(
+                "the model is for a sampling interval of {} s, the data has {} s",
+                self.sample_time, record.sample_time
+            )));
+        }
+        let runs = record.runs().filter(|runs| !runs.is_empty());
+        let runs = runs.ok_or_else(|| {
+            IdentificationError::Record("a record with an input and an output is needed".to_owned())
+        })?;
+        let mut estimate = self.estimate(runs.len())?;
+        let mut bounded = true;
+        let simulated: Vec<Vec<f64>> = (runs.iter().enumerate())
+            .map(|(number, run)| {
+                bounded &= estimate.set_in_motion(number, *run);
+                estimate.simulate(number, run.inputs)
+            })
+            .collect();
+        estimate.residuals = (0..runs.len())
+            .map(|number| prediction::residuals(&estimate, number, runs[number]))
+            .collect();
+        let longest = (0..runs.len())
+            .max_by_key(|number| runs[*number].outputs.len())
+            .unwrap_or_default();
+        let joined = |missed: &dyn Fn(usize) -> Missed| {
+            let each = (0..runs.len()).map(missed);
+            each.fold(Missed::default(), Missed::and).fit()
+        };
+        let of_simulation = |number: usize| {
+            let pairs = runs[number].outputs.iter().zip(&simulated[number]);
+            Missed::by(pairs.map(|(y, x)| (*y, y - x)))
+        };
+        Ok(Judgement {
+            segments: record.used(),
+            longest,
+            fit: joined(&of_simulation).filter(|_| bounded),
+            predicted: (ahead.iter())
+                .map(|ahead| {
+                    let of = |number| prediction::missed(&estimate, number, runs[number], *ahead);
+                    (*ahead, joined(&of))
+                })
+                .collect(),
+            residuals: ResidualTests::of(&estimate.residuals[longest], runs[longest].inputs),
+            samples: runs.iter().map(|run| run.outputs.len()).sum(),
+            simulated,
+            estimate,
+        })
+    }
+
+    /// The same model of so many records, each with a motion at its beginning, which is 0.
+    fn estimate(&self, runs: usize) -> Result<Estimate> {
+        let (n, given) = (self.den.len().saturating_sub(1), self.num.len());
+        let proper = self.den.first() == Some(&1.0) && (given == n || given == n + 1) && given > 0;
+        let count = n + given;
+        let square = self.covariance.iter().all(|row| row.len() == count);
+        if !proper || self.covariance.len() != count || !square {
+            return Err(IdentificationError::Model(
+                "a model has a denominator that begins with 1, as many numerator coefficients as poles, or one more, and \
+                 a covariance of both"
+                    .to_owned(),
+            ));
+        }
+        // Zeros in front of the numerator are a delay, as many behind the denominator its poles at z = 0.
+        let zeros = self.num.iter().take_while(|b| **b == 0.0).count();
+        let zeros = if zeros == given { 0 } else { zeros };
+        let behind = self.num.iter().rev().take_while(|b| **b == 0.0).count();
+        let numerator = if zeros + behind >= given {
+            given - zeros
+        } else {
+            given - zeros - behind
+        };
+        let idle = self.den.iter().rev().take_while(|a| **a == 0.0).count();
+        // The motion at the beginning has room for the inputs before, however far the numerator looks back.
+        let poles = (n - idle).max((numerator - 1).min(n));
+        let layout = Layout {
+            structure: Structure {
+                poles,
+                numerator,
+                delay: zeros + usize::from(given == n),
+                offset: true,
+                known_numerator: vec![1.0],
+                known_denominator: vec![1.0],
+                start: Start::Motion,
+                own_numerators: false,
+            },
+            runs,
+        };
+        let places: Vec<usize> = (0..poles).chain(n + zeros..n + zeros + numerator).collect();
+        let coefficients: Vec<f64> = [&self.den[1..], &self.num].concat();
+        let steady = match self.error {
+            Error::Equation => self.den.iter().sum(),
+            Error::Output => 1.0,
+        };
+        let mut theta = DVector::zeros(layout.count());
+        let mut covariance = DMatrix::zeros(theta.len(), theta.len());
+        for (i, from) in places.iter().enumerate() {
+            theta[i] = coefficients[*from];
+            for (j, other) in places.iter().enumerate() {
+                covariance[(i, j)] = self.covariance[*from][*other];
+            }
+        }
+        for at in (0..runs).filter_map(|run| layout.offset(run)) {
+            theta[at] = self.offset * steady;
+        }
+        Ok(Estimate {
+            input_level: 0.0,
+            error: self.error,
+            layout,
+            sample_time: self.sample_time,
+            theta,
+            covariance,
+            factor: None,
+            noise_variance: self.noise_variance,
+            noise_model: self.noise_model.clone(),
+            noise_denominator: self.noise_denominator.clone(),
+            residuals: Vec::new(),
+            physical: None,
+        })
+    }
+}
+
+impl Estimate {
+    /// Fits the motion at the beginning of a record; whether there is one that does not grow beyond measure.
+    fn set_in_motion(&mut self, number: usize, run: Run<'_>) -> bool {
+        let caused = self.simulate(number, run.inputs);
+        let left: Vec<f64> = (run.outputs.iter().zip(&caused))
+            .map(|(y, x)| y - x)
+            .collect();
+        let a = self.layout.denominator(self.theta.as_slice());
+        let motion = free_motion(&left, &a);
+        let found = motion.is_some();
+        for (at, m) in self.layout.motion(number).zip(motion.unwrap_or_default()) {
+            self.theta[at] = m;
+        }
+        found
+    }
+}

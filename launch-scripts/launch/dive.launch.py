@@ -1,0 +1,174 @@
+"""The loop under ROS 2 launch: the vehicle, its controller, its actuator, sysid and the recorder.
+
+    ros2 launch planesman dive.launch.py
+    ros2 launch planesman dive.launch.py --show-args
+
+It ends when the scenario is flown, on Ctrl-C, or when a node ends; with an error when a node fails.
+"""
+
+import os
+import subprocess
+import time
+from functools import partial
+from pathlib import Path
+
+from ament_index_python.packages import get_package_prefix
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
+from launch.logging import launch_config
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+
+YES_OR_NO = ['true', 'false']
+
+# name: default, choices, description.
+ARGUMENTS = {
+    'scenario': ('dive', None, 'Scenario: a built-in name (dive, way_depths, open_loop, remus_100) or a file.'),
+    'duration': ('', None,
+                 "Simulated seconds after which the launch ends, 0: never; empty: the scenario's."),
+    'params_file': ('', None, "Parameter file whose values replace the scenario's."),
+    'vehicles': ('1', None,
+                 'Number of vehicles, in the namespaces NAMESPACE, NAMESPACE2, ...; by the wall clock.'),
+    'namespace': ('auv', None,
+                  'Namespace of all nodes and topics; another one for a second vehicle.'),
+    'frame_prefix': ('', None,
+                     'Put before the frames of one vehicle; '
+                     'empty: NAMESPACE/ unless the namespace is auv.'),
+    'time': ('real', ['real', 'lockstep'],
+             'real: the wall clock times the factor; lockstep: as fast as all nodes answer.'),
+    'factor': ('1.0', None, 'Simulated seconds per second in real time, 0.01 to 100.'),
+    'use_sim_time': ('false', YES_OR_NO,
+                     'Stamps from 0 and a /clock topic that all nodes follow; '
+                     'always so in lockstep and with a factor other than 1.'),
+    'record': ('true', YES_OR_NO, 'Whether the recorder writes a bag.'),
+    'bag': ('', None, "The bag's folder, which must not exist; empty: bags/planesman_TIME. "
+                      'With several vehicles the folder of their bags.'),
+}
+
+
+def generate_launch_description():
+    declared = [
+        DeclareLaunchArgument(name, default_value=default, choices=choices, description=text)
+        for name, (default, choices, text) in ARGUMENTS.items()
+    ]
+    return LaunchDescription([*declared, OpaqueFunction(function=start_nodes)])
+
+
+def start_nodes(context):
+    given = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
+    vehicles = vehicles_of(given)
+    if len(vehicles) > 1:
+        # Without multicast, as on most loopback interfaces, a node finds twelve participants; so 32.
+        os.environ.setdefault('ROS_STATIC_PEERS', 'localhost')
+    files = [scenario_parameters(given['scenario'])]
+    if given['params_file']:
+        files.append(Path(given['params_file']).expanduser().absolute())
+        if not files[-1].is_file():
+            raise RuntimeError(f"params_file: there is no file '{files[-1]}'")
+    flying = {vehicle['namespace'] for vehicle in vehicles}
+    return [
+        Node(
+            package='planesman',
+            executable=name,
+            name=name,
+            namespace=vehicle['namespace'],
+            parameters=[*map(str, files), parameters],
+            output='screen',
+            on_exit=partial(ended, flying, vehicle['namespace'] if name == 'plant_sim' else None),
+        )
+        for vehicle in vehicles
+        for name, parameters in node_parameters(vehicle).items()
+    ]
+
+
+def ended(flying, flown, event, context):
+    """One node gone, all go: a loop with a part missing would only look alive. But a vehicle that has flown its duration
+    leaves the others `flying`."""
+    if context.is_shutdown:
+        return []
+    if event.returncode != 0:
+        # launch ends with an error only by an exception.
+        raise RuntimeError(f'{event.process_name} has failed, exit code {event.returncode}')
+    flying.discard(flown)
+    if flown and flying:
+        return []
+    return [Shutdown(reason=f'{event.process_name} has ended')]
+
+
+def vehicles_of(given):
+    """The arguments of each vehicle."""
+    count = given['vehicles']
+    if not count.isdecimal() or int(count) == 0:
+        raise RuntimeError(f"vehicles: '{count}' is no number of vehicles")
+    if count == '1':
+        return [given]
+    if given['time'] == 'lockstep' or given['use_sim_time'] == 'true' or number(given, 'factor') != 1.0:
+        raise RuntimeError('vehicles: several fly by the wall clock alone, since /clock has one publisher')
+    if given['frame_prefix']:
+        raise RuntimeError('frame_prefix: several vehicles would share it')
+    bags = given['bag'] or f"bags/planesman_{time.strftime('%Y%m%dT%H%M%SZ', time.gmtime())}"
+    names = [given['namespace'] + ('' if i == 1 else str(i)) for i in range(1, int(count) + 1)]
+    return [{**given, 'namespace': name, 'bag': f"{bags}/{name.strip('/')}"} for name in names]
+
+
+def scenario_parameters(scenario):
+    """The scenario as a parameter file, beside the log of this launch."""
+    program = Path(get_package_prefix('planesman')) / 'lib' / 'planesman' / 'planesman'
+    printed = subprocess.run(
+        [program, 'params', '--yaml', '--scenario', scenario], capture_output=True, text=True)
+    if printed.returncode != 0:
+        raise RuntimeError(f'scenario: {printed.stderr.strip()}')
+    file = Path(launch_config.log_dir) / 'parameters.yaml'
+    file.write_text(printed.stdout)
+    return file
+
+
+def node_parameters(given):
+    """What this launch decides for each node, over what the parameter files say.
+
+    In lockstep the vehicle waits in each tick for its members' answers, so the members, those
+    who answer, and the actuator's patience are set together here. Who makes the time is set
+    together with who follows it.
+    """
+    factor = number(given, 'factor')
+    lockstep = given['time'] == 'lockstep'
+    record = given['record'] == 'true'
+    sim_time = given['use_sim_time'] == 'true'
+    if lockstep and factor != 1.0:
+        raise RuntimeError('factor: lockstep has no use for one, it runs as fast as it can')
+    follow = {'use_sim_time': lockstep or sim_time or factor != 1.0}
+
+    nodes = {}
+    if record:
+        nodes['recorder'] = {**follow, 'answer': lockstep, 'output': given['bag']}
+    nodes['sysid'] = {**follow, 'answer': lockstep}
+    frames = {'frame_prefix': frame_prefix(given)}
+    nodes['dha_actuator'] = {**follow, **frames, 'lockstep': lockstep}
+    nodes['depth_controller'] = {**follow, **frames, 'lockstep': lockstep}
+    nodes['plant_sim'] = {
+        'time': given['time'],
+        'factor': factor,
+        'sim_time': sim_time,
+        'end_when_flown': True,
+        **frames,
+    }
+    if given['duration']:
+        nodes['plant_sim']['duration'] = number(given, 'duration')
+    if lockstep:
+        members = [name for name in ('sysid', 'recorder') if name in nodes]
+        nodes['plant_sim']['lockstep.members'] = members
+    return nodes
+
+
+def number(given, name):
+    try:
+        return float(given[name])
+    except ValueError:
+        raise RuntimeError(f"{name}: '{given[name]}' is no number") from None
+
+
+def frame_prefix(given):
+    namespace = given['namespace'].strip('/')
+    if given['frame_prefix'] or namespace in ('', 'auv'):
+        return given['frame_prefix']
+    return f'{namespace}/'
