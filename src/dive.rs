@@ -142,7 +142,9 @@ fn fly(
         connections: BTreeMap::new(),
         bar: bar(scenario.ticks(), options.keep_running),
         first: None,
+        last: None,
         ticks: 0,
+        done: false,
         pole: String::new(),
         began: Instant::now(),
         interrupted: false,
@@ -306,9 +308,12 @@ struct Launcher {
     /// The endpoints of each node.
     connections: BTreeMap<String, Connections>,
     bar: ProgressBar,
-    /// The first state's stamp, ns.
+    /// The first and the last state's stamp, ns.
     first: Option<i64>,
+    last: Option<i64>,
     ticks: u64,
+    /// Whether the vehicle says that it is done.
+    done: bool,
     pole: String,
     began: Instant,
     /// Whether the dive was interrupted.
@@ -343,6 +348,10 @@ impl Launcher {
                 if let Some(trouble) = self.trouble_of_the_bag(&array) {
                     bail!("the recorder has stopped: {trouble}");
                 }
+                let vehicle = full_name(&self.options.namespace, "plant_sim") + ": vehicle";
+                let is_done =
+                    |status: &DiagnosticStatus| status.name == vehicle && status.message == "done";
+                self.done |= array.status.iter().any(is_done);
                 if let Some(connections) = Connections::from_diagnostics(&array) {
                     self.connections
                         .insert(connections.node.clone(), connections);
@@ -386,7 +395,12 @@ impl Launcher {
         let stamp = state.header.stamp.nanos();
         let first = *self.first.get_or_insert(stamp);
         let t = (stamp - first) as f64 * 1e-9;
-        self.ticks = (t / self.scenario.tick).round() as u64 + 1;
+        if self.options.pace.owns_time() {
+            self.ticks = (t / self.scenario.tick).round() as u64 + 1;
+        } else if self.last.replace(stamp) != Some(stamp) {
+            // By the machine's clock ticks may be missed: those flown count.
+            self.ticks += 1;
+        }
         self.bar.set_position(self.ticks);
         self.bar.set_message(format!(
             "{t:5.1} s  depth {:6.3} m  pitch {:+5.1}°  planes {:+5.1}°  {}",
@@ -397,13 +411,18 @@ impl Launcher {
         ));
     }
 
+    /// Whether the dive is over, by what has come of the vehicle's states or by its own word.
+    fn is_flown(&self) -> bool {
+        self.ticks >= self.scenario.ticks() || self.done
+    }
+
     fn look(&mut self, rt: &Runtime<Event>) -> Result<Flow> {
         // A vehicle that has given way to another dive's ends too: name the dive first.
         give_way(&self.claim, &self.options)?;
         self.crew.check()?;
         match self.phase {
             Phase::Gathering { found, since } => self.gather(rt, found, since)?,
-            Phase::Flying if !self.options.keep_running && self.ticks >= self.scenario.ticks() => {
+            Phase::Flying if !self.options.keep_running && self.is_flown() => {
                 self.stop_the_vehicle(rt);
             }
             Phase::Landing(since) => match self.on_its_way() {

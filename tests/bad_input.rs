@@ -304,12 +304,6 @@ fn a_node_refuses_wrong_ros_arguments() {
         let says = [&["depth_controller: "], &says[..]].concat();
         refused(&stage, 1, &arguments, &says);
     }
-    refused(
-        &stage,
-        1,
-        &["node", "sysid", "bag.mcap"],
-        &["sysid: ", "bag.mcap", "--ros-args"],
-    );
 }
 
 #[test]

@@ -7,7 +7,7 @@ mod stage;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use stage::Stage;
+use stage::{Signal, Stage, eventually};
 
 /// `planesman ARGUMENTS` ends with status `code`, prints nothing, and says all of `says` in one line.
 fn refused(stage: &Stage, code: i32, arguments: &[&str], says: &[&str]) {
@@ -286,4 +286,54 @@ fn a_table_is_printed_in_the_format_that_is_asked_for() {
     flight(&stage, "flight.mcap");
     let topics = ["sysid", "topics", "flight.mcap", "--format", "csv"];
     assert!(stage.run(&topics).stdout.contains("\n/auv/state:pitch,"));
+}
+
+#[test]
+fn a_nodes_log_has_the_form_the_colours_and_the_file_that_rcls_variables_ask_for() {
+    let stage = Stage::new();
+    let folder = stage.path("log");
+    let variables = [
+        (
+            "RCUTILS_CONSOLE_OUTPUT_FORMAT",
+            "{severity}|{name}|{message}",
+        ),
+        ("RCUTILS_COLORIZED_OUTPUT", "1"),
+        ("ROS_LOG_DIR", &folder),
+    ];
+    // As `ros2 run` passes on what is not ROS's.
+    let arguments = [
+        "node",
+        "plant_sim",
+        "extra",
+        "--ros-args",
+        "--log-level",
+        "plant_sim:=debug",
+    ];
+    let node = stage.start_as(&arguments, &variables);
+    let up = "\x1b[0mINFO|auv.plant_sim|up in domain";
+    eventually("a node that is up", || {
+        node.stderr().contains(up).then_some(())
+    });
+    node.signal(Signal::INT);
+    let outcome = node.finish().success();
+    let passed_over =
+        "\x1b[33mWARN|auv.plant_sim|ignored: extra: ROS's arguments follow --ros-args\x1b[0m\n";
+    assert!(outcome.stderr.starts_with(passed_over), "{outcome:#?}");
+    assert!(!outcome.stderr.contains("rustdds"), "{outcome:#?}");
+
+    let files: Vec<_> = std::fs::read_dir(&folder).unwrap().collect();
+    let [Ok(file)] = &files[..] else {
+        panic!("{files:?}")
+    };
+    let name = file.file_name().into_string().unwrap();
+    assert!(
+        name.starts_with("plant_sim_") && name.ends_with(".log"),
+        "{name}"
+    );
+    let written = std::fs::read_to_string(file.path()).unwrap();
+    assert!(
+        written.contains("\nINFO|auv.plant_sim|up in domain"),
+        "{written}"
+    );
+    assert!(!written.contains('\x1b'));
 }

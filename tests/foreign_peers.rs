@@ -55,6 +55,7 @@ whichever_peer_tries! {
     a_reader_that_does_not_acknowledge_loses_and_is_named_and_nobody_else
     the_identifier_publishes_its_model_and_forgets_it_when_asked
     a_node_describes_its_types_with_their_sources
+    the_levels_of_a_nodes_loggers_are_told_and_set
     the_actuator_answers_each_state_once_however_late_the_commands_are
     a_foreign_actuator_flies_the_vehicle_with_joint_states_alone
     a_goal_is_sent_followed_and_cancelled_as_ros2_action_does
@@ -630,6 +631,45 @@ fn a_node_describes_its_types_with_their_sources(python: &Python, stage: &Stage)
         text(&answer["failure_reason"]).contains(VehicleState::TYPE_HASH),
         "{answer}"
     );
+}
+
+fn the_levels_of_a_nodes_loggers_are_told_and_set(python: &Python, stage: &Stage) {
+    let controller = stage.node("depth_controller", &["enable_logger_service:=true"]);
+    let logger = "auv.depth_controller";
+    let call = |verb: &str, kind: &str, request: &Value| {
+        let service = format!("/auv/depth_controller/{verb}_logger_levels");
+        let kind = format!("rcl_interfaces/srv/{kind}LoggerLevels");
+        let arguments = [&service, &kind, "--json", &request.to_string()];
+        python
+            .run("peer_call.py", stage.domain(), &arguments)
+            .answer()
+    };
+    let set = |level: u32| {
+        let request = json!({"levels": [{"name": logger, "level": level}]});
+        call("set", "Set", &request)["results"][0].clone()
+    };
+    let get = || call("get", "Get", &json!({"names": [logger, "other"]}))["levels"].clone();
+    let change = |gain: &str| {
+        let arguments = ["/auv/depth_controller", "set", gain];
+        python
+            .run("peer_params.py", stage.domain(), &arguments)
+            .well();
+    };
+    assert_eq!(
+        get(),
+        json!([{"name": logger, "level": 0}, {"name": "other", "level": 0}])
+    );
+    assert_eq!(set(40)["successful"], true);
+    assert_eq!(get()[0]["level"], 40);
+    change("depth.p=0.5");
+    assert_eq!(set(7)["successful"], false);
+    assert_eq!(set(20)["successful"], true);
+    change("depth.p=0.7");
+    eventually("the second change", || {
+        controller.stderr().contains("-> 0.7").then_some(())
+    });
+    let log = controller.stderr();
+    assert!(!log.contains("-> 0.5"), "{log}");
 }
 
 fn the_actuator_answers_each_state_once_however_late_the_commands_are(

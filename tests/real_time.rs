@@ -12,8 +12,9 @@ use planesman::nodes::NODES;
 use planesman::run_folder::RunFolder;
 use planesman_msgs::builtin_interfaces::msg::{Duration, Time};
 use planesman_msgs::planesman_msgs::msg::{PlaneMotion, VehicleState};
-use planesman_node::{ExitReport, Qos};
-use stage::{Process, Signal, Stage, eventually, scenario};
+use planesman_msgs::rosgraph_msgs::msg::Clock;
+use planesman_node::{ExitReport, Next, Qos};
+use stage::{LOOK, Process, Received, Signal, Stage, eventually, scenario};
 
 /// The sampling time, ns.
 const TICK: i64 = 50_000_000;
@@ -173,6 +174,45 @@ fn a_kept_loop_runs_until_ctrl_c_and_is_then_reported() {
 #[test]
 fn a_kept_loop_ends_as_well_when_asked_to_terminate() {
     kept_running_until(|launcher| launcher.signal(Signal::TERM));
+}
+
+/// The operator makes the time here.
+#[test]
+fn time_from_clock_is_flown_by_and_a_jump_of_it_is_not_flown_through() {
+    let stage = Stage::new();
+    let _plant = stage.node("plant_sim", &["time:=external", "use_sim_time:=true"]);
+    let operator = stage.operator();
+    let clock = operator
+        .rt
+        .publisher::<Clock>("/clock", Qos::reliable(10))
+        .unwrap();
+    let mut time = 0;
+    // Goes on from there until a state has the new time, and returns the stamps of all states on the way.
+    let mut fly = |from: i64| -> Vec<i64> {
+        time = from;
+        let mut stamps = Vec::new();
+        eventually("a state of the new time", || {
+            time += TICK;
+            let clock_says = Time::from_nanos(time);
+            clock.publish(&Clock { clock: clock_says });
+            if let Next::Event(Received::State(state)) = operator.rt.next(LOOK) {
+                stamps.push(state.header.stamp.nanos());
+            }
+            stamps
+                .last()
+                .is_some_and(|last| *last >= from)
+                .then_some(())
+        });
+        stamps
+    };
+    let (first, second) = (100_000_000_000, 200_000_000_000);
+    fly(first);
+    let stamps = fly(second);
+    let between: Vec<&i64> = stamps
+        .iter()
+        .filter(|at| (first + second) / 2 < **at && **at < second)
+        .collect();
+    assert!(between.is_empty(), "{between:?}");
 }
 
 #[test]

@@ -44,6 +44,11 @@ def fill(message, fields: dict):
         present = getattr(message, name)
         if isinstance(given, dict):
             fill(present, given)
+        elif isinstance(given, list) and given and isinstance(given[0], dict):
+            # `sequence<package/Type>`
+            package, _, kind = message.get_fields_and_field_types()[name].split("<")[-1].rstrip(">").partition("/")
+            element = interface(f"{package}/msg/{kind}")
+            setattr(message, name, [fill(element(), fields) for fields in given])
         elif isinstance(present, float):
             setattr(message, name, float(given))
         else:

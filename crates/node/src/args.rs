@@ -108,6 +108,10 @@ pub struct RosArguments {
     pub console: bool,
     /// The enclave whose keys and permissions the node has under DDS Security (`--enclave /NAME`).
     pub enclave: String,
+    /// Whether the log goes to files (`--enable-external-lib-logs`, `--disable-external-lib-logs`), where that is said.
+    pub log_files: Option<bool>,
+    /// The beginning of the log file's name (`--log-file-name`).
+    pub log_file_prefix: Option<String>,
     /// Arguments without effect here, as warnings for the log.
     pub ignored: Vec<String>,
 }
@@ -122,6 +126,8 @@ impl Default for RosArguments {
             rosout: true,
             console: true,
             enclave: "/".to_owned(),
+            log_files: None,
+            log_file_prefix: None,
             ignored: Vec::new(),
         }
     }
@@ -149,25 +155,21 @@ pub fn split(
 }
 
 /// ROS's arguments among `arguments` (without the program's name), for a program that has
-/// none of its own.
+/// none of its own: others are passed over with a warning, as rcl does.
 ///
 /// # Errors
-/// As [`split`], and when there are arguments outside `--ros-args`.
+/// As [`split`].
 pub fn only(arguments: impl IntoIterator<Item = String>) -> Result<RosArguments, BadArgument> {
-    let (own, ros) = split(arguments)?;
-    match own.first() {
-        None => Ok(ros),
-        Some(extra) => Err(BadArgument::new(
-            extra,
-            "only ROS arguments are taken, after --ros-args",
-        )),
-    }
+    let (own, mut ros) = split(arguments)?;
+    let line = |argument| format!("{argument}: ROS's arguments follow --ros-args");
+    ros.ignored.extend(own.into_iter().map(line));
+    Ok(ros)
 }
 
 /// ROS's arguments of this process, for a program that has none of its own.
 ///
 /// # Errors
-/// As [`split`], and when there are arguments outside `--ros-args`.
+/// As [`split`].
 pub fn from_environment() -> Result<RosArguments, BadArgument> {
     only(std::env::args().skip(1))
 }
@@ -194,18 +196,25 @@ fn take_section(
             "--disable-rosout-logs" => ros.rosout = false,
             "--enable-stdout-logs" => ros.console = true,
             "--disable-stdout-logs" => ros.console = false,
-            "--enable-external-lib-logs" | "--disable-external-lib-logs" => {
-                ros.ignored
-                    .push(format!("{argument}: no log files are written"));
-            }
+            "--enable-external-lib-logs" => ros.log_files = Some(true),
+            "--disable-external-lib-logs" => ros.log_files = Some(false),
             "-e" | "--enclave" => {
                 ros.enclave = value()?;
                 check_namespace(&ros.enclave)?;
             }
-            "--log-config-file" | "--log-file-name" => {
+            "--log-file-name" => {
+                let prefix = value()?;
+                if prefix.contains('/') {
+                    let reason = "a log file's name has no slash; its folder is ROS_LOG_DIR";
+                    return Err(BadArgument::new(&prefix, reason));
+                }
+                ros.log_files = ros.log_files.or(Some(true));
+                ros.log_file_prefix = Some(prefix);
+            }
+            "--log-config-file" => {
                 let file = value()?;
-                ros.ignored
-                    .push(format!("{argument} {file}: no log files are written"));
+                let text = "log files have no configuration";
+                ros.ignored.push(format!("{argument} {file}: {text}"));
             }
             _ => return Err(BadArgument::new(&argument, "not a ROS argument")),
         }
@@ -300,7 +309,10 @@ mod tests {
         );
         assert!(!ros.rosout && ros.console);
         assert_eq!(ros.enclave, "/auv");
-        assert_eq!(ros.ignored.len(), 1);
+        assert_eq!(ros.log_file_prefix.as_deref(), Some("b"));
+        assert_eq!(ros.ignored, [""; 0]);
+        let ros = only(["a.mcap".to_owned(), "--ros-args".to_owned()]).expect("passed over");
+        assert!(ros.ignored[0].starts_with("a.mcap: "), "{:?}", ros.ignored);
     }
 
     #[test]
@@ -314,6 +326,7 @@ mod tests {
             ("x --ros-args -p kp:=[1,", "not YAML"),
             ("x --ros-args --log-level loud", "debug, info"),
             ("x --ros-args --enclave auv", "slash"),
+            ("x --ros-args --log-file-name ../a", "ROS_LOG_DIR"),
             ("x --ros-args --enclave /../auv", "tokens"),
         ] {
             let refusal = split_words(line).expect_err(line).to_string();

@@ -63,7 +63,8 @@
 //! | [`action_server`], [`action_client`], `goals` | actions served and asked; the server's book |
 //! | `endpoint` | one end of a topic: peers and counts |
 //! | `clock`, `clock_source` | wall time or `/clock` |
-//! | [`logging`] | stderr and `/rosout` |
+//! | [`logging`], `log_format`, `log_file` | console, file and `/rosout`; a line's form |
+//! | `logger_levels` | the two services that tell and set levels |
 //! | [`diagnostics`] | `/diagnostics`, written and read |
 //! | `discovery_news` | QoS that does not fit, readers that do not acknowledge |
 //! | [`claim`] | being the only one that does something |
@@ -87,6 +88,9 @@ pub mod domain;
 mod endpoint;
 pub mod file_size;
 mod goals;
+mod log_file;
+mod log_format;
+mod logger_levels;
 pub mod logging;
 pub mod memory;
 mod name_rules;

@@ -1,77 +1,163 @@
-//! The log: `log`'s macros to stderr in `rclcpp`'s form, and to `/rosout`.
+//! The log: `log`'s macros to the console in rcl's form, to a file, and to `/rosout`.
 //!
-//! `[INFO] [1700000000.123456789] [auv.plant_sim]: text`. The middleware's own warnings
-//! tell of its inner life (a lost datagram, a peer that left) more than of the node, so
-//! they count as debug unless a level is set for them (`--log-level rustdds:=warn`).
+//! `[INFO] [1700000000.123456789] [auv.plant_sim]: text`. The middleware's errors are shown as errors, not too often. Its
+//! warnings tell of its inner life (a lost datagram, a peer that left) more than of the node, so they count as debug, and the
+//! rest is left out, unless a level is set for it (`--log-level rustdds:=debug`).
 
 use std::{
     collections::BTreeMap,
-    io::Write as _,
-    sync::{Arc, Mutex, OnceLock, PoisonError},
+    fs::File,
+    io::{IsTerminal as _, Write as _},
+    sync::{
+        Arc, Mutex, OnceLock, PoisonError,
+        atomic::{AtomicBool, Ordering::Relaxed},
+    },
     time::{Duration, Instant, SystemTime, UNIX_EPOCH},
 };
 
 use log::{Level, LevelFilter, Log, Metadata, Record};
+use planesman_msgs::rcl_interfaces::msg::LoggerLevel;
 use ros2_client::{
     builtin_interfaces,
     log::LogLevel,
     rosout::{NodeLoggingHandle, RosoutRaw as _},
 };
 
-use crate::{args::RosArguments, clock::Clock};
+use crate::{
+    args::RosArguments,
+    clock::Clock,
+    log_file,
+    log_format::{Entry, Format, colored},
+};
 
 /// Crates whose warnings count as debug.
 const MIDDLEWARE: [&str; 4] = ["rustdds", "ros2_client", "mio", "polling"];
+
+/// Time between two of the middleware's errors from one place, s.
+const MIDDLEWARE_PERIOD: Duration = Duration::from_secs(5);
+
+/// The levels from which on loggers write.
+#[derive(Clone, Debug)]
+struct Levels {
+    /// Where none is set.
+    default: LevelFilter,
+    /// By logger, the node's included.
+    set: Vec<(String, LevelFilter)>,
+}
+
+/// Where the console's lines go.
+#[derive(Clone, Copy, Debug)]
+struct Console {
+    stdout: bool,
+    colored: bool,
+}
 
 /// The process's log.
 struct Logger {
     /// The node's logger name, `auv.plant_sim`.
     name: String,
-    /// The level for the node.
-    level: LevelFilter,
-    /// Levels for loggers by name, the node's included.
-    levels: Vec<(String, LevelFilter)>,
-    /// Whether it goes to stderr.
-    console: bool,
+    levels: Mutex<Levels>,
+    format: Format,
+    console: Option<Console>,
+    file: Option<File>,
     /// Where it goes besides, while the node lives.
     rosout: Mutex<Option<(NodeLoggingHandle, Arc<Clock>)>>,
+    /// The middleware's errors, by place.
+    throttle: Mutex<Throttle>,
+    /// Whether the node goes down: then the middleware's parts miss each other, which is no error.
+    ends: AtomicBool,
 }
 
 static LOGGER: OnceLock<Logger> = OnceLock::new();
 
-/// Sends the process's log to stderr under the node's name. Only the first call counts.
-pub(crate) fn install(name: &str, arguments: &RosArguments) {
-    let mut fresh = false;
-    let logger = LOGGER.get_or_init(|| {
-        fresh = true;
-        Logger {
-            name: name.to_owned(),
-            level: arguments.log_level,
-            levels: arguments.logger_levels.clone(),
-            console: arguments.console,
-            rosout: Mutex::new(None),
-        }
-    });
-    if fresh && log::set_logger(logger).is_ok() {
-        let highest = logger.levels.iter().map(|(_, level)| *level).max();
-        log::set_max_level(logger.level.max(highest.unwrap_or(LevelFilter::Off)));
+/// Sends the process's log to the console under the node's name, and to a file where one is wanted. Only the first
+/// call counts.
+///
+/// # Errors
+/// When the log file cannot be written.
+pub(crate) fn install(name: &str, arguments: &RosArguments) -> anyhow::Result<()> {
+    if LOGGER.get().is_some() {
+        return Ok(());
+    }
+    let logger = Logger::new(name, arguments, |name| std::env::var(name).ok())?;
+    if LOGGER.set(logger).is_ok()
+        && let Some(logger) = LOGGER.get()
+        && log::set_logger(logger).is_ok()
+    {
+        log::set_max_level(lock(&logger.levels).highest());
+    }
+    Ok(())
+}
+
+/// The level set for the logger `name`, as `rcl_interfaces/msg/LoggerLevel` numbers it; 0 where none is.
+pub(crate) fn level(name: &str) -> u32 {
+    let Some(logger) = LOGGER.get() else {
+        return 0;
+    };
+    let levels = lock(&logger.levels);
+    let set = levels.set.iter().rev().find(|(known, _)| known == name);
+    set.map_or(0, |(_, level)| u32::from(number_of(*level)))
+}
+
+/// Sets the level of the logger `name`, 0 for none of its own.
+///
+/// # Errors
+/// A sentence, for a number that is no level.
+pub(crate) fn set_level(name: &str, number: u32) -> Result<(), String> {
+    let level = match u8::try_from(number) {
+        Ok(LoggerLevel::LOG_LEVEL_UNKNOWN) => None,
+        Ok(LoggerLevel::LOG_LEVEL_DEBUG) => Some(LevelFilter::Debug),
+        Ok(LoggerLevel::LOG_LEVEL_INFO) => Some(LevelFilter::Info),
+        Ok(LoggerLevel::LOG_LEVEL_WARN) => Some(LevelFilter::Warn),
+        Ok(LoggerLevel::LOG_LEVEL_ERROR) => Some(LevelFilter::Error),
+        Ok(LoggerLevel::LOG_LEVEL_FATAL) => Some(LevelFilter::Off),
+        _ => return Err(format!("{number} is no level: 0, 10, 20, 30, 40 or 50")),
+    };
+    let Some(logger) = LOGGER.get() else {
+        return Err("there is no log".to_owned());
+    };
+    let mut levels = lock(&logger.levels);
+    levels.set.retain(|(known, _)| known != name);
+    levels
+        .set
+        .extend(level.map(|level| (name.to_owned(), level)));
+    log::set_max_level(levels.highest());
+    Ok(())
+}
+
+fn number_of(level: LevelFilter) -> u8 {
+    match level {
+        LevelFilter::Off => LoggerLevel::LOG_LEVEL_FATAL,
+        LevelFilter::Error => LoggerLevel::LOG_LEVEL_ERROR,
+        LevelFilter::Warn => LoggerLevel::LOG_LEVEL_WARN,
+        LevelFilter::Info => LoggerLevel::LOG_LEVEL_INFO,
+        LevelFilter::Debug | LevelFilter::Trace => LoggerLevel::LOG_LEVEL_DEBUG,
     }
 }
 
-/// Sends the log to `/rosout` too, with the time of this clock, or no longer: a node going down takes its handle back,
-/// since the middleware shuts down only when nobody holds it.
-pub(crate) fn set_rosout(handle: Option<(NodeLoggingHandle, Arc<Clock>)>) {
+/// The node is up: sends the log to `/rosout` too, with the time of this clock, where it is to.
+pub(crate) fn begin(rosout: Option<(NodeLoggingHandle, Arc<Clock>)>) {
     if let Some(logger) = LOGGER.get() {
-        *lock(&logger.rosout) = handle;
+        *lock(&logger.rosout) = rosout;
+        logger.ends.store(false, Relaxed);
     }
 }
 
-/// Publishes the final error on `/rosout`; the console gets it from
+/// The node goes down and takes back its handle of `/rosout`: the middleware shuts down only when nobody holds it.
+pub(crate) fn end() {
+    if let Some(logger) = LOGGER.get() {
+        *lock(&logger.rosout) = None;
+        logger.ends.store(true, Relaxed);
+    }
+}
+
+/// Publishes the final error on `/rosout` and writes it to the file; the console gets it from
 /// [`exit_code`](crate::exit_code).
 pub(crate) fn last_words(error: &anyhow::Error) {
     if let Some(logger) = LOGGER.get() {
         let text = format_args!("{error:#}");
         let record = Record::builder().level(Level::Error).args(text).build();
+        logger.write_to_file(&logger.line(Level::Error, &record));
         logger.send(Level::Error, &record);
     }
 }
@@ -89,36 +175,130 @@ fn is_middleware(target: &str) -> bool {
     })
 }
 
-impl Logger {
+impl Levels {
     /// The level set for `name` or the nearest logger above it.
-    fn level_set_for(&self, name: &str) -> Option<LevelFilter> {
+    fn set_for(&self, name: &str) -> Option<LevelFilter> {
         let above = |logger: &str| {
             name.strip_prefix(logger)
                 .is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', ':']))
         };
-        self.levels
+        self.set
             .iter()
             .filter(|(logger, _)| above(logger))
             .max_by_key(|(logger, _)| logger.len())
             .map(|(_, level)| *level)
     }
 
-    /// Whether a record passes, and at which level.
-    fn admitted(&self, metadata: &Metadata<'_>) -> Option<Level> {
-        let (level, limit) = if is_middleware(metadata.target()) {
-            match self.level_set_for(metadata.target()) {
-                Some(limit) => (metadata.level(), limit),
-                None => (metadata.level().max(Level::Debug), self.level),
-            }
-        } else {
-            let limit = self.level_set_for(&self.name).unwrap_or(self.level);
-            (metadata.level(), limit)
+    /// The level of the node `name`; its bare name will do, without the namespace.
+    fn of_node(&self, name: &str) -> LevelFilter {
+        let exactly = |name: &str| {
+            let set = self.set.iter().rev().find(|(logger, _)| logger == name);
+            set.map(|(_, level)| *level)
         };
-        (level <= limit).then_some(level)
+        let bare = name.rsplit('.').next().unwrap_or(name);
+        exactly(name)
+            .or_else(|| exactly(bare))
+            .or_else(|| self.set_for(name))
+            .unwrap_or(self.default)
+    }
+
+    fn highest(&self) -> LevelFilter {
+        let set = self.set.iter().map(|(_, level)| *level);
+        set.fold(self.default, std::cmp::max)
     }
 }
 
 impl Logger {
+    fn new(
+        name: &str,
+        arguments: &RosArguments,
+        variable: impl Fn(&str) -> Option<String>,
+    ) -> anyhow::Result<Self> {
+        let is_on = |name: &str| variable(name).as_deref() == Some("1");
+        let stdout = is_on("RCUTILS_LOGGING_USE_STDOUT");
+        let colored = match variable("RCUTILS_COLORIZED_OUTPUT").as_deref() {
+            Some("0") => false,
+            Some("1") => true,
+            _ if stdout => std::io::stdout().is_terminal(),
+            _ => std::io::stderr().is_terminal(),
+        };
+        let bare = name.rsplit('.').next().unwrap_or(name);
+        let prefix = arguments.log_file_prefix.as_deref().unwrap_or(bare);
+        let folder = log_file::folder(arguments, &variable);
+        Ok(Self {
+            name: name.to_owned(),
+            levels: Mutex::new(Levels {
+                default: arguments.log_level,
+                set: arguments.logger_levels.clone(),
+            }),
+            format: variable("RCUTILS_CONSOLE_OUTPUT_FORMAT")
+                .filter(|format| !format.is_empty())
+                .map_or_else(Format::default, |format| Format::new(&format)),
+            console: arguments.console.then_some(Console { stdout, colored }),
+            file: folder
+                .map(|folder| log_file::open(&folder, prefix))
+                .transpose()?,
+            rosout: Mutex::new(None),
+            throttle: Mutex::new(Throttle::new(MIDDLEWARE_PERIOD)),
+            ends: AtomicBool::new(false),
+        })
+    }
+
+    /// Whether a record passes, and at which level.
+    fn admitted(&self, metadata: &Metadata<'_>) -> Option<Level> {
+        let levels = lock(&self.levels);
+        let (level, limit) = if is_middleware(metadata.target()) {
+            match (levels.set_for(metadata.target()), metadata.level()) {
+                (Some(limit), level) => (level, limit),
+                (None, Level::Error) if !self.ends.load(Relaxed) => (Level::Error, levels.default),
+                (None, Level::Error | Level::Warn) => (Level::Debug, levels.default),
+                (None, _) => return None,
+            }
+        } else {
+            (metadata.level(), levels.of_node(&self.name))
+        };
+        (level <= limit).then_some(level)
+    }
+
+    /// A record as a line.
+    fn line(&self, level: Level, record: &Record<'_>) -> String {
+        let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);
+        self.format.line(&Entry {
+            level,
+            name: match is_middleware(record.target()) {
+                true => record.target(),
+                false => &self.name,
+            },
+            message: planesman_text::shown(record.args()).to_string(),
+            function: record.module_path().unwrap_or_default(),
+            file: record.file().unwrap_or_default(),
+            line: record.line().unwrap_or_default(),
+            since_1970: since_1970.unwrap_or_default(),
+        })
+    }
+
+    /// In one piece, so that processes sharing a terminal do not mix their lines. A closed console is no reason to stop.
+    fn print(&self, line: &str, level: Level) {
+        let Some(console) = self.console else {
+            return;
+        };
+        let line = match console.colored {
+            true => colored(line, level) + "\n",
+            false => format!("{line}\n"),
+        };
+        let _ = match console.stdout {
+            true => std::io::stdout().write_all(line.as_bytes()),
+            false => std::io::stderr().write_all(line.as_bytes()),
+        };
+    }
+
+    /// A full disk is no reason to stop.
+    fn write_to_file(&self, line: &str) {
+        if let Some(mut file) = self.file.as_ref() {
+            let _ = file.write_all(format!("{line}\n").as_bytes());
+        }
+    }
+
     /// Sends a record of the node to `/rosout`.
     fn send(&self, level: Level, record: &Record<'_>) {
         if let Some((rosout, clock)) = lock(&self.rosout).as_ref() {
@@ -144,26 +324,16 @@ impl Log for Logger {
         let Some(level) = self.admitted(record.metadata()) else {
             return;
         };
-        let now = SystemTime::now()
-            .duration_since(UNIX_EPOCH)
-            .unwrap_or_default();
         let middleware = is_middleware(record.target());
-        let name = if middleware {
-            record.target()
-        } else {
-            &self.name
-        };
-        if self.console {
-            // In one piece, so that processes sharing a terminal do not mix their lines.
-            let line = format!(
-                "[{level}] [{}.{:09}] [{name}]: {}\n",
-                now.as_secs(),
-                now.subsec_nanos(),
-                planesman_text::shown(record.args()),
-            );
-            // A closed stderr is no reason to stop.
-            let _ = std::io::stderr().write_all(line.as_bytes());
+        if middleware && level == Level::Error {
+            let place = format!("{}:{}", record.target(), record.line().unwrap_or_default());
+            if lock(&self.throttle).admit(&place).is_none() {
+                return;
+            }
         }
+        let line = self.line(level, record);
+        self.print(&line, level);
+        self.write_to_file(&line);
         // What sending a record to /rosout logs must not be sent there.
         if !middleware {
             self.send(level, record);
@@ -234,13 +404,7 @@ mod tests {
         let (_, arguments) =
             crate::args::split(line_of_arguments.split_whitespace().map(str::to_owned))
                 .expect("good arguments");
-        Logger {
-            name: "auv.plant_sim".to_owned(),
-            level: arguments.log_level,
-            levels: arguments.logger_levels,
-            console: false,
-            rosout: Mutex::new(None),
-        }
+        Logger::new("auv.plant_sim", &arguments, |_| None).expect("no file is asked for")
     }
 
     fn admitted(logger: &Logger, target: &str, level: Level) -> Option<Level> {
@@ -248,24 +412,52 @@ mod tests {
     }
 
     #[test]
-    fn the_middlewares_warnings_count_as_debug_unless_asked_for() {
+    fn the_middlewares_errors_are_errors_its_warnings_debug_and_the_rest_is_to_be_asked_for() {
         let plain = logger("");
         assert_eq!(
             admitted(&plain, "plant_sim::node", Level::Info),
             Some(Level::Info)
         );
         assert_eq!(admitted(&plain, "plant_sim::node", Level::Debug), None);
-        assert_eq!(admitted(&plain, "rustdds::rtps", Level::Warn), None);
-        let debug = logger("--log-level debug");
         assert_eq!(
-            admitted(&debug, "rustdds::rtps", Level::Warn),
-            Some(Level::Debug)
+            admitted(&plain, "rustdds::rtps", Level::Error),
+            Some(Level::Error)
         );
+        assert_eq!(admitted(&plain, "rustdds::rtps", Level::Warn), None);
+        for debug in [
+            "--log-level debug",
+            "--log-level plant_sim:=debug --log-level debug",
+        ] {
+            let debug = logger(debug);
+            assert_eq!(
+                admitted(&debug, "rustdds::rtps", Level::Warn),
+                Some(Level::Debug)
+            );
+            assert_eq!(admitted(&debug, "rustdds::rtps", Level::Debug), None);
+        }
         let asked = logger("--log-level rustdds:=warn");
         assert_eq!(
             admitted(&asked, "rustdds::rtps", Level::Warn),
             Some(Level::Warn)
         );
+    }
+
+    #[test]
+    fn the_node_is_meant_by_its_logger_or_its_bare_name() {
+        for name in ["auv.plant_sim", "plant_sim", "auv"] {
+            let logger = logger(&format!("--log-level {name}:=debug"));
+            assert_eq!(
+                admitted(&logger, "plant_sim", Level::Debug),
+                Some(Level::Debug)
+            );
+            assert_eq!(
+                admitted(&logger, "rustdds::rtps", Level::Warn),
+                None,
+                "{name}"
+            );
+        }
+        let both = logger("--log-level auv.plant_sim:=warn --log-level plant_sim:=debug");
+        assert_eq!(admitted(&both, "plant_sim", Level::Info), None);
     }
 
     #[test]

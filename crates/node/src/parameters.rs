@@ -27,6 +27,9 @@ struct OfEveryNode {
     /// serve ~/get_type_description
     #[parameter(default = true, read_only)]
     start_type_description_service: bool,
+    /// serve ~/get_logger_levels and ~/set_logger_levels
+    #[parameter(default = false, read_only)]
+    enable_logger_service: bool,
 }
 
 /// Set, it makes the name of a parameter that is not declared an error when the node starts.
@@ -99,6 +102,11 @@ impl ParameterServer {
     /// Whether the node describes its types.
     pub(crate) fn describes_types(&self) -> bool {
         OfEveryNode::from_values(&self.values).is_ok_and(|it| it.start_type_description_service)
+    }
+
+    /// Whether the node tells and sets the levels of its loggers.
+    pub(crate) fn serves_logger_levels(&self) -> bool {
+        OfEveryNode::from_values(&self.values).is_ok_and(|it| it.enable_logger_service)
     }
 
     /// Takes all changes or none, and says which parameters now differ.
@@ -495,6 +503,7 @@ mod tests {
             [
                 "depth.kp",
                 "depth.limit",
+                "enable_logger_service",
                 "mode",
                 "order",
                 "start_type_description_service",
@@ -505,6 +514,7 @@ mod tests {
         assert_eq!(
             list(&[], 1).names,
             [
+                "enable_logger_service",
                 "mode",
                 "order",
                 "start_type_description_service",

@@ -29,9 +29,9 @@ impl<M: Message> Clone for Publisher<M> {
 impl<M: Message> Publisher<M> {
     /// Sends `message`, and says whether it went out.
     ///
-    /// It does not go out when it holds a number that is not finite, or when the
-    /// middleware has no room because a reader does not acknowledge. Both are counted,
-    /// logged (not too often) and shown in the diagnostics. The call waits 5 ms at most.
+    /// It does not go out when it holds a number that is not finite, or when the network takes
+    /// nothing any more. Both are counted, logged (not too often) and shown in the diagnostics. A reader
+    /// that does not acknowledge loses the oldest messages, and is named in the log. The call waits 5 ms at most.
     pub fn publish(&self, message: &M) -> bool {
         let topic = &self.endpoint.topic;
         if let Some(field) = message.first_non_finite() {

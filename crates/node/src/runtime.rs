@@ -25,9 +25,9 @@ use planesman_msgs::{
     rcl_interfaces::{
         msg::{Log, Parameter, ParameterEvent},
         srv::{
-            DescribeParameters, DescribeParametersResponse, GetParameterTypes,
+            DescribeParameters, DescribeParametersResponse, GetLoggerLevels, GetParameterTypes,
             GetParameterTypesResponse, GetParameters, GetParametersResponse, ListParameters,
-            ListParametersResponse, SetParameters, SetParametersAtomically,
+            ListParametersResponse, SetLoggerLevels, SetParameters, SetParametersAtomically,
             SetParametersAtomicallyResponse, SetParametersResponse,
         },
     },
@@ -59,7 +59,7 @@ use crate::{
     discovery_news::DiscoveryNews,
     domain::{Domain, static_peers},
     endpoint::{Direction, Endpoint, TypeNames},
-    file_size, logging, memory,
+    file_size, logger_levels, logging, memory,
     names::NodeNames,
     parameters::{ParameterServer, STRICT_PARAMETERS},
     publisher::Publisher,
@@ -198,9 +198,9 @@ impl<E: 'static> Runtime<E> {
         arguments: RosArguments,
     ) -> anyhow::Result<(Self, P)> {
         let names = NodeNames::remapped(spec.name, spec.namespace, &arguments.remaps)?;
-        logging::install(&names.logger(), &arguments);
+        logging::install(&names.logger(), &arguments)?;
         for ignored in &arguments.ignored {
-            log::info!("ignored: {ignored}");
+            log::warn!("ignored: {ignored}");
         }
         let variable = |name: &str| std::env::var(name).ok();
         let security = Security::asked_for(&arguments.enclave, variable)?;
@@ -260,9 +260,7 @@ impl<E: 'static> Runtime<E> {
             Rc::downgrade(&executor),
             news,
         ));
-        if let Some(handle) = rosout {
-            logging::set_rosout(Some((handle, Arc::clone(&shared.clock))));
-        }
+        logging::begin(rosout.map(|handle| (handle, Arc::clone(&shared.clock))));
         let (ours, listener) = (Rc::clone(&shared), participant.status_listener());
         shared.spawn(async move {
             let news = DiscoveryNews::default();
@@ -294,6 +292,16 @@ impl<E: 'static> Runtime<E> {
                 responder.answer(type_description::answer(&request));
             };
             runtime.serve_with::<GetTypeDescription, _>("~/get_type_description", answer)?;
+        }
+        if runtime.parameters.borrow().serves_logger_levels() {
+            runtime.serve_with::<GetLoggerLevels, _>(
+                "~/get_logger_levels",
+                async |request, r: Responder<_>, _turn| r.answer(logger_levels::get(request)),
+            )?;
+            runtime.serve_with::<SetLoggerLevels, _>(
+                "~/set_logger_levels",
+                async |request, r: Responder<_>, _turn| r.answer(logger_levels::set(request)),
+            )?;
         }
         runtime.send_diagnostics(changed)?;
         runtime.watch_middleware(participant.thread_watch(), fail);
@@ -689,7 +697,7 @@ impl<E: 'static> Runtime<E> {
         self.receiver.close();
         self.block_on(async { SmolTimer::after(LINGER).await });
         let outcome = ExitReport::of(&self.shared).write();
-        logging::set_rosout(None);
+        logging::end();
         drop(self.executor); // With the tasks, which hold the readers.
         self.shared.close();
         drop(self.context);

@@ -468,7 +468,7 @@ fn a_bad_argument_is_one_line_and_a_failure() {
             vec!["--ros-args", "--params-file", "/nowhere.yaml"],
             "/nowhere.yaml",
         ),
-        (vec!["input.bag"], "input.bag"),
+        (vec!["--ros-args", "input.bag"], "input.bag"),
     ] {
         let output = command()
             .args(&arguments)

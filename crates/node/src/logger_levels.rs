@@ -1,0 +1,36 @@
+//! `~/get_logger_levels` and `~/set_logger_levels`, as rclcpp serves them with `enable_logger_service`.
+
+use planesman_msgs::rcl_interfaces::{
+    msg::{LoggerLevel, SetLoggerLevelsResult},
+    srv::{
+        GetLoggerLevelsRequest, GetLoggerLevelsResponse, SetLoggerLevelsRequest,
+        SetLoggerLevelsResponse,
+    },
+};
+
+use crate::logging;
+
+/// The level set for each logger, unknown (0) where none is.
+pub(crate) fn get(request: GetLoggerLevelsRequest) -> GetLoggerLevelsResponse {
+    let level = |name: String| LoggerLevel {
+        level: logging::level(&name),
+        name,
+    };
+    GetLoggerLevelsResponse {
+        levels: request.names.into_iter().map(level).collect(),
+    }
+}
+
+/// Sets each logger's level, 0 for none of its own.
+pub(crate) fn set(request: SetLoggerLevelsRequest) -> SetLoggerLevelsResponse {
+    let result = |LoggerLevel { name, level }| {
+        let outcome = logging::set_level(&name, level);
+        SetLoggerLevelsResult {
+            successful: outcome.is_ok(),
+            reason: outcome.err().unwrap_or_default(),
+        }
+    };
+    SetLoggerLevelsResponse {
+        results: request.levels.into_iter().map(result).collect(),
+    }
+}
