@@ -20,7 +20,7 @@ fuzz_target!(|data: &[u8]| {
     // A bag without a state has nothing to tell; any other has a page.
     if let Ok(summary) = Summary::of(&flight, &SCENARIO) {
         let counts = Default::default();
-        let page = page::page(&flight, &SCENARIO, "", &summary, &counts);
+        let page = page::page(&flight, &SCENARIO, &summary, &counts);
         assert!(page.ends_with("</html>"));
     }
 });
