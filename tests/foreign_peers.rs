@@ -572,26 +572,35 @@ fn stamps_are_the_machines_time_again_after_a_pause_and_a_stall(python: &Python,
 
 fn in_simulated_time_diagnostics_and_log_have_its_stamps(python: &Python, stage: &Stage) {
     let _loop = keep_flying(stage, HOLD_ONE_METRE, &["--factor", "4"]);
-    for (topic, type_name) in [
-        ("/diagnostics", DiagnosticArray::TYPE_NAME),
-        ("/rosout", Log::TYPE_NAME),
-    ] {
-        let mut from: BTreeSet<String> = BTreeSet::new();
+    let echo = |topic: &str, type_name: &str| {
         let arguments = [topic, type_name, "--count", "10000", "--timeout", "120"];
-        let mut messages = python.start("peer_echo.py", stage.domain(), &arguments);
-        // Every node of the loop, once simulated time has come to it.
-        let everybody = messages.find(|message| {
-            let (time, who) = match message.get("header") {
-                Some(_) => (stamp(message), text(&message["status"][0]["name"])),
-                None => (seconds(&message["stamp"]), text(&message["name"])),
-            };
-            if time > 0.0 && time < 1e6 {
-                from.insert(who.to_owned());
-            }
-            from.len() >= if topic == "/rosout" { 1 } else { 6 }
-        });
-        assert!(everybody.is_some(), "{topic}: {from:?}");
+        python.start("peer_echo.py", stage.domain(), &arguments)
+    };
+    let is_simulated = |time: f64| time > 0.0 && time < 1e6;
+    // Every node of the loop, once simulated time has come to it.
+    let mut from: BTreeSet<String> = BTreeSet::new();
+    let everybody = echo("/diagnostics", DiagnosticArray::TYPE_NAME).find(|message| {
+        if is_simulated(stamp(message)) {
+            from.insert(text(&message["status"][0]["name"]).to_owned());
+        }
+        from.len() >= 6
+    });
+    assert!(everybody.is_some(), "{from:?}");
+    // A line of the log lasts for ten seconds only: one is caused.
+    let mut lines = echo("/rosout", Log::TYPE_NAME);
+    for paused in [true, false] {
+        let (service, request) = (
+            "/auv/plant_sim/pause",
+            json!({ "data": paused }).to_string(),
+        );
+        let arguments = [service, "std_srvs/srv/SetBool", "--json", &request];
+        let answer = python.run("peer_call.py", stage.domain(), &arguments);
+        assert_eq!(answer.answer()["success"], true);
     }
+    let resumed = lines.find(|line| {
+        text(&line["msg"]).starts_with("resumed at tick") && is_simulated(seconds(&line["stamp"]))
+    });
+    assert!(resumed.is_some(), "no line in simulated time");
 }
 
 fn a_node_describes_its_types_with_their_sources(python: &Python, stage: &Stage) {
