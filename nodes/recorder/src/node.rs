@@ -146,6 +146,9 @@ impl Node {
     fn on(&mut self, rt: &Runtime<Event>, event: Event) {
         match event {
             Event::Sample(index, sample) => {
+                if self.is_own(rt, index, &sample) {
+                    return;
+                }
                 let outcome = self.record(rt, index, &sample);
                 self.note(rt, outcome);
                 if self.state == Some(index) {
@@ -226,7 +229,16 @@ impl Node {
         );
     }
 
-    /// A node does not receive its own messages: its answers are written to the bag directly.
+    /// Whether it is an answer of its own: it has been recorded.
+    fn is_own(&self, rt: &Runtime<Event>, index: usize, sample: &RawSample) -> bool {
+        self.answer.is_some()
+            && self.topics[index].0.name == "tick_answer"
+            && cdr::from_bytes::<TickAnswer>(&sample.bytes)
+                .is_ok_and(|answer| answer.member == bare_name(&rt.full_name()))
+    }
+
+    /// Where multicast comes back on the interface a node receives its own messages, elsewhere not: its answers are
+    /// written to the bag directly.
     fn record_own(&mut self, rt: &Runtime<Event>, message: &TickAnswer) {
         let Some(index) = self
             .topics
