@@ -52,23 +52,14 @@ impl Estimator for Armax {
         let factor = unit_factor(&at)? * noise_variance.sqrt();
         let plain = problem.layout().without_motion();
         let factor = factor.rows(0, plain).into_owned();
+        let residuals = rows_by_run(problem, at.errors.as_slice());
+        let noise_model = theta.rows(plain, problem.structure.poles);
+        let noise_model = noise_model.iter().copied().collect();
+        let theta = theta.rows(0, plain).into_owned();
+        let error = Error::Equation;
         Ok(Estimate {
-            error: Error::Equation,
-            layout: problem.layout(),
-            sample_time: problem.sample_time,
-            covariance: &factor * factor.transpose(),
-            factor: Some(factor),
-            noise_variance,
-            noise_model: theta
-                .rows(plain, problem.structure.poles)
-                .iter()
-                .copied()
-                .collect(),
-            noise_denominator: Vec::new(),
-            input_level: 0.0,
-            residuals: rows_by_run(problem, at.errors.as_slice()),
-            theta: theta.rows(0, plain).into_owned(),
-            physical: None,
+            noise_model,
+            ..Estimate::of(problem, error, theta, factor, noise_variance, residuals)
         })
     }
 

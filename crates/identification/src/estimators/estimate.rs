@@ -8,7 +8,7 @@ use super::rows::impulse;
 use crate::fit::{Spread, fit};
 use crate::free_motion::without_free_motion;
 use crate::model::Model;
-use crate::structure::{Layout, Run, Start, Structure, filter};
+use crate::structure::{Layout, Problem, Run, Start, Structure, filter};
 
 /// `A(1)` below this share of its terms' size is that of a pole at z = 1.
 const AT_ONE: f64 = 1e-9;
@@ -44,6 +44,31 @@ pub struct Estimate {
 }
 
 impl Estimate {
+    /// The estimate of a problem, with a factor of its covariance, where the noise is white.
+    pub(super) fn of(
+        problem: &Problem<'_>,
+        error: Error,
+        theta: DVector<f64>,
+        factor: DMatrix<f64>,
+        noise_variance: f64,
+        residuals: Vec<Vec<f64>>,
+    ) -> Self {
+        Self {
+            input_level: 0.0,
+            error,
+            layout: problem.layout(),
+            sample_time: problem.sample_time,
+            theta,
+            covariance: &factor * factor.transpose(),
+            factor: Some(factor),
+            noise_variance,
+            noise_model: Vec::new(),
+            noise_denominator: Vec::new(),
+            residuals,
+            physical: None,
+        }
+    }
+
     /// The model of a record.
     #[must_use]
     pub fn model(&self, run: usize) -> Model {

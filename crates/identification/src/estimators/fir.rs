@@ -100,20 +100,14 @@ impl Estimator for Fir {
             slopes: phi,
         };
         let factor = coloured_factor(&at, &residuals, noise_variance)?;
-        Ok(Estimate {
-            error: Error::Equation,
-            layout: problem.layout(),
-            sample_time: problem.sample_time,
-            covariance: &factor * factor.transpose(),
-            factor: Some(factor),
-            noise_variance,
-            noise_model: Vec::new(),
-            noise_denominator: Vec::new(),
-            input_level: 0.0,
-            residuals,
+        Ok(Estimate::of(
+            &problem,
+            Error::Equation,
             theta,
-            physical: None,
-        })
+            factor,
+            noise_variance,
+            residuals,
+        ))
     }
 
     fn learner(&self, _: &Problem<'_>) -> Result<Box<dyn Recursive>> {

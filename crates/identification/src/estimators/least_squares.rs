@@ -27,20 +27,15 @@ impl Estimator for LeastSquares {
         let noise_variance = triangle.cost / freedom(triangle.rows, theta.len())?;
         let factor = triangle.unit_factor()? * noise_variance.sqrt();
         let residuals = outputs - phi * &theta;
-        Ok(Estimate {
-            error: Error::Equation,
-            layout: problem.layout(),
-            sample_time: problem.sample_time,
-            covariance: &factor * factor.transpose(),
-            factor: Some(factor),
-            noise_variance,
-            noise_model: Vec::new(),
-            noise_denominator: Vec::new(),
-            input_level: 0.0,
-            residuals: rows_by_run(problem, residuals.as_slice()),
+        let residuals = rows_by_run(problem, residuals.as_slice());
+        Ok(Estimate::of(
+            problem,
+            Error::Equation,
             theta,
-            physical: None,
-        })
+            factor,
+            noise_variance,
+            residuals,
+        ))
     }
 
     fn learner(&self, problem: &Problem<'_>) -> Result<Box<dyn Recursive>> {

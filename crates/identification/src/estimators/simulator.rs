@@ -107,19 +107,10 @@ impl<'a> Simulator<'a> {
         let noise_variance = at.errors.norm_squared() / freedom;
         let residuals = samples_by_run(self.problem, at.errors.as_slice());
         let factor = coloured_factor(at, &residuals, noise_variance)?;
+        let (problem, error) = (self.problem, Error::Output);
         Ok(Estimate {
-            error: Error::Output,
-            layout: self.layout.clone(),
-            sample_time: self.problem.sample_time,
-            covariance: &factor * factor.transpose(),
-            factor: Some(factor),
-            noise_variance,
-            noise_model: Vec::new(),
             noise_denominator: self.whitening[1..].to_vec(),
-            input_level: 0.0,
-            residuals,
-            theta,
-            physical: None,
+            ..Estimate::of(problem, error, theta, factor, noise_variance, residuals)
         })
     }
 }
