@@ -10,8 +10,8 @@ use indicatif::{ProgressBar, ProgressStyle};
 use planesman_bag::{is_bag_file, metadata};
 use planesman_model_file::ModelFile;
 use planesman_signals::{
-    Clock, Data, Method, Options, Outliers, Preparation, SegmentChoice, Source, TableTime, Taken,
-    TimeUnit, Trend, take, without_dynamics,
+    Clock, DECIMATION, Data, Method, Options, Outliers, Preparation, SegmentChoice, Source,
+    TableTime, Taken, TimeUnit, Trend, take, without_dynamics,
 };
 use planesman_units::Dimension;
 
@@ -19,9 +19,6 @@ use crate::arguments::quantity;
 
 /// Half the shortest sampling interval, s.
 const EDGE: f64 = 0.5e-6;
-
-/// The name of the step that decimates a record.
-const DECIMATION: &str = "decimation";
 
 /// A parser for one of several values, each with its name and its help line.
 pub(super) fn choice<T: Copy + Send + Sync + 'static>(

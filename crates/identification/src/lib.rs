@@ -40,7 +40,7 @@ pub use batch::{Triangle, least_squares};
 pub use comparison::{GivenModel, Judgement};
 pub use conversion::{Continuous, continuous, pitch_equation};
 pub use error::IdentificationError;
-pub use fit::{Spread, fit, simulated};
+pub use fit::{Spread, StraightLine, fit, simulated};
 pub use model::Model;
 pub use noise::{noise, with_noise};
 pub use readout::{PHYSICAL, Readout};

@@ -15,6 +15,8 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use planesman_linear::poles::eigenvalues;
 use planesman_linear::polynomial;
 
+/// Orders of the equation of high order that are tried.
+pub(crate) const HIGH: [usize; 4] = [5, 10, 20, 40];
 /// Samples of past and future at most.
 const HORIZON: usize = 25;
 

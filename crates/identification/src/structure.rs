@@ -250,7 +250,8 @@ impl Layout {
     }
 
     /// `1, a1 ... an`.
-    pub(crate) fn denominator(&self, theta: &[f64]) -> Vec<f64> {
+    #[must_use]
+    pub fn denominator(&self, theta: &[f64]) -> Vec<f64> {
         monic(&theta[self.a()])
     }
 

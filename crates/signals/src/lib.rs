@@ -37,7 +37,7 @@ pub use channel::{Channel, Method, Timing};
 pub use csv_source::{CsvSource, TableTime};
 pub use live_grid::{Given, LiveGrid};
 pub use preparation::{
-    Outliers, Preparation, SegmentChoice, Step, Trend, prepare, without_dynamics,
+    DECIMATION, Outliers, Preparation, SegmentChoice, Step, Trend, prepare, without_dynamics,
 };
 pub use request::{Clock, Reading, Request, Role, Take, TimeUnit};
 pub use resample::{GridError, MOST, ORDER, Options, PRELUDE, Resampled, Resampler};

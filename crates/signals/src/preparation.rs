@@ -9,7 +9,7 @@
 //! - **Prewindowing** puts zeros in front of each segment: rows of the difference equation then begin with its first sample
 //!   (Brunner 1988, ch. V.F).
 
-use planesman_identification::{Record, Segment};
+use planesman_identification::{Record, Segment, StraightLine};
 use serde::Serialize;
 
 use crate::decimation::decimate;
@@ -153,10 +153,13 @@ pub struct Preparation {
     pub prewindow: usize,
 }
 
+/// The name of the step that decimates a record.
+pub const DECIMATION: &str = "decimation";
+
 /// What was found and done.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Step {
-    /// Its name: `decimation`, `outliers`, `segment`, `detrend`, `prewindow`.
+    /// Its name: [`DECIMATION`], `outliers`, `segment`, `detrend`, `prewindow`.
     pub name: &'static str,
     /// A sentence with its numbers.
     pub text: String,
@@ -170,7 +173,7 @@ pub fn prepare(record: &mut Record, asked: &Preparation) -> Vec<Step> {
     }
     if asked.decimate {
         steps.extend(decimate(record).map(|text| Step {
-            name: "decimation",
+            name: DECIMATION,
             text,
         }));
     }
@@ -531,7 +534,7 @@ fn detrend(record: &mut Record, trend: Trend) -> Vec<Step> {
     for (number, segment) in record.segments.iter_mut().enumerate() {
         let lists = segment.inputs.iter_mut().chain(&mut segment.outputs);
         for (list, name) in lists.zip(&names) {
-            let (mean, slope) = line(list);
+            let StraightLine { mean, slope, .. } = StraightLine::nearest_to(list);
             let slope = if trend == Trend::Line { slope } else { 0.0 };
             let middle = 0.5 * (list.len() as f64 - 1.0);
             for (k, value) in list.iter_mut().enumerate() {
@@ -557,21 +560,6 @@ fn detrend(record: &mut Record, trend: Trend) -> Vec<Step> {
         }
     }
     steps
-}
-
-/// Mean and slope per sample of the nearest straight line.
-fn line(values: &[f64]) -> (f64, f64) {
-    let count = values.len().max(1) as f64;
-    let mean = values.iter().sum::<f64>() / count;
-    let middle = 0.5 * (count - 1.0);
-    let (mut product, mut square) = (0.0, 0.0);
-    for (k, value) in values.iter().enumerate() {
-        let from_middle = k as f64 - middle;
-        product += from_middle * (value - mean);
-        square += from_middle * from_middle;
-    }
-    let slope = if square > 0.0 { product / square } else { 0.0 };
-    (mean, slope)
 }
 
 /// Puts zeros in front of every segment.

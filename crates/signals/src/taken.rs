@@ -3,7 +3,7 @@
 use anyhow::{Result, anyhow, bail};
 
 use crate::channel::{Channel, Method};
-use crate::preparation::{Preparation, Step, prepare};
+use crate::preparation::{DECIMATION, Preparation, Step, prepare};
 use crate::request::{Reading, Request, Role};
 use crate::resample::{GridError, Options, Resampled, Resampler};
 use crate::source::Source;
@@ -150,7 +150,7 @@ fn decimation(resampled: &Resampled) -> Vec<Step> {
             }
         };
         Step {
-            name: "decimation",
+            name: DECIMATION,
             text: format!(
                 "{}: {:.6} samples per second become {rate:.6}: {how}",
                 output.name,

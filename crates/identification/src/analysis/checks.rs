@@ -40,22 +40,3 @@ pub(super) fn attainable_fit(problem: &Problem<'_>, held_out: &[f64]) -> Option<
     let noise = innovation_variance(problem)? * held_out.len() as f64;
     fit(noise, variance(held_out) * held_out.len() as f64).or(Some(f64::NEG_INFINITY))
 }
-
-/// The share of the output's variation that a straight line explains, 0 to 1.
-pub(super) fn share_of_line(outputs: &[f64]) -> f64 {
-    let count = outputs.len() as f64;
-    let (middle, mean) = (0.5 * (count - 1.0), outputs.iter().sum::<f64>() / count);
-    let pairs = || {
-        outputs
-            .iter()
-            .enumerate()
-            .map(|(k, y)| (k as f64 - middle, y - mean))
-    };
-    let product: f64 = pairs().map(|(t, y)| t * y).sum();
-    let squares: [f64; 2] = [
-        pairs().map(|(t, _)| t * t).sum(),
-        pairs().map(|(_, y)| y * y).sum(),
-    ];
-    let share = product * product / (squares[0] * squares[1]);
-    if share.is_finite() { share } else { 0.0 }
-}

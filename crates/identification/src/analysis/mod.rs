@@ -26,6 +26,7 @@ use crate::error::{IdentificationError, Result};
 use crate::estimators::{
     Error, Estimate, Estimator, Knowledge, LeastSquares, Method, Physical, TwoStages,
 };
+use crate::fit::StraightLine;
 use crate::model::Model;
 use crate::prediction;
 use crate::record::{Record, Segment};
@@ -213,12 +214,13 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
     let mut selected = Vec::new();
     let whole = second_stage(&problem, &caused);
     let part = whole.part().unwrap_or(whole);
-    let mut fitted = None;
+    let (mut fitted, mut lag) = (None, None);
     if options.method == Method::Automatic {
         let chosen = chosen(&second_stage(&problem, &caused), &part, options)?;
         problem.structure = chosen.structure;
         method = chosen.estimator;
         fitted = Some(chosen.estimate);
+        lag = chosen.lag;
         selected = chosen.selected;
     } else if options.order.is_none() && !options.method.is_of_the_vehicle() {
         // A finite impulse response has no poles, and chooses its own length: only its first coefficient is sought.
@@ -282,8 +284,8 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
         attainable_fit,
         predicted_fit: prediction::missed(&estimate, longest, second.runs[longest], AHEAD).fit(),
         share: checks::share_of_input(&estimate, longest, second.runs[longest]),
-        drift: checks::share_of_line(second.runs[longest].outputs),
-        lag: lag::lag(&estimate, &second),
+        drift: StraightLine::nearest_to(second.runs[longest].outputs).share,
+        lag: lag.or_else(|| lag::lag(&estimate, &second)),
         searched: part.runs.iter().map(|run| run.outputs.len()).sum(),
         residuals,
         longest,
@@ -312,6 +314,8 @@ struct Chosen {
     structure: Structure,
     estimator: Box<dyn Estimator>,
     estimate: Estimate,
+    /// Of the estimate, where it has been computed.
+    lag: Option<Lag>,
     selected: Vec<selection::Candidate>,
 }
 
@@ -352,15 +356,16 @@ fn chosen(problem: &Problem<'_>, part: &Problem<'_>, options: &Options) -> Resul
     let estimator = selected[0].estimator();
     let mut of = with(&selected[0].structure);
     // The delays that were cross-validated are few.
+    let mut lag = lag::lag(&estimate, &of);
     if options.delay.is_none()
-        && let Some(lag) = lag::lag(&estimate, &of)
-        && !(lag.interval.0..=lag.interval.1).contains(&(of.structure.delay as i64))
-        && let Ok(best) = usize::try_from(lag.best)
+        && let Some(Lag { best, interval, .. }) = lag
+        && !(interval.0..=interval.1).contains(&(of.structure.delay as i64))
+        && let Ok(best) = usize::try_from(best)
         && best >= least
     {
         let before = std::mem::replace(&mut of.structure.delay, best);
         match estimator.fit(&of) {
-            Ok(better) => estimate = better,
+            Ok(better) => (estimate, lag) = (better, None),
             Err(_) => of.structure.delay = before,
         }
     }
@@ -368,6 +373,7 @@ fn chosen(problem: &Problem<'_>, part: &Problem<'_>, options: &Options) -> Resul
         structure: of.structure,
         estimator,
         estimate,
+        lag,
         selected,
     })
 }

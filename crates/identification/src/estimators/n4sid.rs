@@ -14,14 +14,12 @@ use super::estimator::{Estimator, Recursive};
 use super::recursive::{self, Kind};
 use super::rows::regression;
 use super::simulator::Simulator;
-use super::stability::{held_within, radius_of_memory};
+use super::stability::{drawn_within, radius_of_memory};
 use crate::batch::Triangle;
 use crate::error::{IdentificationError, Result};
-use crate::states::poles_of_states;
+use crate::states::{HIGH, poles_of_states};
 use crate::structure::{Problem, Run, Start, Structure, variance};
 
-/// Orders of the equation of high order that are tried.
-const HIGH: [usize; 4] = [5, 10, 20, 40];
 /// Rows for each of its parameters at least.
 const ROWS_PER_PARAMETER: usize = 4;
 /// Singular values of its regressors are kept above this share of the largest.
@@ -40,9 +38,7 @@ impl Estimator for N4sid {
         let course = Course::new(problem, &[1.0]);
         let whole = course.whole();
         let samples: usize = whole.iter().map(|part| part.samples.len()).sum();
-        let a = held_within(&a, radius_of_memory(samples))
-            .flatten()
-            .unwrap_or(a);
+        let a = drawn_within(&a, radius_of_memory(samples));
         let theta = course.completed(&a, &whole).ok_or(none)?;
         let simulator = Simulator::new(problem);
         let at = simulator.linearised(&theta);

@@ -7,7 +7,7 @@ use super::levenberg_marquardt::minimise;
 use super::output_error::OutputError;
 use super::recursive::{self, Kind};
 use super::simulator::Simulator;
-use super::stability::{held_within, radius_of_memory};
+use super::stability::{drawn_within, held_within, radius_of_memory};
 use crate::error::{IdentificationError, Result};
 use crate::structure::Problem;
 
@@ -41,7 +41,7 @@ impl Estimator for Near {
         let mut theta = match self.poles.len() == problem.structure.poles {
             true => {
                 course
-                    .completed(&within(&self.poles, search.radius), &whole)
+                    .completed(&drawn_within(&self.poles, search.radius), &whole)
                     .and_then(|start| course.minimised(start, &whole, search))
                     .ok_or(none)?
                     .0
@@ -79,10 +79,4 @@ impl Estimator for Near {
     fn learner(&self, problem: &Problem<'_>) -> Result<Box<dyn Recursive>> {
         recursive::learner(Kind::OutputError, problem)
     }
-}
-
-fn within(a: &[f64], radius: f64) -> Vec<f64> {
-    held_within(a, radius)
-        .flatten()
-        .unwrap_or_else(|| a.to_vec())
 }

@@ -45,6 +45,13 @@ pub(crate) fn held_within(a: &[f64], radius: f64) -> Option<Option<Vec<f64>>> {
     Some(Some(drawn_in))
 }
 
+/// The same, or `a` as it is where nothing is drawn in or the roots cannot be found.
+pub(super) fn drawn_within(a: &[f64], radius: f64) -> Vec<f64> {
+    held_within(a, radius)
+        .flatten()
+        .unwrap_or_else(|| a.to_vec())
+}
+
 /// Whether all roots of `z^n + a1 z^(n-1) + ... + an` have a magnitude below `radius` (the recursion of Schur and
 /// Cohn).
 pub(crate) fn lies_within(a: &[f64], radius: f64) -> bool {

@@ -383,6 +383,14 @@ struct Shared<'a> {
 }
 
 impl Shared<'_> {
+    fn problem(&self, structure: Structure) -> Problem<'_> {
+        Problem {
+            structure,
+            sample_time: self.sample_time,
+            runs: self.runs.to_vec(),
+        }
+    }
+
     fn candidates(
         &self,
         delay: usize,
@@ -396,11 +404,7 @@ impl Shared<'_> {
             if least.is_some_and(|(at, _)| *order > at + PATIENCE) {
                 break;
             }
-            let problem = Problem {
-                structure: structure(*order, delay),
-                sample_time: self.sample_time,
-                runs: self.runs.to_vec(),
-            };
+            let problem = self.problem(structure(*order, delay));
             found.extend(self.arx(&problem));
             let plain = Course::new(&problem, &[1.0]);
             let Some(theta) = self.output_error(&problem, &plain, before.as_deref()) else {
@@ -427,11 +431,7 @@ impl Shared<'_> {
             .into_iter()
             .min_by(|p, q| p.mean().total_cmp(&q.mean()));
         let share = best.and_then(|best| {
-            let problem = Problem {
-                structure: best.structure.clone(),
-                sample_time: self.sample_time,
-                runs: self.runs.to_vec(),
-            };
+            let problem = self.problem(best.structure.clone());
             let course = Course::new(&problem, &[1.0]);
             let theta = course.completed(&best.poles, &course.whole())?;
             Some(independent_share(&course.whitening(&theta)))

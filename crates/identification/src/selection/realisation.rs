@@ -9,11 +9,9 @@ use nalgebra::DMatrix;
 
 use super::lagged::{Equation, Lagged};
 use crate::estimators::impulse;
-use crate::states::{characteristic, solved};
+use crate::states::{HIGH, characteristic, solved};
 use crate::structure::{filter, monic};
 
-/// Orders of the high-order equation tried.
-const HIGH: [usize; 4] = [5, 10, 20, 40];
 /// Markov parameters in a row of the Hankel matrix.
 const HANKEL: usize = 80;
 
