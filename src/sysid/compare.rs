@@ -188,9 +188,13 @@ impl Comparison {
     /// A table for each question: fits, residual tests, poles, steady gain, frequency response.
     #[must_use]
     pub fn tables(&self) -> Vec<Table> {
-        let mut tables = vec![fits(&self.models), self.tests(), self.poles(), self.gains()];
-        tables.push(self.responses());
-        tables
+        vec![
+            fits(&self.models),
+            self.tests(),
+            self.poles(),
+            self.gains(),
+            self.responses(),
+        ]
     }
 
     fn tests(&self) -> Table {

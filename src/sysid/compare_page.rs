@@ -133,24 +133,21 @@ fn plots(models: &[Compared], taken: &Taken) -> Result<Vec<Markup>> {
         plot("Poles", "real part", "imaginary part", poles).one_scale(),
     )?);
     // Longer than about half of them take, so that one slow mode does not hide the others' beginning.
-    let mut settled: Vec<usize> = models.iter().filter_map(settling).collect();
+    let settling: Vec<Option<usize>> = models.iter().map(settling).collect();
+    let mut settled: Vec<usize> = settling.iter().copied().flatten().collect();
     settled.sort_unstable();
     let usual = settled
         .get(settled.len().saturating_sub(1) / 2)
         .copied()
         .unwrap_or_default();
     let count = (usual + usual / 2).clamp(STEP.0, STEP.1);
+    let steps = models.iter().zip(&settling).map(|(model, settling)| {
+        let points = settling.map(|_| timed(&step_response(model, count)));
+        line(&model.name, points.unwrap_or_default())
+    });
     drawings.push(drawn(
         "From rest, without offset. Unstable models are left out.",
-        plot(
-            "Step responses",
-            "time [s]",
-            output,
-            each(&|model| match settling(model) {
-                Some(_) => timed(&step_response(model, count)),
-                None => Vec::new(),
-            }),
-        ),
+        plot("Step responses", "time [s]", output, steps.collect()),
     )?);
     drawings.push(correlations(
         models,
@@ -199,8 +196,7 @@ fn step_response(model: &Compared, count: usize) -> Vec<f64> {
     let estimate = &model.judgement.estimate;
     let layout = &estimate.layout;
     let theta = estimate.theta.as_slice();
-    let mut a = vec![1.0];
-    a.extend(&theta[layout.a()]);
+    let a = layout.denominator(theta);
     let mut b = vec![0.0; layout.structure.delay];
     b.extend(&theta[layout.b(model.judgement.longest)]);
     filter(&b, &a, &vec![1.0; count])
