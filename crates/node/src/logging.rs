@@ -94,9 +94,8 @@ pub(crate) fn level(name: &str) -> u32 {
     let Some(logger) = LOGGER.get() else {
         return 0;
     };
-    let levels = lock(&logger.levels);
-    let set = levels.set.iter().rev().find(|(known, _)| known == name);
-    set.map_or(0, |(_, level)| u32::from(number_of(*level)))
+    let set = lock(&logger.levels).set_exactly_for(name);
+    set.map_or(0, |level| u32::from(number_of(level)))
 }
 
 /// Sets the level of the logger `name`, 0 for none of its own.
@@ -175,7 +174,18 @@ fn is_middleware(target: &str) -> bool {
     })
 }
 
+/// A logger's name without the namespace.
+fn bare(name: &str) -> &str {
+    name.rsplit('.').next().unwrap_or(name)
+}
+
 impl Levels {
+    /// The level set last for just this logger.
+    fn set_exactly_for(&self, name: &str) -> Option<LevelFilter> {
+        let set = self.set.iter().rev().find(|(logger, _)| logger == name);
+        set.map(|(_, level)| *level)
+    }
+
     /// The level set for `name` or the nearest logger above it.
     fn set_for(&self, name: &str) -> Option<LevelFilter> {
         let above = |logger: &str| {
@@ -191,13 +201,8 @@ impl Levels {
 
     /// The level of the node `name`; its bare name will do, without the namespace.
     fn of_node(&self, name: &str) -> LevelFilter {
-        let exactly = |name: &str| {
-            let set = self.set.iter().rev().find(|(logger, _)| logger == name);
-            set.map(|(_, level)| *level)
-        };
-        let bare = name.rsplit('.').next().unwrap_or(name);
-        exactly(name)
-            .or_else(|| exactly(bare))
+        self.set_exactly_for(name)
+            .or_else(|| self.set_exactly_for(bare(name)))
             .or_else(|| self.set_for(name))
             .unwrap_or(self.default)
     }
@@ -222,8 +227,8 @@ impl Logger {
             _ if stdout => std::io::stdout().is_terminal(),
             _ => std::io::stderr().is_terminal(),
         };
-        let bare = name.rsplit('.').next().unwrap_or(name);
-        let prefix = arguments.log_file_prefix.as_deref().unwrap_or(bare);
+        let prefix = arguments.log_file_prefix.as_deref();
+        let prefix = prefix.unwrap_or_else(|| bare(name));
         let folder = log_file::folder(arguments, &variable);
         Ok(Self {
             name: name.to_owned(),

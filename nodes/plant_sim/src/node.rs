@@ -377,19 +377,17 @@ impl Node {
     fn keep_up(&mut self, now: i64, coarse: bool) {
         let tick = self.plant.tick_nanos();
         let behind = now - self.stamp;
+        let tolerated = match coarse && !self.resumes {
+            true => COARSEST_CLOCK,
+            false => 0,
+        };
         if self.k == 0 || behind < -tick {
             if self.k > 0 {
                 log::warn!("the clock was set back by {:.3} s", -behind as f64 * 1e-9);
                 self.answers.restart();
             }
             self.stamp = now;
-        } else if behind
-            >= tick.max(if coarse && !self.resumes {
-                COARSEST_CLOCK
-            } else {
-                0
-            })
-        {
+        } else if behind >= tick.max(tolerated) {
             self.stamp += behind / tick * tick;
             self.miss(behind / tick);
         }
