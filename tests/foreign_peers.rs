@@ -103,6 +103,22 @@ fn keep_flying(stage: &Stage, parameters: &str, pace: &[&str]) -> Process {
     stage.start(&[&["dive", &file, "--keep-running"], pace].concat())
 }
 
+/// The vehicle's states, for two minutes at most.
+fn states(python: &Python, stage: &Stage) -> Running {
+    let arguments = ["/auv/state", VehicleState::TYPE_NAME, "--timeout", "120"];
+    let arguments = [&arguments[..], &["--count", "100000"]].concat();
+    python.start("peer_echo.py", stage.domain(), &arguments)
+}
+
+/// The vehicle's answer to being paused, or set going again.
+fn pause(python: &Python, stage: &Stage, paused: bool) -> Value {
+    let request = json!({ "data": paused }).to_string();
+    let service = ["/auv/plant_sim/pause", "std_srvs/srv/SetBool"];
+    let arguments = [&service[..], &["--json", &request]].concat();
+    let called = python.run("peer_call.py", stage.domain(), &arguments);
+    called.answer()
+}
+
 /// Seconds of a message's stamp.
 fn stamp(message: &Value) -> f64 {
     seconds(&message["header"]["stamp"])
@@ -348,15 +364,7 @@ fn every_frame_named_in_a_header_is_in_one_tree_of_transforms() {
 fn a_depth_setpoint_published_from_there_moves_the_vehicle(python: &Python, stage: &Stage) {
     let _loop = keep_flying(stage, HOLD_ONE_METRE, &["--factor", "8"]);
     let domain = stage.domain();
-    let arguments = [
-        "/auv/state",
-        VehicleState::TYPE_NAME,
-        "--timeout",
-        "120",
-        "--count",
-        "100000",
-    ];
-    let mut states = python.start("peer_echo.py", domain, &arguments);
+    let mut states = states(python, stage);
 
     // Let be, it stays where it is.
     for state in states.by_ref().take(50) {
@@ -466,13 +474,7 @@ fn the_vehicle_is_paused_stepped_and_put_back_by_its_services(python: &Python, s
             )
             .answer()
     };
-    let pause = |data: bool| {
-        call(
-            "pause",
-            "std_srvs/srv/SetBool",
-            &json!({"data": data}).to_string(),
-        )
-    };
+    let pause = |paused| pause(python, stage, paused);
     let step = |n: u32| {
         call(
             "step",
@@ -521,15 +523,7 @@ fn stamps_are_the_machines_time_again_after_a_pause_and_a_stall(python: &Python,
     const INTERRUPTION: Duration = Duration::from_secs(3);
 
     let plant = stage.node("plant_sim", &[]);
-    let arguments = [
-        "/auv/state",
-        VehicleState::TYPE_NAME,
-        "--timeout",
-        "120",
-        "--count",
-        "100000",
-    ];
-    let mut states = python.start("peer_echo.py", stage.domain(), &arguments);
+    let mut states = states(python, stage);
     let mut is_on_time = |when: &str| {
         let found = states.by_ref().find(|state| {
             let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap();
@@ -539,15 +533,9 @@ fn stamps_are_the_machines_time_again_after_a_pause_and_a_stall(python: &Python,
     };
     is_on_time("at the start");
 
-    let pause = |data: bool| {
-        let (service, request) = ("/auv/plant_sim/pause", json!({ "data": data }).to_string());
-        let arguments = [service, "std_srvs/srv/SetBool", "--json", &request];
-        let answer = python.run("peer_call.py", stage.domain(), &arguments);
-        assert_eq!(answer.answer()["success"], true);
-    };
-    pause(true);
+    assert_eq!(pause(python, stage, true)["success"], true);
     std::thread::sleep(INTERRUPTION);
-    pause(false);
+    assert_eq!(pause(python, stage, false)["success"], true);
     is_on_time("after a pause");
 
     freeze(plant.pid());
@@ -589,13 +577,7 @@ fn in_simulated_time_diagnostics_and_log_have_its_stamps(python: &Python, stage:
     // A line of the log lasts for ten seconds only: one is caused.
     let mut lines = echo("/rosout", Log::TYPE_NAME);
     for paused in [true, false] {
-        let (service, request) = (
-            "/auv/plant_sim/pause",
-            json!({ "data": paused }).to_string(),
-        );
-        let arguments = [service, "std_srvs/srv/SetBool", "--json", &request];
-        let answer = python.run("peer_call.py", stage.domain(), &arguments);
-        assert_eq!(answer.answer()["success"], true);
+        assert_eq!(pause(python, stage, paused)["success"], true);
     }
     let resumed = lines.find(|line| {
         text(&line["msg"]).starts_with("resumed at tick") && is_simulated(seconds(&line["stamp"]))

@@ -390,16 +390,6 @@ fn cases() -> Vec<Case> {
         .iter()
         .map(|u| u.signum() * (u.abs() - 0.3).max(0.0))
         .collect();
-    of_plant(
-        "dead zone of 0.3",
-        (&NUM, &DEN),
-        rows(
-            STEP,
-            &levels,
-            &with(&response(&NUM, &DEN, STEP, &dead), 48, 0.05),
-        ),
-        Says("usable"),
-    );
     let mut play = 0.0_f64;
     let played: Vec<f64> = levels
         .iter()
@@ -408,16 +398,11 @@ fn cases() -> Vec<Case> {
             play
         })
         .collect();
-    of_plant(
-        "backlash of 0.3",
-        (&NUM, &DEN),
-        rows(
-            STEP,
-            &levels,
-            &with(&response(&NUM, &DEN, STEP, &played), 48, 0.05),
-        ),
-        Says("usable"),
-    );
+    for (name, moved) in [("dead zone of 0.3", dead), ("backlash of 0.3", played)] {
+        let output = with(&response(&NUM, &DEN, STEP, &moved), 48, 0.05);
+        let rows = rows(STEP, &levels, &output);
+        of_plant(name, (&NUM, &DEN), rows, Says("usable"));
+    }
     all
 }
 
