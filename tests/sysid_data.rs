@@ -546,13 +546,13 @@ fn what_is_not_there_is_refused_with_what_is() {
         ),
         (
             &path,
-            "-i cmd:data -o imu:orientation.x --window 5..1",
-            "FROM..TO",
+            "-i cmd:data -o imu:angular_velocity.y --prefilter ..10",
+            "edge 10 Hz is not below half the sampling rate, 10.000000 Hz",
         ),
         (
             &path,
             "-i cmd:data -o imu:orientation.x --window 90..20",
-            "it is reversed; write FROM..TO, as 20..90",
+            "'90..20' is reversed; write 20..90",
         ),
         (
             &path,

@@ -10,8 +10,8 @@ use indicatif::{ProgressBar, ProgressStyle};
 use planesman_bag::{is_bag_file, metadata};
 use planesman_model_file::ModelFile;
 use planesman_signals::{
-    Clock, DECIMATION, Data, Method, Options, Outliers, Preparation, SegmentChoice, Source,
-    TableTime, Taken, TimeUnit, Trend, take, without_dynamics,
+    Band, Clock, DECIMATION, Data, Method, Options, Outliers, Preparation, SegmentChoice, Source,
+    TableTime, Taken, TimeUnit, Trend, take, unreachable, without_dynamics,
 };
 use planesman_units::Dimension;
 
@@ -167,6 +167,10 @@ pub(super) struct PreparationArgs {
     /// Outliers: samples far from the median of those around them
     #[arg(long, value_parser = choice(&Outliers::ALL, Outliers::described), default_value = "outputs")]
     outliers: Outliers,
+    /// Band of frequencies that is used, of every signal: LOW..HIGH, or LOW.. against drift, or ..HIGH against noise (Hz)
+    /// [default: all]
+    #[arg(long, value_name = "LOW..HIGH", value_parser = band)]
+    prefilter: Option<Band>,
     /// Which data is used
     #[arg(long, value_parser = choice(&SegmentChoice::ALL, SegmentChoice::described), default_value = "all")]
     segment: SegmentChoice,
@@ -313,12 +317,15 @@ impl SignalArgs {
             });
         }
         let taken = taken.ok_or_else(|| anyhow!("no data"))?;
-        if let Some(reason) = without_dynamics(&taken.resampled.record) {
+        let record = &taken.resampled.record;
+        let unfit = (self.preparation.prefilter).and_then(|band| unreachable(record, band));
+        if let Some(reason) = without_dynamics(record).or(unfit) {
             bail!(reason);
         }
         Ok(taken.prepared(&Preparation {
             decimate: decimate && self.grid.rate.is_none(),
             outliers: self.preparation.outliers,
+            band: self.preparation.prefilter,
             segment: self.preparation.segment,
             trend: self.preparation.detrend,
             prewindow,
@@ -391,19 +398,34 @@ fn seconds(text: &str) -> Result<f64, String> {
 }
 
 fn window(text: &str) -> Result<(f64, f64), String> {
-    let rule = || format!("'{text}' is not a window; write FROM..TO, as 10..60, 10.. or ..60");
-    let (from, to) = text.split_once("..").ok_or_else(rule)?;
+    let open = (f64::NEG_INFINITY, f64::INFINITY);
+    span(text, open, || {
+        format!("'{text}' is not a window; write FROM..TO, as 10..60, 10.. or ..60")
+    })
+}
+
+fn band(text: &str) -> Result<Band, String> {
+    let rule =
+        || format!("'{text}' is not a band; write LOW..HIGH in Hz, as 0.01..2, 0.01.. or ..2");
+    match span(text, (0.0, f64::INFINITY), rule)? {
+        (0.0, f64::INFINITY) => Err(rule()),
+        (low, _) if low < 0.0 => Err(rule()),
+        band => Ok(band),
+    }
+}
+
+/// Two edges, those that are not written open.
+fn span(text: &str, open: (f64, f64), rule: impl Fn() -> String) -> Result<(f64, f64), String> {
+    let (from, to) = text.split_once("..").ok_or_else(&rule)?;
     let edge = |text: &str, open: f64| match text {
         "" => Ok(open),
         text => number(text).map_err(|_| rule()),
     };
-    let (from, to) = (edge(from, f64::NEG_INFINITY)?, edge(to, f64::INFINITY)?);
+    let (from, to) = (edge(from, open.0)?, edge(to, open.1)?);
     if from < to {
         Ok((from, to))
     } else if from > to {
-        Err(format!(
-            "'{text}' is not a window: it is reversed; write FROM..TO, as {to}..{from}"
-        ))
+        Err(format!("'{text}' is reversed; write {to}..{from}"))
     } else {
         Err(rule())
     }

@@ -21,6 +21,7 @@ mod csv_source;
 mod decimation;
 mod gridder;
 mod live_grid;
+mod prefilter;
 mod preparation;
 mod request;
 mod resample;
@@ -36,6 +37,7 @@ pub use bag_source::{BagSource, nanoseconds, topics, types};
 pub use channel::{Channel, Method, Timing};
 pub use csv_source::{CsvSource, TableTime};
 pub use live_grid::{Given, LiveGrid};
+pub use prefilter::{Band, unreachable};
 pub use preparation::{
     DECIMATION, Outliers, Preparation, SegmentChoice, Step, Trend, prepare, without_dynamics,
 };

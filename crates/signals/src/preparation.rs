@@ -3,6 +3,7 @@
 //! - **Outliers** are samples far from the median of those around them (Hampel's test) and from the line between them, in runs of at most two. How far is far
 //!   is a fifth of the signal's own range at least, and a multiple of what is usual in that signal: for an output, apart for samples that the input has just moved and for
 //!   the others, so that a response to a pulse is none.
+//! - **Prefiltering** passes a band of frequencies of every signal.
 //! - **A segment by excitation** is the longest part of each segment in which the input moves, with what it does
 //!   afterwards.
 //! - **Detrending** subtracts from each signal of each segment its mean, or the straight line that is nearest to it.
@@ -13,6 +14,7 @@ use planesman_identification::{Record, Segment, StraightLine};
 use serde::Serialize;
 
 use crate::decimation::decimate;
+use crate::prefilter::{Band, prefilter};
 
 /// Samples on each side of the one that is compared with their median.
 const SIDE: usize = 5;
@@ -139,12 +141,14 @@ impl Trend {
 }
 
 /// What is asked for.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Preparation {
     /// A record that is sampled far faster than it moves is decimated.
     pub decimate: bool,
     /// What becomes of outliers.
     pub outliers: Outliers,
+    /// The band of frequencies that passes, Hz.
+    pub band: Option<Band>,
     /// Which part is used.
     pub segment: SegmentChoice,
     /// What is subtracted.
@@ -159,7 +163,7 @@ pub const DECIMATION: &str = "decimation";
 /// What was found and done.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Step {
-    /// Its name: [`DECIMATION`], `outliers`, `segment`, `detrend`, `prewindow`.
+    /// Its name: [`DECIMATION`], `outliers`, `prefilter`, `segment`, `detrend`, `prewindow`.
     pub name: &'static str,
     /// A sentence with its numbers.
     pub text: String,
@@ -170,6 +174,12 @@ pub fn prepare(record: &mut Record, asked: &Preparation) -> Vec<Step> {
     let mut steps = Vec::new();
     if asked.outliers != Outliers::Keep {
         steps.extend(outliers(record, asked.outliers));
+    }
+    if let Some(band) = asked.band {
+        steps.push(Step {
+            name: "prefilter",
+            text: prefilter(record, band),
+        });
     }
     if asked.decimate {
         steps.extend(decimate(record).map(|text| Step {
