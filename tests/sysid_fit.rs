@@ -207,7 +207,9 @@ fn options_that_do_not_go_together_are_refused() {
         ("--method guesswork", "output_error"),
         ("--inertia 0", "above 0"),
         ("--reference z", "no column 'z'"),
-        ("--window 3..2", "not a window"),
+        ("--window 3..2", "'3..2' is reversed; write 2..3"),
+        ("--window 3", "not a window"),
+        ("--prefilter ..", "not a band"),
     ] {
         let refusal = try_fit(&data, more).unwrap_err();
         assert!(refusal.contains(reason), "{more}: {refusal}");
@@ -332,4 +334,37 @@ fn preparation_is_named_and_kept_in_the_model_file() {
         let file = fitted.model_file().unwrap();
         assert!(file.preparation[0].contains(done), "{file:?}");
     }
+}
+
+#[test]
+fn a_prefilter_keeps_the_model_and_leaves_a_slow_disturbance_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let u: Vec<f64> = noise(3, 200)
+        .iter()
+        .flat_map(|level| [level.signum(); 5])
+        .collect();
+    let y: Vec<f64> = filter(&[0.0, 0.2, 0.1], &[1.0, -1.6, 0.63], &u)
+        .iter()
+        .zip(noise(4, u.len()))
+        .enumerate()
+        .map(|(k, (y, e))| y + 0.05 * e + 20.0 * (0.01 * k as f64).sin())
+        .collect();
+    let data = [table(folder.path(), "a.csv", &[("u", &u), ("y", &y)])];
+    let found = fit(
+        &data,
+        "--method bj --order 2 --prefilter 0.2.. --bootstrap 100",
+    );
+    let steps: Vec<&str> = found.taken.steps.iter().map(|it| it.name).collect();
+    assert_eq!(steps, ["prefilter"]);
+    let poles = found.analysis.model().poles().unwrap();
+    assert!(
+        (poles[0].re - 0.9).abs() < 0.02 && (poles[1].re - 0.7).abs() < 0.05,
+        "{poles:?}"
+    );
+    let bootstrap = found.analysis.bootstrap.as_ref().unwrap();
+    assert_eq!((bootstrap.refits, bootstrap.poles.len()), (100, 2));
+    let ((least, most), _) = bootstrap.poles[0];
+    assert!(least < 20.0 * 0.9_f64.ln() && 20.0 * 0.9_f64.ln() < most);
+    let text = found.analysis.text();
+    assert_eq!(text.matches("\n  bootstrap").count(), 3, "{text}");
 }

@@ -48,6 +48,9 @@ pub struct FitArgs {
     vehicle: VehicleArgs,
     #[command(flatten)]
     recursion: RecursionArgs,
+    /// 95 % intervals of poles and gain by a bootstrap as well: fit so many records simulated with the model and its residuals
+    #[arg(long, value_name = "RECORDS", value_parser = clap::value_parser!(u32).range(100..=100_000), help_heading = "Model")]
+    bootstrap: Option<u32>,
     /// Print JSON
     #[arg(long, help_heading = "Output")]
     json: bool,
@@ -348,6 +351,7 @@ impl FitArgs {
             own_numerators: structure.own_numerators,
             inertia: vehicle.inertia,
             speed: vehicle.speed,
+            bootstrap: self.bootstrap.map(|it| it as usize),
         })
     }
 }
@@ -562,6 +566,7 @@ fn as_json(found: &Found) -> Result<Value> {
         "predicted_fit": analysis.predicted_fit,
         "share_of_input": analysis.share,
         "delay": analysis.lag.map(|it| json!({"best": it.best, "interval": it.interval})),
+        "bootstrap": analysis.bootstrap,
         "residuals": analysis.residuals,
         "record": {
             "sample_time": record.sample_time,

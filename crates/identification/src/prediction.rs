@@ -134,21 +134,37 @@ fn errors_of_simulation(found: &Estimate, number: usize, run: Run<'_>) -> Vec<f6
 /// `e` of the difference equation at each sample, 0 before the first row.
 fn errors_of_equation(found: &Estimate, number: usize, run: Run<'_>) -> Vec<f64> {
     let structure = &found.layout.structure;
-    let theta = found.theta.as_slice();
-    let mut errors = filter(&found.layout.denominator(theta), &[1.0], run.outputs);
-    let caused = filter(
-        &theta[found.layout.b(number)],
+    let mut errors = filter(
+        &found.layout.denominator(found.theta.as_slice()),
         &[1.0],
-        &structure.driving(&found.about_level(run.inputs)),
+        run.outputs,
     );
-    let constant = constant(found, number);
-    for (k, (error, caused)) in errors.iter_mut().zip(caused).enumerate() {
+    let forced = forced(found, number, run.inputs);
+    for (k, (error, forced)) in errors.iter_mut().zip(forced).enumerate() {
         *error = match k < structure.history() {
             true => 0.0,
-            false => *error - caused - constant,
+            false => *error - forced,
         };
     }
     filter(&[1.0], &monic(&found.noise_model), &errors)
+}
+
+/// The output by the difference equation without noise, from the first measured outputs.
+pub(crate) fn from_first_outputs(found: &Estimate, number: usize, run: Run<'_>) -> Vec<f64> {
+    let a = found.layout.denominator(found.theta.as_slice());
+    let first = found.layout.structure.history().min(run.outputs.len());
+    let mut driving = filter(&a, &[1.0], &run.outputs[..first]);
+    driving.extend(&forced(found, number, run.inputs)[first..]);
+    filter(&[1.0], &a, &driving)
+}
+
+/// `B u + constant` of a record's difference equation.
+fn forced(found: &Estimate, number: usize, inputs: &[f64]) -> Vec<f64> {
+    let driving = found.layout.structure.driving(&found.about_level(inputs));
+    let b = &found.theta.as_slice()[found.layout.b(number)];
+    let constant = constant(found, number);
+    let caused = filter(b, &[1.0], &driving);
+    caused.into_iter().map(|it| it + constant).collect()
 }
 
 /// The constant of a record's difference equation.

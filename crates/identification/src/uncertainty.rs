@@ -66,6 +66,15 @@ impl Uncertain {
         (along.dot(&(self.covariance * along))).max(0.0).sqrt()
     }
 
+    /// Of a pole in s, the damping ratio `-re/|s|` and its standard deviation.
+    #[must_use]
+    pub fn damping_ratio(&self) -> (f64, f64) {
+        let size = self.value.norm();
+        // The ratio depends on the angle alone: d(cos phi) = -sin phi d(phi).
+        let slope = self.value.im / size;
+        (-self.value.re / size, slope.abs() * self.phase_deviation())
+    }
+
     /// The standard deviation of the phase, rad.
     #[must_use]
     pub fn phase_deviation(&self) -> f64 {

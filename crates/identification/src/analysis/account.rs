@@ -42,6 +42,7 @@ impl Analysis {
         }
         text += &self.tried();
         text += &self.coefficients();
+        text += &self.modes();
         text += &self.places();
         text += &self.vehicle();
         if let Some(lag) = self.lag {
@@ -150,7 +151,8 @@ impl Analysis {
         };
         let mut text = String::new();
         for run in runs {
-            let b = self.estimate.model(run).b;
+            let at_once = self.estimate.layout.structure.delay == 0;
+            let b = self.estimate.model(run).numerator(at_once);
             let _ = write!(
                 text,
                 "numerator    {}   (z^{} first)",
@@ -178,6 +180,38 @@ impl Analysis {
         self.model().a.iter().all(|a| *a == 0.0)
     }
 
+    /// What the poles in s mean: natural frequency and damping ratio of a pair, time constant of a real pole. Left out is a
+    /// pole on the negative real axis of z, which no continuous system has.
+    fn modes(&self) -> String {
+        let highest = std::f64::consts::PI / self.estimate.sample_time;
+        let poles = self.reading().continuous_poles().unwrap_or_default();
+        let is_mode = |it: &&Uncertain| (0.0..0.999_999 * highest).contains(&it.value.im);
+        let mut text = String::new();
+        for pole in poles.iter().filter(is_mode) {
+            let re = pole.value.re;
+            let words = if pole.value.im > 0.0 {
+                let (damping, deviation) = pole.damping_ratio();
+                format!(
+                    "natural frequency {:.4} ± {:.4} rad/s, damping ratio {damping:.4} ± {:.4}",
+                    pole.value.norm(),
+                    SIGMAS_95 * pole.magnitude_deviation(),
+                    SIGMAS_95 * deviation
+                )
+            } else if re == 0.0 {
+                "integrator".to_owned()
+            } else {
+                let grows = if re > 0.0 { "unstable, " } else { "" };
+                format!(
+                    "{grows}time constant {:.4} ± {:.4} s",
+                    1.0 / re.abs(),
+                    SIGMAS_95 * pole.real_deviation() / (re * re)
+                )
+            };
+            let _ = writeln!(text, "{:<12} {words}", "mode");
+        }
+        text
+    }
+
     /// Poles, zeros and the steady gain, each with its 95 % interval.
     fn places(&self) -> String {
         let reading = self.reading();
@@ -192,12 +226,26 @@ impl Analysis {
             if name == "z zero" && self.is_finite() {
                 continue;
             }
-            for it in found.iter().filter(|it| it.value.im >= 0.0) {
+            for (at, it) in found.iter().enumerate() {
+                if it.value.im < 0.0 {
+                    continue;
+                }
                 let _ = writeln!(text, "{name:<12} {}", interval(it));
+                let bootstrap = self.bootstrap.as_ref().filter(|_| name == "s pole");
+                if let Some((re, im)) = bootstrap.and_then(|it| it.poles.get(at)) {
+                    let im = match it.value.im {
+                        0.0 => String::new(),
+                        _ => format!(", ± ({:.5} to {:.5}) i", im.0, im.1),
+                    };
+                    let _ = writeln!(text, "{:<12} {:.5} to {:.5}{im}", "  bootstrap", re.0, re.1);
+                }
             }
         }
         if let Some(gain) = reading.dc_gain() {
             let _ = writeln!(text, "{:<12} {}", "dc gain", interval(&gain));
+        }
+        if let Some((least, most)) = self.bootstrap.as_ref().and_then(|it| it.gain) {
+            let _ = writeln!(text, "{:<12} {least:.5} to {most:.5}", "  bootstrap");
         }
         text
     }
@@ -238,4 +286,44 @@ pub(super) fn interval(it: &Uncertain) -> String {
 /// A time, s, without the digits that are below its nanoseconds.
 fn to_a_nanosecond(seconds: f64) -> f64 {
     (seconds * 1e9).round() / 1e9
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::analysis::{Options, analyse};
+    use crate::noise::{noise, with_noise};
+    use crate::record::Record;
+    use crate::structure::filter;
+
+    #[test]
+    fn poles_are_named_by_what_they_do() {
+        // A pair of natural frequency 5 rad/s and damping ratio 0.6, and a time constant of 2 s.
+        let (sample_time, u) = (0.05_f64, noise(4, 4000));
+        let (size, angle) = ((-3.0 * sample_time).exp(), (4.0 * sample_time).cos());
+        let pair = [1.0, -2.0 * size * angle, size * size];
+        let slow = [1.0, -(-0.5 * sample_time).exp()];
+        for (den, expected) in [
+            (
+                &pair[..],
+                vec![("natural frequency ", 5.0), ("damping ratio ", 0.6)],
+            ),
+            (&slow[..], vec![("time constant ", 2.0)]),
+        ] {
+            let y = with_noise(&filter(&[0.0, 1.0], den, &u), 5, 0.002);
+            let signals = (vec![("u", u.clone())], vec![("y", y)]);
+            let record = Record::of_run(sample_time, signals.0, signals.1).unwrap();
+            let options = Options {
+                order: Some(den.len() - 1),
+                delay: Some(1),
+                ..Options::default()
+            };
+            let text = analyse(&record, &options).unwrap().text();
+            let mode = text.lines().find(|line| line.starts_with("mode ")).unwrap();
+            for (name, expected) in expected {
+                let number = mode.split(name).nth(1).and_then(|it| it.split(' ').next());
+                let found: f64 = number.unwrap().parse().unwrap();
+                assert!((found / expected - 1.0).abs() < 0.01, "{mode}");
+            }
+        }
+    }
 }

@@ -8,14 +8,17 @@
 //! - `verdict`: the plain words.
 //! - `account`: all of it for the terminal.
 //! - `lag`: the delay's interval.
+//! - `bootstrap`: intervals of poles and gain from refits.
 //! - `checks`: the figures that the verdict rests on.
 
 mod account;
+mod bootstrap;
 mod checks;
 mod lag;
 mod verdict;
 
 pub use crate::prediction::AHEAD;
+pub use bootstrap::{Bootstrap, Interval};
 pub use lag::Lag;
 
 use std::borrow::Cow;
@@ -24,7 +27,7 @@ use crate::comparison::GivenModel;
 use crate::conversion;
 use crate::error::{IdentificationError, Result};
 use crate::estimators::{
-    Error, Estimate, Estimator, Knowledge, LeastSquares, Method, Physical, TwoStages,
+    Error, Estimate, Estimator, Knowledge, LeastSquares, Method, Near, Physical, TwoStages,
 };
 use crate::fit::StraightLine;
 use crate::model::Model;
@@ -64,6 +67,8 @@ pub struct Options {
     pub inertia: Option<f64>,
     /// The vehicle's speed, m/s, for the model file.
     pub speed: Option<f64>,
+    /// Simulated records of a bootstrap; `None` for none.
+    pub bootstrap: Option<usize>,
 }
 
 impl Default for Options {
@@ -82,6 +87,7 @@ impl Default for Options {
             own_numerators: false,
             inertia: None,
             speed: None,
+            bootstrap: None,
         }
     }
 }
@@ -150,6 +156,8 @@ pub struct Analysis {
     pub drift: f64,
     /// What the longest run says of the delay, for a model of the output error.
     pub lag: Option<Lag>,
+    /// Intervals by a bootstrap, where one was asked for.
+    pub bootstrap: Option<Bootstrap>,
     /// Of the longest run.
     pub residuals: Option<ResidualTests>,
     /// The longest run's number.
@@ -286,6 +294,20 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
         share: checks::share_of_input(&estimate, longest, second.runs[longest]),
         drift: StraightLine::nearest_to(second.runs[longest].outputs).share,
         lag: lag.or_else(|| lag::lag(&estimate, &second)),
+        bootstrap: (options.bootstrap)
+            .map(|refits| {
+                // The minimum of a simulated record is near the estimate.
+                let near = Near {
+                    poles: estimate.theta.as_slice()[estimate.layout.a()].to_vec(),
+                    noise: options.method == Method::BoxJenkins,
+                };
+                let again: &dyn Estimator = match options.method {
+                    Method::OutputError | Method::BoxJenkins => &near,
+                    _ => method.as_ref(),
+                };
+                bootstrap::bootstrap(again, &estimate, &second, longest, refits)
+            })
+            .transpose()?,
         searched: part.runs.iter().map(|run| run.outputs.len()).sum(),
         residuals,
         longest,
