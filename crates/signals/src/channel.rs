@@ -25,6 +25,9 @@ pub enum Method {
     /// The mean over the interval that begins at the instant, each sample held until the next: for commands.
     #[default]
     Mean,
+    /// The mean over the interval that begins at the instant, straight lines between the samples (first-order hold): for a
+    /// measured motion.
+    Foh,
     /// On the straight line between the samples before and after the instant: for measurements.
     Linear,
     /// The latest sample at or before the instant.
@@ -35,7 +38,13 @@ pub enum Method {
 
 impl Method {
     /// Every method.
-    pub const ALL: [Self; 4] = [Self::Mean, Self::Linear, Self::Hold, Self::Centred];
+    pub const ALL: [Self; 5] = [
+        Self::Mean,
+        Self::Foh,
+        Self::Linear,
+        Self::Hold,
+        Self::Centred,
+    ];
 
     /// Its name on the command line and its help line.
     #[must_use]
@@ -44,6 +53,11 @@ impl Method {
             Self::Mean => (
                 "mean",
                 "Mean over the interval that starts at the grid point, each sample held until the next; for commands",
+            ),
+            Self::Foh => (
+                "foh",
+                "Mean over the interval that starts at the grid point, straight lines between the samples (first-order hold); for \
+                 a measured motion",
             ),
             Self::Linear => (
                 "linear",
@@ -62,6 +76,7 @@ impl fmt::Display for Method {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Mean => "mean over the interval",
+            Self::Foh => "mean over the interval of straight lines",
             Self::Linear => "linear interpolation",
             Self::Hold => "latest held",
             Self::Centred => "mean about the instant",

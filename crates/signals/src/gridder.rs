@@ -6,6 +6,7 @@
 //! hold     u(t_k)                                     of the latest sample at or before t_k
 //! mean     u_k = (1/T) integral of u(t) dt            over [t_k, t_(k+1)), each sample held until the next,
 //!          m_k = (1/T^2) integral of (t - t_k - T/2) u(t) dt      and its first moment, both exactly
+//! foh      the same                                   on the straight lines between the samples
 //! centred  the mean of the samples nearer to t_k than to any other instant
 //! ```
 
@@ -153,11 +154,11 @@ impl Gridder {
         match self.method {
             Method::Linear => at_instant(sample, onto),
             Method::Centred => self.centred(sample, onto),
-            Method::Mean | Method::Hold => {}
+            Method::Mean | Method::Foh | Method::Hold => {}
         }
     }
 
-    /// Two samples with no gap between. Of at most `most` instants between them something is put by the method linear.
+    /// Two samples with no gap between. Of at most `most` instants between them something is put by the methods linear and foh.
     pub(crate) fn pair(
         &mut self,
         (t0, v0): (i64, f64),
@@ -178,6 +179,16 @@ impl Gridder {
             }
             Method::Hold => (onto.put)(Put::Held(grid.at_or_after(t0), grid.at_or_after(t1), v0)),
             Method::Mean => self.hold_over(v0, t0, t1, onto),
+            Method::Foh => {
+                let slope = (v1 - v0) / (t1 - t0) as f64;
+                let intervals = grid.at_or_before(t0).max(grid.first.saturating_sub(1))
+                    ..=grid.at_or_before(t1).min(grid.last);
+                for k in intervals.take(most.saturating_add(2)) {
+                    let (from, to) = (t0.max(grid.time(k)), t1.min(grid.time(k + 1)));
+                    let middle = 0.5 * ((from - t1) as f64 + (to - t1) as f64);
+                    self.add(k, (v1 + slope * middle, slope), from, to, onto);
+                }
+            }
             Method::Centred => self.centred((t1, v1), onto),
         }
     }
@@ -186,7 +197,7 @@ impl Gridder {
     pub(crate) fn end(&mut self, sample: (i64, f64), onto: &mut Onto<'_>) {
         let (stamp, value) = sample;
         match self.method {
-            Method::Linear => {}
+            Method::Linear | Method::Foh => self.bin = None,
             Method::Hold => at_instant(sample, onto),
             Method::Mean => {
                 let until = onto.grid.time(onto.grid.at_or_before(stamp) + 1);
@@ -206,15 +217,22 @@ impl Gridder {
     fn hold_over(&mut self, value: f64, from: i64, until: i64, onto: &mut Onto<'_>) {
         let grid = onto.grid;
         let (first, last) = (grid.at_or_before(from), grid.at_or_before(until));
-        self.add(first, value, from, until, onto);
+        self.add(first, (value, 0.0), from, until, onto);
         if last > first {
             (onto.put)(Put::Held(first + 1, last, value));
-            self.add(last, value, from, until, onto);
+            self.add(last, (value, 0.0), from, until, onto);
         }
     }
 
-    /// Adds the part of `from` to `until` that lies in interval k to its mean.
-    fn add(&mut self, k: i64, value: f64, from: i64, until: i64, onto: &mut Onto<'_>) {
+    /// Adds the part of `from` to `until` that lies in interval k to its mean: the value in its middle, and a slope per ns.
+    fn add(
+        &mut self,
+        k: i64,
+        (value, slope): (f64, f64),
+        from: i64,
+        until: i64,
+        onto: &mut Onto<'_>,
+    ) {
         let grid = onto.grid;
         let (begins, ends) = (grid.time(k), grid.time(k + 1));
         let (from, to) = (from.max(begins), until.min(ends));
@@ -233,6 +251,10 @@ impl Gridder {
         // From the interval's middle, in intervals.
         let place = |stamp: i64| (stamp - begins) as f64 / (ends - begins) as f64 - 0.5;
         bin.moment += (value - bin.base) * (place(to).powi(2) - place(from).powi(2)) / 2.0;
+        if slope != 0.0 {
+            let rise = slope * (ends - begins) as f64;
+            bin.moment += rise * (place(to) - place(from)).powi(3) / 12.0;
+        }
         if to == ends {
             (onto.put)(bin.put());
         }

@@ -143,7 +143,9 @@ fn decimation(resampled: &Resampled) -> Vec<Step> {
     let decimated = outputs.filter(|it| it.timing.rate() > COARSER * rate);
     let step = |output: &Channel| {
         let how = match output.method {
-            Method::Centred | Method::Mean => "those between two instants are averaged",
+            Method::Centred | Method::Mean | Method::Foh => {
+                "those between two instants are averaged"
+            }
             Method::Linear | Method::Hold => {
                 "those between two instants are left out, so faster motion folds into slower (--output-method centred \
                  averages them)"

@@ -263,6 +263,38 @@ fn a_setpoint_that_is_sent_when_it_changes_is_known_until_it_changes() {
 }
 
 #[test]
+fn a_measured_motion_is_averaged_on_straight_lines_between_its_samples() {
+    // A parabola sampled at 100 Hz and at the grid's own 20 Hz; the output's instants lie between the samples.
+    for period in [0.01, 0.05] {
+        let motion = |t: f64| t * t;
+        let u: Samples = (0..=400)
+            .map(|k| k as f64 * period)
+            .map(|t| (t, motion(t)))
+            .collect();
+        let y: Samples = line(60, 0.05)
+            .iter()
+            .map(|(t, v)| (t + 0.013, *v))
+            .collect();
+        let options = Options {
+            input_method: Method::Foh,
+            ..at_rate(20.0)
+        };
+        let record = resampled(&u, &y, options).unwrap().record;
+        let segment = &record.segments[0];
+        assert!(segment.len() >= 58, "{}", segment.len());
+        for (k, value) in segment.inputs[0].iter().enumerate() {
+            let at = (segment.start - START) as f64 * 1e-9 + 0.05 * k as f64;
+            // Simpson's rule is exact; a chord lies above a parabola by at most a quarter of the period squared.
+            let mean = (motion(at) + 4.0 * motion(at + 0.025) + motion(at + 0.05)) / 6.0;
+            assert!(
+                (0.0..period * period / 4.0 + 1e-9).contains(&(value - mean + 1e-9)),
+                "{at}: {value} {mean}"
+            );
+        }
+    }
+}
+
+#[test]
 fn a_hold_for_ever_takes_no_memory_and_makes_no_endless_record() {
     let y = line(100, 0.05);
     // Stamps far beyond the outputs.

@@ -180,7 +180,8 @@ impl Analysis {
         if self.is_early() {
             return Some(format!(
                 "the model fits better with the output {} sample{} before the input: the output is stamped too early, \
-                 the data is closed-loop, or the system is not linear",
+                 the input moves between its samples (--input-method foh), the data is closed-loop, or the system is not \
+                 linear",
                 -lag.best,
                 if lag.best == -1 { "" } else { "s" }
             ));
