@@ -597,7 +597,7 @@ impl<E: 'static> Runtime<E> {
     /// Waits for `work` while the node's communication goes on. Events queue up.
     pub fn block_on<T>(&self, work: impl Future<Output = T>) -> T {
         self.take_up(None);
-        smol::block_on(self.executor.run(work))
+        smol::future::block_on(self.executor.run(work))
     }
 
     /// Waits for the next event, for programs that are not only a node.
@@ -653,7 +653,7 @@ impl<E: 'static> Runtime<E> {
         mut handler: impl FnMut(&mut Self, E) -> anyhow::Result<Flow>,
     ) -> anyhow::Result<()> {
         let executor = Rc::clone(&self.executor);
-        let outcome = smol::block_on(executor.run(async {
+        let outcome = smol::future::block_on(executor.run(async {
             loop {
                 let queued = {
                     let (event, stop) = (self.receiver.recv(), self.asked_to_stop());
