@@ -645,8 +645,8 @@ impl BagWriter {
             nanoseconds_since_epoch: NEVER,
         });
         let ends = files.iter().filter(|file| file.message_count > 0);
-        let ends = ends
-            .map(|file| file.starting_time.nanoseconds_since_epoch + file.duration.nanoseconds);
+        let ends =
+            ends.map(|file| file.starting_time.nanoseconds_since_epoch + file.duration.nanoseconds);
         BagMetadata {
             duration: metadata::Duration {
                 nanoseconds: ends
