@@ -3,7 +3,9 @@
 
 use std::path::PathBuf;
 
-use planesman_msgs::{type_description_interfaces::msg::TypeSource, type_info};
+use planesman_msgs::{
+    description::describe, type_description_interfaces::msg::TypeSource, type_info,
+};
 use planesman_rosidl::{
     Error, Library, TypeName, definition::Kind, parse_action, parse_message, parse_service,
 };
@@ -27,14 +29,23 @@ pub fn local(
     announced: Option<&str>,
     prefixes: &[PathBuf],
 ) -> Result<Definition, String> {
-    let known = type_info(type_name).map(|info| Definition {
-        text: info.definition.to_owned(),
-        type_hash: info.type_hash.to_owned(),
-    });
-    known
-        .ok_or_else(|| "this program does not know it".to_owned())
+    own(type_name)
         .and_then(|known| fitting(known, announced))
         .or_else(|_| fitting(installed(type_name, prefixes)?, announced))
+}
+
+/// This project's own definition; that of a part of a service or action is made of the whole's text.
+fn own(type_name: &str) -> Result<Definition, String> {
+    if let Some(info) = type_info(type_name) {
+        return Ok(Definition {
+            text: info.definition.to_owned(),
+            type_hash: info.type_hash.to_owned(),
+        });
+    }
+    let name = parse_name(type_name)?;
+    let file = TypeName::new(&name.package, name.kind, whole(&name));
+    let known = describe(&file.to_string()).ok_or("this program does not know it")?;
+    described(type_name, None, &known.sources)
 }
 
 /// The definition by the texts in an answer of `~/get_type_description`.
@@ -133,7 +144,7 @@ fn installed(type_name: &str, prefixes: &[PathBuf]) -> Result<Definition, String
 mod tests {
     use std::fs;
 
-    use planesman_msgs::{Message, description::describe, planesman_msgs::msg::VehicleState};
+    use planesman_msgs::{Message, planesman_msgs::msg::VehicleState};
 
     use super::*;
 
@@ -145,6 +156,12 @@ mod tests {
         let sources = describe(VehicleState::TYPE_NAME).expect("ours").sources;
         let said = described(VehicleState::TYPE_NAME, Some(&own.type_hash), &sources);
         assert_eq!(said, Ok(own));
+        let event = local("std_srvs/srv/SetBool_Event", None, &[]).expect("our own");
+        assert!(
+            event.text.contains("service_msgs/ServiceEventInfo"),
+            "{}",
+            event.text
+        );
 
         let folder = tempfile::tempdir().expect("a temporary folder");
         let write = |file: &str, text: &str| {
