@@ -7,7 +7,9 @@ use std::{fmt, fs};
 use anyhow::{Context, Result, bail};
 use planesman_bag::reader::BagReader;
 use planesman_node::in_one_line;
+use recorder::loop_topics;
 use recorder::parameters::RecorderParameters;
+use recorder::selection::Selection;
 
 use crate::flight::{Flight, recorded};
 use crate::nodes::NODES;
@@ -177,7 +179,6 @@ impl RunFolder {
         scenario: &Scenario,
     ) -> Result<BTreeMap<String, Count>> {
         let recorder: RecorderParameters = scenario.parameters_of("recorder")?;
-        let selected = &recorder.topics;
         let mut counts: BTreeMap<String, Count> = recorded
             .iter()
             .map(|(topic, n)| {
@@ -195,7 +196,7 @@ impl RunFolder {
                 continue;
             };
             for (topic, n) in published {
-                if is_counted(&topic) && is_selected(&topic, selected) {
+                if is_counted(&topic) && is_selected(&topic, &recorder) {
                     let count = counts.entry(topic).or_default();
                     count.published = Some(count.published.unwrap_or(0) + n);
                 }
@@ -251,12 +252,18 @@ impl fmt::Display for Loss {
 }
 
 /// Whether the recorder was to record a topic; all, if it was given no names.
-fn is_selected(topic: &str, names: &[String]) -> bool {
-    let last = topic.rsplit('/').next();
-    names.is_empty()
-        || names
-            .iter()
-            .any(|name| Some(name.trim_start_matches('/')) == last)
+fn is_selected(topic: &str, recorder: &RecorderParameters) -> bool {
+    let (namespace, last) = topic.rsplit_once('/').unwrap_or(("", topic));
+    let is_it = |name: &str| name.trim_start_matches('/') == last;
+    let types = loop_topics::ALL.iter().filter(|topic| is_it(topic.name));
+    let type_name = types.map(|it| it.info.type_name).next().unwrap_or_default();
+    let absolute = |name: &str| match name.starts_with('/') {
+        true => name.to_owned(),
+        false => format!("{namespace}/{name}"),
+    };
+    let selection = Selection::new(&recorder.record, absolute);
+    (recorder.topics.is_empty() || recorder.topics.iter().any(|name| is_it(name)))
+        && selection.is_ok_and(|it| it.takes(topic, type_name))
 }
 
 /// Whether loss on a topic means anything: the others are spoken before the recorder listens.
@@ -326,11 +333,21 @@ mod tests {
 
     #[test]
     fn a_topic_that_was_not_to_be_recorded_is_not_lost() {
-        let names = ["state", "/tf"].map(str::to_owned);
-        assert!(is_selected("/auv/state", &names));
-        assert!(is_selected("/tf", &names));
-        assert!(!is_selected("/auv/imu", &names));
-        assert!(is_selected("/auv/imu", &[]));
+        let all = RecorderParameters::default();
+        let some = RecorderParameters {
+            topics: ["state", "/tf"].map(str::to_owned).into(),
+            ..all.clone()
+        };
+        assert!(is_selected("/auv/state", &some));
+        assert!(is_selected("/tf", &some));
+        assert!(!is_selected("/auv/imu", &some));
+        assert!(is_selected("/auv/imu", &all));
+        let mut but_two = all;
+        but_two.record.exclude_topics = vec!["imu".to_owned()];
+        but_two.record.exclude_topic_types = vec!["tf2_msgs/msg/TFMessage".to_owned()];
+        assert!(is_selected("/auv/state", &but_two));
+        assert!(!is_selected("/auv/imu", &but_two));
+        assert!(!is_selected("/tf", &but_two));
     }
 
     /// A flight in one process into a flight's folder, with the reports of nodes that sent so much.

@@ -1003,3 +1003,42 @@ fn the_identifier_learns_a_robot_of_another_make_while_it_moves() {
         }
     }
 }
+
+#[test]
+fn messages_meet_by_their_stamps_and_with_a_sensor_of_elsewhere() {
+    let Some(python) = RCLPY.found() else { return };
+    let stage = Stage::with(python.middleware);
+    let _loop = ["plant_sim", "dha_actuator", "depth_controller"].map(|name| stage.node(name, &[]));
+    let arguments = ["--sets", "40", "--timeout", "60"];
+    let sets = python.run("peer_sync.py", stage.domain(), &arguments);
+    sets.answer();
+}
+
+#[test]
+fn a_type_that_only_its_publisher_knows_is_recorded_with_its_definition() {
+    let (Some(python), Some(reader)) = (RCLPY.found(), Python::find()) else {
+        return;
+    };
+    let stage = Stage::with(python.middleware);
+    let out = stage.path("bag");
+    let output = format!("output:={out}");
+    let recorder = stage.node("recorder", &[&output, "record.all_topics:=true"]);
+    let fix = "geometry_msgs/msg/PoseStamped";
+    assert!(planesman_msgs::type_info(fix).is_none());
+    let arguments = [
+        "/dock",
+        fix,
+        "--json",
+        r#"{"pose": {"position": {"z": 2.5}}}"#,
+    ];
+    let sent = python
+        .run("peer_pub.py", stage.domain(), &arguments)
+        .answer();
+    assert_eq!(sent["sent"], 1);
+    recorder.signal(Signal::TERM);
+    recorder.finish().success();
+    let found = reader.read_bag(&[out.as_ref()]);
+    let dock = &found["topics"]["/dock"];
+    assert_eq!(dock["type"], fix);
+    assert_eq!(number(&dock["values"][0]["pose"]["position"]["z"]), 2.5);
+}

@@ -5,6 +5,8 @@
 mod stage;
 
 use planesman_msgs::diagnostic_msgs::msg::DiagnosticStatus;
+use planesman_msgs::lifecycle_msgs::msg::Transition;
+use planesman_msgs::lifecycle_msgs::srv::{ChangeState, ChangeStateRequest};
 use planesman_msgs::planesman_msgs::action::{Manoeuvre, ManoeuvreGoal};
 use planesman_msgs::planesman_msgs::msg::ControlState;
 use planesman_msgs::rcl_interfaces::msg::Parameter;
@@ -118,4 +120,62 @@ fn an_actuator_that_is_cut_off_is_an_error_of_the_vehicle_until_it_answers_again
         let level = operator.status("/auv/plant_sim: vehicle", "running");
         assert_eq!(level, DiagnosticStatus::OK, "{time}");
     }
+}
+
+/// The numbers of commands and of motions while the vehicle goes on for 20 states.
+fn answered(operator: &Operator) -> (u32, u32) {
+    let (mut states, mut commands, mut motions) = (0, 0, 0);
+    operator.until("twenty states", |received| {
+        match received {
+            Received::State(_) => states += 1,
+            Received::Control(_) => commands += 1,
+            Received::Actuator(_) => motions += 1,
+            _ => {}
+        }
+        (states >= 20).then_some(())
+    });
+    (commands, motions)
+}
+
+#[test]
+fn a_managed_controller_and_actuator_command_only_while_they_are_active() {
+    let stage = Stage::new();
+    let operator = stage.operator();
+    let _plant = stage.node("plant_sim", &["factor:=4.0"]);
+    let names = ["depth_controller", "dha_actuator"];
+    let _nodes = names.map(|name| stage.node(name, &["managed:=true"]));
+    let clients: [Client<ChangeState>; 2] = names.map(|name| {
+        let service = format!("{name}/change_state");
+        operator.rt.client(&service).unwrap()
+    });
+    let change = |client: &Client<ChangeState>, label: &str| {
+        let transition = Transition {
+            id: 0,
+            label: label.to_owned(),
+        };
+        operator
+            .call(client, ChangeStateRequest { transition })
+            .success
+    };
+    for client in &clients {
+        assert!(!change(client, "activate"), "it is not configured");
+        assert!(change(client, "configure"));
+    }
+    assert_eq!(answered(&operator), (0, 0));
+    operator.status("/auv/dha_actuator: actuator", "inactive");
+
+    for client in &clients {
+        assert!(change(client, "activate"));
+    }
+    operator.status("/auv/depth_controller: loop", "controlling");
+    operator.status("/auv/dha_actuator: actuator", "following");
+    let (commands, motions) = answered(&operator);
+    assert!(commands >= 10 && motions >= 10, "{commands}, {motions}");
+
+    for client in &clients {
+        assert!(change(client, "deactivate"));
+    }
+    answered(&operator); // What was on its way.
+    assert_eq!(answered(&operator), (0, 0));
+    operator.status("/auv/depth_controller: loop", "inactive");
 }

@@ -122,6 +122,7 @@ fn writer(path: &Path, compression: Compression) -> BagWriter {
         compression,
         chunk_size: 256,
         flush_interval: None,
+        ..WriterOptions::default()
     };
     BagWriter::create_file(path, options).expect("a bag")
 }

@@ -1,6 +1,7 @@
 //! The standard types have the hashes that ROS 2 Jazzy gives them, so their definitions are the same.
 //!
-//! Sources: for messages the Jazzy type store of the Python package `rosbags` 0.11.9; for services, and for
+//! Sources: for messages the Jazzy type store of the Python package `rosbags` 0.11.9; for services, among them those of
+//! `lifecycle_msgs` and of `rosbag2_interfaces` 0.26.5, and for
 //! `ServiceEventInfo` (whose `char` array that package hashes as `char` where rosidl has `uint8`), the C code
 //! that rosidl itself has generated for them, as published with ROS distributions. No such code was found for
 //! `rcl_interfaces/srv/GetLoggerLevels`, which is therefore not here.
@@ -75,6 +76,22 @@ const MESSAGES: &[(&str, &str)] = &[
     (
         "geometry_msgs/msg/Vector3",
         "cc12fe83e4c02719f1ce8070bfd14aecd40f75a96696a67a2a1f37f7dbb0765d",
+    ),
+    (
+        "lifecycle_msgs/msg/State",
+        "dd2d02b82f3ebc858e53c431b1e6e91f3ffc71436fc81d0715214ac6ee2107a0",
+    ),
+    (
+        "lifecycle_msgs/msg/Transition",
+        "c65d7b31ea134cba4f54fc867b817979be799f7452035cd35fac9b7421fb3424",
+    ),
+    (
+        "lifecycle_msgs/msg/TransitionDescription",
+        "c5f1cd4bb1ad2ba0e3329d4ac7015c52a674a72c1faf7974c37a33f4f6048b28",
+    ),
+    (
+        "lifecycle_msgs/msg/TransitionEvent",
+        "d5f8873a2f0146498f812d7885c7327ce27e463d36811d8792f35ee38c0d6c38",
     ),
     (
         "nav_msgs/msg/Odometry",
@@ -240,11 +257,50 @@ fn assert_service<S: Service>(name: &str, hash: &str) {
 
 #[test]
 fn standard_services_have_their_jazzy_hashes() {
-    use planesman_msgs::{action_msgs, rcl_interfaces, std_srvs, type_description_interfaces};
+    use planesman_msgs::{
+        action_msgs, lifecycle_msgs, rcl_interfaces, rosbag2_interfaces, std_srvs,
+        type_description_interfaces,
+    };
 
     assert_service::<action_msgs::srv::CancelGoal>(
         "action_msgs/srv/CancelGoal",
         "573d8b0a534451d7bc2ac8c5ffde8ac14b8593b7001175d0cd6516dcbeb8689a",
+    );
+    assert_service::<lifecycle_msgs::srv::ChangeState>(
+        "lifecycle_msgs/srv/ChangeState",
+        "356fe34f0475a43acf54542013af4167b0e729f77ea22ffb045c6ad8e20668e5",
+    );
+    assert_service::<lifecycle_msgs::srv::GetAvailableStates>(
+        "lifecycle_msgs/srv/GetAvailableStates",
+        "00a07d79d2207d71e81a8cbc1880e5d924cc16d4688ea8e8e06e443dc8f8aa1d",
+    );
+    assert_service::<lifecycle_msgs::srv::GetAvailableTransitions>(
+        "lifecycle_msgs/srv/GetAvailableTransitions",
+        "59b7ecefce0982a8a844b9f2c4f14764c1c4543cc55e72924e2aa4adad83e9bc",
+    );
+    assert_service::<lifecycle_msgs::srv::GetState>(
+        "lifecycle_msgs/srv/GetState",
+        "800a0a5aae599782b02932de0caf563f6dc4e7e94b794eadde075ba2cbef9795",
+    );
+    assert_service::<rosbag2_interfaces::srv::IsPaused>(
+        "rosbag2_interfaces/srv/IsPaused",
+        "c4d007c4a9ca1a76729d96b81c20db85b88b454eee371c0d8afe3aa31b899a40",
+    );
+    assert_service::<rosbag2_interfaces::srv::Pause>(
+        "rosbag2_interfaces/srv/Pause",
+        "b101e6aaf344c37f1405f5a1f484fee1c7d2acc61c6f04aeb636e9ab3f51a497",
+    );
+    assert_service::<rosbag2_interfaces::srv::Resume>(
+        "rosbag2_interfaces/srv/Resume",
+        "fb4a116a8bdfc09c4c9f48df3b295d1f546053b4bb145bcbd4c92e7eef9896b8",
+    );
+    assert_service::<rosbag2_interfaces::srv::Snapshot>(
+        "rosbag2_interfaces/srv/Snapshot",
+        "0c8bc7656ce18075ff42f2b2296726cbf9b3bb2690289993f1eb99acb9290dcc",
+    );
+    assert_service::<rosbag2_interfaces::srv::SplitBagfile>(
+        "rosbag2_interfaces/srv/SplitBagfile",
+        "7e617148bb4bcd1feffcffea546caf0c23de6a1f94201625a4167f73bc8cea15",
     );
     assert_service::<rcl_interfaces::srv::DescribeParameters>(
         "rcl_interfaces/srv/DescribeParameters",

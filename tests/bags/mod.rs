@@ -25,6 +25,7 @@ impl Maker {
             compression: Compression::None,
             chunk_size: 4000,
             flush_interval: None,
+            ..WriterOptions::default()
         };
         Self(BagWriter::create_file(path, options).unwrap())
     }

@@ -75,7 +75,7 @@ pub struct Duration {
 }
 
 /// A moment.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct StartingTime {
     /// Nanoseconds since the epoch of the clock recorded by.
     pub nanoseconds_since_epoch: i64,

@@ -204,7 +204,7 @@ impl BagReader {
             "" | "none" | "storage" => true,
             "file" => files
                 .iter()
-                .all(|file| is_plain(file) || by_zstd && is_packed_mcap(file)),
+                .all(|file| is_plain(file) || by_zstd && is_packed(file)),
             _ => are_packed,
         };
         if !is_read {
@@ -435,26 +435,22 @@ impl Messages<'_> {
     }
 }
 
-fn is_mcap(file: &Path) -> bool {
-    file.extension()
-        .is_some_and(|extension| extension == "mcap")
-}
-
-/// Whether a name is that of a bag's file, which may be one of several: `.mcap`, packed whole or not, or `.db3`.
+/// Whether a name is that of a bag's file, which may be one of several: `.mcap` or `.db3`, packed whole or not.
 #[must_use]
 pub fn is_bag_file(file: &Path) -> bool {
-    is_plain(file) || is_packed_mcap(file)
+    is_plain(file) || is_packed(file)
 }
 
 /// Whether a name is that of an unpacked file.
 fn is_plain(file: &Path) -> bool {
-    is_mcap(file) || file.extension().is_some_and(|extension| extension == "db3")
+    file.extension()
+        .is_some_and(|extension| extension == "mcap" || extension == "db3")
 }
 
-/// Whether a name is that of a `.mcap` file that is packed whole: `NAME.mcap.zstd`, as rosbag2 has it.
-fn is_packed_mcap(file: &Path) -> bool {
+/// Whether a name is that of a file that is packed whole: `NAME.mcap.zstd`, as rosbag2 has it.
+fn is_packed(file: &Path) -> bool {
     let ending = file.extension().unwrap_or_default();
-    (ending == "zstd" || ending == "zst") && is_mcap(&file.with_extension(""))
+    (ending == "zstd" || ending == "zst") && is_plain(&file.with_extension(""))
 }
 
 /// The unpacked file beside a packed one, if there is one.
@@ -476,9 +472,6 @@ fn instead(folder: &Path) -> String {
             "bag" => Some(format!(
                 ", but .bag files of ROS 1; {CONVERTER} makes a bag that is read"
             )),
-            "zstd" | "zst" => Some(
-                ", but packed files; 'zstd -d NAME.db3.zstd' unpacks those of sqlite3".to_owned(),
-            ),
             _ => None,
         })
         .unwrap_or_default()
@@ -492,7 +485,7 @@ fn bag_files(folder: &Path) -> Result<Vec<PathBuf>, ReadError> {
     for entry in fs::read_dir(folder).map_err(unreadable)? {
         let path = entry.map_err(unreadable)?.path();
         let is_alone = || !path.with_extension("").is_file();
-        if is_plain(&path) || (is_packed_mcap(&path) && is_alone()) {
+        if is_plain(&path) || (is_packed(&path) && is_alone()) {
             files.push(path);
         }
     }

@@ -6,10 +6,12 @@
 use std::{
     collections::BTreeMap,
     fs::{self, File},
-    io::Read,
+    io::{self, Read},
     path::{Path, PathBuf},
     sync::Arc,
 };
+
+use tempfile::{NamedTempFile, TempPath};
 
 use crate::{
     definitions::Channels,
@@ -45,9 +47,18 @@ pub(crate) struct Recording {
     /// Why it is not whole, if it is not.
     pub(crate) cut: Option<String>,
     /// It is a database.
-    is_database: bool,
+    database: Option<Database>,
     /// The limits on its memory.
     limits: Limits,
+}
+
+/// The file that a database is read from.
+#[derive(Clone, Debug)]
+enum Database {
+    /// The recording's own.
+    Plain,
+    /// One that it was unpacked to, since SQLite reads no packed one. It is removed when nobody reads it any more.
+    Unpacked(Arc<TempPath>),
 }
 
 /// The messages of a file, one after the other.
@@ -106,10 +117,22 @@ impl Recording {
             })
             .map_err(unreadable)?;
         if beginning == sqlite::MAGIC {
-            return Self::of_database(path, size, limits);
+            return Self::of_database(path, Database::Plain, size, limits);
         }
         let open = || Input::open(path).map_err(unreadable);
         let mut input = open()?;
+        if input.is_packed() {
+            beginning.clear();
+            let magic = sqlite::MAGIC.len() as u64;
+            // What cannot be unpacked is refused below.
+            let _ = (&mut input).take(magic).read_to_end(&mut beginning);
+            if beginning == sqlite::MAGIC {
+                let unpacked = unpack(open()?).map_err(unreadable)?;
+                let size = fs::metadata(&*unpacked).map_err(unreadable)?.len();
+                return Self::of_database(path, Database::Unpacked(unpacked), size, limits);
+            }
+            input = open()?;
+        }
         check_beginning(path, &mut input)?;
         if input.is_packed() {
             let walk = Walk::new(open()?, u64::MAX, Order::File, &limits, None);
@@ -130,7 +153,7 @@ impl Recording {
                 messages: summary.counts.values().sum(),
                 span: summary.span,
                 cut: None,
-                is_database: false,
+                database: None,
                 limits,
             };
             return Ok((recording, summary.counts));
@@ -141,8 +164,14 @@ impl Recording {
     }
 
     /// A file of the sqlite3 storage.
-    fn of_database(path: &Path, size: u64, limits: Limits) -> Result<(Self, Counts), ReadError> {
-        let found = sqlite::contents(path, &limits).map_err(|reason| ReadError::Database {
+    fn of_database(
+        path: &Path,
+        database: Database,
+        size: u64,
+        limits: Limits,
+    ) -> Result<(Self, Counts), ReadError> {
+        let file = database.file(path);
+        let found = sqlite::contents(file, &limits).map_err(|reason| ReadError::Database {
             path: path.to_owned(),
             reason,
         })?;
@@ -155,7 +184,7 @@ impl Recording {
             messages: found.counts.values().sum(),
             span: found.span,
             cut: None,
-            is_database: true,
+            database: Some(database),
             limits,
         };
         Ok((recording, found.counts))
@@ -207,7 +236,7 @@ impl Recording {
             messages,
             span,
             cut: cut.map(|damage| damage.reason),
-            is_database: false,
+            database: None,
             limits,
         };
         (recording, counts)
@@ -215,9 +244,9 @@ impl Recording {
 
     /// Its messages, from the first to the last that can be read.
     pub(crate) fn stream(&self, order: Order) -> Result<Stream, ReadError> {
-        if self.is_database {
+        if let Some(database) = &self.database {
             let channels = Arc::clone(&self.channels);
-            return Rows::new(&self.path, channels, order, &self.limits)
+            return Rows::new(database.file(&self.path), channels, order, &self.limits)
                 .map(|rows| Stream::Database(Box::new(rows)))
                 .map_err(|reason| ReadError::Database {
                     path: self.path.clone(),
@@ -230,6 +259,23 @@ impl Recording {
             .map(|walk| Stream::Mcap(Box::new(walk)))
             .map_err(|source| ReadError::open(&self.path, source))
     }
+}
+
+impl Database {
+    /// The file to be opened, of the recording at `path`.
+    fn file<'a>(&'a self, path: &'a Path) -> &'a Path {
+        match self {
+            Self::Plain => path,
+            Self::Unpacked(file) => file,
+        }
+    }
+}
+
+/// A temporary file with the bytes of a packed one.
+fn unpack(mut packed: Input) -> io::Result<Arc<TempPath>> {
+    let mut file = NamedTempFile::with_suffix(".db3")?;
+    io::copy(&mut packed, &mut file)?;
+    Ok(Arc::new(file.into_temp_path()))
 }
 
 /// Refuses what does not begin as an MCAP file does: the magic, then a whole header record.

@@ -6,6 +6,10 @@
 //! and after `kill -9` everything up to the last flushed chunk is readable. Nothing waits for
 //! the disk (no fsync): a killed process loses nothing that was flushed, a power cut may.
 //!
+//! A bag may be split: by [`WriterOptions::max_file_size`] and [`WriterOptions::max_file_duration`], or by
+//! [`BagWriter::split`]. Each of its files `NAME_0.mcap`, `NAME_1.mcap` is closed before the next one begins, and is a
+//! whole MCAP file with all topics of the bag so far.
+//!
 //! [`BagWriter::close`] writes the index and, last of all, `metadata.yaml`. A writer dropped
 //! without it flushes its messages, but leaves both out: such a bag is readable and says that it
 //! is not whole.
@@ -63,6 +67,12 @@ pub struct WriterOptions {
     /// [`BagWriter::flush_if_due`] is called. `None`: until the chunk is full, so that the file
     /// depends on the messages alone.
     pub flush_interval: Option<Duration>,
+    /// The size in bytes at which a bag's next file begins; what waits in memory counts uncompressed, the index of
+    /// the file does not. `None`: one file.
+    pub max_file_size: Option<u64>,
+    /// The time between a file's first and last message, by their log times, after which the bag's next file begins.
+    /// `None`: one file.
+    pub max_file_duration: Option<Duration>,
 }
 
 impl Default for WriterOptions {
@@ -71,6 +81,8 @@ impl Default for WriterOptions {
             compression: Compression::default(),
             chunk_size: 768 * 1024,
             flush_interval: Some(Duration::from_secs(1)),
+            max_file_size: None,
+            max_file_duration: None,
         }
     }
 }
@@ -154,7 +166,7 @@ pub struct TopicId(usize);
 /// How a recording goes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Health {
-    /// Bytes in the file.
+    /// Bytes in all files.
     pub bytes: u64,
     /// Messages that still wait in memory.
     pub waiting: u64,
@@ -192,8 +204,11 @@ impl Health {
 /// A topic being written.
 struct Channel {
     topic: Topic,
+    /// Its number in the current file.
     mcap_id: u16,
     messages: u64,
+    /// Messages in the files before the current one.
+    before: u64,
     dropped: u64,
 }
 
@@ -201,15 +216,19 @@ struct Channel {
 pub struct BagWriter {
     mcap: mcap::Writer<NoSeek<Sink>>,
     gate: Arc<Gate>,
-    /// The `.mcap` file.
+    /// The current `.mcap` file.
     file: PathBuf,
     /// The bag's folder; none for a single file.
     folder: Option<PathBuf>,
+    /// The files before the current one.
+    closed: Vec<FileInformation>,
+    /// Their bytes.
+    closed_bytes: u64,
     options: WriterOptions,
     channels: Vec<Channel>,
     /// The topics by name.
     ids: BTreeMap<String, TopicId>,
-    /// The first and last log time so far.
+    /// The first and last log time in the current file.
     span: Option<(i64, i64)>,
     /// Bytes and messages in the chunk that gathers.
     pending_bytes: u64,
@@ -228,14 +247,14 @@ impl fmt::Debug for BagWriter {
 }
 
 impl BagWriter {
-    /// Starts the bag `folder/` with its one file `NAME_0.mcap`, where NAME is the folder's own.
+    /// Starts the bag `folder/` with its first file `NAME_0.mcap`, where NAME is the folder's own.
     /// Missing folders above it are created.
     ///
     /// # Errors
     /// [`WriteError::Exists`] if anything has that path; [`WriteError::Create`] if the file
     /// system refuses.
     pub fn create(folder: &Path, options: WriterOptions) -> Result<Self, WriteError> {
-        let Some(name) = folder.file_name().and_then(|name| name.to_str()) else {
+        let Some(name) = bag_name(folder) else {
             return Err(WriteError::NoName {
                 path: folder.to_owned(),
             });
@@ -289,30 +308,14 @@ impl BagWriter {
             path: file.to_owned(),
             reason: reason(error),
         };
-        let gate = Arc::new(Gate::default());
-        let sink = Sink {
-            output,
-            gate: Arc::clone(&gate),
-        };
-        // Chunks are built in memory (no seeking), so that the file never holds half of one;
-        // this writer alone decides when one ends (no chunk size).
-        let mcap = mcap::WriteOptions::new()
-            .profile("ros2")
-            .library(concat!("planesman_bag ", env!("CARGO_PKG_VERSION")))
-            .compression(match options.compression {
-                Compression::None => None,
-                Compression::Zstd => Some(mcap::Compression::Zstd),
-            })
-            .compression_threads(0)
-            .chunk_size(None)
-            .disable_seeking(true)
-            .create(NoSeek::new(sink))
-            .map_err(failed)?;
+        let (mcap, gate) = begin(output, options.compression).map_err(failed)?;
         let mut writer = Self {
             mcap,
             gate,
             file: file.to_owned(),
             folder: None,
+            closed: Vec::new(),
+            closed_bytes: 0,
             options,
             channels: Vec::new(),
             ids: BTreeMap::new(),
@@ -345,6 +348,21 @@ impl BagWriter {
             };
         }
         self.refuse_after_failure()?;
+        let mcap_id = self.add_channel(topic)?;
+        let id = TopicId(self.channels.len());
+        self.ids.insert(topic.name.clone(), id);
+        self.channels.push(Channel {
+            topic: topic.clone(),
+            mcap_id,
+            messages: 0,
+            before: 0,
+            dropped: 0,
+        });
+        Ok(id)
+    }
+
+    /// Makes a topic known to the current file.
+    fn add_channel(&mut self, topic: &Topic) -> Result<u16, WriteError> {
         let kind = &topic.kind;
         let offered = qos::to_text(&kind.offered_qos).map_err(|error| WriteError::Encode {
             name: topic.name.clone(),
@@ -365,16 +383,7 @@ impl BagWriter {
                 self.mcap
                     .add_channel(schema, &topic.name, &kind.message_encoding, &about)
             });
-        let mcap_id = added.map_err(|error| self.fail(error))?;
-        let id = TopicId(self.channels.len());
-        self.ids.insert(topic.name.clone(), id);
-        self.channels.push(Channel {
-            topic: topic.clone(),
-            mcap_id,
-            messages: 0,
-            dropped: 0,
-        });
-        Ok(id)
+        added.map_err(|error| self.fail(error))
     }
 
     /// Takes a payload as DDS delivers it, with its four bytes of encapsulation in front.
@@ -392,6 +401,9 @@ impl BagWriter {
         publish_time: i64,
     ) -> Result<(), WriteError> {
         self.refuse_after_failure()?;
+        if self.is_full(log_time) {
+            self.split()?;
+        }
         let channel = self
             .channels
             .get_mut(topic.0)
@@ -463,11 +475,74 @@ impl BagWriter {
         Ok(())
     }
 
+    /// Whether a message of that time belongs into the next file.
+    fn is_full(&self, log_time: i64) -> bool {
+        let Some((first, _)) = self.span else {
+            return false; // No file is without messages.
+        };
+        let longest = self.options.max_file_duration.map_or(i64::MAX, |longest| {
+            longest.as_nanos().try_into().unwrap_or(i64::MAX)
+        });
+        let bytes = self.gate.bytes.load(Ordering::Relaxed) + self.pending_bytes;
+        self.folder.is_some()
+            && (log_time.saturating_sub(first) > longest
+                || self.options.max_file_size.is_some_and(|most| bytes >= most))
+    }
+
+    /// Closes the current file and begins the bag's next one. A single file cannot be split, nor is a file without
+    /// messages: then nothing happens, and the answer is `false`.
+    ///
+    /// # Errors
+    /// [`WriteError::Failed`] if writing fails now or has failed before.
+    pub fn split(&mut self) -> Result<bool, WriteError> {
+        let (Some(folder), Some(_)) = (&self.folder, self.span) else {
+            return Ok(false);
+        };
+        let name = bag_name(folder).unwrap_or_default();
+        let file = folder.join(format!("{name}_{}.mcap", self.closed.len() + 1));
+        self.finish()?;
+        let begun = File::options()
+            .write(true)
+            .create_new(true)
+            .open(&file)
+            .map_err(McapError::Io)
+            .and_then(|output| begin(Box::new(output), self.options.compression));
+        let (mcap, gate) = begun.map_err(|error| {
+            self.file.clone_from(&file);
+            self.fail(error)
+        })?;
+        self.closed.push(self.current_file());
+        self.closed_bytes += self.gate.bytes.load(Ordering::Relaxed);
+        (self.mcap, self.gate, self.file) = (mcap, gate, file);
+        self.span = None;
+        for channel in &mut self.channels {
+            channel.before = channel.messages;
+        }
+        self.embed(&BagMetadata::empty())?;
+        for place in 0..self.channels.len() {
+            let topic = self.channels[place].topic.clone();
+            self.channels[place].mcap_id = self.add_channel(&topic)?;
+        }
+        self.flush()?;
+        Ok(true)
+    }
+
+    /// Ends the current file.
+    fn finish(&mut self) -> Result<(), WriteError> {
+        self.embed(&self.account_of_file())?;
+        let finished = self.mcap.finish();
+        if let Err(error) = finished {
+            return Err(self.fail(error));
+        }
+        self.gate.closed.store(true, Ordering::Relaxed);
+        Ok(())
+    }
+
     /// How the recording goes.
     #[must_use]
     pub fn health(&self) -> Health {
         Health {
-            bytes: self.gate.bytes.load(Ordering::Relaxed),
+            bytes: self.closed_bytes + self.gate.bytes.load(Ordering::Relaxed),
             waiting: self.pending_messages,
             topics: self
                 .channels
@@ -482,7 +557,7 @@ impl BagWriter {
         }
     }
 
-    /// The `.mcap` file.
+    /// The `.mcap` file that is written now.
     #[must_use]
     pub fn file(&self) -> &Path {
         &self.file
@@ -502,13 +577,8 @@ impl BagWriter {
     /// [`WriteError::Failed`] if writing fails now or has failed before: then there is no
     /// `metadata.yaml`. [`WriteError::Metadata`] if that alone cannot be written.
     pub fn close(mut self) -> Result<BagMetadata, WriteError> {
+        self.finish()?;
         let metadata = self.account();
-        self.embed(&metadata)?;
-        let finished = self.mcap.finish();
-        if let Err(error) = finished {
-            return Err(self.fail(error));
-        }
-        self.gate.closed.store(true, Ordering::Relaxed);
         if let Some(folder) = &self.folder {
             metadata.write(folder)?;
         }
@@ -517,18 +587,8 @@ impl BagWriter {
 
     /// The contents of the bag so far, as rosbag2 metadata.
     fn account(&self) -> BagMetadata {
-        let name = self
-            .file
-            .file_name()
-            .map(|name| name.to_string_lossy().into_owned())
-            .unwrap_or_default();
-        let message_count = self.channels.iter().map(|channel| channel.messages).sum();
-        let starting_time = StartingTime {
-            nanoseconds_since_epoch: self.span.map_or(NEVER, |(first, _)| first),
-        };
-        let duration = metadata::Duration {
-            nanoseconds: self.span.map_or(0, |(first, last)| last - first),
-        };
+        let mut files = self.closed.clone();
+        files.push(self.current_file());
         let dropped: BTreeMap<_, _> = self
             .channels
             .iter()
@@ -541,35 +601,76 @@ impl BagWriter {
             })
             .collect();
         BagMetadata {
-            duration,
-            starting_time,
-            message_count,
+            custom_data: (!dropped.is_empty()).then_some(dropped),
+            ..self.account_of(files, |channel| channel.messages)
+        }
+    }
+
+    /// The contents of the current file, likewise.
+    fn account_of_file(&self) -> BagMetadata {
+        if self.closed.is_empty() {
+            return self.account();
+        }
+        self.account_of(vec![self.current_file()], |channel| {
+            channel.messages - channel.before
+        })
+    }
+
+    fn current_file(&self) -> FileInformation {
+        let name = self.file.file_name().unwrap_or_default();
+        FileInformation {
+            path: name.to_string_lossy().into_owned(),
+            starting_time: StartingTime {
+                nanoseconds_since_epoch: self.span.map_or(NEVER, |(first, _)| first),
+            },
+            duration: metadata::Duration {
+                nanoseconds: self.span.map_or(0, |(first, last)| last - first),
+            },
+            message_count: self
+                .channels
+                .iter()
+                .map(|channel| channel.messages - channel.before)
+                .sum(),
+        }
+    }
+
+    /// The account of these files, with so many messages of each topic.
+    fn account_of(
+        &self,
+        files: Vec<FileInformation>,
+        messages: impl Fn(&Channel) -> u64,
+    ) -> BagMetadata {
+        let start = files.iter().map(|file| file.starting_time).min();
+        let start = start.unwrap_or(StartingTime {
+            nanoseconds_since_epoch: NEVER,
+        });
+        let ends = files.iter().filter(|file| file.message_count > 0);
+        let ends =
+            ends.map(|file| file.starting_time.nanoseconds_since_epoch + file.duration.nanoseconds);
+        BagMetadata {
+            duration: metadata::Duration {
+                nanoseconds: ends
+                    .max()
+                    .map_or(0, |end| end - start.nanoseconds_since_epoch),
+            },
+            starting_time: start,
+            message_count: self.channels.iter().map(&messages).sum(),
             topics_with_message_count: self
                 .channels
                 .iter()
-                .map(
-                    |Channel {
-                         topic, messages, ..
-                     }| TopicWithCount {
-                        topic_metadata: TopicMetadata {
-                            name: topic.name.clone(),
-                            type_name: topic.kind.type_name.clone(),
-                            serialization_format: topic.kind.message_encoding.clone(),
-                            offered_qos_profiles: topic.kind.offered_qos.clone(),
-                            type_description_hash: topic.kind.type_hash.clone(),
-                        },
-                        message_count: *messages,
+                .map(|channel| TopicWithCount {
+                    topic_metadata: TopicMetadata {
+                        name: channel.topic.name.clone(),
+                        type_name: channel.topic.kind.type_name.clone(),
+                        serialization_format: channel.topic.kind.message_encoding.clone(),
+                        offered_qos_profiles: channel.topic.kind.offered_qos.clone(),
+                        type_description_hash: channel.topic.kind.type_hash.clone(),
                     },
-                )
+                    message_count: messages(channel),
+                })
                 .collect(),
-            relative_file_paths: vec![name.clone()],
-            files: vec![FileInformation {
-                path: name,
-                starting_time,
-                duration,
-                message_count,
-            }],
-            custom_data: (!dropped.is_empty()).then_some(dropped),
+            relative_file_paths: files.iter().map(|file| file.path.clone()).collect(),
+            files,
             ..BagMetadata::empty()
         }
     }
@@ -619,6 +720,37 @@ impl Drop for BagWriter {
         // mcap's own drop would write the index, and make the file look whole.
         self.gate.closed.store(true, Ordering::Relaxed);
     }
+}
+
+/// Begins an `.mcap` file.
+fn begin(
+    output: Box<dyn Write + Send>,
+    compression: Compression,
+) -> Result<(mcap::Writer<NoSeek<Sink>>, Arc<Gate>), McapError> {
+    let gate = Arc::new(Gate::default());
+    let sink = Sink {
+        output,
+        gate: Arc::clone(&gate),
+    };
+    // Chunks are built in memory (no seeking), so that the file never holds half of one;
+    // this writer alone decides when one ends (no chunk size).
+    let mcap = mcap::WriteOptions::new()
+        .profile("ros2")
+        .library(concat!("planesman_bag ", env!("CARGO_PKG_VERSION")))
+        .compression(match compression {
+            Compression::None => None,
+            Compression::Zstd => Some(mcap::Compression::Zstd),
+        })
+        .compression_threads(0)
+        .chunk_size(None)
+        .disable_seeking(true)
+        .create(NoSeek::new(sink))?;
+    Ok((mcap, gate))
+}
+
+/// The bag's name: its folder's.
+fn bag_name(folder: &Path) -> Option<&str> {
+    folder.file_name().and_then(|name| name.to_str())
 }
 
 /// The part of an error that matters to the user: the message of the operating system, if there is one.
@@ -710,6 +842,7 @@ mod tests {
             compression: Compression::None,
             chunk_size: 256,
             flush_interval: None,
+            ..WriterOptions::default()
         };
         for room in (0..6000).step_by(37) {
             let disk = Box::new(SmallDisk(room));

@@ -87,23 +87,38 @@ fn fill(writer: &mut BagWriter, count: i64) {
     );
 }
 
-fn new_bag(path: &Path, compression: Compression) -> BagWriter {
-    let options = WriterOptions {
+fn options(compression: Compression) -> WriterOptions {
+    WriterOptions {
         compression,
         chunk_size: 2000,
         flush_interval: None,
-    };
-    BagWriter::create(path, options).expect("a new bag")
+        ..WriterOptions::default()
+    }
+}
+
+fn new_bag(path: &Path, compression: Compression) -> BagWriter {
+    BagWriter::create(path, options(compression)).expect("a new bag")
 }
 
 #[test]
 fn foreign_readers_find_every_message_with_its_values() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    for compression in [Compression::None, Compression::Zstd] {
-        let path = folder.path().join(format!("{compression:?}"));
-        let mut writer = new_bag(&path, compression);
+    for (compression, max_file_size) in [
+        (Compression::None, None),
+        (Compression::Zstd, None),
+        (Compression::Zstd, Some(6000)),
+    ] {
+        let path = folder
+            .path()
+            .join(format!("{compression:?}_{max_file_size:?}"));
+        let options = WriterOptions {
+            max_file_size,
+            ..options(compression)
+        };
+        let mut writer = BagWriter::create(&path, options).expect("a new bag");
         fill(&mut writer, 50);
-        writer.close().expect("room on the disk");
+        let metadata = writer.close().expect("room on the disk");
+        assert_eq!(metadata.files.len() > 1, max_file_size.is_some());
         let Some(output) = read_bag(&[&path]) else {
             return;
         };

@@ -270,3 +270,38 @@ fn a_silence_does_not_keep_messages_in_memory() {
     assert_eq!(bag.message_count(), 3);
     assert!(!bag.completeness().is_whole());
 }
+
+#[test]
+fn a_split_bag_is_one_bag_and_each_of_its_files_is_whole() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("split");
+    let options = WriterOptions {
+        max_file_duration: Some(Duration::from_millis(500)),
+        ..small_chunks(Compression::Zstd)
+    };
+    let mut writer = BagWriter::create(&path, options).expect("a new folder");
+    assert!(!writer.split().expect("nothing to do"), "no file is empty");
+    fill(&mut writer, 25);
+    assert!(writer.split().expect("room on the disk"));
+    let depth = writer.add_topic(&topic("/depth")).expect("it is known");
+    writer.note_dropped(depth, 2);
+    let metadata = writer.close().expect("room on the disk");
+
+    // 0 to 0.5 s, 0.55 to 1.05 s, 1.1 to 1.2 s, and the one that was asked for.
+    let counts: Vec<u64> = metadata.files.iter().map(|it| it.message_count).collect();
+    assert_eq!(counts, [11, 11, 3, 0]);
+    assert_eq!(metadata.duration.nanoseconds, 24 * 50_000_000);
+    assert_eq!(metadata.starting_time.nanoseconds_since_epoch, 0);
+    assert_eq!(metadata.message_count, 25);
+    assert_eq!(metadata.dropped(), 2);
+    let bag = BagReader::open(&path).expect("a bag");
+    assert!(bag.completeness().is_whole(), "{}", bag.completeness());
+    let messages = all(&bag).expect("undamaged");
+    assert_eq!(messages.len(), 25);
+    assert!(is_prefix(&messages));
+    for (k, count) in counts.iter().enumerate() {
+        let file = BagReader::open(&path.join(format!("split_{k}.mcap"))).expect("a file");
+        assert!(file.completeness().is_whole());
+        assert_eq!(file.message_count(), *count);
+    }
+}

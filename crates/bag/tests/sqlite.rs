@@ -90,6 +90,43 @@ fn definitions_are_taken_from_the_bag_and_the_folder_needs_no_metadata() {
 }
 
 #[test]
+fn a_database_that_is_packed_whole_is_read_and_leaves_nothing_behind() {
+    let folder = tempfile::tempdir().unwrap();
+    let plain = folder.path().join("plain.db3");
+    database(&plain, 500, true);
+    let packed = folder.path().join("bag_0.db3.zstd");
+    let bytes = zstd::encode_all(&*fs::read(&plain).unwrap(), 3).unwrap();
+    fs::write(&packed, &bytes).unwrap();
+    let bag = BagReader::open(&packed).unwrap();
+    assert!(bag.completeness().is_whole());
+    assert_eq!(messages(&bag), messages(&BagReader::open(&plain).unwrap()));
+
+    // As rosbag2 lists it, and found without the list.
+    let metadata = "rosbag2_bagfile_information:
+  version: 5
+  storage_identifier: sqlite3
+  duration: {nanoseconds: 499000000}
+  starting_time: {nanoseconds_since_epoch: 0}
+  message_count: 500
+  topics_with_message_count: []
+  compression_format: zstd
+  compression_mode: FILE
+  relative_file_paths: [bag_0.db3.zstd]
+";
+    fs::remove_file(&plain).unwrap();
+    for is_listed in [false, true] {
+        if is_listed {
+            fs::write(folder.path().join("metadata.yaml"), metadata).unwrap();
+        }
+        let bag = BagReader::open(folder.path()).unwrap();
+        assert_eq!(messages(&bag).len(), 500);
+        assert_eq!(bag.completeness().is_whole(), is_listed);
+    }
+    fs::write(&packed, &bytes[..bytes.len() / 2]).unwrap();
+    assert!(BagReader::open(&packed).is_err());
+}
+
+#[test]
 fn what_is_no_bag_or_is_damaged_is_refused_or_read_in_part() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.db3");

@@ -64,8 +64,10 @@
 //! | `endpoint` | one end of a topic: peers and counts |
 //! | `clock`, `clock_source` | wall time or `/clock` |
 //! | [`logging`], `log_format`, `log_file` | console, file and `/rosout`; a line's form |
+//! | `lifecycle` | managed nodes |
 //! | `logger_levels` | the two services that tell and set levels |
 //! | [`diagnostics`] | `/diagnostics`, written and read |
+//! | `discovered` | what others publish |
 //! | `discovery_news` | QoS that does not fit, readers that do not acknowledge |
 //! | [`claim`] | being the only one that does something |
 //! | [`report`] | the account at exit |
@@ -83,11 +85,13 @@ pub mod claim;
 mod clock;
 mod clock_source;
 pub mod diagnostics;
+mod discovered;
 mod discovery_news;
 pub mod domain;
 mod endpoint;
 pub mod file_size;
 mod goals;
+mod lifecycle;
 mod log_file;
 mod log_format;
 mod logger_levels;
@@ -121,8 +125,10 @@ pub use action_server::{Goal, GoalId, GoalStatus};
 pub use args::RosArguments;
 pub use claim::Claim;
 pub use diagnostics::{Connection, Connections, Level};
+pub use discovered::{Offer, PublishedTopic};
 pub use domain::Domain;
 pub use endpoint::Direction;
+pub use lifecycle::{Change, Lifecycle};
 pub use parameters::STRICT_PARAMETERS;
 pub use publisher::Publisher;
 pub use qos::Qos;

@@ -8,6 +8,7 @@ use std::fmt;
 
 use planesman_msgs::builtin_interfaces::msg::Time;
 use ros2_client::MessageInfo;
+use rustdds::GUID;
 use serde::de::{DeserializeSeed, Deserializer, SeqAccess, Visitor};
 
 /// One sample as it came.
@@ -23,6 +24,8 @@ pub struct RawSample {
     pub received: Time,
     /// The publisher's number for it, from 1.
     pub sequence: i64,
+    /// The publisher's identity (GID).
+    pub publisher: [u8; 16],
 }
 
 impl RawSample {
@@ -36,6 +39,7 @@ impl RawSample {
                 .received_timestamp()
                 .map_or_else(crate::clock::wall, time),
             sequence: info.sequence_number(),
+            publisher: GUID::from(info.publisher_gid()).to_bytes(),
         }
     }
 }

@@ -22,6 +22,13 @@ use planesman_msgs::{
     Action, Message, Service,
     builtin_interfaces::msg::Time,
     diagnostic_msgs::msg::DiagnosticArray,
+    lifecycle_msgs::{
+        msg::TransitionEvent,
+        srv::{
+            ChangeState, ChangeStateResponse, GetAvailableStates, GetAvailableStatesResponse,
+            GetAvailableTransitions, GetAvailableTransitionsResponse, GetState, GetStateResponse,
+        },
+    },
     rcl_interfaces::{
         msg::{Log, Parameter, ParameterEvent},
         srv::{
@@ -56,10 +63,13 @@ use crate::{
     claim::Claim,
     clock_source,
     diagnostics::{self, Connections, Level},
+    discovered::{self, PublishedTopic},
     discovery_news::DiscoveryNews,
     domain::{Domain, static_peers},
     endpoint::{Direction, Endpoint, TypeNames},
-    file_size, logger_levels, logging, memory,
+    file_size,
+    lifecycle::{Change, Lifecycle},
+    logger_levels, logging, memory,
     names::NodeNames,
     parameters::{ParameterServer, STRICT_PARAMETERS},
     publisher::Publisher,
@@ -69,7 +79,7 @@ use crate::{
     security::Security,
     service::{self, Client, Responder, Server, Wire},
     share::Turn,
-    shared::{Shared, package_and_name, types_of},
+    shared::{Shared, type_parts, types_of},
     shutdown,
     subscription::{non_finite, pump},
     type_description,
@@ -321,6 +331,14 @@ impl<E: 'static> Runtime<E> {
         self.shared.names.full()
     }
 
+    /// The absolute name of a topic, remapped by the node's arguments.
+    ///
+    /// # Errors
+    /// When the name breaks ROS's rules.
+    pub fn topic_name(&self, topic: &str) -> anyhow::Result<String> {
+        self.shared.topic_name(topic)
+    }
+
     /// The node's time: the machine's, or `/clock`'s when `use_sim_time` is set.
     #[must_use]
     pub fn now(&self) -> Time {
@@ -381,8 +399,23 @@ impl<E: 'static> Runtime<E> {
         Ok(())
     }
 
+    /// The topics that other participants publish now, in order of name.
+    #[must_use]
+    pub fn published_topics(&self) -> Vec<PublishedTopic> {
+        let participant = self.shared.participant();
+        participant.map_or_else(Vec::new, |it| discovered::published_topics(&it))
+    }
+
+    /// The services (`/auv/plant_sim/get_type_description`) by which the nodes of a topic's publishers describe their
+    /// types; those of other nodes in the same process are among them.
+    #[must_use]
+    pub fn describers(&self, topic: &PublishedTopic) -> Vec<String> {
+        let participant = self.shared.participant();
+        participant.map_or_else(Vec::new, |it| discovered::describers(&it, topic))
+    }
+
     /// Turns each sample on `topic` into an event without decoding it. `type_name` is
-    /// ROS's (`std_msgs/msg/Float64`); `type_hash`, where known, is announced.
+    /// ROS's (`std_msgs/msg/Float64`, `std_srvs/srv/Empty_Event`); `type_hash`, where known, is announced.
     ///
     /// # Errors
     /// When a name breaks ROS's rules, or the middleware refuses.
@@ -395,10 +428,10 @@ impl<E: 'static> Runtime<E> {
         event: impl Fn(RawSample) -> E + 'static,
     ) -> anyhow::Result<()> {
         let topic = self.shared.topic_name(topic)?;
-        let (package, name) = package_and_name(type_name)?;
+        let (package, kind, name) = type_parts(type_name)?;
         let types = TypeNames {
             ros: type_name.to_owned(),
-            dds: format!("{package}::msg::dds_::{name}_"),
+            dds: format!("{package}::{kind}::dds_::{name}_"),
             hash: type_hash.map(str::to_owned),
         };
         let (endpoint, dds) = self
@@ -493,6 +526,64 @@ impl<E: 'static> Runtime<E> {
             pump(shared, endpoint, reader.async_stream(), |_| None, deliver).await;
         });
         Ok(claim)
+    }
+
+    /// Makes the node a managed one, unconfigured at first: serves the services of `lifecycle_msgs`, publishes
+    /// `~/transition_event`, and turns each change of state into an event, once it is made.
+    ///
+    /// # Errors
+    /// When the middleware refuses.
+    pub fn manage(&self, event: impl Fn(Change) -> E + 'static) -> anyhow::Result<Lifecycle> {
+        let lifecycle = Lifecycle::managed();
+        let events =
+            self.unlisted_publisher::<TransitionEvent>("~/transition_event", Qos::reliable(10))?;
+        let (shared, sender) = (Rc::clone(&self.shared), self.sender.clone());
+        let of = || lifecycle.clone();
+        let changed = of();
+        self.serve_with::<ChangeState, _>("~/change_state", async move |request, r, _turn| {
+            let made = changed.change(&request.transition, &shared.clock.now());
+            let success = made.is_some();
+            if let Some((change, steps)) = made {
+                log::info!("{change:?}: {}", changed.label());
+                for step in &steps {
+                    events.publish(step);
+                }
+                let _ = sender.send(event(change).into()).await; // Fails only at shutdown.
+            }
+            r.answer(ChangeStateResponse { success });
+        })?;
+        let told = of();
+        self.serve_with::<GetState, _>("~/get_state", async move |_, r, _turn| {
+            r.answer(GetStateResponse {
+                current_state: told.current(),
+            });
+        })?;
+        self.serve_with::<GetAvailableStates, _>(
+            "~/get_available_states",
+            async |_, r: Responder<_>, _turn| {
+                r.answer(GetAvailableStatesResponse {
+                    available_states: Lifecycle::states(),
+                });
+            },
+        )?;
+        let told = of();
+        self.serve_with::<GetAvailableTransitions, _>(
+            "~/get_available_transitions",
+            async move |_, r, _turn| {
+                r.answer(GetAvailableTransitionsResponse {
+                    available_transitions: told.available(),
+                });
+            },
+        )?;
+        self.serve_with::<GetAvailableTransitions, _>(
+            "~/get_transition_graph",
+            async |_, r: Responder<_>, _turn| {
+                r.answer(GetAvailableTransitionsResponse {
+                    available_transitions: Lifecycle::graph(),
+                });
+            },
+        )?;
+        Ok(lifecycle)
     }
 
     /// Serves the action `name`: each goal becomes an event, and so does each one that is to be
@@ -925,6 +1016,6 @@ impl<E: 'static> Runtime<E> {
 fn announce_service<S: Service>() -> anyhow::Result<(ServiceTypeName, Qos)> {
     announce_type_hash(S::REQUEST_DDS_TYPE_NAME, S::TYPE_HASH);
     announce_type_hash(S::RESPONSE_DDS_TYPE_NAME, S::TYPE_HASH);
-    let (package, name) = package_and_name(S::TYPE_NAME)?;
+    let (package, _, name) = type_parts(S::TYPE_NAME)?;
     Ok((ServiceTypeName::new(package, name), Qos::reliable(10)))
 }

@@ -11,8 +11,10 @@ use std::{
 
 use anyhow::anyhow;
 use planesman_msgs::{Message, diagnostic_msgs::msg::DiagnosticStatus};
-use ros2_client::{MessageTypeName, Name, Node};
-use rustdds::{DomainParticipant, GUID, RTPSEntity as _, Topic, discovery::announce_type_hash};
+use ros2_client::Node;
+use rustdds::{
+    DomainParticipant, GUID, RTPSEntity as _, Topic, TopicKind, discovery::announce_type_hash,
+};
 use smol::{LocalExecutor, channel::Sender};
 
 use crate::{
@@ -180,12 +182,18 @@ impl Shared {
         if let Some(hash) = &types.hash {
             announce_type_hash(&types.dds, hash);
         }
-        let (package, name) = package_and_name(&types.ros)?;
-        let dds = self.with_node(|node| {
-            let parsed = Name::parse(topic).map_err(|e| e.to_string())?;
-            node.create_topic(&parsed, MessageTypeName::new(package, name), &qos.profile())
-                .map_err(|e| e.to_string())
-        })?;
+        let participant = self
+            .participant()
+            .ok_or_else(|| anyhow!("the node has shut down"))?;
+        // As `ros2_client::Node::create_topic`, which knows the types of messages only.
+        let dds = participant
+            .create_topic(
+                format!("rt{topic}"),
+                types.dds.clone(),
+                &qos.profile().into(),
+                TopicKind::NoKey,
+            )
+            .map_err(|e| anyhow!("the middleware refuses: {e:?}"))?;
         Ok((Rc::new(Endpoint::new(direction, topic, types, qos)), dds))
     }
 
@@ -223,11 +231,13 @@ pub(crate) fn types_of<M: Message>() -> TypeNames {
     }
 }
 
-/// `planesman_msgs/msg/VehicleState` as package and name.
-pub(crate) fn package_and_name(ros_type: &str) -> anyhow::Result<(&str, &str)> {
+/// `planesman_msgs/msg/VehicleState` as package, kind and name.
+pub(crate) fn type_parts(ros_type: &str) -> anyhow::Result<(&str, &str, &str)> {
     let mut parts = ros_type.split('/');
     match (parts.next(), parts.next(), parts.next(), parts.next()) {
-        (Some(package), Some("msg" | "srv"), Some(name), None) => Ok((package, name)),
+        (Some(package), Some(kind @ ("msg" | "srv" | "action")), Some(name), None) => {
+            Ok((package, kind, name))
+        }
         _ => Err(anyhow!("'{ros_type}': a type is written package/msg/Name")),
     }
 }

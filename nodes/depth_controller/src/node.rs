@@ -12,7 +12,8 @@ use planesman_msgs::sensor_msgs::msg::{FluidPressure, Imu};
 use planesman_msgs::std_msgs::msg::Float64;
 use planesman_msgs::std_srvs::srv::{Trigger, TriggerResponse};
 use planesman_node::{
-    Flow, Goal, GoalId, Level, NodeSpec, Publisher, Qos, Responder, Runtime, args,
+    Change, Flow, Goal, GoalId, Level, Lifecycle, NodeSpec, Publisher, Qos, Responder, Runtime,
+    args,
 };
 use planesman_parameters::Parameters as _;
 
@@ -35,6 +36,8 @@ enum Event {
     /// Time to ask whether the state has gone silent.
     Look,
     Parameters(Box<ControllerParameters>),
+    /// The managed node's state has changed.
+    Lifecycle(Change),
 }
 
 /// Runs the node with its command-line arguments until it is stopped.
@@ -59,7 +62,12 @@ fn run(args: Vec<String>) -> Result<()> {
     )?;
     let controller = Controller::new(&parameters)?;
     let on_instruments = controller.reads_instruments();
+    let lifecycle = match parameters.managed {
+        true => rt.manage(Event::Lifecycle)?,
+        false => Lifecycle::unmanaged(),
+    };
     let mut node = Node {
+        lifecycle,
         controller,
         parameters: Box::new(parameters),
         waiting: Waiting::default(),
@@ -114,6 +122,7 @@ fn ended(completed: bool, message: &str) -> ManoeuvreResult {
 }
 
 struct Node {
+    lifecycle: Lifecycle,
     controller: Controller,
     /// The parameters in force.
     parameters: Box<ControllerParameters>,
@@ -133,6 +142,19 @@ struct Node {
 impl Node {
     fn on(&mut self, rt: &Runtime<Event>, event: Event) -> Result<Flow> {
         match event {
+            Event::Lifecycle(change) => self.on_change(rt, change)?,
+            // An inactive node takes note of nothing but its parameters: it begins anew when it is activated.
+            Event::State(_)
+            | Event::Imu(_)
+            | Event::DepthPressure(_)
+            | Event::SpeedPressure(_)
+            | Event::Model(_)
+            | Event::Setpoint(..)
+                if !self.lifecycle.is_active() => {}
+            Event::Manoeuvre(goal) if !self.lifecycle.is_active() => {
+                let reason = format!("the node is {}", self.lifecycle.label());
+                goal.abort(ended(false, &reason));
+            }
             Event::State(state) => {
                 self.received = Some(rt.now().nanos());
                 let ready = self.controller.ready_for(&state.header.stamp);
@@ -181,6 +203,27 @@ impl Node {
             }
         }
         Ok(Flow::Continue)
+    }
+
+    /// An activated node begins like one that was started anew; one that is not active any more ends its manoeuvre.
+    fn on_change(&mut self, rt: &Runtime<Event>, change: Change) -> Result<()> {
+        match change {
+            Change::Activate => {
+                self.controller = Controller::new(&self.parameters)?;
+                self.waiting = Waiting::default();
+                self.received = None;
+                self.silent = false;
+            }
+            Change::Deactivate | Change::ShutDown => {
+                if let Some(flown) = self.flown.take() {
+                    let reason = format!("the node is {}", self.lifecycle.label());
+                    flown.goal.abort(ended(false, &reason));
+                }
+            }
+            Change::Configure | Change::CleanUp => {}
+        }
+        self.tell_status(rt);
+        Ok(())
     }
 
     /// Answers the state that waits once all its instruments have been received.
@@ -275,6 +318,9 @@ impl Node {
 
     /// Silence of the state puts the planes to neutral, once, and says so.
     fn look(&mut self, rt: &Runtime<Event>) {
+        if !self.lifecycle.is_active() {
+            return self.tell_status(rt);
+        }
         let timeout = self.controller.state_timeout();
         let now = rt.now();
         let silent = self
@@ -291,6 +337,9 @@ impl Node {
     }
 
     fn tell_status(&self, rt: &Runtime<Event>) {
+        if !self.lifecycle.is_active() {
+            return rt.set_status("loop", Level::Ok, &self.lifecycle.label(), &[]);
+        }
         let fault = self.controller.fault();
         let (level, message) = match (fault, self.received, self.silent) {
             (Some(fault), ..) => {

@@ -52,6 +52,9 @@ pub struct ControllerParameters {
     /// Wait in every tick until the instruments of its stamp have arrived; for a plant_sim in lockstep.
     #[parameter(default = false, read_only)]
     pub lockstep: bool,
+    /// Run as a managed node (`ros2 lifecycle`), which commands only while it is active.
+    #[parameter(default = false, read_only)]
+    pub managed: bool,
     /// Time without a state message after which the planes go to neutral.
     #[parameter(default = 0.5, unit = "s", range = 1e-3..=3600.0)]
     pub state_timeout: f64,

@@ -7,7 +7,7 @@ use anyhow::Result;
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::{DhaState, PlaneCommand, PlaneMotion, VehicleState};
 use planesman_msgs::sensor_msgs::msg::JointState;
-use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, Runtime, args};
+use planesman_node::{Change, Flow, Level, Lifecycle, NodeSpec, Publisher, Qos, Runtime, args};
 
 use crate::core::{Actuator, Output};
 use crate::error::Error;
@@ -20,6 +20,8 @@ enum Event {
     /// Time to ask whether everybody has gone silent.
     Look,
     Parameters(Box<ActuatorParameters>),
+    /// The managed node's state has changed.
+    Lifecycle(Change),
 }
 
 /// Runs the node with its command-line arguments until it is stopped.
@@ -42,7 +44,13 @@ fn run(args: Vec<String>) -> Result<()> {
     )?;
     let actuator = actuator(&parameters)?;
     let groups = actuator.groups();
+    let lifecycle = match parameters.managed {
+        true => rt.manage(Event::Lifecycle)?,
+        false => Lifecycle::unmanaged(),
+    };
     let mut node = Node {
+        lifecycle,
+        parameters: Box::new(parameters.clone()),
         actuator,
         lockstep: parameters.lockstep,
         timeout: parameters.command_timeout,
@@ -66,6 +74,9 @@ fn actuator(parameters: &ActuatorParameters) -> Result<Actuator, Error> {
 }
 
 struct Node {
+    lifecycle: Lifecycle,
+    /// The parameters in force.
+    parameters: Box<ActuatorParameters>,
     actuator: Actuator,
     /// Every tick has its command, however long it takes.
     lockstep: bool,
@@ -86,6 +97,17 @@ struct Node {
 impl Node {
     fn on(&mut self, rt: &Runtime<Event>, event: Event) -> Result<Flow> {
         match event {
+            Event::Lifecycle(change) => {
+                // An activated node begins like one that was started anew.
+                if change == Change::Activate {
+                    self.actuator = actuator(&self.parameters)?;
+                    (self.begun, self.commanded) = (None, None);
+                    (self.said, self.received) = (None, None);
+                    self.limits.clear();
+                }
+                self.look(rt);
+            }
+            Event::Command(_) | Event::State(_) if !self.lifecycle.is_active() => {}
             Event::Command(command) => {
                 self.received = Some(rt.now().nanos());
                 match self.actuator.on_command(&command) {
@@ -109,6 +131,7 @@ impl Node {
             Event::Parameters(parameters) => {
                 self.actuator.set_parameters(&parameters)?;
                 self.timeout = parameters.command_timeout;
+                self.parameters = parameters;
                 log::info!("parameters changed");
                 for fault in self.actuator.faults() {
                     log::warn!("fault: {fault}");
@@ -145,6 +168,9 @@ impl Node {
     fn look(&mut self, rt: &Runtime<Event>) {
         let now = rt.now().nanos();
         match self.received {
+            _ if !self.lifecycle.is_active() => {
+                rt.set_status("actuator", Level::Ok, &self.lifecycle.label(), &[]);
+            }
             None => rt.set_status("actuator", Level::Warn, "no plane command yet", &[]),
             Some(at) if (now - at) as f64 * 1e-9 > self.timeout => {
                 rt.set_status(

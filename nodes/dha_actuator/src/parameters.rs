@@ -59,6 +59,9 @@ pub struct ActuatorParameters {
     /// Whether every tick waits for its command, so that no answer is given without one.
     #[parameter(default = false, read_only)]
     pub lockstep: bool,
+    /// Run as a managed node (`ros2 lifecycle`), which commands only while it is active.
+    #[parameter(default = false, read_only)]
+    pub managed: bool,
     /// `leakage.*`.
     pub leakage: Leakage,
     /// `friction.*`.

@@ -1,18 +1,37 @@
-//! The node: records every topic of the loop, undecoded, into a bag.
+//! The node: records the topics of the loop, or those that are selected, undecoded, into a bag.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
+use std::{env, mem};
 
-use anyhow::Result;
+use anyhow::{Result, bail};
+use planesman_bag::qos::{History, OfferedQos};
 use planesman_bag::writer::{BagWriter, TopicId, WriteError};
+use planesman_bag::{Topic, TopicKind};
 use planesman_msgs::cdr;
 use planesman_msgs::planesman_msgs::msg::{TickAnswer, VehicleState};
-use planesman_node::{Level, Next, NodeSpec, Publisher, Qos, RawSample, Runtime, args};
+use planesman_msgs::rosbag2_interfaces::srv::{
+    IsPaused, IsPausedResponse, Pause, PauseResponse, Resume, ResumeResponse, Snapshot,
+    SnapshotResponse, SplitBagfile, SplitBagfileResponse,
+};
+use planesman_msgs::type_description_interfaces::srv::{
+    GetTypeDescription, GetTypeDescriptionRequest,
+};
+use planesman_node::{
+    Client, Level, Next, NodeSpec, Offer, PublishedTopic, Publisher, Qos, RawSample, Responder,
+    Runtime, args,
+};
 
-use crate::loop_topics::{self, Delivery, LoopTopic};
+use crate::definition::{self, Definition};
+use crate::loop_topics::{self, Delivery};
+use crate::losses::Losses;
 use crate::names;
-use crate::parameters::writer_options;
+use crate::parameters::{RecorderParameters, writer_options};
+use crate::ring::{Kept, Ring};
+use crate::selection::Selection;
 
 /// Time between two looks for what is to be flushed.
 const PERIOD: Duration = Duration::from_millis(100);
@@ -23,14 +42,30 @@ const LAST_WORDS: Duration = Duration::from_secs(2);
 /// Time for which the error is on `/diagnostics` before the node ends.
 const REPORTING: Duration = Duration::from_secs(2);
 
+/// Time for a topic's publishers to describe its type.
+const DESCRIBING: Duration = Duration::from_secs(2);
+/// Nodes that are asked for a type.
+const MOST_DESCRIBERS: usize = 8;
+/// Topics that are looked at: a hostile peer can make them up without end.
+const MOST_TOPICS: usize = 10_000;
+/// Offers of a topic that go into the bag.
+const MOST_OFFERS: usize = 100;
+
 /// The status of the bag; an error means that nothing more is recorded.
 pub const BAG: &str = "bag";
 
 enum Event {
     /// A sample of the topic with this index.
     Sample(usize, RawSample),
-    /// Time to flush what has waited long enough.
+    /// Time to flush what has waited long enough, and to look for topics.
     Look,
+    /// What nodes of its publishers say of a topic's type.
+    Described(PublishedTopic, Result<Definition, String>),
+    Pause(Responder<Pause>),
+    Resume(Responder<Resume>),
+    IsPaused(Responder<IsPaused>),
+    Split(Responder<SplitBagfile>),
+    Snapshot(Responder<Snapshot>),
     /// Nothing of this node changes while it runs.
     Parameters,
 }
@@ -60,9 +95,21 @@ fn run(args: Vec<String>) -> Result<()> {
         path => PathBuf::from(path),
     };
     let options = writer_options(&parameters)?;
+    // A name that is none, as in a list of names of elsewhere, names no topic.
+    let expand = |name: &str| rt.topic_name(name).unwrap_or_else(|_| name.to_owned());
+    let storage = &parameters.storage;
     let mut node = Node {
         writer: BagWriter::create(&output, options)?,
         topics: Vec::new(),
+        selection: Selection::new(&parameters.record, expand)?,
+        found: BTreeMap::new(),
+        undescribed: Vec::new(),
+        describers: BTreeMap::new(),
+        packages: packages(),
+        paused: parameters.record.start_paused,
+        ring: storage
+            .snapshot_mode
+            .then(|| Ring::new(storage.max_cache_size)),
         state: None,
         answer: parameters
             .answer
@@ -71,20 +118,15 @@ fn run(args: Vec<String>) -> Result<()> {
         unfit: 0,
         failed: None,
     };
-    let mut selected = loop_topics::selected(&parameters.topics)?;
-    if node.answer.is_some() || parameters.reliable_sensors {
-        selected
-            .iter_mut()
-            .for_each(|topic| *topic = topic.without_loss());
+    node.subscribe_loop(&rt, &parameters)?;
+    serve(&rt, node.ring.is_some())?;
+    if node.selection.asks() {
+        log::info!("recording what is selected into {}", output.display());
+        node.discover(&rt);
+    } else {
+        let number = node.topics.len();
+        log::info!("recording {number} topics into {}", output.display());
     }
-    for (index, topic) in selected.iter().enumerate() {
-        node.subscribe(&rt, index, topic)?;
-    }
-    log::info!(
-        "recording {} topics into {}",
-        selected.len(),
-        output.display()
-    );
     drop(rt.every(PERIOD, || Event::Look));
     loop {
         match rt.next(PERIOD) {
@@ -103,16 +145,59 @@ fn run(args: Vec<String>) -> Result<()> {
     {
         node.on(&rt, event);
     }
+    for (topic, missing) in node.account_for_losses() {
+        log::warn!("{missing} messages of {topic} lost");
+    }
     let outcome = rt.shutdown();
     let bag = node.writer.close()?;
     log::info!("bag closed: {} messages", bag.message_count);
     outcome
 }
 
+/// The services of rosbag2's recorder.
+fn serve(rt: &Runtime<Event>, takes_snapshots: bool) -> Result<()> {
+    rt.serve("~/pause", |_, responder| Event::Pause(responder))?;
+    rt.serve("~/resume", |_, responder| Event::Resume(responder))?;
+    rt.serve("~/is_paused", |_, responder| Event::IsPaused(responder))?;
+    rt.serve("~/split_bagfile", |_, responder| Event::Split(responder))?;
+    if takes_snapshots {
+        rt.serve("~/snapshot", |_, responder| Event::Snapshot(responder))?;
+    }
+    Ok(())
+}
+
+/// Where installed packages are.
+fn packages() -> Vec<PathBuf> {
+    let paths = env::var_os("AMENT_PREFIX_PATH").unwrap_or_default();
+    env::split_paths(&paths).collect()
+}
+
+/// A topic that is subscribed to.
+struct Recorded {
+    /// Its absolute name.
+    name: String,
+    kind: Arc<TopicKind>,
+    /// Known to the bag from the first message on.
+    id: Option<TopicId>,
+    losses: Losses,
+}
+
 struct Node {
     writer: BagWriter,
-    /// By subscription; known to the bag from the first sample on.
-    topics: Vec<(LoopTopic, Option<TopicId>)>,
+    /// By subscription.
+    topics: Vec<Recorded>,
+    selection: Selection,
+    /// The type of each topic that is recorded or about to be.
+    found: BTreeMap<String, String>,
+    /// Topics whose types nobody here knows, and when that was found.
+    undescribed: Vec<(PublishedTopic, Instant)>,
+    /// By the service's name.
+    describers: BTreeMap<String, Client<GetTypeDescription>>,
+    packages: Vec<PathBuf>,
+    /// Whether nothing is recorded until `~/resume`.
+    paused: bool,
+    /// In snapshot mode, the messages that `~/snapshot` writes.
+    ring: Option<Ring>,
     /// The subscription whose samples begin a tick.
     state: Option<usize>,
     answer: Option<Publisher<TickAnswer>>,
@@ -123,67 +208,324 @@ struct Node {
 }
 
 impl Node {
-    fn subscribe(&mut self, rt: &Runtime<Event>, index: usize, topic: &LoopTopic) -> Result<()> {
-        let qos = match topic.delivery {
-            Delivery::BestEffort => Qos::record(),
-            Delivery::Reliable => Qos::record_reliable(),
-            Delivery::Latched => Qos::record_latched(),
-        };
+    /// Subscribes to the loop's topics before anybody publishes them: all without a selection, and of a selection those
+    /// where no message may be lost.
+    fn subscribe_loop(
+        &mut self,
+        rt: &Runtime<Event>,
+        parameters: &RecorderParameters,
+    ) -> Result<()> {
+        let without_loss = parameters.answer || parameters.reliable_sensors;
+        if self.selection.asks() && !without_loss {
+            return Ok(());
+        }
+        for topic in loop_topics::selected(&parameters.topics)? {
+            let topic = if without_loss {
+                topic.without_loss()
+            } else {
+                topic
+            };
+            let name = rt.topic_name(topic.name)?;
+            if !self.selection.takes(&name, topic.info.type_name) {
+                continue;
+            }
+            if topic.name == "state" {
+                self.state = Some(self.topics.len());
+            }
+            let qos = match topic.delivery {
+                Delivery::BestEffort => Qos::record(),
+                Delivery::Reliable => Qos::record_reliable(),
+                Delivery::Latched => Qos::record_latched(),
+            };
+            self.found
+                .insert(name.clone(), topic.info.type_name.to_owned());
+            self.subscribe(rt, topic.in_bag(&name), qos)?;
+        }
+        if self.answer.is_some() && self.state.is_none() {
+            bail!("answer: a tick is answered once its state is recorded, and 'state' is not");
+        }
+        Ok(())
+    }
+
+    fn subscribe(&mut self, rt: &Runtime<Event>, topic: Topic, qos: Qos) -> Result<()> {
+        let Topic { name, kind } = topic;
+        let (index, hash) = (self.topics.len(), Some(kind.type_hash.as_str()));
         rt.subscribe_raw(
-            topic.name,
-            topic.info.type_name,
-            Some(topic.info.type_hash),
+            &name,
+            &kind.type_name,
+            hash.filter(|hash| !hash.is_empty()),
             qos,
             move |sample| Event::Sample(index, sample),
         )?;
-        if topic.name == "state" {
-            self.state = Some(index);
-        }
-        self.topics.push((*topic, None));
+        self.topics.push(Recorded {
+            name,
+            kind,
+            id: None,
+            losses: Losses::default(),
+        });
         Ok(())
+    }
+
+    /// Looks for topics that are selected and not recorded yet.
+    fn discover(&mut self, rt: &Runtime<Event>) {
+        if !self.selection.asks() {
+            return;
+        }
+        for topic in rt.published_topics() {
+            let (name, type_name) = (&topic.name, &topic.type_name);
+            if !self.selection.takes(name, type_name) || self.found.len() >= MOST_TOPICS {
+                continue;
+            }
+            match self.found.get(name) {
+                Some(known) if known == type_name => continue,
+                Some(known) => {
+                    let text = format!(
+                        "'{name}' is published as {type_name}, too, which is not recorded: its type is {known}"
+                    );
+                    if self.found.insert(text.clone(), String::new()).is_none() {
+                        log::warn!("{text}");
+                    }
+                    continue;
+                }
+                None => {}
+            }
+            self.found.insert(name.clone(), type_name.clone());
+            match definition::local(type_name, topic.type_hash.as_deref(), &self.packages) {
+                Ok(definition) => self.subscribe_found(rt, &topic, definition),
+                Err(_) => self.undescribed.push((topic, Instant::now())),
+            }
+        }
+        for (topic, since) in mem::take(&mut self.undescribed) {
+            let services = rt.describers(&topic);
+            if services.is_empty() && since.elapsed() < DESCRIBING {
+                self.undescribed.push((topic, since));
+            } else {
+                self.ask(rt, topic, services);
+            }
+        }
+    }
+
+    /// Asks these services for the topic's type, one after the other.
+    fn ask(&mut self, rt: &Runtime<Event>, topic: PublishedTopic, services: Vec<String>) {
+        let mut clients = Vec::new();
+        for service in services.into_iter().take(MOST_DESCRIBERS) {
+            match self.describers.get(&service) {
+                Some(client) => clients.push(client.clone()),
+                None => {
+                    let Ok(client) = rt.client::<GetTypeDescription>(&service) else {
+                        continue;
+                    };
+                    clients.push(client.clone());
+                    self.describers.insert(service, client);
+                }
+            }
+        }
+        rt.when_done(async move {
+            let hash = topic.type_hash.as_deref();
+            let local = definition::local(&topic.type_name, hash, &packages());
+            let mut outcome = local.map_err(|reason| {
+                format!("{reason}, and no node of its publishers describes its type")
+            });
+            for client in clients {
+                let request = GetTypeDescriptionRequest {
+                    type_name: topic.type_name.clone(),
+                    type_hash: topic.type_hash.clone().unwrap_or_default(),
+                    include_type_sources: true,
+                };
+                outcome = match client.call(request, DESCRIBING).await {
+                    Ok(answer) if answer.successful => {
+                        definition::described(&topic.type_name, hash, &answer.type_sources)
+                    }
+                    Ok(answer) => Err(answer.failure_reason),
+                    Err(error) => Err(format!("{error:#}")),
+                };
+                if outcome.is_ok() {
+                    break;
+                }
+            }
+            Event::Described(topic, outcome)
+        });
+    }
+
+    /// Subscribes to a topic as its publishers offer it.
+    fn subscribe_found(
+        &mut self,
+        rt: &Runtime<Event>,
+        found: &PublishedTopic,
+        definition: Definition,
+    ) {
+        let all = |offers: fn(&Offer) -> bool| found.offers.iter().all(offers);
+        let qos = match (all(|it| it.reliable), all(|it| it.latched)) {
+            (true, true) => Qos::record_latched(),
+            (true, false) => Qos::record_reliable(),
+            (false, _) => Qos::record(),
+        };
+        let has_text = !definition.text.is_empty();
+        let kind = TopicKind {
+            type_name: found.type_name.clone(),
+            definition: definition.text,
+            definition_encoding: if has_text { "ros2msg" } else { "" }.to_owned(),
+            message_encoding: "cdr".to_owned(),
+            type_hash: definition.type_hash,
+            offered_qos: found.offers.iter().take(MOST_OFFERS).map(offered).collect(),
+        };
+        let topic = Topic {
+            name: found.name.clone(),
+            kind: Arc::new(kind),
+        };
+        match self.subscribe(rt, topic, qos) {
+            Ok(()) => log::info!("Subscribed to topic '{}'", found.name),
+            Err(error) => log::error!("'{}' is not recorded: {error:#}", found.name),
+        }
     }
 
     fn on(&mut self, rt: &Runtime<Event>, event: Event) {
         match event {
             Event::Sample(index, sample) => {
-                if self.is_own(rt, index, &sample) {
+                if self.is_own(rt, &sample) {
                     return;
                 }
-                let outcome = self.record(rt, index, &sample);
-                self.note(rt, outcome);
-                if self.state == Some(index) {
-                    self.answer(rt, &sample);
+                let state = (self.state == Some(index)).then(|| sample.bytes.clone());
+                self.take(rt, index, sample);
+                if let Some(state) = state {
+                    self.answer(rt, &state);
                 }
             }
             Event::Look => {
                 let outcome = self.writer.flush_if_due();
                 self.note(rt, outcome);
+                self.discover(rt);
+            }
+            Event::Described(topic, outcome) => {
+                let definition = outcome.unwrap_or_else(|reason| {
+                    log::warn!(
+                        "'{}' is recorded without the definition of its type {}, which readers of the bag need: {reason}",
+                        topic.name,
+                        topic.type_name
+                    );
+                    Definition {
+                        type_hash: topic.type_hash.clone().unwrap_or_default(),
+                        ..Definition::default()
+                    }
+                });
+                self.subscribe_found(rt, &topic, definition);
+            }
+            Event::Pause(responder) => {
+                self.set_paused(rt, true);
+                responder.answer(PauseResponse::default());
+            }
+            Event::Resume(responder) => {
+                self.set_paused(rt, false);
+                responder.answer(ResumeResponse::default());
+            }
+            Event::IsPaused(responder) => responder.answer(IsPausedResponse {
+                paused: self.paused,
+            }),
+            Event::Split(responder) => {
+                let outcome = self.writer.split();
+                if let Ok(true) = outcome {
+                    log::info!("the next file is {}", self.writer.file().display());
+                }
+                self.note(rt, outcome.map(drop));
+                responder.answer(SplitBagfileResponse::default());
+            }
+            Event::Snapshot(responder) => {
+                let success = self.take_snapshot(rt);
+                responder.answer(SnapshotResponse { success });
             }
             Event::Parameters => {}
         }
     }
 
+    fn set_paused(&mut self, rt: &Runtime<Event>, paused: bool) {
+        if self.paused != paused {
+            self.paused = paused;
+            log::info!("{} recording", if paused { "pausing" } else { "resuming" });
+            self.note(rt, Ok(()));
+        }
+    }
+
+    /// Writes what is kept in memory; whether all of it is in the file.
+    fn take_snapshot(&mut self, rt: &Runtime<Event>) -> bool {
+        let kept = self.ring.as_mut().map(Ring::take).unwrap_or_default();
+        log::info!("a snapshot of {} messages", kept.len());
+        let mut is_written = true;
+        for Kept {
+            index,
+            sample,
+            received,
+        } in kept
+        {
+            let outcome = self.record(index, &sample, received);
+            is_written &= outcome.is_ok();
+            self.note(rt, outcome);
+        }
+        let outcome = self.writer.flush();
+        is_written &= outcome.is_ok();
+        self.note(rt, outcome);
+        is_written
+    }
+
+    /// Records a sample, or keeps it in memory, or counts it only.
+    fn take(&mut self, rt: &Runtime<Event>, index: usize, sample: RawSample) {
+        let received = rt.now().nanos();
+        if let Some(topic) = self.topics.get_mut(index)
+            && sample.sequence > 0
+        {
+            topic.losses.received(sample.publisher, sample.sequence);
+        }
+        if self.paused {
+            return;
+        }
+        let outcome = match &mut self.ring {
+            Some(ring) => {
+                ring.keep(Kept {
+                    index,
+                    sample,
+                    received,
+                });
+                Ok(())
+            }
+            None => self.record(index, &sample, received),
+        };
+        self.note(rt, outcome);
+    }
+
     /// A bag has no times before its epoch: what claims one, as a `/clock` may, is kept at its beginning.
     fn record(
         &mut self,
-        rt: &Runtime<Event>,
         index: usize,
         sample: &RawSample,
+        received: i64,
     ) -> Result<(), WriteError> {
-        let Some((topic, id)) = self.topics.get_mut(index) else {
+        let Some(topic) = self.topics.get_mut(index) else {
             return Ok(());
         };
-        let id = match *id {
+        let id = match topic.id {
             Some(id) => id,
-            None => *id.insert(self.writer.add_topic(&topic.in_bag(&sample.topic))?),
+            None => *topic.id.insert(self.writer.add_topic(&Topic {
+                name: topic.name.clone(),
+                kind: Arc::clone(&topic.kind),
+            })?),
         };
-        let received = rt.now().nanos();
         let published = sample.published.as_ref().map_or(received, |t| t.nanos());
         if received.min(published) < 0 {
             self.unfit += 1;
         }
         self.writer
             .write_raw(id, &sample.bytes, received.max(0), published.max(0))
+    }
+
+    /// Notes in the bag how many messages are missing of each topic, and tells.
+    fn account_for_losses(&mut self) -> Vec<(String, u64)> {
+        let mut lost = Vec::new();
+        for topic in &self.topics {
+            if let (Some(id), missing @ 1..) = (topic.id, topic.losses.missing()) {
+                self.writer.note_dropped(id, missing);
+                lost.push((topic.name.clone(), missing));
+            }
+        }
+        lost
     }
 
     /// A file that cannot be written ends the recording: an error is reported, once. Whatever else one message
@@ -208,7 +550,9 @@ impl Node {
             Ok(()) => {}
         }
         let health = self.writer.health();
+        let lost: u64 = self.topics.iter().map(|it| it.losses.missing()).sum();
         let (level, message) = match self.unfit {
+            0 if self.paused => (Level::Ok, "paused".to_owned()),
             0 => (Level::Ok, "recording".to_owned()),
             n => (
                 Level::Warn,
@@ -223,62 +567,73 @@ impl Node {
                 ("file", self.writer.file().display().to_string()),
                 ("bytes", health.bytes.to_string()),
                 ("messages", health.messages().to_string()),
-                ("lost", health.dropped().to_string()),
+                ("lost", lost.to_string()),
                 ("unfit", self.unfit.to_string()),
             ],
         );
     }
 
     /// Whether it is an answer of its own: it has been recorded.
-    fn is_own(&self, rt: &Runtime<Event>, index: usize, sample: &RawSample) -> bool {
-        self.answer.is_some()
-            && self.topics[index].0.name == "tick_answer"
+    fn is_own(&self, rt: &Runtime<Event>, sample: &RawSample) -> bool {
+        self.answer
+            .as_ref()
+            .is_some_and(|answer| answer.topic() == sample.topic)
             && cdr::from_bytes::<TickAnswer>(&sample.bytes)
                 .is_ok_and(|answer| answer.member == bare_name(&rt.full_name()))
     }
 
     /// Where multicast comes back on the interface a node receives its own messages, elsewhere not: its answers are
     /// written to the bag directly.
-    fn record_own(&mut self, rt: &Runtime<Event>, message: &TickAnswer) {
-        let Some(index) = self
-            .topics
-            .iter()
-            .position(|(t, _)| t.name == "tick_answer")
-        else {
+    fn record_own(&mut self, rt: &Runtime<Event>, topic: String, message: &TickAnswer) {
+        let Some(index) = self.topics.iter().position(|it| it.name == topic) else {
             return;
         };
         let sample = RawSample {
-            topic: self
-                .answer
-                .as_ref()
-                .map_or_else(String::new, |a| a.topic().to_owned()),
+            topic,
             bytes: cdr::to_bytes(message),
             published: None,
             received: rt.now(),
             sequence: 0,
+            publisher: [0; 16],
         };
-        let outcome = self.record(rt, index, &sample);
-        self.note(rt, outcome);
+        self.take(rt, index, sample);
     }
 
-    fn answer(&mut self, rt: &Runtime<Event>, sample: &RawSample) {
+    fn answer(&mut self, rt: &Runtime<Event>, state: &[u8]) {
         let Some(answer) = &self.answer else {
             return;
         };
         if self.failed.is_some() {
             return; // What is not in the bag is not answered for.
         }
-        match cdr::from_bytes::<VehicleState>(&sample.bytes) {
+        match cdr::from_bytes::<VehicleState>(state) {
             Ok(state) => {
                 let message = TickAnswer {
                     header: state.header,
                     member: bare_name(&rt.full_name()),
                 };
                 answer.publish(&message);
-                self.record_own(rt, &message)
+                let topic = answer.topic().to_owned();
+                self.record_own(rt, topic, &message);
             }
             Err(error) => log::warn!("cannot answer a state: {error}"),
         }
+    }
+}
+
+/// A publisher's offer as the bag has it: discovery tells no history.
+fn offered(offer: &Offer) -> OfferedQos {
+    let qos = match offer.reliable {
+        true => OfferedQos::reliable(0),
+        false => OfferedQos::best_effort(0),
+    };
+    let qos = OfferedQos {
+        history: History::Unknown,
+        ..qos
+    };
+    match offer.latched {
+        true => qos.transient_local(),
+        false => qos,
     }
 }
 

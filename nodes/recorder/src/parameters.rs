@@ -1,4 +1,5 @@
-//! The recorder's parameters: folder, compression, flush interval, topics.
+//! The recorder's parameters: folder, compression, flush interval, topics. Those in `record` and `storage` have the names
+//! that rosbag2's recorder gives them.
 //!
 //! All are set at start-up: a bag is written one way from its first message to its last.
 
@@ -8,6 +9,7 @@ use planesman_bag::WriterOptions;
 use planesman_parameters::{Choice, Parameters};
 
 use crate::loop_topics::{self, UnknownTopic};
+use crate::selection::{NoRegex, Record, Selection};
 
 /// Every parameter of `recorder`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
@@ -15,7 +17,7 @@ pub struct RecorderParameters {
     /// Folder of the bag, which must not exist; empty: bags/planesman_TIME.
     #[parameter(default = "", read_only)]
     pub output: String,
-    /// Topics to record, by their names in the loop ('state', '/tf'); empty: all.
+    /// Topics of the loop to record, by their names in the loop ('state', '/tf'); empty: all. Other topics: record.
     #[parameter(default = Vec::new(), read_only)]
     pub topics: Vec<String>,
     /// Compression of the chunks: none, or zstd at its default level.
@@ -34,6 +36,27 @@ pub struct RecorderParameters {
     /// Whether each tick is answered once its state is recorded, as a member of lockstep.
     #[parameter(default = false, read_only)]
     pub answer: bool,
+    /// `record.*`.
+    pub record: Record,
+    /// `storage.*`.
+    pub storage: Storage,
+}
+
+/// The parameters `storage.*`: how the bag is split, and the snapshot mode.
+#[derive(Clone, Debug, PartialEq, Parameters)]
+pub struct Storage {
+    /// Size at which the bag's next file begins; 0: one file.
+    #[parameter(default = 0, unit = "B", range = 0.0..=1e15, read_only)]
+    pub max_bagfile_size: u64,
+    /// Time after which the bag's next file begins; 0: one file.
+    #[parameter(default = 0, unit = "s", range = 0.0..=1e9, read_only)]
+    pub max_bagfile_duration: u64,
+    /// Keep the latest messages in memory, and write them only when the service snapshot is called.
+    #[parameter(default = false, read_only)]
+    pub snapshot_mode: bool,
+    /// Payloads that are kept in memory in snapshot mode.
+    #[parameter(default = 100 * 1024 * 1024, unit = "B", range = 1.0..=1e12, read_only)]
+    pub max_cache_size: u64,
 }
 
 /// How the chunks of the bag are compressed.
@@ -54,14 +77,19 @@ pub enum Error {
     /// The flush interval is no duration.
     #[error("flush_interval: {0}")]
     FlushInterval(std::time::TryFromFloatSecsError),
+    /// A regular expression that is none.
+    #[error(transparent)]
+    Regex(#[from] NoRegex),
 }
 
 /// How the bag is written, by these values.
 ///
 /// # Errors
-/// A topic that is not of the loop, or a flush interval that is no duration.
+/// A topic that is not of the loop, a flush interval that is no duration, or a regular expression that is none.
 pub fn writer_options(parameters: &RecorderParameters) -> Result<WriterOptions, Error> {
     loop_topics::selected(&parameters.topics)?;
+    Selection::new(&parameters.record, str::to_owned)?;
+    let given = |value: u64| (value > 0).then_some(value);
     Ok(WriterOptions {
         compression: match parameters.compression {
             Compression::None => planesman_bag::Compression::None,
@@ -71,6 +99,8 @@ pub fn writer_options(parameters: &RecorderParameters) -> Result<WriterOptions, 
         flush_interval: Some(
             Duration::try_from_secs_f64(parameters.flush_interval).map_err(Error::FlushInterval)?,
         ),
+        max_file_size: given(parameters.storage.max_bagfile_size),
+        max_file_duration: given(parameters.storage.max_bagfile_duration).map(Duration::from_secs),
     })
 }
 
@@ -93,6 +123,8 @@ mod tests {
         assert_eq!(options.compression, defaults.compression);
         assert_eq!(options.chunk_size, defaults.chunk_size);
         assert_eq!(options.flush_interval, defaults.flush_interval);
+        assert_eq!(options.max_file_size, defaults.max_file_size);
+        assert_eq!(options.max_file_duration, defaults.max_file_duration);
     }
 
     #[test]
@@ -117,6 +149,7 @@ mod tests {
                 Value::StringArray(vec!["stat".to_owned()]),
                 "'stat'",
             ),
+            ("record.regex", Value::from("("), "no regular expression"),
         ] {
             let refusal = with(name, value).expect_err("refused");
             assert!(refusal.contains(rule), "{name}: {refusal}");

@@ -36,6 +36,7 @@ pub(crate) fn small_chunks(compression: Compression) -> WriterOptions {
         compression,
         chunk_size: 10 * (31 + 12),
         flush_interval: None,
+        ..WriterOptions::default()
     }
 }
 

@@ -1,0 +1,135 @@
+//! What others publish in the domain, as discovery tells it.
+
+use std::collections::BTreeMap;
+
+use rustdds::{
+    DomainParticipant, GUID, RTPSEntity as _,
+    discovery::DiscoveredWriterData,
+    qos::policy::{Durability, Reliability},
+};
+
+use crate::endpoint::announced_hash;
+
+/// A topic that other participants publish, by one type.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PublishedTopic {
+    /// Its absolute name.
+    pub name: String,
+    /// Its type: `std_msgs/msg/Float64`.
+    pub type_name: String,
+    /// The type's hash, by the first publisher that announces one.
+    pub type_hash: Option<String>,
+    /// What each publisher offers.
+    pub offers: Vec<Offer>,
+    /// Their participants, by the first bytes of the endpoints' identities.
+    participants: Vec<[u8; 12]>,
+}
+
+/// The quality of service that a publisher offers, as far as discovery tells it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Offer {
+    /// Whether lost samples are sent again.
+    pub reliable: bool,
+    /// Whether late joiners get earlier samples.
+    pub latched: bool,
+}
+
+/// The topics that others publish, in order of name and type.
+pub(crate) fn published_topics(participant: &DomainParticipant) -> Vec<PublishedTopic> {
+    let own = participant.guid().prefix;
+    let writers = participant.discovered_writers_where(|writer| {
+        let data = &writer.publication_topic_data;
+        data.topic_name.starts_with("rt/") && data.key.prefix != own
+    });
+    let mut topics: BTreeMap<(String, String), PublishedTopic> = BTreeMap::new();
+    for writer in &writers {
+        let data = &writer.publication_topic_data;
+        let name = data.topic_name.trim_start_matches("rt");
+        let Some(type_name) = ros_type(&data.type_name) else {
+            continue;
+        };
+        let topic = topics
+            .entry((name.to_owned(), type_name.clone()))
+            .or_insert_with(|| PublishedTopic {
+                name: name.to_owned(),
+                type_name,
+                type_hash: None,
+                offers: Vec::new(),
+                participants: Vec::new(),
+            });
+        topic.offers.push(offer(writer));
+        topic.type_hash = topic.type_hash.take().or_else(|| announced_hash(writer));
+        topic.participants.extend(prefix(data.key));
+    }
+    topics.into_values().collect()
+}
+
+fn prefix(endpoint: GUID) -> Option<[u8; 12]> {
+    endpoint.to_bytes().first_chunk().copied()
+}
+
+fn offer(writer: &DiscoveredWriterData) -> Offer {
+    let data = &writer.publication_topic_data;
+    Offer {
+        // A writer that announces none is reliable, DDS' default.
+        reliable: !matches!(data.reliability, Some(Reliability::BestEffort)),
+        latched: data
+            .durability
+            .is_some_and(|it| it >= Durability::TransientLocal),
+    }
+}
+
+/// The services by which the nodes of a topic's publishers describe their types.
+pub(crate) fn describers(participant: &DomainParticipant, topic: &PublishedTopic) -> Vec<String> {
+    let readers = participant.discovered_readers_where(|reader| {
+        let name = reader.subscription_topic_data.topic_name();
+        name.ends_with("/get_type_descriptionRequest")
+            && prefix(reader.reader_proxy.remote_reader_guid)
+                .is_some_and(|prefix| topic.participants.contains(&prefix))
+    });
+    let names = readers.iter().filter_map(|reader| {
+        let name = reader.subscription_topic_data.topic_name();
+        let name = name.strip_prefix("rq")?.strip_suffix("Request")?;
+        Some(name.to_owned())
+    });
+    let mut names: Vec<String> = names.collect();
+    names.sort();
+    names.dedup();
+    names
+}
+
+/// `std_msgs::msg::dds_::Float64_` as ROS writes it; `None` for a type that is not ROS's.
+fn ros_type(dds_type: &str) -> Option<String> {
+    let parts: Vec<&str> = dds_type.split("::").collect();
+    match parts[..] {
+        [package, kind @ ("msg" | "srv" | "action"), "dds_", name] => {
+            Some(format!("{package}/{kind}/{}", name.strip_suffix('_')?))
+        }
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::ros_type;
+
+    #[test]
+    fn types_have_ros_names() {
+        for (dds, ros) in [
+            (
+                "std_msgs::msg::dds_::Float64_",
+                Some("std_msgs/msg/Float64"),
+            ),
+            ("a::srv::dds_::B_Event_", Some("a/srv/B_Event")),
+            (
+                "a::action::dds_::B_FeedbackMessage_",
+                Some("a/action/B_FeedbackMessage"),
+            ),
+            ("std_msgs::msg::dds_::Float64", None),
+            ("HelloWorld", None),
+            ("", None),
+        ] {
+            assert_eq!(ros_type(dds).as_deref(), ros, "{dds}");
+        }
+    }
+}

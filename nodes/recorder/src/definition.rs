@@ -1,0 +1,206 @@
+//! The definition of a type that is recorded: this project's own, one of an installed package, or one that the
+//! publisher's node has described.
+
+use std::path::PathBuf;
+
+use planesman_msgs::{
+    description::describe, type_description_interfaces::msg::TypeSource, type_info,
+};
+use planesman_rosidl::{
+    Error, Library, TypeName, definition::Kind, parse_action, parse_message, parse_service,
+};
+
+/// A type's definition with all that it refers to, and its hash.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Definition {
+    /// As a bag has it (`ros2msg`); empty if there is none.
+    pub text: String,
+    /// `RIHS01_...`, computed from the text; of a type without a text as its publisher says, or empty.
+    pub type_hash: String,
+}
+
+/// The definition of `type_name` that has the hash that its publisher announces, if it announces one, among the types
+/// of this project and those of the packages in `prefixes` (`AMENT_PREFIX_PATH`).
+///
+/// # Errors
+/// Why there is none.
+pub fn local(
+    type_name: &str,
+    announced: Option<&str>,
+    prefixes: &[PathBuf],
+) -> Result<Definition, String> {
+    own(type_name)
+        .and_then(|known| fitting(known, announced))
+        .or_else(|_| fitting(installed(type_name, prefixes)?, announced))
+}
+
+/// This project's own definition; that of a part of a service or action is made of the whole's text.
+fn own(type_name: &str) -> Result<Definition, String> {
+    if let Some(info) = type_info(type_name) {
+        return Ok(Definition {
+            text: info.definition.to_owned(),
+            type_hash: info.type_hash.to_owned(),
+        });
+    }
+    let name = parse_name(type_name)?;
+    let file = TypeName::new(&name.package, name.kind, whole(&name));
+    let known = describe(&file.to_string()).ok_or("this program does not know it")?;
+    described(type_name, None, &known.sources)
+}
+
+/// The definition by the texts in an answer of `~/get_type_description`.
+///
+/// # Errors
+/// Why the texts define no such type.
+pub fn described(
+    type_name: &str,
+    announced: Option<&str>,
+    sources: &[TypeSource],
+) -> Result<Definition, String> {
+    let name = parse_name(type_name)?;
+    let mut library = Library::new();
+    for source in sources.iter().filter(|it| it.encoding != "implicit") {
+        let name = parse_name(&source.type_name)?;
+        let is_text = source.encoding == name.kind.as_str();
+        if !is_text || source.raw_file_contents.is_empty() {
+            return Err(format!("it gives no text of {}", source.type_name));
+        }
+        add(&mut library, &name, &source.raw_file_contents).map_err(|it| it.to_string())?;
+    }
+    fitting(definition(&library, &name)?, announced)
+}
+
+fn fitting(definition: Definition, announced: Option<&str>) -> Result<Definition, String> {
+    match announced {
+        Some(hash) if hash != definition.type_hash => Err(format!(
+            "the publisher's is of another version ({hash}, not {})",
+            definition.type_hash
+        )),
+        _ => Ok(definition),
+    }
+}
+
+fn parse_name(type_name: &str) -> Result<TypeName, String> {
+    TypeName::parse(type_name).ok_or_else(|| format!("'{type_name}' is no type's name"))
+}
+
+fn definition(library: &Library, name: &TypeName) -> Result<Definition, String> {
+    let made = || {
+        library.check()?;
+        Ok(Definition {
+            text: library.schema(name)?,
+            type_hash: library.type_hash(name)?,
+        })
+    };
+    made().map_err(|error: Error| error.to_string())
+}
+
+/// Adds the type in a file's text; of a part of a service or action (`Fit_Event`) the text is that of the whole.
+fn add(library: &mut Library, name: &TypeName, text: &str) -> Result<(), Error> {
+    let (package, whole) = (&name.package, whole(name));
+    match name.kind {
+        Kind::Msg => library.add_message(parse_message(package, whole, text)?),
+        Kind::Srv => library.add_service(parse_service(package, whole, text)?),
+        Kind::Action => library.add_action(parse_action(package, whole, text)?),
+    }
+}
+
+/// The name of the file that defines the type.
+fn whole(name: &TypeName) -> &str {
+    match name.kind {
+        Kind::Msg => &name.name,
+        Kind::Srv | Kind::Action => name.name.split('_').next().unwrap_or_default(),
+    }
+}
+
+/// The definition in the files of installed packages.
+fn installed(type_name: &str, prefixes: &[PathBuf]) -> Result<Definition, String> {
+    let name = parse_name(type_name)?;
+    let mut library = Library::new();
+    let mut wanted = vec![name.clone()];
+    while !wanted.is_empty() {
+        for next in wanted {
+            if library.message(&next).is_some() {
+                continue;
+            }
+            let (kind, package) = (next.kind.as_str(), &next.package);
+            let file = format!("share/{package}/{kind}/{}.{kind}", whole(&next));
+            let text = prefixes
+                .iter()
+                .find_map(|prefix| planesman_text::read(&prefix.join(&file)).ok())
+                .ok_or_else(|| format!("no {file} in AMENT_PREFIX_PATH"))?;
+            add(&mut library, &next, &text)
+                .and_then(|()| library.expect_message(&next).map(drop))
+                .map_err(|error| error.to_string())?;
+        }
+        let references = library.messages().flat_map(|message| message.references());
+        let unknown = references.filter(|(name, _)| library.message(name).is_none());
+        wanted = unknown.map(|(name, _)| name.clone()).collect();
+    }
+    definition(&library, &name)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use planesman_msgs::{Message, planesman_msgs::msg::VehicleState};
+
+    use super::*;
+
+    #[test]
+    fn a_type_is_found_here_in_installed_packages_and_in_a_nodes_answer() {
+        let own = local(VehicleState::TYPE_NAME, None, &[]).expect("our own");
+        assert_eq!(own.text, VehicleState::DEFINITION);
+        assert_eq!(own.type_hash, VehicleState::TYPE_HASH);
+        let sources = describe(VehicleState::TYPE_NAME).expect("ours").sources;
+        let said = described(VehicleState::TYPE_NAME, Some(&own.type_hash), &sources);
+        assert_eq!(said, Ok(own));
+        let event = local("std_srvs/srv/SetBool_Event", None, &[]).expect("our own");
+        assert!(
+            event.text.contains("service_msgs/ServiceEventInfo"),
+            "{}",
+            event.text
+        );
+
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let write = |file: &str, text: &str| {
+            let path = folder.path().join("share").join(file);
+            fs::create_dir_all(path.parent().expect("a folder")).expect("room");
+            fs::write(path, text).expect("room");
+        };
+        write("a_msgs/msg/Outer.msg", "Inner[] inner\nb_msgs/Far far\n");
+        write("a_msgs/msg/Inner.msg", "float64 x\n");
+        write("b_msgs/msg/Far.msg", "a_msgs/Inner inner\n");
+        let prefixes = [PathBuf::from("/nowhere"), folder.path().to_owned()];
+        let found = local("a_msgs/msg/Outer", None, &prefixes).expect("it is installed");
+        assert!(found.text.contains("MSG: b_msgs/Far"), "{}", found.text);
+        assert!(local("a_msgs/msg/Outer", Some(&found.type_hash), &prefixes).is_ok());
+        let other = local("a_msgs/msg/Outer", Some("RIHS01_0"), &prefixes);
+        assert!(other.expect_err("another").contains("another version"));
+        // A service's event, whose type no file has by that name.
+        write("a_msgs/srv/Ask.srv", "Inner inner\n---\nbool done\n");
+        write(
+            "service_msgs/msg/ServiceEventInfo.msg",
+            "uint8 event_type\n",
+        );
+        let event = local("a_msgs/srv/Ask_Event", None, &prefixes).expect("it is installed");
+        assert!(
+            event.text.contains("MSG: a_msgs/srv/Ask_Request"),
+            "{}",
+            event.text
+        );
+
+        write("a_msgs/msg/Loop.msg", "Loop loop\n");
+        for (name, reason) in [
+            ("a_msgs/msg/Loop", "Loop"),
+            ("a_msgs/msg/Nothing", "no share/a_msgs/msg/Nothing.msg"),
+            ("a_msgs/msg/../x", "no type's name"),
+            ("nothing", "no type's name"),
+        ] {
+            let refusal = local(name, None, &prefixes).expect_err(name);
+            assert!(refusal.contains(reason), "{refusal}");
+        }
+        assert!(described("a/msg/B", None, &[]).is_err());
+    }
+}
