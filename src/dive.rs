@@ -324,7 +324,7 @@ impl Launcher {
     /// Handles events until the dive ends. A first interrupt ends it in order, a second one at once.
     fn command(&mut self, rt: &Runtime<Event>) -> Result<()> {
         loop {
-            match rt.next(GATHERING) {
+            match rt.next(Duration::MAX) {
                 Next::Event(event) => {
                     if self.on(rt, event)? == Flow::Stop {
                         return Ok(());

@@ -691,7 +691,7 @@ impl<E: 'static> Runtime<E> {
         smol::future::block_on(self.executor.run(work))
     }
 
-    /// Waits for the next event, for programs that are not only a node.
+    /// Waits for the next event, for programs that are not only a node; with [`Duration::MAX`] for ever and without a timer.
     pub fn next(&self, timeout: Duration) -> Next<E> {
         self.block_on(async {
             let (stop, event) = (self.asked_to_stop(), self.receiver.recv());

@@ -129,7 +129,7 @@ fn run(args: Vec<String>) -> Result<()> {
     }
     drop(rt.every(PERIOD, || Event::Look));
     loop {
-        match rt.next(PERIOD) {
+        match rt.next(Duration::MAX) {
             Next::Event(event) => node.on(&rt, event),
             Next::Stop => break,
             Next::Nothing => {}
