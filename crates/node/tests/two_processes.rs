@@ -456,6 +456,30 @@ fn a_peer_that_leaves_or_is_killed_is_missed() {
     until(&rt, |_| input.readers() == 0);
 }
 
+/// A node that is dropped without being shut down, as by an error in its set-up, is taken down in order: the next one of the
+/// process would otherwise find a writer without its participant.
+#[test]
+fn a_node_that_is_dropped_leaves_no_error_to_the_next_one() {
+    const INNER: &str = "PLANESMAN_TEST_DROPS_NODES";
+    if std::env::var_os(INNER).is_some() {
+        let domain = OwnDomain::claim().unwrap();
+        for _ in 0..2 {
+            drop(prober(&domain));
+        }
+        return;
+    }
+    // The log is the process's, and other tests write to it.
+    let output = Command::new(std::env::current_exe().unwrap())
+        .args(["a_node_that_is_dropped", "--nocapture"])
+        .env(INNER, "1")
+        .output()
+        .unwrap();
+    let log = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{log}");
+    assert_eq!(log.matches("up in domain").count(), 2, "{log}");
+    assert!(!log.contains("[ERROR]"), "{log}");
+}
+
 #[test]
 fn a_bad_argument_is_one_line_and_a_failure() {
     for (arguments, reason) in [
