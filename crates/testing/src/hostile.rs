@@ -284,6 +284,10 @@ pub fn idl() -> Vec<Case<String>> {
             ),
         ),
         (
+            "two fields of one name",
+            "module a { module msg { struct A { double x[2]; double x; }; }; };".to_owned(),
+        ),
+        (
             "types of themselves",
             "module a { module msg { typedef B C; typedef C B; struct A { B x; }; }; };".to_owned(),
         ),
