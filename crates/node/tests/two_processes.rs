@@ -35,6 +35,7 @@ const PATIENCE: Duration = Duration::from_secs(20);
 
 enum Event {
     Output(f64),
+    Beat,
     Raw(RawSample),
     Diagnostics(DiagnosticArray),
     ParameterEvent(ParameterEvent),
@@ -207,15 +208,20 @@ fn names_are_remapped_and_parameters_set_from_the_command_line() {
         Event::Output(data)
     })
     .unwrap();
+    rt.subscribe("/b/triple/beat", Qos::sensor(), |Float64 { .. }| {
+        Event::Beat
+    })
+    .unwrap();
     until(&rt, |_| input.readers() == 1);
     // Our reader may still be unknown over there: ask until the first answer.
-    let mut output = None;
+    let (mut output, mut beats) = (None, false);
     until(&rt, |event| {
         match event {
             Some(Event::Output(number)) => output = Some(number),
+            Some(Event::Beat) => beats = true,
             _ => drop(input.publish(&Float64 { data: 7.0 })),
         }
-        output.is_some()
+        output.is_some() && beats
     });
     assert_eq!(output, Some(21.0));
     let (report, _) = doubler.stop("-INT");
