@@ -70,7 +70,7 @@ fn eight_times_faster_than_the_clock_nothing_is_lost() {
         .iter()
         .map(|motion| motion.header.stamp.nanos())
         .collect::<Vec<_>>();
-    assert_eq!(answered, expected[..answered.len()]);
+    assert!(expected.starts_with(&answered), "{answered:?}");
     assert!(answered.len() + 1 >= expected.len(), "{}", answered.len());
 
     // A busy machine may be late with an answer; such ticks are flagged and reported.

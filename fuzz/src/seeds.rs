@@ -14,6 +14,7 @@ use planesman_msgs::planesman_msgs::msg::{
 use planesman_msgs::sensor_msgs::msg::JointState;
 use planesman_msgs::std_msgs::msg::{Float64, Header};
 use planesman_msgs::{Message, cdr};
+use planesman_testing::{hostile, mcap, ulog};
 
 libfuzzer_sys::fuzz_target!(
     init: {
@@ -26,7 +27,9 @@ libfuzzer_sys::fuzz_target!(
 fn write() {
     let folder = std::env::var_os("SEEDS").map(PathBuf::from);
     let folder = folder.expect("SEEDS=FOLDER");
-    for target in ["bag", "cdr", "schema", "flight", "yaml", "rtps"] {
+    for target in [
+        "bag", "cdr", "csv", "flight", "rtps", "schema", "ulog", "yaml",
+    ] {
         fs::create_dir_all(folder.join(target)).expect("a folder");
     }
     for (name, compression) in [
@@ -43,6 +46,8 @@ fn write() {
             .expect("a model file");
     }
     flight(&folder.join("flight/three_ticks.mcap"));
+    fs::write(folder.join("ulog/log"), ulog::log(&[(1.0, 0.0); 25])).expect("a seed");
+    hurtful(&folder);
     datagrams(&folder.join("rtps"));
     payload(&folder, 0, &state(0));
     payload(&folder, 1, &motion(0));
@@ -57,6 +62,39 @@ fn write() {
         fs::write(folder.join("schema").join(name), bytes).expect("a seed");
     }
 }
+
+/// The cases of the tests that are short enough for a target, behind the byte that chooses where it takes one.
+fn hurtful(folder: &Path) {
+    let behind = |choice: u8, text: &[u8]| [&[choice], text].concat();
+    let texts = |cases: Vec<hostile::Case<String>>, choice: u8| -> Vec<Vec<u8>> {
+        let cases = cases.iter();
+        cases
+            .map(|(_, text)| behind(choice, text.as_bytes()))
+            .collect()
+    };
+    let bags = hostile::records()
+        .into_iter()
+        .map(|(_, bytes)| [mcap::beginning(), bytes, mcap::end()].concat());
+    let tables = hostile::tables().into_iter();
+    let yaml = hostile::yaml().into_iter();
+    let all: [(&str, Vec<Vec<u8>>); 5] = [
+        ("bag", bags.collect()),
+        ("csv", tables.map(|(_, bytes)| behind(0, &bytes)).collect()),
+        ("schema", texts(hostile::schemas(), 0)),
+        ("schema", texts(hostile::idl(), 1)),
+        ("yaml", yaml.map(|(_, text)| text.into_bytes()).collect()),
+    ];
+    for (target, cases) in all {
+        let short = cases.iter().filter(|case| case.len() <= LONGEST);
+        for (number, case) in short.enumerate() {
+            let name = format!("hurtful_{}_{number}", case.first().unwrap_or(&0));
+            fs::write(folder.join(target).join(name), case).expect("a seed");
+        }
+    }
+}
+
+/// The longest input that `fuzz/run` lets libFuzzer make.
+const LONGEST: usize = 16_384;
 
 /// One datagram for each kind of submessage (RTPS 2.3, 9.4.5), of the writer and to the reader that are matched, and all
 /// in one; the target gives them a header.

@@ -5,7 +5,7 @@
 //! send window; an answer then waits for room. The node goes on meanwhile: one task looks after all that wait, at
 //! most [`MOST`], and [`MOST_EACH`] of a client.
 
-use std::{rc::Rc, time::Duration};
+use std::{ops::Range, rc::Rc, time::Duration};
 
 use ros2_client::{RmwRequestId, error::WriteError};
 use rustdds::GUID;
@@ -109,6 +109,9 @@ fn check(shared: &Shared, service: &str, outcome: Result<(), WriteError<()>>) {
     }
 }
 
+/// The bytes of an identity that name host and process, in all middlewares tested.
+const PROCESS: Range<usize> = 0..8;
+
 /// The ends of services now, DDS topic and identity: readers that our writers are matched with, and writers.
 #[derive(Default)]
 struct Known {
@@ -142,8 +145,8 @@ impl Known {
     }
 
     /// Whether the reader of this client's answers is known. A client names itself by that reader (Fast DDS), or by the
-    /// writer of its requests; then each such writer of its participant's needs a reader of answers there, since any of
-    /// them may be its own.
+    /// writer of its requests; then each such writer of its process needs a reader of answers there, since any of them
+    /// may be its own. In Cyclone DDS' mapping only [`PROCESS`] is the writer's; the rest is a number of the client's.
     fn listens(&self, client: GUID, service: &str) -> bool {
         let (requests, replies) = (requests_topic(service), replies_topic(service));
         if self.readers.contains(&(replies.clone(), client)) {
@@ -151,7 +154,8 @@ impl Known {
         }
         let of_the_client = |ends: &[(String, GUID)], topic: &str| {
             let ends = ends.iter().filter(|(name, _)| name == topic);
-            ends.filter(|(_, end)| end.prefix == client.prefix).count()
+            ends.filter(|(_, end)| end.to_bytes()[PROCESS] == client.to_bytes()[PROCESS])
+                .count()
         };
         let readers = of_the_client(&self.readers, &replies);
         readers > 0 && readers >= of_the_client(&self.writers, &requests)
@@ -168,6 +172,21 @@ mod tests {
         let mut bytes = [participant; 16];
         bytes[15] = key;
         GUID::from_bytes(bytes)
+    }
+
+    /// As a client of `rmw_cyclonedds_cpp` is named in its request: the first half from the writer, the second its own.
+    #[test]
+    fn a_client_of_cyclone_dds_that_numbers_itself_listens_once_its_reader_is_known() {
+        let mut client = end(1, 1).to_bytes();
+        client[8..].copy_from_slice(&[0xd5; 8]);
+        let client = GUID::from_bytes(client);
+        let mut known = Known {
+            writers: vec![("rq/aRequest".to_owned(), end(1, 1))],
+            readers: vec![("rr/aReply".to_owned(), end(2, 2))],
+        };
+        assert!(!known.listens(client, "/a"), "only another's reader");
+        known.readers.push(("rr/aReply".to_owned(), end(1, 2)));
+        assert!(known.listens(client, "/a"));
     }
 
     #[test]

@@ -60,8 +60,8 @@ struct Logger {
     format: Format,
     console: Option<Console>,
     file: Option<File>,
-    /// Where it goes besides, while the node lives.
-    rosout: Mutex<Option<(NodeLoggingHandle, Arc<Clock>)>>,
+    /// The node that writes, by its clock, and its handle of `/rosout` where it has one, while it lives.
+    rosout: Mutex<Option<(Option<NodeLoggingHandle>, Arc<Clock>)>>,
     /// The middleware's errors, by place.
     throttle: Mutex<Throttle>,
     /// Whether the node goes down: then the middleware's parts miss each other, which is no error.
@@ -134,19 +134,22 @@ fn number_of(level: LevelFilter) -> u8 {
     }
 }
 
-/// The node is up: sends the log to `/rosout` too, with the time of this clock, where it is to.
-pub(crate) fn begin(rosout: Option<(NodeLoggingHandle, Arc<Clock>)>) {
+/// The node with this clock is up: sends the log to `/rosout` too, where it is to.
+pub(crate) fn begin(rosout: Option<NodeLoggingHandle>, clock: &Arc<Clock>) {
     if let Some(logger) = LOGGER.get() {
-        *lock(&logger.rosout) = rosout;
+        *lock(&logger.rosout) = Some((rosout, Arc::clone(clock)));
         logger.ends.store(false, Relaxed);
     }
 }
 
-/// The node goes down and takes back its handle of `/rosout`: the middleware shuts down only when nobody holds it.
-pub(crate) fn end() {
+/// The node with this clock goes down and takes back its handle of `/rosout`, unless another node of the process has put its
+/// own in place: the writer must go before the participant.
+pub(crate) fn end(clock: &Arc<Clock>) {
     if let Some(logger) = LOGGER.get() {
-        *lock(&logger.rosout) = None;
-        logger.ends.store(true, Relaxed);
+        let mut rosout = lock(&logger.rosout);
+        if rosout.take_if(|(_, of)| Arc::ptr_eq(of, clock)).is_some() {
+            logger.ends.store(true, Relaxed);
+        }
     }
 }
 
@@ -306,7 +309,7 @@ impl Logger {
 
     /// Sends a record of the node to `/rosout`.
     fn send(&self, level: Level, record: &Record<'_>) {
-        if let Some((rosout, clock)) = lock(&self.rosout).as_ref() {
+        if let Some((Some(rosout), clock)) = lock(&self.rosout).as_ref() {
             rosout.rosout_raw(
                 builtin_interfaces::Time::from_nanos(clock.now().nanos()),
                 ros_level(level),

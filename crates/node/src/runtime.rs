@@ -7,6 +7,7 @@
 use std::{
     cell::RefCell,
     future::Future,
+    mem,
     net::Ipv4Addr,
     rc::Rc,
     sync::Arc,
@@ -171,7 +172,7 @@ pub struct Runtime<E> {
     executor: Rc<LocalExecutor<'static>>,
     parameters: Rc<RefCell<ParameterServer>>,
     mapping: ServiceMapping,
-    /// Goes last of all: its end tells the peers.
+    /// Goes last of the middleware: its end tells the peers.
     context: Context,
     sender: Sender<Queued<E>>,
     receiver: Receiver<Queued<E>>,
@@ -270,7 +271,7 @@ impl<E: 'static> Runtime<E> {
             Rc::downgrade(&executor),
             news,
         ));
-        logging::begin(rosout.map(|handle| (handle, Arc::clone(&shared.clock))));
+        logging::begin(rosout, &shared.clock);
         let (ours, listener) = (Rc::clone(&shared), participant.status_listener());
         shared.spawn(async move {
             let news = DiscoveryNews::default();
@@ -788,14 +789,19 @@ impl<E: 'static> Runtime<E> {
         self.receiver.close();
         self.block_on(async { SmolTimer::after(LINGER).await });
         let outcome = ExitReport::of(&self.shared).write();
-        logging::end();
-        drop(self.executor); // With the tasks, which hold the readers.
-        self.shared.close();
-        drop(self.context);
-        match self.failure.into_inner() {
+        match self.failure.take() {
             Some(failure) => Err(anyhow!(failure)),
             None => outcome,
         }
+    }
+}
+
+/// Readers and writers go before the participant that they belong to, however the node ends.
+impl<E> Drop for Runtime<E> {
+    fn drop(&mut self) {
+        logging::end(&self.shared.clock);
+        drop(mem::take(&mut self.executor)); // With the tasks, which hold the readers.
+        self.shared.close();
     }
 }
 

@@ -6,7 +6,7 @@
 //! stands; annotations and comments are passed over. What ROS knows no form for (unions, maps, inheritance, lists
 //! of lists) is refused by name. An array of several dimensions is one array, the last index fastest.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::definition::{
     Arity, EMPTY_MESSAGE_FIELD, Element, Field, FieldType, Message, Primitive, TypeName, is_name,
@@ -37,6 +37,10 @@ pub fn parse_idl_schema(type_name: &str, text: &str) -> Result<Library, Error> {
     for (name, declaration) in &declared {
         if let Declared::Struct(members) = &declaration.what {
             let name = type_of(name).map_err(|rule| rule.at(&file, declaration.line))?;
+            let mut names = BTreeSet::new();
+            if let Some(twice) = members.iter().find(|member| !names.insert(&member.name)) {
+                return Err(Rule::Duplicate(twice.name.clone()).at(&file, twice.line));
+            }
             let fields = members
                 .iter()
                 .map(|member| member.field(&declared, &declaration.scope, &file))

@@ -148,6 +148,7 @@ fn what_is_no_such_idl_is_refused_with_its_line() {
         (within("double x[4294967295][2];"), 3, "not a bound"),
         (within("double x[N];"), 3, "not a bound"),
         (within("A self;"), 0, "contains itself"),
+        (within("double x[2];\ndouble x;"), 4, "`x` is defined twice"),
         (within("\"x"), 3, "a quote without end"),
         ("module a {".repeat(100), 1, "more than 64 deep"),
         (

@@ -503,4 +503,24 @@ mod tests {
             "{refusal}"
         );
     }
+
+    #[test]
+    fn tables_made_to_hurt_are_refused_or_read_in_part() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.csv");
+        for (case, bytes) in planesman_testing::hostile::tables() {
+            std::fs::write(&path, bytes).unwrap();
+            let Ok(table) = CsvSource::open(&path, &TableTime::default()) else {
+                continue;
+            };
+            let requests: Vec<Request> = table.requests().into_iter().take(2).collect();
+            let mut count = [0_u64; 2];
+            let mut take = |signal: usize, _, _| {
+                count[signal] += 1;
+                true
+            };
+            let _ = table.read(&requests, &mut take, &|_| {});
+            assert!(count.iter().all(|rows| *rows <= 1_000_000), "{case}");
+        }
+    }
 }

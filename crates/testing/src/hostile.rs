@@ -1,5 +1,6 @@
 //! Data made to hurt, each kind for every layer that reads it: bags for the bag reader and the program, schemas for the parser,
-//! the decoder and the program, YAML for its parser, the scenario and the bag's metadata.
+//! the decoder and the program, tables for their reader and the program, YAML for its parser, the scenario and the bag's
+//! metadata. The fuzz targets begin with those cases that are short.
 //!
 //! A case is its name and its content. No reader may panic, hang, or take memory by what a case claims to hold.
 
@@ -283,6 +284,10 @@ pub fn idl() -> Vec<Case<String>> {
             ),
         ),
         (
+            "two fields of one name",
+            "module a { module msg { struct A { double x[2]; double x; }; }; };".to_owned(),
+        ),
+        (
             "types of themselves",
             "module a { module msg { typedef B C; typedef C B; struct A { B x; }; }; };".to_owned(),
         ),
@@ -402,6 +407,8 @@ pub fn tables() -> Vec<Case<Vec<u8>>> {
         ("times that are none", "t,u,y\nnan,1,1\ninf,1,1\n,1,1\n".into()),
         ("values beyond all", "t,u,y\n0,1e999,-1e999\n0.1,nan,inf\n0.2,1e308,1e308\n0.3,5e-324,0\n".into()),
         ("time that goes back", ["t,u,y\n", &rows(50), &rows(50)].concat().into_bytes()),
+        ("cells of every kind", "time,u,y\n0,1,2\n0.1,,3\n0.2,x,4\n\"0.3\",nan,6\n1e0,2,7\n".into()),
+        ("semicolons behind a mark", "\u{feff}\"t\";a;b\n0;1;2\n1;2;3\n2;3;4\n3;4;5\n".into()),
         ("a picture", [&b"\x89PNG\r\n\x1a\n"[..], &[7; 5000]].concat()),
     ]
 }

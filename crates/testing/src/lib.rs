@@ -3,6 +3,7 @@
 //! - [`near`]: two numbers within a tolerance.
 //! - [`allocations`]: a run that takes no memory from the heap.
 //! - [`mcap`]: MCAP files put together byte by byte, so that they may lie.
+//! - [`ulog`]: a PX4 log, likewise.
 //! - [`hostile`]: bags, schemas, payloads, tables and YAML made to hurt, the same for every layer that reads them, and
 //!   [`hostile::mutated`] bytes.
 
@@ -11,6 +12,7 @@
 pub mod allocations;
 pub mod hostile;
 pub mod mcap;
+pub mod ulog;
 
 /// Checks that a number is within `tolerance` of the expected one.
 ///

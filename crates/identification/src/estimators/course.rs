@@ -5,7 +5,8 @@
 //! (psi'psi + mu diag(psi'psi)) step = psi'e       summed over the parts that count
 //! ```
 //! The columns of `psi` are shifts of four signals, so `psi'psi` needs the correlations of those only: an entry
-//! further down a diagonal differs from the one above by its ends. Nothing as large as the record is stored.
+//! further down a diagonal differs from the one above by its ends. Nothing as large as the record is stored; therefore the
+//! search is not that of `levenberg_marquardt`, whose QR needs all rows of `psi`.
 //! `D = 1 + d1 q^-1 + ...` whitens the residual: with `v = e/D` the noise, the least error is that of a Box-Jenkins
 //! model whose noise is autoregressive (Ljung 1999, sec. 4.2 and 10.2).
 

@@ -179,7 +179,8 @@ fn first_guess(
     solved(rows, &DVector::from_vec(right))
 }
 
-/// The least squares of `errors`, from `start` on by Gauss-Newton steps, each halved until it helps.
+/// The least squares of `errors`, from `start` on by Gauss-Newton steps, each halved until it helps. Not the search of
+/// `planesman_identification`: this crate knows no method of identification, and here errors can fail and slopes are differences.
 fn least_squares(
     start: Pitch,
     errors: impl Fn(Pitch) -> Result<DVector<f64>, Error>,
