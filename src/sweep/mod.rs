@@ -7,6 +7,8 @@
 
 mod case;
 mod page;
+#[cfg(feature = "parquet")]
+mod parquet;
 mod results;
 mod space;
 
@@ -45,8 +47,8 @@ pub struct SweepArgs {
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     seeds: u32,
     /// Draw so many samples, a Latin hypercube over all parameters that are varied as FROM..TO
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
-    samples: u32,
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    samples: Option<u32>,
     /// Folder for the results; the same command again goes on where it was interrupted [default: runs/sweep-SCENARIO]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
@@ -72,7 +74,7 @@ fn shard(text: &str) -> Result<(u64, u64), String> {
 struct Definition<'a> {
     planesman: &'static str,
     vary: &'a [String],
-    samples: u32,
+    samples: Option<u32>,
     seeds: u32,
     scenario: &'a str,
 }
@@ -83,7 +85,12 @@ struct Definition<'a> {
 /// What is refused of the command line, before the first case; a folder that holds another sweep or cannot be written.
 pub fn run(args: &SweepArgs) -> Result<()> {
     let scenario = Scenario::load_with(&args.scenario, &args.set)?;
-    let space = Space::new(&args.vary, args.samples, args.seeds, scenario.seed)?;
+    let space = Space::new(
+        &args.vary,
+        args.samples.unwrap_or(0),
+        args.seeds,
+        scenario.seed,
+    )?;
     check(&scenario, &space)?;
     let folder = args.out.clone().unwrap_or_else(|| {
         let stem = Path::new(&args.scenario).file_stem().unwrap_or_default();
@@ -128,6 +135,8 @@ pub fn run(args: &SweepArgs) -> Result<()> {
     bar.finish_and_clear();
     filled.with_context(|| format!("'{}'; the same command again goes on", file.display()))?;
 
+    #[cfg(feature = "parquet")]
+    parquet::write(&file, &sweep.kinds())?;
     let page = page::of(&folder, &sweep.scenario, &sweep.space)?;
     planesman_node::say!("{}: {} cases", file.display(), all)?;
     if page.failed > 0 {
@@ -229,6 +238,23 @@ impl Sweep {
         Ok(String::from_utf8(row_of(&columns)?)?)
     }
 
+    /// What the columns of the header hold.
+    #[cfg(feature = "parquet")]
+    fn kinds(&self) -> Vec<parquet::Kind> {
+        use parquet::Kind;
+        let axes = self.space.axes.iter().map(|axis| match axis.numbers() {
+            Some(_) => Kind::Number,
+            None => Kind::Text,
+        });
+        let metrics = case::COLUMNS.len() + 2 * self.poles;
+        let mut kinds = vec![Kind::Whole];
+        kinds.extend(axes);
+        kinds.push(Kind::Whole);
+        kinds.extend(std::iter::repeat_n(Kind::Number, metrics));
+        kinds.push(Kind::Text);
+        kinds
+    }
+
     /// The row of a combination with one of its seeds. A flight that breaks off has a reason in place of numbers.
     fn row(&self, combination: u64, seed: u32) -> Result<Vec<u8>> {
         let mut scenario = self.space.scenario(&self.scenario, combination)?;
@@ -292,7 +318,7 @@ parameters:
                 "plant_sim.speed=1ft/s,2ft/s".to_owned(),
             ],
             seeds: 2,
-            samples: 0,
+            samples: None,
             out: Some(folder.join(out)),
             shard: None,
             jobs: NonZero::new(3),

@@ -5,10 +5,12 @@
 
 use anyhow::{Context as _, Result, anyhow, bail};
 use planesman_parameters::{Value, file};
+use planesman_text::did_you_mean;
 use rand::RngExt as _;
 use rand::seq::SliceRandom as _;
 use rand_pcg::Pcg64;
 
+use crate::nodes;
 use crate::scenario::{ParameterName, Scenario};
 
 /// The most values of one parameter.
@@ -36,12 +38,19 @@ impl Axis {
         if parameter.node == "plant_sim" && parameter.name == "seed" {
             bail!("seeds are varied by --seeds");
         }
-        let declaration = parameter.declaration().ok_or_else(|| {
-            anyhow!(
-                "{parameter} is not a parameter; `planesman params {}` lists them",
-                parameter.node
-            )
-        })?;
+        let declarations = nodes::declarations(&parameter.node).unwrap_or_default();
+        let declared = || declarations.iter().map(|it| it.name.as_str());
+        let declaration = declarations
+            .iter()
+            .find(|it| it.name == parameter.name)
+            .ok_or_else(|| {
+                anyhow!(
+                    "{} has no parameter '{}'{}",
+                    parameter.node,
+                    parameter.name,
+                    did_you_mean(&parameter.name, declared())
+                )
+            })?;
         let is_number = matches!(declaration.default, Value::Double(_) | Value::Integer(_));
         let is_whole = matches!(declaration.default, Value::Integer(_));
         let number = |text: &str| -> Result<f64> {
@@ -316,7 +325,7 @@ mod tests {
     #[test]
     fn what_is_refused_is_refused_by_name() {
         for (vary, samples, part) in [
-            ("depth_controller.depth.q=1,2", 0, "not a parameter"),
+            ("plant_sim.sped=1,2", 0, "did you mean"),
             ("rudder.depth.p=1,2", 0, "no node 'rudder'"),
             ("depth_controller.depth.p", 0, "NODE.PARAMETER=VALUE"),
             ("depth_controller.depth.p=1:2", 0, "number"),

@@ -89,8 +89,8 @@ impl HeatMap {
             .x_label_area_size(X_LABELS)
             .y_label_area_size(NAMES)
             .build_cartesian_2d(
-                (0..self.columns.len() as u32).into_segmented(),
-                (0..self.rows.len() as u32).into_segmented(),
+                segments(self.columns.len()).into_segmented(),
+                segments(self.rows.len()).into_segmented(),
             )?;
         let named = |names: &[String], at: &SegmentValue<u32>| match at {
             SegmentValue::CenterOf(place) => {
@@ -162,6 +162,11 @@ impl HeatMap {
         area.present()?;
         Ok(())
     }
+}
+
+/// The first and the last of so many segments; of one, a second is left empty.
+fn segments(count: usize) -> std::ops::Range<u32> {
+    0..count.max(2) as u32 - 1
 }
 
 /// The colour of a value between `low` and `high`.
