@@ -28,6 +28,9 @@ use case::Metrics;
 use results::Results;
 use space::Space;
 
+/// Combinations that are checked at a time: what is kept of them does not grow with the sweep.
+const CHECKED: u64 = 100_000;
+
 /// Refused combinations that are named.
 const LISTED: usize = 3;
 
@@ -151,8 +154,16 @@ pub fn run(args: &SweepArgs) -> Result<()> {
 
 /// Every combination as the nodes would check it at their start.
 fn check(scenario: &Scenario, space: &Space) -> Result<()> {
-    let combinations: Vec<u64> = (0..space.combinations()).collect();
-    let refusals = on_all_cores("combinations checked", &combinations, |combination| {
+    let all = space.combinations();
+    for first in (0..all).step_by(CHECKED as usize) {
+        let combinations: Vec<u64> = (first..all.min(first + CHECKED)).collect();
+        check_these(scenario, space, &combinations)?;
+    }
+    Ok(())
+}
+
+fn check_these(scenario: &Scenario, space: &Space, combinations: &[u64]) -> Result<()> {
+    let refusals = on_all_cores("combinations checked", combinations, |combination| {
         space.scenario(scenario, *combination)?.check()
     });
     let refused = combinations.iter().zip(refusals);
