@@ -4,6 +4,7 @@
 //! so its trajectories equal those of the lockstep loop over DDS bit for bit.
 
 use std::fmt::Display;
+use std::sync::Arc;
 
 use anyhow::{Result, anyhow};
 use depth_controller::Controller;
@@ -11,10 +12,11 @@ use dha_actuator::{Actuator, Group, Output};
 use planesman_msgs::Message;
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::{
-    ControlState, ModelEstimate, MotionEstimate, PlaneCommand,
+    ControlState, ModelEstimate, MotionEstimate, PlaneCommand, VehicleState,
 };
 use planesman_msgs::rosgraph_msgs::msg::Clock;
-use plant_sim::{Facts, Observation, Plant};
+use planesman_msgs::sensor_msgs::msg::{FluidPressure, Imu};
+use plant_sim::{Facts, Instruments, Observation, Plant};
 use sysid::Identifier;
 
 use crate::scenario::Scenario;
@@ -35,10 +37,32 @@ pub struct Tick {
     /// The estimated motion, when the controller does not use the true state.
     pub estimate: Option<MotionEstimate>,
     /// The motion of the actuator until the next stamp.
-    pub actuator: Output,
+    pub actuator: Arc<Output>,
     /// The planes it moves, a state each.
     pub groups: &'static [Group],
     /// The identified model, when one is due.
+    pub models: Vec<ModelEstimate>,
+}
+
+/// Of a tick the messages that pass between the parts, when nobody else is to read any.
+#[derive(Clone, Debug)]
+pub struct Step {
+    /// The true state.
+    pub state: VehicleState,
+    /// The answers to it.
+    pub answers: Answers,
+}
+
+/// The answers of controller, actuator and identifier to a state.
+#[derive(Clone, Debug)]
+pub struct Answers {
+    /// As of [`Tick::command`].
+    pub command: PlaneCommand,
+    /// As of [`Tick::control`].
+    pub control: ControlState,
+    /// As of [`Tick::actuator`].
+    pub actuator: Arc<Output>,
+    /// As of [`Tick::models`].
     pub models: Vec<ModelEstimate>,
 }
 
@@ -132,38 +156,20 @@ impl Loop {
     /// # Errors
     /// When a part refuses what another said, or the vehicle's state would blow up.
     pub fn tick(&mut self) -> Result<Tick> {
-        let stamp = Time::from_nanos(self.k * self.tick_nanos);
-        let observation = self.plant.observe(stamp.clone());
-        self.controller.on_imu(&observation.imu);
-        self.controller
-            .on_depth_pressure(&observation.depth_pressure);
-        self.controller
-            .on_speed_pressure(&observation.speed_pressure);
-        let (command, control) = self
-            .controller
-            .on_state(&observation.state)
-            .map_err(|e| anyhow!("depth_controller: {e}"))?;
-        let actuator = self
-            .actuator
-            .on_command(&command)
-            .map_err(|e| anyhow!("dha_actuator: {e}"))?;
-        let mut models = Vec::new();
-        for learnt in [
-            self.identifier
-                .on("state", stamp.clone(), &observation.state),
-            self.identifier
-                .on("plane_motion", stamp.clone(), &actuator.motion),
-        ] {
-            models.extend(learnt.map_err(|e| anyhow!("sysid: {e}"))?);
-        }
-        for model in &models {
-            self.controller.on_model(model.clone());
-        }
-        self.plant
-            .advance(Some(&actuator.motion))
-            .map_err(|e| anyhow!("plant_sim: {e}"))?;
+        let stamp = self.stamp();
         let facts = (self.k == 0).then(|| self.plant.facts());
-        self.k += 1;
+        let observation = self.plant.observe(stamp.clone());
+        self.show(
+            &observation.imu,
+            &observation.depth_pressure,
+            &observation.speed_pressure,
+        );
+        let Answers {
+            command,
+            control,
+            actuator,
+            models,
+        } = self.answer(&observation.state)?;
         Ok(Tick {
             facts,
             stamp,
@@ -176,12 +182,83 @@ impl Loop {
             models,
         })
     }
+
+    /// As [`Loop::tick`], without the messages that nobody in the loop reads.
+    ///
+    /// # Errors
+    /// Those of [`Loop::tick`].
+    pub fn step(&mut self) -> Result<Step> {
+        let stamp = self.stamp();
+        if self.controller.reads_instruments() {
+            let Instruments {
+                imu,
+                depth_pressure,
+                speed_pressure,
+            } = self.plant.instruments(stamp.clone());
+            self.show(&imu, &depth_pressure, &speed_pressure);
+        }
+        let state = self.plant.state(stamp);
+        let answers = self.answer(&state)?;
+        Ok(Step { state, answers })
+    }
+
+    /// Whether the flight is over.
+    #[must_use]
+    pub fn is_over(&self) -> bool {
+        self.k.unsigned_abs() >= self.ticks
+    }
+
+    /// The present tick's.
+    fn stamp(&self) -> Time {
+        Time::from_nanos(self.k * self.tick_nanos)
+    }
+
+    /// Gives the controller the instruments' readings, before the state of their stamp.
+    fn show(&mut self, imu: &Imu, depth_pressure: &FluidPressure, speed_pressure: &FluidPressure) {
+        self.controller.on_imu(imu);
+        self.controller.on_depth_pressure(depth_pressure);
+        self.controller.on_speed_pressure(speed_pressure);
+    }
+
+    /// Everybody's answers to the present tick's state, on which the vehicle moves on.
+    fn answer(&mut self, state: &VehicleState) -> Result<Answers> {
+        let (command, control) = self
+            .controller
+            .on_state(state)
+            .map_err(|e| anyhow!("depth_controller: {e}"))?;
+        let actuator = self
+            .actuator
+            .on_command(&command)
+            .map_err(|e| anyhow!("dha_actuator: {e}"))?;
+        let mut models = Vec::new();
+        for learnt in [
+            self.identifier
+                .on("state", state.header.stamp.clone(), state),
+            self.identifier
+                .on("plane_motion", state.header.stamp.clone(), &actuator.motion),
+        ] {
+            models.extend(learnt.map_err(|e| anyhow!("sysid: {e}"))?);
+        }
+        for model in &models {
+            self.controller.on_model(model.clone());
+        }
+        self.plant
+            .advance(Some(&actuator.motion))
+            .map_err(|e| anyhow!("plant_sim: {e}"))?;
+        self.k += 1;
+        Ok(Answers {
+            command,
+            control,
+            actuator,
+            models,
+        })
+    }
 }
 
 impl Iterator for Loop {
     type Item = Result<Tick>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        (self.k.unsigned_abs() < self.ticks).then(|| self.tick())
+        (!self.is_over()).then(|| self.tick())
     }
 }

@@ -5,6 +5,8 @@
 //! ([`sim`], through [`compose`]). Either way a bag remains, from which [`flight`], [`summary`] and
 //! [`page`] tell what happened.
 //!
+//! [`sweep`] flies a scenario many times, with other parameters and seeds.
+//!
 //! Beside flying: [`coefficients_command`] computes a vehicle's coefficients from its geometry, [`dha`] puts
 //! the actuator on the bench of its 1966 study, and
 //! [`reproduce`] computes the 1988 report's numbers again; [`design`] has the loops on paper,
@@ -33,6 +35,7 @@ pub mod scenario;
 pub mod sim;
 pub mod sink;
 pub mod summary;
+pub mod sweep;
 pub mod sysid;
 pub mod table;
 pub mod tf_command;

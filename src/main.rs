@@ -44,6 +44,13 @@ Examples:
   planesman sysid fit dive.csv -i dive_planes -o pitch_rate
   planesman doctor                                    whether nodes find each other here";
 
+/// Sweeps of each kind.
+const SWEEPS: &str = "\
+Examples:
+  planesman sweep dive --vary depth_controller.depth.p=0.4:1.6:0.1 --vary plant_sim.speed=1ft/s,2ft/s --seeds 10
+  planesman sweep dive --vary depth_controller.depth.p=0.4..1.6 --vary depth_controller.depth.d=0..3 --samples 200
+  planesman sweep dive --vary dha_actuator.model=ideal,dha --seeds 1000 --out sweep --shard 1/4";
+
 /// What follows a dive.
 const AFTER_A_DIVE: &str = "\
 Next:
@@ -75,6 +82,9 @@ enum Command {
     Dive(DiveArgs),
     /// Run a scenario in one process, without DDS, and write a bag or a CSV file
     Sim(SimArgs),
+    /// Fly a scenario many times with other parameters and seeds, and compare
+    #[command(after_help = SWEEPS)]
+    Sweep(planesman::sweep::SweepArgs),
     /// Summarise a recorded flight, from its folder
     Report {
         /// Folder written by `planesman dive`
@@ -285,6 +295,7 @@ fn main() -> ExitCode {
             Err(error) => Err(error),
         },
         Command::Sim(args) => simulate(&args),
+        Command::Sweep(args) => planesman::sweep::run(&args),
         Command::Report { folder } => RunFolder::open(&folder)
             .and_then(|run| run.report())
             .and_then(|text| Ok(print_wrapped(format_args!("{text}\n"))?)),

@@ -12,12 +12,17 @@ use rustix::event::{PollFd, PollFlags, poll};
 /// A bar on standard error with the time left; nothing where that is no terminal.
 #[must_use]
 pub fn bar(what: &'static str, steps: usize) -> ProgressBar {
+    bar_with(what, steps as u64, 0)
+}
+
+/// As [`bar`], of work of which so many steps were done before.
+#[must_use]
+pub fn bar_with(what: &'static str, steps: u64, done: u64) -> ProgressBar {
     let style = ProgressStyle::with_template("{msg} {bar:30} {pos}/{len}{left}");
-    styled(
-        ProgressBar::new(steps as u64),
-        what,
-        style.map(with_time_left),
-    )
+    let bar = ProgressBar::new(steps).with_position(done);
+    // What was done before says nothing of the time left.
+    bar.reset_eta();
+    styled(bar, what, style.map(with_time_left))
 }
 
 /// The time that work of unknown length has taken, on standard error; nothing where that is no terminal.

@@ -8,8 +8,9 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow, bail};
-use planesman_parameters::{Parameters, Value, Values, file};
+use planesman_parameters::{Declaration, Parameters, Value, Values, file};
 use planesman_text::{did_you_mean, yaml};
+use planesman_units::{Dimension, Quantity};
 use serde::{Deserialize, Serialize};
 
 use crate::nodes::{self, NODES};
@@ -79,6 +80,64 @@ fn default_seed() -> u32 {
     1
 }
 
+/// A parameter of a node, as the command line names it: `NODE.PARAMETER`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ParameterName {
+    /// The node.
+    pub node: String,
+    /// The parameter, dots between levels.
+    pub name: String,
+}
+
+impl ParameterName {
+    /// The parameter and the text behind it, of `NODE.PARAMETER=TEXT`.
+    ///
+    /// # Errors
+    /// When it is not of that form, or there is no such node.
+    pub fn split(change: &str) -> Result<(Self, &str)> {
+        let form = || anyhow!("NODE.PARAMETER=VALUE is expected");
+        let (name, text) = change.split_once('=').ok_or_else(form)?;
+        let (node, name) = name.split_once('.').ok_or_else(form)?;
+        if !NODES.contains(&node) {
+            bail!("there is no node '{node}'{}", did_you_mean(node, NODES));
+        }
+        let parameter = Self {
+            node: node.to_owned(),
+            name: name.to_owned(),
+        };
+        Ok((parameter, text))
+    }
+
+    /// Its declaration, if it is declared.
+    #[must_use]
+    pub fn declaration(&self) -> Option<Declaration> {
+        let declared = nodes::declarations(&self.node)?.into_iter();
+        declared.into_iter().find(|it| it.name == self.name)
+    }
+
+    /// A value as the command line writes it: as in a scenario, or a number with a unit of the parameter's dimension
+    /// (`1ft/s`).
+    ///
+    /// # Errors
+    /// When the text is not YAML.
+    pub fn value(&self, text: &str) -> Result<serde_yaml_ng::Value> {
+        let value: serde_yaml_ng::Value = yaml::from_str(text)?;
+        let with_unit = || {
+            let declaration = self.declaration()?;
+            let dimension = Dimension::of_si_unit(declaration.unit)?;
+            let Ok(quantity) = value.as_str()?.parse::<Quantity>();
+            quantity.si(dimension).ok()
+        };
+        Ok(with_unit().map_or_else(|| value.clone(), Into::into))
+    }
+}
+
+impl std::fmt::Display for ParameterName {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}.{}", self.node, self.name)
+    }
+}
+
 impl Scenario {
     /// Whether there is a built-in scenario of this name, or a file at this path.
     #[must_use]
@@ -123,16 +182,8 @@ impl Scenario {
 
     /// Sets a parameter as `NODE.PARAMETER=VALUE`; the description says so.
     fn set(&mut self, change: &str) -> Result<()> {
-        let (name, value) = change
-            .split_once('=')
-            .ok_or_else(|| anyhow!("NODE.PARAMETER=VALUE is expected"))?;
-        let (node, parameter) = name
-            .split_once('.')
-            .ok_or_else(|| anyhow!("NODE.PARAMETER=VALUE is expected"))?;
-        if !NODES.contains(&node) {
-            bail!("there is no node '{node}'{}", did_you_mean(node, NODES));
-        }
-        self.put(node, parameter, yaml::from_str(value)?)?;
+        let (parameter, value) = ParameterName::split(change)?;
+        self.put(&parameter.node, &parameter.name, parameter.value(value)?)?;
         self.description = format!("{}; {change}", self.description);
         self.source = serde_yaml_ng::to_string(self)?;
         Ok(())
@@ -140,6 +191,22 @@ impl Scenario {
 
     /// Sets a parameter, also in the text that is kept with the flight.
     fn put(&mut self, node: &str, parameter: &str, value: serde_yaml_ng::Value) -> Result<()> {
+        self.enter(node, parameter, value)?;
+        self.values(node)?;
+        self.source = serde_yaml_ng::to_string(self)?;
+        Ok(())
+    }
+
+    /// Sets a parameter, unchecked, for one flight of many: the text that is kept with a flight stays.
+    ///
+    /// # Errors
+    /// When the scenario's section of the node is not a mapping.
+    pub(crate) fn enter(
+        &mut self,
+        node: &str,
+        parameter: &str,
+        value: serde_yaml_ng::Value,
+    ) -> Result<()> {
         let section = self
             .parameters
             .entry(node.to_owned())
@@ -150,8 +217,6 @@ impl Scenario {
             .ok_or_else(|| anyhow!("the parameters of {node} are not a mapping"))?;
         entries.remove(parameter);
         entries.insert(parameter.into(), value);
-        self.values(node)?;
-        self.source = serde_yaml_ng::to_string(self)?;
         Ok(())
     }
 
@@ -175,7 +240,10 @@ impl Scenario {
     }
 
     /// Each node's own rule for its parameters, and the files they name.
-    fn check(&self) -> Result<()> {
+    ///
+    /// # Errors
+    /// The refusal of the first node that would refuse.
+    pub(crate) fn check(&self) -> Result<()> {
         for node in NODES {
             nodes::validate(node, &self.values(node)?)
                 .map_err(|reason| anyhow!("node {node}: {reason}"))?;

@@ -1,14 +1,16 @@
 //! The outputs of the composition: a bag, or a CSV file.
 
-use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread::JoinHandle;
 
 use anyhow::{Context, Result, bail};
-use planesman_bag::writer::{BagWriter, TopicId, WriterOptions};
-use planesman_msgs::Message;
+use planesman_bag::Topic;
+use planesman_bag::writer::{BagWriter, WriteError, WriterOptions};
 use planesman_msgs::builtin_interfaces::msg::Time;
+use planesman_msgs::{Message, cdr};
 use recorder::loop_topics;
 
 use crate::compose::{Sink, Tick};
@@ -59,12 +61,64 @@ impl Drop for Draft {
     }
 }
 
-/// Composed messages as one MCAP file.
+/// Composed messages as one MCAP file. They are serialised where they come from; another thread compresses and writes
+/// them, in the same order, so that the file is the same.
 pub struct McapSink {
-    writer: BagWriter,
+    batch: Batch,
+    to_writer: SyncSender<Batch>,
+    /// Gives the writer back at the end; `None` once it has been asked.
+    writer: Option<JoinHandle<Result<BagWriter, WriteError>>>,
     draft: Draft,
     namespace: String,
-    topics: BTreeMap<String, TopicId>,
+    /// The topics that have come, in their order.
+    topics: Vec<&'static str>,
+}
+
+/// Messages on their way to the writer.
+#[derive(Default)]
+struct Batch {
+    entries: Vec<Entry>,
+    /// Their payloads, one after the other.
+    bytes: Vec<u8>,
+}
+
+enum Entry {
+    /// The next topic.
+    Topic(Box<Topic>),
+    /// A message, with its topic's number and its length.
+    Message {
+        topic: usize,
+        stamp: i64,
+        length: usize,
+    },
+}
+
+/// Bytes after which a batch goes to the writer.
+const BATCH: usize = 128 * 1024;
+/// Batches that may wait for the writer.
+const WAITING: usize = 8;
+
+/// Writes what comes, until no more does.
+fn write_all(mut writer: BagWriter, batches: Receiver<Batch>) -> Result<BagWriter, WriteError> {
+    let mut topics = Vec::new();
+    for Batch { entries, bytes } in batches {
+        let mut rest = bytes.as_slice();
+        for entry in entries {
+            match entry {
+                Entry::Topic(topic) => topics.push(writer.add_topic(&topic)?),
+                Entry::Message {
+                    topic,
+                    stamp,
+                    length,
+                } => {
+                    let (payload, after) = rest.split_at(length);
+                    writer.write_raw(topics[topic], payload, stamp, stamp)?;
+                    rest = after;
+                }
+            }
+        }
+    }
+    Ok(writer)
 }
 
 impl McapSink {
@@ -74,18 +128,22 @@ impl McapSink {
     /// When the path is taken or cannot be written.
     pub fn create(path: &Path, namespace: &str) -> Result<Self> {
         let draft = Draft::new(path)?;
+        let writer = BagWriter::create_draft(
+            &draft.draft,
+            &draft.path,
+            WriterOptions {
+                flush_interval: None,
+                ..WriterOptions::default()
+            },
+        )?;
+        let (to_writer, batches) = sync_channel(WAITING);
         Ok(Self {
-            writer: BagWriter::create_draft(
-                &draft.draft,
-                &draft.path,
-                WriterOptions {
-                    flush_interval: None,
-                    ..WriterOptions::default()
-                },
-            )?,
+            batch: Batch::default(),
+            to_writer,
+            writer: Some(std::thread::spawn(move || write_all(writer, batches))),
             draft,
             namespace: namespace.to_owned(),
-            topics: BTreeMap::new(),
+            topics: Vec::new(),
         })
     }
 
@@ -93,28 +151,61 @@ impl McapSink {
     ///
     /// # Errors
     /// When it cannot be written.
-    pub fn finish(self) -> Result<()> {
-        self.writer.close()?;
+    pub fn finish(mut self) -> Result<()> {
+        self.hand_over()?;
+        drop(self.to_writer);
+        returned(self.writer)?.close()?;
         self.draft.finish()
+    }
+
+    /// Gives the writer what has gathered.
+    fn hand_over(&mut self) -> Result<()> {
+        let next = Batch {
+            entries: Vec::with_capacity(self.batch.entries.len()),
+            bytes: Vec::with_capacity(2 * BATCH),
+        };
+        let full = std::mem::replace(&mut self.batch, next);
+        if self.to_writer.send(full).is_err() {
+            // It takes no more only after an error, which it returns.
+            returned(self.writer.take())?;
+        }
+        Ok(())
+    }
+}
+
+/// What the writing thread returns when it ends.
+fn returned(writer: Option<JoinHandle<Result<BagWriter, WriteError>>>) -> Result<BagWriter> {
+    match writer.map(JoinHandle::join) {
+        Some(Ok(outcome)) => Ok(outcome?),
+        Some(Err(panic)) => std::panic::resume_unwind(panic),
+        None => bail!("the bag has failed before"),
     }
 }
 
 impl Sink for McapSink {
     fn put<M: Message>(&mut self, topic: &str, stamp: &Time, message: &M) -> Result<()> {
-        let id = match self.topics.get(topic) {
-            Some(id) => *id,
+        let place = match self.topics.iter().position(|known| *known == topic) {
+            Some(place) => place,
             None => {
                 let Some(known) = loop_topics::ALL.iter().find(|t| t.name == topic) else {
                     bail!("'{topic}' is not a topic of the loop");
                 };
-                let id = self
-                    .writer
-                    .add_topic(&known.in_bag(&full_name(&self.namespace, topic)))?;
-                self.topics.insert(topic.to_owned(), id);
-                id
+                let in_bag = known.in_bag(&full_name(&self.namespace, topic));
+                self.batch.entries.push(Entry::Topic(Box::new(in_bag)));
+                self.topics.push(known.name);
+                self.topics.len() - 1
             }
         };
-        self.writer.write(id, message, stamp.nanos())?;
+        let before = self.batch.bytes.len();
+        cdr::append(&mut self.batch.bytes, message);
+        self.batch.entries.push(Entry::Message {
+            topic: place,
+            stamp: stamp.nanos(),
+            length: self.batch.bytes.len() - before,
+        });
+        if self.batch.bytes.len() >= BATCH {
+            self.hand_over()?;
+        }
         Ok(())
     }
 }
@@ -173,8 +264,11 @@ impl CsvSink {
     /// # Errors
     /// When it cannot be written.
     pub fn put(&mut self, tick: &Tick) -> Result<()> {
-        let row: Vec<String> = COLUMNS.iter().map(|(_, of)| of(tick).to_string()).collect();
-        writeln!(self.out, "{}", row.join(","))?;
+        for (place, (_, of)) in COLUMNS.iter().enumerate() {
+            let comma = if place > 0 { "," } else { "" };
+            write!(self.out, "{comma}{}", of(tick))?;
+        }
+        writeln!(self.out)?;
         Ok(())
     }
 

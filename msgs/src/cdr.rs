@@ -44,11 +44,17 @@ pub enum Error {
 /// The payload of a message: header and little-endian CDR.
 #[must_use]
 pub fn to_bytes<M: Message>(message: &M) -> Vec<u8> {
-    let mut bytes = LITTLE_ENDIAN.to_vec();
-    // Writing to a Vec cannot fail, and generated structs hold nothing that CDR has no form for.
-    let written = cdr_encoding::to_writer::<M, LittleEndian, _>(&mut bytes, message);
-    debug_assert!(written.is_ok(), "{} does not fit CDR", M::TYPE_NAME);
+    let mut bytes = Vec::new();
+    append(&mut bytes, message);
     bytes
+}
+
+/// As [`to_bytes`], behind what `bytes` holds: for many messages, without an allocation for each.
+pub fn append<M: Message>(bytes: &mut Vec<u8>, message: &M) {
+    bytes.extend(LITTLE_ENDIAN);
+    // Writing to a Vec cannot fail, and generated structs hold nothing that CDR has no form for.
+    let written = cdr_encoding::to_writer::<M, LittleEndian, _>(bytes, message);
+    debug_assert!(written.is_ok(), "{} does not fit CDR", M::TYPE_NAME);
 }
 
 /// The message in a payload.

@@ -1,10 +1,14 @@
-//! Line plots as SVG text.
+//! Line plots and heat maps as SVG text.
+
+mod heat_map;
 
 use std::borrow::Cow;
 
 use anyhow::{Result, anyhow};
 use plotters::data::float::FloatPrettyPrinter;
 use plotters::prelude::*;
+
+pub use heat_map::HeatMap;
 
 /// One line or point set of a plot.
 pub struct Series<'a> {

@@ -101,6 +101,37 @@ pub enum Dimension {
 }
 
 impl Dimension {
+    /// All of them.
+    const ALL: [Self; 20] = [
+        Self::Angle,
+        Self::Rate,
+        Self::Length,
+        Self::Area,
+        Self::Volume,
+        Self::Flow,
+        Self::Speed,
+        Self::Acceleration,
+        Self::Time,
+        Self::Frequency,
+        Self::Mass,
+        Self::Inertia,
+        Self::Density,
+        Self::Viscosity,
+        Self::Force,
+        Self::Moment,
+        Self::Damping,
+        Self::RotaryDamping,
+        Self::Pressure,
+        Self::OilStiffness,
+    ];
+
+    /// The dimension whose SI unit is written so, as `m/s`.
+    #[must_use]
+    pub fn of_si_unit(symbol: &str) -> Option<Self> {
+        let is_its = |dimension: &Self| dimension.units()[0].symbol == symbol;
+        Self::ALL.into_iter().find(is_its)
+    }
+
     /// The units a quantity of this dimension may have, the SI unit first.
     #[must_use]
     pub fn units(self) -> &'static [Unit] {

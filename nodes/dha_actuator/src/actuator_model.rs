@@ -76,6 +76,15 @@ impl ActuatorModel {
         }
     }
 
+    /// The plane angle alone, rad, as of [`ActuatorModel::planes`].
+    #[must_use]
+    pub(crate) fn angle(&self, nanos: i64) -> f64 {
+        match self {
+            Self::Dha(dha) => dha.plane_angle_at(nanos),
+            Self::FirstOrder(_) | Self::Ideal(_) => self.planes(nanos).angle,
+        }
+    }
+
     /// The planes at the instant `nanos`, to which it has been advanced.
     #[must_use]
     pub(crate) fn planes(&self, nanos: i64) -> Planes {

@@ -152,6 +152,15 @@ impl ClosedForm {
         }
     }
 
+    /// The position alone, m, as of [`ClosedForm::at`]: at no cost while the load is stuck.
+    #[must_use]
+    pub(crate) fn position(&self, t: f64) -> f64 {
+        match &self.law {
+            Law::Stuck { .. } => self.start.position + 0.0,
+            Law::Clamped { .. } | Law::Riding(_) => self.at(t).position,
+        }
+    }
+
     /// `(v', V_e')` in a state on this motion, m/s^2 and m^3/s.
     #[must_use]
     pub(crate) fn rates(&self, state: &State) -> (f64, f64) {

@@ -25,6 +25,8 @@
 //! A number that is not finite is rejected and changes nothing. The same inputs give the same outputs,
 //! bit for bit, however a stretch of time is divided into ticks.
 
+use std::sync::Arc;
+
 use planesman_msgs::Message;
 use planesman_msgs::builtin_interfaces::msg::{Duration, Time};
 use planesman_msgs::planesman_msgs::msg::{DhaState, PlaneCommand, PlaneMotion};
@@ -102,9 +104,9 @@ struct Run {
     acting: Asked,
     /// The last command, clipped.
     command: Option<Held>,
-    output: Output,
+    output: Arc<Output>,
     /// The answer to the tick before.
-    before: Option<Output>,
+    before: Option<Arc<Output>>,
 }
 
 /// A command as far as it is obeyed, and its stamp, ns.
@@ -271,7 +273,7 @@ impl Actuator {
     ///
     /// # Errors
     /// When a number in the command is not finite; the actuator is then as it was.
-    pub fn on_command(&mut self, command: &PlaneCommand) -> Result<Output, Error> {
+    pub fn on_command(&mut self, command: &PlaneCommand) -> Result<Arc<Output>, Error> {
         if let Some(field) = command.first_non_finite() {
             return Err(Error::Command(field));
         }
@@ -300,13 +302,13 @@ impl Actuator {
     /// The answer to the tick before the last one, in the same run: repeated when a command is, for
     /// a vehicle that waits for the motion up to its present state.
     #[must_use]
-    pub fn before(&self) -> Option<&Output> {
+    pub fn before(&self) -> Option<&Arc<Output>> {
         self.run.as_ref()?.before.as_ref()
     }
 
     /// The motion over a tick for which no command has come. A stamp already answered gets its
     /// answer again.
-    pub fn on_silence(&mut self, stamp: Time) -> Output {
+    pub fn on_silence(&mut self, stamp: Time) -> Arc<Output> {
         let stamp = stamp.nanos();
         match &self.run {
             None => self.begin(stamp, None),
@@ -320,7 +322,7 @@ impl Actuator {
     }
 
     /// Starts a new run and answers its first tick.
-    fn begin(&mut self, stamp: i64, command: Option<Held>) -> Output {
+    fn begin(&mut self, stamp: i64, command: Option<Held>) -> Arc<Output> {
         let models = self
             .config
             .members
@@ -329,25 +331,24 @@ impl Actuator {
             .map(|(member, set)| ActuatorModel::new(member.model, set, self.config.lag))
             .collect();
         self.run = None;
-        self.answer(stamp, stamp, models, command)
+        self.answer(stamp, stamp, models, command, None)
     }
 
     /// Brings the run to `stamp` under the last demands, and answers the tick from there.
-    fn go_on(&mut self, stamp: i64, command: Option<Held>) -> Output {
-        let Some(run) = &self.run else {
+    fn go_on(&mut self, stamp: i64, command: Option<Held>) -> Arc<Output> {
+        let Some(run) = self.run.take() else {
             return self.begin(stamp, command);
         };
         let tick_end = run.stamp.saturating_add(self.tick);
         let (mut models, from) = if stamp >= tick_end {
-            (run.ahead.clone(), tick_end)
+            (run.ahead, tick_end)
         } else {
-            (run.now.clone(), run.stamp)
+            (run.now, run.stamp)
         };
         for (index, model) in models.iter_mut().enumerate() {
             run.acting.drive(index, model, run.began, from, stamp);
         }
-        let began = run.began;
-        self.answer(began, stamp, models, command)
+        self.answer(run.began, stamp, models, command, Some(run.output))
     }
 
     /// Computes the tick from `stamp`, where the actuators are `now`, and remembers it.
@@ -357,7 +358,8 @@ impl Actuator {
         stamp: i64,
         mut now: Vec<ActuatorModel>,
         command: Option<Held>,
-    ) -> Output {
+        before: Option<Arc<Output>>,
+    ) -> Arc<Output> {
         let acting = self.asked(stamp, command.as_ref());
         for (index, model) in now.iter_mut().enumerate() {
             model.ask(&acting.at(index, stamp));
@@ -386,20 +388,20 @@ impl Actuator {
                 ..self.state(&header, index, &planes[index], &mut ahead[index])
             })
             .collect();
-        let output = Output {
+        let output = Arc::new(Output {
             motion: self.motion(&header, obeyed, angles),
             planes: self.joints(&header, &planes),
             states,
-        };
+        });
         self.run = Some(Run {
-            before: self.run.take().map(|last| last.output),
+            before,
             began,
             stamp,
             now,
             ahead,
             acting,
             command,
-            output: output.clone(),
+            output: Arc::clone(&output),
         });
         output
     }
@@ -417,13 +419,14 @@ impl Actuator {
             .div_ceil(self.config.sample_interval.max(1) as u64)
             .clamp(1, MOST_SAMPLES as u64) as i64;
         let mut angles = Vec::with_capacity(intervals as usize + 1);
-        angles.push(model.planes(stamp - began).angle);
+        angles.push(model.angle(stamp - began));
+        // The i-th of so many equal parts of the tick, rounded down: tick * i / intervals without a wide number.
+        let (whole, rest) = (self.tick / intervals, self.tick % intervals);
         let mut from = stamp;
         for i in 1..=intervals {
-            let share = i128::from(self.tick) * i128::from(i) / i128::from(intervals);
-            let to = stamp.saturating_add(share as i64);
+            let to = stamp.saturating_add(whole * i + rest * i / intervals);
             acting.drive(index, model, began, from, to);
-            angles.push(model.planes(to - began).angle);
+            angles.push(model.angle(to - began));
             from = to;
         }
         angles

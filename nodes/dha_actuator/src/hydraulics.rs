@@ -121,6 +121,12 @@ impl Hydraulics {
         }
     }
 
+    /// X_1, m, at `time`, up to which it has been advanced: as of the whole reading, and quicker.
+    #[must_use]
+    pub fn position(&self, time: f64) -> f64 {
+        self.ram.position(time)
+    }
+
     /// The distance the load has slid against friction up to `time`, m, both ways added. Times
     /// Delta F it is the work lost to friction.
     #[must_use]

@@ -85,7 +85,7 @@ impl Ram {
     /// The distance the load has slid against friction up to `time`, m, both ways added.
     #[must_use]
     pub(crate) fn slid(&self, time: f64) -> f64 {
-        self.slid + (self.at(time).position - self.state.position).abs()
+        self.slid + (self.position(time) - self.state.position).abs()
     }
 
     /// Changes the constants from the next piece on, which has to begin next: position, speed
@@ -130,6 +130,12 @@ impl Ram {
     #[must_use]
     pub(crate) fn at(&self, time: f64) -> State {
         self.motion.at(time - self.time)
+    }
+
+    /// The position alone, m, at a time as of [`Ram::at`].
+    #[must_use]
+    pub(crate) fn position(&self, time: f64) -> f64 {
+        self.motion.position(time - self.time)
     }
 
     /// Finds where the segment that begins now will end.

@@ -1,5 +1,7 @@
 //! The actuator as the node uses it: plane commands in, plane motion out.
 
+use std::sync::Arc;
+
 use dha_actuator::{Actuator, ActuatorParameters, Output};
 use planesman_msgs::Message;
 use planesman_msgs::builtin_interfaces::msg::{Duration, Time};
@@ -27,7 +29,7 @@ fn command(nanos: i64, angle: f64) -> PlaneCommand {
     command
 }
 
-fn answer(actuator: &mut Actuator, nanos: i64, angle: f64) -> Output {
+fn answer(actuator: &mut Actuator, nanos: i64, angle: f64) -> Arc<Output> {
     actuator.on_command(&command(nanos, angle)).expect("finite")
 }
 
@@ -70,13 +72,16 @@ fn roll_rudder_and_thrust_pass_through_until_the_command_is_stale() {
         thrust: 2.0,
         ..command(0, 0.0)
     };
-    let motion = actuator.on_command(&asked).expect("finite").motion;
+    let motion = actuator.on_command(&asked).expect("finite").motion.clone();
     assert_eq!(motion.roll_differential, [0.1, 0.1]);
     assert_eq!(motion.rudder, [-std::f64::consts::FRAC_PI_6; 2]);
     assert_eq!(motion.thrust, [1.0, 1.0]);
-    let held = actuator.on_silence(Time::from_nanos(TICK)).motion;
+    let held = actuator.on_silence(Time::from_nanos(TICK)).motion.clone();
     assert_eq!(held.thrust, [1.0, 1.0]);
-    let stale = actuator.on_silence(Time::from_nanos(100 * TICK)).motion;
+    let stale = actuator
+        .on_silence(Time::from_nanos(100 * TICK))
+        .motion
+        .clone();
     assert!(stale.thrust.is_empty() && stale.rudder.is_empty());
     assert!(stale.roll_differential.is_empty());
 }
@@ -226,7 +231,7 @@ fn the_ideal_actuator_is_at_its_command_at_once() {
 #[test]
 fn the_first_order_actuator_slews_and_settles() {
     let mut actuator = actuator(&[("model", Value::from("first_order"))]);
-    let motion = answer(&mut actuator, 0, 0.5).motion.dive_planes;
+    let motion = answer(&mut actuator, 0, 0.5).motion.dive_planes.clone();
     let rate = (motion[50] - motion[10]) / 0.04;
     assert!((rate.to_degrees() - 40.0).abs() < 1e-9, "{rate}");
     let last = (1..30).map(|k| answer(&mut actuator, k * TICK, 0.5)).last();
@@ -259,11 +264,12 @@ fn each_group_follows_its_own_command_with_its_own_actuator() {
         };
         last = Some(actuator.on_command(&asked).expect("finite"));
     }
+    let last = last.expect("answered");
     let Output {
         motion,
         planes,
         states,
-    } = last.expect("answered");
+    } = &*last;
     let close = |angle: f64, asked: f64| assert!((angle - asked).abs() < 0.015, "{angle}");
     for (state, (group, asked)) in states.iter().zip([
         ("bow", 0.375),
@@ -317,7 +323,7 @@ fn a_fault_befalls_its_group_from_the_next_tick_on_and_is_reported() {
     actuator.set_parameters(&ill).expect("accepted");
     assert_eq!(actuator.faults(), ["stern: supply pressure low by 90.0 %"]);
     let states = (1..40)
-        .map(|k| answer(&mut actuator, k * TICK, 0.3).states)
+        .map(|k| answer(&mut actuator, k * TICK, 0.3).states.clone())
         .last()
         .expect("answered");
     assert!(states[0].faults.is_empty() && states[0].plane_angle > 0.29);
@@ -326,7 +332,7 @@ fn a_fault_befalls_its_group_from_the_next_tick_on_and_is_reported() {
     let sound = with(&[("groups", Value::from("each"))]);
     actuator.set_parameters(&sound).expect("accepted");
     let mended = (40..80)
-        .map(|k| answer(&mut actuator, k * TICK, 0.3).states)
+        .map(|k| answer(&mut actuator, k * TICK, 0.3).states.clone())
         .last()
         .expect("answered");
     assert!(mended[1].faults.is_empty() && mended[1].plane_angle > 0.28);

@@ -48,6 +48,17 @@ pub struct Observation {
     pub daq: DaqSample,
 }
 
+/// What the instruments say that a controller can do with.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Instruments {
+    /// As of [`Observation::imu`].
+    pub imu: Imu,
+    /// As of [`Observation::depth_pressure`].
+    pub depth_pressure: FluidPressure,
+    /// As of [`Observation::speed_pressure`].
+    pub speed_pressure: FluidPressure,
+}
+
 /// The vehicle, its instruments and where they stand at the present tick.
 #[derive(Clone, Debug)]
 pub struct Plant {
@@ -190,32 +201,58 @@ impl Plant {
     /// The messages of the present tick, which falls on `stamp`.
     #[must_use]
     pub fn observe(&self, stamp: Time) -> Observation {
-        let (readings, sensors) = (&self.readings, &self.settings.sensors);
         let odometry = odometry::Odometry::of(&self.body, self.settings.motion.current);
-        let frames = Frames {
-            stamp,
-            prefix: &self.settings.frame_prefix,
-        };
+        let frames = self.frames(stamp);
+        let Instruments {
+            imu,
+            depth_pressure,
+            speed_pressure,
+        } = self.instruments_message(&frames);
         Observation {
             state: self.state_message(&frames),
             odometry: frames.odometry(&odometry),
             transforms: frames.transforms(&odometry, &self.planes()),
+            imu,
+            depth_pressure,
+            speed_pressure,
+            daq: frames.daq(&self.readings),
+        }
+    }
+
+    /// Of [`Plant::observe`] the state alone.
+    #[must_use]
+    pub fn state(&self, stamp: Time) -> VehicleState {
+        self.state_message(&self.frames(stamp))
+    }
+
+    /// Of [`Plant::observe`] the instruments alone.
+    #[must_use]
+    pub fn instruments(&self, stamp: Time) -> Instruments {
+        self.instruments_message(&self.frames(stamp))
+    }
+
+    fn frames(&self, stamp: Time) -> Frames<'_> {
+        Frames {
+            stamp,
+            prefix: &self.settings.frame_prefix,
+        }
+    }
+
+    fn instruments_message(&self, frames: &Frames<'_>) -> Instruments {
+        let (readings, sensors) = (&self.readings, &self.settings.sensors);
+        Instruments {
             imu: frames.imu(readings, sensors),
             depth_pressure: frames
                 .pressure(readings.depth_pressure, sensors.depth.pressure_noise()),
             speed_pressure: frames
                 .pressure(readings.speed_pressure, sensors.speed.pressure_noise()),
-            daq: frames.daq(readings),
         }
     }
 
     /// What holds for the whole flight.
     #[must_use]
     pub fn facts(&self) -> Facts {
-        let frames = Frames {
-            stamp: Time::default(),
-            prefix: &self.settings.frame_prefix,
-        };
+        let frames = self.frames(Time::default());
         Facts {
             transforms: frames.fixed_transforms(),
             description: Text {

@@ -4,8 +4,6 @@
 //! depends on the messages and not on when they arrived: a bag replayed gives, bit for bit,
 //! what was published live from the same messages.
 
-use std::collections::BTreeMap;
-
 use planesman_decode::{Types, schema};
 use planesman_identification::Model;
 use planesman_msgs::builtin_interfaces::msg::Time;
@@ -22,8 +20,10 @@ use crate::reader::TopicReader;
 pub struct Identifier {
     /// The first is that of the parameters `input` and `output`.
     pairs: Vec<Pair>,
-    /// How messages at hand are read, by topic and type.
-    readers: BTreeMap<(String, &'static str), TopicReader>,
+    /// How messages at hand are read, with their topic and type.
+    readers: Vec<(String, &'static str, TopicReader)>,
+    /// The payload of a message at hand.
+    payload: Vec<u8>,
 }
 
 /// The outcome of a message.
@@ -48,7 +48,8 @@ impl Identifier {
             .map(|(name, own)| Pair::new(name, &own));
         Ok(Self {
             pairs: pairs.collect::<Result<_, _>>()?,
-            readers: BTreeMap::new(),
+            readers: Vec::new(),
+            payload: Vec::new(),
         })
     }
 
@@ -114,22 +115,7 @@ impl Identifier {
         received: &Time,
         payload: &[u8],
     ) -> Outcome {
-        let mut outcome = Outcome::default();
-        for (place, read) in reader.read(payload) {
-            let pair = &mut self.pairs[place];
-            match read {
-                Ok(sample) => {
-                    let stamp = sample.stamp.clone().unwrap_or_else(|| received.clone());
-                    outcome.stamp = Some(stamp.clone());
-                    outcome.estimates.extend(pair.on_sample(stamp, &sample));
-                }
-                Err(reason) => {
-                    pair.refuse();
-                    outcome.refused.push(reason.to_string());
-                }
-            }
-        }
-        outcome
+        learnt(&mut self.pairs, reader, received, payload)
     }
 
     /// Takes a message that is at hand, whose stamp is `stamp` where it has none of its own; one on another
@@ -147,16 +133,22 @@ impl Identifier {
         if !self.concerns(topic) {
             return Ok(Vec::new());
         }
-        let key = (topic.to_owned(), M::TYPE_NAME);
-        let mut reader = match self.readers.remove(&key) {
+        let is_known = |(of, type_name, _): &(String, &str, TopicReader)| {
+            of == topic && *type_name == M::TYPE_NAME
+        };
+        let place = match self.readers.iter().position(is_known) {
             Some(known) => known,
             None => {
                 let types = schema::read(M::TYPE_NAME, "ros2msg", M::DEFINITION)?;
-                self.reader(topic, &types)?
+                let reader = self.reader(topic, &types)?;
+                self.readers.push((topic.to_owned(), M::TYPE_NAME, reader));
+                self.readers.len() - 1
             }
         };
-        let outcome = self.on_payload(&mut reader, &stamp, &cdr::to_bytes(message));
-        self.readers.insert(key, reader);
+        self.payload.clear();
+        cdr::append(&mut self.payload, message);
+        let reader = &mut self.readers[place].2;
+        let outcome = learnt(&mut self.pairs, reader, &stamp, &self.payload);
         match outcome.refused.into_iter().next() {
             None => Ok(outcome.estimates),
             Some(reason) => Err(Error::Message(reason)),
@@ -200,4 +192,29 @@ impl Identifier {
     pub fn model(&self) -> Model {
         self.first().model()
     }
+}
+
+/// The outcome of a payload for the pairs concerned.
+fn learnt(
+    pairs: &mut [Pair],
+    reader: &mut TopicReader,
+    received: &Time,
+    payload: &[u8],
+) -> Outcome {
+    let mut outcome = Outcome::default();
+    for (place, read) in reader.read(payload) {
+        let pair = &mut pairs[place];
+        match read {
+            Ok(sample) => {
+                let stamp = sample.stamp.clone().unwrap_or_else(|| received.clone());
+                outcome.stamp = Some(stamp.clone());
+                outcome.estimates.extend(pair.on_sample(stamp, &sample));
+            }
+            Err(reason) => {
+                pair.refuse();
+                outcome.refused.push(reason.to_string());
+            }
+        }
+    }
+    outcome
 }

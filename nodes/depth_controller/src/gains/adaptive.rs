@@ -10,6 +10,8 @@
 //! so that neither a new estimate nor its loss is a step; and stay within the same factor of the scheduled
 //! gains.
 
+use std::cell::OnceCell;
+
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 
 use super::distrust::Distrust;
@@ -27,10 +29,23 @@ pub(super) struct Adaptive {
 /// An estimate as received.
 #[derive(Clone, Debug)]
 struct Received {
-    name: String,
+    estimate: ModelEstimate,
     /// ns
     stamp: i64,
-    vehicle: Result<Identified, Distrust>,
+    /// Computed when gains are first asked for: with another source of the gains never.
+    vehicle: OnceCell<Result<Identified, Distrust>>,
+}
+
+impl Received {
+    fn vehicle(&self) -> &Result<Identified, Distrust> {
+        self.vehicle.get_or_init(|| {
+            if self.estimate.valid {
+                Identified::of(&self.estimate)
+            } else {
+                Err(Distrust::Invalid(self.estimate.reason.clone()))
+            }
+        })
+    }
 }
 
 impl Adaptive {
@@ -45,25 +60,20 @@ impl Adaptive {
 
     /// Takes an estimate, if it is of the pair that is followed; whether it is believed is decided when gains are
     /// asked for.
-    pub(super) fn on_model(&mut self, estimate: &ModelEstimate, trust: &Trust) {
+    pub(super) fn on_model(&mut self, estimate: ModelEstimate, trust: &Trust) {
         let stamp = estimate.header.stamp.nanos();
         let another_is_followed = self.last.as_ref().is_some_and(|received| {
             let age = stamp.saturating_sub(received.stamp) as f64 * 1e-9;
             let of_first = estimate.name == FIRST_PAIR;
-            received.name != estimate.name && !of_first && age.abs() <= trust.oldest
+            received.estimate.name != estimate.name && !of_first && age.abs() <= trust.oldest
         });
-        if another_is_followed || !is_of_pitch(estimate) {
+        if another_is_followed || !is_of_pitch(&estimate) {
             return;
         }
-        let vehicle = if estimate.valid {
-            Identified::of(estimate)
-        } else {
-            Err(Distrust::Invalid(estimate.reason.clone()))
-        };
         self.last = Some(Received {
-            name: estimate.name.clone(),
+            estimate,
             stamp,
-            vehicle,
+            vehicle: OnceCell::new(),
         });
     }
 
@@ -83,7 +93,11 @@ impl Adaptive {
         if age.abs() > trust.oldest {
             return Err(Distrust::Old(age));
         }
-        trust.believed(&received.vehicle.clone()?, schedule, speed)
+        trust.believed(
+            received.vehicle().as_ref().map_err(Clone::clone)?,
+            schedule,
+            speed,
+        )
     }
 
     /// The gains `dt` seconds after the last ones, and why the schedule acts alone if it does.
@@ -140,7 +154,7 @@ mod tests {
         let mut estimate = estimate_of(&model, 0.05, deviation);
         estimate.header.stamp = Time::from_nanos(stamp);
         let mut adaptive = Adaptive::new();
-        adaptive.on_model(&estimate, &TRUST);
+        adaptive.on_model(estimate, &TRUST);
         adaptive
     }
 
@@ -183,7 +197,7 @@ mod tests {
             reason: "too little excitation".to_owned(),
             ..estimate_of(&T6.law.model, 0.05, 1e-9)
         };
-        adaptive.on_model(&unsure, &TRUST);
+        adaptive.on_model(unsure, &TRUST);
         let (_, reason) = adaptive.step(&T6, &TRUST, 1.0, 0, 0.05);
         assert!(reason.is_some_and(|r| r.to_string().contains("excitation")));
     }
@@ -203,12 +217,12 @@ mod tests {
             ..of("heave", 2.0, 0)
         };
         let mut adaptive = Adaptive::new();
-        adaptive.on_model(&heave, &TRUST);
+        adaptive.on_model(heave.clone(), &TRUST);
         assert!(adaptive.believed(&T6, &TRUST, 1.0, 0).is_err());
-        adaptive.on_model(&of("filtered", 2.0, SECOND), &TRUST);
-        adaptive.on_model(&of("model", 0.5, SECOND), &TRUST);
-        adaptive.on_model(&of("filtered", 2.0, SECOND), &TRUST);
-        adaptive.on_model(&heave, &TRUST);
+        adaptive.on_model(of("filtered", 2.0, SECOND), &TRUST);
+        adaptive.on_model(of("model", 0.5, SECOND), &TRUST);
+        adaptive.on_model(of("filtered", 2.0, SECOND), &TRUST);
+        adaptive.on_model(heave, &TRUST);
         let plane = |adaptive: &Adaptive, stamp| {
             let believed = adaptive
                 .believed(&T6, &TRUST, 1.0, stamp)
@@ -217,9 +231,9 @@ mod tests {
         };
         assert!((plane(&adaptive, SECOND) - 0.5).abs() < 1e-2);
         // Silent for longer than is believed: the other's turn.
-        adaptive.on_model(&of("filtered", 2.0, 7 * SECOND), &TRUST);
+        adaptive.on_model(of("filtered", 2.0, 7 * SECOND), &TRUST);
         assert!((plane(&adaptive, 7 * SECOND) - 2.0).abs() < 4e-2);
-        adaptive.on_model(&of("another", 1.0, 8 * SECOND), &TRUST);
+        adaptive.on_model(of("another", 1.0, 8 * SECOND), &TRUST);
         assert!((plane(&adaptive, 8 * SECOND) - 2.0).abs() < 4e-2);
     }
 

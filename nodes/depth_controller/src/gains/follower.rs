@@ -64,12 +64,10 @@ impl Follower {
     /// The gains at a speed (m/s), `dt` seconds after the last tick, and whether an identified model acts.
     pub fn gains(&mut self, rules: &Rules, speed: f64, stamp: i64, dt: f64) -> (LoopGains, bool) {
         let delay = (rules.delay * 1e9) as i64;
-        while let Some(model) = self.waiting.front() {
-            if model.header.stamp.nanos().saturating_add(delay) > stamp {
-                break;
-            }
+        let is_due =
+            |model: &mut ModelEstimate| model.header.stamp.nanos().saturating_add(delay) <= stamp;
+        while let Some(model) = self.waiting.pop_front_if(is_due) {
             self.adaptive.on_model(model, &rules.trust);
-            self.waiting.pop_front();
         }
         match rules.source {
             Source::Fixed => (rules.schedule.reference, false),

@@ -122,7 +122,7 @@ mod tests {
     fn a_file_gives_the_gains_that_the_same_model_received_live_gives() {
         let estimate = weaker(1e-6);
         let mut adaptive = Adaptive::new();
-        adaptive.on_model(&estimate, &TRUST);
+        adaptive.on_model(estimate.clone(), &TRUST);
         let (live, reason) = adaptive.step(&T6, &TRUST, 1.0, 0, 0.05);
         assert_eq!(reason, None);
         let read = FromFile::of(&file(&estimate), &T6, &TRUST).unwrap();

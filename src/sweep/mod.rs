@@ -1,0 +1,422 @@
+//! `planesman sweep`: a scenario flown many times in this process, with other parameters and seeds each time.
+//!
+//! - `space`: what is varied, and the cases that follow;
+//! - `case`: the flight of one case, and its numbers;
+//! - `results`: the file with a row a case, which can be interrupted at any time;
+//! - `page`: heat map and Pareto plot of what is there.
+
+mod case;
+mod page;
+#[cfg(feature = "parquet")]
+mod parquet;
+mod results;
+mod space;
+
+use std::num::NonZero;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context as _, Result, anyhow, bail};
+use clap::Args;
+use planesman_node::in_one_line;
+use planesman_parameters::Value;
+use serde::Serialize;
+use sysid::IdentifierParameters;
+
+use crate::progress::{bar_with, on_all_cores};
+use crate::scenario::Scenario;
+use case::Metrics;
+use results::Results;
+use space::Space;
+
+/// Combinations that are checked at a time: what is kept of them does not grow with the sweep.
+const CHECKED: u64 = 100_000;
+
+/// Refused combinations that are named.
+const LISTED: usize = 3;
+
+/// What to vary.
+#[derive(Args)]
+pub struct SweepArgs {
+    /// A built-in scenario (dive, open_loop, way_depths, remus_100) or a scenario file
+    scenario: String,
+    /// Set a parameter of a node in all cases, as depth_controller.depth.p=1.2; may be repeated
+    #[arg(long = "set", value_name = "NODE.PARAMETER=VALUE")]
+    set: Vec<String>,
+    /// Vary a parameter: over a list (1ft/s,2ft/s or ideal,dha), a range with its step (0.4:1.6:0.1), or a range to draw
+    /// samples from (0.4..1.6); may be repeated, then every combination is flown
+    #[arg(long, value_name = "NODE.PARAMETER=VALUES", required = true)]
+    vary: Vec<String>,
+    /// Fly each combination with so many seeds, from the scenario's seed on
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    seeds: u32,
+    /// Draw so many samples, a Latin hypercube over all parameters that are varied as FROM..TO
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    samples: Option<u32>,
+    /// Folder for the results; the same command again goes on where it was interrupted [default: runs/sweep-SCENARIO]
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
+    /// Fly only part I of N of the combinations, as 1/4: for N machines, or tasks of a batch system, that share a folder
+    #[arg(long, value_name = "I/N", value_parser = shard)]
+    shard: Option<(u64, u64)>,
+    /// Flights at the same time [default: as many as there are cores]
+    #[arg(long, value_name = "N")]
+    jobs: Option<NonZero<usize>>,
+}
+
+/// `I/N`, of a part and how many there are.
+fn shard(text: &str) -> Result<(u64, u64), String> {
+    let parts = text.split_once('/').and_then(|(part, of)| {
+        let (part, of) = (part.parse().ok()?, of.parse().ok()?);
+        (1..=of).contains(&part).then_some((part, of))
+    });
+    parts.ok_or_else(|| "I/N is expected, I from 1 to N".to_owned())
+}
+
+/// What a folder's results are of, kept beside them: a folder holds one sweep.
+#[derive(Serialize)]
+struct Definition<'a> {
+    planesman: &'static str,
+    vary: &'a [String],
+    samples: Option<u32>,
+    seeds: u32,
+    scenario: &'a str,
+}
+
+/// Flies the cases that the folder lacks, and writes the page.
+///
+/// # Errors
+/// What is refused of the command line, before the first case; a folder that holds another sweep or cannot be written.
+pub fn run(args: &SweepArgs) -> Result<()> {
+    let scenario = Scenario::load_with(&args.scenario, &args.set)?;
+    let space = Space::new(
+        &args.vary,
+        args.samples.unwrap_or(0),
+        args.seeds,
+        scenario.seed,
+    )?;
+    check(&scenario, &space)?;
+    let folder = args.out.clone().unwrap_or_else(|| {
+        let stem = Path::new(&args.scenario).file_stem().unwrap_or_default();
+        Path::new("runs").join(format!("sweep-{}", stem.display()))
+    });
+    let definition = serde_yaml_ng::to_string(&Definition {
+        planesman: env!("CARGO_PKG_VERSION"),
+        vary: &args.vary,
+        samples: args.samples,
+        seeds: args.seeds,
+        scenario: scenario.source(),
+    })?;
+    define(&folder, &definition)?;
+
+    let (part, parts) = args.shard.unwrap_or((1, 1));
+    let file = folder.join(match args.shard {
+        None => "cases.csv".to_owned(),
+        Some((part, parts)) => format!("cases-{part}-of-{parts}.csv"),
+    });
+    let sweep = Sweep {
+        poles: poles(&scenario, &space)?,
+        scenario,
+        space,
+    };
+    let seeds = u64::from(args.seeds);
+    let all = (sweep.space.combinations() + parts - part) / parts * seeds;
+    let results = Results::open(&file, &sweep.header()?)?;
+    let there = results.there;
+    if there > 0 {
+        planesman_node::say!("{there} of {all} cases are in {} already", file.display())?;
+    }
+    let jobs = args
+        .jobs
+        .unwrap_or_else(|| std::thread::available_parallelism().unwrap_or(NonZero::<usize>::MIN));
+    let bar = bar_with("cases", all, there);
+    // The seeds of a combination follow each other, in whichever part it is.
+    let row = |number: u64| {
+        let combination = number / seeds * parts + part - 1;
+        sweep.row(combination, (number % seeds) as u32)
+    };
+    let filled = results.fill(all, jobs, row, || bar.inc(1));
+    bar.finish_and_clear();
+    filled.with_context(|| format!("'{}'; the same command again goes on", file.display()))?;
+
+    #[cfg(feature = "parquet")]
+    parquet::write(&file, &sweep.kinds())?;
+    let page = page::of(&folder, &sweep.scenario, &sweep.space)?;
+    planesman_node::say!("{}: {} cases", file.display(), all)?;
+    if page.failed > 0 {
+        planesman_node::say!(
+            "{} cases broke off; the column 'error' says why",
+            page.failed
+        )?;
+    }
+    planesman_node::say!("{}", page.path.display())?;
+    Ok(())
+}
+
+/// Every combination as the nodes would check it at their start.
+fn check(scenario: &Scenario, space: &Space) -> Result<()> {
+    let all = space.combinations();
+    for first in (0..all).step_by(CHECKED as usize) {
+        let combinations: Vec<u64> = (first..all.min(first + CHECKED)).collect();
+        check_these(scenario, space, &combinations)?;
+    }
+    Ok(())
+}
+
+fn check_these(scenario: &Scenario, space: &Space, combinations: &[u64]) -> Result<()> {
+    let refusals = on_all_cores("combinations checked", combinations, |combination| {
+        space.scenario(scenario, *combination)?.check()
+    });
+    let refused = combinations.iter().zip(refusals);
+    let refused: Vec<_> = refused
+        .filter_map(|(it, outcome)| Some((it, outcome.err()?)))
+        .collect();
+    if refused.is_empty() {
+        return Ok(());
+    }
+    let reasons = refused.iter().take(LISTED).map(|(combination, reason)| {
+        let values = space.values(**combination);
+        let values: Vec<String> = values
+            .map(|(axis, value)| format!("{}={value}", axis.parameter))
+            .collect();
+        format!("{}: {}", values.join(" "), in_one_line(reason).trim_end())
+    });
+    bail!(
+        "{} of {} combinations are refused; {}",
+        refused.len(),
+        combinations.len(),
+        reasons.collect::<Vec<_>>().join("; ")
+    )
+}
+
+/// Makes the folder, with what its results are of.
+fn define(folder: &Path, definition: &str) -> Result<()> {
+    let path = folder.join("sweep.yaml");
+    let named = || format!("'{}'", path.display());
+    std::fs::create_dir_all(folder).with_context(|| format!("'{}'", folder.display()))?;
+    match std::fs::read_to_string(&path) {
+        Ok(there) if there == definition => Ok(()),
+        Ok(_) => bail!(
+            "'{}' holds another sweep; name a new folder with --out",
+            folder.display()
+        ),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            // Whole or not there, also where several parts begin at once.
+            let draft = folder.join(format!(".sweep.yaml.{}.part", std::process::id()));
+            std::fs::write(&draft, definition)
+                .and_then(|()| std::fs::rename(&draft, &path))
+                .with_context(named)
+        }
+        Err(error) => Err(error).with_context(named),
+    }
+}
+
+/// The most poles that a case's model can have.
+fn poles(scenario: &Scenario, space: &Space) -> Result<usize> {
+    let own = scenario
+        .parameters_of::<IdentifierParameters>("sysid")?
+        .order;
+    let orders = space
+        .axes
+        .iter()
+        .filter(|axis| axis.parameter.node == "sysid" && axis.parameter.name == "order");
+    let most = orders
+        .filter_map(space::Axis::numbers)
+        .flatten()
+        .fold(own as f64, f64::max);
+    Ok(most as usize)
+}
+
+/// A scenario and its cases.
+struct Sweep {
+    scenario: Scenario,
+    space: Space,
+    poles: usize,
+}
+
+impl Sweep {
+    fn header(&self) -> Result<String> {
+        let mut columns = vec!["case".to_owned()];
+        columns.extend(self.space.axes.iter().map(|axis| match axis.unit {
+            "" => axis.parameter.to_string(),
+            unit => format!("{} [{unit}]", axis.parameter),
+        }));
+        columns.push("seed".to_owned());
+        columns.extend(case::COLUMNS.iter().map(|it| (*it).to_owned()));
+        for pole in 1..=self.poles {
+            columns.extend(["re", "im"].map(|part| format!("pole_{pole}_{part} [1/s]")));
+        }
+        columns.push("error".to_owned());
+        Ok(String::from_utf8(row_of(&columns)?)?)
+    }
+
+    /// What the columns of the header hold.
+    #[cfg(feature = "parquet")]
+    fn kinds(&self) -> Vec<parquet::Kind> {
+        use parquet::Kind;
+        let axes = self.space.axes.iter().map(|axis| match axis.numbers() {
+            Some(_) => Kind::Number,
+            None => Kind::Text,
+        });
+        let metrics = case::COLUMNS.len() + 2 * self.poles;
+        let mut kinds = vec![Kind::Whole];
+        kinds.extend(axes);
+        kinds.push(Kind::Whole);
+        kinds.extend(std::iter::repeat_n(Kind::Number, metrics));
+        kinds.push(Kind::Text);
+        kinds
+    }
+
+    /// The row of a combination with one of its seeds. A flight that breaks off has a reason in place of numbers.
+    fn row(&self, combination: u64, seed: u32) -> Result<Vec<u8>> {
+        let mut scenario = self.space.scenario(&self.scenario, combination)?;
+        scenario.seed = self.scenario.seed.wrapping_add(seed);
+        let case = combination * u64::from(self.space.seeds) + u64::from(seed);
+        let mut cells = vec![case.to_string()];
+        cells.extend(
+            self.space
+                .values(combination)
+                .map(|(_, value)| match value {
+                    Value::String(text) => text.clone(),
+                    Value::Double(number) => number.to_string(),
+                    other => other.to_string(),
+                }),
+        );
+        cells.push(scenario.seed.to_string());
+        let (metrics, error) = match Metrics::of(&scenario) {
+            Ok(metrics) => (metrics.numbers(self.poles), String::new()),
+            Err(error) => {
+                let count = case::COLUMNS.len() + 2 * self.poles;
+                (vec![None; count], in_one_line(&error))
+            }
+        };
+        cells.extend(
+            metrics
+                .iter()
+                .map(|it| it.map_or_else(String::new, |it| it.to_string())),
+        );
+        cells.push(error);
+        row_of(&cells)
+    }
+}
+
+/// Cells as one line.
+fn row_of(cells: &[String]) -> Result<Vec<u8>> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    // A row is a line: that is how an interrupted file is read again.
+    writer.write_record(cells.iter().map(|it| it.replace(['\n', '\r'], " ")))?;
+    writer.into_inner().map_err(|error| anyhow!("{error}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SCENARIO: &str = "
+description: short
+duration: 4.0
+parameters:
+  depth_controller: {depth_setpoint: 0.1}
+";
+
+    fn args(folder: &Path, out: &str) -> SweepArgs {
+        let scenario = folder.join("short.yaml");
+        std::fs::write(&scenario, SCENARIO).expect("written");
+        SweepArgs {
+            scenario: scenario.display().to_string(),
+            set: Vec::new(),
+            vary: vec![
+                "depth_controller.depth.p=0.5:1.5:0.5".to_owned(),
+                "plant_sim.speed=1ft/s,2ft/s".to_owned(),
+            ],
+            seeds: 2,
+            samples: None,
+            out: Some(folder.join(out)),
+            shard: None,
+            jobs: NonZero::new(3),
+        }
+    }
+
+    fn text(folder: &Path, name: &str) -> String {
+        std::fs::read_to_string(folder.join(name)).expect("read")
+    }
+
+    #[test]
+    fn a_sweep_has_a_row_a_case_whether_whole_interrupted_or_in_parts() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let folder = folder.path();
+        let whole = args(folder, "whole");
+        run(&whole).expect("swept");
+        let rows = text(folder, "whole/cases.csv");
+        assert_eq!(rows.lines().count(), 1 + 3 * 2 * 2);
+        assert!(rows.starts_with(
+            "case,depth_controller.depth.p [rad/m],plant_sim.speed [m/s],seed,depth_setpoint [m],"
+        ));
+        assert!(
+            rows.lines()
+                .nth(6)
+                .expect("a row")
+                .starts_with("5,1,0.3048,2,0.1,")
+        );
+        assert!(text(folder, "whole/report.html").contains("<svg"));
+
+        let file = folder.join("whole/cases.csv");
+        std::fs::write(&file, &rows[..rows.len() / 2]).expect("cut");
+        run(&whole).expect("gone on");
+        assert_eq!(text(folder, "whole/cases.csv"), rows);
+
+        let mut parts = Vec::new();
+        for part in 1..=4 {
+            let part_of = SweepArgs {
+                shard: Some((part, 4)),
+                ..args(folder, "parts")
+            };
+            run(&part_of).expect("swept");
+            let text = text(folder, &format!("parts/cases-{part}-of-4.csv"));
+            parts.extend(text.lines().skip(1).map(str::to_owned));
+        }
+        parts.sort_by_key(|row| row.split(',').next().and_then(|it| it.parse::<u64>().ok()));
+        assert_eq!(parts, rows.lines().skip(1).collect::<Vec<_>>());
+        assert!(text(folder, "parts/report.html").contains("12 of 12 cases"));
+    }
+
+    #[test]
+    fn what_is_refused_is_refused_before_the_first_case() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let folder = folder.path();
+        // Each is a value of its range, and the two do not go together.
+        let combination = SweepArgs {
+            vary: vec!["plant_sim.step=0.001,0.0333".to_owned()],
+            ..args(folder, "refused")
+        };
+        let refusal = format!("{:#}", run(&combination).expect_err("refused"));
+        assert!(refusal.contains("1 of 2 combinations"), "{refusal}");
+        assert!(refusal.contains("plant_sim.step=0.0333"), "{refusal}");
+        assert!(!folder.join("refused").exists());
+
+        run(&args(folder, "one")).expect("swept");
+        let other = SweepArgs {
+            seeds: 3,
+            ..args(folder, "one")
+        };
+        let refusal = format!("{:#}", run(&other).expect_err("refused"));
+        assert!(refusal.contains("another sweep"), "{refusal}");
+    }
+
+    #[test]
+    fn a_flight_that_breaks_off_has_a_reason_in_place_of_numbers() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let folder = folder.path();
+        let wild = SweepArgs {
+            vary: vec!["plant_sim.environment.seaway.moment=0,10000".to_owned()],
+            seeds: 1,
+            ..args(folder, "wild")
+        };
+        run(&wild).expect("swept");
+        let rows = text(folder, "wild/cases.csv");
+        assert_eq!(rows.lines().count(), 3);
+        assert!(rows.lines().nth(1).expect("a row").ends_with(','));
+        let broken_off = rows.lines().nth(2).expect("a row");
+        assert!(broken_off.contains("plant_sim: "), "{broken_off}");
+        assert!(text(folder, "wild/report.html").contains("1 broke off"));
+    }
+}

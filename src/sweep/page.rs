@@ -1,0 +1,243 @@
+//! The page of a sweep: a heat map over the first two parameters, and what a fast dive costs.
+//!
+//! The files are read row by row. What is kept does not grow with the seeds: a sum for each field of the map, and the
+//! means of each combination.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context as _, Result};
+use maud::{Markup, PreEscaped, html};
+use planesman_plot::{HeatMap, Plot, Style};
+
+use super::case::{COLUMNS, SETTLING, TRAVEL};
+use super::space::{Axis, Space};
+use crate::arguments::number;
+use crate::page::{document, drawn};
+use crate::scenario::Scenario;
+
+/// Points of the Pareto plot that are not on its front; of more, one in so many is drawn.
+const DRAWN: usize = 4000;
+
+/// Combinations on the front that are listed.
+const LISTED: usize = 30;
+
+/// The page as written.
+pub(super) struct Page {
+    pub(super) path: PathBuf,
+    /// Cases that broke off.
+    pub(super) failed: u64,
+}
+
+/// A mean as it grows.
+#[derive(Clone, Copy, Default)]
+struct Mean {
+    sum: f64,
+    count: u32,
+}
+
+impl Mean {
+    fn take(&mut self, value: Option<f64>) {
+        if let Some(value) = value {
+            self.sum += value;
+            self.count += 1;
+        }
+    }
+
+    fn value(&self) -> Option<f64> {
+        (self.count > 0).then(|| self.sum / f64::from(self.count))
+    }
+}
+
+/// The seeds of a combination.
+#[derive(Clone, Copy, Default)]
+struct Combination {
+    settling: Mean,
+    travel: Mean,
+    /// Cases, and those of them that never settled.
+    cases: u32,
+    unsettled: u32,
+}
+
+/// Reads what the folder holds, of all parts, and writes its page.
+///
+/// # Errors
+/// A file that cannot be read or written.
+pub(super) fn of(folder: &Path, scenario: &Scenario, space: &Space) -> Result<Page> {
+    let mut found = BTreeMap::<u64, Combination>::new();
+    let (mut cases, mut failed) = (0_u64, 0_u64);
+    for file in files(folder)? {
+        let mut rows = csv::Reader::from_path(&file)?;
+        for row in rows.records() {
+            let row = row.with_context(|| format!("'{}'", file.display()))?;
+            let metric = |place: usize| row.get(space.axes.len() + 2 + place)?.parse::<f64>().ok();
+            let case: u64 = row.get(0).unwrap_or_default().parse()?;
+            let combination = found.entry(case / u64::from(space.seeds)).or_default();
+            cases += 1;
+            combination.cases += 1;
+            if row
+                .get(row.len() - 1)
+                .is_some_and(|error| !error.is_empty())
+            {
+                failed += 1;
+                continue;
+            }
+            let settling = metric(SETTLING);
+            combination.unsettled += u32::from(settling.is_none());
+            combination.settling.take(settling);
+            combination.travel.take(metric(TRAVEL));
+        }
+    }
+    let all = space.combinations() * u64::from(space.seeds);
+    let body = html! {
+        h1 { "Planesman sweep" }
+        p.lead { (scenario.description) }
+        p { (cases) " of " (all) " cases"
+            @if failed > 0 { "; " (failed) " broke off" }
+            ". Means are over the seeds and over what is varied beside the axes of a plot; a case that does not settle has no settling time." }
+        @for plot in maps(space, &found) { (plot) }
+        (pareto(space, &found))
+        h2 { "Scenario" }
+        pre { (scenario.source()) }
+    };
+    let path = folder.join("report.html");
+    let draft = folder.join(format!(".report.html.{}.part", std::process::id()));
+    std::fs::write(&draft, document("Planesman sweep", "", &body))
+        .and_then(|()| std::fs::rename(&draft, &path))
+        .with_context(|| format!("'{}'", path.display()))?;
+    Ok(Page { path, failed })
+}
+
+/// The results' files of all parts.
+fn files(folder: &Path) -> Result<Vec<PathBuf>> {
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder)? {
+        let path = entry?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        if name.starts_with("cases") && name.ends_with(".csv") {
+            files.push(path);
+        }
+    }
+    files.sort();
+    Ok(files)
+}
+
+fn name(axis: &Axis) -> String {
+    match axis.unit {
+        "" => axis.parameter.to_string(),
+        unit => format!("{} [{unit}]", axis.parameter),
+    }
+}
+
+fn labels(axis: &Axis) -> Vec<String> {
+    match axis.numbers() {
+        Some(numbers) => numbers.into_iter().map(number).collect(),
+        None => axis
+            .values
+            .iter()
+            .map(|it| it.to_string().replace('"', ""))
+            .collect(),
+    }
+}
+
+/// Settling time and plane travel over the first two parameters on a grid, or over the one.
+fn maps(space: &Space, found: &BTreeMap<u64, Combination>) -> Vec<Markup> {
+    let grid: Vec<usize> = (0..space.axes.len())
+        .filter(|place| !space.axes[*place].is_sampled && space.axes[*place].values.len() > 1)
+        .collect();
+    let of = |what: usize, mean: fn(&Combination) -> Mean| match grid[..] {
+        [] => None,
+        [x] => {
+            let mut means = vec![Mean::default(); space.axes[x].values.len()];
+            for (combination, it) in found {
+                means[space.places(*combination)[x]].take(mean(it).value());
+            }
+            let numbers = space.axes[x].numbers()?;
+            let points = numbers.into_iter().zip(means);
+            let points = points.filter_map(|(at, mean)| Some((at, mean.value()?)));
+            let axis = name(&space.axes[x]);
+            let plot = Plot::new(COLUMNS[what], [&axis, COLUMNS[what]]).line("mean", points);
+            Some(shown(COLUMNS[what], drawn(&plot)))
+        }
+        [x, y, ..] => {
+            let (of_x, of_y) = (&space.axes[x], &space.axes[y]);
+            let mut means = vec![vec![Mean::default(); of_x.values.len()]; of_y.values.len()];
+            for (combination, it) in found {
+                let places = space.places(*combination);
+                means[places[y]][places[x]].take(mean(it).value());
+            }
+            let map = HeatMap {
+                axes: [name(of_x), name(of_y)],
+                columns: labels(of_x),
+                rows: labels(of_y),
+                values: means
+                    .into_iter()
+                    .map(|row| row.iter().map(Mean::value).collect())
+                    .collect(),
+                quantity: COLUMNS[what].to_owned(),
+            };
+            Some(shown(
+                COLUMNS[what],
+                map.svg().map(|svg| html! { (PreEscaped(svg)) }),
+            ))
+        }
+    };
+    let maps = [of(SETTLING, |it| it.settling), of(TRAVEL, |it| it.travel)];
+    maps.into_iter().flatten().collect()
+}
+
+/// A plot under its heading, or why there is none.
+fn shown(title: &str, plot: Result<Markup>) -> Markup {
+    html! {
+        h2 { (title) }
+        (plot.unwrap_or_else(|error| html! { p.warn { (error) } }))
+    }
+}
+
+/// The combinations that settle with every seed, and those of them that none beats in both settling time and travel.
+fn pareto(space: &Space, found: &BTreeMap<u64, Combination>) -> Markup {
+    let settled = found
+        .iter()
+        .filter(|(_, it)| it.unsettled == 0 && it.settling.count == it.cases);
+    let mut points: Vec<(f64, f64, u64)> = settled
+        .filter_map(|(at, it)| Some((it.settling.value()?, it.travel.value()?, *at)))
+        .collect();
+    points.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let mut least = f64::INFINITY;
+    let front: Vec<_> = points
+        .iter()
+        .filter(|(_, travel, _)| {
+            let better = *travel < least;
+            least = least.min(*travel);
+            better
+        })
+        .collect();
+    let every = points.len().div_ceil(DRAWN).max(1);
+    let axes = [COLUMNS[SETTLING], COLUMNS[TRAVEL]];
+    let of = |it: &(f64, f64, u64)| (it.0, it.1);
+    let plot = Plot::new("Settling time and plane travel", axes)
+        .note("Each combination that settles with every seed. On the line those that no other beats in both.")
+        .with(Style::Dots, "combinations", points.iter().step_by(every).map(of))
+        .with(Style::Crosses, "not beaten", front.iter().map(|it| of(it)))
+        .with(Style::Bound, "front", front.iter().map(|it| of(it)));
+    html! {
+        @if !front.is_empty() {
+            (shown("Settling time and plane travel", drawn(&plot)))
+            table {
+                tr {
+                    th { (axes[0]) } th { (axes[1]) }
+                    @for axis in &space.axes { th { (name(axis)) } }
+                }
+                @for (settling, travel, combination) in front.iter().take(LISTED) {
+                    tr {
+                        td { (number(*settling)) } td { (number(*travel)) }
+                        @for (axis, place) in space.axes.iter().zip(space.places(*combination)) {
+                            td { (labels(axis)[place]) }
+                        }
+                    }
+                }
+            }
+            @if front.len() > LISTED { p { (front.len() - LISTED) " more are not beaten." } }
+        }
+    }
+}
