@@ -10,8 +10,8 @@
 //!
 //! **Stamps**: the last command's stamp again gets the last answer again. A command that comes
 //! late, after its tick was answered in silence, gets that answer, and acts from the next tick
-//! on. A stamp before the last command's is a clock set back, and one 600 s beyond the last tick
-//! a clock set on: both begin a new run, planes neutral and at rest.
+//! on. A stamp before the last command's, or before a run that has had none, is a clock set back, and one 600 s beyond the
+//! last tick a clock set on: both begin a new run, planes neutral and at rest.
 //!
 //! In `dha_state` physical quantities are at the stamp; the pulses, `inhibited`, `error` and
 //! `commanded_angle` are of the decisions within the tick.
@@ -285,7 +285,7 @@ impl Actuator {
         match &run.command {
             Some(last) if stamp == last.stamp => return Ok(run.output.clone()),
             Some(last) if stamp < last.stamp => return Ok(self.begin(stamp, Some(held))),
-            None if stamp < run.stamp => return Ok(self.begin(stamp, Some(held))),
+            None if stamp < run.began => return Ok(self.begin(stamp, Some(held))),
             _ => {}
         }
         if stamp <= run.stamp {
@@ -319,6 +319,11 @@ impl Actuator {
                 self.go_on(stamp, held)
             }
         }
+    }
+
+    /// The next stamp begins a new run, for a vehicle that was set back.
+    pub fn restart(&mut self) {
+        self.run = None;
     }
 
     /// Starts a new run and answers its first tick.

@@ -146,6 +146,11 @@ impl Node {
     /// command that comes yet acts from the next tick on.
     fn on_state(&mut self, stamp: i64) {
         let before = self.begun.replace(stamp);
+        if before.is_some_and(|before| stamp < before) {
+            self.actuator.restart();
+            (self.commanded, self.said) = (None, None);
+            return;
+        }
         let unanswered =
             before.filter(|begun| *begun < stamp && self.commanded.is_none_or(|at| at < *begun));
         if let Some(before) = unanswered {

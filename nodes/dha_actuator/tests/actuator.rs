@@ -177,6 +177,19 @@ fn a_command_after_its_tick_was_answered_in_silence_acts_from_the_next_on() {
 }
 
 #[test]
+fn so_does_the_first_command_of_all_but_not_in_a_vehicle_that_was_set_back() {
+    let mut actuator = actuator(&[]);
+    let silence = |actuator: &mut Actuator, k: i64| actuator.on_silence(Time::from_nanos(k * TICK));
+    silence(&mut actuator, 5);
+    let silent = silence(&mut actuator, 7);
+    assert_eq!(answer(&mut actuator, 5 * TICK, 0.2), silent);
+    assert_eq!(silence(&mut actuator, 8).states[0].commanded_angle, 0.2);
+    actuator.restart();
+    let first = answer(&mut actuator, 6 * TICK, 0.2);
+    assert_eq!(first.motion.header.stamp.nanos(), 6 * TICK);
+}
+
+#[test]
 fn a_clock_set_back_or_far_on_begins_a_new_run() {
     let mut fresh = actuator(&[]);
     let first = answer(&mut fresh, 0, 0.2);
