@@ -337,3 +337,34 @@ fn a_nodes_log_has_the_form_the_colours_and_the_file_that_rcls_variables_ask_for
     );
     assert!(!written.contains('\x1b'));
 }
+
+/// A sweep writes a row a case, resumes behind the last whole row, and its parts are the whole.
+#[test]
+fn a_sweep_goes_on_where_it_was_interrupted_and_its_parts_are_the_whole() {
+    let stage = Stage::new();
+    let file = stage.file("short.yaml", stage::scenario(20.0, ""));
+    let sweep = |folder: &str, more: &[&str]| {
+        let varied = ["--vary", "depth_controller.depth.p=0.8,1.2", "--seeds", "3"];
+        let arguments = [&["sweep", &file], &varied[..], &["--out", folder], more].concat();
+        stage.run(&arguments).success()
+    };
+    let read = |name: &str| std::fs::read_to_string(stage.path(name)).unwrap();
+    sweep("whole", &[]);
+    let whole = read("whole/cases.csv");
+    assert_eq!(whole.lines().count(), 1 + 6, "{whole}");
+
+    // As kill -9 leaves it: the third row is cut.
+    let cut: usize = whole.split_inclusive('\n').take(3).map(str::len).sum();
+    std::fs::write(stage.path("whole/cases.csv"), &whole[..cut + 9]).unwrap();
+    sweep("whole", &["--jobs", "1"]);
+    assert_eq!(read("whole/cases.csv"), whole);
+
+    for part in ["1/2", "2/2"] {
+        sweep("parts", &["--shard", part]);
+    }
+    let rows = |text: &str| text.lines().skip(1).map(str::to_owned).collect::<Vec<_>>();
+    let mut parts = rows(&read("parts/cases-1-of-2.csv"));
+    parts.extend(rows(&read("parts/cases-2-of-2.csv")));
+    parts.sort_by_key(|row| row.split(',').next().unwrap().parse::<usize>().unwrap());
+    assert_eq!(parts, rows(&whole));
+}
