@@ -238,6 +238,8 @@ fn pareto(space: &Space, found: &BTreeMap<u64, Combination>) -> Markup {
                 }
             }
             @if front.len() > LISTED { p { (front.len() - LISTED) " more are not beaten." } }
+        } @else {
+            p { "No combination settles within 5 % in every flight: there is no Pareto plot of settling time and plane travel." }
         }
     }
 }

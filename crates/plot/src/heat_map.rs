@@ -78,6 +78,8 @@ impl HeatMap {
             let (map, scale) = area.split_horizontally(SIZE.0 - SCALE);
             self.draw(&map, low, high)
                 .and_then(|()| self.draw_scale(&scale, low, high))
+                // Once: it closes the element.
+                .and_then(|()| Ok(area.present()?))
                 .map_err(|error| anyhow!("heat map of {}: {error}", self.quantity))?;
         }
         Ok(text)
@@ -122,7 +124,6 @@ impl HeatMap {
             ];
             Rectangle::new(corners, colour(value, low, high).filled())
         }))?;
-        area.present()?;
         Ok(())
     }
 
@@ -159,7 +160,6 @@ impl HeatMap {
             let corners = [(0.0, at(step)), (1.0, at(step + 1))];
             Rectangle::new(corners, colour(at(step), from, to).filled())
         }))?;
-        area.present()?;
         Ok(())
     }
 }
@@ -204,6 +204,7 @@ mod tests {
         let fields = |svg: &str| svg.matches("<rect").count();
         let both = svg(vec![vec![Some(1.0), Some(2.0)]]);
         assert!(both.starts_with("<svg") && both.contains("slow") && both.contains("gain"));
+        assert!(both.trim_end().ends_with("</svg>") && both.matches("</svg>").count() == 1);
         assert!(both.contains("#440154") || both.to_lowercase().contains("#440154"));
         let one = svg(vec![vec![Some(1.0), None]]);
         assert_eq!(fields(&both), fields(&one) + 1);
