@@ -1,8 +1,6 @@
 //! Long work: on all cores, with its progress on the terminal, and no longer than somebody reads its output.
 
 use std::fmt;
-use std::num::NonZero;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use indicatif::style::TemplateError;
@@ -61,43 +59,27 @@ fn styled(
     bar
 }
 
-/// The results of `work` on each of the items, in their order, computed on all cores. A panic in `work` is passed on.
+/// The results of `work` on each of the items, in their order, computed on all cores, under a progress bar.
 pub fn on_all_cores<T: Sync, R: Send>(
     what: &'static str,
     items: &[T],
     work: impl Fn(&T) -> R + Sync,
 ) -> Vec<R> {
     let bar = bar(what, items.len());
-    let next = AtomicUsize::new(0);
-    let some = || {
-        let mut done = Vec::new();
-        loop {
-            let place = next.fetch_add(1, Ordering::Relaxed);
-            let Some(item) = items.get(place) else {
-                return done;
-            };
-            done.push((place, work(item)));
-            bar.inc(1);
-        }
-    };
-    let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
-    let mut done: Vec<(usize, R)> = std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..cores).map(|_| scope.spawn(some)).collect();
-        let parts = workers.into_iter().map(|worker| match worker.join() {
-            Ok(part) => part,
-            Err(panic) => std::panic::resume_unwind(panic),
-        });
-        parts.flatten().collect()
+    let results = planesman_identification::on_all_cores(items, |item| {
+        let result = work(item);
+        bar.inc(1);
+        result
     });
     bar.finish_and_clear();
-    done.sort_by_key(|(place, _)| *place);
-    done.into_iter().map(|(_, result)| result).collect()
+    results
 }
 
 /// Ends the program once nobody can read its standard output any more, as behind `| head`. For commands that
 /// leave nothing but that output.
 pub fn end_with_reader() {
-    std::thread::spawn(|| {
+    // Without a thread the program goes on to its end.
+    let _ = std::thread::Builder::new().spawn(|| {
         let stdout = std::io::stdout();
         let mut watched = [PollFd::new(&stdout, PollFlags::empty())];
         loop {
@@ -108,21 +90,4 @@ pub fn end_with_reader() {
             }
         }
     });
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn results_stand_in_the_order_of_the_items() {
-        let items: Vec<u64> = (0..100).collect();
-        let slower_first = |item: &u64| {
-            std::thread::sleep(Duration::from_micros(100 - item));
-            item * item
-        };
-        let squares: Vec<u64> = items.iter().map(|item| item * item).collect();
-        assert_eq!(on_all_cores("squares", &items, slower_first), squares);
-        assert!(on_all_cores("nothing", &[], slower_first).is_empty());
-    }
 }

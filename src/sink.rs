@@ -137,10 +137,11 @@ impl McapSink {
             },
         )?;
         let (to_writer, batches) = sync_channel(WAITING);
+        let writer = std::thread::Builder::new().spawn(move || write_all(writer, batches))?;
         Ok(Self {
             batch: Batch::default(),
             to_writer,
-            writer: Some(std::thread::spawn(move || write_all(writer, batches))),
+            writer: Some(writer),
             draft,
             namespace: namespace.to_owned(),
             topics: Vec::new(),

@@ -119,9 +119,16 @@ impl Results {
             }
         };
         std::thread::scope(|scope| {
-            for _ in 0..jobs.get() {
-                scope.spawn(work);
+            // This thread works too, and alone where the system gives no other.
+            for _ in 1..jobs.get() {
+                if std::thread::Builder::new()
+                    .spawn_scoped(scope, work)
+                    .is_err()
+                {
+                    break;
+                }
             }
+            work();
         });
         let shared = shared.into_inner().unwrap_or_else(PoisonError::into_inner);
         shared.failure.map_or(Ok(()), Err)

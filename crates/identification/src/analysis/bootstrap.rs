@@ -5,8 +5,6 @@
 //! the middle 95 % of what is found (Efron and Tibshirani, *An Introduction to the Bootstrap*, 1993, ch. 13). Unlike the
 //! covariance's it need not be symmetric.
 
-use std::thread;
-
 use planesman_linear::polynomial::product;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -14,6 +12,7 @@ use serde::Serialize;
 
 use crate::error::{IdentificationError, Result};
 use crate::estimators::{Error, Estimate, Estimator, whitening};
+use crate::parallel::on_all_cores;
 use crate::prediction;
 use crate::structure::{Problem, Run, filter, monic};
 use crate::uncertainty::Reading;
@@ -70,9 +69,8 @@ pub(super) fn bootstrap(
     let own = Values::of(found, run).ok_or(IdentificationError::Undetermined(
         "the model's poles cannot be found",
     ))?;
-    let threads = thread::available_parallelism().map_or(1, usize::from);
-    let refit = |seed: usize| -> Option<Values> {
-        let outputs = simulated.outputs(seed as u64);
+    let refit = |seed: &u64| -> Option<Values> {
+        let outputs = simulated.outputs(*seed);
         let runs = problem.runs.iter().zip(&outputs);
         let again = Problem {
             runs: runs.map(|(run, outputs)| Run { outputs, ..*run }).collect(),
@@ -80,16 +78,8 @@ pub(super) fn bootstrap(
         };
         Values::of(&estimator.fit(&again).ok()?, run)
     };
-    let refit = &refit;
-    let values: Vec<Values> = thread::scope(|scope| {
-        let share = |first: usize| (first..refits).step_by(threads).filter_map(refit);
-        let all: Vec<_> = (0..threads)
-            .map(|first| scope.spawn(move || share(first).collect::<Vec<_>>()))
-            .collect();
-        all.into_iter()
-            .flat_map(|it| it.join().unwrap_or_default())
-            .collect()
-    });
+    let seeds: Vec<u64> = (0..refits as u64).collect();
+    let values: Vec<Values> = on_all_cores(&seeds, refit).into_iter().flatten().collect();
     if (values.len() as f64) < SUCCEED * refits as f64 {
         return Err(IdentificationError::Option(format!(
             "no bootstrap: {} of {refits} simulated records determine no model of this order",

@@ -18,8 +18,6 @@ mod folds;
 mod lagged;
 mod realisation;
 
-use std::thread;
-
 use nalgebra::{DMatrix, DVector};
 use planesman_linear::polynomial::{self, product};
 
@@ -27,6 +25,7 @@ use crate::estimators::{
     Course, Estimator, LeastSquares, Near, Search, held_within, independent_share, lies_within,
     radius_of_memory,
 };
+use crate::parallel::on_all_cores;
 use crate::states::poles_of_states;
 use crate::structure::{Problem, Run, Start, Structure, monic};
 use folds::{Fold, Folds};
@@ -266,22 +265,10 @@ fn cross_validated(
         radius: radius_of_memory(samples),
         samples,
     };
-    let mut candidates: Vec<Candidate> = thread::scope(|scope| {
-        let tasks: Vec<_> = tried
-            .iter()
-            .map(|delay| {
-                let (shared, orders) = (&shared, &orders);
-                scope.spawn(move || shared.candidates(*delay, orders, structure))
-            })
-            .collect();
-        tasks
-            .into_iter()
-            .flat_map(|task| {
-                task.join()
-                    .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-            })
-            .collect()
+    let of_delay = on_all_cores(&tried, |delay| {
+        shared.candidates(*delay, &orders, structure)
     });
+    let mut candidates = of_delay.concat();
     candidates.retain(|of| of.errors.iter().all(|e| e.is_finite()));
     let effective = shared.effective_samples(&candidates);
     for candidate in &mut candidates {

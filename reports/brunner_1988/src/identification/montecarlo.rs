@@ -15,7 +15,9 @@ use planesman_identification::estimators::{
     Armax, Estimate, Estimator, Guess, Instruments, LeastSquares, OutputError, Recursively,
     VehicleFilter, VehicleSearch,
 };
-use planesman_identification::{Problem, Reading, Run, SIGMAS_95, Structure, Uncertain, noise};
+use planesman_identification::{
+    Problem, Reading, Run, SIGMAS_95, Structure, Uncertain, noise, on_all_cores,
+};
 use planesman_linear::{Complex, discrete_to_continuous, polynomial};
 
 use super::synthetic::{self, BIAS, NOISE, SAMPLE_TIME};
@@ -321,23 +323,9 @@ pub fn seed(i: usize) -> u32 {
 /// Every contender on every run with `seeds` noises, the runs side by side; `done` is called after each of them.
 #[must_use]
 pub fn table(contenders: &[Contender], seeds: usize, done: &(dyn Fn() + Sync)) -> Table {
-    let columns: Vec<Vec<Cell>> = std::thread::scope(|scope| {
-        let threads: Vec<_> = synthetic::Run::ALL
-            .map(|run| {
-                scope.spawn(move || {
-                    contenders
-                        .iter()
-                        .map(|it| it.on(run, seeds))
-                        .inspect(|_| done())
-                        .collect::<Vec<_>>()
-                })
-            })
-            .into_iter()
-            .collect();
-        threads
-            .into_iter()
-            .map(|thread| thread.join().unwrap_or_default())
-            .collect()
+    let columns: Vec<Vec<Cell>> = on_all_cores(&synthetic::Run::ALL, |run| {
+        let cells = contenders.iter().map(|it| it.on(*run, seeds));
+        cells.inspect(|_| done()).collect()
     });
     let rows = contenders
         .iter()
