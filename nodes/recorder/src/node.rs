@@ -1,6 +1,6 @@
 //! The node: records the topics of the loop, or those that are selected, undecoded, into a bag.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -48,6 +48,8 @@ const DESCRIBING: Duration = Duration::from_secs(2);
 const MOST_DESCRIBERS: usize = 8;
 /// Topics that are looked at: a hostile peer can make them up without end.
 const MOST_TOPICS: usize = 10_000;
+/// Warnings about single topics.
+const MOST_WARNINGS: usize = 100;
 /// Offers of a topic that go into the bag.
 const MOST_OFFERS: usize = 100;
 
@@ -103,6 +105,7 @@ fn run(args: Vec<String>) -> Result<()> {
         topics: Vec::new(),
         selection: Selection::new(&parameters.record, expand)?,
         found: BTreeMap::new(),
+        warned: BTreeSet::new(),
         undescribed: Vec::new(),
         describers: BTreeMap::new(),
         packages: packages(),
@@ -189,6 +192,8 @@ struct Node {
     selection: Selection,
     /// The type of each topic that is recorded or about to be.
     found: BTreeMap<String, String>,
+    /// What was said once of topics that are not recorded.
+    warned: BTreeSet<String>,
     /// Topics whose types nobody here knows, and when that was found.
     undescribed: Vec<(PublishedTopic, Instant)>,
     /// By the service's name.
@@ -273,21 +278,23 @@ impl Node {
         }
         for topic in rt.published_topics() {
             let (name, type_name) = (&topic.name, &topic.type_name);
-            if !self.selection.takes(name, type_name) || self.found.len() >= MOST_TOPICS {
+            if !self.selection.takes(name, type_name) {
                 continue;
             }
-            match self.found.get(name) {
+            let unfit = match self.found.get(name) {
                 Some(known) if known == type_name => continue,
-                Some(known) => {
-                    let text = format!(
-                        "'{name}' is published as {type_name}, too, which is not recorded: its type is {known}"
-                    );
-                    if self.found.insert(text.clone(), String::new()).is_none() {
-                        log::warn!("{text}");
-                    }
-                    continue;
+                Some(known) => Some(format!(
+                    "'{name}' is published as {type_name}, too, which is not recorded: its type is {known}"
+                )),
+                None => (self.found.len() >= MOST_TOPICS).then(|| {
+                    format!("{MOST_TOPICS} topics are recorded: those that come later are not")
+                }),
+            };
+            if let Some(reason) = unfit {
+                if self.warned.len() < MOST_WARNINGS && self.warned.insert(reason.clone()) {
+                    log::warn!("{reason}");
                 }
-                None => {}
+                continue;
             }
             self.found.insert(name.clone(), type_name.clone());
             match definition::local(type_name, topic.type_hash.as_deref(), &self.packages) {
