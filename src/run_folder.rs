@@ -15,6 +15,7 @@ use crate::flight::{Flight, recorded};
 use crate::nodes::NODES;
 use crate::page::{self, Count};
 use crate::scenario::Scenario;
+use crate::sink::{full_name, write_whole};
 use crate::summary::Summary;
 
 /// The folder of one flight.
@@ -141,10 +142,7 @@ impl RunFolder {
         let summary = Summary::of(&flight, &scenario)?;
         let counts = self.counts(&flight.counts, &scenario)?;
         let html = page::page(&flight, &scenario, &summary, &counts);
-        let draft = self.path.join(".report.html.part");
-        fs::write(&draft, html)
-            .and_then(|()| fs::rename(&draft, self.page()))
-            .with_context(|| format!("cannot write '{}'", self.page().display()))?;
+        write_whole(&self.page(), |draft| Ok(fs::write(draft, html)?))?;
         let mut out = format!("{summary}\n\n");
         out += &count_table(&counts);
         if let Some(reason) = &flight.truncated {
@@ -257,11 +255,7 @@ fn is_selected(topic: &str, recorder: &RecorderParameters) -> bool {
     let is_it = |name: &str| name.trim_start_matches('/') == last;
     let types = loop_topics::ALL.iter().filter(|topic| is_it(topic.name));
     let type_name = types.map(|it| it.info.type_name).next().unwrap_or_default();
-    let absolute = |name: &str| match name.starts_with('/') {
-        true => name.to_owned(),
-        false => format!("{namespace}/{name}"),
-    };
-    let selection = Selection::new(&recorder.record, absolute);
+    let selection = Selection::new(&recorder.record, |name| full_name(namespace, name));
     (recorder.topics.is_empty() || recorder.topics.iter().any(|name| is_it(name)))
         && selection.is_ok_and(|it| it.takes(topic, type_name))
 }

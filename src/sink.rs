@@ -36,6 +36,11 @@ impl Draft {
         if path.exists() {
             bail!("'{}' exists already; name another path", path.display());
         }
+        Self::over(path)
+    }
+
+    /// The same, in the place of what may be there.
+    fn over(path: &Path) -> Result<Self> {
         let name = path
             .file_name()
             .with_context(|| format!("'{}' names no file", path.display()))?;
@@ -52,6 +57,16 @@ impl Draft {
         std::fs::rename(&self.draft, &self.path)
             .with_context(|| format!("cannot put '{}' in its place", self.path.display()))
     }
+}
+
+/// Writes a file, whole or not at all, in the place of what may be there. `write` gets the path of its draft.
+///
+/// # Errors
+/// When it cannot be written, with its name.
+pub(crate) fn write_whole(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
+    let draft = Draft::over(path)?;
+    write(&draft.draft).with_context(|| format!("cannot write '{}'", path.display()))?;
+    draft.finish()
 }
 
 impl Drop for Draft {

@@ -18,15 +18,15 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context as _, Result, anyhow, bail};
 use clap::Args;
 use planesman_node::in_one_line;
-use planesman_parameters::Value;
 use serde::Serialize;
 use sysid::IdentifierParameters;
 
 use crate::progress::{bar_with, on_all_cores};
 use crate::scenario::Scenario;
+use crate::sink::write_whole;
 use case::Metrics;
 use results::Results;
-use space::Space;
+use space::{Space, plain};
 
 /// Combinations that are checked at a time: what is kept of them does not grow with the sweep.
 const CHECKED: u64 = 100_000;
@@ -191,7 +191,6 @@ fn check_these(scenario: &Scenario, space: &Space, combinations: &[u64]) -> Resu
 /// Makes the folder, with what its results are of.
 fn define(folder: &Path, definition: &str) -> Result<()> {
     let path = folder.join("sweep.yaml");
-    let named = || format!("'{}'", path.display());
     std::fs::create_dir_all(folder).with_context(|| format!("'{}'", folder.display()))?;
     match std::fs::read_to_string(&path) {
         Ok(there) if there == definition => Ok(()),
@@ -201,12 +200,9 @@ fn define(folder: &Path, definition: &str) -> Result<()> {
         ),
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
             // Whole or not there, also where several parts begin at once.
-            let draft = folder.join(format!(".sweep.yaml.{}.part", std::process::id()));
-            std::fs::write(&draft, definition)
-                .and_then(|()| std::fs::rename(&draft, &path))
-                .with_context(named)
+            write_whole(&path, |draft| Ok(std::fs::write(draft, definition)?))
         }
-        Err(error) => Err(error).with_context(named),
+        Err(error) => Err(error).with_context(|| format!("'{}'", path.display())),
     }
 }
 
@@ -236,10 +232,7 @@ struct Sweep {
 impl Sweep {
     fn header(&self) -> Result<String> {
         let mut columns = vec!["case".to_owned()];
-        columns.extend(self.space.axes.iter().map(|axis| match axis.unit {
-            "" => axis.parameter.to_string(),
-            unit => format!("{} [{unit}]", axis.parameter),
-        }));
+        columns.extend(self.space.axes.iter().map(space::Axis::name));
         columns.push("seed".to_owned());
         columns.extend(case::COLUMNS.iter().map(|it| (*it).to_owned()));
         for pole in 1..=self.poles {
@@ -275,11 +268,7 @@ impl Sweep {
         cells.extend(
             self.space
                 .values(combination)
-                .map(|(_, value)| match value {
-                    Value::String(text) => text.clone(),
-                    Value::Double(number) => number.to_string(),
-                    other => other.to_string(),
-                }),
+                .map(|(_, value)| plain(value)),
         );
         cells.push(scenario.seed.to_string());
         let (metrics, error) = match Metrics::of(&scenario) {

@@ -11,10 +11,11 @@ use maud::{Markup, PreEscaped, html};
 use planesman_plot::{HeatMap, Plot, Style};
 
 use super::case::{COLUMNS, SETTLING, TRAVEL};
-use super::space::{Axis, Space};
+use super::space::{Axis, Space, plain};
 use crate::arguments::number;
 use crate::page::{document, drawn};
 use crate::scenario::Scenario;
+use crate::sink::write_whole;
 
 /// Points of the Pareto plot that are not on its front; of more, one in so many is drawn.
 const DRAWN: usize = 4000;
@@ -101,10 +102,12 @@ pub(super) fn of(folder: &Path, scenario: &Scenario, space: &Space) -> Result<Pa
         pre { (scenario.source()) }
     };
     let path = folder.join("report.html");
-    let draft = folder.join(format!(".report.html.{}.part", std::process::id()));
-    std::fs::write(&draft, document("Planesman sweep", "", &body))
-        .and_then(|()| std::fs::rename(&draft, &path))
-        .with_context(|| format!("'{}'", path.display()))?;
+    write_whole(&path, |draft| {
+        Ok(std::fs::write(
+            draft,
+            document("Planesman sweep", "", &body),
+        )?)
+    })?;
     Ok(Page { path, failed })
 }
 
@@ -122,21 +125,10 @@ fn files(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-fn name(axis: &Axis) -> String {
-    match axis.unit {
-        "" => axis.parameter.to_string(),
-        unit => format!("{} [{unit}]", axis.parameter),
-    }
-}
-
 fn labels(axis: &Axis) -> Vec<String> {
     match axis.numbers() {
         Some(numbers) => numbers.into_iter().map(number).collect(),
-        None => axis
-            .values
-            .iter()
-            .map(|it| it.to_string().replace('"', ""))
-            .collect(),
+        None => axis.values.iter().map(plain).collect(),
     }
 }
 
@@ -155,7 +147,7 @@ fn maps(space: &Space, found: &BTreeMap<u64, Combination>) -> Vec<Markup> {
             let numbers = space.axes[x].numbers()?;
             let points = numbers.into_iter().zip(means);
             let points = points.filter_map(|(at, mean)| Some((at, mean.value()?)));
-            let axis = name(&space.axes[x]);
+            let axis = space.axes[x].name();
             let plot = Plot::new(COLUMNS[what], [&axis, COLUMNS[what]]).line("mean", points);
             Some(shown(COLUMNS[what], drawn(&plot)))
         }
@@ -167,7 +159,7 @@ fn maps(space: &Space, found: &BTreeMap<u64, Combination>) -> Vec<Markup> {
                 means[places[y]][places[x]].take(mean(it).value());
             }
             let map = HeatMap {
-                axes: [name(of_x), name(of_y)],
+                axes: [of_x.name(), of_y.name()],
                 columns: labels(of_x),
                 rows: labels(of_y),
                 values: means
@@ -226,7 +218,7 @@ fn pareto(space: &Space, found: &BTreeMap<u64, Combination>) -> Markup {
             table {
                 tr {
                     th { (axes[0]) } th { (axes[1]) }
-                    @for axis in &space.axes { th { (name(axis)) } }
+                    @for axis in &space.axes { th { (axis.name()) } }
                 }
                 @for (settling, travel, combination) in front.iter().take(LISTED) {
                     tr {

@@ -6,11 +6,13 @@ use std::fs::File;
 use std::path::Path;
 use std::sync::Arc;
 
-use anyhow::{Context as _, Result, anyhow};
+use anyhow::{Result, anyhow};
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::{Type, TypePtr};
+
+use crate::sink::write_whole;
 
 /// Rows of a group.
 const GROUP: usize = 65_536;
@@ -43,11 +45,9 @@ impl Kind {
 /// # Errors
 /// When a file cannot be read or written.
 pub(super) fn write(csv: &Path, kinds: &[Kind]) -> Result<()> {
-    let path = csv.with_extension("parquet");
-    let draft = csv.with_extension(format!("{}.part", std::process::id()));
-    write_to(csv, kinds, &draft)
-        .and_then(|()| Ok(std::fs::rename(&draft, &path)?))
-        .with_context(|| format!("'{}'", path.display()))
+    write_whole(&csv.with_extension("parquet"), |draft| {
+        write_to(csv, kinds, draft)
+    })
 }
 
 fn write_to(csv: &Path, kinds: &[Kind], path: &Path) -> Result<()> {

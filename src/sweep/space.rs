@@ -112,6 +112,14 @@ impl Axis {
         })
     }
 
+    /// Its name, with the unit.
+    pub(super) fn name(&self) -> String {
+        match self.unit {
+            "" => self.parameter.to_string(),
+            unit => format!("{} [{unit}]", self.parameter),
+        }
+    }
+
     /// The numbers on it; `None` for words.
     pub(super) fn numbers(&self) -> Option<Vec<f64>> {
         let number = |value: &Value| match value {
@@ -120,6 +128,15 @@ impl Axis {
             _ => None,
         };
         self.values.iter().map(number).collect()
+    }
+}
+
+/// A value as a cell or label: words without quotes, the shortest digits of a number.
+pub(super) fn plain(value: &Value) -> String {
+    match value {
+        Value::String(text) => text.clone(),
+        Value::Double(number) => number.to_string(),
+        other => other.to_string(),
     }
 }
 
@@ -178,17 +195,13 @@ impl Space {
             Axis::read(text, place, samples, seed).with_context(|| format!("--vary {text}"))
         };
         let axes = vary.iter().enumerate().map(axis);
-        let space = Self {
-            axes: axes.collect::<Result<_>>()?,
-            samples: 1,
-            seeds,
-        };
-        let is_sampled = space.axes.iter().any(|axis| axis.is_sampled);
+        let axes = axes.collect::<Result<Vec<_>>>()?;
+        let is_sampled = axes.iter().any(|axis| axis.is_sampled);
         if samples > 0 && !is_sampled {
             bail!("--samples: there is no --vary NODE.PARAMETER=FROM..TO to draw from");
         }
-        for (place, axis) in space.axes.iter().enumerate() {
-            if space.axes[..place]
+        for (place, axis) in axes.iter().enumerate() {
+            if axes[..place]
                 .iter()
                 .any(|other| other.parameter == axis.parameter)
             {
@@ -196,8 +209,9 @@ impl Space {
             }
         }
         let space = Self {
+            axes,
             samples: if is_sampled { samples.into() } else { 1 },
-            ..space
+            seeds,
         };
         let sizes = space.axes.iter().filter(|axis| !axis.is_sampled);
         let all = sizes
