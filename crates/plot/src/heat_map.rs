@@ -4,7 +4,7 @@ use anyhow::{Result, anyhow, bail};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
-use crate::{MARGIN, SIZE, X_LABELS, label};
+use crate::{AXIS, LABELS, MARGIN, SIZE, X_LABELS, label};
 
 /// Below the plots' usual size: the height follows the rows.
 const FIELD: u32 = 26;
@@ -109,8 +109,8 @@ impl HeatMap {
             .y_desc(&self.axes[1])
             .x_label_formatter(&|at| named(&self.columns, at))
             .y_label_formatter(&|at| named(&self.rows, at))
-            .axis_style(RGBColor(120, 120, 120))
-            .label_style(("sans-serif", 13))
+            .axis_style(AXIS)
+            .label_style(LABELS)
             .draw()?;
         let fields = self.values.iter().enumerate().flat_map(|(y, row)| {
             let row = row.iter().enumerate();
@@ -133,12 +133,11 @@ impl HeatMap {
         low: f64,
         high: f64,
     ) -> Result<()> {
-        let air = (1e-9 + 1e-6 * high.abs().max(low.abs())).max(0.0);
-        let (from, to) = if high > low {
-            (low, high)
-        } else {
-            (low - air, high + air)
+        let air = match high > low {
+            true => 0.0,
+            false => 1e-9 + 1e-6 * high.abs(),
         };
+        let (from, to) = (low - air, high + air);
         let mut chart = ChartBuilder::on(area)
             .margin(MARGIN)
             .x_label_area_size(X_LABELS)
@@ -151,8 +150,8 @@ impl HeatMap {
             .y_labels(6)
             .y_desc(&self.quantity)
             .y_label_formatter(&label)
-            .axis_style(RGBColor(120, 120, 120))
-            .label_style(("sans-serif", 13))
+            .axis_style(AXIS)
+            .label_style(LABELS)
             .draw()?;
         const STEPS: u32 = 64;
         let at = |step: u32| from + (to - from) * f64::from(step) / f64::from(STEPS);

@@ -163,6 +163,10 @@ const MARGIN: u32 = 8;
 const X_LABELS: u32 = 36;
 const Y_LABELS: u32 = 64;
 
+/// Colour of the axes, and font of what stands along them.
+const AXIS: RGBColor = RGBColor(120, 120, 120);
+const LABELS: (&str, u32) = ("sans-serif", 13);
+
 /// The side of a square field, pixels.
 const SIDE: u32 = 480;
 
@@ -212,8 +216,8 @@ impl Plot<'_> {
             .y_label_formatter(&label)
             .light_line_style(TRANSPARENT)
             .bold_line_style(RGBColor(228, 228, 228))
-            .axis_style(RGBColor(120, 120, 120))
-            .label_style(("sans-serif", 13))
+            .axis_style(AXIS)
+            .label_style(LABELS)
             .draw()?;
         for (series, colour) in self.coloured() {
             let points = series.points.iter().copied().filter(finite);
