@@ -105,8 +105,7 @@ fn description(&(id, label, from, to): &Edge) -> TransitionDescription {
 
 impl Lifecycle {
     /// Of a node that is not managed: active from the beginning.
-    #[must_use]
-    pub fn unmanaged() -> Self {
+    pub(crate) fn unmanaged() -> Self {
         Self {
             state: Rc::new(Cell::new(State::PRIMARY_STATE_ACTIVE)),
         }

@@ -529,12 +529,19 @@ impl<E: 'static> Runtime<E> {
         Ok(claim)
     }
 
-    /// Makes the node a managed one, unconfigured at first: serves the services of `lifecycle_msgs`, publishes
-    /// `~/transition_event`, and turns each change of state into an event, once it is made.
+    /// The node's lifecycle. A managed node is unconfigured at first: it serves the services of `lifecycle_msgs`, publishes
+    /// `~/transition_event`, and turns each change of state into an event, once it is made. Any other is always active.
     ///
     /// # Errors
     /// When the middleware refuses.
-    pub fn manage(&self, event: impl Fn(Change) -> E + 'static) -> anyhow::Result<Lifecycle> {
+    pub fn lifecycle(
+        &self,
+        managed: bool,
+        event: impl Fn(Change) -> E + 'static,
+    ) -> anyhow::Result<Lifecycle> {
+        if !managed {
+            return Ok(Lifecycle::unmanaged());
+        }
         let lifecycle = Lifecycle::managed();
         let events =
             self.unlisted_publisher::<TransitionEvent>("~/transition_event", Qos::reliable(10))?;

@@ -62,12 +62,8 @@ fn run(args: Vec<String>) -> Result<()> {
     )?;
     let controller = Controller::new(&parameters)?;
     let on_instruments = controller.reads_instruments();
-    let lifecycle = match parameters.managed {
-        true => rt.manage(Event::Lifecycle)?,
-        false => Lifecycle::unmanaged(),
-    };
     let mut node = Node {
-        lifecycle,
+        lifecycle: rt.lifecycle(parameters.managed, Event::Lifecycle)?,
         controller,
         parameters: Box::new(parameters),
         waiting: Waiting::default(),

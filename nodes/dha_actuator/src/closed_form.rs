@@ -156,6 +156,7 @@ impl ClosedForm {
     #[must_use]
     pub(crate) fn position(&self, t: f64) -> f64 {
         match &self.law {
+            // Nothing is moved; the sum is that of `at`, also in the sign of 0.
             Law::Stuck { .. } => self.start.position + 0.0,
             Law::Clamped { .. } | Law::Riding(_) => self.at(t).position,
         }

@@ -44,13 +44,8 @@ fn run(args: Vec<String>) -> Result<()> {
     )?;
     let actuator = actuator(&parameters)?;
     let groups = actuator.groups();
-    let lifecycle = match parameters.managed {
-        true => rt.manage(Event::Lifecycle)?,
-        false => Lifecycle::unmanaged(),
-    };
     let mut node = Node {
-        lifecycle,
-        parameters: Box::new(parameters.clone()),
+        lifecycle: rt.lifecycle(parameters.managed, Event::Lifecycle)?,
         actuator,
         lockstep: parameters.lockstep,
         timeout: parameters.command_timeout,
@@ -75,8 +70,6 @@ fn actuator(parameters: &ActuatorParameters) -> Result<Actuator, Error> {
 
 struct Node {
     lifecycle: Lifecycle,
-    /// The parameters in force.
-    parameters: Box<ActuatorParameters>,
     actuator: Actuator,
     /// Every tick has its command, however long it takes.
     lockstep: bool,
@@ -100,7 +93,7 @@ impl Node {
             Event::Lifecycle(change) => {
                 // An activated node begins like one that was started anew.
                 if change == Change::Activate {
-                    self.actuator = actuator(&self.parameters)?;
+                    self.actuator.restart();
                     (self.begun, self.commanded) = (None, None);
                     (self.said, self.received) = (None, None);
                     self.limits.clear();
@@ -131,7 +124,6 @@ impl Node {
             Event::Parameters(parameters) => {
                 self.actuator.set_parameters(&parameters)?;
                 self.timeout = parameters.command_timeout;
-                self.parameters = parameters;
                 log::info!("parameters changed");
                 for fault in self.actuator.faults() {
                     log::warn!("fault: {fault}");
