@@ -151,6 +151,7 @@ fn run(args: Vec<String>) -> Result<()> {
     for (topic, missing) in node.account_for_losses() {
         log::warn!("{missing} messages of {topic} lost");
     }
+    node.tell_status(&rt);
     let outcome = rt.shutdown();
     let bag = node.writer.close()?;
     log::info!("bag closed: {} messages", bag.message_count);
@@ -194,8 +195,8 @@ struct Node {
     found: BTreeMap<String, String>,
     /// What was said once of topics that are not recorded.
     warned: BTreeSet<String>,
-    /// Topics whose types nobody here knows, and when that was found.
-    undescribed: Vec<(PublishedTopic, Instant)>,
+    /// Topics whose types nobody here knows, why, and when that was found.
+    undescribed: Vec<(PublishedTopic, String, Instant)>,
     /// By the service's name.
     describers: BTreeMap<String, Client<GetTypeDescription>>,
     packages: Vec<PathBuf>,
@@ -299,21 +300,27 @@ impl Node {
             self.found.insert(name.clone(), type_name.clone());
             match definition::local(type_name, topic.type_hash.as_deref(), &self.packages) {
                 Ok(definition) => self.subscribe_found(rt, &topic, definition),
-                Err(_) => self.undescribed.push((topic, Instant::now())),
+                Err(reason) => self.undescribed.push((topic, reason, Instant::now())),
             }
         }
-        for (topic, since) in mem::take(&mut self.undescribed) {
+        for (topic, reason, since) in mem::take(&mut self.undescribed) {
             let services = rt.describers(&topic);
             if services.is_empty() && since.elapsed() < DESCRIBING {
-                self.undescribed.push((topic, since));
+                self.undescribed.push((topic, reason, since));
             } else {
-                self.ask(rt, topic, services);
+                self.ask(rt, topic, reason, services);
             }
         }
     }
 
-    /// Asks these services for the topic's type, one after the other.
-    fn ask(&mut self, rt: &Runtime<Event>, topic: PublishedTopic, services: Vec<String>) {
+    /// Asks these services for the topic's type, which is unknown here for that reason, one after the other.
+    fn ask(
+        &mut self,
+        rt: &Runtime<Event>,
+        topic: PublishedTopic,
+        reason: String,
+        services: Vec<String>,
+    ) {
         let mut clients = Vec::new();
         for service in services.into_iter().take(MOST_DESCRIBERS) {
             match self.describers.get(&service) {
@@ -329,10 +336,9 @@ impl Node {
         }
         rt.when_done(async move {
             let hash = topic.type_hash.as_deref();
-            let local = definition::local(&topic.type_name, hash, &packages());
-            let mut outcome = local.map_err(|reason| {
-                format!("{reason}, and no node of its publishers describes its type")
-            });
+            let mut outcome = Err(format!(
+                "{reason}, and no node of its publishers describes its type"
+            ));
             for client in clients {
                 let request = GetTypeDescriptionRequest {
                     type_name: topic.type_name.clone(),
@@ -401,6 +407,7 @@ impl Node {
             Event::Look => {
                 let outcome = self.writer.flush_if_due();
                 self.note(rt, outcome);
+                self.tell_status(rt);
                 self.discover(rt);
             }
             Event::Described(topic, outcome) => {
@@ -448,7 +455,7 @@ impl Node {
         if self.paused != paused {
             self.paused = paused;
             log::info!("{} recording", if paused { "pausing" } else { "resuming" });
-            self.note(rt, Ok(()));
+            self.tell_status(rt);
         }
     }
 
@@ -555,6 +562,13 @@ impl Node {
                 self.unfit += 1;
             }
             Ok(()) => {}
+        }
+    }
+
+    /// The status of the recording, until it has failed.
+    fn tell_status(&self, rt: &Runtime<Event>) {
+        if self.failed.is_some() {
+            return;
         }
         let health = self.writer.health();
         let lost: u64 = self.topics.iter().map(|it| it.losses.missing()).sum();
