@@ -104,18 +104,18 @@ pub(super) fn bootstrap(
     })
 }
 
-/// The model, its noise, and the whitened residuals to draw from.
-struct Simulated<'a> {
-    found: &'a Estimate,
-    /// Of each record, the model's output without noise.
+/// The model's output, and its noise.
+struct Simulated {
+    /// Of each record, the output without noise.
     outputs: Vec<Vec<f64>>,
-    /// `1, d1, ...` with which the residual is white.
-    whitening: Vec<f64>,
+    /// Numerator and denominator of the filter that makes noise on the output of white noise.
+    noise: (Vec<f64>, Vec<f64>),
+    /// The whitened residuals to draw from.
     drawn: Vec<f64>,
 }
 
-impl<'a> Simulated<'a> {
-    fn of(found: &'a Estimate, problem: &'a Problem<'a>) -> Result<Self> {
+impl Simulated {
+    fn of(found: &Estimate, problem: &Problem<'_>) -> Result<Self> {
         let runs = || problem.runs.iter().enumerate();
         let mut residuals: Vec<Vec<f64>> = runs()
             .map(|(number, run)| prediction::residuals(found, number, *run))
@@ -137,18 +137,23 @@ impl<'a> Simulated<'a> {
                 Error::Equation => prediction::from_first_outputs(found, number, *run),
             })
             .collect();
+        let a = found.layout.denominator(found.theta.as_slice());
+        let noise = match found.error {
+            Error::Output => (
+                vec![1.0],
+                product(&monic(&found.noise_denominator), &colour),
+            ),
+            Error::Equation => (monic(&found.noise_model), product(&colour, &a)),
+        };
         let simulated = Self {
-            found,
             outputs,
-            whitening: colour,
+            noise,
             drawn,
         };
         let bounded = |outputs: Vec<Vec<f64>>| {
             let largest = |values: &[f64]| values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-            let pairs = outputs.iter().zip(&problem.runs);
-            pairs
-                .into_iter()
-                .all(|(values, run)| largest(values) <= 1e3 * largest(run.outputs))
+            let mut pairs = outputs.iter().zip(&problem.runs);
+            pairs.all(|(values, run)| largest(values) <= 1e3 * largest(run.outputs))
         };
         match simulated.drawn.is_empty() || !bounded(simulated.outputs(0)) {
             true => Err(IdentificationError::Option(
@@ -161,20 +166,12 @@ impl<'a> Simulated<'a> {
     /// The output of each record with other noise.
     fn outputs(&self, seed: u64) -> Vec<Vec<f64>> {
         let mut random = Pcg64Mcg::seed_from_u64(seed);
-        let found = self.found;
-        let a = found.layout.denominator(found.theta.as_slice());
-        let (num, den) = match found.error {
-            Error::Output => (
-                vec![1.0],
-                product(&monic(&found.noise_denominator), &self.whitening),
-            ),
-            Error::Equation => (monic(&found.noise_model), product(&self.whitening, &a)),
-        };
+        let (num, den) = &self.noise;
         let noisy = |output: &Vec<f64>| -> Vec<f64> {
             let white: Vec<f64> = (0..LEAD + output.len())
                 .map(|_| self.drawn[random.random_range(0..self.drawn.len())])
                 .collect();
-            let noise = filter(&num, &den, &white).split_off(LEAD);
+            let noise = filter(num, den, &white).split_off(LEAD);
             output.iter().zip(noise).map(|(y, v)| y + v).collect()
         };
         self.outputs.iter().map(noisy).collect()
