@@ -553,7 +553,6 @@ impl Node {
                 self.failed = Some(Instant::now());
                 log::error!("recording has stopped: {error}");
                 rt.set_status(BAG, Level::Error, &error.to_string(), &[]);
-                return;
             }
             Err(error) => {
                 if self.unfit == 0 {
