@@ -87,39 +87,62 @@ impl Crew {
         Ok(())
     }
 
-    /// Asks `node` to stop and waits until it has.
+    /// Asks all to stop and waits until they have: the first started, the recorder, after the others, so that it receives
+    /// their last messages, also when one does not stop.
     ///
     /// # Errors
-    /// When it does not stop in time (it is killed then), or ends with an error.
-    pub fn stop(&mut self, node: &str) -> Result<()> {
-        let Some(member) = self.members.iter_mut().find(|m| m.name == node) else {
+    /// When one does not stop in time (it is killed then), or ends with an error.
+    pub fn stop(&mut self) -> Result<()> {
+        let Some((recorder, publishers)) = self.members.split_first_mut() else {
             return Ok(());
         };
-        if member.exit.is_some() {
+        for member in &*publishers {
+            member.ask_to_stop();
+        }
+        let stopped: Vec<Result<()>> = publishers
+            .iter_mut()
+            .map(|member| member.wait(&self.run))
+            .collect();
+        recorder.ask_to_stop();
+        recorder.wait(&self.run)?;
+        stopped.into_iter().collect()
+    }
+}
+
+impl Member {
+    fn ask_to_stop(&self) {
+        if self.exit.is_none() {
+            signal(&self.child, Signal::TERM);
+        }
+    }
+
+    fn wait(&mut self, run: &RunFolder) -> Result<()> {
+        if self.exit.is_some() {
             return Ok(());
         }
-        signal(&member.child, Signal::TERM);
         let deadline = Instant::now() + STOP_TIMEOUT;
         let status = loop {
-            if let Some(status) = member.child.try_wait()? {
+            if let Some(status) = self.child.try_wait()? {
                 break status;
             }
             if Instant::now() > deadline {
-                member.child.kill()?;
-                member.exit = Some(member.child.wait()?);
+                self.child.kill()?;
+                self.exit = Some(self.child.wait()?);
                 bail!(
-                    "the node {node} did not stop within {} s and was killed; its log is {}",
+                    "the node {} did not stop within {} s and was killed; its log is {}",
+                    self.name,
                     STOP_TIMEOUT.as_secs(),
-                    self.run.log(node).display()
+                    run.log(self.name).display()
                 );
             }
             std::thread::sleep(Duration::from_millis(5));
         };
-        member.exit = Some(status);
+        self.exit = Some(status);
         if !status.success() {
             bail!(
-                "the node {node} ended with {status}:\n{}",
-                tail(&self.run, node)
+                "the node {} ended with {status}:\n{}",
+                self.name,
+                tail(run, self.name)
             );
         }
         Ok(())
@@ -129,10 +152,8 @@ impl Crew {
 impl Drop for Crew {
     fn drop(&mut self) {
         for member in &mut self.members {
-            if member.exit.is_none() {
-                // Best effort on the way out of an error: it cannot be reported.
-                signal(&member.child, Signal::TERM);
-            }
+            // Best effort on the way out of an error: it cannot be reported.
+            member.ask_to_stop();
         }
         let deadline = Instant::now() + Duration::from_secs(3);
         for member in &mut self.members {

@@ -147,18 +147,13 @@ fn fly(
         done: false,
         pole: String::new(),
         began: Instant::now(),
+        flown: Duration::ZERO,
         interrupted: false,
     };
     let flown = launcher.command(&rt);
     launcher.bar.finish_and_clear();
     flown.and(rt.shutdown())?;
-    // Publishers stop first, so that the recorder receives their last messages, also when one does not stop.
-    let stopped: Vec<Result<()>> = NODES
-        .iter()
-        .rev()
-        .map(|node| launcher.crew.stop(node))
-        .collect();
-    stopped.into_iter().collect::<Result<()>>()?;
+    launcher.crew.stop()?;
     if launcher.interrupted {
         planesman_node::say!(
             "Interrupted after {} ticks; the bag is closed.",
@@ -168,7 +163,7 @@ fn fly(
         planesman_node::say!(
             "Flew {:.1} s of vehicle time in {:.1} s, {} processes over DDS.\n",
             launcher.ticks as f64 * scenario.tick,
-            launcher.began.elapsed().as_secs_f64(),
+            launcher.flown.as_secs_f64(),
             NODES.len() + 1,
         )?;
     }
@@ -315,7 +310,10 @@ struct Launcher {
     /// Whether the vehicle says that it is done.
     done: bool,
     pole: String,
+    /// When the vehicle was released.
     began: Instant,
+    /// From there to its last state.
+    flown: Duration,
     /// Whether the dive was interrupted.
     interrupted: bool,
 }
@@ -401,6 +399,7 @@ impl Launcher {
             // By the machine's clock ticks may be missed: those flown count.
             self.ticks += 1;
         }
+        self.flown = self.began.elapsed();
         self.bar.set_position(self.ticks);
         self.bar.set_message(format!(
             "{t:5.1} s  depth {:6.3} m  pitch {:+5.1}°  planes {:+5.1}°  {}",

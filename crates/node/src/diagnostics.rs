@@ -185,6 +185,14 @@ pub(crate) fn array(shared: &Shared) -> DiagnosticArray {
     }
 }
 
+/// All messages that the node has published and received, but for what nodes say of themselves.
+pub(crate) fn messages(shared: &Shared) -> u64 {
+    let endpoints = shared.endpoints.borrow();
+    let of_the_loop = |topic: &str| !["/diagnostics", "/rosout"].contains(&topic);
+    let counted = endpoints.iter().filter(|it| of_the_loop(&it.topic));
+    counted.map(|endpoint| endpoint.passed.get()).sum()
+}
+
 /// Topics on which others publish although this node is to be the only one.
 fn topics_of_others_too(shared: &Shared) -> Vec<String> {
     let Some(participant) = shared.participant() else {

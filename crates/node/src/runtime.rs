@@ -93,8 +93,8 @@ const QUEUE: usize = 64;
 /// Time between two diagnostics, s.
 const DIAGNOSTICS_PERIOD: Duration = Duration::from_secs(1);
 
-/// Time without further news after which the diagnostics go out because of the latest, s. While there is always more,
-/// as where many nodes start at once, they go out every [`DIAGNOSTICS_PERIOD`].
+/// Time without further news, or without any more messages, after which the diagnostics go out because of the latest, s.
+/// While there is always more, as where many nodes start at once or in a dive, they go out every [`DIAGNOSTICS_PERIOD`].
 const DIAGNOSTICS_SETTLING: Duration = Duration::from_millis(100);
 
 /// Time given to the last messages at shutdown, s: a reader that misses one asks within
@@ -696,7 +696,7 @@ impl<E: 'static> Runtime<E> {
     /// Waits for `work` while the node's communication goes on. Events queue up.
     pub fn block_on<T>(&self, work: impl Future<Output = T>) -> T {
         self.take_up(None);
-        smol::future::block_on(self.executor.run(work))
+        self.shared.block_on(self.executor.run(work))
     }
 
     /// Waits for the next event, for programs that are not only a node; with [`Duration::MAX`] for ever and without a timer.
@@ -752,7 +752,8 @@ impl<E: 'static> Runtime<E> {
         mut handler: impl FnMut(&mut Self, E) -> anyhow::Result<Flow>,
     ) -> anyhow::Result<()> {
         let executor = Rc::clone(&self.executor);
-        let outcome = smol::future::block_on(executor.run(async {
+        let shared = Rc::clone(&self.shared);
+        let outcome = shared.block_on(executor.run(async {
             loop {
                 let queued = {
                     let (event, stop) = (self.receiver.recv(), self.asked_to_stop());
@@ -768,9 +769,11 @@ impl<E: 'static> Runtime<E> {
                     return Ok(());
                 }
                 self.take_up(None);
+                // What the handler has published goes out now, not after the next event.
+                smol::future::yield_now().await;
             }
         }));
-        drop((executor, handler));
+        drop((shared, executor, handler));
         if let Err(error) = &outcome {
             logging::last_words(error);
         }
@@ -983,17 +986,27 @@ impl<E: 'static> Runtime<E> {
         self.shared.spawn(async move {
             let mut due = Instant::now() + DIAGNOSTICS_PERIOD;
             let mut settled = due;
+            let mut look = Instant::now() + DIAGNOSTICS_SETTLING;
+            // The messages of the connections: at the last look, and as told.
+            let (mut seen, mut told) = (0, 0);
             loop {
                 let change = news.recv();
                 futures::pin_mut!(change);
-                let next = select(change, SmolTimer::at(due.min(settled))).await;
+                let next = select(change, SmolTimer::at(due.min(settled).min(look))).await;
                 let now = Instant::now();
                 if matches!(next, Either::Left(_)) && now < due {
                     settled = now + DIAGNOSTICS_SETTLING;
-                } else {
+                    continue;
+                }
+                look = now + DIAGNOSTICS_SETTLING;
+                let count = diagnostics::messages(&shared);
+                let has_stopped = count == seen && count != told;
+                seen = count;
+                if has_stopped || now >= due.min(settled) {
                     publisher.publish(&diagnostics::array(&shared));
                     due = now + DIAGNOSTICS_PERIOD;
                     settled = due;
+                    told = count;
                 }
             }
         });

@@ -140,6 +140,14 @@ impl Shared {
             .unwrap_or_default()
     }
 
+    /// Waits for `work` on this thread, which carries the node's messages meanwhile.
+    pub(crate) fn block_on<T>(&self, work: impl Future<Output = T>) -> T {
+        match self.participant() {
+            Some(participant) => participant.block_on(work),
+            None => smol::future::block_on(work),
+        }
+    }
+
     /// The participant, to ask for what it has discovered.
     pub(crate) fn participant(&self) -> Option<DomainParticipant> {
         self.participant.borrow().clone()
