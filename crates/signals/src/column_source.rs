@@ -132,8 +132,8 @@ impl ColumnSource {
                     self.columns[place].1[row] * 10_f64.powi(unit.places() as i32)
                 }
             };
-            // What lies beyond the calendar of nanoseconds is no time.
-            if !(stamp.abs() < i64::MAX as f64) {
+            // What lies beyond the calendar of nanoseconds is no time, nor is NaN.
+            if stamp.is_nan() || stamp.abs() >= i64::MAX as f64 {
                 timeless += 1;
                 continue;
             }
