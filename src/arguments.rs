@@ -94,6 +94,19 @@ pub fn number(value: f64) -> String {
     }
 }
 
+/// A command-line error as one line: the error and the suggestion, without the usage.
+#[must_use]
+pub fn one_line(error: &clap::Error) -> String {
+    let text = error.to_string();
+    let mut lines = text.lines().map(str::trim);
+    let wrong: Vec<&str> = lines.by_ref().take_while(|line| !line.is_empty()).collect();
+    let wrong = wrong.join(" ").trim_start_matches("error: ").to_owned();
+    match lines.find_map(|line| line.strip_prefix("tip: ")) {
+        Some(tip) => format!("{wrong}; {tip}"),
+        None => wrong,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

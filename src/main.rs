@@ -9,6 +9,7 @@ use clap::builder::NonEmptyStringValueParser;
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory as _, Parser, Subcommand};
 use clap_complete::Shell;
+use planesman::arguments::one_line;
 use planesman::coefficients_command::{self, CoefficientsArgs};
 use planesman::design::{self, DesignCommand};
 use planesman::dha::{self, DhaCommand};
@@ -239,18 +240,6 @@ fn command_of(arguments: impl Iterator<Item = String>) -> String {
         command = found;
     }
     name
-}
-
-/// A command-line error as one line: the error and the suggestion, without the usage.
-fn one_line(error: &clap::Error) -> String {
-    let text = error.to_string();
-    let mut lines = text.lines().map(str::trim);
-    let wrong: Vec<&str> = lines.by_ref().take_while(|line| !line.is_empty()).collect();
-    let wrong = wrong.join(" ").trim_start_matches("error: ").to_owned();
-    match lines.find_map(|line| line.strip_prefix("tip: ")) {
-        Some(tip) => format!("{wrong}; {tip}"),
-        None => wrong,
-    }
 }
 
 fn main() -> ExitCode {

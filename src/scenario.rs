@@ -163,20 +163,50 @@ impl Scenario {
             Some((_, text)) => (*text).to_owned(),
             None => read(Path::new(name_or_path))?,
         };
-        let mut scenario =
-            Self::parse(&text).with_context(|| format!("scenario '{name_or_path}'"))?;
-        if let Some(folder) = Path::new(name_or_path).parent() {
-            scenario.find_files(folder)?;
-        }
+        let folder = Path::new(name_or_path).parent().unwrap_or(Path::new(""));
+        Self::parse_with(
+            &text,
+            folder,
+            changes,
+            &format!("scenario '{name_or_path}'"),
+        )
+    }
+
+    /// As [`Scenario::load_with`], from the YAML text of a scenario in `folder`; errors call it `name`.
+    ///
+    /// # Errors
+    /// As [`Scenario::load_with`].
+    pub fn parse_with(text: &str, folder: &Path, changes: &[String], name: &str) -> Result<Self> {
+        let mut scenario = Self::parse(text).with_context(|| name.to_owned())?;
+        scenario.find_files(folder)?;
         for change in changes {
             scenario
                 .set(change)
                 .with_context(|| format!("--set {change}"))?;
         }
         scenario.find_files(Path::new(""))?;
-        scenario
-            .check()
-            .with_context(|| format!("scenario '{name_or_path}'"))?;
+        scenario.check().with_context(|| name.to_owned())?;
+        Ok(scenario)
+    }
+
+    /// The same with another duration (s), tick (s) or seed.
+    ///
+    /// # Errors
+    /// A value that is refused; a node that refuses its parameters with it.
+    pub fn timed(
+        &self,
+        duration: Option<f64>,
+        tick: Option<f64>,
+        seed: Option<u32>,
+    ) -> Result<Self> {
+        let changed = Self {
+            duration: duration.unwrap_or(self.duration),
+            tick: tick.unwrap_or(self.tick),
+            seed: seed.unwrap_or(self.seed),
+            ..self.clone()
+        };
+        let scenario = Self::parse(&serde_yaml_ng::to_string(&changed)?)?;
+        scenario.check()?;
         Ok(scenario)
     }
 

@@ -232,10 +232,11 @@ pub struct CsvSink {
     draft: Draft,
 }
 
-/// The columns: name with unit, and where the number comes from.
-type Column = (&'static str, fn(&Tick) -> f64);
+/// A column: its name with unit, and where the number comes from.
+pub type Column = (&'static str, fn(&Tick) -> f64);
 
-const COLUMNS: &[Column] = &[
+/// The columns of the table of a flight.
+pub const COLUMNS: &[Column] = &[
     ("time [s]", |t| t.stamp.nanos() as f64 * 1e-9),
     ("depth [m]", |t| t.observation.state.depth),
     ("depth_rate [m/s]", |t| t.observation.state.depth_rate),

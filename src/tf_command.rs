@@ -80,14 +80,20 @@ impl From<OutputName> for Output {
 }
 
 /// A model before and after the zero-order hold, with its heading and remarks.
-struct Models {
-    heading: String,
-    continuous: TransferFunction,
+#[derive(Clone, Debug)]
+pub struct Models {
+    /// Vehicle, signals, unit and speed.
+    pub heading: String,
+    /// The model in s.
+    pub continuous: TransferFunction,
     /// The unit of `s`.
-    frequency: &'static str,
-    sampled: TransferFunction,
-    sampling: String,
-    remarks: Vec<String>,
+    pub frequency: &'static str,
+    /// The model in z.
+    pub sampled: TransferFunction,
+    /// The rate of the zero-order hold.
+    pub sampling: String,
+    /// The operating point, and what else is to be known.
+    pub remarks: Vec<String>,
 }
 
 /// Prints the transfer function that was asked for.
@@ -95,13 +101,19 @@ struct Models {
 /// # Errors
 /// A vehicle that is refused, a pair of input and output that has no model, numbers that overflow.
 pub fn run(args: &TfArgs) -> Result<()> {
-    let models = if args.as_printed {
-        as_printed(args)?
-    } else {
-        corrected(args)?
-    };
-    print_wrapped(text(&models)?)?;
+    print_wrapped(text(&models(args)?)?)?;
     Ok(())
+}
+
+/// The transfer function that was asked for.
+///
+/// # Errors
+/// As [`run`].
+pub fn models(args: &TfArgs) -> Result<Models> {
+    match args.as_printed {
+        true => as_printed(args),
+        false => corrected(args),
+    }
 }
 
 fn corrected(args: &TfArgs) -> Result<Models> {
@@ -398,7 +410,7 @@ mod tests {
             }),
         ];
         for refusal in refused {
-            let line = format!("{:#}", refusal.err().expect("refused"));
+            let line = format!("{:#}", refusal.expect_err("refused"));
             assert!(!line.contains('\n') && line.len() > 20, "{line}");
         }
     }

@@ -6,7 +6,7 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
-use planesman_book::Reckoning;
+use planesman_book::{Reckoning, Recomputed, Report};
 
 use crate::arguments::output_file;
 use crate::progress::{end_with_reader, on_all_cores, spinner};
@@ -23,6 +23,15 @@ pub struct ReproduceArgs {
     html: Option<PathBuf>,
 }
 
+/// The reports.
+pub const REPORTS: [Report; 2] = [brunner_1988::REPORT, ibm_1966::REPORT];
+
+/// The recomputed numbers of each of the [`REPORTS`], by name.
+#[must_use]
+pub fn recomputed() -> Vec<Recomputed> {
+    on_all_cores("reports", &REPORTS, |report| (report.recomputed)())
+}
+
 /// Prints the books of numbers, and writes the page when one is asked for.
 ///
 /// # Errors
@@ -34,9 +43,7 @@ pub fn run(args: &ReproduceArgs) -> Result<()> {
     }
     let mut page = page::Page::default();
     let mut news = 0;
-    let reports = [brunner_1988::REPORT, ibm_1966::REPORT];
-    let recomputed = on_all_cores("reports", &reports, |report| (report.recomputed)());
-    for (report, values) in reports.iter().zip(recomputed) {
+    for (report, values) in REPORTS.iter().zip(recomputed()) {
         let book = (report.book)()?;
         let reckoning = Reckoning::of(&book, values.iter().map(|(id, v)| (id.as_str(), *v)));
         print_wrapped(format_args!("{}\n\n", report.citation))?;

@@ -79,7 +79,21 @@ struct Definition<'a> {
     vary: &'a [String],
     samples: Option<u32>,
     seeds: u32,
+    /// Of a dataset in parts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    parts: Option<u64>,
     scenario: &'a str,
+}
+
+/// What a column holds. An empty cell is null.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Whole numbers.
+    Whole,
+    /// Numbers.
+    Number,
+    /// Text.
+    Text,
 }
 
 /// Flies the cases that the folder lacks, and writes the page.
@@ -87,39 +101,25 @@ struct Definition<'a> {
 /// # Errors
 /// What is refused of the command line, before the first case; a folder that holds another sweep or cannot be written.
 pub fn run(args: &SweepArgs) -> Result<()> {
-    let scenario = Scenario::load_with(&args.scenario, &args.set)?;
-    let space = Space::new(
+    let sweep = Sweep::new(
+        Scenario::load_with(&args.scenario, &args.set)?,
         &args.vary,
-        args.samples.unwrap_or(0),
+        args.samples,
         args.seeds,
-        scenario.seed,
     )?;
-    check(&scenario, &space)?;
+    sweep.check()?;
     let folder = args.out.clone().unwrap_or_else(|| {
         let stem = Path::new(&args.scenario).file_stem().unwrap_or_default();
         Path::new("runs").join(format!("sweep-{}", stem.display()))
     });
-    let definition = serde_yaml_ng::to_string(&Definition {
-        planesman: env!("CARGO_PKG_VERSION"),
-        vary: &args.vary,
-        samples: args.samples,
-        seeds: args.seeds,
-        scenario: scenario.source(),
-    })?;
-    define(&folder, &definition)?;
+    sweep.define(&folder, None)?;
 
-    let (part, parts) = args.shard.unwrap_or((1, 1));
+    let part = args.shard.map_or(Part::ALL, |(part, of)| Part { part, of });
     let file = folder.join(match args.shard {
         None => "cases.csv".to_owned(),
         Some((part, parts)) => format!("cases-{part}-of-{parts}.csv"),
     });
-    let sweep = Sweep {
-        poles: poles(&scenario, &space)?,
-        scenario,
-        space,
-    };
-    let seeds = u64::from(args.seeds);
-    let all = (sweep.space.combinations() + parts - part) / parts * seeds;
+    let all = sweep.cases(part);
     let results = Results::open(&file, &sweep.header()?)?;
     let there = results.there;
     if there > 0 {
@@ -129,11 +129,7 @@ pub fn run(args: &SweepArgs) -> Result<()> {
         .jobs
         .unwrap_or_else(|| std::thread::available_parallelism().unwrap_or(NonZero::<usize>::MIN));
     let bar = bar_with("cases", all, there);
-    // The seeds of a combination follow each other, in whichever part it is.
-    let row = |number: u64| {
-        let combination = number / seeds * parts + part - 1;
-        sweep.row(combination, (number % seeds) as u32)
-    };
+    let row = |number: u64| sweep.case(part, number)?.row();
     let filled = results.fill(all, jobs, row, || bar.inc(1));
     bar.finish_and_clear();
     filled.with_context(|| format!("'{}'; the same command again goes on", file.display()))?;
@@ -222,68 +218,170 @@ fn poles(scenario: &Scenario, space: &Space) -> Result<usize> {
     Ok(most as usize)
 }
 
+/// A part of the combinations, `part` of `of`, from 1 on; all seeds of a combination are in one part.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Part {
+    /// Which.
+    pub part: u64,
+    /// How many there are.
+    pub of: u64,
+}
+
+impl Part {
+    /// The whole.
+    pub const ALL: Self = Self { part: 1, of: 1 };
+}
+
 /// A scenario and its cases.
-struct Sweep {
+#[derive(Debug)]
+pub struct Sweep {
     scenario: Scenario,
     space: Space,
     poles: usize,
+    /// As given, for the definition.
+    vary: Vec<String>,
+    samples: Option<u32>,
+}
+
+/// A case that was flown.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// Its number.
+    pub number: u64,
+    /// The values of what is varied, as text.
+    pub values: Vec<String>,
+    /// Its seed.
+    pub seed: u32,
+    /// The numbers that are kept of it; `None` where there is none.
+    pub numbers: Vec<Option<f64>>,
+    /// Why the flight broke off; empty otherwise.
+    pub error: String,
 }
 
 impl Sweep {
-    fn header(&self) -> Result<String> {
-        let mut columns = vec!["case".to_owned()];
-        columns.extend(self.space.axes.iter().map(space::Axis::name));
-        columns.push("seed".to_owned());
-        columns.extend(case::COLUMNS.iter().map(|it| (*it).to_owned()));
+    /// The cases of these `--vary`, `--samples` and `--seeds`; their combinations are still to be [checked](Sweep::check).
+    ///
+    /// # Errors
+    /// A parameter or a value that is refused.
+    pub fn new(
+        scenario: Scenario,
+        vary: &[String],
+        samples: Option<u32>,
+        seeds: u32,
+    ) -> Result<Self> {
+        let space = Space::new(vary, samples.unwrap_or(0), seeds, scenario.seed)?;
+        Ok(Self {
+            poles: poles(&scenario, &space)?,
+            scenario,
+            space,
+            vary: vary.to_vec(),
+            samples,
+        })
+    }
+
+    /// Checks every combination as the nodes would at their start.
+    ///
+    /// # Errors
+    /// Combinations that are refused.
+    pub fn check(&self) -> Result<()> {
+        check(&self.scenario, &self.space)
+    }
+
+    /// Combinations of values; each is flown with every seed.
+    #[must_use]
+    pub fn combinations(&self) -> u64 {
+        self.space.combinations()
+    }
+
+    /// Cases of a part.
+    #[must_use]
+    pub fn cases(&self, Part { part, of }: Part) -> u64 {
+        (self.combinations() + of - part) / of * u64::from(self.space.seeds)
+    }
+
+    /// Makes the folder, with what its results are of; in so many parts, where that is fixed.
+    ///
+    /// # Errors
+    /// A folder that holds another sweep or cannot be written.
+    pub fn define(&self, folder: &Path, parts: Option<u64>) -> Result<()> {
+        let definition = Definition {
+            planesman: env!("CARGO_PKG_VERSION"),
+            vary: &self.vary,
+            samples: self.samples,
+            seeds: self.space.seeds,
+            parts,
+            scenario: self.scenario.source(),
+        };
+        define(folder, &serde_yaml_ng::to_string(&definition)?)
+    }
+
+    /// The names of the columns, with their units, and what they hold.
+    #[must_use]
+    pub fn columns(&self) -> Vec<(String, Kind)> {
+        let number = |name: String| (name, Kind::Number);
+        let mut columns = vec![("case".to_owned(), Kind::Whole)];
+        columns.extend(self.space.axes.iter().map(|axis| match axis.numbers() {
+            Some(_) => (axis.name(), Kind::Number),
+            None => (axis.name(), Kind::Text),
+        }));
+        columns.push(("seed".to_owned(), Kind::Whole));
+        columns.extend(case::COLUMNS.iter().map(|it| number((*it).to_owned())));
         for pole in 1..=self.poles {
-            columns.extend(["re", "im"].map(|part| format!("pole_{pole}_{part} [1/s]")));
+            columns.extend(["re", "im"].map(|part| number(format!("pole_{pole}_{part} [1/s]"))));
         }
-        columns.push("error".to_owned());
-        Ok(String::from_utf8(row_of(&columns)?)?)
+        columns.push(("error".to_owned(), Kind::Text));
+        columns
     }
 
-    /// What the columns of the header hold.
+    fn header(&self) -> Result<String> {
+        let names: Vec<String> = self.columns().into_iter().map(|(name, _)| name).collect();
+        Ok(String::from_utf8(row_of(&names)?)?)
+    }
+
+    /// What the columns hold.
     #[cfg(feature = "parquet")]
-    fn kinds(&self) -> Vec<parquet::Kind> {
-        use parquet::Kind;
-        let axes = self.space.axes.iter().map(|axis| match axis.numbers() {
-            Some(_) => Kind::Number,
-            None => Kind::Text,
-        });
-        let metrics = case::COLUMNS.len() + 2 * self.poles;
-        let mut kinds = vec![Kind::Whole];
-        kinds.extend(axes);
-        kinds.push(Kind::Whole);
-        kinds.extend(std::iter::repeat_n(Kind::Number, metrics));
-        kinds.push(Kind::Text);
-        kinds
+    fn kinds(&self) -> Vec<Kind> {
+        self.columns().into_iter().map(|(_, kind)| kind).collect()
     }
 
-    /// The row of a combination with one of its seeds. A flight that breaks off has a reason in place of numbers.
-    fn row(&self, combination: u64, seed: u32) -> Result<Vec<u8>> {
+    /// Flies a case of a part, by its place there. A flight that breaks off has a reason in place of numbers.
+    ///
+    /// # Errors
+    /// When the scenario's section of a node is not a mapping.
+    pub fn case(&self, Part { part, of }: Part, place: u64) -> Result<Case> {
+        // The seeds of a combination follow each other, in whichever part it is.
+        let seeds = u64::from(self.space.seeds);
+        let combination = place / seeds * of + part - 1;
+        let seed = (place % seeds) as u32;
         let mut scenario = self.space.scenario(&self.scenario, combination)?;
         scenario.seed = self.scenario.seed.wrapping_add(seed);
-        let case = combination * u64::from(self.space.seeds) + u64::from(seed);
-        let mut cells = vec![case.to_string()];
-        cells.extend(
-            self.space
-                .values(combination)
-                .map(|(_, value)| plain(value)),
-        );
-        cells.push(scenario.seed.to_string());
-        let (metrics, error) = match Metrics::of(&scenario) {
+        let (numbers, error) = match Metrics::of(&scenario) {
             Ok(metrics) => (metrics.numbers(self.poles), String::new()),
             Err(error) => {
                 let count = case::COLUMNS.len() + 2 * self.poles;
                 (vec![None; count], in_one_line(&error))
             }
         };
-        cells.extend(
-            metrics
-                .iter()
-                .map(|it| it.map_or_else(String::new, |it| it.to_string())),
-        );
-        cells.push(error);
+        let values = self.space.values(combination);
+        Ok(Case {
+            number: combination * seeds + u64::from(seed),
+            values: values.map(|(_, value)| plain(value)).collect(),
+            seed: scenario.seed,
+            numbers,
+            error,
+        })
+    }
+}
+
+impl Case {
+    /// As a line of the file.
+    fn row(&self) -> Result<Vec<u8>> {
+        let mut cells = vec![self.number.to_string()];
+        cells.extend_from_slice(&self.values);
+        cells.push(self.seed.to_string());
+        let number = |it: &Option<f64>| it.map_or_else(String::new, |it| it.to_string());
+        cells.extend(self.numbers.iter().map(number));
+        cells.push(self.error.clone());
         row_of(&cells)
     }
 }

@@ -12,18 +12,11 @@ use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::{Type, TypePtr};
 
+use super::Kind;
 use crate::sink::write_whole;
 
 /// Rows of a group.
 const GROUP: usize = 65_536;
-
-/// What a column holds. An empty cell is null.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
-    Whole,
-    Number,
-    Text,
-}
 
 impl Kind {
     fn column(self, name: &str) -> Result<TypePtr> {

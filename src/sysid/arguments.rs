@@ -10,8 +10,8 @@ use indicatif::{ProgressBar, ProgressStyle};
 use planesman_bag::{is_bag_file, metadata};
 use planesman_model_file::ModelFile;
 use planesman_signals::{
-    Band, Clock, DECIMATION, Data, Method, Options, Outliers, Preparation, SegmentChoice, Source,
-    TableTime, Taken, TimeUnit, Trend, take, unreachable, without_dynamics,
+    Band, Clock, ColumnSource, DECIMATION, Data, Method, Options, Outliers, Preparation,
+    SegmentChoice, Source, TableTime, Taken, TimeUnit, Trend, take, unreachable, without_dynamics,
 };
 use planesman_units::Dimension;
 
@@ -73,12 +73,28 @@ pub(super) struct DataArgs {
     /// Show no progress
     #[arg(long)]
     quiet: bool,
+    /// Columns in memory in place of the data.
+    #[arg(skip)]
+    columns: Option<Columns>,
 }
+
+/// Columns by name.
+pub type Columns = Vec<(String, Vec<f64>)>;
 
 impl DataArgs {
     /// All of the data as one source.
     pub(super) fn open(&self) -> Result<Source> {
-        Source::open(&self.of(self.data.clone()))
+        self.opened(&self.of(self.data.clone()))
+    }
+
+    fn opened(&self, data: &Data) -> Result<Source> {
+        match &self.columns {
+            None => Source::open(data),
+            Some(columns) => {
+                let source = ColumnSource::new(columns.clone(), &data.time)?;
+                Ok(Source::Columns(source))
+            }
+        }
     }
 
     /// Takes the model files out of what was given: *.json and *.yaml, but for a bag's metadata.yaml.
@@ -221,6 +237,12 @@ impl SignalArgs {
         }
     }
 
+    /// The same with columns in memory in place of the data.
+    pub(super) fn of_columns(mut self, columns: Columns) -> Self {
+        self.data.columns = Some(columns);
+        self
+    }
+
     /// The same on a grid of that rate, Hz, where none was asked for.
     pub(super) fn at_rate(mut self, rate: f64) -> Self {
         self.grid.rate.get_or_insert(rate);
@@ -259,6 +281,7 @@ impl SignalArgs {
             Validation::Data(path) => {
                 let mut other = self.within(Vec::new());
                 other.data.data = vec![path.clone()];
+                other.data.columns = None;
                 other
             }
         };
@@ -302,7 +325,7 @@ impl SignalArgs {
             let rate = taken
                 .as_ref()
                 .map(|taken| 1.0 / taken.resampled.record.sample_time);
-            let source = Source::open(&data)?;
+            let source = self.data.opened(&data)?;
             let windows = self
                 .grid
                 .options(rate.or(source.sample_time().map(f64::recip)));

@@ -16,7 +16,7 @@ use planesman_signals::Taken;
 use planesman_vehicle::{pitch, vehicle_file};
 use serde_json::{Value, json};
 
-use super::arguments::{SignalArgs, Validation, choice_also_known, validation};
+use super::arguments::{Columns, SignalArgs, Validation, choice_also_known, validation};
 use super::trial::{self, Trial};
 use super::{compare_page, model_file, page};
 use crate::arguments::{output_file, speed, within};
@@ -288,6 +288,15 @@ fn heave(text: &str) -> Result<[f64; 4], String> {
 }
 
 impl FitArgs {
+    /// The same with columns in memory in place of the data, which is then not opened.
+    #[must_use]
+    pub fn of_columns(self, columns: Columns) -> Self {
+        Self {
+            signals: self.signals.of_columns(columns),
+            ..self
+        }
+    }
+
     /// The options of the analysis by a method.
     fn options(&self, method: Method) -> Result<Options> {
         let (structure, vehicle) = (&self.structure, &self.vehicle);
@@ -370,6 +379,14 @@ pub struct Found {
 }
 
 impl Found {
+    /// Everything but the record's numbers, as `--json` prints it.
+    ///
+    /// # Errors
+    /// As [`Found::model_file`].
+    pub fn as_json(&self) -> Result<Value> {
+        as_json(self)
+    }
+
     /// The model as a file that other programs load.
     ///
     /// # Errors
@@ -490,7 +507,7 @@ fn model_path(text: &str) -> Result<PathBuf, String> {
 pub fn run(args: &FitArgs) -> Result<()> {
     let found = fit(args)?;
     if args.json {
-        let text = serde_json::to_string_pretty(&as_json(&found)?)? + "\n";
+        let text = serde_json::to_string_pretty(&found.as_json()?)? + "\n";
         planesman_node::print(text)?;
     } else {
         print_wrapped(found.taken.account())?;

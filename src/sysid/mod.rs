@@ -3,15 +3,19 @@
 use anyhow::Result;
 use clap::Subcommand;
 
+pub use arguments::Columns;
+
 mod arguments;
 pub mod compare;
 mod compare_page;
 pub mod compared;
 pub mod fit;
-mod model_file;
+pub mod model_file;
 mod montecarlo;
 mod page;
 pub mod replay;
+pub mod samples;
+pub mod simulated;
 pub mod topics;
 mod trial;
 mod watch;

@@ -11,7 +11,7 @@ use planesman_model_file::{Continuous, Format, Heave, ModelFile, Physical as Phy
 ///
 /// # Errors
 /// A sentence, when poles or zeros cannot be found.
-pub(super) fn of(analysis: &Analysis) -> Result<ModelFile> {
+pub fn of(analysis: &Analysis) -> Result<ModelFile> {
     let model = analysis.model();
     let reading = analysis.reading();
     let places = |found: Vec<Uncertain>| -> Vec<Place> { found.iter().map(place).collect() };
@@ -56,7 +56,8 @@ pub(super) fn of(analysis: &Analysis) -> Result<ModelFile> {
 }
 
 /// The model of a file, to be judged on data.
-pub(super) fn given(file: &ModelFile) -> GivenModel {
+#[must_use]
+pub fn given(file: &ModelFile) -> GivenModel {
     let by_equation = [
         Method::LeastSquares.name(),
         Method::RecursiveLeastSquares.name(),

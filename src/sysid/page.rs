@@ -3,13 +3,14 @@
 
 use std::f64::consts::{PI, TAU};
 
-use anyhow::{Result, anyhow};
+use anyhow::Result;
 use maud::{Markup, html};
 use planesman_identification::analysis::Analysis;
 use planesman_identification::validation::residuals::Correlation;
 use planesman_identification::{Reading, Record, SIGMAS_95, Uncertain};
 use planesman_plot::{Plot, Series, Style};
 
+use super::simulated::Simulated;
 use crate::page::{self, document};
 
 /// Largest number of points drawn of a line.
@@ -95,14 +96,12 @@ pub(super) fn plot<'a>(
 }
 
 fn plots(analysis: &Analysis, record: &Record) -> Result<Vec<Markup>> {
-    let segment = analysis
-        .segments
-        .get(analysis.longest)
-        .and_then(|number| record.segments.get(*number))
-        .ok_or_else(|| anyhow!("the record does not hold the segment of the model"))?;
-    let (Some(inputs), Some(outputs)) = (segment.inputs.first(), segment.outputs.first()) else {
-        return Err(anyhow!("the record has no input or no output"));
-    };
+    let Simulated {
+        input,
+        measured,
+        simulated,
+        ..
+    } = Simulated::of(analysis, record)?;
     let timed = |values: &[f64]| -> Vec<(f64, f64)> {
         values
             .iter()
@@ -110,7 +109,6 @@ fn plots(analysis: &Analysis, record: &Record) -> Result<Vec<Markup>> {
             .map(|(k, v)| (k as f64 * record.sample_time, *v))
             .collect()
     };
-    let simulated = analysis.estimate.simulate(analysis.longest, inputs);
     let mut drawings = vec![
         drawn(
             "Input over each sampling interval.",
@@ -118,7 +116,7 @@ fn plots(analysis: &Analysis, record: &Record) -> Result<Vec<Markup>> {
                 "Input",
                 "time [s]",
                 &analysis.input,
-                vec![line("input", timed(inputs))],
+                vec![line("input", timed(input))],
             ),
         )?,
         drawn(
@@ -128,7 +126,7 @@ fn plots(analysis: &Analysis, record: &Record) -> Result<Vec<Markup>> {
                 "time [s]",
                 &analysis.output,
                 vec![
-                    line("measured", timed(outputs)),
+                    line("measured", timed(measured)),
                     line("simulated", timed(&simulated)),
                 ],
             ),

@@ -10,8 +10,7 @@ use planesman_bag::reader::TopicCount;
 use planesman_bag::{Order, Topic, TopicKind};
 use planesman_decode::{Catalogue, Decoder, FieldPath, Values};
 use planesman_signals::{
-    self as signals, BagSource, Clock, CsvSource, Meter, Reading, Request, Source, Take, Timing,
-    UlogSource,
+    self as signals, BagSource, Clock, Meter, Reading, Request, Source, Take, Timing, UlogSource,
 };
 use serde::Serialize;
 use sysid::sparkline;
@@ -118,8 +117,20 @@ pub fn survey(args: &TopicsArgs) -> Result<Survey> {
     let progress = |bytes| bar.set_position(bytes);
     let survey = match source {
         Source::Bag(bag) => of_bag(&bag, args.topic.as_deref(), &progress),
-        Source::Csv(table) => of_table(&table.counted(), &progress)?,
+        Source::Csv(table) => {
+            let table = table.counted();
+            let name = table.path().display().to_string();
+            of_table(name, table.requests(), |requests, take| {
+                table.read(requests, take, &progress)
+            })?
+        }
         Source::Ulog(log) => of_log(&log, args.topic.as_deref(), &progress)?,
+        Source::Columns(columns) => {
+            let name = "columns".to_owned();
+            of_table(name, columns.requests(), |requests, take| {
+                columns.read(requests, take)
+            })?
+        }
     };
     bar.finish_and_clear();
     Ok(survey)
@@ -452,15 +463,16 @@ fn looked_at(
     Ok((fields, meters, reading))
 }
 
-fn of_table(table: &CsvSource, progress: &dyn Fn(u64)) -> Result<Survey> {
-    let requests = table.requests();
-    let (fields, meters, reading) = looked_at(&requests, |requests, take| {
-        table.read(requests, take, progress)
-    })?;
+fn of_table(
+    name: String,
+    requests: Vec<Request>,
+    read: impl FnOnce(&[Request], &mut Take<'_>) -> Result<Reading>,
+) -> Result<Survey> {
+    let (fields, meters, reading) = looked_at(&requests, read)?;
     let fields = fields.iter().zip(requests);
     Ok(Survey {
         topics: vec![TopicSurvey {
-            name: table.path().display().to_string(),
+            name,
             type_name: String::new(),
             stamps: reading.stamps,
             timing: meters.first().map_or_else(Timing::default, Meter::timing),

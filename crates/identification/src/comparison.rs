@@ -145,7 +145,10 @@ impl GivenModel {
     }
 
     /// The same model of so many records, each with a motion at its beginning, which is 0.
-    fn estimate(&self, runs: usize) -> Result<Estimate> {
+    ///
+    /// # Errors
+    /// [`IdentificationError`]: a model without coefficients.
+    pub fn estimate(&self, runs: usize) -> Result<Estimate> {
         let (n, given) = (self.den.len().saturating_sub(1), self.num.len());
         let proper = self.den.first() == Some(&1.0) && (given == n || given == n + 1) && given > 0;
         let count = n + given;

@@ -19,7 +19,7 @@ use crate::csv_form::{Form, Lines};
 use crate::request::{Reading, Request, Role, Take, TimeUnit, distinct};
 
 /// Names under which the time is looked for, without their unit.
-const TIMES: [&str; 9] = [
+pub(crate) const TIMES: [&str; 9] = [
     "time",
     "t",
     "stamp",
@@ -428,7 +428,7 @@ impl Faults {
 }
 
 /// The name and the unit of a column `NAME [UNIT]`, `NAME (UNIT)` or `NAME_UNIT`.
-fn with_unit(column: &str) -> (&str, Option<&str>) {
+pub(crate) fn with_unit(column: &str) -> (&str, Option<&str>) {
     for (open, close) in [('[', ']'), ('(', ')')] {
         let unclosed = column.strip_suffix(close);
         if let Some((name, unit)) = unclosed.and_then(|it| it.rsplit_once(open)) {

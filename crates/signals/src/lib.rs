@@ -1,10 +1,10 @@
 //! Signals: single numbers of messages and CSV files on one uniform grid, offline or live.
 //!
 //! ```text
-//! Source (bag, CSV table, ULog) -> Resampler -> Record        messages -> LiveGrid -> Aligner -> Sample
+//! Source (bag, CSV table, ULog, columns) -> Resampler -> Record        messages -> LiveGrid -> Aligner -> Sample
 //! ```
 //! - [`Signal`]: `TOPIC:FIELD`, one number of one message.
-//! - [`Source`], [`BagSource`], [`CsvSource`], [`UlogSource`]: samples of any signals, streamed.
+//! - [`Source`], [`BagSource`], [`CsvSource`], [`UlogSource`], [`ColumnSource`]: samples of any signals, streamed.
 //! - [`Meter`], [`Timing`]: rate, jitter, gaps and duplicates of stamps.
 //! - [`Resampler`], [`take`]: samples on a grid, as a record of `planesman_identification`.
 //! - [`prepare`]: outliers, segments by excitation, trends and zeros in front, each a [`Step`] that says what was done.
@@ -15,6 +15,7 @@
 mod align;
 mod bag_source;
 mod channel;
+mod column_source;
 mod csv_cell;
 mod csv_form;
 mod csv_source;
@@ -35,6 +36,7 @@ mod ulog_source;
 pub use align::{Aligner, Offer, SAYINGS, Sample, WINDOW};
 pub use bag_source::{BagSource, nanoseconds, topics, types};
 pub use channel::{Channel, Method, Timing};
+pub use column_source::ColumnSource;
 pub use csv_source::{CsvSource, TableTime};
 pub use live_grid::{Given, LiveGrid};
 pub use prefilter::{Band, unreachable};

@@ -1,4 +1,4 @@
-//! The sources of samples: a bag, whole or split, a CSV file, or a PX4 log.
+//! The sources of samples: a bag, whole or split, a CSV file, a PX4 log, or columns in memory.
 //!
 //! All stream: a sample is handed on as it is read and forgotten. What cannot be read does not
 //! end the rest; it is listed in [`Reading::notes`].
@@ -8,6 +8,7 @@ use std::path::PathBuf;
 use anyhow::{Result, bail};
 
 use crate::bag_source::BagSource;
+use crate::column_source::ColumnSource;
 use crate::csv_source::{CsvSource, TableTime};
 use crate::request::{Clock, Reading, Request, Take};
 use crate::ulog_source::UlogSource;
@@ -23,7 +24,7 @@ pub struct Data {
     pub time: TableTime,
 }
 
-/// An open bag, table or log.
+/// An open bag, table or log, or columns in memory.
 #[derive(Debug)]
 pub enum Source {
     /// A bag.
@@ -32,6 +33,8 @@ pub enum Source {
     Csv(CsvSource),
     /// A PX4 log.
     Ulog(UlogSource),
+    /// Columns in memory.
+    Columns(ColumnSource),
 }
 
 impl Source {
@@ -80,6 +83,7 @@ impl Source {
             Self::Bag(bag) => bag.bytes(),
             Self::Csv(table) => table.bytes(),
             Self::Ulog(log) => log.bytes(),
+            Self::Columns(_) => 0,
         }
     }
 
@@ -89,6 +93,7 @@ impl Source {
         match self {
             Self::Bag(_) | Self::Ulog(_) => None,
             Self::Csv(table) => table.sample_time(),
+            Self::Columns(columns) => columns.sample_time(),
         }
     }
 
@@ -106,6 +111,7 @@ impl Source {
             Self::Bag(bag) => bag.read(requests, take, progress),
             Self::Csv(table) => table.read(requests, take, progress),
             Self::Ulog(log) => log.read(requests, take, progress),
+            Self::Columns(columns) => columns.read(requests, take),
         }
     }
 }

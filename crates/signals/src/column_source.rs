@@ -1,0 +1,220 @@
+//! Samples from columns in memory: lists of numbers of one length, one of them the time, or rows at a known interval.
+
+use anyhow::{Result, anyhow, bail};
+use planesman_text::did_you_mean;
+
+use crate::csv_source::{TIMES, TableTime, with_unit};
+use crate::request::{Reading, Request, Role, Take, TimeUnit, distinct};
+
+/// Columns in memory.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ColumnSource {
+    columns: Vec<(String, Vec<f64>)>,
+    time: Time,
+}
+
+/// Where the time of a row stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Time {
+    /// In a column, in this unit.
+    Column(usize, TimeUnit),
+    /// Nowhere: so many ns are from row to row.
+    Rows(f64),
+}
+
+impl ColumnSource {
+    /// Takes columns by name, and finds their time: the interval or column that is named, else a column whose name says so
+    /// (`time`, `t`, `stamp`). NaN is a sample that is not there.
+    ///
+    /// # Errors
+    /// A line: columns of different lengths, no such column, columns without a time.
+    pub fn new(columns: Vec<(String, Vec<f64>)>, time: &TableTime) -> Result<Self> {
+        if let [(first, numbers), others @ ..] = &columns[..]
+            && let Some((other, more)) = others.iter().find(|(_, it)| it.len() != numbers.len())
+        {
+            bail!(
+                "'{first}' has {} numbers, '{other}' {}: all columns must be of one length",
+                numbers.len(),
+                more.len()
+            );
+        }
+        let mut source = Self {
+            columns,
+            time: Time::Rows(0.0),
+        };
+        source.time = match (time.sample_time, &time.column) {
+            (Some(seconds), _) => Time::Rows(seconds * 1e9),
+            (None, Some(name)) => source.time_in(source.place(name)?, time.unit),
+            (None, None) => {
+                let is_time = |(name, _): &(String, Vec<f64>)| {
+                    TIMES
+                        .iter()
+                        .any(|it| it.eq_ignore_ascii_case(with_unit(name).0))
+                };
+                let found = source.columns.iter().position(is_time).ok_or_else(|| {
+                    anyhow!(
+                        "no column is the time: none is named {}; give the interval between rows (sample_time), or name it \
+                         (time)",
+                        TIMES[..4].join(", ")
+                    )
+                })?;
+                source.time_in(found, time.unit)
+            }
+        };
+        Ok(source)
+    }
+
+    fn time_in(&self, place: usize, asked: Option<TimeUnit>) -> Time {
+        let named = with_unit(&self.columns[place].0).1;
+        let unit = asked.or_else(|| named.and_then(TimeUnit::named));
+        Time::Column(place, unit.unwrap_or(TimeUnit::S))
+    }
+
+    fn place(&self, wanted: &str) -> Result<usize> {
+        let names = || self.columns.iter().map(|(name, _)| name.as_str());
+        let found = names()
+            .position(|name| name == wanted)
+            .or_else(|| names().position(|name| with_unit(name).0 == wanted));
+        found.ok_or_else(|| {
+            anyhow!(
+                "there is no column '{wanted}'; there are {}{}",
+                names().collect::<Vec<_>>().join(", "),
+                did_you_mean(wanted, names())
+            )
+        })
+    }
+
+    /// Seconds from row to row, where there is no time and they were given.
+    #[must_use]
+    pub fn sample_time(&self) -> Option<f64> {
+        match self.time {
+            Time::Rows(step) => Some(step * 1e-9),
+            Time::Column(..) => None,
+        }
+    }
+
+    /// Requests for all columns beside the time.
+    #[must_use]
+    pub fn requests(&self) -> Vec<Request> {
+        let names = self.columns.iter().enumerate();
+        let others =
+            names.filter(|(place, _)| !matches!(self.time, Time::Column(it, _) if it == *place));
+        let request = |(_, (name, _)): (usize, &(String, Vec<f64>))| Request {
+            name: name.clone(),
+            role: Role::Output,
+        };
+        others.map(request).collect()
+    }
+
+    /// Hands every number of the columns to `take`, row by row.
+    ///
+    /// # Errors
+    /// A column that is not there, or one that is an input and an output.
+    pub fn read(&self, requests: &[Request], take: &mut Take<'_>) -> Result<Reading> {
+        let places = requests
+            .iter()
+            .map(|request| self.place(&request.name))
+            .collect::<Result<Vec<_>>>()?;
+        distinct(requests, &places)?;
+        let rows = self.columns.first().map_or(0, |(_, numbers)| numbers.len());
+        let mut reading = Reading {
+            stamps: match self.time {
+                Time::Column(place, _) => format!("of the column '{}'", self.columns[place].0),
+                Time::Rows(step) => format!("of the rows, {} s apart", step * 1e-9),
+            },
+            ..Reading::default()
+        };
+        let mut timeless = 0;
+        for row in 0..rows {
+            let stamp = match self.time {
+                Time::Rows(step) => row as f64 * step,
+                Time::Column(place, unit) => {
+                    self.columns[place].1[row] * 10_f64.powi(unit.places() as i32)
+                }
+            };
+            // What lies beyond the calendar of nanoseconds is no time, nor is NaN.
+            if stamp.is_nan() || stamp.abs() >= i64::MAX as f64 {
+                timeless += 1;
+                continue;
+            }
+            let mut more = true;
+            for (signal, place) in places.iter().enumerate() {
+                let number = self.columns[*place].1[row];
+                let number = Some(number).filter(|it| !it.is_nan());
+                more &= take(signal, stamp.round() as i64, number);
+            }
+            if !more {
+                break;
+            }
+        }
+        if timeless > 0 {
+            reading
+                .notes
+                .push(format!("{timeless} of {rows} rows have no time"));
+        }
+        Ok(reading)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn columns(list: &[(&str, &[f64])]) -> Vec<(String, Vec<f64>)> {
+        let column = |(name, numbers): &(&str, &[f64])| ((*name).to_owned(), numbers.to_vec());
+        list.iter().map(column).collect()
+    }
+
+    fn read(source: &ColumnSource, name: &str) -> Vec<(i64, Option<f64>)> {
+        let request = Request {
+            name: name.to_owned(),
+            role: Role::Output,
+        };
+        let mut samples = Vec::new();
+        let mut take = |_, stamp, value| {
+            samples.push((stamp, value));
+            true
+        };
+        source.read(&[request], &mut take).expect("read");
+        samples
+    }
+
+    #[test]
+    fn a_column_named_so_is_the_time_and_nan_is_no_sample() {
+        let given = columns(&[
+            ("t_ms", &[0.0, 50.0, f64::NAN]),
+            ("u", &[1.0, f64::NAN, 3.0]),
+        ]);
+        let source = ColumnSource::new(given, &TableTime::default()).expect("columns");
+        assert_eq!(read(&source, "u"), [(0, Some(1.0)), (50_000_000, None)]);
+        assert_eq!(source.sample_time(), None);
+    }
+
+    #[test]
+    fn rows_at_an_interval_need_no_time() {
+        let time = TableTime {
+            sample_time: Some(0.05),
+            ..TableTime::default()
+        };
+        let source = ColumnSource::new(columns(&[("y [m]", &[1.0, 2.0])]), &time).expect("columns");
+        assert_eq!(
+            read(&source, "y"),
+            [(0, Some(1.0)), (50_000_000, Some(2.0))]
+        );
+    }
+
+    #[test]
+    fn what_is_refused_is_refused_by_name() {
+        let refusal = |given: &[(&str, &[f64])], column: Option<&str>| {
+            let time = TableTime {
+                column: column.map(str::to_owned),
+                ..TableTime::default()
+            };
+            let refused = ColumnSource::new(columns(given), &time);
+            refused.expect_err("refused").to_string()
+        };
+        assert!(refusal(&[("t", &[0.0]), ("u", &[])], None).contains("'u' 0"));
+        assert!(refusal(&[("a", &[0.0]), ("u", &[0.0])], None).contains("sample_time"));
+        assert!(refusal(&[("clock", &[0.0])], Some("clokc")).contains("did you mean 'clock'"));
+    }
+}

@@ -1,0 +1,45 @@
+"""Planesman for Python: an underwater vehicle with its controllers and its digital hydraulic actuator, simulated; models
+identified from any bag.
+
+- data: `read_bag`, `list_fields`, `Samples`
+- simulation: `simulate`, `Flight`, `transfer_function`, `TransferFunction`, `parameters`, `parameter_file`
+- identification: `fit`, `Model`, `Uncertainty`, `FrequencyResponse`
+- many at a time, on one machine or a cluster: `sweep`, `fit_all`
+- the two historical reports: `reproduce`
+
+SI everywhere; angles in rad, depth positive down, pitch positive bow up, plane angles positive to dive. Whatever is refused
+raises `PlanesmanError`, a `ValueError`, with the sentence that the program `planesman` prints. All work releases the
+interpreter's lock.
+"""
+
+from importlib.metadata import version as _version
+
+from planesman._native import PlanesmanError
+from planesman.data import Samples, list_fields, read_bag
+from planesman.identification import FitOptions, FrequencyResponse, Model, Uncertainty, fit
+from planesman.many import fit_all, sweep
+from planesman.reports import reproduce
+from planesman.simulation import Flight, TransferFunction, parameter_file, parameters, simulate, transfer_function
+
+__version__ = _version("planesman")
+
+__all__ = [
+    "FitOptions",
+    "Flight",
+    "FrequencyResponse",
+    "Model",
+    "PlanesmanError",
+    "Samples",
+    "TransferFunction",
+    "Uncertainty",
+    "fit",
+    "fit_all",
+    "list_fields",
+    "parameter_file",
+    "parameters",
+    "read_bag",
+    "reproduce",
+    "simulate",
+    "sweep",
+    "transfer_function",
+]

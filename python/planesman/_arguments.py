@@ -1,0 +1,58 @@
+"""Python values as arguments of the command line, whose parser has names, defaults, units and checks."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+# Options of which each pair is FROM..TO; None is an open end.
+_SPANS = ("window", "prefilter", "validation")
+
+
+def text(value: object) -> str:
+    """A value as the command line writes it. Numbers keep every digit."""
+    if isinstance(value, (bool, np.bool_)):
+        return "true" if value else "false"
+    if isinstance(value, (int, np.integer)):
+        return str(int(value))
+    if isinstance(value, (float, np.floating)):
+        return repr(float(value))
+    if isinstance(value, os.PathLike):
+        return str(os.fspath(value))
+    if isinstance(value, Iterable) and not isinstance(value, str):
+        return "[" + ", ".join(text(item) for item in value) + "]"
+    return str(value)
+
+
+def arguments(options: Mapping[str, Any]) -> list[str]:
+    """`{"order": 3, "at_rest": True}` as `--order=3 --at-rest`; None and False are left out."""
+    arguments = []
+    for name, value in options.items():
+        option = "--" + name.replace("_", "-")
+        if value is None or value is False:
+            continue
+        if value is True:
+            arguments.append(option)
+        elif name in _SPANS and isinstance(value, (tuple, list)):
+            spans = value if value and isinstance(value[0], (tuple, list)) else [value]
+            arguments += [f"{option}={_span(name, span)}" for span in spans]
+        elif name == "heave" and not isinstance(value, str):
+            arguments.append(f"{option}={','.join(map(text, value))}")
+        else:
+            arguments.append(f"{option}={text(value)}")
+    return arguments
+
+
+def _span(name: str, span: object) -> str:
+    if not isinstance(span, (tuple, list)) or len(span) != 2:
+        raise TypeError(f"{name}: (from, to) is expected, or a list of such; None is an open end")
+    return "..".join("" if edge is None else text(edge) for edge in span)
+
+
+def paths(data: str | os.PathLike[str] | Iterable[str | os.PathLike[str]]) -> list[str]:
+    """One path, or several, behind `--`: none is taken for an option."""
+    several = [data] if isinstance(data, (str, os.PathLike)) else data
+    return ["--", *(os.fspath(path) for path in several)]

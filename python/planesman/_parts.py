@@ -1,0 +1,97 @@
+"""A dataset of Parquet files, a part each: written whole or not at all, here or by the workers of a Dask cluster.
+
+A part is a function of its number alone. A worker that dies loses its part, which another computes again; a part that is there is not
+computed again; and two that compute the same part write the same rows under one name. So nothing is lost and nothing is twice.
+"""
+
+from __future__ import annotations
+
+import os
+import uuid
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from planesman._native import PlanesmanError
+
+if TYPE_CHECKING:
+    import pyarrow
+    from distributed import Client
+
+# Computes the rows of part `part` of `of`, from 1 on. Workers get it by pickle.
+Work = Callable[[int, int], "pyarrow.Table"]
+
+
+def default_parts(items: int, of_one: int) -> int:
+    """Parts of at most so many items each, and some for every worker of a small job. It depends on nothing but the job: a folder
+    that another cluster goes on with has the same parts."""
+    return max(1, min(items, max(64, -(-items // of_one))))
+
+
+def path_of(folder: Path, part: int, of: int) -> Path:
+    """The file of a part."""
+    width = max(4, len(str(of)))
+    return folder / f"part-{part:0{width}}-of-{of:0{width}}.parquet"
+
+
+def fill(folder: Path, parts: int, work: Work, client: Client | None) -> Path:
+    """Compute the parts that the folder lacks."""
+    if not isinstance(parts, int) or parts < 1:
+        raise PlanesmanError(f"parts: {parts} refused: a whole number of 1 or more is expected")
+    folder.mkdir(parents=True, exist_ok=True)
+    lacking = [part for part in range(1, parts + 1) if not path_of(folder, part, parts).exists()]
+    if client is None:
+        for part in lacking:
+            write(folder, part, parts, work)
+    elif lacking:
+        _on_cluster(folder, parts, lacking, work, client)
+    return folder
+
+
+def write(folder: Path, part: int, of: int, work: Work) -> None:
+    """Compute a part, unless it is there, and put it in its place."""
+    import pyarrow.parquet
+
+    path = path_of(folder, part, of)
+    if path.exists():
+        return
+    table = work(part, of)
+    # Names that begin so are no part for a reader; on any machine no other writes this one.
+    draft = folder / f".{uuid.uuid4().hex}.draft"
+    try:
+        pyarrow.parquet.write_table(table, draft)
+        os.replace(draft, path)
+    finally:
+        draft.unlink(missing_ok=True)
+
+
+def _on_cluster(folder: Path, parts: int, lacking: list[int], work: Work, client: Client) -> None:
+    from distributed import as_completed
+
+    # Sent once to the cluster, not with every part.
+    shared = client.scatter(work, broadcast=True, hash=False)
+    futures = client.map(lambda part, work: write(folder, part, parts, work), lacking, work=shared, pure=False)
+    try:
+        for future in as_completed(futures):
+            future.result()
+            future.release()
+    finally:
+        client.cancel(futures)
+    missing = [part for part in lacking if not path_of(folder, part, parts).exists()]
+    if missing:
+        raise PlanesmanError(
+            f"'{folder}': {len(missing)} parts were computed and are not here, as {path_of(folder, missing[0], parts).name}: the "
+            "workers write another folder; name one that all machines share"
+        )
+
+
+def absolute(folder: str | os.PathLike[str]) -> Path:
+    """The folder as workers in other working directories find it."""
+    return Path(os.path.abspath(os.fspath(folder)))
+
+
+def numbers(values: Any) -> Any:
+    """An array of numbers as a column in which NaN is null."""
+    import pyarrow
+
+    return pyarrow.array(values, from_pandas=True)

@@ -1,0 +1,116 @@
+"""Signals of bags, tables and logs as numpy arrays."""
+
+from __future__ import annotations
+
+import json
+import warnings
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from os import PathLike
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planesman import _native
+from planesman._arguments import arguments, paths
+
+if TYPE_CHECKING:
+    import pandas
+
+Path = str | PathLike[str]
+
+
+@dataclass(frozen=True)
+class Samples:
+    """The samples of one signal, in the order of the data.
+
+    `len(samples)` is n. `numpy.asarray(samples)` is `value`.
+    """
+
+    stamp: NDArray[np.int64]
+    """Time of each sample, ns on the data's own clock; shape (n,)."""
+    value: NDArray[np.float64]
+    """The numbers, in the unit of the field; NaN where a message has none; shape (n,)."""
+    origin: int
+    """The first stamp of all signals that were read together, ns."""
+
+    @property
+    def time(self) -> NDArray[np.float64]:
+        """Time since `origin`, s; shape (n,)."""
+        return np.multiply(self.stamp - self.origin, 1e-9, dtype=np.float64)
+
+    def series(self) -> pandas.Series:
+        """As a pandas Series over the time of day (`datetime64[ns]`)."""
+        import pandas
+
+        return pandas.Series(self.value, index=pandas.to_datetime(self.stamp, unit="ns"), copy=False)
+
+    def __len__(self) -> int:
+        return len(self.value)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
+        if dtype is None and not copy:
+            return self.value
+        return np.array(self.value, dtype=dtype)
+
+
+def read_bag(
+    data: Path | Sequence[Path],
+    fields: Iterable[str] | str,
+    *,
+    stamp: Literal["header", "log"] | None = None,
+    time: str | None = None,
+    time_unit: Literal["s", "ms", "us", "ns"] | None = None,
+    sample_time: float | str | None = None,
+) -> dict[str, Samples]:
+    """Read signals of a bag, CSV file or PX4 log: every sample with its stamp, on no grid.
+
+    `data` is a bag folder, a `metadata.yaml`, one or several `.mcap` or `.db3` files of a split bag, a `.csv` or a `.ulg`. Nothing
+    of ROS needs to be installed.
+
+    `fields` are named as `list_fields` lists them: `"imu:angular_velocity.y"`, `"joint_states:position[shoulder]"`,
+    `"odom:pose.pose.orientation.pitch"`, or a column of a table. Of a field that is a list the first number is taken, unless one is
+    named.
+
+    `stamp` chooses the clock of a bag: of the messages' headers, the default if all have one, or of the recorder (log). `time`,
+    `time_unit` and `sample_time` (s) say how the time of a table is read.
+
+    What could not be read does not end the rest; a warning says what it was.
+
+    >>> bag = read_bag("bag", ["state:depth", "plane_motion:dive_planes"])
+    >>> bag["state:depth"].time, bag["state:depth"].value
+    >>> pandas.DataFrame({name: samples.series() for name, samples in bag.items()})
+    """
+    names = [fields] if isinstance(fields, str) else list(fields)
+    options = {"stamp": stamp, "time": time, "time_unit": time_unit, "sample_time": sample_time}
+    args = arguments(options) + [f"--signal={name}" for name in names] + paths(data)
+    signals, notes = _native.samples(args)
+    for note in notes:
+        warnings.warn(note, stacklevel=2)
+    origin = min((int(stamps.min()) for stamps, _ in signals if len(stamps)), default=0)
+    return {name: Samples(stamps, values, origin) for name, (stamps, values) in zip(names, signals)}
+
+
+def list_fields(data: Path | Sequence[Path], *, topic: str | None = None) -> list[dict[str, Any]]:
+    """List every numeric field of a bag, CSV file or PX4 log, a row each.
+
+    A row has `field` (as `read_bag` and `fit` take it), `type` of the message, `rate` (Hz), `count`, `not_finite`, `min`, `max`.
+    `topic` keeps the topics whose name contains it. `pandas.DataFrame(list_fields(bag))` is a table.
+    """
+    survey = json.loads(_native.fields(arguments({"quiet": True, "topic": topic}) + paths(data)))
+    for note in survey["notes"]:
+        warnings.warn(note, stacklevel=2)
+    rows = []
+    for found in survey["topics"]:
+        interval = found["timing"]["interval"]
+        for field in found["fields"]:
+            rows.append(
+                {
+                    "field": f"{found['name']}:{field['path']}" if found["type_name"] else field["path"],
+                    "type": found["type_name"],
+                    "rate": 1.0 / interval if interval > 0.0 else 0.0,
+                    **{key: field[key] for key in ("count", "not_finite", "min", "max")},
+                }
+            )
+    return rows

@@ -1,0 +1,419 @@
+"""Models identified from recorded data."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from os import PathLike
+from typing import TYPE_CHECKING, Any, Literal, TypedDict
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planesman import _native
+from planesman._arguments import arguments, paths
+
+if TYPE_CHECKING:
+    import control
+    import matplotlib.figure
+    from typing_extensions import Unpack
+
+Path = str | PathLike[str]
+Span = tuple[float | None, float | None]
+Data = Path | Sequence[Path] | Mapping[str, Any]
+
+Method = Literal[
+    "automatic",
+    "box_jenkins",
+    "output_error",
+    "instruments",
+    "armax",
+    "least_squares",
+    "n4sid",
+    "fir",
+    "recursive_least_squares",
+    "extended_least_squares",
+    "recursive_prediction_error",
+    "recursive_output_error",
+    "vehicle",
+    "kalman",
+    "all",
+]
+
+# Standard deviations of a 95 % interval.
+_95 = 1.959964
+
+
+class FitOptions(TypedDict, total=False):
+    """The options of `fit` and `fit_all`: those of `planesman sysid fit`, whose `--help` and docs/sysid.md say more."""
+
+    reference: str
+    """Setpoint of the control loop, for closed-loop data: the model is then fitted in two stages."""
+    stamp: Literal["header", "log"]
+    """Time stamps: of the message headers, or of the recorder."""
+    time: str
+    """Column of time of a table."""
+    time_unit: Literal["s", "ms", "us", "ns"]
+    """Its unit."""
+    sample_time: float | str
+    """Interval between two rows of a table or of arrays without a time, s."""
+    rate: float
+    """Sampling rate of the grid, Hz; that of the slowest output without."""
+    window: Span | Sequence[Span]
+    """Use only data from .. to, s from the first output's first sample; several are runs of one model."""
+    validation: Path | Span
+    """Data of its own, or a window of the data, to judge the model on; nothing of it is fitted."""
+    input_method: Literal["mean", "foh", "linear", "hold", "centred"]
+    """Resampling of inputs."""
+    output_method: Literal["mean", "foh", "linear", "hold", "centred"]
+    """Resampling of outputs."""
+    max_gap: float
+    """Longest interval between two samples that is not a gap, s."""
+    outliers: Literal["outputs", "report", "drop", "keep"]
+    """Replace outliers of outputs, name them only, replace those of inputs too, or do not look for them."""
+    prefilter: Span
+    """Band of frequencies that is used, Hz."""
+    segment: Literal["all", "auto"]
+    """Use all data, or the longest part in which the input moves."""
+    detrend: Literal["none", "mean", "line"]
+    """What is subtracted from each signal."""
+    method: Method
+    """The estimator; automatic without; "all" tries each and takes the one that simulates held-out data best."""
+    order: int
+    """Order of the denominator; searched without."""
+    numerator: int
+    """Coefficients of the numerator."""
+    delay: int
+    """Samples from the input to its first effect; searched without."""
+    zeros_at_one: int
+    """Zeros known to be at z = 1."""
+    integrators: int
+    """Poles known to be at z = 1."""
+    no_offset: bool
+    """The output has no offset."""
+    at_rest: bool
+    """The data begins at rest."""
+    prewindow: bool
+    """Input and output are zero before each segment."""
+    own_numerators: bool
+    """Only the poles are common to the segments."""
+    heave: Sequence[float]
+    """For vehicle and kalman: nu, zeta, eta, epsilon of the heave equation."""
+    vehicle: str
+    """The same from a built-in vehicle or a vehicle file, at `speed`."""
+    heave_doubt: float
+    """Standard deviation of the heave coefficients, %."""
+    speed: float | str
+    """The vehicle's speed, m/s or with its unit, for `vehicle` and the model file."""
+    inertia: float
+    """Moment of inertia J."""
+    noise: float
+    """For kalman: standard deviation of the noise, output unit."""
+    bias_drift: float
+    """For kalman: of the bias drift in one second, output unit."""
+    disturbance: float
+    """For kalman: of the output's change by disturbances in one second, output unit."""
+    forgetting: float
+    """For recursive methods: forgetting factor per sample."""
+    initial_covariance: float
+    """For recursive methods: initial covariance of each parameter."""
+    bootstrap: int
+    """Records of a bootstrap, for 95 % intervals of poles and gain."""
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """How sure a model is: standard deviations. Complex arrays have that of the real part and, as imaginary part, that of the
+    imaginary part."""
+
+    covariance: NDArray[np.float64]
+    """Of the coefficients of `den` after its 1, then of `num`; shape (n, n)."""
+    poles: NDArray[np.complex128]
+    """Of `Model.poles`."""
+    continuous_poles: NDArray[np.complex128]
+    """Of `Model.continuous_poles`, 1/s."""
+    zeros: NDArray[np.complex128]
+    """Of `Model.zeros`."""
+    dc_gain: float | None
+    """Of `Model.dc_gain`, output per input."""
+    parameters: dict[str, float]
+    """Of `Model.parameters`."""
+    bootstrap: dict[str, Any] | None
+    """95 % intervals by a bootstrap, where one was asked for."""
+
+
+@dataclass(frozen=True)
+class FrequencyResponse:
+    """A frequency response with its uncertainty; all arrays have the shape of `omega`."""
+
+    omega: NDArray[np.float64]
+    """Frequencies, rad/s."""
+    value: NDArray[np.complex128]
+    """Output per input; NaN where it has no bound."""
+    magnitude_deviation: NDArray[np.float64]
+    """Standard deviation of the magnitude, output per input."""
+    phase_deviation: NDArray[np.float64]
+    """Standard deviation of the phase, rad."""
+
+
+class Model:
+    """An identified model: a sampled transfer function with its uncertainty, tests and a verdict.
+
+    Lists of coefficients begin with the highest power; `den` begins with 1, and a delay is zeros in front of `num`.
+    """
+
+    def __init__(self, report: Mapping[str, Any], record: Mapping[str, NDArray[np.float64]] | None = None) -> None:
+        self.report: dict[str, Any] = dict(report)
+        """Everything, as `planesman sysid fit --json` prints it; of a model file only `model`."""
+        self.record: dict[str, NDArray[np.float64]] | None = None if record is None else dict(record)
+        """The longest run on the grid: `time` (s), `input`, `measured`, `simulated`; None for a model from a file."""
+
+    @classmethod
+    def load(cls, path: Path) -> Model:
+        """Read a model file, `*.json` or `*.yaml`, of `save` or `planesman sysid fit --model`."""
+        return cls({"model": json.loads(_native.read_model(path))})
+
+    def save(self, path: Path) -> None:
+        """Write a model file, `*.json` or `*.yaml`, for the simulator, the controller, MATLAB or `load`."""
+        _native.write_model(json.dumps(self._model), path)
+
+    @property
+    def _model(self) -> dict[str, Any]:
+        model: dict[str, Any] = self.report["model"]
+        return model
+
+    @property
+    def input(self) -> str:
+        """The input signal."""
+        return str(self._model["input"])
+
+    @property
+    def output(self) -> str:
+        """The output signal."""
+        return str(self._model["output"])
+
+    @property
+    def method(self) -> str:
+        """The estimator."""
+        return str(self._model["method"])
+
+    @property
+    def sample_time(self) -> float:
+        """The sampling interval, s."""
+        return float(self._model["sample_time"])
+
+    @property
+    def num(self) -> NDArray[np.float64]:
+        """Numerator in z."""
+        return np.array(self._model["num"])
+
+    @property
+    def den(self) -> NDArray[np.float64]:
+        """Denominator in z."""
+        return np.array(self._model["den"])
+
+    @property
+    def order(self) -> int:
+        """The number of poles."""
+        return len(self._model["den"]) - 1
+
+    @property
+    def poles(self) -> NDArray[np.complex128]:
+        """Poles in z; shape (order,)."""
+        return _complex(self._model["poles"])
+
+    @property
+    def continuous_poles(self) -> NDArray[np.complex128]:
+        """Poles in s, 1/s; a pole at z = 0 has none."""
+        return _complex(self._model["continuous_poles"])
+
+    @property
+    def zeros(self) -> NDArray[np.complex128]:
+        """Zeros in z."""
+        return _complex(self._model["zeros"])
+
+    @property
+    def dc_gain(self) -> float | None:
+        """Steady gain, output per input; None with a pole at z = 1."""
+        gain = self._model["dc_gain"]
+        return None if gain is None else float(gain[0])
+
+    @property
+    def fit(self) -> float | None:
+        """Simulated fit on the data, %."""
+        fit: float | None = self._model["fit"]
+        return fit
+
+    @property
+    def held_out_fit(self) -> float | None:
+        """Simulated fit on data that was not fitted, %."""
+        fit: float | None = self._model["held_out_fit"]
+        return fit
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """The vehicle's own parameters, K/J and so on, from a method that seeks them."""
+        return {found["name"]: found["value"] for found in self.report.get("parameters", [])}
+
+    @property
+    def verdict(self) -> list[str]:
+        """What fit, residuals and uncertainty say of the model, a sentence each; the last is what to do next."""
+        return list(self._model["verdict"])
+
+    @property
+    def uncertainty(self) -> Uncertainty:
+        """Standard deviations of everything that is estimated."""
+        model = self._model
+        return Uncertainty(
+            covariance=np.array(model["covariance"]),
+            poles=_complex(model["poles"], "_deviation"),
+            continuous_poles=_complex(model["continuous_poles"], "_deviation"),
+            zeros=_complex(model["zeros"], "_deviation"),
+            dc_gain=None if model["dc_gain"] is None else float(model["dc_gain"][1]),
+            parameters={found["name"]: found["deviation"] for found in self.report.get("parameters", [])},
+            bootstrap=self.report.get("bootstrap"),
+        )
+
+    def to_control(self, *, continuous: bool = False) -> control.TransferFunction:
+        """As a transfer function of python-control, sampled, or in s.
+
+        The model in s is that of an input held over each sample. One with a delay, or with a pole that has no continuous counterpart,
+        is refused there.
+        """
+        import control
+
+        if not continuous:
+            return control.tf(self.num, self.den, self.sample_time)
+        found = self._model["continuous"]
+        if found is None:
+            raise _native.PlanesmanError("a pole of the model has no continuous counterpart; to_control() gives it sampled")
+        if found["delay"] != 0.0:
+            raise _native.PlanesmanError(
+                f"the model in s has a delay of {found['delay']:g} s, for which a transfer function has no place; to_control() gives "
+                "it sampled, with the delay"
+            )
+        return control.tf(found["num"], found["den"])
+
+    def frequency_response(self, omega: Any = None) -> FrequencyResponse:
+        """The frequency response at `omega`, rad/s; without, at 200 frequencies up to the Nyquist frequency."""
+        if omega is None:
+            omega = np.pi / self.sample_time * np.logspace(-3.5, 0.0, 200)
+        omega = np.atleast_1d(np.asarray(omega, dtype=np.float64))
+        return FrequencyResponse(omega, *_native.response(json.dumps(self._model), omega))
+
+    def plot(self) -> matplotlib.figure.Figure:
+        """Plot measured and simulated output, residuals, poles and zeros with their deviations, and the frequency response with
+        its 95 % band. A model from a file has no data and no residuals."""
+        import matplotlib.pyplot as plt
+
+        tests = self.report.get("residuals")
+        rows = [self._plot_data] if self.record is not None else []
+        figure = plt.figure(figsize=(10.0, 4.0 + 2.5 * (len(rows) + bool(tests))), layout="constrained")
+        grid = figure.add_gridspec(len(rows) + bool(tests) + 2, 2)
+        for row, plot in enumerate(rows):
+            plot(figure.add_subplot(grid[row, :]))
+        if tests:
+            names = {"whiteness": "residual with itself", "input": "residual with the input"}
+            for column, (name, title) in enumerate(names.items()):
+                _plot_correlation(figure.add_subplot(grid[len(rows), column]), tests[name], title)
+        below = len(rows) + bool(tests)
+        self._plot_map(figure.add_subplot(grid[below:, 0]))
+        magnitude = figure.add_subplot(grid[below, 1])
+        self._plot_response(magnitude, figure.add_subplot(grid[below + 1, 1], sharex=magnitude))
+        figure.suptitle(f"{self.input} to {self.output}: {self.method}, order {self.order}")
+        return figure
+
+    def _plot_data(self, axes: Any) -> None:
+        record = self.record or {}
+        axes.plot(record["time"], record["measured"], label="measured")
+        label = "simulated" if self.fit is None else f"simulated, fit {self.fit:.1f} %"
+        axes.plot(record["time"], record["simulated"], label=label)
+        axes.set(xlabel="time [s]", ylabel=self.output)
+        axes.legend()
+
+    def _plot_map(self, axes: Any) -> None:
+        angle = np.linspace(0.0, 2.0 * np.pi, 121)
+        axes.plot(np.cos(angle), np.sin(angle), "k--", linewidth=0.8)
+        for places, deviations, mark in [
+            (self.poles, self.uncertainty.poles, "x"),
+            (self.zeros, self.uncertainty.zeros, "o"),
+        ]:
+            near = np.abs(places) < 4.0
+            label = "poles" if mark == "x" else "zeros"
+            axes.errorbar(
+                places[near].real,
+                places[near].imag,
+                xerr=np.minimum(_95 * deviations[near].real, 4.0),
+                yerr=np.minimum(_95 * deviations[near].imag, 4.0),
+                fmt=mark,
+                markerfacecolor="none",
+                label=label,
+            )
+        axes.set(title="poles and zeros, 95 %", xlabel="real part", ylabel="imaginary part", aspect="equal")
+        axes.legend()
+
+    def _plot_response(self, magnitude: Any, phase: Any) -> None:
+        found = self.frequency_response()
+        size = np.abs(found.value)
+        turn = np.degrees(np.unwrap(np.angle(found.value)))
+        off = _95 * found.magnitude_deviation
+        magnitude.loglog(found.omega, size)
+        magnitude.fill_between(found.omega, np.maximum(size - off, 1e-3 * size), size + off, alpha=0.3)
+        off = np.degrees(np.minimum(_95 * found.phase_deviation, np.pi))
+        phase.semilogx(found.omega, turn)
+        phase.fill_between(found.omega, turn - off, turn + off, alpha=0.3)
+        magnitude.set(title="frequency response, 95 %", ylabel="magnitude")
+        magnitude.tick_params(labelbottom=False)
+        phase.set(xlabel="frequency [rad/s]", ylabel="phase [deg]")
+
+    def __repr__(self) -> str:
+        fit = "" if self.fit is None else f", fit {self.fit:.1f} %"
+        return f"Model from {self.input} to {self.output}: {self.method}, order {self.order}, {self.sample_time:g} s{fit}"
+
+
+def _complex(places: Sequence[Mapping[str, float]], of: str = "") -> NDArray[np.complex128]:
+    return np.array([complex(place[f"re{of}"], place[f"im{of}"]) for place in places], dtype=np.complex128)
+
+
+def _plot_correlation(axes: Any, found: Mapping[str, Any], title: str) -> None:
+    lags, values = np.array(found["values"]).T
+    axes.stem(lags, values, markerfmt=".")
+    axes.axhspan(-found["bound"], found["bound"], alpha=0.2)
+    axes.set(title=f"{title}, 99 %", xlabel="lag [samples]")
+
+
+def fit(data: Data, input: str, output: str, **options: Unpack[FitOptions]) -> Model:
+    """Identify the model from one signal to another, with uncertainty, tests and a verdict, as `planesman sysid fit` does.
+
+    `data` is what `read_bag` takes, with `input` and `output` fields of it; or arrays by name, each of shape (n,): a dict, a pandas
+    DataFrame, a `Flight`. Of arrays the time is the one named so (`time`, `t`, s), or `sample_time` (s) says the interval. NaN is a
+    sample that is not there. Without options, order, delay and method are chosen by cross-validation; `FitOptions` lists all.
+
+    >>> model = fit("bag", "plane_motion:dive_planes", "state:pitch_rate", window=(20, 90))
+    >>> model = fit({"u": u, "y": y}, "u", "y", sample_time=0.05, order=3)
+    >>> print(*model.verdict, sep="\\n"); control.bode(model.to_control())
+
+    A fit cannot be interrupted by Ctrl-C before it ends.
+    """
+    args = arguments({"quiet": True, "input": input, "output": output, **options})
+    columns = None
+    if isinstance(data, Mapping) or hasattr(data, "columns"):
+        columns = [(str(name), _column(name, data[name])) for name in data]  # type: ignore[index, union-attr]
+        args += ["--", "arrays"]
+    else:
+        args += paths(data)
+    report, _, (inputs, measured, simulated) = _native.fit(args, columns)
+    document = json.loads(report)
+    time = np.arange(len(measured)) * document["model"]["sample_time"]
+    return Model(document, {"time": time, "input": inputs, "measured": measured, "simulated": simulated})
+
+
+def _column(name: object, values: Any) -> NDArray[np.float64]:
+    try:
+        numbers = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise _native.PlanesmanError(f"'{name}' is no array of numbers: {error}") from None
+    if numbers.ndim != 1:
+        raise _native.PlanesmanError(f"'{name}' has the shape {numbers.shape}: one number a sample is expected, shape (n,)")
+    return numbers

@@ -1,0 +1,192 @@
+"""Scenarios flown in this process, and a vehicle's transfer functions."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from os import PathLike, fspath
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planesman import _native
+from planesman._arguments import arguments, text
+
+if TYPE_CHECKING:
+    import control
+    import matplotlib.figure
+    import pandas
+
+Scenario = str | PathLike[str] | Mapping[str, Any]
+"""A built-in scenario by name (dive, open_loop, way_depths, remus_100), a scenario file by path, or its contents as a mapping."""
+
+
+def scenario_text(
+    scenario: Scenario,
+    parameters: Mapping[str, Any],
+    duration: float | None = None,
+    tick: float | None = None,
+    seed: int | None = None,
+) -> str:
+    """The text of a scenario with these changes, checked."""
+    changes = [f"{name}={text(value)}" for name, value in _flat(parameters)]
+    if isinstance(scenario, Mapping):
+        # JSON is YAML.
+        return _native.scenario(json.dumps(scenario, default=_plain), True, changes, duration, tick, seed)
+    return _native.scenario(fspath(scenario), False, changes, duration, tick, seed)
+
+
+def _flat(parameters: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """`depth_controller={"depth.p": 1.2}` and `{"depth_controller.depth.p": 1.2}` alike as the latter."""
+    for name, value in parameters.items():
+        if isinstance(value, Mapping):
+            yield from ((f"{name}.{below}", found) for below, found in _flat(value))
+        else:
+            yield name, value
+
+
+def _plain(value: Any) -> Any:
+    return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else fspath(value)
+
+
+class Flight(Mapping[str, NDArray[np.float64]]):
+    """A flight as a table: each column a numpy array with a number a tick, shape (ticks,).
+
+    `flight["depth"]` is a column, `flight.units["depth"]` its unit, `pandas.DataFrame(dict(flight))` or `flight.frame()` a
+    data frame, and `fit(flight, "dive_planes", "pitch_rate")` identifies from it.
+    """
+
+    def __init__(self, columns: Mapping[str, NDArray[np.float64]], units: Mapping[str, str]) -> None:
+        self._columns = dict(columns)
+        self.units: dict[str, str] = dict(units)
+        """The unit of each column."""
+
+    def __getitem__(self, name: str) -> NDArray[np.float64]:
+        return self._columns[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
+
+    def __len__(self) -> int:
+        return len(self._columns)
+
+    def __repr__(self) -> str:
+        columns = ", ".join(f"{name} [{self.units[name]}]" for name in self)
+        return f"Flight of {len(self['time'])} ticks: {columns}"
+
+    def frame(self) -> pandas.DataFrame:
+        """As a pandas DataFrame over `time`."""
+        import pandas
+
+        return pandas.DataFrame(self._columns, copy=False).set_index("time")
+
+    def plot(self, *columns: str) -> matplotlib.figure.Figure:
+        """Plot columns over time, one below the other; depth, pitch and planes without any."""
+        import matplotlib.pyplot as plt
+
+        names = columns or ("depth", "pitch", "dive_planes")
+        figure, axes = plt.subplots(len(names), 1, sharex=True, squeeze=False, figsize=(8.0, 1.0 + 1.8 * len(names)))
+        for axis, name in zip(axes[:, 0], names):
+            axis.plot(self["time"], self[name])
+            if name == "depth":
+                axis.plot(self["time"], self["depth_setpoint"], "k--", linewidth=1.0, label="setpoint")
+                axis.legend()
+                axis.invert_yaxis()
+            axis.set_ylabel(f"{name} [{self.units[name]}]")
+            axis.grid(alpha=0.3)
+        axes[-1, 0].set_xlabel("time [s]")
+        figure.align_ylabels()
+        figure.tight_layout()
+        return figure
+
+
+def simulate(
+    scenario: Scenario = "dive",
+    *,
+    duration: float | None = None,
+    tick: float | None = None,
+    seed: int | None = None,
+    bag: str | PathLike[str] | None = None,
+    namespace: str = "/auv",
+    **parameters: Any,
+) -> Flight:
+    """Fly a scenario in this process: vehicle, controller, actuator and identifier, as `planesman sim` does, bit for bit.
+
+    `scenario` is a built-in one (dive, open_loop, way_depths, remus_100), a file, or its contents as a mapping. `duration` and `tick`
+    are in s; `seed` drives everything random. `parameters` are those that `parameters()` lists, by node, or by full name:
+
+    >>> simulate("dive", depth_controller={"depth.p": 1.2}, plant_sim={"speed": "2ft/s"})
+    >>> simulate("dive", **{"depth_controller.depth.p": 1.2})
+
+    A number is in SI; another unit is written with it. With `bag`, a new `.mcap` file, every message of the loop is recorded
+    there, its topics in `namespace`.
+
+    Returns one array for each column, a number a tick: `time` (s), `depth` (m), `pitch` (rad), `pitch_rate` (rad/s), `dive_planes` (rad)
+    and more; `Flight.units` has the units.
+    """
+    text = scenario_text(scenario, parameters, duration, tick, seed)
+    columns, units = {}, {}
+    for name, numbers in _native.fly(text, bag, namespace):
+        name, unit = name.removesuffix("]").split(" [")
+        columns[name], units[name] = numbers, unit
+    return Flight(columns, units)
+
+
+@dataclass(frozen=True)
+class TransferFunction:
+    """A vehicle's transfer function about level flight. Coefficients begin with the highest power."""
+
+    num: NDArray[np.float64]
+    """Numerator in s."""
+    den: NDArray[np.float64]
+    """Denominator in s."""
+    sampled_num: NDArray[np.float64]
+    """Numerator in z, for an input that is held over each sample."""
+    sampled_den: NDArray[np.float64]
+    """Denominator in z."""
+    sample_time: float
+    """The interval of the samples, s."""
+    about: list[str]
+    """Vehicle, signals, units, speed and operating point."""
+
+    def to_control(self, *, sampled: bool = False) -> control.TransferFunction:
+        """As a transfer function of python-control, in s, or sampled in z."""
+        import control
+
+        if sampled:
+            return control.tf(self.sampled_num, self.sampled_den, self.sample_time)
+        return control.tf(self.num, self.den)
+
+
+def transfer_function(
+    vehicle: str | PathLike[str] = "brunner",
+    input: Literal["dive_planes", "pitch_rate"] = "dive_planes",
+    output: Literal["pitch_rate", "pitch", "depth", "heave"] = "pitch_rate",
+    *,
+    speed: float | str = "1ft/s",
+    rate: float = 20.0,
+    base: str = "brunner",
+) -> TransferFunction:
+    """Linearise a vehicle about level flight, as `planesman tf` does.
+
+    `vehicle` is a built-in one (brunner, brunner_as_printed, remus_100), a vehicle file, or a model file of `fit`, which takes all but
+    its pitch dynamics from `base`. `speed` is in m/s or written with its unit; `rate` of the sampled model in Hz. `input`
+    pitch_rate goes with `output` depth only.
+    """
+    options = {"input": input, "output": output, "speed": speed, "rate": rate, "base": base}
+    about, continuous, sampled = _native.transfer_function([*arguments(options), "--", fspath(vehicle)])
+    num, den, sampled_num, sampled_den = map(np.array, continuous + sampled)
+    return TransferFunction(num, den, sampled_num, sampled_den, 1.0 / rate, about)
+
+
+def parameters(node: str | None = None) -> list[dict[str, Any]]:
+    """List every parameter of every node, or of one: `name`, `unit`, `default`, `range`, `choices`, `description`."""
+    rows: list[dict[str, Any]] = json.loads(_native.parameters())
+    return [row for row in rows if node is None or row["name"].split(".")[0] == node]
+
+
+def parameter_file(scenario: Scenario = "dive", *, node: str | None = None, **parameters: Any) -> str:
+    """The text of a ROS 2 parameter file (`--params-file`) with the values of a scenario and changes as in `simulate`."""
+    return _native.parameter_file(scenario_text(scenario, parameters), node)

@@ -1,0 +1,52 @@
+//! Signals and fields of a bag, table or log.
+
+use numpy::{IntoPyArray, PyArray1};
+use planesman::sysid::samples::{self as command, SamplesArgs};
+use planesman::sysid::topics::{self, TopicsArgs};
+use pyo3::prelude::*;
+
+use crate::error::{interrupted, parsed, raised, released};
+
+/// Samples between two looks for Ctrl-C.
+const LOOK: u64 = 1 << 16;
+
+/// Stamps, ns, and numbers.
+type Pair<'py> = (Bound<'py, PyArray1<i64>>, Bound<'py, PyArray1<f64>>);
+
+/// Every sample of the signals: stamps (int64, ns) and numbers (float64, NaN where there is none) of each, in the order of the
+/// data, and notes on what could not be read.
+#[pyfunction]
+pub(crate) fn samples(py: Python<'_>, args: Vec<String>) -> PyResult<(Vec<Pair<'_>>, Vec<String>)> {
+    let args: SamplesArgs = parsed(&args)?;
+    let (signals, notes) = released(py, || {
+        let mut signals = vec![(Vec::new(), Vec::new()); args.signals().len()];
+        let mut count = 0_u64;
+        let mut stopped = None;
+        let reading = command::read(&args, &mut |signal, stamp, value| {
+            let (stamps, values): &mut (Vec<i64>, Vec<f64>) = &mut signals[signal];
+            stamps.push(stamp);
+            values.push(value.unwrap_or(f64::NAN));
+            count += 1;
+            if count.is_multiple_of(LOOK) {
+                stopped = stopped.take().or(interrupted().err());
+            }
+            stopped.is_none()
+        });
+        match stopped {
+            Some(exception) => Err(exception),
+            None => Ok((signals, reading?.notes)),
+        }
+    })?;
+    let arrays = signals
+        .into_iter()
+        .map(|(stamps, values)| (stamps.into_pyarray(py), values.into_pyarray(py)));
+    Ok((arrays.collect(), notes))
+}
+
+/// Every numeric field, with rate, gaps and range, as JSON.
+#[pyfunction]
+pub(crate) fn fields(py: Python<'_>, args: Vec<String>) -> PyResult<String> {
+    let args: TopicsArgs = parsed(&args)?;
+    let survey = released(py, || topics::survey(&args))?;
+    serde_json::to_string(&survey).map_err(|error| raised(error.into()))
+}

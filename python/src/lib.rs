@@ -1,0 +1,38 @@
+//! The native half of the Python package `planesman`, which is in `planesman/` beside it and is what people import.
+//!
+//! Functions here take what the command line takes, as a list of its arguments, so that names, defaults, units, checks and
+//! errors are the same; the Python half gives them types and docstrings.
+//!
+//! - `data`: signals and fields of a bag, table or log.
+//! - `flight`: scenarios, and their flight in this process.
+//! - `model`: identification, model files, a vehicle's transfer functions.
+//! - `sweep`: the cases of a sweep, part by part.
+//! - `listing`: parameters of the nodes, numbers of the reports.
+//! - `error`: errors as Python's exceptions.
+//!
+//! The interpreter is released during all work, and asked for Ctrl-C now and then. Arrays that go out are moved; those that
+//! come in are copied, since others may change them meanwhile.
+
+mod data;
+mod error;
+mod flight;
+mod listing;
+mod model;
+mod sweep;
+
+/// The native half of planesman.
+#[pyo3::pymodule]
+mod _native {
+    #[pymodule_export]
+    use crate::data::{fields, samples};
+    #[pymodule_export]
+    use crate::error::PlanesmanError;
+    #[pymodule_export]
+    use crate::flight::{fly, scenario};
+    #[pymodule_export]
+    use crate::listing::{parameter_file, parameters, reproduced};
+    #[pymodule_export]
+    use crate::model::{fit, fit_options, read_model, response, transfer_function, write_model};
+    #[pymodule_export]
+    use crate::sweep::Sweep;
+}

@@ -1,0 +1,105 @@
+//! The cases of a sweep, flown part by part.
+
+use std::path::PathBuf;
+
+use numpy::IntoPyArray;
+use planesman::scenario::Scenario;
+use planesman::sweep::{self, Case, Kind, Part};
+use planesman_identification::on_all_cores;
+use pyo3::prelude::*;
+
+use crate::error::{interrupted, raised, released};
+
+/// The cases of a scenario with these `--vary`, `--samples` and `--seeds`.
+#[pyclass(frozen, module = "planesman._native")]
+pub(crate) struct Sweep(sweep::Sweep);
+
+#[pymethods]
+impl Sweep {
+    #[new]
+    fn new(scenario: &str, vary: Vec<String>, samples: Option<u32>, seeds: u32) -> PyResult<Self> {
+        let sweep = Scenario::parse(scenario)
+            .and_then(|scenario| sweep::Sweep::new(scenario, &vary, samples, seeds));
+        Ok(Self(sweep.map_err(raised)?))
+    }
+
+    /// Checks every combination as the nodes would at their start.
+    fn check(&self, py: Python<'_>) -> PyResult<()> {
+        released(py, || self.0.check())
+    }
+
+    /// Combinations of values; each is flown with every seed.
+    fn combinations(&self) -> u64 {
+        self.0.combinations()
+    }
+
+    /// Cases of part `part` of `of`.
+    fn cases(&self, part: u64, of: u64) -> u64 {
+        self.0.cases(Part { part, of })
+    }
+
+    /// Makes the folder of so many parts, with what its results are of.
+    fn define(&self, folder: PathBuf, parts: u64) -> PyResult<()> {
+        self.0.define(&folder, Some(parts)).map_err(raised)
+    }
+
+    /// Flies part `part` of `of`: each column by its name, a row a case. Numbers are float64, NaN for none; `case` and `seed`
+    /// int64; words a list.
+    fn fly<'py>(
+        &self,
+        py: Python<'py>,
+        part: u64,
+        of: u64,
+        all_cores: bool,
+    ) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
+        let part = Part { part, of };
+        let cases = released(py, || {
+            let places: Vec<u64> = (0..self.0.cases(part)).collect();
+            let case = |place: &u64| {
+                interrupted()?;
+                self.0.case(part, *place)
+            };
+            match all_cores {
+                true => on_all_cores(&places, case).into_iter().collect(),
+                false => places.iter().map(case).collect::<anyhow::Result<Vec<_>>>(),
+            }
+        })?;
+        columns(py, self.0.columns(), &cases)
+    }
+}
+
+/// The cases column by column: number, values, seed, numbers, error.
+fn columns<'py>(
+    py: Python<'py>,
+    names: Vec<(String, Kind)>,
+    cases: &[Case],
+) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
+    let axes = cases.first().map_or(0, |case| case.values.len());
+    let whole = |of: &dyn Fn(&Case) -> i64| {
+        let numbers: Vec<i64> = cases.iter().map(of).collect();
+        numbers.into_pyarray(py).into_any()
+    };
+    let number = |of: &dyn Fn(&Case) -> f64| {
+        let numbers: Vec<f64> = cases.iter().map(of).collect();
+        numbers.into_pyarray(py).into_any()
+    };
+    let text = |of: &dyn Fn(&Case) -> &str| {
+        let words: Vec<&str> = cases.iter().map(of).collect();
+        words.into_pyobject(py)
+    };
+    let last = names.len() - 1;
+    let column = |(place, (name, kind)): (usize, (String, Kind))| {
+        let column = match (place, kind) {
+            (0, _) => whole(&|it| it.number as i64),
+            (place, Kind::Text) if place == last => text(&|it| &it.error)?,
+            (place, Kind::Text) => text(&|it| &it.values[place - 1])?,
+            (place, Kind::Number) if place <= axes => {
+                number(&|it| it.values[place - 1].parse().unwrap_or(f64::NAN))
+            }
+            (_, Kind::Whole) => whole(&|it| i64::from(it.seed)),
+            (place, Kind::Number) => number(&|it| it.numbers[place - axes - 2].unwrap_or(f64::NAN)),
+        };
+        Ok((name, column))
+    };
+    names.into_iter().enumerate().map(column).collect()
+}

@@ -1,0 +1,71 @@
+"""Bags, tables and logs as arrays."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas
+import pytest
+
+import planesman
+
+
+def test_a_bag_holds_the_numbers_that_were_flown(bag: Path, flight: planesman.Flight) -> None:
+    read = planesman.read_bag(bag, ["state:depth", "state:pitch", "control_state:depth_setpoint"])
+    assert np.array_equal(read["state:depth"].value, flight["depth"])
+    assert np.array_equal(read["state:pitch"].value, flight["pitch"])
+    assert np.array_equal(read["control_state:depth_setpoint"].value, flight["depth_setpoint"])
+    samples = read["state:depth"]
+    assert samples.stamp.dtype == np.int64 and samples.value.dtype == np.float64
+    assert np.array_equal(samples.stamp, np.round(flight["time"] * 1e9).astype(np.int64))
+    assert samples.time[:3] == pytest.approx([0.0, 0.05, 0.1])
+    assert len(samples) == len(np.asarray(samples)) == 1800
+
+
+def test_signals_become_a_data_frame_over_their_stamps(bag: Path) -> None:
+    read = planesman.read_bag(bag, ["state:depth", "plane_motion:dive_planes"])
+    frame = pandas.DataFrame({name: samples.series() for name, samples in read.items()})
+    assert frame.shape == (1800, 2)
+    assert (frame.index[1] - frame.index[0]).total_seconds() == 0.05
+
+
+def test_every_field_that_is_listed_can_be_read(bag: Path) -> None:
+    rows = planesman.list_fields(bag, topic="imu")
+    assert {"/auv/imu:angular_velocity.y", "/auv/imu:linear_acceleration.x"} <= {row["field"] for row in rows}
+    for row in rows:
+        values = planesman.read_bag(bag, row["field"])[row["field"]].value
+        assert len(values) == row["count"] == 1800
+        assert values.min() == row["min"] and values.max() == row["max"]
+        assert row["type"] == "sensor_msgs/msg/Imu" and row["rate"] == pytest.approx(20.0)
+
+
+def test_a_table_is_read_and_an_empty_cell_is_not_a_number(tmp_path: Path) -> None:
+    table = tmp_path / "table.csv"
+    table.write_text("t_ms,u,y\n0,1,2\n50,,3\n100,4,5\n")
+    with pytest.warns(UserWarning, match="1 empty"):
+        read = planesman.read_bag(table, ["u", "y"])
+    assert np.array_equal(read["u"].value, [1.0, np.nan, 4.0], equal_nan=True)
+    assert read["y"].stamp.tolist() == [0, 50_000_000, 100_000_000]
+    with pytest.warns(UserWarning, match="1 empty"):
+        assert [row["field"] for row in planesman.list_fields(table)] == ["u", "y"]
+
+
+def test_what_is_refused_is_refused_in_one_sentence(bag: Path, tmp_path: Path) -> None:
+    for data, fields, sentence in [
+        (bag, ["stat:depth"], "the bag has no such topic; it has .*/auv/state"),
+        (bag, ["state:dept"], "dept"),
+        (bag, ["state"], "TOPIC:FIELD"),
+        (tmp_path / "none.mcap", ["state:depth"], "none.mcap"),
+        (bag, [], "required"),
+    ]:
+        with pytest.raises(planesman.PlanesmanError, match=sentence) as refusal:
+            planesman.read_bag(data, fields)
+        assert "\n" not in str(refusal.value)
+        assert isinstance(refusal.value, ValueError)
+
+
+def test_a_file_whose_name_looks_like_an_option_is_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("--json.csv").write_text("t,u\n0,1\n1,2\n")
+    assert planesman.read_bag("--json.csv", "u")["u"].value.tolist() == [1.0, 2.0]

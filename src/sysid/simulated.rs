@@ -1,0 +1,42 @@
+//! The longest run of a model, measured and simulated.
+
+use anyhow::{Result, anyhow};
+use planesman_identification::Record;
+use planesman_identification::analysis::Analysis;
+
+/// A run, measured and simulated.
+#[derive(Clone, Debug)]
+pub struct Simulated<'a> {
+    /// The first instant, ns on the data's own clock.
+    pub start: i64,
+    /// The input over each sampling interval.
+    pub input: &'a [f64],
+    /// The output at each instant.
+    pub measured: &'a [f64],
+    /// The output of the model, simulated on the input alone.
+    pub simulated: Vec<f64>,
+}
+
+impl<'a> Simulated<'a> {
+    /// The longest run of the record that the model was fitted to.
+    ///
+    /// # Errors
+    /// When the record is another one.
+    pub fn of(analysis: &Analysis, record: &'a Record) -> Result<Self> {
+        let segment = analysis
+            .segments
+            .get(analysis.longest)
+            .and_then(|number| record.segments.get(*number))
+            .ok_or_else(|| anyhow!("the record does not hold the segment of the model"))?;
+        let (Some(input), Some(measured)) = (segment.inputs.first(), segment.outputs.first())
+        else {
+            return Err(anyhow!("the record has no input or no output"));
+        };
+        Ok(Self {
+            start: segment.start,
+            input,
+            measured,
+            simulated: analysis.estimate.simulate(analysis.longest, input),
+        })
+    }
+}
