@@ -12,7 +12,7 @@ use planesman_bag::{BagInfo, BagReader, is_bag_file};
 
 use crate::flight::recorded;
 use crate::nodes::NODES;
-use crate::page::Count;
+use crate::page::flights::Count;
 use crate::run_folder::{Loss, RunFolder};
 
 /// Prints what the bag at `path` holds and lacks.

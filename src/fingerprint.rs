@@ -1,6 +1,6 @@
 //! What is compared of an identified model and the true one: poles and gains.
 
-use planesman_linear::Complex;
+use planesman_linear::{Complex, mode_text};
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 
 /// The characteristics of a transfer function that are compared.
@@ -21,6 +21,13 @@ impl Fingerprint {
     pub fn dominant(&self) -> Option<Complex<f64>> {
         let slowest = *self.poles.first()?;
         Some(Complex::new(slowest.re, slowest.im.abs()))
+    }
+
+    /// What the poles do, slowest first, a pair once.
+    #[must_use]
+    pub fn modes(&self) -> Vec<String> {
+        let once = self.poles.iter().filter(|pole| pole.im >= 0.0);
+        once.map(|pole| mode_text(*pole)).collect()
     }
 }
 

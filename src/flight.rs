@@ -15,8 +15,8 @@ use planesman_msgs::planesman_msgs::msg::{
     ControlState, DhaState, ModelEstimate, PlaneCommand, PlaneMotion, VehicleState,
 };
 use planesman_msgs::{Message, cdr};
+use planesman_plot::Course;
 
-use crate::course::Course;
 use crate::fingerprint::identified;
 use crate::in_order::{InOrder, Met, Next};
 

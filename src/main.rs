@@ -17,8 +17,8 @@ use planesman::dive::{self, Pace};
 use planesman::reproduce::{self, ReproduceArgs};
 use planesman::run_folder::{Loss, RunFolder};
 use planesman::scenario::{BUILTIN, Scenario};
-use planesman::table::{Format, print_wrapped};
-use planesman::{bag_command, doctor, nodes, params_command, sim, tf_command};
+use planesman::table::Format;
+use planesman::{bag_command, doctor, nodes, params_command, report, sim, tf_command};
 use planesman_node::in_one_line;
 use planesman_parameters::Parameters as _;
 use planesman_text::{did_you_mean, shown};
@@ -86,11 +86,8 @@ enum Command {
     /// Fly a scenario many times with other parameters and seeds, and compare
     #[command(after_help = SWEEPS)]
     Sweep(planesman::sweep::SweepArgs),
-    /// Summarise a recorded flight, from its folder
-    Report {
-        /// Folder written by `planesman dive`
-        folder: PathBuf,
-    },
+    /// Summarise a recorded flight from its folder, or compare several
+    Report(report::ReportArgs),
     /// Run the live identifier on a bag and compare with its published estimates
     Replay(planesman::sysid::replay::ReplayArgs),
     /// Identify models from bags or CSV files: list signals, fit, test estimators, watch
@@ -285,9 +282,7 @@ fn main() -> ExitCode {
         },
         Command::Sim(args) => simulate(&args),
         Command::Sweep(args) => planesman::sweep::run(&args),
-        Command::Report { folder } => RunFolder::open(&folder)
-            .and_then(|run| run.report())
-            .and_then(|text| Ok(print_wrapped(format_args!("{text}\n"))?)),
+        Command::Report(args) => report::run(&args),
         Command::Replay(args) => planesman::sysid::replay::run(&args),
         Command::Sysid(command @ planesman::sysid::Command::Watch(_)) => {
             stay_local().and_then(|()| command.run())

@@ -13,7 +13,7 @@ use recorder::selection::Selection;
 
 use crate::flight::{Flight, recorded};
 use crate::nodes::NODES;
-use crate::page::{self, Count};
+use crate::page::flights::{self, Count, Flown};
 use crate::scenario::Scenario;
 use crate::sink::{full_name, write_whole};
 use crate::summary::Summary;
@@ -132,20 +132,36 @@ impl RunFolder {
         Scenario::parse(&fs::read_to_string(self.scenario_file())?)
     }
 
+    /// The flight as its bag has it.
+    ///
+    /// # Errors
+    /// When scenario or bag cannot be read.
+    pub fn flown(&self) -> Result<Flown> {
+        let scenario = self.scenario()?;
+        let flight = Flight::read(&self.bag())?;
+        let summary = Summary::of(&flight, &scenario)?;
+        let counts = self.counts(&flight.counts, &scenario)?;
+        let name = self.path.file_name().unwrap_or(self.path.as_os_str());
+        Ok(Flown {
+            name: name.to_string_lossy().into_owned(),
+            flight,
+            scenario,
+            summary,
+            counts,
+        })
+    }
+
     /// Reads the bag, writes the page, and returns the flight's summary with the counts.
     ///
     /// # Errors
     /// When the bag cannot be read or the page cannot be written.
     pub fn report(&self) -> Result<String> {
-        let scenario = self.scenario()?;
-        let flight = Flight::read(&self.bag())?;
-        let summary = Summary::of(&flight, &scenario)?;
-        let counts = self.counts(&flight.counts, &scenario)?;
-        let html = page::page(&flight, &scenario, &summary, &counts);
+        let flown = self.flown()?;
+        let html = flights::page(std::slice::from_ref(&flown));
         write_whole(&self.page(), |draft| Ok(fs::write(draft, html)?))?;
-        let mut out = format!("{summary}\n\n");
-        out += &count_table(&counts);
-        if let Some(reason) = &flight.truncated {
+        let mut out = format!("{}\n\n", flown.summary);
+        out += &count_table(&flown.counts);
+        if let Some(reason) = &flown.flight.truncated {
             out += &format!("\nThe bag is not whole: {reason}\n");
         }
         out += &format!(

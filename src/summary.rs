@@ -71,6 +71,36 @@ impl Summary {
         let truth = self.truth.dominant()?;
         Some((found - truth).norm() / truth.norm())
     }
+
+    /// What is to be known first, a sentence each.
+    #[must_use]
+    pub fn conclusions(&self) -> Vec<String> {
+        let depth = self.depth.as_ref().map(|depth| {
+            let settles = match depth.settling_time_5 {
+                Some(t) => format!("settles within 5 % after {t:.1} s"),
+                None => "does not settle within 5 %".to_owned(),
+            };
+            format!(
+                "Depth {:.3} m: {settles}, overshoot {:.1} %, steady error {:+.1} mm.",
+                self.depth_setpoint,
+                depth.overshoot,
+                1e3 * depth.steady_error
+            )
+        });
+        let model = match (&self.identified, self.pole_error()) {
+            (Some(found), Some(error)) => {
+                let within = if error <= POLE_TOLERANCE { "" } else { "NOT " };
+                format!(
+                    "Pitch response identified {within}within {:.0} %: {}. The dominant pole is {} from the true one.",
+                    100.0 * POLE_TOLERANCE,
+                    found.modes().join("; "),
+                    distance_text(error)
+                )
+            }
+            _ => format!("No valid model of the pitch response: {}.", self.no_model),
+        };
+        depth.into_iter().chain([model]).collect()
+    }
 }
 
 /// The vehicle's own sampled model between plane angle and pitch rate.

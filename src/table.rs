@@ -65,10 +65,10 @@ impl Table {
     #[must_use]
     pub fn html(&self) -> Markup {
         html! {
-            table {
-                tr { @for column in &self.columns { th { (column) } } }
+            div.scroll { table {
+                thead { tr { @for column in &self.columns { th { (column) } } } }
                 @for row in &self.rows { tr { @for cell in row { td { (cell) } } } }
-            }
+            } }
         }
     }
 

@@ -70,7 +70,7 @@ fn a_file_that_could_not_be_written_is_refused_before_anything_is_computed() {
         "speed",
         "--to",
         "1",
-        "--svg",
+        "--html",
         "there.json",
     ];
     refused(&stage, 2, &locus, &["exists already"]);

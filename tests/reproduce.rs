@@ -80,7 +80,7 @@ fn every_number_of_the_report_has_the_verdict_that_stands_in_the_book() {
 
     let html = std::fs::read_to_string(&page).expect("written");
     assert_eq!(
-        html.matches("<svg").count(),
+        html.matches("<figure class=\"plot\">").count(),
         13 + 11 + 12 + 12 + 42,
         "figures B1 to B10, the loci, the time responses, the runs, and the actuator's"
     );

@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
 use planesman::flight::Flight;
-use planesman::page;
+use planesman::page::flights::{Flown, page};
 use planesman::scenario::Scenario;
 use planesman::summary::Summary;
 use planesman_fuzz::InMemory;
@@ -19,8 +19,13 @@ fuzz_target!(|data: &[u8]| {
     };
     // A bag without a state has nothing to tell; any other has a page.
     if let Ok(summary) = Summary::of(&flight, &SCENARIO) {
-        let counts = Default::default();
-        let page = page::page(&flight, &SCENARIO, &summary, &counts);
-        assert!(page.ends_with("</html>"));
+        let flown = Flown {
+            name: "flight".to_owned(),
+            flight,
+            scenario: SCENARIO.clone(),
+            summary,
+            counts: Default::default(),
+        };
+        assert!(page(&[flown]).ends_with("</html>"));
     }
 });

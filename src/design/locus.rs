@@ -4,13 +4,15 @@ use std::fs;
 use std::path::PathBuf;
 
 use anyhow::{Context as _, Result, bail};
-use clap::Args;
+use clap::{Args, ValueEnum as _};
+use maud::html;
 use planesman_linear::Complex;
+use planesman_plot::{Plot, Series, Style};
 
-use super::subject::{GainArgs, Subject, Varied, poles_text};
-use crate::arguments::{output_file, speed, within};
-use crate::table::wrapped;
-use planesman_plot::{Plot, Style};
+use super::subject::{GainArgs, Subject, Varied, gains_text, poles_text, speed_text};
+use crate::arguments::{number, output_file, speed, within};
+use crate::page::{document, figures};
+use crate::table::{Table, wrapped};
 
 /// Points of the drawing.
 const DOTS: u32 = 600;
@@ -38,9 +40,9 @@ pub struct LocusArgs {
     /// Number of rows of the table
     #[arg(long, default_value_t = 11, value_parser = clap::value_parser!(u32).range(2..=10_000))]
     rows: u32,
-    /// Write a drawing to this file
-    #[arg(long, value_name = "FILE.svg", value_parser = output_file)]
-    svg: Option<PathBuf>,
+    /// Also draw it on an HTML page, on which the cursor tells the value at each pole
+    #[arg(long, value_name = "FILE", value_parser = output_file)]
+    html: Option<PathBuf>,
 }
 
 /// An end of the range: a number, or a speed with its unit.
@@ -73,19 +75,24 @@ pub fn run(args: &LocusArgs) -> Result<()> {
             "--from and --to: a speed is given, but --vary names a gain; gains are numbers in SI"
         );
     }
-    for i in 0..args.rows {
-        let value = args.value(f64::from(i) / f64::from(args.rows - 1));
+    for value in args.values() {
         let line = format!("{value:12.5}  {}", poles_text(&args.poles(value)?));
         planesman_node::say!("{}", wrapped(&line).trim_end())?;
     }
-    if let Some(file) = &args.svg {
-        fs::write(file, args.drawing()?).with_context(|| format!("{}", file.display()))?;
+    if let Some(file) = &args.html {
+        fs::write(file, args.page()?).with_context(|| format!("{}", file.display()))?;
         planesman_node::say!("{}", file.display())?;
     }
     Ok(())
 }
 
 impl LocusArgs {
+    /// The values of the table.
+    fn values(&self) -> impl Iterator<Item = f64> {
+        let last = f64::from(self.rows - 1);
+        (0..self.rows).map(move |i| self.value(f64::from(i) / last))
+    }
+
     /// The value at a share of the range.
     fn value(&self, share: f64) -> f64 {
         let (from, to) = (self.from.value, self.to.value);
@@ -114,12 +121,31 @@ impl LocusArgs {
             .poles()?)
     }
 
-    fn drawing(&self) -> Result<String> {
-        let mut between = Vec::new();
-        for i in 1..DOTS {
-            // Dense at the beginning: there the poles move most.
-            between.extend(self.poles(self.value((f64::from(i) / f64::from(DOTS)).powi(2)))?);
+    fn page(&self) -> Result<String> {
+        let possible = self.vary.to_possible_value();
+        let varied = possible.map_or_else(String::new, |it| it.get_name().to_owned());
+        let (from, to) = (number(self.value(0.0)), number(self.value(1.0)));
+        let title = format!(
+            "Root locus of {} behind {}: {varied} from {from} to {to}",
+            self.subject.vehicle, self.subject.actuator
+        );
+        let mut fixed = gains_text(&self.gains.gains());
+        if self.vary != Varied::Speed {
+            fixed += &format!(", U = {}", speed_text(self.speed));
         }
+        let mut rows = Table::of([varied.as_str(), "poles [1/s]"]);
+        for value in self.values() {
+            rows.row([number(value), poles_text(&self.poles(value)?)]);
+        }
+        let body = html! {
+            h1 { (title) }
+            p.lead { "All others as in " (fixed) "." }
+            div.columns { (figures(&[self.drawing(&varied)?])) (rows.html()) }
+        };
+        Ok(document(&title, "td { text-align: left; }", &body, ""))
+    }
+
+    fn drawing<'a>(&self, varied: &'a str) -> Result<Plot<'a>> {
         // Those of the dead time are far to the left and would make the rest small.
         let far = 4.0
             * self
@@ -128,23 +154,30 @@ impl LocusArgs {
                 .map(|s| s.norm())
                 .fold(1.0, f64::min)
                 .max(1.0);
-        let near = |poles: Vec<Complex<f64>>| -> Vec<(f64, f64)> {
-            let near = poles.iter().filter(|s| s.norm() < far);
-            near.map(|s| (s.re, s.im)).collect()
+        let at = |style, name: &'static str, shares: &mut dyn Iterator<Item = f64>| {
+            let (mut points, mut values) = (Vec::new(), Vec::new());
+            for share in shares {
+                let value = self.value(share);
+                let near = self.poles(value)?.into_iter().filter(|s| s.norm() < far);
+                points.extend(near.map(|s| (s.re, s.im)));
+                values.resize(points.len(), value);
+            }
+            anyhow::Ok(Series {
+                at: Some((varied.into(), values)),
+                ..Series::new(style, name, points)
+            })
         };
-        Plot::new("root locus", ["real part [1/s]", "imaginary part [rad/s]"])
-            .from_zero()
-            .with(Style::Dots, "between", near(between))
-            .with(
-                Style::Crosses,
-                "first value",
-                near(self.poles(self.value(0.0))?),
-            )
-            .with(
-                Style::Circles,
-                "last value",
-                near(self.poles(self.value(1.0))?),
-            )
-            .svg()
+        // Dense at the beginning: there the poles move most.
+        let mut shares = (1..DOTS).map(|i| (f64::from(i) / f64::from(DOTS)).powi(2));
+        Ok(
+            Plot::new("Root locus", ["real part [1/s]", "imaginary part [rad/s]"])
+                .from_zero()
+                .one_scale()
+                .with_all([
+                    at(Style::Dots, "between", &mut shares)?,
+                    at(Style::Crosses, "first value", &mut [0.0].into_iter())?,
+                    at(Style::Circles, "last value", &mut [1.0].into_iter())?,
+                ]),
+        )
     }
 }

@@ -5,8 +5,7 @@ use maud::{Markup, html};
 use planesman_book::{Book, Chapter, Reckoning, Report, Verdict};
 
 use super::listing::{totals, verdict, written};
-use crate::page::{self, document};
-use planesman_plot::Plot;
+use crate::page::{document, figures as drawn};
 
 const OWN_STYLE: &str = "
 td.contradicts { background: #fde2d4; } td.approximate { background: #fff4d6; }
@@ -40,7 +39,7 @@ impl Page {
             figures,
         } in (report.figures)()?
         {
-            chapters.push(html! { h2 { (title) } p { (note) } (drawn(&figures)?) });
+            chapters.push(html! { h2 { (title) } p { (note) } (drawn(&figures)) });
         }
         self.titles.push(report.name);
         self.reports.push(html! {
@@ -66,16 +65,8 @@ impl Page {
     pub fn text(&self) -> String {
         let title = format!("{}, computed again", self.titles.join(", "));
         let body = html! { @for report in &self.reports { (report) } };
-        document(&title, OWN_STYLE, &body)
+        document(&title, OWN_STYLE, &body, "")
     }
-}
-
-fn drawn(figures: &[Plot<'_>]) -> Result<Markup> {
-    let drawn = figures
-        .iter()
-        .map(|figure| Ok(html! { h3 { (figure.title) } (page::drawn(figure)?) }))
-        .collect::<Result<Vec<_>>>()?;
-    Ok(html! { @for figure in drawn { (figure) } })
 }
 
 fn numbers(book: &Book, reckoning: &Reckoning<'_>) -> Markup {

@@ -7,13 +7,13 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
-use maud::{Markup, PreEscaped, html};
+use maud::{Markup, html};
 use planesman_plot::{HeatMap, Plot, Style};
 
 use super::case::{COLUMNS, SETTLING, TRAVEL};
 use super::space::{Axis, Space, plain};
 use crate::arguments::number;
-use crate::page::{document, drawn};
+use crate::page::{document, figure, heat_map};
 use crate::scenario::Scenario;
 use crate::sink::write_whole;
 
@@ -96,7 +96,7 @@ pub(super) fn of(folder: &Path, scenario: &Scenario, space: &Space) -> Result<Pa
         p { (cases) " of " (all) " cases"
             @if failed > 0 { "; " (failed) " broke off" }
             ". Means are over the seeds and over what is varied beside the axes of a plot; a case that does not settle has no settling time." }
-        @for plot in maps(space, &found) { (plot) }
+        div.plots { @for plot in maps(space, &found) { (plot) } }
         (pareto(space, &found))
         h2 { "Scenario" }
         pre { (scenario.source()) }
@@ -105,7 +105,7 @@ pub(super) fn of(folder: &Path, scenario: &Scenario, space: &Space) -> Result<Pa
     write_whole(&path, |draft| {
         Ok(std::fs::write(
             draft,
-            document("Planesman sweep", "", &body),
+            document("Planesman sweep", "", &body, ""),
         )?)
     })?;
     Ok(Page { path, failed })
@@ -149,7 +149,7 @@ fn maps(space: &Space, found: &BTreeMap<u64, Combination>) -> Vec<Markup> {
             let points = points.filter_map(|(at, mean)| Some((at, mean.value()?)));
             let axis = space.axes[x].name();
             let plot = Plot::new(COLUMNS[what], [&axis, COLUMNS[what]]).line("mean", points);
-            Some(shown(COLUMNS[what], drawn(&plot)))
+            Some(figure(&plot))
         }
         [x, y, ..] => {
             let (of_x, of_y) = (&space.axes[x], &space.axes[y]);
@@ -168,22 +168,11 @@ fn maps(space: &Space, found: &BTreeMap<u64, Combination>) -> Vec<Markup> {
                     .collect(),
                 quantity: COLUMNS[what].to_owned(),
             };
-            Some(shown(
-                COLUMNS[what],
-                map.svg().map(|svg| html! { (PreEscaped(svg)) }),
-            ))
+            Some(heat_map(COLUMNS[what], &map))
         }
     };
     let maps = [of(SETTLING, |it| it.settling), of(TRAVEL, |it| it.travel)];
     maps.into_iter().flatten().collect()
-}
-
-/// A plot under its heading, or why there is none.
-fn shown(title: &str, plot: Result<Markup>) -> Markup {
-    html! {
-        h2 { (title) }
-        (plot.unwrap_or_else(|error| html! { p.warn { (error) } }))
-    }
 }
 
 /// The combinations that settle with every seed, and those of them that none beats in both settling time and travel.
@@ -208,18 +197,19 @@ fn pareto(space: &Space, found: &BTreeMap<u64, Combination>) -> Markup {
     let axes = [COLUMNS[SETTLING], COLUMNS[TRAVEL]];
     let of = |it: &(f64, f64, u64)| (it.0, it.1);
     let plot = Plot::new("Settling time and plane travel", axes)
+        .plane()
         .note("Each combination that settles with every seed. On the line those that no other beats in both.")
         .with(Style::Dots, "combinations", points.iter().step_by(every).map(of))
         .with(Style::Crosses, "not beaten", front.iter().map(|it| of(it)))
         .with(Style::Bound, "front", front.iter().map(|it| of(it)));
     html! {
         @if !front.is_empty() {
-            (shown("Settling time and plane travel", drawn(&plot)))
-            table {
-                tr {
+            (figure(&plot))
+            div.scroll { table {
+                thead { tr {
                     th { (axes[0]) } th { (axes[1]) }
                     @for axis in &space.axes { th { (axis.name()) } }
-                }
+                } }
                 @for (settling, travel, combination) in front.iter().take(LISTED) {
                     tr {
                         td { (number(*settling)) } td { (number(*travel)) }
@@ -228,7 +218,7 @@ fn pareto(space: &Space, found: &BTreeMap<u64, Combination>) -> Markup {
                         }
                     }
                 }
-            }
+            } }
             @if front.len() > LISTED { p { (front.len() - LISTED) " more are not beaten." } }
         } @else {
             p { "No combination settles within 5 % in every flight: there is no Pareto plot of settling time and plane travel." }

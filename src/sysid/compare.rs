@@ -173,7 +173,7 @@ pub fn run(args: &CompareArgs) -> Result<()> {
         }
     }
     if let Some(path) = &args.html {
-        let page = compare_page::page(&found.models, &found.taken)?;
+        let page = compare_page::page(&found.models, &found.taken);
         std::fs::write(path, page).with_context(|| format!("{}", path.display()))?;
         planesman_node::complain!("{}: the page", path.display());
     }
@@ -292,7 +292,7 @@ impl Comparison {
                 let up = it.magnitude(SIGMAS_95) - it.magnitude(0.0);
                 let turn = SIGMAS_95 * it.value.phase_deviation().to_degrees();
                 table.row([
-                    format!("{:.4}", 10f64.powf(it.log_omega)),
+                    format!("{:.4}", it.omega),
                     model.name.clone(),
                     format!("{:.2}", it.magnitude(0.0)),
                     format!("{up:.2}"),
@@ -370,7 +370,7 @@ impl Comparison {
                 );
             }
             for it in responses {
-                let omega = 10f64.powf(it.log_omega);
+                let omega = it.omega;
                 let size = it.value.value.norm().to_string();
                 let deviation = it.value.magnitude_deviation();
                 row(

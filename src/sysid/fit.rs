@@ -529,7 +529,7 @@ pub fn run(args: &FitArgs) -> Result<()> {
             [] => page::page(&found.analysis, &found.taken.resampled.record)?,
             tried => {
                 let taken = found.validation.as_ref().unwrap_or(&found.taken);
-                compare_page::page(&trial::compared(tried, taken)?, taken)?
+                compare_page::page(&trial::compared(tried, taken)?, taken)
             }
         };
         std::fs::write(path, page).with_context(|| format!("{}", path.display()))?;

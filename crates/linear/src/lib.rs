@@ -26,7 +26,7 @@ pub mod transfer_function;
 pub use error::Error;
 pub use frequency::DelayedLoop;
 pub use nalgebra::{Complex, DMatrix};
-pub use poles::{discrete_to_continuous, pair_text, pole_text};
+pub use poles::{discrete_to_continuous, mode_text, pair_text, pole_text};
 pub use routh::RouthColumn;
 pub use runge_kutta::{LARGEST_POLE_STEP, runge_kutta_step};
 pub use state_space::StateSpace;

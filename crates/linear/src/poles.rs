@@ -40,6 +40,23 @@ pub fn pair_text(pole: Complex<f64>, decimals: usize) -> String {
     signed_text(pole, '±', decimals)
 }
 
+/// What a continuous pole does, in words: natural frequency and damping ratio of a pair, time constant of a real pole.
+#[must_use]
+pub fn mode_text(pole: Complex<f64>) -> String {
+    let size = pole.norm();
+    let unstable = if pole.re > 0.0 { "unstable, " } else { "" };
+    if size == 0.0 {
+        "integrator".to_owned()
+    } else if pole.im == 0.0 {
+        format!("{unstable}time constant {:.3} s", 1.0 / size)
+    } else {
+        format!(
+            "{unstable}natural frequency {size:.4} rad/s, damping ratio {:.3}",
+            -pole.re / size
+        )
+    }
+}
+
 fn signed_text(pole: Complex<f64>, sign: char, decimals: usize) -> String {
     if pole.im == 0.0 {
         format!("{:.decimals$}", pole.re)
@@ -111,6 +128,18 @@ fn mirrored(matrix: &DMatrix<f64>) -> DMatrix<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_mode_is_told_in_the_words_of_the_field() {
+        let text = |re, im| mode_text(Complex::new(re, im));
+        assert_eq!(
+            text(-3.0, 4.0),
+            "natural frequency 5.0000 rad/s, damping ratio 0.600"
+        );
+        assert_eq!(text(-0.5, 0.0), "time constant 2.000 s");
+        assert_eq!(text(2.0, 0.0), "unstable, time constant 0.500 s");
+        assert_eq!(text(0.0, 0.0), "integrator");
+    }
 
     #[test]
     fn the_dominant_pole_of_run_9_2_is_at_2_28_radians_per_second() {

@@ -1,6 +1,7 @@
 //! What the tests of several crates share. Only a dev-dependency: no program contains it.
 //!
 //! - [`near`]: two numbers within a tolerance.
+//! - [`content`]: what a page says, without the scripts that draw it.
 //! - [`allocations`]: a run that takes no memory from the heap.
 //! - [`mcap`]: MCAP files put together byte by byte, so that they may lie.
 //! - [`ulog`]: a PX4 log, likewise.
@@ -24,4 +25,14 @@ pub fn near(found: f64, expected: f64, tolerance: f64) {
         (found - expected).abs() <= tolerance,
         "{found} is not within {tolerance} of {expected}"
     );
+}
+
+/// What a page of results says: its text and data, without style and without the scripts that draw it.
+///
+/// # Panics
+/// When it is no such page.
+#[must_use]
+pub fn content(page: &str) -> &str {
+    let (_, body) = page.split_once("<body>").unwrap();
+    body.split_once("<noscript>").unwrap().0
 }

@@ -126,7 +126,7 @@ mod tests {
     #[test]
     fn every_figure_can_be_drawn() {
         for figure in figures() {
-            assert!(figure.svg().is_ok(), "{}", figure.title);
+            assert!(figure.data().is_ok(), "{}", figure.title);
         }
     }
 }

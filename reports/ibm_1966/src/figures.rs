@@ -457,7 +457,7 @@ mod tests {
     fn every_figure_of_the_study_can_be_drawn() {
         let all = [section_3(), section_4(), section_5()];
         for figure in all.into_iter().flat_map(|figures| figures.expect("flown")) {
-            assert!(figure.svg().is_ok(), "{}", figure.title);
+            assert!(figure.data().is_ok(), "{}", figure.title);
         }
     }
 }

@@ -42,7 +42,9 @@ impl Analysis {
         }
         text += &self.tried();
         text += &self.coefficients();
-        text += &self.modes();
+        for mode in self.modes() {
+            let _ = writeln!(text, "{:<12} {mode}", "mode");
+        }
         text += &self.places();
         text += &self.vehicle();
         if let Some(lag) = self.lag {
@@ -180,16 +182,16 @@ impl Analysis {
         self.model().a.iter().all(|a| *a == 0.0)
     }
 
-    /// What the poles in s mean: natural frequency and damping ratio of a pair, time constant of a real pole. Left out is a
-    /// pole on the negative real axis of z, which no continuous system has.
-    fn modes(&self) -> String {
+    /// What the poles in s mean, each with its 95 % interval: natural frequency and damping ratio of a pair, time constant
+    /// of a real pole. Left out is a pole on the negative real axis of z, which no continuous system has.
+    #[must_use]
+    pub fn modes(&self) -> Vec<String> {
         let highest = std::f64::consts::PI / self.estimate.sample_time;
         let poles = self.reading().continuous_poles().unwrap_or_default();
         let is_mode = |it: &&Uncertain| (0.0..0.999_999 * highest).contains(&it.value.im);
-        let mut text = String::new();
-        for pole in poles.iter().filter(is_mode) {
+        let in_words = |pole: &Uncertain| {
             let re = pole.value.re;
-            let words = if pole.value.im > 0.0 {
+            if pole.value.im > 0.0 {
                 let (damping, deviation) = pole.damping_ratio();
                 format!(
                     "natural frequency {:.4} ± {:.4} rad/s, damping ratio {damping:.4} ± {:.4}",
@@ -206,10 +208,9 @@ impl Analysis {
                     1.0 / re.abs(),
                     SIGMAS_95 * pole.real_deviation() / (re * re)
                 )
-            };
-            let _ = writeln!(text, "{:<12} {words}", "mode");
-        }
-        text
+            }
+        };
+        poles.iter().filter(is_mode).map(in_words).collect()
     }
 
     /// Poles, zeros and the steady gain, each with its 95 % interval.

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use planesman_linear::{Complex, Error, polynomial};
 
-use planesman_plot::{Plot, Style};
+use planesman_plot::{Plot, Series, Style};
 
 use super::axis::{DampedInertia, Gains};
 use super::depth::DepthDesign;
@@ -87,6 +87,7 @@ pub fn figures() -> Result<Vec<Plot<'static>>, Error> {
     let of_rate_gain = |axis: DampedInertia, p: f64| {
         locus(20.0, |rate| axis.characteristic(Gains { p, rate }).to_vec())
     };
+
     let roll = DampedInertia {
         restoring: roll::RESTORING,
         ..roll::AXIS
@@ -94,24 +95,28 @@ pub fn figures() -> Result<Vec<Plot<'static>>, Error> {
     figures.push(
         figure(
             "Fig. 20: roll, Kpx = 10, M_e = 0.1, Kdx from 0 to 20",
+            "Kdx",
             of_rate_gain(roll, roll::GAINS.p)?,
         )
         .note("The vehicle's own restoring moment is 0.163 ft lbf (E17)."),
     );
     figures.push(figure(
         "Fig. 21: course, Kpy = 1, Kdy from 0 to 20",
+        "Kdy",
         of_rate_gain(course::AXIS, course::GAINS.p)?,
     ));
     Ok(figures)
 }
 
 fn depth_locus((number, kpz, fixed, varied, b, note): DepthLocus) -> Result<Plot<'static>, Error> {
-    let (what, locus) = match varied {
+    let (name, what, locus) = match varied {
         Varied::DerivativeGain(last) => (
+            "Kdz",
             format!("U = {fixed}, Kdz from 0 to {last}"),
             locus(last, |kdz| depth_loop(kpz, kdz, fixed, DAMPING[b]))?,
         ),
         Varied::Speed(last) => (
+            "U [ft/s]",
             format!("Kdz = {fixed}, U from 0 to {last}"),
             locus(last, |u| depth_loop(kpz, fixed, u, DAMPING[b]))?,
         ),
@@ -119,21 +124,28 @@ fn depth_locus((number, kpz, fixed, varied, b, note): DepthLocus) -> Result<Plot
     let damping = ["", ", B = 0.72"][b];
     Ok(figure(
         format!("Fig. {number}: Kpz = {kpz}, {what}{damping}"),
+        name,
         locus,
     )
     .note(note))
 }
 
-/// Where the poles begin, go and end while a value runs from 0 to `last`.
+/// Where the poles begin, go and end while a value runs from 0 to `last`: each pole with the value.
 struct Locus {
-    first: Vec<Complex<f64>>,
-    between: Vec<Complex<f64>>,
-    last: Vec<Complex<f64>>,
+    first: Poles,
+    between: Poles,
+    last: Poles,
 }
 
+/// Poles with the value of what varies.
+type Poles = Vec<(Complex<f64>, f64)>;
+
 fn locus(last: f64, polynomial: impl Fn(f64) -> Vec<f64>) -> Result<Locus, Error> {
-    const POINTS: i32 = 1500;
-    let at = |value: f64| polynomial::roots(&polynomial(value));
+    const POINTS: i32 = 600;
+    let at = |value: f64| -> Result<Poles, Error> {
+        let poles = polynomial::roots(&polynomial(value))?;
+        Ok(poles.into_iter().map(|pole| (pole, value)).collect())
+    };
     let mut between = Vec::new();
     for i in 1..POINTS {
         // Dense where the value is small: that is where the poles move.
@@ -146,13 +158,23 @@ fn locus(last: f64, polynomial: impl Fn(f64) -> Vec<f64>) -> Result<Locus, Error
     })
 }
 
-fn figure(title: impl Into<Cow<'static, str>>, locus: Locus) -> Plot<'static> {
-    let points = |poles: Vec<Complex<f64>>| poles.into_iter().map(|p| (p.re, p.im));
+fn figure(
+    title: impl Into<Cow<'static, str>>,
+    varied: &'static str,
+    locus: Locus,
+) -> Plot<'static> {
+    let series = |style, name: &'static str, poles: Poles| Series {
+        at: Some((varied.into(), poles.iter().map(|it| it.1).collect())),
+        ..Series::new(style, name, poles.into_iter().map(|(p, _)| (p.re, p.im)))
+    };
     Plot::new(title, ["real part [rad/s]", "imaginary part [rad/s]"])
         .from_zero()
-        .with(Style::Dots, "locus", points(locus.between))
-        .with(Style::Crosses, "at zero", points(locus.first))
-        .with(Style::Circles, "at the end", points(locus.last))
+        .one_scale()
+        .with_all([
+            series(Style::Dots, "locus", locus.between),
+            series(Style::Crosses, "at zero", locus.first),
+            series(Style::Circles, "at the end", locus.last),
+        ])
 }
 
 #[cfg(test)]
@@ -180,7 +202,7 @@ mod tests {
     #[test]
     fn every_locus_can_be_drawn() {
         for figure in figures().expect("roots") {
-            assert!(figure.svg().is_ok(), "{}", figure.title);
+            assert!(figure.data().is_ok(), "{}", figure.title);
         }
     }
 }

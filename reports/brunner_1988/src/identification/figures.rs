@@ -150,7 +150,7 @@ mod tests {
         let figures = figures().expect("fitted");
         assert_eq!(figures.len(), 12);
         for (figure, number) in figures.into_iter().zip(45..) {
-            assert!(figure.svg().is_ok(), "{}", figure.title);
+            assert!(figure.data().is_ok(), "{}", figure.title);
             assert!(figure.title.starts_with(&format!("Fig. {number}, ")));
             assert!(figure.title.ends_with("(synthetic)"));
         }

@@ -1,0 +1,68 @@
+//! Numbers and text as JSON within a page.
+
+use serde_json::{Number, Value, json};
+
+/// Digits of a value, and of a place along an axis: a course of hours is still placed to a millisecond.
+const DIGITS: usize = 6;
+const PLACE_DIGITS: usize = 8;
+
+/// Values, `null` for what is not finite.
+pub(crate) fn list(values: impl Iterator<Item = f64>) -> Value {
+    values.map(|it| rounded(it, DIGITS)).collect()
+}
+
+/// Places along an axis: where they are equally far apart, the first, the last and their count.
+pub(crate) fn places(values: impl Iterator<Item = f64>) -> Value {
+    let values: Vec<f64> = values.collect();
+    if let ([first, .., last], count) = (&values[..], values.len()) {
+        let distance = (last - first) / (count - 1) as f64;
+        let is_equal = values
+            .iter()
+            .enumerate()
+            .all(|(k, it)| (it - first - k as f64 * distance).abs() <= 1e-6 * distance.abs());
+        if is_equal && distance != 0.0 {
+            return json!({ "first": rounded(*first, 15), "last": rounded(*last, 15), "count": count });
+        }
+    }
+    values
+        .into_iter()
+        .map(|it| rounded(it, PLACE_DIGITS))
+        .collect()
+}
+
+/// A number in so many significant digits.
+fn rounded(value: f64, digits: usize) -> Value {
+    let text = format!("{value:.*e}", digits - 1);
+    let near: f64 = text.parse().unwrap_or(value);
+    // Whole numbers without a decimal point; beyond this a double is no longer exact.
+    if near.fract() == 0.0 && near.abs() < 1e15 {
+        return (near as i64).into();
+    }
+    Number::from_f64(near).map_or(Value::Null, Value::Number)
+}
+
+/// JSON within a `<script>`: no text in it ends the element.
+pub(crate) fn script(value: &Value) -> String {
+    value.to_string().replace('<', "\\u003c")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_has_as_many_digits_as_can_be_seen() {
+        let values = [0.123_456_789, -2.0, 1e-9, f64::NAN, 123_456.7];
+        let found = list(values.into_iter());
+        assert_eq!(found.to_string(), "[0.123457,-2,1e-9,null,123457]");
+    }
+
+    #[test]
+    fn equal_distances_are_told_by_their_ends() {
+        let even = places((0..5).map(|k| f64::from(k) * 0.1));
+        assert_eq!(even.to_string(), r#"{"count":5,"first":0,"last":0.4}"#);
+        assert_eq!(places([0.0, 1.0, 3.0].into_iter()), json!([0, 1, 3]));
+        assert_eq!(places([2.0, 2.0].into_iter()), json!([2, 2]));
+        assert_eq!(places([2.0].into_iter()), json!([2]));
+    }
+}

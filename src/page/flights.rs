@@ -1,0 +1,475 @@
+//! The page of a flight, or of several over each other: the conclusions first, then the vehicle's side view, plots, messages
+//! and scenario.
+
+use std::collections::BTreeMap;
+
+use maud::{Markup, PreEscaped, html};
+use planesman_linear::{Complex, StepMetrics, pole_text};
+use planesman_plot::{Plot, Series, Style};
+use serde_json::json;
+
+use super::{document, figures};
+use crate::flight::{Flight, Points};
+use crate::scenario::Scenario;
+use crate::summary::{Summary, distance_text};
+
+/// Messages of one topic, as sent and as recorded.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Count {
+    /// Messages the publisher says it sent, `None` when nobody said.
+    pub published: Option<u64>,
+    /// Messages in the bag.
+    pub recorded: u64,
+}
+
+/// A flight with what is known of it.
+#[derive(Clone, Debug)]
+pub struct Flown {
+    /// Its name beside others: that of its folder.
+    pub name: String,
+    /// What its bag holds.
+    pub flight: Flight,
+    /// What was flown.
+    pub scenario: Scenario,
+    /// The conclusions.
+    pub summary: Summary,
+    /// Messages per topic.
+    pub counts: BTreeMap<String, Count>,
+}
+
+const SIDE_VIEW: &str = include_str!("side_view.js");
+
+/// The page of these flights.
+#[must_use]
+pub fn page(flights: &[Flown]) -> String {
+    let heading = match flights {
+        [flown] => flown.scenario.description.clone(),
+        several => {
+            let names: Vec<&str> = several.iter().map(|it| it.name.as_str()).collect();
+            names.join(", ")
+        }
+    };
+    let alone = flights.len() == 1;
+    let body = html! {
+        h1 { (heading) }
+        @for flown in flights {
+            @if !alone { h2 { (flown.name) } }
+            (conclusions(flown, alone))
+        }
+        div.columns {
+            div { (response_table(flights)) (modes_table(flights)) }
+            div { @for flown in flights { (side_view(flown, alone)) } }
+        }
+        h2 { "Plots" }
+        (figures(&plots(flights)))
+        @for flown in flights {
+            @if !alone { h2 { (flown.name) } }
+            (poles_table(&flown.summary))
+            (count_table(&flown.counts))
+            details { summary { "Scenario" } pre { (flown.scenario.source()) } }
+        }
+    };
+    document(&format!("Planesman: {heading}"), STYLE, &body, SIDE_VIEW)
+}
+
+const STYLE: &str = "
+.side svg { width: 100%; max-width: 60rem; height: auto; background: var(--surface); display: block; }
+.side .controls { display: flex; flex-wrap: wrap; gap: .8rem; align-items: center; max-width: 60rem; margin: .3rem 0; }
+.side input { flex: 1; min-width: 8rem; accent-color: var(--accent); }
+.side output { font-variant-numeric: tabular-nums; }
+";
+
+/// What is to be known first, a sentence each.
+fn conclusions(flown: &Flown, alone: bool) -> Markup {
+    html! {
+        @if let Some(reason) = &flown.flight.truncated {
+            p.warn { "The bag is not whole: " (reason) ". What follows is what it holds." }
+        }
+        @for note in &flown.summary.notes {
+            p.warn { (note) }
+        }
+        ul.verdict {
+            @for sentence in flown.summary.conclusions() { li { (sentence) } }
+            @if alone { @if let Some(lacks) = lacking(&flown.counts) { li { (lacks) } } }
+        }
+    }
+}
+
+/// Whether the bag has every message that was published; `None` when nobody counted them.
+fn lacking(counts: &BTreeMap<String, Count>) -> Option<String> {
+    let known = || counts.values().filter_map(|it| Some((it.published?, it)));
+    let published = known().fold(0, |sum: u64, (it, _)| sum.saturating_add(it));
+    let lacks = known().fold(0, |sum: u64, (it, count)| {
+        sum.saturating_add(it.saturating_sub(count.recorded))
+    });
+    (published > 0).then(|| match lacks {
+        0 => format!("The bag has all {published} messages that were published."),
+        lacks => format!("The bag lacks {lacks} of {published} messages that were published."),
+    })
+}
+
+/// A quantity of a flight as text.
+type Quantity = fn(&Flown) -> String;
+
+/// What is compared of flights, a quantity a row.
+#[must_use]
+pub fn rows() -> Vec<(&'static str, Quantity)> {
+    fn of(flown: &Flown, text: impl Fn(&StepMetrics) -> String) -> String {
+        let depth = flown.summary.depth.as_ref();
+        depth.map_or_else(|| "no step".to_owned(), text)
+    }
+    fn seconds(value: Option<f64>) -> String {
+        value.map_or_else(|| "not reached".to_owned(), |v| format!("{v:.2} s"))
+    }
+    vec![
+        ("depth setpoint", |it| {
+            of(it, |_| format!("{:.3} m", it.summary.depth_setpoint))
+        }),
+        ("rise time (10-90 %)", |it| of(it, |d| seconds(d.rise_time))),
+        ("overshoot", |it| {
+            of(it, |d| format!("{:.2} %", d.overshoot))
+        }),
+        ("settling time (5 %)", |it| {
+            of(it, |d| seconds(d.settling_time_5))
+        }),
+        ("steady error", |it| {
+            of(it, |d| format!("{:+.4} m", d.steady_error))
+        }),
+        ("actuator pulses", |it| it.summary.pulses.to_string()),
+        ("ticks without the actuator's answer", |it| {
+            it.summary.held_ticks.to_string()
+        }),
+        ("dominant pole off by", |it| {
+            it.summary
+                .pole_error()
+                .map_or_else(|| "no model".to_owned(), distance_text)
+        }),
+    ]
+}
+
+fn response_table(flights: &[Flown]) -> Markup {
+    html! {
+        h2 { "Depth response" }
+        div.scroll { table {
+            @if flights.len() > 1 {
+                thead { tr { th {} @for flown in flights { th { (flown.name) } } } }
+            }
+            @for (name, of) in rows() {
+                tr { td { (name) } @for flown in flights { td { (of(flown)) } } }
+            }
+        } }
+    }
+}
+
+/// Natural frequency, damping ratio and time constants of the pitch response: identified and true.
+fn modes_table(flights: &[Flown]) -> Markup {
+    html! {
+        h2 { "Pitch response to the planes" }
+        div.scroll { table.words {
+            thead { tr {
+                @if flights.len() > 1 { th { "flight" } }
+                th { "identified" } th { "true" }
+            } }
+            @for flown in flights {
+                @let truth = flown.summary.truth.modes();
+                @match &flown.summary.identified {
+                    None => tr {
+                        @if flights.len() > 1 { td { (flown.name) } }
+                        td { "no valid model: " (flown.summary.no_model) } td { (truth.join("; ")) }
+                    },
+                    Some(found) => {
+                        @let found = found.modes();
+                        @for i in 0..found.len().max(truth.len()) {
+                            tr {
+                                @if flights.len() > 1 { td { (flown.name) } }
+                                td { (found.get(i).map_or("", String::as_str)) }
+                                td { (truth.get(i).map_or("", String::as_str)) }
+                            }
+                        }
+                    }
+                }
+            }
+        } }
+    }
+}
+
+fn poles_table(summary: &Summary) -> Markup {
+    let gain = |g: Option<f64>| g.map_or_else(|| "none".into(), |g| format!("{g:.5}"));
+    let Some(found) = &summary.identified else {
+        return html! {};
+    };
+    let truth = &summary.truth;
+    html! {
+        details {
+            summary { "Poles and gains of plane angle to pitch rate" }
+            div.scroll { table {
+                thead { tr { th { "" } th { "identified" } th { "true" } } }
+                @for i in 0..found.poles.len().max(truth.poles.len()) {
+                    tr {
+                        td { "pole " (i + 1) " [1/s]" }
+                        td { (cell(&found.poles, i)) }
+                        td { (cell(&truth.poles, i)) }
+                    }
+                }
+                tr { td { "gain over one sample [1/s]" } td { (format!("{:.5}", found.first_response)) } td { (format!("{:.5}", truth.first_response)) } }
+                tr { td { "gain at rest [1/s]" } td { (gain(found.dc_gain)) } td { (gain(truth.dc_gain)) } }
+            } }
+            @if let Some(error) = summary.pole_error() {
+                p { "The dominant pole lies " (distance_text(error)) " of its magnitude from the true one ("
+                    (summary.samples) " samples, one-step fit " (format!("{:.2}", summary.fit)) " %)." }
+            }
+        }
+    }
+}
+
+fn cell(poles: &[Complex<f64>], i: usize) -> String {
+    poles.get(i).map_or_else(String::new, |p| pole_text(*p, 4))
+}
+
+fn count_table(counts: &BTreeMap<String, Count>) -> Markup {
+    let lost = |count: &Count| Some(count.published?.saturating_sub(count.recorded));
+    html! {
+        details {
+            summary { "Messages" }
+            div.scroll { table {
+                thead { tr { th { "topic" } th { "published" } th { "in the bag" } th { "lost" } } }
+                @for (topic, count) in counts {
+                    tr {
+                        td { (topic) }
+                        td { (count.published.map_or_else(|| "–".into(), |p| p.to_string())) }
+                        td { (count.recorded) }
+                        td { (lost(count).map_or_else(|| "–".into(), |lost| lost.to_string())) }
+                    }
+                }
+            } }
+        }
+    }
+}
+
+/// The picture: width, and the depths' first and last line, in its own units.
+const WIDTH: f64 = 900.0;
+const SURFACE: f64 = 30.0;
+const BOTTOM: f64 = 230.0;
+
+/// The vehicle from its port side as it dives: its depth over time, pitch and planes at one instant, which a slider and the
+/// cursor of the plots move.
+fn side_view(flown: &Flown, alone: bool) -> Markup {
+    let courses = &flown.flight.courses;
+    let (Some(first), Some(last)) = (courses.depth.first(), courses.depth.last()) else {
+        return html! {};
+    };
+    let (from, to) = (first.0, last.0.max(first.0 + 1e-9));
+    let all = courses.depth.iter().chain(&courses.depth_setpoint);
+    let deepest = all.map(|p| p.1).filter(|it| it.is_finite());
+    let deepest = 1.2 * deepest.fold(0.1, f64::max).min(1e6);
+    let across = |t: f64| 60.0 + (WIDTH - 120.0) * (t - from) / (to - from);
+    let down = |depth: f64| SURFACE + (BOTTOM - SURFACE) * depth / deepest;
+    let path = |points: &Points| {
+        let every = points.len().div_ceil(1000).max(1);
+        let points = points.iter().step_by(every).enumerate();
+        let step = |(k, (t, depth)): (usize, &(f64, f64))| {
+            let letter = if k == 0 { 'M' } else { 'L' };
+            format!(
+                "{letter}{:.1} {:.1}",
+                across(*t),
+                down(depth.clamp(-deepest, 2.0 * deepest))
+            )
+        };
+        points.map(step).collect::<String>()
+    };
+    // What the script needs of each instant.
+    const INSTANTS: u32 = 400;
+    let instants: Vec<_> = (0..=INSTANTS)
+        .map(|k| {
+            let t = from + (to - from) * f64::from(k) / f64::from(INSTANTS);
+            let depth = held(&courses.depth, t);
+            let angle = |points: &Points| (1e2 * held(points, t).to_degrees()).round() / 1e2;
+            let place = [across(t), down(depth)].map(|it| (10.0 * it).round() / 10.0);
+            let round = |it: f64| (1e4 * it).round() / 1e4;
+            json!([
+                round(t),
+                round(depth),
+                angle(&courses.pitch),
+                angle(&courses.planes[0]),
+                place[0],
+                place[1]
+            ])
+        })
+        .collect();
+    html! {
+        figure.side {
+            h2 { "Side view" @if !alone { ": " (flown.name) } }
+            svg viewBox=(format!("0 0 {WIDTH} {}", BOTTOM + 30.0)) role="img" aria-label="the vehicle's depth over time, with its pitch and planes" {
+                path d=(format!("M0 {SURFACE}H{WIDTH}")) stroke="var(--accent)" stroke-width="2" {}
+                text x="4" y="20" font-size="14" fill="var(--muted)" { "surface" }
+                text x="4" y=(BOTTOM + 24.0) font-size="14" fill="var(--muted)" { (format!("{deepest:.2} m")) }
+                path d=(path(&courses.depth_setpoint)) fill="none" stroke="var(--series-2)" stroke-dasharray="6 4" {}
+                path d=(path(&courses.depth)) fill="none" stroke="var(--series-1)" stroke-width="1.5" {}
+                // Bow to the right. Planes at a third of the length before and behind the middle.
+                g.hull {
+                    path d="M-48 0C-48 -9 -36 -10 -30 -10H34C44 -10 50 -5 50 0C50 5 44 10 34 10H-30C-36 10 -48 9 -48 0Z" fill="var(--series-6)" stroke="var(--text)" {}
+                    path d="M-46 0L-58 -11H-50L-38 -8M-46 0L-58 11H-50L-38 8" fill="none" stroke="var(--text)" {}
+                    g.bow transform="translate(30 0)" { path.plane d="M-9 0H9" stroke="var(--bad)" stroke-width="4" stroke-linecap="round" {} }
+                    g.stern transform="translate(-30 0)" { path.plane d="M-9 0H9" stroke="var(--bad)" stroke-width="4" stroke-linecap="round" {} }
+                }
+            }
+            div.controls {
+                button type="button" { "Play" }
+                input type="range" min="0" max=(INSTANTS) value=(INSTANTS) aria-label="time";
+                output {}
+            }
+            script type="application/json" { (PreEscaped(json!(instants).to_string())) }
+        }
+    }
+}
+
+/// The value at a time: that of the last point before; 0 without points.
+fn held(points: &Points, t: f64) -> f64 {
+    let behind = points.partition_point(|p| p.0 <= t);
+    let at = points.get(behind.saturating_sub(1));
+    at.map_or(0.0, |p| p.1)
+}
+
+const TIME: &str = "time [s]";
+/// The plots over the time of the flight have one axis.
+const LINK: &str = "flight";
+
+/// How a quantity is drawn, its name, and its points.
+type Drawn = (Style, &'static str, fn(&Flown) -> Points);
+
+/// The series of a plot, one flight after the other.
+fn over(flights: &[Flown], plot: Plot<'static>, series: &[Drawn]) -> Plot<'static> {
+    let name = |flown: &Flown, what: &str| match flights.len() {
+        1 => what.to_owned(),
+        _ => format!("{what}, {}", flown.name),
+    };
+    let each = flights.iter().flat_map(|flown| {
+        let series = series.iter();
+        series.map(move |(style, what, of)| Series::new(*style, name(flown, what), of(flown)))
+    });
+    let drawn: Vec<_> = each.filter(|it| !it.points.is_empty()).collect();
+    plot.with_all(drawn)
+}
+
+fn plots(flights: &[Flown]) -> Vec<Plot<'static>> {
+    let time = |title: &'static str, y: &'static str| Plot::new(title, [TIME, y]);
+    let mut plots = vec![
+        over(
+            flights,
+            time("Depth", "depth [m]").y_down().linked(LINK).note("The vehicle's true depth, positive down."),
+            &[
+                (Style::Line, "depth", |it| it.flight.courses.depth.clone()),
+                (Style::Dashed, "setpoint", |it| it.flight.courses.depth_setpoint.clone()),
+            ],
+        ),
+        over(
+            flights,
+            time("Pitch", "pitch [deg]").linked(LINK).note("Positive bow up; the command is what the depth loop asks of the pitch loop."),
+            &[
+                (Style::Line, "pitch", |it| degrees(&it.flight.courses.pitch)),
+                (Style::Dashed, "command", |it| degrees(&it.flight.courses.pitch_command)),
+            ],
+        ),
+        over(
+            flights,
+            time("Dive planes", "plane angle [deg]").linked(LINK).note("Positive dive. The command includes the identification signal; the actuator follows in quanta."),
+            &[
+                (Style::Line, "planes", |it| degrees(&it.flight.courses.planes[0])),
+                (Style::Dashed, "command", |it| degrees(&it.flight.courses.plane_command[0])),
+            ],
+        ),
+        over(
+            flights,
+            time("Dive planes, close up", "plane angle [deg]").note("The first five seconds: the ram moves one calibrated volume at a time."),
+            &[
+                (Style::Line, "planes", |it| degrees(&it.flight.courses.planes[1])),
+                (Style::Dashed, "command", |it| degrees(&it.flight.courses.plane_command[1])),
+            ],
+        ),
+        pressure(flights),
+    ];
+    plots.extend([dominant_pole(flights), pole_map(flights)]);
+    plots
+}
+
+fn degrees(points: &[(f64, f64)]) -> Points {
+    points.iter().map(|(t, v)| (*t, v.to_degrees())).collect()
+}
+
+fn pressure(flights: &[Flown]) -> Plot<'static> {
+    let mut plot = Plot::new("Actuator pressure", [TIME, "pressure [kPa]"]).linked(LINK);
+    let mut moves = false;
+    for flown in flights {
+        for (group, actuator) in &flown.flight.actuators {
+            let name = match flights.len() {
+                1 => group.replace('_', " "),
+                _ => format!("{}, {}", group.replace('_', " "), flown.name),
+            };
+            moves |= actuator.pressure.iter().any(|(_, it)| *it != 0.0);
+            let kilo = |(t, pressure): &(f64, f64)| (*t, pressure * 1e-3);
+            plot = plot.line(name, actuator.pressure.iter().map(kilo));
+        }
+    }
+    plot.note(if moves {
+        "Differential pressure across each ram at each tick."
+    } else {
+        "Differential pressure across each ram at each tick: zero throughout."
+    })
+}
+
+/// A part of the true dominant pole, over the time in which one is identified.
+fn true_pole(flown: &Flown, part: fn(Complex<f64>) -> f64) -> Points {
+    let [real, _] = &flown.flight.courses.pole;
+    let (Some(first), Some(last)) = (real.first(), real.last()) else {
+        return Vec::new();
+    };
+    let pole = flown.summary.truth.dominant();
+    pole.map_or_else(Vec::new, |pole| {
+        [first.0, last.0].map(|t| (t, part(pole))).to_vec()
+    })
+}
+
+fn dominant_pole(flights: &[Flown]) -> Plot<'static> {
+    over(
+        flights,
+        Plot::new("Dominant pole, online", [TIME, "[1/s]"])
+            .linked(LINK)
+            .note(
+                "The identifier's slowest pole as the samples come in, beside the vehicle's own.",
+            ),
+        &[
+            (Style::Line, "real part", |it| {
+                it.flight.courses.pole[0].clone()
+            }),
+            (Style::Line, "imaginary part", |it| {
+                it.flight.courses.pole[1].clone()
+            }),
+            (Style::Dashed, "true real part", |it| {
+                true_pole(it, |p| p.re)
+            }),
+            (Style::Dashed, "true imaginary part", |it| {
+                true_pole(it, |p| p.im)
+            }),
+        ],
+    )
+}
+
+fn pole_map(flights: &[Flown]) -> Plot<'static> {
+    fn map(poles: &[Complex<f64>]) -> Points {
+        poles.iter().map(|p| (p.re, p.im)).collect()
+    }
+    over(
+        flights,
+        Plot::new("Pole map", ["real part [1/s]", "imaginary part [1/s]"])
+            .note("Continuous poles of plane angle to pitch rate.")
+            .from_zero()
+            .one_scale(),
+        &[
+            (Style::Crosses, "identified", |it| {
+                let found = it.summary.identified.as_ref();
+                found.map_or_else(Vec::new, |found| map(&found.poles))
+            }),
+            (Style::Circles, "true", |it| map(&it.summary.truth.poles)),
+        ],
+    )
+}

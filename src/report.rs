@@ -1,0 +1,63 @@
+//! `planesman report`: a recorded flight, or several beside each other.
+
+use std::fs;
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::Args;
+
+use crate::arguments::output_file;
+use crate::page::flights::{Flown, page, rows};
+use crate::run_folder::RunFolder;
+use crate::sink::write_whole;
+use crate::table::{Format, Table, print_wrapped};
+
+/// The flights.
+#[derive(Args)]
+pub struct ReportArgs {
+    /// Folders written by `planesman dive`; several are compared
+    #[arg(required = true, value_name = "FOLDER")]
+    folders: Vec<PathBuf>,
+    /// The page to write [default: report.html in the folder of one flight, flights.html here for several]
+    #[arg(long, value_name = "FILE", value_parser = output_file)]
+    html: Option<PathBuf>,
+}
+
+/// Prints the summary, and writes the page.
+///
+/// # Errors
+/// A folder or bag that cannot be read, or a page that cannot be written.
+pub fn run(args: &ReportArgs) -> Result<()> {
+    if let ([folder], None) = (&args.folders[..], &args.html) {
+        let text = RunFolder::open(folder)?.report()?;
+        return Ok(print_wrapped(format_args!("{text}\n"))?);
+    }
+    let path = match &args.html {
+        Some(path) => path.clone(),
+        None => output_file("flights.html")
+            .map_err(|reason| anyhow::anyhow!("flights.html: {reason} with --html"))?,
+    };
+    let mut flights = Vec::new();
+    for folder in &args.folders {
+        flights.push(RunFolder::open(folder)?.flown()?);
+    }
+    tell_apart(&mut flights, &args.folders);
+    let names = flights.iter().map(|it| it.name.as_str());
+    let mut table = Table::of([""].into_iter().chain(names));
+    for (name, of) in rows() {
+        table.row([name.to_owned()].into_iter().chain(flights.iter().map(of)));
+    }
+    write_whole(&path, |draft| Ok(fs::write(draft, page(&flights))?))?;
+    planesman_node::print(table.text(Format::Table)?)?;
+    Ok(planesman_node::say!("\nPage:  {}", path.display())?)
+}
+
+/// Names flights by their whole path where the folders' own names are the same.
+fn tell_apart(flights: &mut [Flown], folders: &[PathBuf]) {
+    let names: Vec<String> = flights.iter().map(|it| it.name.clone()).collect();
+    for (flown, folder) in flights.iter_mut().zip(folders) {
+        if names.iter().filter(|name| **name == flown.name).count() > 1 {
+            flown.name = folder.display().to_string();
+        }
+    }
+}
