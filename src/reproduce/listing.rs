@@ -6,13 +6,21 @@ use anyhow::Result;
 
 use crate::arguments::number;
 use crate::table::{Format, Table, is_terminal, wrapped};
-use planesman_book::{Book, Line, Reckoning};
+use planesman_book::{Book, Line, Reckoning, Verdict};
 
-/// Every entry, the errata that are named, and the totals; within the terminal if standard output is one.
+/// The entries that `told` picks, and the errata that they name; within the terminal if standard output is one.
 ///
 /// # Errors
 /// None in practice: writing to memory.
-pub fn text(book: &Book, reckoning: &Reckoning<'_>) -> Result<String> {
+pub fn text(
+    book: &Book,
+    reckoning: &Reckoning<'_>,
+    told: impl Fn(&&Line<'_>) -> bool,
+) -> Result<String> {
+    let lines: Vec<&Line<'_>> = reckoning.lines.iter().filter(told).collect();
+    if lines.is_empty() {
+        return Ok(String::new());
+    }
     const COLUMNS: [&str; 7] = [
         "number",
         "printed",
@@ -30,7 +38,7 @@ pub fn text(book: &Book, reckoning: &Reckoning<'_>) -> Result<String> {
     };
     let mut text = aligned(COLUMNS);
     let mut all_news = String::new();
-    for line in &reckoning.lines {
+    for line in &lines {
         let entry = line.entry;
         let row = [
             entry.id.clone(),
@@ -52,17 +60,15 @@ pub fn text(book: &Book, reckoning: &Reckoning<'_>) -> Result<String> {
         text = table.text(Format::Table)? + &all_news;
     }
     let named = |number: &str| {
-        reckoning
-            .lines
-            .iter()
-            .any(|l| l.entry.erratum.as_deref() == Some(number))
+        let mut errata = lines.iter().map(|line| line.entry.erratum.as_deref());
+        errata.any(|it| it == Some(number))
     };
     let mut errata = "\nErrata named above\n".to_owned();
     for (number, erratum) in book.errata().iter().filter(|(n, _)| named(n)) {
         // Writing to a String does not fail.
         let _ = writeln!(errata, "{number:>4}  {erratum}");
     }
-    Ok(text + &wrapped(&(errata + &totals(reckoning))))
+    Ok(format!("\n{text}{}", wrapped(&errata)))
 }
 
 /// The totals, a line per kind.
@@ -73,6 +79,10 @@ pub fn totals(reckoning: &Reckoning<'_>) -> String {
     for (count, what) in [
         (t.agrees, "printed, agree to their rounding"),
         (t.approximate, "printed, agree approximately"),
+        (
+            t.read_back,
+            "printed constants that the models are given, read back",
+        ),
         (t.contradicts, "printed, contradicted"),
         (t.not_printed, "not printed, recomputed"),
         (
@@ -95,6 +105,9 @@ pub fn totals(reckoning: &Reckoning<'_>) -> String {
 #[must_use]
 pub fn verdict(line: &Line<'_>) -> String {
     match (line.verdict, line.value) {
+        (Some(Verdict::Agrees | Verdict::Approximate), _) if line.entry.input => {
+            "read back".to_owned()
+        }
         (Some(verdict), _) => verdict.to_string(),
         (None, Some(_)) => "not printed".to_owned(),
         (None, None) => "not recomputed".to_owned(),

@@ -2,11 +2,12 @@
 //!
 //! - [`listing`]: the numbers as text.
 //! - [`page`]: the numbers, errata and figures as one HTML page.
+//! - [`rows`]: the numbers as a table, CSV or JSON, for other programs.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use planesman_book::{Reckoning, Recomputed, Report};
+use planesman_book::{Line, Reckoning, Recomputed, Report, Verdict};
 
 use crate::arguments::output_file;
 use crate::progress::{end_with_reader, on_all_cores, spinner};
@@ -14,13 +15,31 @@ use crate::table::print_wrapped;
 
 pub mod listing;
 pub mod page;
+pub mod rows;
 
 /// The output of `reproduce`.
 #[derive(Clone, Debug, clap::Args)]
 pub struct ReproduceArgs {
+    /// Print every number and the identification step by step, not only the totals and what is contradicted
+    #[arg(long)]
+    all: bool,
     /// Also write numbers and redrawn figures as one HTML page
     #[arg(long, value_name = "FILE", value_parser = output_file)]
     html: Option<PathBuf>,
+    /// Also write the numbers as JSON
+    #[arg(long, value_name = "FILE", value_parser = output_file)]
+    json: Option<PathBuf>,
+    /// Also write the numbers as CSV
+    #[arg(long, value_name = "FILE", value_parser = output_file)]
+    csv: Option<PathBuf>,
+}
+
+impl ReproduceArgs {
+    fn writes(&self) -> bool {
+        [&self.html, &self.json, &self.csv]
+            .iter()
+            .any(|it| it.is_some())
+    }
 }
 
 /// The reports.
@@ -32,39 +51,63 @@ pub fn recomputed() -> Vec<Recomputed> {
     on_all_cores("reports", &REPORTS, |report| (report.recomputed)())
 }
 
-/// Prints the books of numbers, and writes the page when one is asked for.
+/// Prints the books of numbers, and writes what is asked for.
 ///
 /// # Errors
 /// When a verdict is not the one that stands in the book, when a number moved away from its reference,
-/// or when the page cannot be written.
+/// or when a file cannot be written.
 pub fn run(args: &ReproduceArgs) -> Result<()> {
-    if args.html.is_none() {
+    if !args.writes() {
         end_with_reader();
     }
     let mut page = page::Page::default();
+    let mut all_rows = Vec::new();
     let mut news = 0;
     for (report, values) in REPORTS.iter().zip(recomputed()) {
-        let book = (report.book)()?;
+        let (book, names) = ((report.book)()?, (report.names)()?);
         let reckoning = Reckoning::of(&book, values.iter().map(|(id, v)| (id.as_str(), *v)));
-        print_wrapped(format_args!("{}\n\n", report.citation))?;
-        planesman_node::say!("{}", listing::text(&book, &reckoning)?)?;
-        let account = report.account.map(|account| account()).transpose()?;
-        if let Some(account) = &account {
+        print_wrapped(format_args!("{}\n", report.citation))?;
+        planesman_node::print(listing::totals(&reckoning))?;
+        let told = |line: &&Line<'_>| {
+            args.all || line.verdict == Some(Verdict::Contradicts) || line.news().is_some()
+        };
+        planesman_node::say!("{}", listing::text(&book, &reckoning, told)?)?;
+        let account = match args.all || args.html.is_some() {
+            true => report.account.map(|account| account()).transpose()?,
+            false => None,
+        };
+        if let (true, Some(account)) = (args.all, &account) {
             print_wrapped(format_args!("{account}\n"))?;
         }
         news += reckoning.totals().news;
+        all_rows.extend(rows::of(report, &book, &names, &reckoning));
         if args.html.is_some() {
             let _working = spinner("figures");
-            page.add(report, &book, &reckoning, account.as_deref())?;
+            page.add(report, &book, &names, &reckoning, account.as_deref())?;
         }
     }
+    if !args.all {
+        planesman_node::say!("Every number: --all, or --html, --json, --csv FILE.")?;
+    }
     if let Some(path) = &args.html {
-        std::fs::write(path, page.text()).with_context(|| format!("{}", path.display()))?;
+        write(path, page.text())?;
         planesman_node::say!("{}: the numbers and the redrawn figures", path.display())?;
+    }
+    if let Some(path) = &args.json {
+        write(path, rows::json(&all_rows)?)?;
+        planesman_node::say!("{}: {} numbers", path.display(), all_rows.len())?;
+    }
+    if let Some(path) = &args.csv {
+        write(path, rows::csv(&all_rows)?)?;
+        planesman_node::say!("{}: {} numbers", path.display(), all_rows.len())?;
     }
     match news {
         0 => Ok(()),
         1 => bail!("1 number differs from the book"),
         n => bail!("{n} numbers are not as they stand in the book"),
     }
+}
+
+fn write(path: &Path, text: String) -> Result<()> {
+    std::fs::write(path, text).with_context(|| format!("{}", path.display()))
 }

@@ -5,7 +5,7 @@
 //! points, as long as a column is no wider than a pixel (Jugel et al., *M4*, VLDB 2014). A course of so
 //! few points is kept as it is. When there are more columns than that, they become twice as wide.
 
-/// Columns kept at most; the widest plot has some 750 pixels, and no less than half the columns are in use.
+/// Columns kept at most: those of a plot as wide as a large window; no less than half of them are in use.
 pub const COLUMNS: usize = 2048;
 
 /// The points kept of one column, in the order of x.

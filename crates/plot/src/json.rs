@@ -2,9 +2,9 @@
 
 use serde_json::{Number, Value, json};
 
-/// Digits of a value, and of a place along an axis: a course of hours is still placed to a millisecond.
-const DIGITS: usize = 6;
-const PLACE_DIGITS: usize = 8;
+/// Digits of a value, as many as the cursor tells, and of a place along an axis: in an hour, a millisecond.
+const DIGITS: usize = 5;
+const PLACE_DIGITS: usize = 7;
 
 /// Values, `null` for what is not finite.
 pub(crate) fn list(values: impl Iterator<Item = f64>) -> Value {
@@ -54,7 +54,7 @@ mod tests {
     fn a_number_has_as_many_digits_as_can_be_seen() {
         let values = [0.123_456_789, -2.0, 1e-9, f64::NAN, 123_456.7];
         let found = list(values.into_iter());
-        assert_eq!(found.to_string(), "[0.123457,-2,1e-9,null,123457]");
+        assert_eq!(found.to_string(), "[0.12346,-2,1e-9,null,123460]");
     }
 
     #[test]

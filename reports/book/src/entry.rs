@@ -29,6 +29,9 @@ pub struct Entry {
     pub note: Option<String>,
     /// The verdict that stands; a new one that differs is news.
     pub verdict: Option<Verdict>,
+    /// A constant that the models are given: read back it says that it was copied right, and nothing of the models.
+    #[serde(default)]
+    pub input: bool,
     /// The erratum that explains it, by its number in the book's errata.
     pub erratum: Option<String>,
 }

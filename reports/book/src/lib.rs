@@ -3,6 +3,7 @@
 //! - [`entry`]: one quantity: as printed, as recomputed for reference, and what is known of it.
 //! - [`verdict`]: whether a recomputed number agrees with the printed one.
 //! - [`book`]: all entries of a report and its errata, read from JSON.
+//! - [`names`]: plain names of a report's numbers.
 //! - [`reckoning`]: a book gone through with freshly recomputed numbers.
 //! - [`brunner_1988`]: the errata of the report on the vehicle, of which each node recomputes its own share.
 //! - [`report`]: a report with its numbers and figures.
@@ -12,12 +13,14 @@
 pub mod book;
 pub mod brunner_1988;
 pub mod entry;
+pub mod names;
 pub mod reckoning;
 pub mod report;
 pub mod verdict;
 
 pub use book::{Book, BookError};
 pub use entry::Entry;
-pub use reckoning::{Line, Reckoning};
+pub use names::Names;
+pub use reckoning::{Line, Reckoning, Totals};
 pub use report::{Chapter, Recomputed, Report};
 pub use verdict::Verdict;

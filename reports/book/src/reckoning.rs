@@ -40,6 +40,8 @@ pub struct Totals {
     pub agrees: usize,
     /// Printed numbers that agree within their slack only.
     pub approximate: usize,
+    /// Printed constants that the models are given, read back.
+    pub read_back: usize,
     /// Printed numbers that do not agree.
     pub contradicts: usize,
     /// Printed numbers that nothing recomputes: measurements, readings, choices.
@@ -106,6 +108,9 @@ impl<'a> Reckoning<'a> {
         let mut totals = Totals::default();
         for line in &self.lines {
             *match (line.verdict, line.value, line.entry.printed) {
+                (Some(Verdict::Agrees | Verdict::Approximate), ..) if line.entry.input => {
+                    &mut totals.read_back
+                }
                 (Some(Verdict::Agrees), ..) => &mut totals.agrees,
                 (Some(Verdict::Approximate), ..) => &mut totals.approximate,
                 (Some(Verdict::Contradicts), ..) => &mut totals.contradicts,
@@ -128,12 +133,16 @@ mod tests {
         {"id": "b", "unit": "-", "source": "p. 1", "printed": 3, "slack": 0.1, "verdict": "agrees"},
         {"id": "c", "unit": "-", "source": "p. 1", "recomputed": 1.0, "tolerance": 0.5},
         {"id": "d", "unit": "-", "source": "p. 1", "recomputed": 1.0, "tolerance": 0.5},
-        {"id": "e", "unit": "-", "source": "p. 1", "printed": 1.0, "slack": 0.5}]"#;
+        {"id": "e", "unit": "-", "source": "p. 1", "printed": 1.0, "slack": 0.5},
+        {"id": "f", "unit": "-", "source": "p. 1", "printed": 1.0, "slack": 0, "verdict": "agrees", "input": true}]"#;
 
     #[test]
     fn a_verdict_that_changes_and_a_value_that_moves_are_news() {
         let book = Book::parse(ENTRIES, "{}").expect("a book");
-        let reckoning = Reckoning::of(&book, [("a", 2.51), ("b", 4.0), ("c", 1.6), ("x", 1.0)]);
+        let reckoning = Reckoning::of(
+            &book,
+            [("a", 2.51), ("b", 4.0), ("c", 1.6), ("f", 1.0), ("x", 1.0)],
+        );
         let news: Vec<_> = reckoning.lines.iter().map(Line::news).collect();
         assert!(news[0].is_none() && news[3].is_none() && news[4].is_none());
         assert!(news[1].as_ref().is_some_and(|n| n.contains("contradicts")));
@@ -143,6 +152,7 @@ mod tests {
             reckoning.totals(),
             Totals {
                 agrees: 1,
+                read_back: 1,
                 contradicts: 1,
                 not_printed: 1,
                 not_recomputed: 1,

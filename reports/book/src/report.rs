@@ -2,7 +2,7 @@
 
 use planesman_plot::Plot;
 
-use crate::{Book, BookError};
+use crate::{Book, BookError, Names};
 
 /// Recomputed numbers: name and value, in the unit of the book's entry.
 pub type Recomputed = Vec<(String, f64)>;
@@ -16,6 +16,8 @@ pub struct Report {
     pub citation: &'static str,
     /// Its numbers and errata.
     pub book: fn() -> Result<Book, BookError>,
+    /// Plain names of its numbers.
+    pub names: fn() -> anyhow::Result<Names>,
     /// Its numbers, computed again.
     pub recomputed: fn() -> Recomputed,
     /// A procedure of the report, done again, as text; `None` for none.

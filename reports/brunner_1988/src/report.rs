@@ -1,7 +1,7 @@
 //! All numbers and figures of the report.
 
 use anyhow::Result;
-use planesman_book::{Book, BookError, Chapter, Recomputed, Report};
+use planesman_book::{Book, BookError, Chapter, Names, Recomputed, Report};
 
 use crate::{controllers, identification, program_figures, vehicle};
 
@@ -10,6 +10,7 @@ pub const REPORT: Report = Report {
     name: "Brunner 1988",
     citation: "G. M. Brunner, Experimental Verification of AUV Performance, Naval Postgraduate School, March 1988.",
     book,
+    names: || Ok(Names::parse(include_str!("../data/names.json"))?),
     recomputed,
     account: Some(identification::account),
     figures,

@@ -303,7 +303,7 @@ struct Point {
 /// A flight from `from` on, `length` s of it.
 fn flown(case: &Case, input: Input, from: f64, length: f64) -> Vec<Point> {
     /// Of the instants that a flight shows, every so many are drawn.
-    const STRIDE: usize = 3;
+    const STRIDE: usize = 6;
     let (steering, yaw) = match input {
         Input::Step(pulses) => (pulses, 0.0),
         Input::Yaw(degrees) => (0.0, degrees * DEGREE),
