@@ -1,15 +1,21 @@
 //! `planesman design analyse`: poles, margins and step response of the loop at each speed.
 
 use std::fmt::Write as _;
+use std::fs;
+use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
 use clap::Args;
 use depth_controller::design::dive_loop::Judgement;
+use depth_controller::design::step;
 use depth_controller::gains::LoopGains;
-use planesman_linear::StepMetrics;
+use maud::html;
+use planesman_linear::{Complex, StepMetrics, unwrapped_phases};
+use planesman_plot::{Plot, Style};
 
 use super::subject::{GainArgs, Subject, gains_text, poles_text, speed_text};
-use crate::arguments::{speed, within};
+use crate::arguments::{output_file, speed, within};
+use crate::page::{document, figures};
 use crate::table::print_wrapped;
 
 /// The loop, the speeds and the observation time.
@@ -26,15 +32,121 @@ pub struct AnalyseArgs {
     /// Duration of the step response (s)
     #[arg(long, default_value_t = 120.0, value_parser = within(1.0, 1e4))]
     duration: f64,
+    /// Also draw frequency response, poles and depth step on an HTML page
+    #[arg(long, value_name = "FILE", value_parser = output_file)]
+    html: Option<PathBuf>,
 }
 
-/// Prints the analysis.
+/// Frequencies drawn: so many, and between which, rad/s.
+const FREQUENCIES: u32 = 300;
+const DECADES: (f64, f64) = (-3.0, 1.5);
+/// Samples of a step that is drawn.
+const SAMPLES: f64 = 1000.0;
+
+/// Prints the analysis, and draws where that is asked for.
 ///
 /// # Errors
-/// A vehicle or actuator that is refused, numbers that overflow.
+/// A vehicle or actuator that is refused, numbers that overflow, a page that cannot be written.
 pub fn run(args: &AnalyseArgs) -> Result<()> {
     print_wrapped(text(args)?)?;
+    if let Some(file) = &args.html {
+        fs::write(file, page(args)?).with_context(|| format!("{}", file.display()))?;
+        planesman_node::say!("{}", file.display())?;
+    }
     Ok(())
+}
+
+fn page(args: &AnalyseArgs) -> Result<String> {
+    let gains = args.gains.gains();
+    let title = format!(
+        "Dive loop of {} behind {}",
+        args.subject.vehicle, args.subject.actuator
+    );
+    let mut verdicts = Vec::new();
+    let open = [LOOP_MAGNITUDE, LOOP_PHASE].map(|[title, y]| {
+        Plot::new(title, ["frequency [rad/s]", y])
+            .log_x()
+            .linked("frequency")
+    });
+    let [mut magnitude, mut phase] = open;
+    magnitude = magnitude.note("Broken at the planes.");
+    phase = phase
+        .note("The phase margin is its distance from -180 degrees where the magnitude is 0 dB.");
+    let mut poles = Plot::new("Poles", ["real part [1/s]", "imaginary part [rad/s]"])
+        .note("Of the closed loop. Those far to the left, of a dead time, are left out.")
+        .from_zero()
+        .one_scale();
+    let mut step = Plot::new("Depth step", ["time [s]", "depth over setpoint"])
+        .note("After a unit step of the setpoint.");
+    for speed in &args.speed {
+        let name = speed_text(*speed);
+        let dive_loop = args.subject.dive_loop(gains, *speed)?;
+        let judged = judged(&args.subject, gains, *speed, args.duration)?;
+        verdicts.push(format!("{name}: {}", stability(&judged)));
+        let open = dive_loop.open_loop()?;
+        let (from, to) = DECADES;
+        let share = |i: u32| f64::from(i) / f64::from(FREQUENCIES - 1);
+        let omegas = (0..FREQUENCIES).map(|i| 10f64.powf(from + (to - from) * share(i)));
+        let response: Vec<_> = omegas.map(|omega| (omega, open.at(omega))).collect();
+        let phases = unwrapped_phases(response.iter().map(|it| it.1));
+        let decibels = response.iter().map(|(w, l)| (*w, 20.0 * l.norm().log10()));
+        magnitude = magnitude.line(name.clone(), decibels);
+        let degrees = response.iter().zip(phases);
+        phase = phase.line(name.clone(), degrees.map(|(it, p)| (it.0, p.to_degrees())));
+        let far = nearest_poles(&judged.poles);
+        poles = poles.with(Style::Crosses, name.clone(), far);
+        if judged.is_stable() {
+            let closed = dive_loop.closed_loop()?;
+            step = step.line(
+                name,
+                step::samples(&closed, args.duration / SAMPLES, args.duration)?,
+            );
+        }
+    }
+    let ends = [DECADES.0, DECADES.1].map(|it| 10f64.powf(it));
+    magnitude = magnitude.with(Style::Bound, "0 dB", ends.map(|w| (w, 0.0)));
+    phase = phase.with(Style::Bound, "-180 deg", ends.map(|w| (w, -180.0)));
+    step = step.with(
+        Style::Bound,
+        "setpoint",
+        [0.0, args.duration].map(|t| (t, 1.0)),
+    );
+    let body = html! {
+        h1 { (title) }
+        p.lead { (gains_text(&gains)) }
+        ul.verdict { @for verdict in verdicts { li { (verdict) } } }
+        (figures(&[magnitude, phase, step, poles]))
+        details open { summary { "All numbers" } pre { (text(args)?) } }
+    };
+    Ok(document(&title, "", &body, ""))
+}
+
+const LOOP_MAGNITUDE: [&str; 2] = ["Magnitude of the open loop", "magnitude [dB]"];
+const LOOP_PHASE: [&str; 2] = ["Phase of the open loop", "phase [deg]"];
+
+/// The poles that a drawing can show together: not those of a dead time, far to the left.
+fn nearest_poles(poles: &[Complex<f64>]) -> Vec<(f64, f64)> {
+    let far = 4.0 * poles.iter().map(|s| s.norm()).fold(1.0, f64::min).max(1.0);
+    let near = poles.iter().filter(|s| s.norm() < far);
+    near.map(|s| (s.re, s.im)).collect()
+}
+
+/// Stability and margins in a sentence.
+fn stability(judged: &Judgement) -> String {
+    if !judged.is_stable() {
+        return "UNSTABLE".to_owned();
+    }
+    let mut text = "stable".to_owned();
+    if let Some(margin) = judged.phase_margin() {
+        text += &format!(", phase margin {:.1} deg", margin.to_degrees());
+    }
+    if let (Some(factor), _) = judged.gain_limits() {
+        text += &format!(", gain margin {:+.1} dB", 20.0 * factor.log10());
+    }
+    if let Some(step) = &judged.step {
+        text += &format!(": {}", step_text(step));
+    }
+    text
 }
 
 fn text(args: &AnalyseArgs) -> Result<String> {
@@ -143,6 +255,7 @@ mod tests {
             },
             speed: vec![feet_per_second * FOOT],
             duration: 100.0,
+            html: None,
         }
     }
 

@@ -5,13 +5,19 @@
 //! in every flight, since adaptive gains need something to identify from. The depth cell is taken without its
 //! end at 32.58 in (Fig. 38), which is shallower than the steps.
 
+use std::fs;
+use std::path::PathBuf;
+
 use anyhow::{Context as _, Result};
 use clap::Args;
+use maud::html;
 use planesman_linear::step_metrics;
+use planesman_plot::{Plot, Series, Style};
 use planesman_units::FOOT;
 
-use crate::arguments::{length, number, speed, within};
+use crate::arguments::{length, number, output_file, speed, within};
 use crate::compose::Loop;
+use crate::page::{document, figures};
 use crate::progress::{end_with_reader, on_all_cores};
 use crate::scenario::Scenario;
 use crate::table::{Format, Table};
@@ -38,7 +44,13 @@ pub struct TableArgs {
     /// How to print the table [default: table on a terminal, md elsewhere]
     #[arg(long, value_enum)]
     format: Option<Format>,
+    /// Also write an HTML page with plots
+    #[arg(long, value_name = "FILE", value_parser = output_file)]
+    html: Option<PathBuf>,
 }
+
+const FEEDBACK: [&str; 3] = ["truth", "integrator", "kalman"];
+const GAINS: [&str; 3] = ["fixed", "scheduled", "adaptive"];
 
 /// One flight's choices.
 struct Choice {
@@ -71,10 +83,13 @@ struct Outcome {
 /// A vehicle or parameter that is refused, or a flight that breaks off.
 pub fn run(args: &TableArgs) -> Result<()> {
     let choices = choices(args);
-    end_with_reader();
+    if args.html.is_none() {
+        end_with_reader();
+    }
     let outcomes = on_all_cores("flights", &choices, |choice| {
         choice.fly(args).with_context(|| choice.text())
     });
+    let outcomes = outcomes.into_iter().collect::<Result<Vec<_>>>()?;
     let mut table = Table::new([
         "step ft",
         "speed ft/s",
@@ -87,8 +102,7 @@ pub fn run(args: &TableArgs) -> Result<()> {
         "pitch error deg rms",
         "plane travel deg/s",
     ]);
-    for (choice, outcome) in choices.iter().zip(outcomes) {
-        let outcome = outcome?;
+    for (choice, outcome) in choices.iter().zip(&outcomes) {
         let settling = outcome.settling;
         table.row([
             number(choice.step / FOOT),
@@ -112,7 +126,52 @@ pub fn run(args: &TableArgs) -> Result<()> {
             args.seed
         )?;
     }
-    Ok(planesman_node::print(table.text(format)?)?)
+    planesman_node::print(table.text(format)?)?;
+    if let Some(file) = &args.html {
+        let page = page(args, &choices, &outcomes, &table);
+        fs::write(file, page).with_context(|| format!("{}", file.display()))?;
+        if matches!(format, Format::Table | Format::Md) {
+            planesman_node::say!("{}", file.display())?;
+        }
+    }
+    Ok(())
+}
+
+fn page(args: &TableArgs, choices: &[Choice], outcomes: &[Outcome], table: &Table) -> String {
+    let never = outcomes.iter().filter(|it| it.settling.is_none()).count();
+    // The speed is told beside each point.
+    let plots = ["ideal", "dha"].map(|actuator| {
+        let plot = Plot::new(
+            format!("Settling time and plane travel, actuator {actuator}"),
+            ["plane travel [deg/s]", "settling time (5 %) [s]"],
+        );
+        let series = FEEDBACK.iter().flat_map(|feedback| {
+            GAINS.iter().map(move |gains| {
+                let flights = choices.iter().zip(outcomes).filter(|(choice, _)| {
+                    (choice.actuator, choice.feedback, choice.gains) == (actuator, feedback, gains)
+                });
+                let settled = flights.filter_map(|(choice, outcome)| {
+                    let point = (outcome.activity.to_degrees(), outcome.settling?);
+                    Some((point, choice.speed / FOOT))
+                });
+                let (points, speeds): (Vec<_>, Vec<_>) = settled.unzip();
+                Series {
+                    at: Some(("ft/s".into(), speeds)),
+                    ..Series::new(Style::Circles, format!("{feedback}, {gains}"), points)
+                }
+            })
+        });
+        plot.plane().with_all(series)
+    });
+    let title = format!("Depth steps of {}", args.vehicle);
+    let body = html! {
+        h1 { (title) }
+        ul.verdict { li { (choices.len()) " flights; " (never) " do not settle within 5 %." } }
+        p.lead { "Test signal " (args.signal) " deg, seed " (args.seed) "." }
+        (figures(&plots))
+        (table.html())
+    };
+    document(&title, "", &body, "")
 }
 
 fn choices(args: &TableArgs) -> Vec<Choice> {
@@ -120,8 +179,8 @@ fn choices(args: &TableArgs) -> Vec<Choice> {
     for &step in &args.step {
         for &speed in &args.speed {
             for actuator in ["ideal", "dha"] {
-                for feedback in ["truth", "integrator", "kalman"] {
-                    for gains in ["fixed", "scheduled", "adaptive"] {
+                for feedback in FEEDBACK {
+                    for gains in GAINS {
                         choices.push(Choice {
                             step,
                             speed,
@@ -232,6 +291,7 @@ mod tests {
             signal: 1.0,
             seed: 1,
             format: None,
+            html: None,
         };
         let choice = Choice {
             step: 3.0 * FOOT,
@@ -265,6 +325,7 @@ mod tests {
             signal: 1.0,
             seed: 1,
             format: None,
+            html: None,
         };
         assert_eq!(choices(&args).len(), 2 * 4 * 2 * 3 * 3);
         for choice in choices(&args) {

@@ -1,10 +1,17 @@
 //! `planesman dha limit-cycles`: limit cycles of the depth loop with the digital hydraulic actuator, predicted
 //! and simulated, in one table.
 
-use anyhow::Result;
+use std::fs;
+use std::path::PathBuf;
+
+use anyhow::{Context as _, Result};
+use maud::html;
+use planesman_plot::{Plot, Style};
 use planesman_units::INCH;
 
 use super::depth_loop::{Case, Figure, LimitCycle, MOST_RESIDUAL, Prediction, cases};
+use crate::arguments::output_file;
+use crate::page::{document, figures};
 use crate::progress::{end_with_reader, on_all_cores};
 use crate::table::{Format, Table, wrapped};
 
@@ -19,6 +26,9 @@ pub struct LimitCyclesArgs {
     /// How to print the table [default: table on a terminal, md elsewhere]
     #[arg(long, value_enum)]
     pub format: Option<Format>,
+    /// Also write an HTML page with plots
+    #[arg(long, value_name = "FILE", value_parser = output_file)]
+    pub html: Option<PathBuf>,
 }
 
 /// Prints the table.
@@ -34,7 +44,9 @@ pub fn run(args: &LimitCyclesArgs) -> Result<()> {
             "no configuration has '{wanted}' in its name; without a name all are printed"
         );
     }
-    end_with_reader();
+    if args.html.is_none() {
+        end_with_reader();
+    }
     let row = |case: &Case| -> Result<Row> {
         Ok(Row {
             case: case.clone(),
@@ -46,7 +58,63 @@ pub fn run(args: &LimitCyclesArgs) -> Result<()> {
     let rows = rows.into_iter().collect::<Result<Vec<_>>>()?;
     let format = Format::or_by_output(args.format);
     planesman_node::print(format_args!("{}", text(&rows, format)?))?;
+    if let Some(file) = &args.html {
+        fs::write(file, page(&rows)).with_context(|| format!("{}", file.display()))?;
+        if matches!(format, Format::Table | Format::Md) {
+            planesman_node::say!("{}", file.display())?;
+        }
+    }
     Ok(())
+}
+
+fn page(rows: &[Row]) -> String {
+    let (table, compared, deviating) = table(rows);
+    let of = |plot: Plot<'static>, pair: &dyn Fn(&Row) -> Option<(f64, f64)>| {
+        let points: Vec<(f64, f64)> = rows.iter().filter_map(pair).collect();
+        let most = points
+            .iter()
+            .fold(0.0_f64, |most, p| most.max(p.0).max(p.1));
+        plot.plane()
+            .with(Style::Crosses, "configuration", points)
+            .with(Style::Bound, "equal", [(0.0, 0.0), (most, most)])
+    };
+    let cycle = |row: &Row| {
+        let found = row.prediction.filter(|it| it.residual <= MOST_RESIDUAL)?;
+        Some((row.cycle.frequency, found.frequency))
+    };
+    let depth = |row: &Row| {
+        let expected = row.case.expected?.depth?;
+        Some((row.cycle.depth / INCH, expected))
+    };
+    let plots = [
+        of(
+            Plot::new(
+                "Frequency of the limit cycle",
+                ["simulated [Hz]", "predicted by harmonic balance [Hz]"],
+            ),
+            &cycle,
+        ),
+        of(
+            Plot::new(
+                "Depth, peak to peak",
+                ["simulated [in]", "by an independent simulation [in]"],
+            ),
+            &depth,
+        ),
+    ];
+    let shown: Vec<_> = plots
+        .into_iter()
+        .filter(|plot| !plot.series[0].points.is_empty())
+        .collect();
+    let title = "Limit cycles of the depth loop";
+    let body = html! {
+        h1 { (title) }
+        ul.verdict { li { (rows.len()) " configurations; " (deviating) " of " (compared) " figures deviate by more than 15 % from an independent simulation (*)." } }
+        (figures(&shown))
+        (table.html())
+        p { "Found (expected). Predicted where 1 + N H comes within " (MOST_RESIDUAL) " of 0; otherwise no cycle of the loop is foreseen." }
+    };
+    document(title, "", &body, "")
 }
 
 /// A configuration with its results.
@@ -65,6 +133,19 @@ pub struct Row {
 /// # Errors
 /// Those of [`Table::text`].
 pub fn text(rows: &[Row], format: Format) -> Result<String> {
+    let (table, compared, deviating) = table(rows);
+    let mut text = table.text(format)?;
+    if matches!(format, Format::Table | Format::Md) {
+        text += &wrapped(&format!(
+            "\nFound (expected by an independent simulation); {deviating} of {compared} figures deviate by more than 15 % (*).\n\
+             Predicted where 1 + N H comes within {MOST_RESIDUAL} of 0; otherwise no cycle of the loop is foreseen.\n"
+        ));
+    }
+    Ok(text)
+}
+
+/// The table; how many figures are compared, and how many of them deviate.
+fn table(rows: &[Row]) -> (Table, usize, usize) {
     let mut table = Table::new([
         "configuration",
         "M_theta",
@@ -89,14 +170,7 @@ pub fn text(rows: &[Row], format: Format) -> Result<String> {
         cells.push(foreseen(row.prediction.as_ref()));
         table.row(cells);
     }
-    let mut text = table.text(format)?;
-    if matches!(format, Format::Table | Format::Md) {
-        text += &wrapped(&format!(
-            "\nFound (expected by an independent simulation); {deviating} of {compared} figures deviate by more than 15 % (*).\n\
-             Predicted where 1 + N H comes within {MOST_RESIDUAL} of 0; otherwise no cycle of the loop is foreseen.\n"
-        ));
-    }
-    Ok(text)
+    (table, compared, deviating)
 }
 
 fn cell(figure: &Figure) -> String {

@@ -52,9 +52,10 @@ pub fn page(flights: &[Flown]) -> String {
     let alone = flights.len() == 1;
     let body = html! {
         h1 { (heading) }
-        @for flown in flights {
-            @if !alone { h2 { (flown.name) } }
-            (conclusions(flown, alone))
+        div.(if alone { "verdicts" } else { "verdicts columns" }) {
+            @for flown in flights {
+                div { @if !alone { h2 { (flown.name) } } (conclusions(flown, alone)) }
+            }
         }
         div.columns {
             div { (response_table(flights)) (modes_table(flights)) }
@@ -74,6 +75,7 @@ pub fn page(flights: &[Flown]) -> String {
 
 const STYLE: &str = "
 .side svg { width: 100%; max-width: 60rem; height: auto; background: var(--surface); display: block; }
+.verdicts h2 { margin-top: 1rem; }
 .side .controls { display: flex; flex-wrap: wrap; gap: .8rem; align-items: center; max-width: 60rem; margin: .3rem 0; }
 .side input { flex: 1; min-width: 8rem; accent-color: var(--accent); }
 .side output { font-variant-numeric: tabular-nums; }

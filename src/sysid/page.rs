@@ -10,6 +10,7 @@ use planesman_identification::analysis::Analysis;
 use planesman_identification::estimators::Estimate;
 use planesman_identification::validation::residuals::Correlation;
 use planesman_identification::{Reading, Record, SIGMAS_95, Uncertain, filter};
+use planesman_linear::unwrapped_phases;
 use planesman_plot::{Plot, Series, Style};
 
 use super::simulated::Simulated;
@@ -278,25 +279,19 @@ impl Response {
 /// out.
 pub(super) fn frequency_response(reading: &Reading<'_>, sample_time: f64) -> Vec<Response> {
     let nyquist = PI / sample_time;
-    let mut turned: f64 = 0.0;
-    let mut before: Option<f64> = None;
-    (0..FREQUENCIES)
+    let responses: Vec<(f64, Uncertain)> = (0..FREQUENCIES)
         .map(|i| nyquist * 10f64.powf(-3.5 * (1.0 - i as f64 / (FREQUENCIES - 1) as f64)))
         .filter_map(|omega| Some((omega, reading.response(omega)?)))
         .filter(|(_, it)| it.value.norm() > 0.0)
-        .map(|(omega, value)| {
-            let phase = value.value.arg();
-            if let Some(before) = before {
-                turned -= ((phase - before) / TAU).round() * TAU;
-            }
-            before = Some(phase);
-            Response {
-                omega,
-                value,
-                phase: (phase + turned).to_degrees(),
-            }
-        })
-        .collect()
+        .collect();
+    let phases = unwrapped_phases(responses.iter().map(|(_, it)| it.value));
+    let each = responses.into_iter().zip(phases);
+    each.map(|((omega, value), phase)| Response {
+        omega,
+        value,
+        phase: phase.to_degrees(),
+    })
+    .collect()
 }
 
 fn bode(analysis: &Analysis) -> [Plot<'static>; 2] {

@@ -9,6 +9,8 @@
 //! A loop that is stable only between two gains has a gain margin below one too (Franklin, Powell and
 //! Emami-Naeini, *Feedback Control of Dynamic Systems*, ch. 6).
 
+use std::f64::consts::TAU;
+
 use nalgebra::Complex;
 
 use crate::{Error, TransferFunction, polynomial};
@@ -41,6 +43,20 @@ pub struct GainMargin {
     pub frequency: f64,
     /// `1 / |L|`.
     pub factor: f64,
+}
+
+/// The phases of a frequency response, rad, each within half a turn of the one before.
+#[must_use]
+pub fn unwrapped_phases(response: impl IntoIterator<Item = Complex<f64>>) -> Vec<f64> {
+    let mut before: Option<f64> = None;
+    let follow = |value: Complex<f64>| {
+        let phase = value.arg();
+        let turns = before.map_or(0.0, |before| ((before - phase) / TAU).round());
+        let phase = phase + turns * TAU;
+        before = Some(phase);
+        phase
+    };
+    response.into_iter().map(follow).collect()
 }
 
 impl DelayedLoop {

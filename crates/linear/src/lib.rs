@@ -24,7 +24,7 @@ pub mod step_metrics;
 pub mod transfer_function;
 
 pub use error::Error;
-pub use frequency::DelayedLoop;
+pub use frequency::{DelayedLoop, unwrapped_phases};
 pub use nalgebra::{Complex, DMatrix};
 pub use poles::{discrete_to_continuous, mode_text, pair_text, pole_text};
 pub use routh::RouthColumn;

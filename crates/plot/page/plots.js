@@ -90,7 +90,11 @@
       const size = this.size(width);
       if (size.width === before) return;
       this.chart.setSize(size);
-      // Behind uPlot's own work, which waits for the end of this task.
+      this.settle();
+    }
+
+    // Equal scales follow the size, which uPlot knows once it has placed the axes, at the end of this task.
+    settle() {
       if (this.data.equal) queueMicrotask(() => this.show(...this.seen, false));
     }
 
@@ -179,7 +183,7 @@
           ...(data.link ? { sync: { key: data.link, scales: ["x", null], filters: { pub: (type) => type === "mousemove" } } } : {}),
         },
         hooks: {
-          ready: [(chart) => { this.chart = chart; this.show(this.full.x, this.full.y, false); }],
+          ready: [(chart) => { this.chart = chart; this.show(this.full.x, this.full.y, false); this.settle(); }],
           draw: [() => this.paint()], setCursor: [() => this.hover()], setSelect: [() => this.zoom()],
         },
       };
