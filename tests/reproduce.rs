@@ -1,10 +1,13 @@
 //! The report's numbers, computed again by the program as a user starts it.
 
+mod browser;
+
 use std::collections::BTreeMap;
 use std::process::{Command, Output};
 
 use brunner_1988::REPORT;
 use planesman_book::Verdict;
+use planesman_testing::content;
 
 fn planesman(args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_planesman"))
@@ -79,6 +82,8 @@ fn every_number_of_the_report_has_the_verdict_that_stands_in_the_book() {
     assert!(text.contains("Run 9/2, gyro to plane command") && text.contains("6) compare"));
 
     let html = std::fs::read_to_string(&page).expect("written");
+    assert!(html.len() < 3_000_000, "{} bytes", html.len());
+    let html = content(&html);
     assert_eq!(
         html.matches("<figure class=\"plot\">").count(),
         13 + 11 + 12 + 12 + 42,
@@ -100,6 +105,7 @@ fn every_number_of_the_report_has_the_verdict_that_stands_in_the_book() {
     ] {
         assert!(html.contains(part), "{part}");
     }
+    browser::assert_alive(&page, 13 + 11 + 12 + 12 + 42);
 }
 
 /// What the models are given and only read back is counted apart: Tables 3-1 and 4-1 of 1966.

@@ -74,7 +74,7 @@ fn in_words(analysis: &Analysis) -> Markup {
         div.scroll { table.words {
             @for mode in analysis.modes() { tr { td { "mode" } td { (mode) } } }
             tr { td { "delay" } td {
-                (structure.delay) " samples, " (format!("{:.4}", structure.delay as f64 * sample_time)) " s"
+                (structure.delay) (if structure.delay == 1 { " sample, " } else { " samples, " }) (format!("{:.4}", structure.delay as f64 * sample_time)) " s"
                 @if let Some(lag) = analysis.lag {
                     "; with 95 % " (lag.interval.0) " to " (lag.interval.1) " samples"
                 }

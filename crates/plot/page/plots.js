@@ -31,7 +31,27 @@
     const exact = decimals < 6 && Math.abs(step * 10 ** decimals - Math.round(step * 10 ** decimals)) > 1e-6 ? decimals + 1 : decimals;
     return splits.map((it) => (it == null ? "" : (Math.abs(it) < step / 1e6 ? 0 : it).toFixed(exact)));
   }
-  const powers = (_plot, splits) => splits.map((it) => (it != null && Math.abs(Math.log10(it) % 1) < 1e-9 ? number(it, 3) : ""));
+
+  // A logarithmic axis: lines at 1 to 9 of each decade, numbers at as many of them as have room.
+  const decades = {
+    splits: (_plot, _axis, low, high) => {
+      const splits = [];
+      for (let power = Math.floor(Math.log10(low)); power <= Math.log10(high); power += 1) {
+        for (let digit = 1; digit < 10; digit += 1) {
+          const it = Number(`${digit}e${power}`);
+          if (it >= low && it <= high) splits.push(it);
+        }
+      }
+      return splits;
+    },
+    values: (_plot, splits) => {
+      const span = splits.length ? splits[splits.length - 1] / splits[0] : 1;
+      const told = span > 30 ? "1" : span > 5 ? "125" : "123456789";
+      return splits.map((it) => (told.includes(it.toExponential()[0]) ? number(it, 3) : ""));
+    },
+    filter: (_plot, splits) => splits,
+  };
+
 
   // x values: a list, or [first, last, count] of equal distances.
   const xs = (it) => (Array.isArray(it) ? it : Array.from({ length: it.count }, (_, k) =>
@@ -53,11 +73,14 @@
     return low > high ? null : [low, high];
   }
 
+  // Below this a range has no ticks, and a number is the rounding of zero.
+  const LEAST = 1e-12;
+
   // A range with air; around a constant as much as shows that it is one.
   function airy([low, high], share) {
     const size = Math.max(Math.abs(low), Math.abs(high));
-    if (high - low <= 1e-9 * size || high === low) {
-      const half = size === 0 ? 1 : 0.1 * size;
+    if (high - low <= 1e-9 * size || high - low < LEAST) {
+      const half = size < LEAST ? 1 : 0.1 * size;
       return [low - half, high + half];
     }
     return [low - share * (high - low), high + share * (high - low)];
@@ -75,7 +98,7 @@
       this.full = this.whole();
       this.list();
       this.chart = new uPlot(this.options(), [[this.full.x[0], this.full.x[1]], [null, null]], this.area);
-      new ResizeObserver(() => this.fit()).observe(figure);
+      new ResizeObserver(() => requestAnimationFrame(() => this.fit())).observe(figure);
     }
 
     size(width = this.area.clientWidth) {
@@ -169,7 +192,7 @@
       });
       // Equal scales need a width that does not follow the labels.
       const widest = (_plot, values) => data.equal ? 56 : 14 + 7 * Math.max(3, ...(values ?? []).map((it) => String(it ?? "").length));
-      const x = data.heat ? names(data.columns) : { values: data.log ? powers : labels };
+      const x = data.heat ? names(data.columns) : data.log ? decades : { values: labels };
       const y = data.heat ? names(data.rows) : { values: labels };
       return {
         ...this.size(), legend: { show: false }, padding: [10, 14, 0, 0],
@@ -196,8 +219,9 @@
       const pair = (a, b) => [Math.min(a, b), Math.max(a, b)];
       const x = pair(chart.posToVal(left, "x"), chart.posToVal(left + width, "x"));
       const y = this.isPlane ? pair(chart.posToVal(top, "y"), chart.posToVal(top + height, "y")) : null;
+      const tooSmall = ([low, high]) => high - low <= 1e-9 * Math.max(Math.abs(low), Math.abs(high)) || high - low < LEAST;
       chart.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
-      this.show(x, y);
+      if (!tooSmall(x) && !(y && tooSmall(y))) this.show(x, y);
     }
 
     colour(series) { return theme.colour(series.colour ? `--series-${(series.colour - 1) % 8 + 1}` : "--text"); }

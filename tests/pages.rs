@@ -1,0 +1,155 @@
+//! The pages as a reader sees them: in a browser, drawn by their own scripts, from a file.
+#![allow(clippy::unwrap_used)]
+
+mod browser;
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use browser::assert_alive;
+use planesman::run_folder::RunFolder;
+use planesman::scenario::Scenario;
+use planesman::sim;
+use planesman_testing::content;
+
+fn planesman(folder: &Path, arguments: &[&str]) -> Output {
+    let run = Command::new(env!("CARGO_BIN_EXE_planesman"))
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .unwrap();
+    let complaint = String::from_utf8_lossy(&run.stderr);
+    assert!(run.status.success(), "{arguments:?}: {complaint}");
+    run
+}
+
+/// A flight in one process into a flight's folder.
+fn flown(folder: &Path, name: &str, gain: f64) -> PathBuf {
+    let path = folder.join(name);
+    let run = RunFolder::free(Some(&path), name).unwrap();
+    let scenario = format!(
+        "description: {name}\nduration: 60.0\nparameters:\n  depth_controller:\n    depth_setpoint: 0.9\n    depth.p: {gain}\n"
+    );
+    let scenario = Scenario::parse(&scenario).unwrap();
+    run.create(&scenario, "").unwrap();
+    let bag = folder.join(format!("{name}.mcap"));
+    sim::run(&scenario, &bag, "/auv").unwrap();
+    std::fs::create_dir(run.bag()).unwrap();
+    std::fs::rename(bag, run.bag().join("bag_0.mcap")).unwrap();
+    path
+}
+
+#[test]
+fn a_flight_and_two_over_each_other_tell_their_values_under_the_cursor() {
+    let folder = tempfile::tempdir().unwrap();
+    let page = flown(folder.path(), "slow", 0.8).join("report.html");
+    flown(folder.path(), "fast", 1.4);
+    planesman(folder.path(), &["report", "slow"]);
+    let size = std::fs::metadata(&page).unwrap().len();
+    assert!(size < 1_000_000, "{size} bytes");
+    let run = planesman(folder.path(), &["report", "slow", "fast"]);
+    let text = String::from_utf8(run.stdout).unwrap();
+    assert!(
+        text.contains("settling time (5 %)") && text.contains("fast"),
+        "{text}"
+    );
+    let both = std::fs::read_to_string(folder.path().join("flights.html")).unwrap();
+    assert!(content(&both).contains("depth, slow") && content(&both).contains("depth, fast"));
+
+    let Some(seen) = assert_alive(&page, 7) else {
+        return;
+    };
+    let (heading, told) = &seen.plots[0];
+    assert_eq!(heading, "Depth");
+    assert!(told.contains("setpoint 0.9"), "{told}");
+    assert_alive(&folder.path().join("flights.html"), 7);
+}
+
+#[test]
+fn models_loops_and_loci_tell_their_values_under_the_cursor() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    planesman(here, &["sim", "dive", "--out", "dive.csv"]);
+    let fit = [
+        "sysid",
+        "fit",
+        "dive.csv",
+        "-i",
+        "dive_planes",
+        "-o",
+        "pitch_rate",
+        "--method",
+        "oe",
+        "--order",
+        "3",
+    ];
+    planesman(here, &[&fit[..], &["--html", "model.html"]].concat());
+    planesman(
+        here,
+        &["design", "analyse", "brunner", "--html", "analyse.html"],
+    );
+    planesman(
+        here,
+        &[
+            "design",
+            "locus",
+            "brunner",
+            "--vary",
+            "depth_d",
+            "--to",
+            "5",
+            "--html",
+            "locus.html",
+        ],
+    );
+    assert_alive(&here.join("model.html"), 10);
+    assert_alive(&here.join("analyse.html"), 4);
+    if let Some(seen) = assert_alive(&here.join("locus.html"), 1) {
+        // A pole of the locus is told with its gain.
+        assert!(seen.plots[0].1.contains("depth_d"), "{:?}", seen.plots[0]);
+    }
+}
+
+#[test]
+fn a_heat_map_tells_its_fields_under_the_cursor() {
+    let folder = tempfile::tempdir().unwrap();
+    let vary = [
+        "--vary",
+        "depth_controller.depth.p=0.6,1.0",
+        "--vary",
+        "plant_sim.speed=0.3,0.5",
+    ];
+    planesman(
+        folder.path(),
+        &[&["sweep", "dive", "--out", "sweep"], &vary[..]].concat(),
+    );
+    assert_alive(&folder.path().join("sweep/report.html"), 3);
+}
+
+#[test]
+fn a_script_in_the_name_of_a_signal_is_not_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let name =
+        "</script><script>document.title='run'</script><img src=x onerror=document.title='run'>";
+    let mut table = format!("t,u,\"{name}\"\n");
+    let mut y = 0.0;
+    for k in 0..400_i32 {
+        let u = if (k / 20) % 2 == 0 { 1.0 } else { -1.0 };
+        writeln!(table, "{},{u},{y}", f64::from(k) * 0.1).unwrap();
+        y = 0.9 * y + 0.1 * u;
+    }
+    std::fs::write(folder.path().join("a.csv"), table).unwrap();
+    let fit = [
+        "sysid", "fit", "a.csv", "-i", "u", "-o", name, "--method", "arx", "--order", "1",
+    ];
+    planesman(
+        folder.path(),
+        &[&fit[..], &["--html", "model.html"]].concat(),
+    );
+    if let Some(seen) = browser::look(&folder.path().join("model.html")) {
+        assert!(seen.errors.is_empty(), "{:?}", seen.errors);
+        assert!(seen.plots.len() >= 8);
+        assert!(!seen.document.contains("<title>run</title>") && !seen.document.contains("<img"));
+    }
+}
