@@ -4,7 +4,7 @@
 //! others, releases the vehicle, shows its progress, and stops the nodes in the order in which
 //! no message is lost: publishers first, the recorder last.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
@@ -22,6 +22,7 @@ use planesman_node::{
 use planesman_parameters::Value;
 use recorder::loop_topics;
 use recorder::node::BAG;
+use sysid::sparkline;
 
 use crate::crew::Crew;
 use crate::fingerprint::identified;
@@ -141,6 +142,8 @@ fn fly(
         },
         connections: BTreeMap::new(),
         bar: bar(scenario.ticks(), options.keep_running),
+        depth: History::of(scenario, options.keep_running),
+        planes: History::of(scenario, options.keep_running),
         first: None,
         last: None,
         ticks: 0,
@@ -303,6 +306,9 @@ struct Launcher {
     /// The endpoints of each node.
     connections: BTreeMap<String, Connections>,
     bar: ProgressBar,
+    /// The depth (m) and the plane angle (deg) so far.
+    depth: History,
+    planes: History,
     /// The first and the last state's stamp, ns.
     first: Option<i64>,
     last: Option<i64>,
@@ -401,12 +407,18 @@ impl Launcher {
         }
         self.flown = self.began.elapsed();
         self.bar.set_position(self.ticks);
+        if self.bar.is_hidden() {
+            return;
+        }
+        let (pitch, planes) = (state.pitch.to_degrees(), state.dive_planes.to_degrees());
+        self.depth.take(self.ticks, state.depth);
+        self.planes.take(self.ticks, planes);
         self.bar.set_message(format!(
-            "{t:5.1} s  depth {:6.3} m  pitch {:+5.1}°  planes {:+5.1}°  {}",
+            "{t:5.1} s  depth {:6.3} m  pitch {pitch:+5.1}°  planes {planes:+5.1}°  {}\n{}\n{}",
             state.depth,
-            state.pitch.to_degrees(),
-            state.dive_planes.to_degrees(),
-            self.pole
+            self.pole,
+            self.depth.line("depth", -1.0, "m"),
+            self.planes.line("planes", 1.0, "deg"),
         ));
     }
 
@@ -576,12 +588,66 @@ impl Launcher {
     }
 }
 
+/// A quantity as it has been, small enough for a line of the terminal.
+#[derive(Default)]
+struct History {
+    /// Ticks in a column.
+    ticks: u64,
+    /// The column of the last value, and the columns' values; of more than [`History::COLUMNS`] the last ones.
+    column: u64,
+    values: VecDeque<f64>,
+}
+
+impl History {
+    const COLUMNS: u64 = 44;
+
+    /// Over the whole scenario; of a flight without end the last seconds, one a column.
+    fn of(scenario: &Scenario, endless: bool) -> Self {
+        let ticks = match endless {
+            true => (1.0 / scenario.tick).round() as u64,
+            false => scenario.ticks().div_ceil(Self::COLUMNS),
+        };
+        Self {
+            ticks: ticks.max(1),
+            ..Self::default()
+        }
+    }
+
+    /// Takes the value at a tick.
+    fn take(&mut self, tick: u64, value: f64) {
+        let column = tick / self.ticks;
+        if column == self.column {
+            self.values.pop_back();
+        }
+        self.column = column;
+        self.values.push_back(value);
+        if self.values.len() as u64 > Self::COLUMNS {
+            self.values.pop_front();
+        }
+    }
+
+    /// Its name, its course and its range; with a sign of -1 larger values are drawn lower.
+    fn line(&self, name: &str, sign: f64, unit: &str) -> String {
+        let course: Vec<f64> = self.values.iter().map(|value| sign * value).collect();
+        let (low, high) = self
+            .values
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+                (low.min(*value), high.max(*value))
+            });
+        format!(
+            "{name:<6} {} {low:.2} to {high:.2} {unit}",
+            sparkline(&course)
+        )
+    }
+}
+
 /// The state on one line, and above it, if the flight ends by itself, how much of it is left.
 fn bar(ticks: u64, keep_running: bool) -> ProgressBar {
     let bar = ProgressBar::new(ticks);
     let template = match keep_running {
-        true => "{wide_msg}",
-        false => "{bar:30} {percent:>3} %, {eta} left\n{wide_msg}",
+        true => "{msg}",
+        false => "{bar:30} {percent:>3} %, {eta} left\n{msg}",
     };
     if let Ok(style) = ProgressStyle::with_template(template) {
         bar.set_style(style);
@@ -592,6 +658,19 @@ fn bar(ticks: u64, keep_running: bool) -> ProgressBar {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_history_of_any_length_is_a_line_of_the_terminal_and_depth_goes_down() {
+        let scenario = Scenario::parse("description: long\nduration: 500.0\n").expect("a scenario");
+        let mut history = History::of(&scenario, false);
+        for tick in 1..=scenario.ticks() {
+            history.take(tick, tick as f64 * 1e-4);
+        }
+        let line = history.line("depth", -1.0, "m");
+        assert!(line.chars().count() <= 80, "{line}");
+        assert!(line.starts_with("depth  █") && line.contains('▁'), "{line}");
+        assert!(line.ends_with("to 1.00 m"), "{line}");
+    }
 
     #[test]
     fn the_lines_for_another_terminal_name_domain_range_and_topic() {

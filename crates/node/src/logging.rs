@@ -227,6 +227,7 @@ impl Logger {
         let colored = match variable("RCUTILS_COLORIZED_OUTPUT").as_deref() {
             Some("0") => false,
             Some("1") => true,
+            _ if variable("NO_COLOR").is_some_and(|it| !it.is_empty()) => false,
             _ if stdout => std::io::stdout().is_terminal(),
             _ => std::io::stderr().is_terminal(),
         };
