@@ -303,8 +303,8 @@ fn side_view(flown: &Flown, alone: bool) -> Markup {
             h2 { "Side view" @if !alone { ": " (flown.name) } }
             svg viewBox=(format!("0 0 {WIDTH} {}", BOTTOM + 30.0)) role="img" aria-label="the vehicle's depth over time, with its pitch and planes" {
                 path d=(format!("M0 {SURFACE}H{WIDTH}")) stroke="var(--accent)" stroke-width="2" {}
-                text x="4" y="20" font-size="14" fill="var(--muted)" { "surface" }
-                text x="4" y=(BOTTOM + 24.0) font-size="14" fill="var(--muted)" { (format!("{deepest:.2} m")) }
+                text x="4" y="20" font-size="18" fill="var(--muted)" { "surface" }
+                text x="4" y=(BOTTOM + 24.0) font-size="18" fill="var(--muted)" { (format!("{deepest:.2} m")) }
                 path d=(path(&courses.depth_setpoint)) fill="none" stroke="var(--series-2)" stroke-dasharray="6 4" {}
                 path d=(path(&courses.depth)) fill="none" stroke="var(--series-1)" stroke-width="1.5" {}
                 // Bow to the right. Planes at a third of the length before and behind the middle.

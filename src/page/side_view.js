@@ -35,5 +35,7 @@ for (const figure of document.querySelectorAll("figure.side")) {
     const k = Math.round((x - from) / (to - from) * (instants.length - 1));
     show(Math.max(0, Math.min(instants.length - 1, k)));
   });
-  show(instants.length - 1);
+  // At first where the vehicle is tilted most.
+  const tilt = instants.map((it) => Math.abs(it[2]));
+  show(tilt.indexOf(Math.max(...tilt)));
 }

@@ -1,5 +1,8 @@
 //! A page in headless Chromium: what its script drew, and what it tells under the cursor.
 
+// Each test program uses its own part.
+#![allow(dead_code)]
+
 use std::path::Path;
 use std::process::Command;
 
