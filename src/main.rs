@@ -18,7 +18,7 @@ use planesman::reproduce::{self, ReproduceArgs};
 use planesman::run_folder::{Loss, RunFolder};
 use planesman::scenario::{BUILTIN, Scenario};
 use planesman::table::{Format, print_wrapped};
-use planesman::{bag_command, doctor, nodes, params_command, sim, tf_command};
+use planesman::{bag_command, doctor, nodes, params_command, sim, tf_command, watch};
 use planesman_node::in_one_line;
 use planesman_parameters::Parameters as _;
 use planesman_text::{did_you_mean, shown};
@@ -96,6 +96,11 @@ enum Command {
     /// Identify models from bags or CSV files: list signals, fit, test estimators, watch
     #[command(subcommand)]
     Sysid(planesman::sysid::Command),
+    /// Show the loops of the domain on a page in the browser: charts, parameters, commands, log
+    #[command(
+        after_help = "Example:\n  planesman dive --factor 1 --keep-running     in one terminal\n  planesman watch                              in another"
+    )]
+    Watch(watch::WatchArgs),
     /// Inspect a bag
     #[command(subcommand)]
     Bag(BagCommand),
@@ -293,6 +298,7 @@ fn main() -> ExitCode {
             stay_local().and_then(|()| command.run())
         }
         Command::Sysid(command) => command.run(),
+        Command::Watch(args) => stay_local().and_then(|()| watch::run(&args)),
         Command::Tf(args) => tf_command::run(&args),
         Command::Bag(BagCommand::Info { path }) => bag_command::info(&path),
         Command::Params {
