@@ -178,6 +178,9 @@ struct DiveArgs {
     /// Keep the loop running until Ctrl-C, for `ros2 topic echo` and similar tools
     #[arg(long)]
     keep_running: bool,
+    /// Show the dive on a page in the browser, as `planesman watch` does; in real time unless --lockstep is given
+    #[arg(long)]
+    watch: bool,
     /// Namespace of all nodes; if it is not the default, simulated time is on NAMESPACE/clock
     #[arg(long, default_value = nodes::NAMESPACE, value_parser = NonEmptyStringValueParser::new())]
     namespace: String,
@@ -372,7 +375,8 @@ fn stay_local() -> Result<()> {
 fn dive(args: &DiveArgs) -> Result<Option<Loss>> {
     stay_local()?;
     let scenario = Scenario::load_with(&args.scenario, &args.changes.set)?;
-    let pace = match (args.factor, args.sim_time) {
+    let in_real_time = args.sim_time || (args.watch && !args.lockstep);
+    let pace = match (args.factor, in_real_time) {
         (None, false) => Pace::Lockstep,
         (factor, sim_time) => {
             let factor = factor.unwrap_or(1.0);
@@ -389,6 +393,7 @@ fn dive(args: &DiveArgs) -> Result<Option<Loss>> {
         &dive::Options {
             pace,
             keep_running: args.keep_running,
+            watch: args.watch,
             namespace: args.namespace.clone(),
         },
     )
