@@ -26,6 +26,8 @@ struct Member {
 pub struct Crew {
     run: RunFolder,
     members: Vec<Member>,
+    /// The page in the browser, which is no part of the flight.
+    page: Option<Child>,
 }
 
 impl Crew {
@@ -38,6 +40,7 @@ impl Crew {
         let mut crew = Self {
             run: run.clone(),
             members: Vec::new(),
+            page: None,
         };
         for name in nodes {
             let log = File::create(run.log(name))
@@ -65,6 +68,23 @@ impl Crew {
             });
         }
         Ok(crew)
+    }
+
+    /// Shows the flight on a page in the browser; a page that cannot be shown is told by itself, and the flight goes on.
+    ///
+    /// # Errors
+    /// When its process cannot be started.
+    pub fn show(&mut self) -> Result<()> {
+        let program = std::env::current_exe().context("cannot find this program's own path")?;
+        let child = Command::new(program)
+            .args(["watch", "--", "--ros-args", "--log-level", "warn"])
+            .env(LAUNCHED, "1")
+            .stdin(Stdio::null())
+            .process_group(0)
+            .spawn()
+            .context("cannot start the page")?;
+        self.page = Some(child);
+        Ok(())
     }
 
     /// Whether everybody still runs.
@@ -151,24 +171,35 @@ impl Member {
 
 impl Drop for Crew {
     fn drop(&mut self) {
+        let deadline = Instant::now() + Duration::from_secs(3);
+        if let Some(page) = &mut self.page {
+            signal(page, Signal::TERM);
+            let _ = ended(page, deadline);
+        }
         for member in &mut self.members {
             // Best effort on the way out of an error: it cannot be reported.
             member.ask_to_stop();
         }
         let deadline = Instant::now() + Duration::from_secs(3);
         for member in &mut self.members {
-            while member.exit.is_none() {
-                match member.child.try_wait() {
-                    Ok(None) if Instant::now() < deadline => {
-                        std::thread::sleep(Duration::from_millis(10));
-                    }
-                    Ok(Some(status)) => member.exit = Some(status),
-                    _ => {
-                        let _ = member.child.kill();
-                        member.exit = member.child.wait().ok();
-                        break;
-                    }
-                }
+            if member.exit.is_none() {
+                member.exit = ended(&mut member.child, deadline);
+            }
+        }
+    }
+}
+
+/// Waits until the process has ended, and kills it at the deadline.
+fn ended(child: &mut Child, deadline: Instant) -> Option<ExitStatus> {
+    loop {
+        match child.try_wait() {
+            Ok(None) if Instant::now() < deadline => {
+                std::thread::sleep(Duration::from_millis(10));
+            }
+            Ok(Some(status)) => return Some(status),
+            _ => {
+                let _ = child.kill();
+                return child.wait().ok();
             }
         }
     }

@@ -76,6 +76,8 @@ pub struct Options {
     pub pace: Pace,
     /// Keep the loop running until Ctrl-C.
     pub keep_running: bool,
+    /// Show the dive on a page in the browser.
+    pub watch: bool,
     /// The namespace of all nodes.
     pub namespace: String,
 }
@@ -128,7 +130,10 @@ fn fly(
     run: &RunFolder,
     options: &Options,
 ) -> Result<Option<Loss>> {
-    let crew = Crew::start(run, &options.namespace, &NODES)?;
+    let mut crew = Crew::start(run, &options.namespace, &NODES)?;
+    if options.watch {
+        crew.show()?;
+    }
     drop(rt.every(Duration::from_millis(20), || Event::Look));
     let mut launcher = Launcher {
         scenario: scenario.clone(),

@@ -10,7 +10,7 @@
 //! Beside flying: [`coefficients_command`] computes a vehicle's coefficients from its geometry, [`dha`] puts
 //! the actuator on the bench of its 1966 study, and
 //! [`reproduce`] computes the 1988 report's numbers again; [`design`] has the loops on paper,
-//! [`sysid`] the identifier's pages.
+//! [`sysid`] the identifier's pages; [`watch`] shows what flies.
 
 pub mod arguments;
 pub mod bag_command;
@@ -39,3 +39,4 @@ pub mod sweep;
 pub mod sysid;
 pub mod table;
 pub mod tf_command;
+pub mod watch;

@@ -18,7 +18,7 @@ use planesman::reproduce::{self, ReproduceArgs};
 use planesman::run_folder::{Loss, RunFolder};
 use planesman::scenario::{BUILTIN, Scenario};
 use planesman::table::Format;
-use planesman::{bag_command, doctor, nodes, params_command, report, sim, tf_command};
+use planesman::{bag_command, doctor, nodes, params_command, report, sim, tf_command, watch};
 use planesman_node::in_one_line;
 use planesman_parameters::Parameters as _;
 use planesman_text::{did_you_mean, shown};
@@ -93,6 +93,11 @@ enum Command {
     /// Identify models from bags or CSV files: list signals, fit, test estimators, watch
     #[command(subcommand)]
     Sysid(planesman::sysid::Command),
+    /// Show the loops of the domain on a page in the browser: charts, parameters, commands, log
+    #[command(
+        after_help = "Example:\n  planesman dive --factor 1 --keep-running     in one terminal\n  planesman watch                              in another"
+    )]
+    Watch(watch::WatchArgs),
     /// Inspect a bag
     #[command(subcommand)]
     Bag(BagCommand),
@@ -170,6 +175,9 @@ struct DiveArgs {
     /// Keep the loop running until Ctrl-C, for `ros2 topic echo` and similar tools
     #[arg(long)]
     keep_running: bool,
+    /// Show the dive on a page in the browser, as `planesman watch` does; in real time unless --lockstep is given
+    #[arg(long)]
+    watch: bool,
     /// Namespace of all nodes; if it is not the default, simulated time is on NAMESPACE/clock
     #[arg(long, default_value = nodes::NAMESPACE, value_parser = NonEmptyStringValueParser::new())]
     namespace: String,
@@ -288,6 +296,7 @@ fn main() -> ExitCode {
             stay_local().and_then(|()| command.run())
         }
         Command::Sysid(command) => command.run(),
+        Command::Watch(args) => stay_local().and_then(|()| watch::run(&args)),
         Command::Tf(args) => tf_command::run(&args),
         Command::Bag(BagCommand::Info { path }) => bag_command::info(&path),
         Command::Params {
@@ -361,7 +370,8 @@ fn stay_local() -> Result<()> {
 fn dive(args: &DiveArgs) -> Result<Option<Loss>> {
     stay_local()?;
     let scenario = Scenario::load_with(&args.scenario, &args.changes.set)?;
-    let pace = match (args.factor, args.sim_time) {
+    let in_real_time = args.sim_time || (args.watch && !args.lockstep);
+    let pace = match (args.factor, in_real_time) {
         (None, false) => Pace::Lockstep,
         (factor, sim_time) => {
             let factor = factor.unwrap_or(1.0);
@@ -378,6 +388,7 @@ fn dive(args: &DiveArgs) -> Result<Option<Loss>> {
         &dive::Options {
             pace,
             keep_running: args.keep_running,
+            watch: args.watch,
             namespace: args.namespace.clone(),
         },
     )

@@ -48,12 +48,17 @@ pub fn run(name: &str, args: Vec<String>) -> ExitCode {
 /// Runs a launched node: it ends with its launcher, whatever becomes of that.
 #[must_use]
 pub fn launched(node: impl FnOnce() -> ExitCode) -> ExitCode {
+    end_with_launcher();
+    node()
+}
+
+/// Makes this process end with its launcher, if it has one.
+pub(crate) fn end_with_launcher() {
     if std::env::var_os(LAUNCHED).is_some()
         && let Err(error) = set_parent_process_death_signal(Some(Signal::TERM))
     {
         planesman_node::complain!("this node will outlive its launcher if that is killed: {error}");
     }
-    node()
 }
 
 /// The parameters that the node `name` declares, `None` when there is no such node.

@@ -4,6 +4,7 @@ use std::fmt;
 
 use anyhow::{Result, anyhow};
 use planesman_linear::{Complex, StepMetrics, TransferFunction, pole_text};
+use plant_sim::PlantParameters;
 
 use crate::fingerprint::{Fingerprint, identified, slowest_first};
 use crate::flight::Flight;
@@ -105,11 +106,15 @@ impl Summary {
 
 /// The vehicle's own sampled model between plane angle and pitch rate.
 fn truth(scenario: &Scenario) -> Result<Fingerprint> {
-    let parameters = scenario.parameters_of("plant_sim")?;
-    let vehicle = plant_sim::vehicle(&parameters).map_err(|e| anyhow!("{e}"))?;
+    truth_of(&scenario.parameters_of("plant_sim")?, scenario.tick)
+}
+
+/// The same of the vehicle with these parameters.
+pub(crate) fn truth_of(parameters: &PlantParameters, tick: f64) -> Result<Fingerprint> {
+    let vehicle = plant_sim::vehicle(parameters).map_err(|e| anyhow!("{e}"))?;
     let model = planesman_vehicle::linearised::true_model_of(
-        &plant_sim::derivatives(&parameters, &vehicle),
-        scenario.tick,
+        &plant_sim::derivatives(parameters, &vehicle),
+        tick,
     )
     .map_err(|e| anyhow!("{e}"))?;
     Ok(Fingerprint {

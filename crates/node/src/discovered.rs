@@ -79,13 +79,31 @@ fn offer(writer: &DiscoveredWriterData) -> Offer {
     }
 }
 
-/// The services by which the nodes of a topic's publishers describe their types.
+/// The services by which the nodes of a topic's publishers describe their types; those of other nodes in the same
+/// process are among them.
 pub(crate) fn describers(participant: &DomainParticipant, topic: &PublishedTopic) -> Vec<String> {
+    services(participant, "/get_type_description", |prefix| {
+        topic.participants.contains(prefix)
+    })
+}
+
+/// The services of other participants whose names end so, in order.
+pub(crate) fn services_of_others(participant: &DomainParticipant, ending: &str) -> Vec<String> {
+    let own = prefix(participant.guid());
+    services(participant, ending, |prefix| Some(*prefix) != own)
+}
+
+fn services(
+    participant: &DomainParticipant,
+    ending: &str,
+    of: impl Fn(&[u8; 12]) -> bool,
+) -> Vec<String> {
+    let ending = format!("{ending}Request");
     let readers = participant.discovered_readers_where(|reader| {
         let name = reader.subscription_topic_data.topic_name();
-        name.ends_with("/get_type_descriptionRequest")
-            && prefix(reader.reader_proxy.remote_reader_guid)
-                .is_some_and(|prefix| topic.participants.contains(&prefix))
+        name.starts_with("rq/")
+            && name.ends_with(&ending)
+            && prefix(reader.reader_proxy.remote_reader_guid).is_some_and(|prefix| of(&prefix))
     });
     let names = readers.iter().filter_map(|reader| {
         let name = reader.subscription_topic_data.topic_name();

@@ -68,6 +68,8 @@
 //! | `logger_levels` | the two services that tell and set levels |
 //! | [`diagnostics`] | `/diagnostics`, written and read |
 //! | `discovered` | what others publish |
+//! | `definition` | the definitions of its types |
+//! | `losses` | how many messages are missing |
 //! | `discovery_news` | QoS that does not fit, readers that do not acknowledge |
 //! | [`claim`] | being the only one that does something |
 //! | [`report`] | the account at exit |
@@ -84,6 +86,7 @@ mod bad_argument;
 pub mod claim;
 mod clock;
 mod clock_source;
+mod definition;
 pub mod diagnostics;
 mod discovered;
 mod discovery_news;
@@ -96,6 +99,7 @@ mod log_file;
 mod log_format;
 mod logger_levels;
 pub mod logging;
+mod losses;
 pub mod memory;
 mod name_rules;
 pub mod names;
@@ -124,12 +128,14 @@ pub use action_client::ActionClient;
 pub use action_server::{Goal, GoalId, GoalStatus};
 pub use args::RosArguments;
 pub use claim::Claim;
+pub use definition::{Definition, Definitions};
 pub use diagnostics::{Connection, Connections, Level};
 pub use discovered::{Offer, PublishedTopic};
 pub use domain::Domain;
 pub use endpoint::Direction;
 pub use lifecycle::{Change, Lifecycle};
-pub use parameters::STRICT_PARAMETERS;
+pub use losses::Losses;
+pub use parameters::{STRICT_PARAMETERS, message_of, value_of};
 pub use publisher::Publisher;
 pub use qos::Qos;
 pub use raw::RawSample;

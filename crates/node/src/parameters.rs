@@ -284,7 +284,8 @@ fn descriptor_of(declaration: &Declaration) -> ParameterDescriptor {
 }
 
 /// A value as a message; not set for `None`.
-fn message_of(value: Option<&Value>) -> ParameterValue {
+#[must_use]
+pub fn message_of(value: Option<&Value>) -> ParameterValue {
     let mut message = ParameterValue::default();
     message.r#type = match value.cloned() {
         None => ParameterType::PARAMETER_NOT_SET,
@@ -329,7 +330,8 @@ fn message_of(value: Option<&Value>) -> ParameterValue {
 }
 
 /// The value in a message, `None` where it is not set or of no known type.
-fn value_of(message: ParameterValue) -> Option<Value> {
+#[must_use]
+pub fn value_of(message: ParameterValue) -> Option<Value> {
     match message.r#type {
         ParameterType::PARAMETER_BOOL => Some(Value::Bool(message.bool_value)),
         ParameterType::PARAMETER_INTEGER => Some(Value::Integer(message.integer_value)),

@@ -407,12 +407,11 @@ impl<E: 'static> Runtime<E> {
         participant.map_or_else(Vec::new, |it| discovered::published_topics(&it))
     }
 
-    /// The services (`/auv/plant_sim/get_type_description`) by which the nodes of a topic's publishers describe their
-    /// types; those of other nodes in the same process are among them.
+    /// The services of other participants whose names end so (`/get_parameters`), in order of name.
     #[must_use]
-    pub fn describers(&self, topic: &PublishedTopic) -> Vec<String> {
+    pub fn services(&self, ending: &str) -> Vec<String> {
         let participant = self.shared.participant();
-        participant.map_or_else(Vec::new, |it| discovered::describers(&it, topic))
+        participant.map_or_else(Vec::new, |it| discovered::services_of_others(&it, ending))
     }
 
     /// Turns each sample on `topic` into an event without decoding it. `type_name` is
@@ -485,25 +484,15 @@ impl<E: 'static> Runtime<E> {
     /// # Errors
     /// When the name breaks ROS's rules, or the middleware refuses.
     pub fn client<S: Service>(&self, name: &str) -> anyhow::Result<Client<S>> {
-        let name = self.shared.service_name(name)?;
-        let (type_name, qos) = announce_service::<S>()?;
-        let parsed = Name::parse(&name).map_err(|e| anyhow!("{name}: {e}"))?;
-        let inner = self.shared.with_node(|node| {
-            node.create_client(
-                self.mapping,
-                &parsed,
-                &type_name,
-                qos.profile(),
-                qos.profile(),
-            )
-        })?;
-        self.shared.client_opened(&name);
-        Ok(Client {
-            name,
+        self.client_opener().open(name)
+    }
+
+    /// Opens services from a task.
+    pub(crate) fn client_opener(&self) -> ClientOpener {
+        ClientOpener {
             shared: Rc::clone(&self.shared),
-            inner: Rc::downgrade(&self.shared.keep(Mutex::new(inner))),
-            settled: Rc::default(),
-        })
+            mapping: self.mapping,
+        }
     }
 
     /// Claims to be the only one that does something in the domain (`subject`, whatever all claimants name it),
@@ -1034,6 +1023,37 @@ impl<E: 'static> Runtime<E> {
                 before = now;
             }
         });
+    }
+}
+
+/// What opens services of other nodes.
+pub(crate) struct ClientOpener {
+    pub(crate) shared: Rc<Shared>,
+    mapping: ServiceMapping,
+}
+
+impl ClientOpener {
+    /// As [`Runtime::client`].
+    pub(crate) fn open<S: Service>(&self, name: &str) -> anyhow::Result<Client<S>> {
+        let name = self.shared.service_name(name)?;
+        let (type_name, qos) = announce_service::<S>()?;
+        let parsed = Name::parse(&name).map_err(|e| anyhow!("{name}: {e}"))?;
+        let inner = self.shared.with_node(|node| {
+            node.create_client(
+                self.mapping,
+                &parsed,
+                &type_name,
+                qos.profile(),
+                qos.profile(),
+            )
+        })?;
+        self.shared.client_opened(&name);
+        Ok(Client {
+            name,
+            shared: Rc::clone(&self.shared),
+            inner: Rc::downgrade(&self.shared.keep(Mutex::new(inner))),
+            settled: Rc::default(),
+        })
     }
 }
 

@@ -3,14 +3,10 @@
 //! - [`parameters`]: where to, how compressed, how often flushed, how split, which topics.
 //! - [`loop_topics`]: the loop's topics with their types and QoS.
 //! - [`selection`]: which of the domain's topics.
-//! - [`definition`]: the definitions of their types.
 //! - [`ring`]: the latest messages, for snapshots.
-//! - [`losses`]: how many messages are missing.
 //! - [`names`]: a bag's name from the time of day.
 
-pub mod definition;
 pub mod loop_topics;
-pub mod losses;
 pub mod names;
 pub mod node;
 pub mod parameters;

@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use std::{env, mem};
 
 use anyhow::{Result, bail};
 use planesman_bag::qos::{History, OfferedQos};
@@ -17,17 +16,12 @@ use planesman_msgs::rosbag2_interfaces::srv::{
     IsPaused, IsPausedResponse, Pause, PauseResponse, Resume, ResumeResponse, Snapshot,
     SnapshotResponse, SplitBagfile, SplitBagfileResponse,
 };
-use planesman_msgs::type_description_interfaces::srv::{
-    GetTypeDescription, GetTypeDescriptionRequest,
-};
 use planesman_node::{
-    Client, Level, Next, NodeSpec, Offer, PublishedTopic, Publisher, Qos, RawSample, Responder,
-    Runtime, args,
+    Definition, Definitions, Level, Losses, Next, NodeSpec, Offer, PublishedTopic, Publisher, Qos,
+    RawSample, Responder, Runtime, args,
 };
 
-use crate::definition::{self, Definition};
 use crate::loop_topics::{self, Delivery};
-use crate::losses::Losses;
 use crate::names;
 use crate::parameters::{RecorderParameters, writer_options};
 use crate::ring::{Kept, Ring};
@@ -41,11 +35,6 @@ const SILENCE: Duration = Duration::from_millis(50);
 const LAST_WORDS: Duration = Duration::from_secs(2);
 /// Time for which the error is on `/diagnostics` before the node ends.
 const REPORTING: Duration = Duration::from_secs(2);
-
-/// Time for a topic's publishers to describe its type.
-const DESCRIBING: Duration = Duration::from_secs(2);
-/// Nodes that are asked for a type.
-const MOST_DESCRIBERS: usize = 8;
 /// Topics that are looked at: a hostile peer can make them up without end.
 const MOST_TOPICS: usize = 10_000;
 /// Warnings about single topics.
@@ -106,9 +95,7 @@ fn run(args: Vec<String>) -> Result<()> {
         selection: Selection::new(&parameters.record, expand)?,
         found: BTreeMap::new(),
         warned: BTreeSet::new(),
-        undescribed: Vec::new(),
-        describers: BTreeMap::new(),
-        packages: packages(),
+        definitions: Definitions::from_environment(),
         paused: parameters.record.start_paused,
         ring: storage
             .snapshot_mode
@@ -170,12 +157,6 @@ fn serve(rt: &Runtime<Event>, takes_snapshots: bool) -> Result<()> {
     Ok(())
 }
 
-/// Where installed packages are.
-fn packages() -> Vec<PathBuf> {
-    let paths = env::var_os("AMENT_PREFIX_PATH").unwrap_or_default();
-    env::split_paths(&paths).collect()
-}
-
 /// A topic that is subscribed to.
 struct Recorded {
     /// Its absolute name.
@@ -195,11 +176,7 @@ struct Node {
     found: BTreeMap<String, String>,
     /// What was said once of topics that are not recorded.
     warned: BTreeSet<String>,
-    /// Topics whose types nobody here knows, why, and when that was found.
-    undescribed: Vec<(PublishedTopic, String, Instant)>,
-    /// By the service's name.
-    describers: BTreeMap<String, Client<GetTypeDescription>>,
-    packages: Vec<PathBuf>,
+    definitions: Definitions,
     /// Whether nothing is recorded until `~/resume`.
     paused: bool,
     /// In snapshot mode, the messages that `~/snapshot` writes.
@@ -298,66 +275,14 @@ impl Node {
                 continue;
             }
             self.found.insert(name.clone(), type_name.clone());
-            match definition::local(type_name, topic.type_hash.as_deref(), &self.packages) {
+            match self.definitions.local(&topic) {
                 Ok(definition) => self.subscribe_found(rt, &topic, definition),
-                Err(reason) => self.undescribed.push((topic, reason, Instant::now())),
-            }
-        }
-        for (topic, reason, since) in mem::take(&mut self.undescribed) {
-            let services = rt.describers(&topic);
-            if services.is_empty() && since.elapsed() < DESCRIBING {
-                self.undescribed.push((topic, reason, since));
-            } else {
-                self.ask(rt, topic, reason, services);
-            }
-        }
-    }
-
-    /// Asks these services for the topic's type, which is unknown here for that reason, one after the other.
-    fn ask(
-        &mut self,
-        rt: &Runtime<Event>,
-        topic: PublishedTopic,
-        reason: String,
-        services: Vec<String>,
-    ) {
-        let mut clients = Vec::new();
-        for service in services.into_iter().take(MOST_DESCRIBERS) {
-            match self.describers.get(&service) {
-                Some(client) => clients.push(client.clone()),
-                None => {
-                    let Ok(client) = rt.client::<GetTypeDescription>(&service) else {
-                        continue;
-                    };
-                    clients.push(client.clone());
-                    self.describers.insert(service, client);
+                Err(_) => {
+                    let finding = self.definitions.find(rt, &topic);
+                    rt.when_done(async { Event::Described(topic, finding.await) });
                 }
             }
         }
-        rt.when_done(async move {
-            let hash = topic.type_hash.as_deref();
-            let mut outcome = Err(format!(
-                "{reason}, and no node of its publishers describes its type"
-            ));
-            for client in clients {
-                let request = GetTypeDescriptionRequest {
-                    type_name: topic.type_name.clone(),
-                    type_hash: topic.type_hash.clone().unwrap_or_default(),
-                    include_type_sources: true,
-                };
-                outcome = match client.call(request, DESCRIBING).await {
-                    Ok(answer) if answer.successful => {
-                        definition::described(&topic.type_name, hash, &answer.type_sources)
-                    }
-                    Ok(answer) => Err(answer.failure_reason),
-                    Err(error) => Err(format!("{error:#}")),
-                };
-                if outcome.is_ok() {
-                    break;
-                }
-            }
-            Event::Described(topic, outcome)
-        });
     }
 
     /// Subscribes to a topic as its publishers offer it.

@@ -27,5 +27,5 @@ pub use node::main;
 pub use pair::{Account, Change, FIRST, Pair, Scheduled};
 pub use parameters::IdentifierParameters;
 pub use reader::{Reader, Sample, TopicReader};
-pub use screen::{DRAW, Screen};
+pub use screen::{DRAW, Screen, estimate_of};
 pub use sparkline::sparkline;

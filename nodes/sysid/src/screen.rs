@@ -251,7 +251,8 @@ fn text(uncertain: Uncertain) -> String {
 }
 
 /// The estimate in a message; `None` when its covariance is not that of its coefficients.
-fn estimate_of(model: &ModelEstimate) -> Option<Estimate> {
+#[must_use]
+pub fn estimate_of(model: &ModelEstimate) -> Option<Estimate> {
     let n = model.a.len();
     let width = model.covariance.len().isqrt();
     let sound = width * width == model.covariance.len() && width >= 2 * n && model.b.len() == n;

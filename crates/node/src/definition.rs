@@ -1,14 +1,40 @@
-//! The definition of a type that is recorded: this project's own, one of an installed package, or one that the
-//! publisher's node has described.
+//! The definition of a type that others publish: this project's own, one of an installed package, or one that the
+//! publisher's node describes.
 
-use std::path::PathBuf;
+use std::{
+    cell::RefCell,
+    collections::BTreeMap,
+    env,
+    path::PathBuf,
+    rc::Rc,
+    time::{Duration, Instant},
+};
 
 use planesman_msgs::{
-    description::describe, type_description_interfaces::msg::TypeSource, type_info,
+    description::describe,
+    type_description_interfaces::{
+        msg::TypeSource,
+        srv::{GetTypeDescription, GetTypeDescriptionRequest},
+    },
+    type_info,
 };
 use planesman_rosidl::{
     Error, Library, TypeName, definition::Kind, parse_action, parse_message, parse_service,
 };
+use smol::Timer;
+
+use crate::{
+    discovered::{PublishedTopic, describers},
+    runtime::{ClientOpener, Runtime},
+    service::Client,
+};
+
+/// Time for a topic's publishers to describe its type.
+const DESCRIBING: Duration = Duration::from_secs(2);
+/// Time between two looks for nodes that do.
+const LOOK: Duration = Duration::from_millis(100);
+/// Nodes that are asked for a type.
+const MOST_DESCRIBERS: usize = 8;
 
 /// A type's definition with all that it refers to, and its hash.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -19,12 +45,111 @@ pub struct Definition {
     pub type_hash: String,
 }
 
+/// Where definitions are found.
+#[derive(Clone, Default)]
+pub struct Definitions {
+    packages: Rc<[PathBuf]>,
+    /// By the service's name.
+    describers: Rc<RefCell<BTreeMap<String, Client<GetTypeDescription>>>>,
+}
+
+impl Definitions {
+    /// With the installed packages in `AMENT_PREFIX_PATH`.
+    #[must_use]
+    pub fn from_environment() -> Self {
+        let paths = env::var_os("AMENT_PREFIX_PATH").unwrap_or_default();
+        Self {
+            packages: env::split_paths(&paths).collect(),
+            describers: Rc::default(),
+        }
+    }
+
+    /// The definition of the topic's type among the types of this project and those of installed packages.
+    ///
+    /// # Errors
+    /// Why there is none.
+    pub fn local(&self, topic: &PublishedTopic) -> Result<Definition, String> {
+        local(&topic.type_name, topic.type_hash.as_deref(), &self.packages)
+    }
+
+    /// The definition of the topic's type, also by what the nodes of its publishers say of it; `Err` tells why there is none.
+    pub fn find<E: 'static>(
+        &self,
+        rt: &Runtime<E>,
+        topic: &PublishedTopic,
+    ) -> impl Future<Output = Result<Definition, String>> + use<E> {
+        let (definitions, topic, opener) = (self.clone(), topic.clone(), rt.client_opener());
+        async move {
+            let reason = match definitions.local(&topic) {
+                Ok(found) => return Ok(found),
+                Err(reason) => reason,
+            };
+            let since = Instant::now();
+            let services = loop {
+                let participant = opener.shared.participant();
+                let known = participant.map_or_else(Vec::new, |it| describers(&it, &topic));
+                if !known.is_empty() || since.elapsed() >= DESCRIBING {
+                    break known;
+                }
+                Timer::after(LOOK).await;
+            };
+            let mut outcome = Err(format!(
+                "{reason}, and no node of its publishers describes its type"
+            ));
+            for service in services.into_iter().take(MOST_DESCRIBERS) {
+                let Some(client) = definitions.describer(&service, &opener) else {
+                    continue;
+                };
+                outcome = ask(&client, &topic).await;
+                if outcome.is_ok() {
+                    break;
+                }
+            }
+            outcome
+        }
+    }
+
+    /// The client of a node's service, opened once.
+    fn describer(
+        &self,
+        service: &str,
+        opener: &ClientOpener,
+    ) -> Option<Client<GetTypeDescription>> {
+        let mut describers = self.describers.borrow_mut();
+        if !describers.contains_key(service) {
+            describers.insert(service.to_owned(), opener.open(service).ok()?);
+        }
+        describers.get(service).cloned()
+    }
+}
+
+/// The definition as one node describes it.
+async fn ask(
+    client: &Client<GetTypeDescription>,
+    topic: &PublishedTopic,
+) -> Result<Definition, String> {
+    let request = GetTypeDescriptionRequest {
+        type_name: topic.type_name.clone(),
+        type_hash: topic.type_hash.clone().unwrap_or_default(),
+        include_type_sources: true,
+    };
+    match client.call(request, DESCRIBING).await {
+        Ok(answer) if answer.successful => described(
+            &topic.type_name,
+            topic.type_hash.as_deref(),
+            &answer.type_sources,
+        ),
+        Ok(answer) => Err(answer.failure_reason),
+        Err(error) => Err(format!("{error:#}")),
+    }
+}
+
 /// The definition of `type_name` that has the hash that its publisher announces, if it announces one, among the types
 /// of this project and those of the packages in `prefixes` (`AMENT_PREFIX_PATH`).
 ///
 /// # Errors
 /// Why there is none.
-pub fn local(
+fn local(
     type_name: &str,
     announced: Option<&str>,
     prefixes: &[PathBuf],
@@ -52,7 +177,7 @@ fn own(type_name: &str) -> Result<Definition, String> {
 ///
 /// # Errors
 /// Why the texts define no such type.
-pub fn described(
+fn described(
     type_name: &str,
     announced: Option<&str>,
     sources: &[TypeSource],

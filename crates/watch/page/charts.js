@@ -1,0 +1,333 @@
+// Strip charts over one common time axis: drawn as samples come, paused, zoomed, scrolled, saved.
+
+/* global uPlot */
+import { byId, colour, el, save, shown } from "./dom.js";
+
+/// The samples of each channel, as far back as the page has them.
+const store = new Map();
+
+/// What is seen of the time axis: the window's length, s (0: all), and where it ends; at the newest sample while it follows.
+const view = { follow: true, span: 60, from: 0, to: 1 };
+
+let charts = [];
+
+/// The time of the first sample where stamps are the machine's time: the axis begins there.
+let origin;
+let onChange = () => {};
+
+const COLOURS = ["--c1", "--c2", "--c3", "--c4"];
+const HEIGHT = 118;
+
+export function samples(channel) {
+  if (!store.has(channel)) store.set(channel, { times: [], values: [], fresh: false });
+  return store.get(channel);
+}
+
+/// The latest value of a channel.
+export const latest = (channel) => samples(channel).values.at(-1);
+
+/// The next samples of every channel are those of a new connection, from the first one that is kept.
+export function reconnected() {
+  for (const kept of store.values()) kept.fresh = true;
+}
+
+/// Begins the axis where nothing has begun it yet.
+function begin(time) {
+  origin ??= time > 1e6 ? time : 0;
+}
+
+/// Takes samples of a channel.
+export function take(channel, restarted, times, values) {
+  const kept = samples(channel);
+  let rebuilt = restarted;
+  if (restarted) {
+    kept.times.length = kept.values.length = 0;
+  } else if (kept.fresh && times.length) {
+    // What was there before the connection was lost stays, as far as the program does not send it again.
+    let end = kept.times.length;
+    while (end > 0 && kept.times[end - 1] >= times[0]) end -= 1;
+    kept.times.length = kept.values.length = end;
+    rebuilt = true;
+  }
+  kept.fresh = false;
+  if (times.length) begin(times[0]);
+  for (let k = 0; k < times.length; k += 1) {
+    kept.times.push(times[k]);
+    kept.values.push(values[k]);
+  }
+  for (const chart of charts) {
+    const index = chart.traces.findIndex((trace) => trace.channel === channel);
+    if (index < 0) continue;
+    if (rebuilt || times.length > 1000) chart.stale = true;
+    else append(chart, index, times, values);
+    chart.dirty = true;
+  }
+}
+
+/// Puts samples of a trace into the common rows of its chart; nearly always behind the last one.
+function append(chart, index, times, values) {
+  const [xs, ...ys] = chart.data;
+  const scale = chart.traces[index].scale;
+  for (let k = 0; k < times.length; k += 1) {
+    const time = times[k] - origin;
+    let row = xs.length;
+    while (row > 0 && xs[row - 1] > time) row -= 1;
+    if (row > 0 && xs[row - 1] === time) {
+      ys[index][row - 1] = values[k] * scale;
+      continue;
+    }
+    if (row === xs.length) {
+      xs.push(time);
+      ys.forEach((column, at) => column.push(at === index ? values[k] * scale : null));
+    } else {
+      xs.splice(row, 0, time);
+      ys.forEach((column, at) => column.splice(row, 0, at === index ? values[k] * scale : null));
+    }
+  }
+}
+
+/// Common rows of several traces: every time once, in order, with each trace's value or null.
+function joined(traces) {
+  const kept = traces.map((trace) => samples(trace.channel));
+  const times = [...new Set(kept.flatMap((one) => one.times))].sort((a, b) => a - b);
+  const columns = kept.map((one, index) => {
+    let at = 0;
+    return times.map((time) => {
+      while (at < one.times.length && one.times[at] < time) at += 1;
+      return one.times[at] === time ? one.values[at] * (traces[index].scale ?? 1) : null;
+    });
+  });
+  return [times, ...columns];
+}
+
+/// The rows of a chart, on the axis that is drawn.
+function rows(traces) {
+  const [times, ...columns] = joined(traces);
+  if (times.length) begin(times[0]);
+  return [times.map((time) => time - origin), ...columns];
+}
+
+/// Begins with another vehicle, whose time is another.
+export function restart() {
+  origin = undefined;
+  view.follow = true;
+}
+
+/// Shows these charts; `remove` is called with the number of a chart whose cross is clicked.
+export function show(specifications, remove, changed) {
+  onChange = changed;
+  for (const chart of charts) chart.plot.destroy();
+  byId("charts").replaceChildren();
+  charts = specifications.map((specification, number) => made(specification, () => remove(number)));
+}
+
+function made(specification, remove) {
+  const traces = specification.traces;
+  const keys = traces.map((trace, k) => el("span", { className: `key c${(k % 4) + 1}` }));
+  const cross = el("button", { type: "button", title: "Remove this chart", ariaLabel: `Remove ${specification.title}`, onclick: remove }, "×");
+  const refusal = el("span", { className: "bad" });
+  const unit = specification.unit ? ` [${specification.unit}]` : "";
+  const place = el("div", { className: "chart" }, el("div", { className: "head" },
+    el("b", {}, specification.title + unit), ...keys.filter((_, k) => !traces[k].band), refusal, cross));
+  byId("charts").append(place);
+  const chart = { ...specification, place, keys, refusal, data: rows(traces), dirty: true, stale: false, seen: true, refused: new Map() };
+  const axis = { stroke: colour("--weak"), grid: { stroke: colour("--line"), width: 1 }, ticks: { show: false }, font: "11px system-ui", gap: 3 };
+  const bands = traces.flatMap((trace, k) => trace.band ? [k + 1] : []);
+  chart.plot = new uPlot({
+    width: Math.max(200, place.clientWidth),
+    height: HEIGHT,
+    legend: { show: false },
+    padding: [4, 6, 0, 0],
+    cursor: { y: false, sync: { key: "time" }, drag: { x: true, y: false, setScale: false }, points: { show: false }, bind: { dblclick: () => () => follow() } },
+    scales: { x: { time: false, range: (plot, least, most) => [least, most] }, y: { dir: specification.down ? -1 : 1, range: padded } },
+    axes: [
+      { ...axis, size: 20, values: (plot, ticks) => ticks.map(clock) },
+      { ...axis, size: 52, space: 24 },
+    ],
+    series: [{}, ...traces.map((trace, k) => ({
+      stroke: trace.band ? undefined : colour(COLOURS[k % COLOURS.length]),
+      width: 1.25,
+      spanGaps: true,
+      points: { show: false },
+      paths: trace.held || trace.band ? uPlot.paths.stepped({ align: 1 }) : undefined,
+    }))],
+    bands: bands.length === 2 ? [{ series: bands, fill: `${colour("--c1")}33` }] : [],
+    hooks: { setSelect: [selected], setCursor: [(plot) => { chart.cursor = plot.cursor.idx; name(chart); }] },
+  }, chart.data, place);
+  new ResizeObserver(() => {
+    const width = Math.max(200, place.clientWidth);
+    if (width !== chart.plot.width) chart.plot.setSize({ width, height: HEIGHT });
+  }).observe(place);
+  new IntersectionObserver((entries) => {
+    chart.seen = entries.at(-1).isIntersecting;
+    chart.dirty = true;
+    window.dispatchEvent(new Event("redraw"));
+  }).observe(place);
+  return chart;
+}
+
+/// The range of values with some room, and never none.
+function padded(plot, least, most) {
+  if (least === null || least === undefined) return [0, 1];
+  const room = most > least ? (most - least) * 0.08 : Math.abs(most) * 0.02 || 1;
+  return [least - room, most + room];
+}
+
+/// Seconds as the axis has them.
+function clock(seconds) {
+  const whole = Math.round(seconds * 100) / 100;
+  if (Math.abs(whole) < 600) return String(whole);
+  const sign = whole < 0 ? "-" : "";
+  const rest = Math.abs(whole);
+  const two = (number) => String(Math.floor(number)).padStart(2, "0");
+  return `${sign}${Math.floor(rest / 60)}:${two(rest % 60)}`;
+}
+
+/// The values in the heading: the latest ones, or those under the cursor.
+function name(chart) {
+  chart.traces.forEach((trace, k) => {
+    let row = chart.cursor ?? chart.data[0].length - 1;
+    while (row > 0 && chart.data[k + 1][row] === null) row -= 1;
+    const text = `${trace.label} ${shown(chart.data[k + 1][row])}`;
+    if (chart.keys[k].textContent !== text) chart.keys[k].textContent = text;
+  });
+}
+
+/// Why a channel has no samples, in its chart.
+export function refuse(channel, reason) {
+  for (const chart of charts) {
+    if (!chart.traces.some((trace) => trace.channel === channel)) continue;
+    if (reason) chart.refused.set(channel, reason);
+    else chart.refused.delete(channel);
+    chart.refusal.textContent = [...chart.refused.values()].join("; ");
+  }
+}
+
+function selected(plot) {
+  const { left, width } = plot.select;
+  if (width < 4) return;
+  [view.from, view.to] = [plot.posToVal(left, "x"), plot.posToVal(left + width, "x")];
+  view.follow = false;
+  plot.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
+  redraw();
+}
+
+function redraw() {
+  for (const chart of charts) chart.dirty = true;
+  onChange(view.follow);
+  window.dispatchEvent(new Event("redraw"));
+}
+
+/// Goes on with the newest samples at the right edge.
+export function follow() {
+  view.follow = true;
+  redraw();
+}
+
+/// Stands still, or goes on.
+export function toggle() {
+  if (view.follow) {
+    view.follow = false;
+    redraw();
+  } else {
+    follow();
+  }
+}
+
+export function setSpan(seconds) {
+  view.span = seconds;
+  follow();
+}
+
+/// The first and the last time of what is shown.
+function extent() {
+  let [least, most] = [Infinity, -Infinity];
+  for (const chart of charts) {
+    const times = chart.data[0];
+    if (times.length) [least, most] = [Math.min(least, times[0]), Math.max(most, times.at(-1))];
+  }
+  return least <= most ? [least, most] : [0, 1];
+}
+
+/// Scrolls to that share of the flight, 0 to 1.
+export function scroll(share) {
+  const [least, most] = extent();
+  const width = view.span && view.follow ? view.span : view.to - view.from;
+  view.follow = share >= 1;
+  view.to = Math.min(most, least + width + share * Math.max(0, most - least - width));
+  view.from = view.to - width;
+  redraw();
+}
+
+/// The end of what is seen on the vehicle's time axis, or nothing before the first sample.
+export function seenEnd() {
+  const end = view.follow ? extent()[1] : view.to;
+  return charts.some((chart) => chart.data[0].length) ? end : undefined;
+}
+
+/// Draws what has changed; returns how many charts that were.
+export function draw() {
+  for (const chart of charts) {
+    if (chart.stale) chart.data = rows(chart.traces);
+    chart.stale = false;
+  }
+  const [least, most] = extent();
+  if (view.follow) {
+    // A flight that is shorter than the window fills it from the left.
+    view.to = Math.max(most, least + view.span);
+    view.from = view.span ? view.to - view.span : least;
+  }
+  let drawn = 0;
+  for (const chart of charts) {
+    if (!chart.seen || !(chart.dirty || view.follow)) continue;
+    chart.dirty = false;
+    drawn += 1;
+    chart.plot.batch(() => {
+      chart.plot.setData(chart.data, false);
+      chart.plot.setScale("x", { min: view.from, max: Math.max(view.to, view.from + 1e-3) });
+    });
+    name(chart);
+  }
+  return drawn;
+}
+
+/// Saves the charts as they are seen.
+export function savePicture() {
+  if (!charts.length) return;
+  const canvases = charts.map((chart) => chart.place.querySelector("canvas"));
+  const ratio = window.devicePixelRatio || 1;
+  const title = 18 * ratio;
+  const picture = el("canvas", {
+    width: Math.max(...canvases.map((it) => it.width)),
+    height: canvases.reduce((sum, it) => sum + it.height + title, 0),
+  });
+  const context = picture.getContext("2d");
+  context.fillStyle = colour("--card");
+  context.fillRect(0, 0, picture.width, picture.height);
+  context.font = `${12 * ratio}px system-ui, sans-serif`;
+  context.textBaseline = "middle";
+  let top = 0;
+  charts.forEach((chart, number) => {
+    let left = 6 * ratio;
+    const write = (text, ink) => {
+      context.fillStyle = colour(ink);
+      context.fillText(text, left, top + title / 2);
+      left += context.measureText(text).width + 12 * ratio;
+    };
+    write(chart.title + (chart.unit ? ` [${chart.unit}]` : ""), "--text");
+    chart.traces.forEach((trace, k) => trace.band || write(trace.label, COLOURS[k % COLOURS.length]));
+    context.drawImage(canvases[number], 0, top + title);
+    top += canvases[number].height + title;
+  });
+  picture.toBlob((blob) => save("planesman.png", blob));
+}
+
+/// Saves all samples of the charts' channels as a table, in SI units.
+export function saveTable() {
+  const channels = [...new Set(charts.flatMap((chart) => chart.traces.map((trace) => trace.channel)))];
+  const quoted = (text) => `"${text.replaceAll('"', '""')}"`;
+  const [times, ...columns] = joined(channels.map((channel) => ({ channel, scale: 1 })));
+  const lines = [["time", ...channels].map(quoted).join(",")];
+  times.forEach((time, row) => lines.push([time, ...columns.map((column) => column[row] ?? "")].join(",")));
+  save("planesman.csv", new Blob([`${lines.join("\n")}\n`], { type: "text/csv" }));
+}

@@ -1,0 +1,245 @@
+// The page: a stream of events from the program, and what is shown of it.
+
+import * as charts from "./charts.js";
+import { ask, byId, el, fill, tell } from "./dom.js";
+import { offered, operate, progress, recording, refresh } from "./operate.js";
+import * as tables from "./tables.js";
+import { drawPoles, drawSide } from "./views.js";
+
+/// Without a message for so long the connection is lost, though nobody has said so, ms.
+const SILENCE = 20_000;
+
+let defaults = [];
+let sideView = [];
+let vehicle;
+let stream;
+/// The channels of the stream, in its order.
+let channels = [];
+let sections = {};
+let heard = 0;
+let alive = [];
+
+const stats = { frames: 0, milliseconds: 0, messages: 0 };
+window.planesman = { stats };
+
+/// The charts shown of the vehicle: those of the start, or what the user has made of them.
+const key = () => `charts:${vehicle}`;
+function specifications() {
+  try {
+    const kept = JSON.parse(localStorage.getItem(key()));
+    if (Array.isArray(kept)) return kept;
+  } catch {
+    // Not ours; the charts of the start are shown.
+  }
+  if (vehicle === undefined) return [];
+  return defaults.map((chart) => ({
+    ...chart,
+    traces: chart.traces.map((trace) => ({ ...trace, channel: `${vehicle}/${trace.channel}` })),
+  }));
+}
+
+function keep(list) {
+  if (list) localStorage.setItem(key(), JSON.stringify(list));
+  else localStorage.removeItem(key());
+  begin();
+}
+
+/// Shows a vehicle.
+function choose(name) {
+  if (name !== vehicle) charts.restart();
+  vehicle = name;
+  operate(vehicle);
+  begin();
+  tables.showParameters(sections.nodes ?? []);
+  update(sections);
+  refresh(alive);
+}
+
+/// Opens the stream of the channels that are shown.
+function begin() {
+  const list = specifications();
+  charts.show(list, (number) => keep(specifications().filter((_, k) => k !== number)), followed);
+  const drawn = list.flatMap((chart) => chart.traces.map((trace) => trace.channel));
+  const seen = (vehicle === undefined ? [] : sideView).map((channel) => `${vehicle}/${channel}`);
+  channels = [...new Set([...drawn, ...seen])];
+  stream?.close();
+  const query = channels.map((channel) => `channel=${encodeURIComponent(channel)}`).join("&");
+  stream = new EventSource(`events?${query}`);
+  stream.onopen = () => {
+    charts.reconnected();
+    tables.clearLog();
+    connected(true);
+  };
+  stream.onmessage = (event) => take(JSON.parse(event.data));
+  stream.onerror = () => {
+    connected(false);
+    // A browser gives up where the answer was a refusal; the program may come back.
+    if (stream.readyState === EventSource.CLOSED) setTimeout(begin, 2000);
+  };
+}
+
+function connected(is) {
+  heard = performance.now();
+  byId("connection").textContent = is ? "connected" : "no connection; trying again";
+  byId("connection").className = is ? "good" : "bad";
+  const notice = byId("notice");
+  notice.hidden = is;
+  notice.textContent = "No connection to planesman watch: what is shown is old. It goes on by itself once the program runs again.";
+}
+
+/// Takes a message of the stream.
+function take(message) {
+  heard = performance.now();
+  stats.messages += 1;
+  for (const [index, restarted, times, values] of message.series ?? []) charts.take(channels[index], restarted, times, values);
+  for (const [index, reason] of message.refused ?? []) charts.refuse(channels[index], reason);
+  if (message.log) tables.takeLog(message.log);
+  if (message.sections) {
+    Object.assign(sections, message.sections);
+    update(message.sections);
+  }
+  if (message.series) schedule();
+}
+
+/// Shows the sections that are new.
+function update(news) {
+  if (news.vehicles) showVehicles(news.vehicles);
+  if (news.nodes) {
+    const before = alive.join();
+    for (const node of news.nodes) if (node.state === "gone") tables.forget(node.name);
+    alive = news.nodes.filter((node) => node.state !== "gone").map((node) => node.name);
+    tables.showNodes(news.nodes);
+    tables.showParameters(news.nodes);
+    if (before !== alive.join()) refresh(alive);
+    const lost = news.nodes.filter((node) => vehicle !== undefined && node.state !== "alive" && node.name.startsWith(`${vehicle}/`));
+    const notice = byId("notice");
+    notice.hidden = !lost.length;
+    notice.textContent = lost.map((node) => `${node.name} is ${node.state} for ${node.for ?? 0} s`).join("; ");
+  }
+  if (news.topics) {
+    tables.showTopics(news.topics);
+    showTopics(news.topics);
+  }
+  if (news.services) offered(news.services);
+  if (news.diagnostics) {
+    tables.showDiagnostics(news.diagnostics);
+    recording(news.diagnostics);
+  }
+  if (news.parameters && tables.parametersChanged(news.parameters).some((node) => node.startsWith(`${vehicle}/`))) refresh(alive);
+  progress(sections);
+  if (Object.keys(news).some((name) => name.startsWith("model:") || name.startsWith("vehicle:"))) poles();
+}
+
+function poles() {
+  drawPoles(sections[`model:${vehicle}/model`], sections[`vehicle:${vehicle}`]);
+}
+
+/// Lists the vehicles; the first one is chosen, and one that has gone stays until another is chosen.
+function showVehicles(names) {
+  const select = byId("vehicle");
+  const listed = names.includes(vehicle) || vehicle === undefined ? names : [vehicle, ...names];
+  if ([...select.options].map((it) => it.value).join("\n") !== listed.join("\n")) {
+    fill(select, ...listed.map((name) => el("option", { value: name }, name || "/")));
+    select.value = vehicle;
+  }
+  if (vehicle === undefined && listed.length) {
+    choose(listed[0]);
+    select.value = vehicle;
+  }
+}
+
+/// Lists the topics from which a chart can be added.
+function showTopics(topics) {
+  const select = byId("topic");
+  const names = topics.map((topic) => topic.name);
+  if ([...select.options].map((it) => it.value).join("\n") === names.join("\n")) return;
+  const chosen = select.value;
+  fill(select, ...names.map((name) => el("option", { value: name }, name)));
+  if (names.includes(chosen)) select.value = chosen;
+  showFields();
+}
+
+async function showFields() {
+  const topic = byId("topic").value;
+  const output = byId("add").querySelector("output");
+  if (!topic) return;
+  const answer = await ask({ do: "fields", topic });
+  if (topic !== byId("topic").value) return;
+  fill(byId("field"), ...(answer.fields ?? []).map((field) => el("option", { value: field }, field)));
+  tell(output, answer.ok ? { ok: true, message: answer.fields.length ? " " : "it holds no number" } : answer);
+}
+
+// Drawing: once for all that has come since the last picture.
+
+let scheduled = false;
+function schedule() {
+  if (scheduled) return;
+  scheduled = true;
+  requestAnimationFrame(() => {
+    scheduled = false;
+    const began = performance.now();
+    if (charts.draw()) stats.frames += 1;
+    const now = performance.now();
+    if (now - lastSide > 90) {
+      lastSide = now;
+      drawSide(vehicle, sections[`vehicle:${vehicle}`]);
+    }
+    stats.milliseconds += performance.now() - began;
+  });
+}
+let lastSide = 0;
+
+function followed(follow) {
+  const pause = byId("pause");
+  pause.textContent = follow ? "Pause" : "Follow";
+  pause.className = follow ? "" : "on";
+  if (follow) byId("scroll").value = 1000;
+}
+
+setInterval(() => {
+  const end = charts.seenEnd();
+  byId("clock").textContent = end === undefined ? "" : `${end.toFixed(1)} s`;
+  const per = stats.frames ? stats.milliseconds / stats.frames : 0;
+  byId("frames").textContent = stats.last === undefined ? "" : `${stats.frames - stats.last} pictures/s, ${per.toFixed(1)} ms each`;
+  stats.last = stats.frames;
+  if (stream && performance.now() - heard > SILENCE) {
+    connected(false);
+    begin();
+  }
+}, 1000);
+
+window.addEventListener("redraw", schedule);
+byId("vehicle").addEventListener("change", (event) => choose(event.target.value));
+byId("pause").addEventListener("click", charts.toggle);
+byId("span").addEventListener("change", (event) => charts.setSpan(Number(event.target.value)));
+byId("scroll").addEventListener("input", (event) => charts.scroll(event.target.value / 1000));
+byId("png").addEventListener("click", charts.savePicture);
+byId("csv").addEventListener("click", charts.saveTable);
+byId("topic").addEventListener("change", showFields);
+byId("defaults").addEventListener("click", () => keep(undefined));
+byId("add").addEventListener("submit", (event) => {
+  event.preventDefault();
+  const [topic, field] = [byId("topic").value, byId("field").value];
+  if (!field) return;
+  const trace = { label: field, channel: `${topic}:${field}`, scale: 1, held: false, band: false };
+  keep([...specifications(), { title: `${topic} ${field}`, unit: "", down: false, traces: [trace] }]);
+});
+byId("log_level").addEventListener("change", tables.showLog);
+byId("log_filter").addEventListener("input", tables.showLog);
+byId("parameter_filter").addEventListener("input", tables.filterParameters);
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => choose(vehicle));
+
+/// The charts of the start come from the program; then its stream is opened.
+async function start() {
+  try {
+    const [first, second] = await Promise.all([fetch("charts"), fetch("side_view")]);
+    [defaults, sideView] = [await first.json(), await second.json()];
+  } catch {
+    connected(false);
+    setTimeout(start, 1000);
+    return;
+  }
+  operate("");
+  begin();
+}
+start();

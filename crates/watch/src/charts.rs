@@ -1,0 +1,172 @@
+//! The charts that a page shows of a vehicle at first, and the channels of its side view.
+
+use serde::Serialize;
+
+/// A line of a chart: its label, `TOPIC:FIELD`, the topic relative to the vehicle's namespace, and how it is drawn.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(crate) struct Trace {
+    pub(crate) label: &'static str,
+    pub(crate) channel: &'static str,
+    /// The drawn value of 1.
+    pub(crate) scale: f64,
+    /// Whether the value holds until the next one.
+    pub(crate) held: bool,
+    /// Whether it is an edge of the band about the first line.
+    pub(crate) band: bool,
+}
+
+/// A chart of the recorder.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(crate) struct Chart {
+    pub(crate) title: &'static str,
+    pub(crate) unit: &'static str,
+    /// Whether the axis points down, as a depth does.
+    pub(crate) down: bool,
+    pub(crate) traces: &'static [Trace],
+}
+
+const DEGREES: f64 = 180.0 / std::f64::consts::PI;
+
+const fn line(label: &'static str, channel: &'static str, scale: f64) -> Trace {
+    Trace {
+        label,
+        channel,
+        scale,
+        held: false,
+        band: false,
+    }
+}
+
+const fn held(label: &'static str, channel: &'static str, scale: f64) -> Trace {
+    Trace {
+        held: true,
+        ..line(label, channel, scale)
+    }
+}
+
+const fn edge(label: &'static str, channel: &'static str) -> Trace {
+    Trace {
+        band: true,
+        ..line(label, channel, 1.0)
+    }
+}
+
+/// What is computed here and is no field of a message: the dominant pole of the identified model, two standard deviations
+/// about it, and how many statuses of the vehicle's nodes are warnings and errors.
+pub(crate) const POLE: &str = "~pole";
+pub(crate) const POLE_LOW: &str = "~pole_low";
+pub(crate) const POLE_HIGH: &str = "~pole_high";
+pub(crate) const WARNINGS: &str = "diagnostics:~warnings";
+pub(crate) const ERRORS: &str = "diagnostics:~errors";
+
+/// The eight channels of the recorder.
+pub(crate) const CHARTS: &[Chart] = &[
+    Chart {
+        title: "Depth",
+        unit: "m",
+        down: true,
+        traces: &[
+            line("depth", "state:depth", 1.0),
+            held("setpoint", "control_state:depth_setpoint", 1.0),
+        ],
+    },
+    Chart {
+        title: "Pitch",
+        unit: "deg",
+        down: false,
+        traces: &[
+            line("pitch", "state:pitch", DEGREES),
+            held("command", "control_state:pitch_command", DEGREES),
+        ],
+    },
+    Chart {
+        title: "Plane angle",
+        unit: "deg",
+        down: false,
+        traces: &[
+            held("ram, in quanta", "dha_state:plane_angle", DEGREES),
+            held("command", "plane_command:dive_planes", DEGREES),
+        ],
+    },
+    Chart {
+        title: "Chamber pressure",
+        unit: "kPa",
+        down: false,
+        traces: &[line("across the ram", "dha_state:pressure", 1e-3)],
+    },
+    Chart {
+        title: "Speed",
+        unit: "m/s",
+        down: false,
+        traces: &[line("through the water", "state:surge", 1.0)],
+    },
+    Chart {
+        title: "Diagnostics",
+        unit: "",
+        down: false,
+        traces: &[held("warnings", WARNINGS, 1.0), held("errors", ERRORS, 1.0)],
+    },
+    Chart {
+        title: "Dominant pole, real part ± 2 sd",
+        unit: "1/s",
+        down: false,
+        traces: &[
+            held("identified", "model:~pole", 1.0),
+            edge("+ 2 sd", "model:~pole_high"),
+            edge("- 2 sd", "model:~pole_low"),
+        ],
+    },
+    Chart {
+        title: "One-step fit",
+        unit: "%",
+        down: false,
+        traces: &[held("fit", "model:fit", 1.0)],
+    },
+];
+
+/// What the side view needs beside the charts' channels.
+pub(crate) const SIDE_VIEW: &[&str] = &[
+    "state:distance",
+    "state:dive_planes",
+    "dha_state:ram",
+    "dha_state:pulses",
+    "control_state:mode",
+];
+
+/// The channels that are kept of every vehicle, relative to its namespace.
+pub(crate) fn channels() -> impl Iterator<Item = &'static str> {
+    let drawn = CHARTS.iter().flat_map(|chart| chart.traces);
+    drawn.map(|it| it.channel).chain(SIDE_VIEW.iter().copied())
+}
+
+/// The vehicle's topics that carry them, with their types.
+pub(crate) const TOPICS: &[(&str, &str)] = &[
+    ("state", "planesman_msgs/msg/VehicleState"),
+    ("control_state", "planesman_msgs/msg/ControlState"),
+    ("plane_command", "planesman_msgs/msg/PlaneCommand"),
+    ("dha_state", "planesman_msgs/msg/DhaState"),
+    ("model", "planesman_msgs/msg/ModelEstimate"),
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use planesman_decode::{Decoder, schema};
+
+    #[test]
+    fn every_channel_is_a_field_of_its_topics_type_or_is_computed_here() {
+        for channel in channels() {
+            let (topic, field) = channel.split_once(':').expect("TOPIC:FIELD");
+            if field.starts_with('~') {
+                continue;
+            }
+            let (_, type_name) = TOPICS
+                .iter()
+                .find(|(name, _)| *name == topic)
+                .expect("listed");
+            let info = planesman_msgs::type_info(type_name).expect("our own");
+            let types = schema::read(type_name, "ros2msg", info.definition).expect("a schema");
+            Decoder::compile(&types, &[field.parse().expect("a path")]).expect(channel);
+        }
+    }
+}

@@ -1,0 +1,155 @@
+//! What a page asks for, and the answers.
+
+use planesman_parameters::Value as Parameter;
+use serde::Deserialize;
+use serde_json::{Value, json};
+use tokio::sync::oneshot;
+
+/// A request of a page. Names are absolute.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
+pub(crate) enum Command {
+    /// Keep these channels, `TOPIC:FIELD`.
+    Keep { channels: Vec<String> },
+    /// List the fields of a topic that hold a number.
+    Fields { topic: String },
+    /// Tell a node's parameters with their descriptors.
+    Parameters { node: String },
+    /// Set a parameter; `kind` is its type in `rcl_interfaces/msg/ParameterType`.
+    Set {
+        node: String,
+        name: String,
+        kind: u8,
+        text: String,
+    },
+    /// Call a `std_srvs/srv/Trigger`.
+    Trigger { service: String },
+    /// Call a `std_srvs/srv/SetBool`.
+    SetBool { service: String, data: bool },
+    /// Let a paused vehicle fly so many ticks.
+    Step { service: String, ticks: u32 },
+    /// Ask for the estimate of the pair `name`.
+    Fit { service: String, name: String },
+    /// Pause, resume or split a recording.
+    Recorder { service: String },
+    /// Tell the file that the recorder of that name writes.
+    Bag { node: String },
+    /// Publish a setpoint.
+    Publish { topic: String, value: f64 },
+    /// Send a manoeuvre to the action of that name.
+    Manoeuvre { action: String, goal: Goal },
+    /// Have the page's manoeuvre cancelled.
+    Cancel { action: String },
+}
+
+/// A manoeuvre as `planesman_msgs/action/Manoeuvre` has it.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Goal {
+    pub(crate) name: String,
+    pub(crate) amplitude: f64,
+    pub(crate) period: f64,
+    #[serde(default)]
+    pub(crate) period_end: f64,
+    pub(crate) duration: f64,
+    #[serde(default)]
+    pub(crate) seed: i64,
+}
+
+/// A request on its way to the node, and where its answer goes.
+pub(crate) struct Request {
+    pub(crate) command: Command,
+    pub(crate) reply: oneshot::Sender<Value>,
+}
+
+/// The answer to what was done.
+pub(crate) fn done(message: impl Into<String>) -> Value {
+    json!({"ok": true, "message": message.into()})
+}
+
+/// The answer to what was not done, and why.
+pub(crate) fn refused(reason: impl ToString) -> Value {
+    json!({"ok": false, "message": reason.to_string()})
+}
+
+/// A parameter's value from the text that a page sends.
+pub(crate) fn parameter_of(kind: u8, text: &str) -> Result<Parameter, String> {
+    fn list<T: for<'de> Deserialize<'de>>(text: &str, what: &str) -> Result<Vec<T>, String> {
+        serde_json::from_str(text).map_err(|_| format!("'{text}' is no list of {what}: [.., ..]"))
+    }
+    let trimmed = text.trim();
+    Ok(match kind {
+        1 => Parameter::Bool(
+            trimmed
+                .parse()
+                .map_err(|_| format!("'{text}' is neither true nor false"))?,
+        ),
+        2 => Parameter::Integer(
+            trimmed
+                .parse()
+                .map_err(|_| format!("'{text}' is no whole number"))?,
+        ),
+        3 => {
+            let number: Result<f64, _> = trimmed.parse();
+            let finite = number.ok().filter(|it| it.is_finite());
+            Parameter::Double(finite.ok_or_else(|| format!("'{text}' is no number"))?)
+        }
+        4 => Parameter::String(text.to_owned()),
+        5 => Parameter::ByteArray(list(text, "bytes")?),
+        6 => Parameter::BoolArray(list(text, "true or false")?),
+        7 => Parameter::IntegerArray(list(text, "whole numbers")?),
+        8 => Parameter::DoubleArray(list(text, "numbers")?),
+        9 => Parameter::StringArray(list(text, "texts")?),
+        other => return Err(format!("there is no parameter type {other}")),
+    })
+}
+
+/// The text of a parameter's value, as [`parameter_of`] reads it.
+pub(crate) fn text_of(value: &Parameter) -> String {
+    match value {
+        Parameter::String(text) => text.clone(),
+        Parameter::Double(number) => number.to_string(),
+        other => other.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_parameters_text_reads_back_as_the_value() {
+        for (kind, value) in [
+            (1, Parameter::Bool(true)),
+            (2, Parameter::Integer(-9_007_199_254_740_993)),
+            (3, Parameter::Double(1.0e-7)),
+            (3, Parameter::Double(0.1 + 0.2)),
+            (4, Parameter::String(" <b>\"x\"\n".to_owned())),
+            (5, Parameter::ByteArray(vec![0, 255])),
+            (6, Parameter::BoolArray(vec![true, false])),
+            (7, Parameter::IntegerArray(vec![])),
+            (8, Parameter::DoubleArray(vec![1.0, -2.5])),
+            (9, Parameter::StringArray(vec!["a".to_owned()])),
+        ] {
+            assert_eq!(parameter_of(kind, &text_of(&value)), Ok(value));
+        }
+        for (kind, text) in [
+            (1, "yes"),
+            (2, "1.5"),
+            (3, "inf"),
+            (3, ""),
+            (8, "1, 2"),
+            (77, ""),
+        ] {
+            assert!(parameter_of(kind, text).is_err(), "{kind} {text}");
+        }
+    }
+
+    #[test]
+    fn a_request_with_what_it_must_not_have_is_no_request() {
+        let read = |text: &str| serde_json::from_str::<Command>(text);
+        assert!(read(r#"{"do":"set_bool","service":"/auv/plant_sim/pause","data":true}"#).is_ok());
+        assert!(read(r#"{"do":"set_bool","service":"/a"}"#).is_err());
+        assert!(read(r#"{"do":"run","command":"reboot"}"#).is_err());
+    }
+}

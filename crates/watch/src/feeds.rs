@@ -1,0 +1,145 @@
+//! Topics whose numbers are read: messages of any type, decoded by the type's definition.
+
+use planesman_decode::{Catalogue, Decoder, FieldPath, Types, Values, schema};
+use planesman_node::{Definition, Losses, RawSample};
+
+/// Fields of a topic that are listed.
+const MOST_FIELDS: usize = 500;
+
+/// A topic that is subscribed to.
+pub(crate) struct Feed {
+    pub(crate) topic: String,
+    pub(crate) type_name: String,
+    types: Types,
+    stamp: Option<FieldPath>,
+    /// Each channel with its field.
+    channels: Vec<(String, FieldPath)>,
+    decoder: Decoder,
+    values: Values,
+    pub(crate) losses: Losses,
+    pub(crate) received: u64,
+    /// Why the last message could not be read.
+    pub(crate) trouble: Option<String>,
+}
+
+impl Feed {
+    /// The feed of a topic without channels.
+    pub(crate) fn new(
+        topic: &str,
+        type_name: &str,
+        definition: &Definition,
+    ) -> Result<Self, String> {
+        let types = schema::read(type_name, "ros2msg", &definition.text)
+            .map_err(|error| error.to_string())?;
+        let mut feed = Self {
+            topic: topic.to_owned(),
+            type_name: type_name.to_owned(),
+            stamp: types.stamp(),
+            decoder: Decoder::compile(&types, &[]).map_err(|error| error.to_string())?,
+            types,
+            channels: Vec::new(),
+            values: Values::default(),
+            losses: Losses::default(),
+            received: 0,
+            trouble: None,
+        };
+        feed.compile(&[])?;
+        Ok(feed)
+    }
+
+    /// Reads this field from now on into the channel.
+    pub(crate) fn add(&mut self, channel: &str, field: &str) -> Result<(), String> {
+        if self.channels.iter().any(|(name, _)| name == channel) {
+            return Ok(());
+        }
+        let path: FieldPath = field
+            .parse()
+            .map_err(|error| format!("'{field}': {error}"))?;
+        self.compile(&[(channel.to_owned(), path)])
+    }
+
+    fn compile(&mut self, more: &[(String, FieldPath)]) -> Result<(), String> {
+        let channels = [&self.channels, more].concat();
+        let stamp = self.stamp.iter();
+        let parts = stamp.flat_map(|path| ["sec", "nanosec"].map(|part| path.field(part)));
+        let paths: Vec<_> = parts
+            .chain(channels.iter().map(|(_, path)| path.clone()))
+            .collect();
+        self.decoder = Decoder::compile(&self.types, &paths).map_err(|error| error.to_string())?;
+        self.channels = channels;
+        Ok(())
+    }
+
+    /// The fields that hold a number.
+    pub(crate) fn fields(&self) -> Vec<String> {
+        let fields = Catalogue::of(&self.types, MOST_FIELDS).fields;
+        fields.iter().map(ToString::to_string).collect()
+    }
+
+    /// Reads a message: its stamp, s, if it has one. [`Feed::numbers`] then has its numbers.
+    pub(crate) fn read(&mut self, sample: &RawSample) -> Result<Option<f64>, String> {
+        self.received += 1;
+        self.losses.received(sample.publisher, sample.sequence);
+        let outcome = self.decoder.read(&sample.bytes, &mut self.values);
+        self.trouble = outcome.err().map(|error| error.to_string());
+        if let Some(trouble) = &self.trouble {
+            return Err(trouble.clone());
+        }
+        let part = |index| self.values.number(index);
+        Ok(self
+            .stamp
+            .as_ref()
+            .and_then(|_| Some(part(0)? + part(1)? * 1e-9)))
+    }
+
+    /// The channels with the numbers of the last message; a list's element that is not there has none.
+    pub(crate) fn numbers(&self) -> impl Iterator<Item = (&str, f64)> {
+        let first = if self.stamp.is_some() { 2 } else { 0 };
+        let numbered = self.channels.iter().enumerate();
+        numbered
+            .filter_map(move |(k, (name, _))| Some((name.as_str(), self.values.number(first + k)?)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use planesman_msgs::builtin_interfaces::msg::Time;
+    use planesman_msgs::planesman_msgs::msg::VehicleState;
+    use planesman_msgs::{Message, cdr};
+
+    #[test]
+    fn numbers_are_read_with_the_stamp_and_a_wrong_field_is_refused_and_forgotten() {
+        let definition = Definition {
+            text: VehicleState::DEFINITION.to_owned(),
+            type_hash: String::new(),
+        };
+        let mut feed = Feed::new("/auv/state", VehicleState::TYPE_NAME, &definition).expect("ours");
+        feed.add("/auv/state:depth", "depth").expect("a field");
+        let refusal = feed
+            .add("/auv/state:dept", "dept")
+            .expect_err("no such field");
+        assert!(refusal.contains("depth"), "{refusal}");
+        assert!(feed.fields().iter().any(|field| field == "pitch_rate"));
+        let mut state = VehicleState {
+            depth: 1.5,
+            ..VehicleState::default()
+        };
+        state.header.stamp = Time::from_nanos(2_500_000_000);
+        let mut sample = RawSample {
+            topic: "/auv/state".to_owned(),
+            bytes: cdr::to_bytes(&state),
+            published: None,
+            received: Time::default(),
+            sequence: 1,
+            publisher: [0; 16],
+        };
+        assert_eq!(feed.read(&sample), Ok(Some(2.5)));
+        assert_eq!(
+            feed.numbers().collect::<Vec<_>>(),
+            [("/auv/state:depth", 1.5)]
+        );
+        sample.bytes.truncate(20);
+        assert!(feed.read(&sample).is_err() && feed.trouble.is_some());
+    }
+}

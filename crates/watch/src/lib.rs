@@ -1,0 +1,104 @@
+//! The loops of a DDS domain on a page in the browser.
+//!
+//! | module | what it holds |
+//! |---|---|
+//! | [`run`], [`Options`] | the program: a node and a server |
+//! | `node` | the node: topics read, services called, manoeuvres flown |
+//! | `feeds` | messages of any type as numbers |
+//! | `nodes` | who is alive |
+//! | `command` | what a page may ask for |
+//! | `board`, `series` | what is known, as each page is told it |
+//! | `charts` | the charts at first |
+//! | [`Knowledge`] | what the program around it knows of models and vehicles |
+//! | `server`, `guard` | HTTP; who may ask |
+//! | `page/` | the page itself: HTML, CSS and JavaScript without a build step |
+//!
+//! The node runs on the thread that calls [`run`], the server on one of its own. The node writes to the board, which each
+//! page's stream of events reads some thirty times a second: a slow page gets larger messages, and holds nobody up.
+
+mod board;
+mod charts;
+mod command;
+mod feeds;
+mod guard;
+mod knowledge;
+mod node;
+mod nodes;
+mod series;
+mod server;
+
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+
+use anyhow::Result;
+use planesman_node::{NodeSpec, RosArguments, Runtime};
+
+pub use knowledge::{Knowledge, Named, Pole, Vehicle};
+use node::{Event, Watch};
+
+/// How the page is served.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Options {
+    /// The address that is listened at; beyond loopback a page needs the token that is printed.
+    pub listen: IpAddr,
+    /// The port; 0 for any that is free.
+    pub port: u16,
+    /// Whether the browser is opened.
+    pub open: bool,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            listen: Ipv4Addr::LOCALHOST.into(),
+            port: 0,
+            open: true,
+        }
+    }
+}
+
+/// Serves the page and runs its node until the process is asked to stop.
+///
+/// # Errors
+/// When the address cannot be listened at, or the middleware does not come up.
+pub fn run(options: Options, knowledge: Knowledge, arguments: RosArguments) -> Result<()> {
+    let board = board::SharedBoard::default();
+    let (requests, asked) = smol::channel::bounded(64);
+    let address = SocketAddr::new(options.listen, options.port);
+    let server = server::Server::bind(address, board.clone(), requests)?;
+    let (rt, ()) = Runtime::start(
+        NodeSpec {
+            name: "planesman_watch",
+            namespace: "/",
+            validate: |(): &()| Ok(()),
+            on_parameters: |_| Event::Parameters,
+        },
+        arguments,
+    )?;
+    let mut watch = Watch::new(&rt, board, asked, knowledge)?;
+    let page = server.page();
+    planesman_node::say!("{page}")?;
+    server.start()?;
+    if options.open {
+        open(&page);
+    }
+    rt.run(move |rt, event| Ok(watch.on(rt, event)))
+}
+
+/// Opens the page in the user's browser; where there is none, the address that was printed has to do. Without a display
+/// a browser would be one in the terminal, in place of this program's output.
+fn open(page: &str) {
+    use std::process::{Command, Stdio};
+    let displays = ["DISPLAY", "WAYLAND_DISPLAY"];
+    if displays.iter().all(|it| std::env::var_os(it).is_none()) {
+        return;
+    }
+    let opener = Command::new("xdg-open")
+        .arg(page)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn();
+    if let Ok(mut opener) = opener {
+        std::thread::spawn(move || opener.wait());
+    }
+}

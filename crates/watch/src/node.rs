@@ -1,0 +1,890 @@
+//! The node: what happens in the domain goes to the board, what a page asks for goes to the domain.
+
+use std::any::{Any, TypeId};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::time::{Duration, Instant};
+
+use anyhow::Result;
+use planesman_msgs::cdr;
+use planesman_msgs::diagnostic_msgs::msg::DiagnosticArray;
+use planesman_msgs::planesman_msgs::action::{
+    Manoeuvre, ManoeuvreFeedback, ManoeuvreGoal, ManoeuvreResult,
+};
+use planesman_msgs::planesman_msgs::msg::ModelEstimate;
+use planesman_msgs::planesman_msgs::srv::{Fit, FitRequest, Step, StepRequest};
+use planesman_msgs::rcl_interfaces::msg::{Log, Parameter, ParameterEvent};
+use planesman_msgs::rcl_interfaces::srv::{
+    DescribeParameters, DescribeParametersRequest, GetParameters, GetParametersRequest,
+    ListParameters, ListParametersRequest, SetParametersAtomically, SetParametersAtomicallyRequest,
+};
+use planesman_msgs::rosbag2_interfaces::srv::{
+    Pause, PauseRequest, Resume, ResumeRequest, SplitBagfile, SplitBagfileRequest,
+};
+use planesman_msgs::std_msgs::msg::Float64;
+use planesman_msgs::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerRequest};
+use planesman_msgs::{Message, Service};
+use planesman_node::{
+    ActionClient, Client, Definition, Definitions, Flow, GoalId, GoalStatus, PublishedTopic,
+    Publisher, Qos, RawSample, Runtime, message_of, value_of,
+};
+use serde_json::{Value, json};
+use tokio::sync::oneshot;
+
+use crate::board::{Line, SharedBoard, locked};
+use crate::charts::{self, ERRORS, WARNINGS};
+use crate::command::{Command, Goal, Request, done, parameter_of, refused, text_of};
+use crate::feeds::Feed;
+use crate::knowledge::Knowledge;
+use crate::nodes::{Nodes, bounded, rounded};
+
+/// Time between two looks for topics that are wanted.
+const LOOK: Duration = Duration::from_millis(250);
+/// Of so many looks one also counts nodes and topics.
+const LOOKS_PER_COUNT: u64 = 4;
+/// Timeout of a service, and of a reader of a setpoint to be found.
+const ANSWER: Duration = Duration::from_secs(3);
+/// A manoeuvre's result may take as long as the manoeuvre.
+const MANOEUVRE: Duration = Duration::from_secs(24 * 60 * 60);
+/// Topics and services that are told, and channels that are kept; a hostile peer can make topics up without end.
+const MOST_TOPICS: usize = 1000;
+const MOST_CHANNELS: usize = 1000;
+/// Vehicles whose channels are kept.
+const MOST_VEHICLES: usize = 32;
+
+/// What happens to the node.
+pub(crate) enum Event {
+    /// A sample of the feed with this index.
+    Sample(usize, RawSample),
+    Log(Log),
+    Diagnostics(DiagnosticArray),
+    ParameterEvent(ParameterEvent),
+    Look,
+    Found(PublishedTopic, Result<Definition, String>),
+    Request(Request),
+    /// The server has ended.
+    Closed,
+    /// The parameters of the vehicle at that name.
+    Vehicle(String, Result<Vec<Parameter>, String>),
+    /// Of the action at that name.
+    Feedback(String, GoalId, ManoeuvreFeedback),
+    Accepted(String, Result<Option<GoalId>, String>),
+    Ended(
+        String,
+        GoalId,
+        Result<(GoalStatus, ManoeuvreResult), String>,
+    ),
+    Parameters,
+}
+
+/// A topic that is wanted.
+enum Wanted {
+    /// Nobody publishes it yet.
+    Missing,
+    /// Its type's definition is being found.
+    Defining,
+    /// It is read by the feed with this index.
+    Open(usize),
+    Refused(String),
+}
+
+/// A page's manoeuvre.
+struct Flown {
+    client: ActionClient<Manoeuvre>,
+    goal: Option<GoalId>,
+}
+
+/// A parameter with what the page is told of it.
+struct Described {
+    parameter: Parameter,
+    told: Value,
+}
+
+type Reply = oneshot::Sender<Value>;
+
+/// The node's state.
+pub(crate) struct Watch {
+    board: SharedBoard,
+    requests: smol::channel::Receiver<Request>,
+    knowledge: Knowledge,
+    definitions: Definitions,
+    feeds: Vec<Feed>,
+    topics: BTreeMap<String, Wanted>,
+    /// Wanted channels by topic: the fields.
+    channels: BTreeMap<String, BTreeSet<String>>,
+    /// The latest stamp in each namespace, s.
+    times: BTreeMap<String, f64>,
+    nodes: Nodes,
+    looks: u64,
+    /// Messages of each feed when they were last counted.
+    counted: (Instant, Vec<u64>),
+    /// By type and name.
+    clients: HashMap<(TypeId, String), Box<dyn Any>>,
+    setpoints: BTreeMap<String, Publisher<Float64>>,
+    manoeuvres: BTreeMap<String, Flown>,
+    /// How often each node's parameters have changed.
+    changes: BTreeMap<String, u64>,
+}
+
+impl Watch {
+    pub(crate) fn new(
+        rt: &Runtime<Event>,
+        board: SharedBoard,
+        requests: smol::channel::Receiver<Request>,
+        knowledge: Knowledge,
+    ) -> Result<Self> {
+        rt.subscribe("/rosout", Qos::latched(1000), Event::Log)?;
+        rt.subscribe("/diagnostics", Qos::reliable(1000), Event::Diagnostics)?;
+        rt.subscribe(
+            "/parameter_events",
+            Qos::reliable(1000),
+            Event::ParameterEvent,
+        )?;
+        drop(rt.every(LOOK, || Event::Look));
+        let watch = Self {
+            board,
+            requests,
+            knowledge,
+            definitions: Definitions::from_environment(),
+            feeds: Vec::new(),
+            topics: BTreeMap::new(),
+            channels: BTreeMap::new(),
+            times: BTreeMap::new(),
+            nodes: Nodes::default(),
+            looks: 0,
+            counted: (Instant::now(), Vec::new()),
+            clients: HashMap::new(),
+            setpoints: BTreeMap::new(),
+            manoeuvres: BTreeMap::new(),
+            changes: BTreeMap::new(),
+        };
+        watch.listen(rt);
+        Ok(watch)
+    }
+
+    /// Makes an event of the next request.
+    fn listen(&self, rt: &Runtime<Event>) {
+        let requests = self.requests.clone();
+        rt.when_done(async move { requests.recv().await.map_or(Event::Closed, Event::Request) });
+    }
+
+    pub(crate) fn on(&mut self, rt: &Runtime<Event>, event: Event) -> Flow {
+        match event {
+            Event::Sample(index, sample) => self.take(index, &sample),
+            Event::Log(log) => self.log(&log),
+            Event::Diagnostics(array) => {
+                let own = format!("{}: ", rt.full_name());
+                if array.status.iter().all(|it| !it.name.starts_with(&own)) {
+                    self.nodes.heard(&array, Instant::now());
+                }
+            }
+            Event::ParameterEvent(event) => self.parameters_changed(rt, &event.node),
+            Event::Look => self.look(rt),
+            Event::Found(topic, found) => self.open(rt, &topic, found),
+            Event::Request(Request { command, reply }) => {
+                self.execute(rt, command, reply);
+                self.listen(rt);
+            }
+            Event::Closed => return Flow::Stop,
+            Event::Vehicle(node, parameters) => self.vehicle(&node, parameters),
+            Event::Feedback(action, id, feedback) => self.feedback(&action, id, &feedback),
+            Event::Accepted(action, outcome) => self.accepted(rt, action, outcome),
+            Event::Ended(action, id, outcome) => self.ended(&action, id, outcome),
+            Event::Parameters => {}
+        }
+        Flow::Continue
+    }
+
+    /// Takes a message of a feed.
+    fn take(&mut self, index: usize, sample: &RawSample) {
+        let Some(feed) = self.feeds.get_mut(index) else {
+            return;
+        };
+        let stamp = match feed.read(sample) {
+            Ok(stamp) => stamp,
+            Err(_) => return, // Told with the topic.
+        };
+        let namespace = namespace(&feed.topic).to_owned();
+        let known = self.times.get(&namespace).copied();
+        let time = match stamp {
+            // A message that was never stamped has 0.
+            Some(stamp) if stamp != 0.0 || known.is_none_or(|known| known < 1.0) => {
+                self.times.insert(namespace.clone(), stamp);
+                stamp
+            }
+            _ => self.time_in(&namespace, sample),
+        };
+        let feed = &self.feeds[index];
+        let mut board = locked(&self.board);
+        for (channel, value) in feed.numbers() {
+            board.push(channel, time, value);
+        }
+        if feed.type_name == ModelEstimate::TYPE_NAME
+            && let Ok(model) = cdr::from_bytes::<ModelEstimate>(&sample.bytes)
+        {
+            self.knowledge.tell(&mut board, &feed.topic, time, &model);
+        }
+    }
+
+    /// The time of a message without a stamp: the vehicle's, else that of its arrival, s.
+    fn time_in(&self, namespace: &str, sample: &RawSample) -> f64 {
+        let mut place = namespace;
+        loop {
+            if let Some(time) = self.times.get(place) {
+                return *time;
+            }
+            match place.rsplit_once('/') {
+                Some((outer, _)) => place = outer,
+                None => return sample.received.nanos() as f64 * 1e-9,
+            }
+        }
+    }
+
+    fn log(&mut self, log: &Log) {
+        locked(&self.board).log(Line {
+            time: log.stamp.nanos() as f64 * 1e-9,
+            level: log.level,
+            node: bounded(&log.name).to_owned(),
+            text: bounded(&log.msg).to_owned(),
+        });
+    }
+
+    fn parameters_changed(&mut self, rt: &Runtime<Event>, node: &str) {
+        if self.changes.len() < MOST_TOPICS || self.changes.contains_key(node) {
+            *self.changes.entry(node.to_owned()).or_default() += 1;
+            locked(&self.board).put("parameters", json!(self.changes));
+        }
+        self.ask_vehicle(rt, node);
+    }
+
+    /// Looks for topics that are wanted, and every second counts nodes and topics.
+    fn look(&mut self, rt: &Runtime<Event>) {
+        let published = rt.published_topics();
+        self.want_vehicles(&published);
+        for topic in &published {
+            if matches!(self.topics.get(&topic.name), Some(Wanted::Missing)) {
+                self.topics.insert(topic.name.clone(), Wanted::Defining);
+                let (finding, topic) = (self.definitions.find(rt, topic), topic.clone());
+                rt.when_done(async move { Event::Found(topic, finding.await) });
+            }
+        }
+        if self.looks.is_multiple_of(LOOKS_PER_COUNT) {
+            self.count(rt, &published);
+        }
+        self.looks += 1;
+    }
+
+    /// Wants the recorder's channels of each vehicle.
+    fn want_vehicles(&mut self, published: &[PublishedTopic]) {
+        for topic in published {
+            let namespace = namespace(&topic.name);
+            let name = topic.name[namespace.len()..].trim_start_matches('/');
+            let is_ours = charts::TOPICS.contains(&(name, topic.type_name.as_str()));
+            let vehicles = || {
+                let open = self.topics.keys().filter(|it| it.ends_with("/state"));
+                open.count()
+            };
+            if !is_ours || self.topics.contains_key(&topic.name) || vehicles() >= MOST_VEHICLES {
+                continue;
+            }
+            for channel in charts::channels() {
+                if channel.split_once(':').is_some_and(|(it, _)| it == name) {
+                    let _ = self.want(&format!("{namespace}/{channel}"));
+                }
+            }
+        }
+    }
+
+    /// Wants a channel: its topic is read once there is one.
+    fn want(&mut self, channel: &str) -> Result<(), String> {
+        let (topic, field) = channel
+            .split_once(':')
+            .ok_or_else(|| format!("'{channel}' is not written TOPIC:FIELD"))?;
+        let known: usize = self.channels.values().map(BTreeSet::len).sum();
+        let fields = self.channels.entry(topic.to_owned()).or_default();
+        if !fields.contains(field) {
+            if known >= MOST_CHANNELS {
+                return Err(format!("{MOST_CHANNELS} channels are kept already"));
+            }
+            fields.insert(field.to_owned());
+        }
+        let state = self.topics.entry(topic.to_owned());
+        let index = match state.or_insert(Wanted::Missing) {
+            Wanted::Open(index) => *index,
+            Wanted::Refused(reason) => return Err(reason.clone()),
+            Wanted::Missing | Wanted::Defining => return Ok(()),
+        };
+        self.attach(index, topic, field)
+    }
+
+    /// Reads a field of an open topic.
+    fn attach(&mut self, index: usize, topic: &str, field: &str) -> Result<(), String> {
+        if field.starts_with('~') {
+            return Ok(()); // Computed.
+        }
+        let channel = format!("{topic}:{field}");
+        let outcome = self.feeds[index].add(&channel, field);
+        locked(&self.board).channel(&channel).refusal = outcome.clone().err();
+        outcome
+    }
+
+    /// Subscribes to a topic whose type is defined now.
+    fn open(
+        &mut self,
+        rt: &Runtime<Event>,
+        topic: &PublishedTopic,
+        found: Result<Definition, String>,
+    ) {
+        let (name, index) = (&topic.name, self.feeds.len());
+        let opened = found.and_then(|definition| {
+            let feed = Feed::new(name, &topic.type_name, &definition)?;
+            let hash = (!definition.type_hash.is_empty()).then_some(definition.type_hash);
+            let event = move |sample| Event::Sample(index, sample);
+            // Best effort: a page that is slow does not hold up the loop.
+            rt.subscribe_raw(
+                name,
+                &topic.type_name,
+                hash.as_deref(),
+                Qos::record(),
+                event,
+            )
+            .map_err(|error| format!("{error:#}"))?;
+            Ok(feed)
+        });
+        let fields = self.channels.get(name).cloned().unwrap_or_default();
+        match opened {
+            Ok(feed) => {
+                self.feeds.push(feed);
+                self.topics.insert(name.clone(), Wanted::Open(index));
+                for field in &fields {
+                    let _ = self.attach(index, name, field); // Told with the channel.
+                }
+            }
+            Err(reason) => {
+                let mut board = locked(&self.board);
+                for field in &fields {
+                    board.channel(&format!("{name}:{field}")).refusal = Some(reason.clone());
+                }
+                self.topics.insert(name.clone(), Wanted::Refused(reason));
+            }
+        }
+    }
+
+    /// Counts nodes, topics, services and messages for the page.
+    fn count(&mut self, rt: &Runtime<Event>, published: &[PublishedTopic]) {
+        let now = Instant::now();
+        let services = rt.services("");
+        let own = rt.full_name();
+        let names: Vec<String> = services
+            .iter()
+            .filter_map(|it| Some(it.strip_suffix("/get_parameters")?.to_owned()))
+            .filter(|it| *it != own)
+            .collect();
+        for node in self.nodes.discovered(&names, now) {
+            self.ask_vehicle(rt, &node);
+        }
+        for (action, flown) in &mut self.manoeuvres {
+            if flown.goal.is_some() && !flown.client.is_served() {
+                flown.goal = None;
+                let lost = json!({"state": "lost", "message": "the controller has gone"});
+                locked(&self.board).put(&format!("manoeuvre:{action}"), lost);
+            }
+        }
+        let topics = self.told_topics(published, now);
+        let vehicles = vehicles(published);
+        let mut board = locked(&self.board);
+        for namespace in vehicles.iter().take(MOST_VEHICLES) {
+            if let Some(time) = self.times.get(*namespace) {
+                let levels = self.nodes.levels(namespace, now);
+                for (channel, level) in [WARNINGS, ERRORS].iter().zip(levels) {
+                    board.push(&format!("{namespace}/{channel}"), *time, level as f64);
+                }
+            }
+        }
+        board.put("vehicles", json!(vehicles));
+        board.put("topics", topics);
+        board.put("nodes", self.nodes.told(now));
+        board.put("diagnostics", self.nodes.told_statuses(now));
+        let known = services.iter().filter(|name| is_command(name));
+        board.put(
+            "services",
+            known.take(MOST_TOPICS).map(|it| bounded(it)).collect(),
+        );
+    }
+
+    fn told_topics(&mut self, published: &[PublishedTopic], now: Instant) -> Value {
+        let seconds = now.duration_since(self.counted.0).as_secs_f64();
+        let received: Vec<u64> = self.feeds.iter().map(|feed| feed.received).collect();
+        let rates = self.nodes.topic_rates();
+        let topic = |topic: &PublishedTopic| {
+            let read = match self.topics.get(&topic.name) {
+                Some(Wanted::Open(index)) => Some(*index),
+                _ => None,
+            };
+            let counted = read.map(|index| {
+                let before = self.counted.1.get(index).copied().unwrap_or(0);
+                (received[index] - before) as f64 / seconds
+            });
+            let feed = read.and_then(|index| self.feeds.get(index));
+            json!({
+                "name": bounded(&topic.name),
+                "type": bounded(&topic.type_name),
+                "publishers": topic.offers.len(),
+                "rate": counted.or_else(|| rates.get(topic.name.as_str()).copied()).map(rounded),
+                "lost": feed.map(|feed| feed.losses.missing()),
+                "trouble": feed.and_then(|feed| feed.trouble.as_deref()),
+            })
+        };
+        let told = published.iter().take(MOST_TOPICS).map(topic).collect();
+        self.counted = (now, received);
+        told
+    }
+
+    /// Asks a vehicle for its parameters, by which its true poles are known.
+    fn ask_vehicle(&mut self, rt: &Runtime<Event>, node: &str) {
+        if !node.ends_with("/plant_sim") {
+            return;
+        }
+        let Ok(asking) = self.ask_parameters(rt, node) else {
+            return;
+        };
+        let node = node.to_owned();
+        rt.when_done(async move {
+            let outcome = asking.await;
+            let values = outcome.map(|all| all.into_iter().map(|it| it.parameter).collect());
+            Event::Vehicle(node, values)
+        });
+    }
+
+    fn vehicle(&mut self, node: &str, parameters: Result<Vec<Parameter>, String>) {
+        let told = parameters.and_then(|parameters| {
+            let values = parameters
+                .into_iter()
+                .filter_map(|it| Some((it.name, value_of(it.value)?)));
+            (self.knowledge.vehicle)(&values.collect::<Vec<_>>())
+        });
+        let told = match told {
+            Ok(vehicle) => json!(vehicle),
+            Err(reason) => json!({"reason": reason}),
+        };
+        let place = namespace(node);
+        locked(&self.board).put(&format!("vehicle:{place}"), told);
+    }
+
+    /// The client of a service that some node serves now.
+    fn client<S: Service + 'static>(
+        &mut self,
+        rt: &Runtime<Event>,
+        service: &str,
+    ) -> Result<Client<S>, String> {
+        let key = (TypeId::of::<S>(), service.to_owned());
+        if let Some(client) = self.clients.get(&key).and_then(|it| it.downcast_ref()) {
+            return Ok(Client::clone(client));
+        }
+        if !rt.services(service).iter().any(|it| it == service) {
+            return Err(format!("no node serves {service}"));
+        }
+        let client: Client<S> = rt.client(service).map_err(|error| format!("{error:#}"))?;
+        self.clients.insert(key, Box::new(client.clone()));
+        Ok(client)
+    }
+
+    /// Calls a service and answers the page with what `show` makes of the response.
+    fn call<S: Service + 'static>(
+        &mut self,
+        rt: &Runtime<Event>,
+        service: &str,
+        request: S::Request,
+        reply: Reply,
+        show: impl FnOnce(S::Response) -> Value + 'static,
+    ) {
+        match self.client::<S>(rt, service) {
+            Err(reason) => answer(reply, refused(reason)),
+            Ok(client) => rt.when_done(async move {
+                let told = match client.call(request, ANSWER).await {
+                    Ok(response) => show(response),
+                    Err(error) => refused(format!("{error:#}")),
+                };
+                answer(reply, told);
+                Event::Parameters
+            }),
+        }
+    }
+
+    /// A node's parameters with their descriptions.
+    fn ask_parameters(
+        &mut self,
+        rt: &Runtime<Event>,
+        node: &str,
+    ) -> Result<impl Future<Output = Result<Vec<Described>, String>> + use<>, String> {
+        let service = |name: &str| format!("{node}/{name}");
+        let list = self.client::<ListParameters>(rt, &service("list_parameters"))?;
+        let get = self.client::<GetParameters>(rt, &service("get_parameters"))?;
+        let describe = self.client::<DescribeParameters>(rt, &service("describe_parameters"))?;
+        Ok(async move {
+            let said = |error: anyhow::Error| format!("{error:#}");
+            let listed = list.call(ListParametersRequest::default(), ANSWER).await;
+            let names = listed.map_err(said)?.result.names;
+            let request = GetParametersRequest {
+                names: names.clone(),
+            };
+            let values = get.call(request, ANSWER).await.map_err(said)?.values;
+            let request = DescribeParametersRequest {
+                names: names.clone(),
+            };
+            let described = describe.call(request, ANSWER).await.map_err(said)?;
+            if values.len() != names.len() || described.descriptors.len() != names.len() {
+                return Err("it answers for other parameters than it lists".to_owned());
+            }
+            let all = names.into_iter().zip(values).zip(described.descriptors);
+            let one = all.map(|((name, value), descriptor)| {
+                let floats = descriptor.floating_point_range.first();
+                let range = floats.map(|it| [it.from_value, it.to_value]);
+                let integers = descriptor.integer_range.first();
+                let range = range.or(integers.map(|it| [it.from_value as f64, it.to_value as f64]));
+                let text = value_of(value.clone()).map(|it| text_of(&it));
+                let told = json!({
+                    "name": name,
+                    "kind": value.r#type,
+                    "text": text,
+                    "description": descriptor.description,
+                    "constraints": descriptor.additional_constraints,
+                    "read_only": descriptor.read_only,
+                    "range": range,
+                });
+                Described {
+                    parameter: Parameter { name, value },
+                    told,
+                }
+            });
+            Ok(one.collect())
+        })
+    }
+
+    /// Does what a page asks for.
+    fn execute(&mut self, rt: &Runtime<Event>, command: Command, reply: Reply) {
+        match command {
+            Command::Keep { channels } => {
+                let told = |channel: &String| match self.want(channel) {
+                    Ok(()) => Value::Null,
+                    Err(reason) => json!(reason),
+                };
+                let reasons: Vec<_> = channels.iter().map(told).collect();
+                answer(reply, json!({"ok": true, "refused": reasons}));
+            }
+            Command::Fields { topic } => self.fields(rt, &topic, reply),
+            Command::Parameters { node } => match self.ask_parameters(rt, &node) {
+                Err(reason) => answer(reply, refused(reason)),
+                Ok(asking) => rt.when_done(async move {
+                    let told = match asking.await {
+                        Err(reason) => refused(reason),
+                        Ok(all) => {
+                            let all: Vec<_> = all.into_iter().map(|it| it.told).collect();
+                            json!({"ok": true, "parameters": all})
+                        }
+                    };
+                    answer(reply, told);
+                    Event::Parameters
+                }),
+            },
+            Command::Set {
+                node,
+                name,
+                kind,
+                text,
+            } => match parameter_of(kind, &text) {
+                Err(reason) => answer(reply, refused(reason)),
+                Ok(value) => {
+                    let value = message_of(Some(&value));
+                    let parameters = vec![Parameter { name, value }];
+                    let request = SetParametersAtomicallyRequest { parameters };
+                    let service = format!("{node}/set_parameters_atomically");
+                    self.call::<SetParametersAtomically>(rt, &service, request, reply, |it| {
+                        told(it.result.successful, it.result.reason)
+                    });
+                }
+            },
+            Command::Trigger { service } => {
+                self.call::<Trigger>(rt, &service, TriggerRequest::default(), reply, |it| {
+                    told(it.success, it.message)
+                });
+            }
+            Command::SetBool { service, data } => {
+                self.call::<SetBool>(rt, &service, SetBoolRequest { data }, reply, |it| {
+                    told(it.success, it.message)
+                });
+            }
+            Command::Step { service, ticks } => {
+                self.call::<Step>(rt, &service, StepRequest { ticks }, reply, |it| {
+                    told(it.success, it.message)
+                });
+            }
+            Command::Fit { service, name } => {
+                let knowledge = self.knowledge;
+                self.call::<Fit>(rt, &service, FitRequest { name }, reply, move |it| {
+                    match it.success {
+                        true => json!({"ok": true, "model": knowledge.model(&it.model),
+                            "message": format!("fit {:.2} % of {} samples", it.model.fit, it.model.samples)}),
+                        false => refused(it.message),
+                    }
+                });
+            }
+            Command::Recorder { service } => match service.rsplit('/').next().unwrap_or_default() {
+                "pause" => self.call::<Pause>(rt, &service, PauseRequest::default(), reply, |_| {
+                    done("recording is paused")
+                }),
+                "resume" => {
+                    self.call::<Resume>(rt, &service, ResumeRequest::default(), reply, |_| {
+                        done("recording goes on")
+                    })
+                }
+                "split_bagfile" => self.call::<SplitBagfile>(
+                    rt,
+                    &service,
+                    SplitBagfileRequest::default(),
+                    reply,
+                    |_| done("the next file of the bag is written"),
+                ),
+                _ => answer(
+                    reply,
+                    refused("a recorder has pause, resume, split_bagfile"),
+                ),
+            },
+            Command::Bag { node } => {
+                let file = self.nodes.value(&format!("{node}: bag"), "file");
+                let told = match file {
+                    Some(file) => json!({"ok": true, "file": file}),
+                    None => refused(format!("{node} tells of no bag")),
+                };
+                answer(reply, told);
+            }
+            Command::Publish { topic, value } => self.publish(rt, &topic, value, reply),
+            Command::Manoeuvre { action, goal } => self.fly(rt, action, goal, reply),
+            Command::Cancel { action } => self.cancel(rt, &action, reply),
+        }
+    }
+
+    fn fields(&mut self, rt: &Runtime<Event>, topic: &str, reply: Reply) {
+        if let Some(Wanted::Open(index)) = self.topics.get(topic) {
+            let fields = self.feeds[*index].fields();
+            return answer(reply, json!({"ok": true, "fields": fields}));
+        }
+        let Some(found) = rt
+            .published_topics()
+            .into_iter()
+            .find(|it| it.name == topic)
+        else {
+            return answer(reply, refused(format!("nobody publishes {topic}")));
+        };
+        let finding = self.definitions.find(rt, &found);
+        rt.when_done(async move {
+            let fields = finding
+                .await
+                .and_then(|definition| Feed::new(&found.name, &found.type_name, &definition))
+                .map(|feed| feed.fields());
+            let told = match fields {
+                Ok(fields) => json!({"ok": true, "fields": fields}),
+                Err(reason) => refused(reason),
+            };
+            answer(reply, told);
+            Event::Parameters
+        });
+    }
+
+    fn publish(&mut self, rt: &Runtime<Event>, topic: &str, value: f64, reply: Reply) {
+        if !topic.ends_with("_setpoint") {
+            return answer(reply, refused(format!("{topic} is no setpoint")));
+        }
+        let publisher = match self.setpoints.get(topic) {
+            Some(publisher) => publisher.clone(),
+            None => match rt.publisher::<Float64>(topic, Qos::reliable(10)) {
+                Ok(publisher) => {
+                    self.setpoints.insert(topic.to_owned(), publisher.clone());
+                    publisher
+                }
+                Err(error) => return answer(reply, refused(format!("{error:#}"))),
+            },
+        };
+        rt.when_done(async move {
+            let since = Instant::now();
+            while publisher.readers() == 0 && since.elapsed() < ANSWER {
+                smol::Timer::after(Duration::from_millis(20)).await;
+            }
+            let told = match publisher.readers() {
+                0 => refused(format!("nobody reads {}", publisher.topic())),
+                _ if publisher.publish(&Float64 { data: value }) => done("sent"),
+                _ => refused("it could not be sent"),
+            };
+            answer(reply, told);
+            Event::Parameters
+        });
+    }
+
+    fn fly(&mut self, rt: &Runtime<Event>, action: String, goal: Goal, reply: Reply) {
+        if !self.manoeuvres.contains_key(&action) {
+            let served = format!("{action}/_action/send_goal");
+            if !rt.services(&served).contains(&served) {
+                return answer(reply, refused(format!("no node serves {action}")));
+            }
+            let name = action.clone();
+            let opened = rt.action_client::<Manoeuvre>(&action, move |id, feedback| {
+                Event::Feedback(name.clone(), id, feedback)
+            });
+            match opened {
+                Ok(client) => {
+                    let flown = Flown { client, goal: None };
+                    self.manoeuvres.insert(action.clone(), flown);
+                }
+                Err(error) => return answer(reply, refused(format!("{error:#}"))),
+            }
+        }
+        let Some(flown) = self.manoeuvres.get(&action) else {
+            return;
+        };
+        let client = flown.client.clone();
+        let goal = ManoeuvreGoal {
+            name: goal.name,
+            amplitude: goal.amplitude,
+            period: goal.period,
+            period_end: goal.period_end,
+            duration: goal.duration,
+            seed: goal.seed,
+        };
+        rt.when_done(async move {
+            let outcome = client.send(goal, ANSWER).await;
+            let outcome = outcome.map_err(|error| format!("{error:#}"));
+            answer(
+                reply,
+                match &outcome {
+                    Ok(Some(_)) => done("accepted"),
+                    Ok(None) => refused("the controller rejects it"),
+                    Err(reason) => refused(reason),
+                },
+            );
+            Event::Accepted(action, outcome)
+        });
+    }
+
+    fn accepted(
+        &mut self,
+        rt: &Runtime<Event>,
+        action: String,
+        outcome: Result<Option<GoalId>, String>,
+    ) {
+        let (Some(flown), Ok(Some(id))) = (self.manoeuvres.get_mut(&action), outcome) else {
+            return;
+        };
+        flown.goal = Some(id);
+        let client = flown.client.clone();
+        let section = format!("manoeuvre:{action}");
+        locked(&self.board).put(&section, json!({"state": "running"}));
+        rt.when_done(async move {
+            let outcome = client.result(id, MANOEUVRE).await;
+            Event::Ended(action, id, outcome.map_err(|error| format!("{error:#}")))
+        });
+    }
+
+    fn feedback(&mut self, action: &str, id: GoalId, feedback: &ManoeuvreFeedback) {
+        if self.manoeuvres.get(action).and_then(|it| it.goal) == Some(id) {
+            let told = json!({
+                "state": "running",
+                "elapsed": feedback.elapsed,
+                "dive_planes": feedback.dive_planes,
+            });
+            locked(&self.board).put(&format!("manoeuvre:{action}"), told);
+        }
+    }
+
+    fn ended(
+        &mut self,
+        action: &str,
+        id: GoalId,
+        outcome: Result<(GoalStatus, ManoeuvreResult), String>,
+    ) {
+        let Some(flown) = self.manoeuvres.get_mut(action) else {
+            return;
+        };
+        if flown.goal != Some(id) {
+            return; // A newer one has taken its place.
+        }
+        flown.goal = None;
+        let (state, message) = match outcome {
+            Ok((GoalStatus::Succeeded, result)) => ("completed", result.message),
+            Ok((GoalStatus::Canceled, result)) => ("cancelled", result.message),
+            Ok((_, result)) => ("aborted", result.message),
+            Err(reason) => ("lost", reason),
+        };
+        let told = json!({"state": state, "message": message});
+        locked(&self.board).put(&format!("manoeuvre:{action}"), told);
+    }
+
+    fn cancel(&mut self, rt: &Runtime<Event>, action: &str, reply: Reply) {
+        let flown = self.manoeuvres.get(action);
+        let Some((client, id)) = flown.and_then(|it| Some((it.client.clone(), it.goal?))) else {
+            return answer(reply, refused("no manoeuvre of this page is under way"));
+        };
+        rt.when_done(async move {
+            let told = match client.cancel(id, ANSWER).await {
+                Ok(true) => done("cancelling"),
+                Ok(false) => refused("the controller does not cancel it"),
+                Err(error) => refused(format!("{error:#}")),
+            };
+            answer(reply, told);
+            Event::Parameters
+        });
+    }
+}
+
+/// A page that has gone needs no answer.
+fn answer(reply: Reply, told: Value) {
+    let _ = reply.send(told);
+}
+
+fn told(success: bool, message: String) -> Value {
+    match success {
+        true => done(message),
+        false => refused(message),
+    }
+}
+
+/// The namespace of a name: `/auv` of `/auv/state`, empty of `/state`.
+fn namespace(name: &str) -> &str {
+    name.rsplit_once('/').map_or("", |(namespace, _)| namespace)
+}
+
+/// The namespaces with topics of a loop, those of vehicles first, then those with other topics.
+fn vehicles(published: &[PublishedTopic]) -> Vec<&str> {
+    let is_ours = |topic: &&PublishedTopic| {
+        let name = topic.name.rsplit('/').next().unwrap_or_default();
+        charts::TOPICS.contains(&(name, topic.type_name.as_str()))
+    };
+    let is_shown = |topic: &&PublishedTopic| !topic.name.contains("/_");
+    let ours: BTreeSet<&str> = published
+        .iter()
+        .filter(is_ours)
+        .map(|it| namespace(&it.name))
+        .collect();
+    let others: BTreeSet<&str> = published
+        .iter()
+        .filter(is_shown)
+        .map(|it| namespace(&it.name))
+        .filter(|it| !it.is_empty() && !ours.contains(it))
+        .collect();
+    ours.into_iter().chain(others).take(MOST_TOPICS).collect()
+}
+
+/// Whether the page has a button for the service.
+fn is_command(service: &str) -> bool {
+    [
+        "/pause",
+        "/step",
+        "/reset",
+        "/fit",
+        "/freeze",
+        "/reset_fault",
+        "/resume",
+        "/split_bagfile",
+        "/manoeuvre/_action/send_goal",
+    ]
+    .iter()
+    .any(|ending| service.ends_with(ending))
+}

@@ -1,0 +1,118 @@
+//! The samples of one channel, as far back as they are kept.
+
+use std::collections::VecDeque;
+
+/// Samples kept of a channel: almost three hours at 20 Hz.
+pub(crate) const KEPT: usize = 200_000;
+
+/// A time that goes back by less is a message out of order, by more a vehicle that begins anew, s.
+const RESTART: f64 = 1.0;
+
+/// Values over time, s.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Series {
+    samples: VecDeque<(f64, f64)>,
+    /// How often time has gone back.
+    restarts: u64,
+    /// Samples of this start that were dropped because there were too many.
+    dropped: u64,
+}
+
+/// How far a reader has read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Cursor {
+    restarts: u64,
+    next: u64,
+}
+
+/// What a reader has not read yet.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct News {
+    /// Whether time has gone back: what was read before is of an earlier start.
+    pub(crate) restarted: bool,
+    pub(crate) times: Vec<f64>,
+    pub(crate) values: Vec<f64>,
+}
+
+impl Series {
+    /// Takes a sample; a second one of the same instant, or a late one, is left out.
+    pub(crate) fn push(&mut self, time: f64, value: f64) {
+        if !(time.is_finite() && value.is_finite()) {
+            return;
+        }
+        if let Some(&(last, _)) = self.samples.back()
+            && time <= last
+        {
+            if last - time < RESTART {
+                return;
+            }
+            self.samples.clear();
+            self.restarts += 1;
+            self.dropped = 0;
+        }
+        if self.samples.len() == KEPT {
+            self.samples.pop_front();
+            self.dropped += 1;
+        }
+        self.samples.push_back((time, value));
+    }
+
+    /// At most `most` samples behind the cursor, which moves on.
+    pub(crate) fn since(&self, cursor: &mut Cursor, most: usize) -> News {
+        let restarted = cursor.restarts != self.restarts;
+        if restarted {
+            *cursor = Cursor {
+                restarts: self.restarts,
+                next: 0,
+            };
+        }
+        let skipped = usize::try_from(cursor.next.saturating_sub(self.dropped)).unwrap_or(0);
+        let taken = self.samples.iter().skip(skipped).take(most);
+        let (times, values): (Vec<f64>, Vec<f64>) = taken.copied().unzip();
+        cursor.next = cursor.next.max(self.dropped) + times.len() as u64;
+        News {
+            restarted,
+            times,
+            values,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_reader_gets_each_sample_once_and_is_told_of_a_restart() {
+        let mut series = Series::default();
+        let mut cursor = Cursor::default();
+        for k in 0..5 {
+            series.push(f64::from(k), 10.0);
+        }
+        series.push(4.0, 11.0); // sent again
+        series.push(3.5, 11.0); // late
+        series.push(f64::NAN, 1.0);
+        series.push(5.0, f64::INFINITY);
+        assert_eq!(series.since(&mut cursor, 3).times, [0.0, 1.0, 2.0]);
+        assert_eq!(series.since(&mut cursor, 3).times, [3.0, 4.0]);
+        assert_eq!(series.since(&mut cursor, 3), News::default());
+        series.push(0.5, 1.0);
+        let news = series.since(&mut cursor, 3);
+        assert!(news.restarted);
+        assert_eq!(news.times, [0.5]);
+        assert!(!series.since(&mut cursor, 3).restarted);
+    }
+
+    #[test]
+    fn of_too_many_samples_the_latest_are_kept() {
+        let mut series = Series::default();
+        let mut cursor = Cursor::default();
+        for k in 0..KEPT + 10 {
+            series.push(k as f64, 0.0);
+        }
+        let news = series.since(&mut cursor, KEPT + 10);
+        assert_eq!((news.times.len(), news.times[0]), (KEPT, 10.0));
+        series.push(1e9, 0.0);
+        assert_eq!(series.since(&mut cursor, 10).times, [1e9]);
+    }
+}

@@ -1,0 +1,405 @@
+//! `planesman watch`: the page in a browser without a screen, and who is answered.
+//!
+//! Where Chromium or what drives it is absent, the tests of the page pass, saying what they skipped (tests/README.md).
+#![allow(clippy::unwrap_used)]
+
+mod foreign;
+mod stage;
+
+use std::io::{BufRead as _, BufReader, Read as _, Write as _};
+use std::net::{Ipv4Addr, TcpStream};
+use std::path::Path;
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+
+use foreign::{root, skip};
+use planesman_msgs::Message as _;
+use planesman_msgs::diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus};
+use planesman_msgs::rcl_interfaces::msg::Log;
+use planesman_msgs::rcl_interfaces::srv::{GetParameters, GetParametersRequest};
+use planesman_msgs::std_msgs::msg::Float64;
+use planesman_node::Qos;
+use rustdds::{DomainParticipantBuilder, QosPolicyBuilder, TopicKind};
+use serde_json::{Value, json};
+use stage::{Process, Stage, eventually, scenario};
+
+/// Chromium, driven by `tests/browser/browser.py`.
+struct Browser {
+    child: Child,
+    /// Its end ends the driver and the browser.
+    commands: Option<ChildStdin>,
+    answers: BufReader<ChildStdout>,
+}
+
+impl Browser {
+    /// A browser; `None`, having said so, where there is none.
+    fn find() -> Option<Self> {
+        let python = root().join(".venv/bin/python");
+        let has_driver = Command::new(&python)
+            .args(["-c", "import selenium"])
+            .stderr(Stdio::null())
+            .status();
+        if !has_driver.is_ok_and(|status| status.success()) {
+            skip(&format!("there is no {} with selenium", python.display()));
+            return None;
+        }
+        for program in ["/usr/bin/chromium", "/usr/bin/chromedriver"] {
+            if !Path::new(program).exists() {
+                skip(&format!("there is no {program}"));
+                return None;
+            }
+        }
+        let mut child = Command::new(python)
+            .arg(root().join("tests/browser/browser.py"))
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        Some(Self {
+            commands: child.stdin.take(),
+            answers: BufReader::new(child.stdout.take().unwrap()),
+            child,
+        })
+    }
+
+    fn ask(&mut self, command: &Value) -> Result<Value, String> {
+        writeln!(self.commands.as_mut().unwrap(), "{command}").unwrap();
+        let mut line = String::new();
+        self.answers.read_line(&mut line).unwrap();
+        let answer: Value = serde_json::from_str(&line).unwrap();
+        match answer.get("error") {
+            Some(error) => Err(error.to_string()),
+            None => Ok(answer["is"].clone()),
+        }
+    }
+
+    fn open(&mut self, address: &str) {
+        self.ask(&json!({"open": address})).unwrap();
+    }
+
+    fn run(&mut self, script: &str) -> Value {
+        self.ask(&json!({"run": script})).unwrap()
+    }
+
+    /// The text of the element, on one line.
+    fn text(&mut self, selector: &str) -> String {
+        let script = format!("return document.querySelector({selector:?})?.textContent ?? ''");
+        self.run(&script).as_str().unwrap_or_default().to_owned()
+    }
+
+    /// Waits until the text of the element holds `part`, and returns it.
+    fn until_text(&mut self, selector: &str, part: &str) -> String {
+        let mut last = String::new();
+        eventually(&format!("{selector} has '{part}'"), || {
+            let text = self.text(selector);
+            if text != last {
+                println!("{selector}: {text}");
+            }
+            last = text;
+            last.contains(part).then(|| last.clone())
+        })
+    }
+
+    /// Clicks the button of that name within the element.
+    fn click(&mut self, within: &str, name: &str) {
+        let script = format!(
+            "const all = [...document.querySelectorAll({:?})];
+             const wanted = all.find((it) => it.textContent === {name:?});
+             wanted?.click();
+             return Boolean(wanted)",
+            format!("{within} button")
+        );
+        eventually(&format!("a button '{name}' in {within}"), || {
+            self.run(&script).as_bool()?.then_some(())
+        });
+    }
+}
+
+impl Drop for Browser {
+    fn drop(&mut self) {
+        drop(self.commands.take());
+        let _ = self.child.wait();
+    }
+}
+
+/// The page's program, and its address.
+fn watch(stage: &Stage) -> (Process, String) {
+    let program = stage.start_as(
+        &["watch", "--no-open"],
+        &[(planesman::nodes::LAUNCHED, "1")],
+    );
+    let address = address(&program);
+    (program, address)
+}
+
+/// The address of the page that the program has printed.
+fn address(program: &Process) -> String {
+    eventually("the page's address", || {
+        let printed = program.stdout();
+        let mut lines = printed.lines();
+        let line = lines.find(|line| line.starts_with("http://") && line.ends_with('/'))?;
+        Some(line.to_owned())
+    })
+}
+
+/// A vehicle in real time with its controller and actuator.
+fn vehicle(stage: &Stage) -> [Process; 3] {
+    [
+        stage.node("plant_sim", &["initial_depth:=1.0"]),
+        stage.node("dha_actuator", &[]),
+        stage.node("depth_controller", &["depth_setpoint:=1.0"]),
+    ]
+}
+
+const SAMPLES: &str =
+    "return import('/charts.js').then((it) => it.samples('/auv/state:depth').times.length)";
+
+#[test]
+fn a_page_shows_a_vehicle_sets_a_gain_flies_a_manoeuvre_and_tells_of_a_node_that_died() {
+    let Some(mut browser) = Browser::find() else {
+        return;
+    };
+    let stage = Stage::new();
+    let [_plant, actuator, _controller] = vehicle(&stage);
+    let operator = stage.operator();
+    let (_watch, address) = watch(&stage);
+    browser.open(&address);
+
+    // The charts move.
+    browser.until_text("#attitude", "depth ");
+    let samples = |browser: &mut Browser| browser.run(SAMPLES).as_u64().unwrap();
+    let before = samples(&mut browser);
+    eventually("more samples", || {
+        (samples(&mut browser) > before + 20).then_some(())
+    });
+    assert!(browser.run("return planesman.stats.frames").as_u64() > Some(0));
+
+    // A gain that is set on the page is the node's; one out of range is refused in place.
+    let row = "[data-name='depth.p']";
+    let set = |browser: &mut Browser, text: &str| {
+        browser.run(&format!(
+            "const row = document.querySelector(\"{row}\");
+             row.querySelector('input').value = {text:?};
+             row.querySelector('form').requestSubmit()"
+        ));
+    };
+    let node = "details summary";
+    browser.until_text("#parameters", "/auv/depth_controller");
+    browser.run(&format!(
+        "[...document.querySelectorAll({node:?})].find((it) => it.textContent === '/auv/depth_controller').click()"
+    ));
+    browser.until_text(&format!("{row} small"), "[rad/m]");
+    set(&mut browser, "-1");
+    browser.until_text(&format!("{row} output"), "must lie in");
+    set(&mut browser, "much");
+    browser.until_text(&format!("{row} output"), "no number");
+    set(&mut browser, "1.25");
+    browser.until_text(&format!("{row} output"), "set");
+    let get = operator
+        .rt
+        .client::<GetParameters>("depth_controller/get_parameters");
+    let names = vec!["depth.p".to_owned()];
+    let values = operator
+        .call(&get.unwrap(), GetParametersRequest { names })
+        .values;
+    assert_eq!(values[0].double_value, 1.25);
+
+    // A manoeuvre is flown and cancelled.
+    browser.click("#operate", "Fly");
+    browser.until_text("#progress", "running, ");
+    browser.click("#operate", "Cancel");
+    browser.until_text("#progress", "cancelled");
+
+    // A setpoint moves the vehicle.
+    browser.run(
+        "const input = document.querySelector('[aria-label=\"depth setpoint\"]');
+         input.value = '1.5';
+         input.form.requestSubmit()",
+    );
+    operator.state("it dives", |state| state.depth > 1.02);
+
+    // A fault is tried with a click.
+    browser.click("#operate", "direction");
+    browser.until_text("#diagnostics", "direction valve stuck");
+
+    // The death of a node is told, and its return.
+    actuator.kill();
+    browser.until_text("#notice", "/auv/dha_actuator is silent");
+    browser.until_text("#notice", "/auv/dha_actuator is gone");
+    let _actuator = stage.node("dha_actuator", &[]);
+    eventually("the notice goes", || {
+        let notice = browser.text("#notice");
+        (!notice.contains("dha_actuator")).then_some(())
+    });
+}
+
+#[test]
+fn a_page_whose_program_ended_says_so_and_goes_on_with_the_next_one() {
+    let Some(mut browser) = Browser::find() else {
+        return;
+    };
+    let stage = Stage::new();
+    let _nodes = vehicle(&stage);
+    let (watch, address) = watch(&stage);
+    browser.open(&address);
+    browser.until_text("#attitude", "depth ");
+    watch.kill();
+    browser.until_text("#connection", "no connection");
+    let before = browser.run(SAMPLES).as_u64().unwrap();
+    let port = address.trim_end_matches('/').rsplit(':').next().unwrap();
+    let _again = stage.start_as(
+        &["watch", "--no-open", "--port", port],
+        &[(planesman::nodes::LAUNCHED, "1")],
+    );
+    browser.until_text("#connection", "connected");
+    eventually("samples before and after", || {
+        (browser.run(SAMPLES).as_u64()? > before + 10).then_some(())
+    });
+}
+
+/// A participant that publishes a topic of a name that no ROS node would give.
+fn strange_topic(domain: u16, name: &str) -> impl Sized + use<> {
+    let builder = DomainParticipantBuilder::new(domain).with_only_networks([Ipv4Addr::LOCALHOST]);
+    let participant = builder.build().unwrap();
+    let qos = QosPolicyBuilder::new().build();
+    let type_name = Float64::DDS_TYPE_NAME.to_owned();
+    let topic = participant
+        .create_topic(name.to_owned(), type_name, &qos, TopicKind::NoKey)
+        .unwrap();
+    let publisher = participant.create_publisher(&qos).unwrap();
+    let writer = publisher
+        .create_datawriter_no_key_cdr::<f64>(&topic, None)
+        .unwrap();
+    (writer, publisher, participant)
+}
+
+#[test]
+fn a_script_in_a_topics_name_in_the_log_or_in_the_diagnostics_stays_text() {
+    let Some(mut browser) = Browser::find() else {
+        return;
+    };
+    const SCRIPT: &str = "<img src=x onerror=window.ran=1>";
+    let stage = Stage::new();
+    let operator = stage.operator();
+    let _participant = strange_topic(stage.domain(), "rt/<script>window.ran=1</script>");
+    let (_watch, address) = watch(&stage);
+    browser.open(&address);
+    browser.until_text("#topics", "<script>window.ran=1</script>");
+    let log = operator
+        .rt
+        .publisher::<Log>("/rosout", Qos::latched(10))
+        .unwrap();
+    log.publish(&Log {
+        level: Log::ERROR,
+        name: SCRIPT.to_owned(),
+        msg: SCRIPT.to_owned(),
+        ..Log::default()
+    });
+    let diagnostics = operator
+        .rt
+        .publisher("/diagnostics", Qos::reliable(10))
+        .unwrap();
+    let status = DiagnosticStatus {
+        name: SCRIPT.to_owned(),
+        message: SCRIPT.to_owned(),
+        ..DiagnosticStatus::default()
+    };
+    let array = DiagnosticArray {
+        status: vec![status],
+        ..DiagnosticArray::default()
+    };
+    browser.until_text("#log", SCRIPT);
+    eventually("the status on the page", || {
+        diagnostics.publish(&array);
+        browser.text("#diagnostics").contains(SCRIPT).then_some(())
+    });
+    assert_eq!(browser.run("return window.ran ?? null"), Value::Null);
+    assert_eq!(
+        browser.run("return document.querySelectorAll('img').length"),
+        json!(0)
+    );
+}
+
+/// The answer to a request with these headers, and this body if it is a POST.
+fn answer(address: &str, request: &str, headers: &[&str], body: &str) -> String {
+    let host = address.trim_start_matches("http://").trim_end_matches('/');
+    let mut stream = TcpStream::connect(host).unwrap();
+    let headers: String = headers.iter().map(|it| format!("{it}\r\n")).collect();
+    let length = body.len();
+    write!(
+        stream,
+        "{request} HTTP/1.1\r\n{headers}Content-Length: {length}\r\nConnection: close\r\n\r\n{body}"
+    )
+    .unwrap();
+    let mut text = String::new();
+    stream.read_to_string(&mut text).unwrap();
+    text
+}
+
+#[test]
+fn only_the_page_itself_is_answered() {
+    let stage = Stage::new();
+    let (_watch, address) = watch(&stage);
+    let host = address.trim_start_matches("http://").trim_end_matches('/');
+    let own = format!("Host: {host}");
+    let page = answer(&address, "GET /", &[&own], "");
+    assert!(page.starts_with("HTTP/1.1 200"), "{page}");
+    for part in [
+        "content-security-policy: default-src 'self'",
+        "frame-ancestors 'none'",
+        "x-content-type-options: nosniff",
+    ] {
+        assert!(page.contains(part), "{part}");
+    }
+    assert!(
+        !page.contains("http://") && !page.contains("https://"),
+        "{page}"
+    );
+    let other = answer(&address, "GET /charts", &["Host: rebound.example"], "");
+    assert!(other.starts_with("HTTP/1.1 421"), "{other}");
+
+    let origin = format!("Origin: http://{host}");
+    let json = "Content-Type: application/json";
+    let body = r#"{"do":"parameters","node":"/nobody"}"#;
+    let asked = answer(&address, "POST /do", &[&own, &origin, json], body);
+    assert!(asked.starts_with("HTTP/1.1 200"), "{asked}");
+    assert!(asked.contains("no node serves /nobody/"), "{asked}");
+    for headers in [
+        &[own.as_str(), json][..],
+        &[&own, json, "Origin: http://elsewhere.example"],
+        &[&own, json, "Origin: null"],
+    ] {
+        let refused = answer(&address, "POST /do", headers, body);
+        assert!(refused.starts_with("HTTP/1.1 403"), "{refused}");
+    }
+    // A form of another page can send no JSON.
+    let form = answer(
+        &address,
+        "POST /do",
+        &[&own, &origin, "Content-Type: text/plain"],
+        body,
+    );
+    assert!(form.starts_with("HTTP/1.1 415"), "{form}");
+    for body in ["", "{", r#"{"do":"shutdown"}"#, &"[".repeat(60_000)] {
+        let refused = answer(&address, "POST /do", &[&own, &origin, json], body);
+        assert!(refused.starts_with("HTTP/1.1 4"), "{refused}");
+    }
+    let bag = answer(&address, "GET /bag?node=/auv/recorder", &[&own], "");
+    assert!(bag.starts_with("HTTP/1.1 404"), "{bag}");
+}
+
+#[test]
+fn a_dive_shows_its_page_and_takes_it_along_when_it_ends() {
+    let stage = Stage::new();
+    let file = stage.file("short.yaml", scenario(600.0, "  {}"));
+    let dive = stage.start(&["dive", &file, "--watch"]);
+    let address = address(&dive);
+    let host = address.trim_start_matches("http://").trim_end_matches('/');
+    let page = answer(&address, "GET /", &[&format!("Host: {host}")], "");
+    assert!(page.starts_with("HTTP/1.1 200"), "{page}");
+    eventually("the vehicle flies", || {
+        dive.stdout().contains("diving").then_some(())
+    });
+    dive.press_ctrl_c();
+    dive.finish().success();
+    assert!(TcpStream::connect(host).is_err(), "the page is still there");
+}
