@@ -40,7 +40,11 @@ impl Owner {
     /// <https://numpy.org/doc/stable/reference/arrays.interface.html>
     #[getter]
     fn __array_interface__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let order = if cfg!(target_endian = "big") { ">" } else { "<" };
+        let order = if cfg!(target_endian = "big") {
+            ">"
+        } else {
+            "<"
+        };
         let interface = PyDict::new(py);
         interface.set_item("version", 3)?;
         interface.set_item("typestr", format!("{order}{}", self.kind))?;
@@ -58,7 +62,8 @@ pub(crate) fn array<N: Number>(py: Python<'_>, mut numbers: Vec<N>) -> PyResult<
         kind: N::KIND,
         _numbers: Box::new(numbers),
     };
-    py.import("numpy")?.call_method1("asarray", (Bound::new(py, owner)?,))
+    py.import("numpy")?
+        .call_method1("asarray", (Bound::new(py, owner)?,))
 }
 
 /// The numbers of a float64 array, from its bytes (`tobytes`).

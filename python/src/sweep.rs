@@ -97,7 +97,9 @@ fn columns<'py>(
                 number(&|it| it.values[place - 1].parse().unwrap_or(f64::NAN))?
             }
             (_, Kind::Whole) => whole(&|it| i64::from(it.seed))?,
-            (place, Kind::Number) => number(&|it| it.numbers[place - axes - 2].unwrap_or(f64::NAN))?,
+            (place, Kind::Number) => {
+                number(&|it| it.numbers[place - axes - 2].unwrap_or(f64::NAN))?
+            }
         };
         Ok((name, column))
     };
