@@ -7,6 +7,7 @@ computed again; and two that compute the same part write the same rows under one
 from __future__ import annotations
 
 import os
+import socket
 import uuid
 from collections.abc import Callable
 from pathlib import Path
@@ -55,6 +56,8 @@ def write(folder: Path, part: int, of: int, work: Work) -> None:
     path = path_of(folder, part, of)
     if path.exists():
         return
+    if not folder.is_dir():
+        raise PlanesmanError(f"'{folder}' is not on {socket.gethostname()}: name a folder that all machines of the cluster share")
     table = work(part, of)
     # Names that begin so are no part for a reader; on any machine no other writes this one.
     draft = folder / f".{uuid.uuid4().hex}.draft"
@@ -77,12 +80,6 @@ def _on_cluster(folder: Path, parts: int, lacking: list[int], work: Work, client
             future.release()
     finally:
         client.cancel(futures)
-    missing = [part for part in lacking if not path_of(folder, part, parts).exists()]
-    if missing:
-        raise PlanesmanError(
-            f"'{folder}': {len(missing)} parts were computed and are not here, as {path_of(folder, missing[0], parts).name}: the "
-            "workers write another folder; name one that all machines share"
-        )
 
 
 def absolute(folder: str | os.PathLike[str]) -> Path:

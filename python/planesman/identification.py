@@ -300,7 +300,7 @@ class Model:
         if omega is None:
             omega = np.pi / self.sample_time * np.logspace(-3.5, 0.0, 200)
         omega = np.atleast_1d(np.asarray(omega, dtype=np.float64))
-        return FrequencyResponse(omega, *_native.response(json.dumps(self._model), omega))
+        return FrequencyResponse(omega, *_native.response(json.dumps(self._model), omega.tobytes()))
 
     def plot(self) -> matplotlib.figure.Figure:
         """Plot measured and simulated output, residuals, poles and zeros with their deviations, and the frequency response with
@@ -409,11 +409,11 @@ def fit(data: Data, input: str, output: str, **options: Unpack[FitOptions]) -> M
     return Model(document, {"time": time, "input": inputs, "measured": measured, "simulated": simulated})
 
 
-def _column(name: object, values: Any) -> NDArray[np.float64]:
+def _column(name: object, values: Any) -> bytes:
     try:
         numbers = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise _native.PlanesmanError(f"'{name}' is no array of numbers: {error}") from None
     if numbers.ndim != 1:
         raise _native.PlanesmanError(f"'{name}' has the shape {numbers.shape}: one number a sample is expected, shape (n,)")
-    return numbers
+    return numbers.tobytes()

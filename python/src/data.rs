@@ -1,17 +1,17 @@
 //! Signals and fields of a bag, table or log.
 
-use numpy::{IntoPyArray, PyArray1};
 use planesman::sysid::samples::{self as command, SamplesArgs};
 use planesman::sysid::topics::{self, TopicsArgs};
 use pyo3::prelude::*;
 
+use crate::array::array;
 use crate::error::{interrupted, parsed, raised, released};
 
 /// Samples between two looks for Ctrl-C.
 const LOOK: u64 = 1 << 16;
 
 /// Stamps, ns, and numbers.
-type Pair<'py> = (Bound<'py, PyArray1<i64>>, Bound<'py, PyArray1<f64>>);
+type Pair<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>);
 
 /// Every sample of the signals: stamps (int64, ns) and numbers (float64, NaN where there is none) of each, in the order of the
 /// data, and notes on what could not be read.
@@ -39,8 +39,8 @@ pub(crate) fn samples(py: Python<'_>, args: Vec<String>) -> PyResult<(Vec<Pair<'
     })?;
     let arrays = signals
         .into_iter()
-        .map(|(stamps, values)| (stamps.into_pyarray(py), values.into_pyarray(py)));
-    Ok((arrays.collect(), notes))
+        .map(|(stamps, values)| Ok((array(py, stamps)?, array(py, values)?)));
+    Ok((arrays.collect::<PyResult<_>>()?, notes))
 }
 
 /// Every numeric field, with rate, gaps and range, as JSON.

@@ -2,19 +2,19 @@
 
 use std::path::{Path, PathBuf};
 
-use numpy::{IntoPyArray, PyArray1};
 use planesman::compose::Loop;
 use planesman::scenario::Scenario;
 use planesman::sink::{COLUMNS, McapSink};
 use pyo3::prelude::*;
 
+use crate::array::array;
 use crate::error::{interrupted, raised, released};
 
 /// Ticks between two looks for Ctrl-C.
 const LOOK: usize = 1024;
 
 /// A column of the table of a flight.
-type Column<'py> = (&'static str, Bound<'py, PyArray1<f64>>);
+type Column<'py> = (&'static str, Bound<'py, PyAny>);
 
 /// The text of a scenario with these changes, checked as the nodes would. `given` is a name, a path, or the text itself.
 #[pyfunction]
@@ -66,7 +66,7 @@ pub(crate) fn fly<'py>(
         Ok(columns)
     })?;
     let named = COLUMNS.iter().zip(columns);
-    Ok(named
-        .map(|((name, _), numbers)| (*name, numbers.into_pyarray(py)))
-        .collect())
+    named
+        .map(|((name, _), numbers)| Ok((*name, array(py, numbers)?)))
+        .collect()
 }

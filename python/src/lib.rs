@@ -8,11 +8,13 @@
 //! - `model`: identification, model files, a vehicle's transfer functions.
 //! - `sweep`: the cases of a sweep, part by part.
 //! - `listing`: parameters of the nodes, numbers of the reports.
+//! - `array`: numbers as numpy arrays.
 //! - `error`: errors as Python's exceptions.
 //!
 //! The interpreter is released during all work, and asked for Ctrl-C now and then. Arrays that go out are moved; those that
 //! come in are copied, since others may change them meanwhile.
 
+mod array;
 mod data;
 mod error;
 mod flight;

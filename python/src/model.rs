@@ -3,37 +3,36 @@
 use std::path::{Path, PathBuf};
 
 use clap::{CommandFactory as _, Parser};
-use numpy::{Complex64, IntoPyArray, PyArray1, PyReadonlyArray1};
 use planesman::sysid::fit::{self as command, FitArgs};
 use planesman::sysid::model_file::given;
 use planesman::sysid::simulated::Simulated;
 use planesman::tf_command::{self, TfArgs};
-use planesman_identification::Reading;
+use planesman_identification::{Reading, Uncertain};
 use planesman_linear::TransferFunction;
 use planesman_model_file::ModelFile;
 use pyo3::prelude::*;
+use pyo3::pybacked::PyBackedBytes;
 
+use crate::array::{array, numbers};
 use crate::error::{parsed, raised, released};
-
-type Numbers<'py> = Bound<'py, PyArray1<f64>>;
 
 /// The name by which a model that is in memory is refused.
 const IN_MEMORY: &str = "model.json";
 
 /// A model by the arguments of `planesman sysid fit`: its JSON, and of the longest run the first stamp, input, measured and
-/// simulated output. With columns in memory they are the data.
+/// simulated output. With columns in memory, float64 as bytes, they are the data.
 #[pyfunction]
 #[pyo3(signature = (args, columns=None))]
 pub(crate) fn fit<'py>(
     py: Python<'py>,
     args: Vec<String>,
-    columns: Option<Vec<(String, PyReadonlyArray1<'py, f64>)>>,
-) -> PyResult<(String, i64, [Numbers<'py>; 3])> {
+    columns: Option<Vec<(String, PyBackedBytes)>>,
+) -> PyResult<(String, i64, Vec<Bound<'py, PyAny>>)> {
     let mut args: FitArgs = parsed(&args)?;
     if let Some(columns) = columns {
         let copied = columns
             .into_iter()
-            .map(|(name, numbers)| (name, numbers.as_array().to_vec()));
+            .map(|(name, bytes)| (name, numbers(&bytes)));
         args = args.of_columns(copied.collect());
     }
     let (json, start, run) = released(py, || {
@@ -44,7 +43,8 @@ pub(crate) fn fit<'py>(
         let json = serde_json::to_string(&found.as_json()?)?;
         Ok((json, run.start, [input, measured, run.simulated]))
     })?;
-    Ok((json, start, run.map(|it| it.into_pyarray(py))))
+    let run = run.into_iter().map(|it| array(py, it));
+    Ok((json, start, run.collect::<PyResult<_>>()?))
 }
 
 /// The options of `planesman sysid fit` by their names, with the values that are possible where there are few.
@@ -77,33 +77,32 @@ fn parse(model: &str) -> anyhow::Result<ModelFile> {
     Ok(ModelFile::parse(Path::new(IN_MEMORY), model)?)
 }
 
-/// The frequency response of a model, given as JSON, at frequencies in rad/s: complex values, and the standard deviations of
-/// magnitude and of phase (rad). NaN where it has no bound.
+/// The frequency response of a model, given as JSON, at frequencies in rad/s (float64 as bytes): complex values, and the standard
+/// deviations of magnitude and of phase (rad). NaN where it has no bound.
 #[pyfunction]
 pub(crate) fn response<'py>(
     py: Python<'py>,
     model: &str,
-    omega: PyReadonlyArray1<'py, f64>,
-) -> PyResult<(Bound<'py, PyArray1<Complex64>>, Numbers<'py>, Numbers<'py>)> {
-    let omega = omega.as_array().to_vec();
-    let (values, deviations) = released(py, || {
+    omega: PyBackedBytes,
+) -> PyResult<[Bound<'py, PyAny>; 3]> {
+    let (mut values, mut magnitudes, mut phases) = (Vec::new(), Vec::new(), Vec::new());
+    released(py, || {
         let estimate = given(&parse(model)?).estimate(1)?;
         let reading = Reading::of(&estimate, 0);
-        let at = |omega: &f64| match reading.response(*omega) {
-            Some(it) => {
-                let value = Complex64::new(it.value.re, it.value.im);
-                (value, (it.magnitude_deviation(), it.phase_deviation()))
-            }
-            None => (Complex64::new(f64::NAN, f64::NAN), (f64::NAN, f64::NAN)),
-        };
-        Ok(omega.iter().map(at).unzip::<_, _, Vec<_>, Vec<_>>())
+        for omega in numbers(&omega) {
+            let found = reading.response(omega);
+            let or_nan = |of: &dyn Fn(&Uncertain) -> f64| found.as_ref().map_or(f64::NAN, of);
+            values.push([or_nan(&|it| it.value.re), or_nan(&|it| it.value.im)]);
+            magnitudes.push(or_nan(&Uncertain::magnitude_deviation));
+            phases.push(or_nan(&Uncertain::phase_deviation));
+        }
+        Ok(())
     })?;
-    let (magnitude, phase): (Vec<f64>, Vec<f64>) = deviations.into_iter().unzip();
-    Ok((
-        values.into_pyarray(py),
-        magnitude.into_pyarray(py),
-        phase.into_pyarray(py),
-    ))
+    Ok([
+        array(py, values)?,
+        array(py, magnitudes)?,
+        array(py, phases)?,
+    ])
 }
 
 #[derive(Parser)]

@@ -2,12 +2,12 @@
 
 use std::path::PathBuf;
 
-use numpy::IntoPyArray;
 use planesman::scenario::Scenario;
 use planesman::sweep::{self, Case, Kind, Part};
 use planesman_identification::on_all_cores;
 use pyo3::prelude::*;
 
+use crate::array::array;
 use crate::error::{interrupted, raised, released};
 
 /// The cases of a scenario with these `--vary`, `--samples` and `--seeds`.
@@ -77,11 +77,11 @@ fn columns<'py>(
     let axes = cases.first().map_or(0, |case| case.values.len());
     let whole = |of: &dyn Fn(&Case) -> i64| {
         let numbers: Vec<i64> = cases.iter().map(of).collect();
-        numbers.into_pyarray(py).into_any()
+        array(py, numbers)
     };
     let number = |of: &dyn Fn(&Case) -> f64| {
         let numbers: Vec<f64> = cases.iter().map(of).collect();
-        numbers.into_pyarray(py).into_any()
+        array(py, numbers)
     };
     let text = |of: &dyn Fn(&Case) -> &str| {
         let words: Vec<&str> = cases.iter().map(of).collect();
@@ -90,14 +90,16 @@ fn columns<'py>(
     let last = names.len() - 1;
     let column = |(place, (name, kind)): (usize, (String, Kind))| {
         let column = match (place, kind) {
-            (0, _) => whole(&|it| it.number as i64),
+            (0, _) => whole(&|it| it.number as i64)?,
             (place, Kind::Text) if place == last => text(&|it| &it.error)?,
             (place, Kind::Text) => text(&|it| &it.values[place - 1])?,
             (place, Kind::Number) if place <= axes => {
-                number(&|it| it.values[place - 1].parse().unwrap_or(f64::NAN))
+                number(&|it| it.values[place - 1].parse().unwrap_or(f64::NAN))?
             }
-            (_, Kind::Whole) => whole(&|it| i64::from(it.seed)),
-            (place, Kind::Number) => number(&|it| it.numbers[place - axes - 2].unwrap_or(f64::NAN)),
+            (_, Kind::Whole) => whole(&|it| i64::from(it.seed))?,
+            (place, Kind::Number) => {
+                number(&|it| it.numbers[place - axes - 2].unwrap_or(f64::NAN))?
+            }
         };
         Ok((name, column))
     };

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from pathlib import Path
 
 import numpy as np
@@ -69,3 +70,19 @@ def test_a_file_whose_name_looks_like_an_option_is_a_file(tmp_path: Path, monkey
     monkeypatch.chdir(tmp_path)
     Path("--json.csv").write_text("t,u\n0,1\n1,2\n")
     assert planesman.read_bag("--json.csv", "u")["u"].value.tolist() == [1.0, 2.0]
+
+
+def test_an_array_is_not_a_copy_and_outlives_what_it_came_with(bag: Path) -> None:
+    value = planesman.read_bag(bag, "state:depth")["state:depth"].value
+    again = planesman.read_bag(bag, "state:depth")["state:depth"].value
+    assert not value.flags.owndata and value.flags.writeable and value.flags.c_contiguous
+    gc.collect()
+    value[:] = 1.0
+    assert value.sum() == 1800.0 and not np.array_equal(value, again)
+
+
+def test_a_signal_without_a_sample_is_an_empty_array(tmp_path: Path) -> None:
+    table = tmp_path / "empty.csv"
+    table.write_text("t,u\n")
+    samples = planesman.read_bag(table, "u")["u"]
+    assert samples.value.shape == samples.time.shape == (0,)

@@ -164,6 +164,20 @@ def test_an_error_of_a_part_ends_the_call(client: Client, tmp_path: Path) -> Non
     assert not _parts.path_of(tmp_path / "cases", 2, 3).exists()
 
 
+def test_a_worker_that_does_not_see_the_folder_says_so(tmp_path: Path) -> None:
+    with pytest.raises(planesman.PlanesmanError, match="name a folder that all machines of the cluster share"):
+        _parts.write(tmp_path / "elsewhere", 1, 1, lambda part, of: pyarrow.table({"case": [part]}))
+
+
+def test_a_part_that_breaks_off_leaves_no_file(tmp_path: Path) -> None:
+    class Broken:
+        """No table: writing it fails."""
+
+    with pytest.raises(AttributeError):
+        _parts.write(tmp_path, 1, 1, lambda part, of: Broken())  # type: ignore[arg-type, return-value]
+    assert list(tmp_path.iterdir()) == []
+
+
 @pytest.mark.parametrize("on_cluster", [False, True])
 def test_every_bag_of_a_folder_is_fitted_once(on_cluster: bool, bag: Path, tmp_path: Path, request: pytest.FixtureRequest) -> None:
     bags = tmp_path / "bags"

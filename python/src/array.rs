@@ -1,0 +1,73 @@
+//! Numbers as numpy arrays, moved and not copied.
+//!
+//! An array takes the place of the numbers by numpy's array interface, so that the crate needs neither numpy's headers nor the crate
+//! `numpy`: that one changes the features of what nalgebra stands on, and a wheel would build again nearly all that the release
+//! build has built (CONTRIBUTING.md has the times).
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// A kind of number of an array.
+pub(crate) trait Number: Send + Sync + 'static {
+    /// What numpy calls it, without the order of its bytes.
+    const KIND: &'static str;
+}
+
+impl Number for f64 {
+    const KIND: &'static str = "f8";
+}
+
+impl Number for i64 {
+    const KIND: &'static str = "i8";
+}
+
+/// Real and imaginary part.
+impl Number for [f64; 2] {
+    const KIND: &'static str = "c16";
+}
+
+/// The numbers of an array, which keeps this alive. From here on they are Python's, which may change them.
+#[pyclass(frozen, module = "planesman._native")]
+struct Owner {
+    _numbers: Box<dyn Send + Sync>,
+    address: usize,
+    length: usize,
+    kind: &'static str,
+}
+
+#[pymethods]
+impl Owner {
+    /// <https://numpy.org/doc/stable/reference/arrays.interface.html>
+    #[getter]
+    fn __array_interface__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let order = if cfg!(target_endian = "big") {
+            ">"
+        } else {
+            "<"
+        };
+        let interface = PyDict::new(py);
+        interface.set_item("version", 3)?;
+        interface.set_item("typestr", format!("{order}{}", self.kind))?;
+        interface.set_item("shape", (self.length,))?;
+        interface.set_item("data", (self.address, false))?;
+        Ok(interface)
+    }
+}
+
+/// The numbers as a numpy array of one dimension.
+pub(crate) fn array<N: Number>(py: Python<'_>, mut numbers: Vec<N>) -> PyResult<Bound<'_, PyAny>> {
+    let owner = Owner {
+        address: numbers.as_mut_ptr().expose_provenance(),
+        length: numbers.len(),
+        kind: N::KIND,
+        _numbers: Box::new(numbers),
+    };
+    py.import("numpy")?
+        .call_method1("asarray", (Bound::new(py, owner)?,))
+}
+
+/// The numbers of a float64 array, from its bytes (`tobytes`).
+pub(crate) fn numbers(bytes: &[u8]) -> Vec<f64> {
+    let (each, _) = bytes.as_chunks();
+    each.iter().map(|it| f64::from_ne_bytes(*it)).collect()
+}
