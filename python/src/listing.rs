@@ -2,9 +2,8 @@
 
 use planesman::nodes::{NODES, declarations};
 use planesman::params_command;
-use planesman::reproduce::{self, REPORTS, listing::verdict};
+use planesman::reproduce::rows;
 use planesman::scenario::Scenario;
-use planesman_book::Reckoning;
 use pyo3::prelude::*;
 use serde_json::{Value, json};
 
@@ -40,25 +39,5 @@ pub(crate) fn parameter_file(scenario: &str, node: Option<&str>) -> PyResult<Str
 /// Every number of the reports, printed and recomputed, as JSON.
 #[pyfunction]
 pub(crate) fn reproduced(py: Python<'_>) -> PyResult<String> {
-    released(py, || {
-        let mut rows = Vec::new();
-        for (report, values) in REPORTS.iter().zip(reproduce::recomputed()) {
-            let book = (report.book)()?;
-            let reckoning = Reckoning::of(&book, values.iter().map(|(id, v)| (id.as_str(), *v)));
-            rows.extend(reckoning.lines.iter().map(|line| {
-                let erratum = line.entry.erratum.as_ref();
-                json!({
-                    "report": report.name,
-                    "number": line.entry.id,
-                    "source": line.entry.source,
-                    "unit": line.entry.unit,
-                    "printed": line.entry.printed,
-                    "recomputed": line.value,
-                    "verdict": verdict(line),
-                    "erratum": erratum.and_then(|it| book.errata().get(it)),
-                })
-            }));
-        }
-        Ok(Value::Array(rows).to_string())
-    })
+    released(py, || rows::json(&rows::all()?))
 }

@@ -5,6 +5,7 @@ use planesman_book::{Book, Names, Reckoning, Report};
 use serde::Serialize;
 
 use super::listing::verdict;
+use super::{REPORTS, recomputed};
 
 /// One number.
 #[derive(Clone, Debug, Serialize)]
@@ -20,8 +21,24 @@ pub struct Row {
     within: Option<f64>,
     recomputed: Option<f64>,
     verdict: String,
+    /// The number of the erratum that explains it, and what that says.
     erratum: Option<String>,
+    explanation: Option<String>,
     note: Option<String>,
+}
+
+/// The numbers of every report.
+///
+/// # Errors
+/// None in practice: the books are built in.
+pub fn all() -> Result<Vec<Row>> {
+    let mut rows = Vec::new();
+    for (report, values) in REPORTS.iter().zip(recomputed()) {
+        let (book, names) = ((report.book)()?, (report.names)()?);
+        let reckoning = Reckoning::of(&book, values.iter().map(|(id, v)| (id.as_str(), *v)));
+        rows.extend(of(report, &book, &names, &reckoning));
+    }
+    Ok(rows)
 }
 
 /// The numbers of a report.
@@ -47,6 +64,7 @@ pub(super) fn of(
             recomputed: line.value,
             verdict: verdict(line),
             erratum: erratum.map(|(number, _)| number.to_owned()),
+            explanation: erratum.map(|(_, text)| text.to_owned()),
             note: entry.note.clone(),
         }
     };
@@ -57,7 +75,7 @@ pub(super) fn of(
 ///
 /// # Errors
 /// None in practice: writing to memory.
-pub(super) fn json(rows: &[Row]) -> Result<String> {
+pub fn json(rows: &[Row]) -> Result<String> {
     Ok(serde_json::to_string_pretty(rows)? + "\n")
 }
 
