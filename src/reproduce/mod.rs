@@ -2,15 +2,15 @@
 //!
 //! - [`listing`]: the numbers as text.
 //! - [`page`]: the numbers, errata and figures as one HTML page.
-//! - [`rows`]: the numbers as a table, CSV or JSON, for other programs.
+//! - [`rows`]: the reports, and their numbers as rows, CSV or JSON, for other programs.
 
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use planesman_book::{Line, Reckoning, Recomputed, Report, Verdict};
+use planesman_book::{Line, Reckoning, Verdict};
 
 use crate::arguments::output_file;
-use crate::progress::{end_with_reader, on_all_cores, spinner};
+use crate::progress::{end_with_reader, spinner};
 use crate::table::print_wrapped;
 
 pub mod listing;
@@ -42,15 +42,6 @@ impl ReproduceArgs {
     }
 }
 
-/// The reports.
-pub const REPORTS: [Report; 2] = [brunner_1988::REPORT, ibm_1966::REPORT];
-
-/// The recomputed numbers of each of the [`REPORTS`], by name.
-#[must_use]
-pub fn recomputed() -> Vec<Recomputed> {
-    on_all_cores("reports", &REPORTS, |report| (report.recomputed)())
-}
-
 /// Prints the books of numbers, and writes what is asked for.
 ///
 /// # Errors
@@ -63,7 +54,7 @@ pub fn run(args: &ReproduceArgs) -> Result<()> {
     let mut page = page::Page::default();
     let mut all_rows = Vec::new();
     let mut news = 0;
-    for (report, values) in REPORTS.iter().zip(recomputed()) {
+    for (report, values) in rows::REPORTS.iter().zip(rows::recomputed()) {
         let (book, names) = ((report.book)()?, (report.names)()?);
         let reckoning = Reckoning::of(&book, values.iter().map(|(id, v)| (id.as_str(), *v)));
         print_wrapped(format_args!("{}\n", report.citation))?;

@@ -1,11 +1,19 @@
 //! The numbers as rows, for other programs: as JSON and CSV.
 
 use anyhow::{Context as _, Result};
-use planesman_book::{Book, Names, Reckoning, Report};
+use planesman_book::{Book, Names, Reckoning, Recomputed, Report};
 use serde::Serialize;
 
 use super::listing::verdict;
-use super::{REPORTS, recomputed};
+use crate::progress::on_all_cores;
+
+/// The reports.
+pub(super) const REPORTS: [Report; 2] = [brunner_1988::REPORT, ibm_1966::REPORT];
+
+/// The recomputed numbers of each of the [`REPORTS`], by name.
+pub(super) fn recomputed() -> Vec<Recomputed> {
+    on_all_cores("reports", &REPORTS, |report| (report.recomputed)())
+}
 
 /// One number.
 #[derive(Clone, Debug, Serialize)]
