@@ -206,9 +206,11 @@ export function refuse(channel, reason) {
 function selected(plot) {
   const { left, width } = plot.select;
   if (width < 4) return;
-  [view.from, view.to] = [plot.posToVal(left, "x"), plot.posToVal(left + width, "x")];
-  view.follow = false;
+  const [from, to] = [plot.posToVal(left, "x"), plot.posToVal(left + width, "x")];
   plot.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
+  // The other charts are told too; one that was never drawn has no axis yet.
+  if (!Number.isFinite(from + to)) return;
+  Object.assign(view, { from, to, follow: false });
   redraw();
 }
 
@@ -264,6 +266,9 @@ export function seenEnd() {
   const end = view.follow ? extent()[1] : view.to;
   return charts.some((chart) => chart.data[0].length) ? end : undefined;
 }
+
+/// How much time is seen, s.
+export const seenWidth = () => view.to - view.from;
 
 /// Draws what has changed; returns how many charts that were.
 export function draw() {
