@@ -162,6 +162,7 @@ fn a_page_shows_a_vehicle_sets_a_gain_flies_a_manoeuvre_and_tells_of_a_node_that
     let [_plant, actuator, _controller] = vehicle(&stage);
     let operator = stage.operator();
     let (_watch, address) = watch(&stage);
+    browser.ask(&json!({"size": [1400, 1000]})).unwrap();
     browser.open(&address);
 
     // The charts move.
@@ -172,6 +173,18 @@ fn a_page_shows_a_vehicle_sets_a_gain_flies_a_manoeuvre_and_tells_of_a_node_that
         (samples(&mut browser) > before + 20).then_some(())
     });
     assert!(browser.run("return planesman.stats.frames").as_u64() > Some(0));
+
+    // A stretch of time that is marked with the mouse fills the charts, which stand still until they are to follow again.
+    browser
+        .ask(&json!({"drag": [[300, 140], [400, 140]]}))
+        .unwrap();
+    browser.until_text("#pause", "Follow");
+    let width = browser.run("return import('/charts.js').then((it) => it.seenWidth())");
+    assert!(
+        width.as_f64().is_some_and(|it| it > 0.0 && it < 60.0),
+        "{width}"
+    );
+    browser.click("#recorder", "Follow");
 
     // A gain that is set on the page is the node's; one out of range is refused in place.
     let row = "[data-name='depth.p']";
@@ -390,15 +403,17 @@ fn only_the_page_itself_is_answered() {
 #[test]
 fn a_dive_shows_its_page_and_takes_it_along_when_it_ends() {
     let stage = Stage::new();
-    let file = stage.file("short.yaml", scenario(600.0, "  {}"));
+    let file = stage.file(
+        "short.yaml",
+        scenario(600.0, "  depth_controller: {depth_setpoint: 1.0}"),
+    );
+    let operator = stage.operator();
     let dive = stage.start(&["dive", &file, "--watch"]);
     let address = address(&dive);
     let host = address.trim_start_matches("http://").trim_end_matches('/');
     let page = answer(&address, "GET /", &[&format!("Host: {host}")], "");
     assert!(page.starts_with("HTTP/1.1 200"), "{page}");
-    eventually("the vehicle flies", || {
-        dive.stdout().contains("diving").then_some(())
-    });
+    operator.state("the vehicle flies", |state| state.depth > 0.01);
     dive.press_ctrl_c();
     dive.finish().success();
     assert!(TcpStream::connect(host).is_err(), "the page is still there");

@@ -3,6 +3,8 @@
     {"open": ADDRESS}                       the page is loaded; answers how long that took, ms
     {"run": SCRIPT, "with": [ARGUMENT...]}  the result of a script's `return`
     {"size": [WIDTH, HEIGHT]}               the window's inner size
+    {"drag": [[X, Y], [X, Y]]}              the mouse is pressed, moved and released
+    {"dark": true}                          the dark colours are preferred
     {"picture": FILE, "whole": true}        a screenshot, of the whole page or of what is seen
 
 An error is answered as {"error": TEXT}. Needs selenium, and Debian's chromium and chromedriver.
@@ -29,6 +31,8 @@ OPTIONS = [
     "--disable-dev-shm-usage",
 ]
 
+DRAG = ["mouseMoved", "mousePressed", "mouseMoved", "mouseReleased"]
+
 LOADED = "const it = performance.getEntriesByType('navigation')[0]; return it.loadEventEnd - it.startTime;"
 
 
@@ -42,6 +46,11 @@ def act(driver, command: dict):
         width, height = command["size"]
         metrics = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 500}
         return driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+    if "drag" in command:
+        for (x, y), kind in zip([command["drag"][0]] * 2 + [command["drag"][1]] * 2, DRAG):
+            event = {"type": kind, "x": x, "y": y, "button": "left", "buttons": 1, "clickCount": 1}
+            driver.execute_cdp_cmd("Input.dispatchMouseEvent", event)
+        return True
     if "picture" in command:
         whole = {"captureBeyondViewport": bool(command.get("whole")), "format": "png"}
         picture = driver.execute_cdp_cmd("Page.captureScreenshot", whole)
