@@ -2,10 +2,12 @@
 //!
 //! - `space`: what is varied, and the cases that follow;
 //! - `case`: the flight of one case, and its numbers;
+//! - `column`: what a column of the results holds;
 //! - `results`: the file with a row a case, which can be interrupted at any time;
 //! - `page`: heat map and Pareto plot of what is there.
 
 mod case;
+mod column;
 mod page;
 #[cfg(feature = "parquet")]
 mod parquet;
@@ -27,6 +29,8 @@ use crate::sink::write_whole;
 use case::Metrics;
 use results::Results;
 use space::{Space, plain};
+
+pub use column::Kind;
 
 /// Combinations that are checked at a time: what is kept of them does not grow with the sweep.
 const CHECKED: u64 = 100_000;
@@ -83,17 +87,6 @@ struct Definition<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     parts: Option<u64>,
     scenario: &'a str,
-}
-
-/// What a column holds. An empty cell is null.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// Whole numbers.
-    Whole,
-    /// Numbers.
-    Number,
-    /// Text.
-    Text,
 }
 
 /// Flies the cases that the folder lacks, and writes the page.

@@ -12,7 +12,7 @@ use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::{Type, TypePtr};
 
-use super::Kind;
+use super::column::Kind;
 use crate::sink::write_whole;
 
 /// Rows of a group.
