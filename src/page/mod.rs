@@ -1,6 +1,6 @@
 //! Results on one self-contained HTML page: text, tables, and plots that the reader's browser draws.
 //!
-//! - [`document`], [`figure`]: the page, and a plot on it.
+//! - [`document`], `figure`: the page, and a plot on it.
 //! - [`flights`]: the page of a dive, or of several beside each other.
 
 use anyhow::Result;

@@ -437,7 +437,7 @@ parameters:
                 .expect("a row")
                 .starts_with("5,1,0.3048,2,0.1,")
         );
-        assert!(text(folder, "whole/report.html").contains("<svg"));
+        assert!(text(folder, "whole/report.html").contains(r#"<figure class="plot">"#));
 
         let file = folder.join("whole/cases.csv");
         std::fs::write(&file, &rows[..rows.len() / 2]).expect("cut");
