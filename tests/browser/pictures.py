@@ -133,6 +133,8 @@ def main() -> None:
     options.add_argument("--to", type=Path, default=DOCS, metavar="FOLDER", help="where they are put [default: docs]")
     chosen = options.parse_args()
     names = chosen.names or [ANIMATION, *FLOWN]
+    if unknown := set(names) - {ANIMATION, *FLOWN}:
+        options.error(f"there is no picture {', '.join(sorted(unknown))}")
     with tempfile.TemporaryDirectory() as folder, browser.chromium() as driver:
         folder = Path(folder)
         (folder / "launch-scripts").symlink_to(ROOT / "launch-scripts")
