@@ -130,6 +130,21 @@ fn each_tutorial_is_followed_here() {
 }
 
 #[test]
+fn what_the_readme_the_tutorials_and_the_gallery_link_is_there() {
+    let docs = TUTORIALS.map(|it| format!("docs/{it}"));
+    let others = ["README.md", "docs/README.md", "docs/gallery.md"];
+    for page in docs.iter().map(String::as_str).chain(others) {
+        let page = root().join(page);
+        let text = std::fs::read_to_string(&page).unwrap();
+        for link in text.split("](").skip(1) {
+            let target = link.split([')', '#']).next().unwrap();
+            let file = page.parent().unwrap().join(target);
+            assert!(file.exists(), "{}: {target}", page.display());
+        }
+    }
+}
+
+#[test]
 fn a_line_that_is_not_printed_or_not_in_its_place_is_missed() {
     let lines = |text: &str| text.lines().map(str::to_owned).collect::<Vec<_>>();
     let output = "one\n  two   2.0\nthree\n";

@@ -80,13 +80,12 @@ pub fn of(vehicle: &Vehicle) -> String {
     let name = vehicle
         .name
         .replace(|c: char| !c.is_ascii_alphanumeric() && c != '_', "_");
-    let hull = format!("package://planesman/meshes/hull.obj\" scale=\"{length} {radius} {radius}");
     let mut urdf = format!(
         r#"<?xml version="1.0"?>
 <robot name="{name}">
   <link name="{BODY}">
     <visual>
-      <geometry><mesh filename="{hull}"/></geometry>
+      <geometry><mesh filename="package://planesman/meshes/hull.obj" scale="{length} {radius} {radius}"/></geometry>
       <material name="hull"><color rgba="0.9 0.7 0.2 0.5"/></material>
     </visual>
     <collision>{}</collision>
