@@ -14,7 +14,7 @@ use planesman_vehicle::LevelFlight;
 use planesman_vehicle::linearised::{self, Output};
 use planesman_vehicle::vehicle_file;
 
-use crate::arguments::{speed, within};
+use crate::arguments::{number, speed, within};
 use crate::table::print_wrapped;
 
 /// The vehicle, the pair of signals and the sampling.
@@ -154,7 +154,7 @@ fn corrected(args: &TfArgs) -> Result<Models> {
             vehicle.name,
             output.name(),
             input_name(args.input),
-            args.speed
+            number(args.speed)
         ),
         continuous,
         frequency: "rad/s",

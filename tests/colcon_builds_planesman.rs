@@ -120,6 +120,7 @@ impl Workspace {
             "launch/dive.launch.py",
             "launch/replay.launch.py",
             "layouts/plotjuggler.xml",
+            "meshes/hull.obj",
             "package.xml",
             "params/params.yaml",
             "scenarios/dive.yaml",

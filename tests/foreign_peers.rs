@@ -333,6 +333,7 @@ fn every_frame_named_in_a_header_is_in_one_tree_of_transforms() {
         ("auv2/base_link_frd", "auv2/base_link"),
         ("auv2/bow_planes", "auv2/base_link"),
         ("auv2/stern_planes", "auv2/base_link"),
+        ("auv2/ram", "auv2/base_link"),
     ] {
         assert_eq!(parents.get(child).map(String::as_str), Some(parent));
     }
@@ -355,7 +356,13 @@ fn every_frame_named_in_a_header_is_in_one_tree_of_transforms() {
 
     let string = std_msgs::msg::String::TYPE_NAME;
     let description = echo("/auv/robot_description", string, &latched);
-    for link in ["base_link", "base_link_frd", "bow_planes", "stern_planes"] {
+    for link in [
+        "base_link",
+        "base_link_frd",
+        "bow_planes",
+        "stern_planes",
+        "ram",
+    ] {
         let named = format!("<link name=\"{link}\"");
         assert!(text(&description["data"]).contains(&named), "{description}");
     }

@@ -11,6 +11,7 @@ An error is answered as {"error": TEXT}. Needs selenium, and Debian's chromium a
 """
 
 import base64
+import contextlib
 import json
 import sys
 import tempfile
@@ -63,7 +64,9 @@ def act(driver, command: dict):
     raise ValueError(f"unknown command {command}")
 
 
-def main() -> None:
+@contextlib.contextmanager
+def chromium():
+    """A browser, with a profile that ends with it."""
     options = webdriver.ChromeOptions()
     options.binary_location = "/usr/bin/chromium"
     with tempfile.TemporaryDirectory() as profile:
@@ -71,14 +74,19 @@ def main() -> None:
             options.add_argument(option)
         driver = webdriver.Chrome(options=options, service=Service("/usr/bin/chromedriver"))
         try:
-            for line in sys.stdin:
-                try:
-                    answer = {"is": act(driver, json.loads(line))}
-                except (WebDriverException, ValueError) as error:
-                    answer = {"error": str(error)}
-                print(json.dumps(answer), flush=True)
+            yield driver
         finally:
             driver.quit()
+
+
+def main() -> None:
+    with chromium() as driver:
+        for line in sys.stdin:
+            try:
+                answer = {"is": act(driver, json.loads(line))}
+            except (WebDriverException, ValueError) as error:
+                answer = {"error": str(error)}
+            print(json.dumps(answer), flush=True)
 
 
 if __name__ == "__main__":

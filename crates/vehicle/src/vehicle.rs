@@ -104,6 +104,8 @@ pub struct PlaneArms {
     pub bow: f64,
     /// `x_s`
     pub stern: f64,
+    /// The moment arm of the ram that turns the planes \[m\], for viewers alone: the actuator has its own. None: there is no ram to show.
+    pub moment_arm: Option<f64>,
 }
 
 impl PlaneArms {

@@ -258,6 +258,7 @@ struct CoefficientsSection {
 struct PlanesSection {
     bow: Quantity,
     stern: Quantity,
+    moment_arm: Option<Quantity>,
 }
 
 #[derive(Deserialize)]
@@ -392,7 +393,13 @@ impl PlanesSection {
         let stern = on_the_hull("planes.stern", &self.stern, length)?;
         let rule = "must be ahead of the stern planes";
         require(bow > stern, "planes.bow", &self.bow, rule)?;
-        Ok(PlaneArms { bow, stern })
+        let arm = |arm| above_zero("planes.moment_arm", arm, Dimension::Length);
+        let moment_arm = self.moment_arm.as_ref().map(arm).transpose()?;
+        Ok(PlaneArms {
+            bow,
+            stern,
+            moment_arm,
+        })
     }
 }
 
@@ -559,6 +566,11 @@ mod tests {
                 ["depth_port.forward", "reference length"],
             ),
             ("bow: 7.6", "bow: -20", ["planes.bow", "ahead of the stern"]),
+            (
+                "moment_arm: 0.5",
+                "moment_arm: 0",
+                ["planes.moment_arm", "above zero"],
+            ),
             (
                 "q_dot: 0.072",
                 "q_dot: 0",

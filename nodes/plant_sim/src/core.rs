@@ -17,7 +17,7 @@ use planesman_msgs::{
 };
 
 use crate::{
-    description,
+    description::{self, Part},
     error::Error,
     messages::Frames,
     odometry::{self, wrapped},
@@ -211,7 +211,7 @@ impl Plant {
         Observation {
             state: self.state_message(&frames),
             odometry: frames.odometry(&odometry),
-            transforms: frames.transforms(&odometry, &self.planes()),
+            transforms: frames.transforms(&odometry, &self.parts()),
             imu,
             depth_pressure,
             speed_pressure,
@@ -261,13 +261,13 @@ impl Plant {
         }
     }
 
-    /// The planes with their angles \[rad\].
-    fn planes(&self) -> Vec<(description::Plane, f64)> {
+    /// What moves, with the angle of its planes \[rad\]: bow, stern, and both.
+    fn parts(&self) -> Vec<(Part, f64)> {
         let together = self.acting.dive_planes;
         let apart = self.acting.bow_stern_differential;
-        description::planes(&self.vehicle)
+        description::parts(&self.vehicle)
             .into_iter()
-            .zip([together + apart, together - apart])
+            .zip([together + apart, together - apart, together])
             .collect()
     }
 

@@ -1,7 +1,7 @@
-//! The vehicle as URDF, and the frames of its planes.
+//! The vehicle as URDF, and the frames of its moving parts.
 //!
-//! The links' frames are those of `/tf` without their prefix. The hull is drawn as a cylinder of the reference length that
-//! displaces the vehicle's buoyancy: the vehicle files have no shape.
+//! The links' frames are those of `/tf` without their prefix. The vehicle files have no shape: the hull is a mesh of the ROS package, scaled to
+//! the reference length and to displace the vehicle's buoyancy. Every link's collision shape is a primitive, for viewers without the package.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::fmt::Write as _;
@@ -17,38 +17,54 @@ pub(crate) const BODY_DOWN: &str = "base_link_frd";
 /// Weight of the water that the hull displaces \[N/m^3\].
 const WATER: f64 = 9810.0;
 
-/// A pair of planes.
+/// A part that moves with the planes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Plane {
+pub(crate) struct Part {
     /// Its frame.
     pub link: &'static str,
     /// Its joint: as in `sensor_msgs/JointState` on `planes`.
     pub joint: &'static str,
-    /// Forward of the body's origin \[m\].
-    pub forward: f64,
-    /// The side to which it turns at a positive, diving, angle: 1 its leading edge down, -1 up.
-    pub axis: f64,
+    /// At neutral planes, from the body's origin: forward, left, up \[m\].
+    pub origin: [f64; 3],
+    /// How it moves with a positive, diving, plane angle.
+    pub motion: Motion,
 }
 
-/// The vehicle's planes, bow and stern; none where the vehicle file does not place them.
-pub(crate) fn planes(vehicle: &Vehicle) -> Vec<Plane> {
+/// The motion of a part with its plane angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Motion {
+    /// Turns about y: 1 the leading edge down, -1 up.
+    Turn(f64),
+    /// Moves forward, by so many metres per radian.
+    Slide(f64),
+}
+
+/// The planes, bow and stern, and the ram that turns them; none where the vehicle file does not place the planes.
+pub(crate) fn parts(vehicle: &Vehicle) -> Vec<Part> {
     let Some(arms) = vehicle.planes else {
         return Vec::new();
     };
-    vec![
-        Plane {
+    let mut parts = vec![
+        Part {
             link: "bow_planes",
             joint: "dive_planes",
-            forward: arms.bow,
-            axis: 1.0,
+            origin: [arms.bow, 0.0, 0.0],
+            motion: Motion::Turn(1.0),
         },
-        Plane {
+        Part {
             link: "stern_planes",
             joint: "stern_planes",
-            forward: arms.stern,
-            axis: -1.0,
+            origin: [arms.stern, 0.0, 0.0],
+            motion: Motion::Turn(-1.0),
         },
-    ]
+    ];
+    parts.extend(arms.moment_arm.map(|arm| Part {
+        link: "ram",
+        joint: "ram",
+        origin: [0.5 * (arms.bow + arms.stern), 0.0, arm],
+        motion: Motion::Slide(arm),
+    }));
+    parts
 }
 
 /// The vehicle's URDF.
@@ -56,6 +72,10 @@ pub(crate) fn planes(vehicle: &Vehicle) -> Vec<Plane> {
 pub fn of(vehicle: &Vehicle) -> String {
     let length = vehicle.reference_length;
     let radius = (vehicle.buoyancy / (WATER * length * PI)).sqrt();
+    let lengthwise = |length, radius| {
+        let shape = format!("<cylinder length=\"{length}\" radius=\"{radius}\"/>");
+        format!("<origin rpy=\"0 {FRAC_PI_2} 0\"/><geometry>{shape}</geometry>")
+    };
     // A name of the user's: nothing in it is XML.
     let name = vehicle
         .name
@@ -65,9 +85,10 @@ pub fn of(vehicle: &Vehicle) -> String {
 <robot name="{name}">
   <link name="{BODY}">
     <visual>
-      <origin rpy="0 {FRAC_PI_2} 0"/>
-      <geometry><cylinder length="{length}" radius="{radius}"/></geometry>
+      <geometry><mesh filename="package://planesman/meshes/hull.obj" scale="{length} {radius} {radius}"/></geometry>
+      <material name="hull"><color rgba="0.9 0.7 0.2 0.5"/></material>
     </visual>
+    <collision>{}</collision>
   </link>
   <link name="{BODY_DOWN}"/>
   <joint name="{BODY_DOWN}" type="fixed">
@@ -75,34 +96,50 @@ pub fn of(vehicle: &Vehicle) -> String {
     <child link="{BODY_DOWN}"/>
     <origin rpy="{PI} 0 0"/>
   </joint>
-"#
+"#,
+        lengthwise(length, radius)
     );
-    for (index, plane) in planes(vehicle).iter().enumerate() {
-        let Plane {
-            link,
-            joint,
-            forward,
-            axis,
-        } = plane;
-        // The stern planes go with the bow planes, unless an actuator of their own moves them.
-        let mimic = match index {
-            0 => "",
-            _ => "\n    <mimic joint=\"dive_planes\"/>",
+    for part in parts(vehicle) {
+        let Part { link, joint, .. } = part;
+        let [forward, left, up] = part.origin;
+        let (kind, axis, gain, shape) = match part.motion {
+            Motion::Turn(side) => {
+                let [chord, span, thickness] = [0.5, 4.0, 0.05].map(|it| it * radius);
+                let shape =
+                    format!(r#"<geometry><box size="{chord} {span} {thickness}"/></geometry>"#);
+                ("continuous", format!("0 {side} 0"), 1.0, shape)
+            }
+            Motion::Slide(arm) => {
+                let shape = lengthwise(0.5 * length, 0.1 * radius);
+                ("prismatic", "1 0 0".to_owned(), arm, shape)
+            }
         };
-        let (span, chord, thickness) = (4.0 * radius, 0.5 * radius, 0.05 * radius);
+        // A continuous joint has no limits; the others are those of a radian.
+        let limit = match kind {
+            "prismatic" => {
+                format!(
+                    "\n    <limit lower=\"-{gain}\" upper=\"{gain}\" effort=\"0\" velocity=\"0\"/>"
+                )
+            }
+            _ => String::new(),
+        };
+        // All go with the bow planes, unless an actuator of their own moves them.
+        let mimic = match joint {
+            "dive_planes" => String::new(),
+            _ => format!("\n    <mimic joint=\"dive_planes\" multiplier=\"{gain}\"/>"),
+        };
         // Writing to a String does not fail.
         let _ = write!(
             urdf,
             r#"  <link name="{link}">
-    <visual>
-      <geometry><box size="{chord} {span} {thickness}"/></geometry>
-    </visual>
+    <visual>{shape}</visual>
+    <collision>{shape}</collision>
   </link>
-  <joint name="{joint}" type="continuous">
+  <joint name="{joint}" type="{kind}">
     <parent link="{BODY}"/>
     <child link="{link}"/>
-    <origin xyz="{forward} 0 0"/>
-    <axis xyz="0 {axis} 0"/>{mimic}
+    <origin xyz="{forward} {left} {up}"/>
+    <axis xyz="{axis}"/>{limit}{mimic}
   </joint>
 "#
         );

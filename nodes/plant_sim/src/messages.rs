@@ -14,7 +14,8 @@ use planesman_msgs::{
 };
 
 use crate::{
-    description, odometry,
+    description::{self, Motion, Part},
+    odometry,
     sensors::{Readings, Sensors},
 };
 
@@ -72,11 +73,11 @@ impl Frames<'_> {
         }
     }
 
-    /// Where the body is, and where its planes are.
+    /// Where the body is, and where its parts are, each with the angle of its planes \[rad\].
     pub(crate) fn transforms(
         &self,
         odometry: &odometry::Odometry,
-        planes: &[(description::Plane, f64)],
+        parts: &[(Part, f64)],
     ) -> TFMessage {
         let body = TransformStamped {
             header: self.header(self.odom()),
@@ -86,16 +87,23 @@ impl Frames<'_> {
                 rotation: quaternion(odometry.orientation),
             },
         };
-        let planes = planes.iter().map(|(plane, angle)| TransformStamped {
-            header: self.header(self.base_link()),
-            child_frame_id: self.named(plane.link),
-            transform: Transform {
-                translation: vector([plane.forward, 0.0, 0.0]),
-                rotation: about_y(plane.axis * angle),
-            },
+        let parts = parts.iter().map(|(part, angle)| {
+            let [forward, left, up] = part.origin;
+            let (slid, turned) = match part.motion {
+                Motion::Turn(side) => (0.0, side * angle),
+                Motion::Slide(arm) => (arm * angle, 0.0),
+            };
+            TransformStamped {
+                header: self.header(self.base_link()),
+                child_frame_id: self.named(part.link),
+                transform: Transform {
+                    translation: vector([forward + slid, left, up]),
+                    rotation: about_y(turned),
+                },
+            }
         });
         TFMessage {
-            transforms: std::iter::once(body).chain(planes).collect(),
+            transforms: std::iter::once(body).chain(parts).collect(),
         }
     }
 
