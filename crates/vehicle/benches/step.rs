@@ -1,8 +1,8 @@
 //! The time of one integration step of the vehicle.
 //!
 //! ```text
-//! cargo bench -p planesman_vehicle --bench step                  the step alone
-//! python crates/vehicle/benches/peers.py                beside scipy and python-control
+//! cargo bench -p planesman_vehicle --bench step         the step alone
+//! benches/peers/run --only vehicle                      beside scipy, C++ and python-control
 //! ```
 //!
 //! The problem is program T2 in consistent units: the vehicle `brunner` at 1 ft/s, planes at 30

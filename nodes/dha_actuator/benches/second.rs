@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! cargo bench -p dha_actuator --bench second             the actuator alone
-//! python nodes/dha_actuator/benches/peers.py             beside scipy with events
+//! benches/peers/run --only actuator                      beside scipy with events
 //! ```
 //!
 //! Three loads on each built-in actuator: the hydraulics slewing, with a volume in every cycle

@@ -1,9 +1,4 @@
-#!/usr/bin/env python3
-"""The default of `sysid fit` on public data sets, beside ARX, N4SID and output error of other packages, in one run.
-
-    python -m venv peers && peers/bin/pip install numpy==2.3.5 scipy==1.17.1 sippy_unipi==1.0.1
-    cargo build --release
-    peers/bin/python crates/identification/benches/public_sets.py FOLDER [--only NAME ...] [--no-oe]
+"""The default of `sysid fit` on public data sets, beside ARX, N4SID and output error of other packages: `run --sets FOLDER`.
 
 FOLDER holds the sets as their sources name them: DaISy's `dryer.dat`, `heating_system.dat` and so on (De Moor B.L.R.
 (ed.), DaISy: Database for the Identification of Systems, ESAT/STADIUS, KU Leuven), `gas.csv` (Box and Jenkins, series
@@ -11,16 +6,14 @@ J), sysidentpy's `buck_id.csv`, `f-16.txt`, `x_cc.csv`, `y_cc.csv`, `tanque.csv`
 benchmarks. A set that is not there is left out.
 
 Every model is fitted to the first 70 % of a set and simulated over the last 30 % from a state fitted there; the fit is
-100 (1 - |y - yhat| / |y - mean y|) %. Printed are the fits and the seconds. ARX: least squares, orders 1-8, delays 0-8,
+100 (1 - |y - yhat| / |y - mean y|) %. Shown are the fits and the seconds. ARX: least squares, orders 1-8, delays 0-8,
 least BIC. N4SID: SIPPY, horizon 20, orders 1-10, least BIC. OE: SIPPY, order 3, delay 1. The sets marked `last` were
 not looked at while the default was designed.
 """
 
-import argparse
 import contextlib
 import io
 import json
-import subprocess
 import tempfile
 import time
 import warnings
@@ -29,7 +22,8 @@ from pathlib import Path
 import numpy
 from scipy.signal import lfilter, ss2tf
 
-ROOT = Path(__file__).resolve().parents[3]
+from tools import output, program, say
+
 SHARE = 0.7
 # name: file, separator, lines to skip, sampling interval s, column of the input and of the output, every so many rows
 SETS = {
@@ -101,8 +95,8 @@ def ours(interval, u, y):
         table, model = Path(folder) / "part.csv", Path(folder) / "model.json"
         time_ = numpy.arange(len(u)) * interval
         numpy.savetxt(table, numpy.column_stack([time_, u, y]), delimiter=",", fmt="%.12g", header="time,u,y", comments="")
-        command = [ROOT / "target/release/planesman", "sysid", "fit", table, "-i", "u", "-o", "y", "--model", model]
-        subprocess.run(command, check=True, capture_output=True)
+        command = [program("planesman"), "sysid", "fit", table, "-i", "u", "-o", "y", "--model", model]
+        output(command)
         found = json.loads(model.read_text())
     num, den = found["num"], found["den"]
     return [0.0] * (len(den) - len(num)) + num, den, 0.0, found["offset"]
@@ -152,20 +146,14 @@ def output_error(_, u, y):
     return numpy.r_[numpy.zeros(len(den) - len(num)), num] * by, den, level, mean
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("--only", nargs="*", help="the sets of these names")
-    parser.add_argument("--no-oe", action="store_true", help="without SIPPY's output error, which takes longest")
-    arguments = parser.parse_args()
+def table(folder: Path) -> str:
+    """Fits and times on the sets that are there, as Markdown."""
     contenders = {"ours": ours, "ARX": arx, "N4SID": n4sid, "OE": output_error}
-    if arguments.no_oe:
-        del contenders["OE"]
-    print("| set | samples | " + " | ".join(f"{name} | s" for name in contenders) + " |")
-    print("|---" * (2 + 2 * len(contenders)) + "|")
+    lines = ["## Public data sets", "", "| set | samples | " + " | ".join(f"{name} | s" for name in contenders) + " |"]
+    lines.append("|---" * (2 + 2 * len(contenders)) + "|")
     counts = {"within": 0, "better": 0, "sets": 0}
     for name, entry in {**SETS, **LAST}.items():
-        data = signals(arguments.folder, entry) if not arguments.only or name in arguments.only else None
+        data = signals(folder, entry)
         if data is None:
             continue
         interval, u, y = data
@@ -184,9 +172,7 @@ def main():
         counts["within"] += fits.get("ours", -numpy.inf) >= best - 1
         counts["better"] += fits.get("ours", -numpy.inf) > best
         mark = ", last" if name in LAST else ""
-        print(f"| {name}{mark} | {len(u)} | " + " | ".join(cells) + " |", flush=True)
-    print(f"\nof {counts['sets']} sets: best or within a point on {counts['within']}, better than all on {counts['better']}")
-
-
-if __name__ == "__main__":
-    main()
+        lines.append(f"| {name}{mark} | {len(u)} | " + " | ".join(cells) + " |")
+        say(lines[-1])
+    lines += ["", f"Of {counts['sets']} sets ours is best or within a point on {counts['within']}, better than all on {counts['better']}."]
+    return "\n".join(lines) + "\n"

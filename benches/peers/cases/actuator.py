@@ -1,22 +1,21 @@
-"""One second of the slewing hydraulics with dha_actuator and with scipy, in one run.
+"""One second of the slewing hydraulics beside scipy.
 
-Usage, from the root of the workspace (numpy and scipy are needed):
-
-    python nodes/dha_actuator/benches/peers.py
-
-The problem is the first of dha_actuator's own bench, which is run first and whose lines are shown as they
-are: a volume in every valve cycle, the direction changed every 20 cycles, for one second. scipy
-integrates the same hybrid equations (IBM 66-L03-005, Section II.B) with solve_ivp, each change of law a
-terminal event, restarted at every flow edge. Units are inches, pounds and seconds; times are the best of
-several rounds.
+The problem is the first of the bench `second` of dha_actuator: a volume in every valve cycle, the direction changed every 20 cycles, for
+one second. scipy integrates the same hybrid equations (IBM 66-L03-005, Section II.B) with solve_ivp, each change of law a terminal event,
+restarted at every flow edge. Units are inches, pounds and seconds.
 """
 
-import subprocess
-import time
+import re
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from scipy.integrate import solve_ivp
+
+from tools import Missing, best, output, program
+
+TITLE = "Hydraulic actuator"
+NOTE = "one second of slewing; scipy is DOP853 at rtol 1e-10, with an event at each change of law. Each round is the best of 20 of ours, of 2 of scipy's."
 
 TOLERANCES = {"method": "DOP853", "rtol": 1e-10, "atol": [1e-12, 1e-10, 1e-13]}
 BREAK_AWAY, CLAMP = 1 + 1e-10, 1 + 1e-12
@@ -134,17 +133,28 @@ def slew(actuator):
     return ram
 
 
-def main():
-    subprocess.run(["cargo", "bench", "--quiet", "-p", "dha_actuator", "--bench", "second"], check=True)
+def contenders():
+    return {"planesman": ours, "scipy DOP853": scipy}
+
+
+@cache
+def after() -> dict[str, float]:
+    """Where the rams of dha_actuator are after a second [in]."""
+    found = re.findall(r"^(\w+): after .* X_1 = (\S+) in", output([program("second")]), re.MULTILINE)
+    return {name: float(position) for name, position in found}
+
+
+def ours() -> dict[str, float]:
+    text = output([program("second")])
+    found = {name: re.search(rf"^{name}: hydraulics slewing ([\d.]+) us", text, re.MULTILINE) for name in ACTUATORS}
+    return {f"{name} [us]": float(time[1]) for name, time in found.items()}
+
+
+def scipy() -> dict[str, float]:
+    times = {}
     for name, actuator in ACTUATORS.items():
-        shortest, ram = np.inf, None
-        for _ in range(10):
-            start = time.perf_counter()
-            ram = slew(actuator)
-            shortest = min(shortest, time.perf_counter() - start)
-        print(f"scipy solve_ivp (DOP853) with events, {name}, slewing for 1 s: {shortest * 1e3:.1f} ms, {ram.calls} evaluations")
-        print(f"{name}: after {int(actuator.frequency)} cycles of slewing X_1 = {ram.state[0]:.9f} in")
-
-
-if __name__ == "__main__":
-    main()
+        ram = slew(actuator)
+        if not np.isclose(ram.state[0], after()[name], rtol=0, atol=2e-9):
+            raise Missing(f"{name}: scipy ends at {ram.state[0]:.9f} in, dha_actuator at {after()[name]:.9f} in")
+        times[f"{name} [us]"] = best(lambda: slew(actuator), 2) * 1e6
+    return times

@@ -1,31 +1,33 @@
-#!/usr/bin/env python3
-"""Fits a model to a bag of a gigabyte: `sysid fit` beside `rosbags` + numpy and `mcap` + numpy, in one run.
+"""A model out of a bag beside `rosbags` and `mcap`, each with numpy.
 
-    gigabyte.py [--megabytes 1000] [--compression none]
-
-The bag holds sensor_msgs/Imu at 100 Hz and std_msgs/Float64 at 25 Hz. Each contender is a process of its own that
+The bag holds sensor_msgs/Imu at 100 Hz and std_msgs/Float64 at 25 Hz, not compressed. Each contender is a process of its own that
 reads the two signals, puts them on a grid of 20 Hz (interpolation; mean over each interval) and fits a second-order
-model by least squares. Told are wall time, the largest resident memory, and the coefficients, which must agree.
-Build the program first: `cargo build --release`.
+model by least squares. The coefficients must agree.
 """
 
-import argparse
 import json
 import struct
 import subprocess
 import sys
 import tempfile
 import time
+from functools import cache
 from pathlib import Path
 
 import numpy
 
+sys.path.append(str(Path(__file__).resolve().parents[1]))
+from tools import Missing, OPTIONS, program  # noqa: E402
+
+TITLE = "Model out of a bag"
+NOTE = "100 MB, or what `--megabytes` says, of Imu and Float64 messages in an MCAP bag without compression; two fields are read, resampled to 20 Hz and fitted."
+ROUNDS = 3
 RATE = 20.0
-ROOT = Path(__file__).resolve().parents[3]
+FOLDERS, FOUND = [], []
 
 
-def generate(path: Path, size: int, compression: str) -> int:
-    """Writes the bag; returns its messages. Payloads are made once and their numbers put in."""
+def generate(path: Path, size: int) -> None:
+    """Writes the bag. Payloads are made once and their numbers put in."""
     from mcap.writer import CompressionType, Writer
     from rosbags.typesys import Stores, get_typestore
 
@@ -56,7 +58,7 @@ def generate(path: Path, size: int, compression: str) -> int:
     x = v = u = 0.0
     noise = random.normal(0.0, 0.002, count)
     with path.open("wb") as file:
-        writer = Writer(file, chunk_size=1 << 20, compression=CompressionType[compression.upper()])
+        writer = Writer(file, chunk_size=1 << 20, compression=CompressionType.NONE)
         writer.start(profile="ros2")
         channels = {}
         for topic, kind in [("/imu", imu), ("/cmd", number)]:
@@ -76,7 +78,6 @@ def generate(path: Path, size: int, compression: str) -> int:
             struct.pack_into("<d", payload, place, x + noise[k])
             writer.add_message(channels["/imu"], stamp, bytes(payload), stamp)
         writer.finish()
-    return count + (count + 3) // 4
 
 
 def least_squares(ut: list[int], u: list[float], yt: list[int], y: list[float]) -> list[float]:
@@ -125,70 +126,58 @@ def with_mcap(path: Path) -> list[float]:
     return least_squares(ut, u, yt, y)
 
 
-def measure(command: list[str]) -> tuple[float, float, str]:
-    """Wall time in s, peak resident memory in MB, output."""
+@cache
+def bag() -> Path:
+    """Made once; the folder goes with the process."""
+    folder = tempfile.TemporaryDirectory()
+    FOLDERS.append(folder)
+    path = Path(folder.name) / "large.mcap"
+    generate(path, OPTIONS["megabytes"] * 1_000_000)
+    return path
+
+
+def contenders():
+    bag()
+    peer = [sys.executable, __file__]
+    return {
+        "planesman": ours,
+        "rosbags": lambda: read([*peer, "rosbags", bag()]),
+        "mcap": lambda: read([*peer, "mcap", bag()]),
+    }
+
+
+def ours() -> dict[str, float]:
+    fit = [program("planesman"), "sysid", "fit", bag(), "--input", "/cmd:data", "--output", "/imu:angular_velocity.y"]
+    fit += ["--rate", RATE, "--stamp", "log", "--json", "--quiet", "--method", "least_squares", "--order", 2, "--no-offset"]
+    return read(fit)
+
+
+def read(command: list) -> dict[str, float]:
+    """Wall time [s] and peak resident memory [MB] of a process that prints the model."""
     with tempfile.TemporaryFile("w+") as output:
         begin = time.perf_counter()
-        child = subprocess.Popen(command, stdout=output, text=True)
+        child = subprocess.Popen([str(part) for part in command], stdout=output, text=True)
         # The kernel's account at the end would count this process's own memory, of before the child became its program.
         peak = 0
         status = Path(f"/proc/{child.pid}/status")
-        while child.poll() is None:
-            lines = status.read_text().splitlines()
-            peak = max([peak, *(int(line.split()[1]) for line in lines if line.startswith("VmHWM"))])
-            time.sleep(0.01)
+        try:
+            while child.poll() is None:
+                lines = status.read_text().splitlines()
+                peak = max([peak, *(int(line.split()[1]) for line in lines if line.startswith("VmHWM"))])
+                time.sleep(0.01)
+        finally:
+            child.kill()
         elapsed = time.perf_counter() - begin
-        if child.returncode != 0:
-            sys.exit(f"{command} failed")
         output.seek(0)
-        return elapsed, peak / 1000, output.read()
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--megabytes", type=int, default=1000)
-    parser.add_argument("--compression", choices=["none", "lz4", "zstd"], default="none")
-    parser.add_argument("--peer", choices=["rosbags", "mcap"], help=argparse.SUPPRESS)
-    parser.add_argument("--bag", type=Path, help=argparse.SUPPRESS)
-    arguments = parser.parse_args()
-    if arguments.peer:
-        print(json.dumps({"rosbags": with_rosbags, "mcap": with_mcap}[arguments.peer](arguments.bag)))
-        return
-    with tempfile.TemporaryDirectory() as folder:
-        bag = Path(folder) / "gigabyte.mcap"
-        messages = generate(bag, arguments.megabytes * 1_000_000, arguments.compression)
-        size = bag.stat().st_size / 1e6
-        print(f"{messages} messages, {size:.0f} MB as {arguments.compression}, {arguments.megabytes} MB unpacked")
-        program = str(ROOT / "target/release/planesman")
-        fit = [program, "sysid", "fit", str(bag), "--input", "/cmd:data", "--output", "/imu:angular_velocity.y"]
-        fit += ["--rate", str(RATE), "--stamp", "log", "--json", "--quiet"]
-        fit += ["--method", "least_squares", "--order", "2", "--no-offset"]
-        peer = [sys.executable, __file__, "--bag", str(bag), "--peer"]
-        times = {}
-        # What else the machine does changes within minutes: ours is measured on both sides of the others.
-        for name, command in [
-            ("sysid fit", fit),
-            ("sysid topics", [program, "sysid", "topics", str(bag), "--quiet"]),
-            ("rosbags + numpy", [*peer, "rosbags"]),
-            ("sysid fit, again", fit),
-            ("mcap + numpy", [*peer, "mcap"]),
-            ("sysid fit, at last", fit),
-        ]:
-            seconds, memory, output = measure(command)
-            times[name] = seconds
-            found = ""
-            if "fit" in name:
-                model = json.loads(output)["model"]
-                found = model["den"][1:] + model["num"]
-            elif "numpy" in name:
-                found = json.loads(output)
-            rate = arguments.megabytes / seconds
-            print(f"{name:18} {seconds:8.2f} s {rate:8.1f} MB/s {memory:6.0f} MB resident  {found}", flush=True)
-        ours = [seconds for name, seconds in times.items() if "fit" in name]
-        for name, seconds in times.items():
-            if "numpy" in name:
-                print(f"{name} takes {seconds / max(ours):.0f} to {seconds / min(ours):.0f} times as long as sysid fit")
+        if child.returncode != 0:
+            raise Missing(f"{command[0]} ended with {child.returncode}")
+        found = json.loads(output.read())
+    coefficients = found["model"]["den"][1:] + found["model"]["num"] if "model" in found else found["coefficients"]
+    FOUND.append(coefficients)
+    if not numpy.allclose(coefficients, FOUND[0], rtol=0, atol=1e-8):
+        raise Missing(f"{coefficients} are not the coefficients that another contender found: {FOUND[0]}")
+    return {"time [s]": elapsed, "peak memory [MB]": peak / 1000}
 
 
 if __name__ == "__main__":
-    main()
+    print(json.dumps({"coefficients": {"rosbags": with_rosbags, "mcap": with_mcap}[sys.argv[1]](Path(sys.argv[2]))}))
