@@ -150,6 +150,18 @@ fn vehicle(stage: &Stage) -> [Process; 3] {
     ]
 }
 
+/// The column of the first chart up to which its first trace is drawn.
+const PEN: &str = "
+    const canvas = document.querySelector('#charts canvas');
+    const { width, height } = canvas;
+    const pixels = canvas.getContext('2d').getImageData(0, 0, width, height).data;
+    const ink = getComputedStyle(document.documentElement).getPropertyValue('--c1').trim();
+    const parts = [1, 3, 5].map((at) => parseInt(ink.slice(at, at + 2), 16));
+    for (let x = width - 1; x >= 0; x -= 1)
+      for (let y = 0; y < height; y += 1)
+        if (parts.every((part, k) => Math.abs(part - pixels[4 * (y * width + x) + k]) < 8)) return x;
+    return -1";
+
 const SAMPLES: &str =
     "return import('/charts.js').then((it) => it.samples('/auv/state:depth').times.length)";
 
@@ -169,10 +181,12 @@ fn a_page_shows_a_vehicle_sets_a_gain_flies_a_manoeuvre_and_tells_of_a_node_that
     browser.until_text("#attitude", "depth ");
     let samples = |browser: &mut Browser| browser.run(SAMPLES).as_u64().unwrap();
     let before = samples(&mut browser);
-    eventually("more samples", || {
-        (samples(&mut browser) > before + 20).then_some(())
+    let pen = |browser: &mut Browser| browser.run(PEN).as_i64().unwrap();
+    let place = pen(&mut browser);
+    eventually("more samples, and they are drawn", || {
+        let came = samples(&mut browser) > before + 20;
+        (came && pen(&mut browser) > place).then_some(())
     });
-    assert!(browser.run("return planesman.stats.frames").as_u64() > Some(0));
 
     // A stretch of time that is marked with the mouse fills the charts, which stand still until they are to follow again.
     browser

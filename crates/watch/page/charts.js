@@ -17,6 +17,11 @@ let onChange = () => {};
 
 const COLOURS = ["--c1", "--c2", "--c3", "--c4"];
 const HEIGHT = 118;
+const LINE = 1.25;
+
+/// As on a strip recorder the pen moves over standing paper: new samples are drawn into the picture that is there, and the whole is drawn again when
+/// the axis moves on, by this share of the window at once.
+const ADVANCE = 1 / 40;
 
 export function samples(channel) {
   if (!store.has(channel)) store.set(channel, { times: [], values: [], fresh: false });
@@ -60,7 +65,7 @@ export function take(channel, restarted, times, values) {
     if (index < 0) continue;
     if (rebuilt || times.length > 1000) chart.stale = true;
     else append(chart, index, times, values);
-    chart.dirty = true;
+    chart.dirty = chart.unnamed = true;
   }
 }
 
@@ -72,6 +77,8 @@ function append(chart, index, times, values) {
     const time = times[k] - origin;
     let row = xs.length;
     while (row > 0 && xs[row - 1] > time) row -= 1;
+    // Behind the pen: the picture is drawn anew.
+    if (row <= chart.pens[index]) chart.whole = true;
     if (row > 0 && xs[row - 1] === time) {
       ys[index][row - 1] = values[k] * scale;
       continue;
@@ -130,9 +137,11 @@ function made(specification, remove) {
   const place = el("div", { className: "chart" }, el("div", { className: "head" },
     el("b", {}, specification.title + unit), ...keys.filter((_, k) => !traces[k].band), refusal, cross));
   byId("charts").append(place);
-  const chart = { ...specification, place, keys, refusal, data: rows(traces), dirty: true, stale: false, seen: true, refused: new Map() };
+  const chart = { ...specification, place, keys, refusal, data: rows(traces), pens: [], whole: true, dirty: true, unnamed: true, stale: false, seen: true, refused: new Map() };
   const axis = { stroke: colour("--weak"), grid: { stroke: colour("--line"), width: 1 }, ticks: { show: false }, font: "11px system-ui", gap: 3 };
-  const bands = traces.flatMap((trace, k) => trace.band ? [k + 1] : []);
+  chart.inks = traces.map((trace, k) => colour(COLOURS[k % COLOURS.length]));
+  chart.shade = `${chart.inks[0]}33`;
+  chart.band = traces.flatMap((trace, k) => trace.band ? [k] : []);
   chart.plot = new uPlot({
     width: Math.max(200, place.clientWidth),
     height: HEIGHT,
@@ -145,22 +154,24 @@ function made(specification, remove) {
       { ...axis, size: 52, space: 24 },
     ],
     series: [{}, ...traces.map((trace, k) => ({
-      stroke: trace.band ? undefined : colour(COLOURS[k % COLOURS.length]),
-      width: 1.25,
+      stroke: trace.band ? undefined : chart.inks[k],
+      width: LINE,
       spanGaps: true,
       points: { show: false },
-      paths: trace.held || trace.band ? uPlot.paths.stepped({ align: 1 }) : undefined,
+      paths: trace.held ? uPlot.paths.stepped({ align: 1 }) : undefined,
     }))],
-    bands: bands.length === 2 ? [{ series: bands, fill: `${colour("--c1")}33` }] : [],
+    bands: chart.band.length === 2 ? [{ series: chart.band.map((k) => k + 1), fill: chart.shade }] : [],
     hooks: { setSelect: [selected], setCursor: [(plot) => { chart.cursor = plot.cursor.idx; name(chart); }] },
   }, chart.data, place);
   new ResizeObserver(() => {
     const width = Math.max(200, place.clientWidth);
-    if (width !== chart.plot.width) chart.plot.setSize({ width, height: HEIGHT });
+    if (width === chart.plot.width) return;
+    chart.plot.setSize({ width, height: HEIGHT });
+    chart.whole = true;
+    window.dispatchEvent(new Event("redraw"));
   }).observe(place);
   new IntersectionObserver((entries) => {
     chart.seen = entries.at(-1).isIntersecting;
-    chart.dirty = true;
     window.dispatchEvent(new Event("redraw"));
   }).observe(place);
   return chart;
@@ -185,6 +196,7 @@ function clock(seconds) {
 
 /// The values in the heading: the latest ones, or those under the cursor.
 function name(chart) {
+  chart.unnamed = false;
   chart.traces.forEach((trace, k) => {
     let row = chart.cursor ?? chart.data[0].length - 1;
     while (row > 0 && chart.data[k + 1][row] === null) row -= 1;
@@ -192,6 +204,9 @@ function name(chart) {
     if (chart.keys[k].textContent !== text) chart.keys[k].textContent = text;
   });
 }
+
+// As often as they can be read.
+setInterval(() => charts.forEach((chart) => chart.seen && chart.unnamed && name(chart)), 200);
 
 /// Why a channel has no samples, in its chart.
 export function refuse(channel, reason) {
@@ -215,7 +230,6 @@ function selected(plot) {
 }
 
 function redraw() {
-  for (const chart of charts) chart.dirty = true;
   onChange(view.follow);
   window.dispatchEvent(new Event("redraw"));
 }
@@ -270,30 +284,91 @@ export function seenEnd() {
 /// How much time is seen, s.
 export const seenWidth = () => view.to - view.from;
 
+/// Moves the window over the newest sample, in steps; a flight that is shorter than the window fills it from the left.
+function advance(least, most) {
+  const step = ADVANCE * (view.span || 2 ** Math.ceil(Math.log2(Math.max(most - least, 1))));
+  const end = least + Math.ceil((most - least) / step) * step;
+  view.to = view.span ? Math.max(end, least + view.span) : end;
+  view.from = view.span ? view.to - view.span : least;
+}
+
 /// Draws what has changed; returns how many charts that were.
 export function draw() {
   for (const chart of charts) {
-    if (chart.stale) chart.data = rows(chart.traces);
+    if (!chart.stale) continue;
+    chart.data = rows(chart.traces);
     chart.stale = false;
+    chart.whole = true;
   }
-  const [least, most] = extent();
-  if (view.follow) {
-    // A flight that is shorter than the window fills it from the left.
-    view.to = Math.max(most, least + view.span);
-    view.from = view.span ? view.to - view.span : least;
-  }
+  if (view.follow) advance(...extent());
   let drawn = 0;
   for (const chart of charts) {
-    if (!chart.seen || !(chart.dirty || view.follow)) continue;
+    const stands = !chart.whole && chart.from === view.from && chart.to === view.to;
+    if (!chart.seen || (stands && !chart.dirty)) continue;
+    if (!stands || !extend(chart)) drawWhole(chart);
     chart.dirty = false;
     drawn += 1;
-    chart.plot.batch(() => {
-      chart.plot.setData(chart.data, false);
-      chart.plot.setScale("x", { min: view.from, max: Math.max(view.to, view.from + 1e-3) });
-    });
-    name(chart);
   }
   return drawn;
+}
+
+function drawWhole(chart) {
+  const { plot, data: [, ...columns] } = chart;
+  plot.batch(() => {
+    plot.setData(chart.data, false);
+    plot.setScale("x", { min: view.from, max: Math.max(view.to, view.from + 1e-3) });
+  });
+  Object.assign(chart, { from: view.from, to: view.to, whole: false, drawn: performance.now() });
+  chart.pens = columns.map((column) => column.findLastIndex((value) => value !== null));
+}
+
+/// Draws the samples behind each trace's pen into the picture that stands; whether that could be done.
+function extend(chart) {
+  const { plot, pens, traces, data: [times, ...columns] } = chart;
+  // The values under the cursor are those of the last whole picture.
+  if (chart.cursor !== undefined && chart.cursor !== null && performance.now() - chart.drawn > 250) return false;
+  const news = columns.map((column, k) => {
+    const found = [];
+    for (let row = pens[k] + 1; row < times.length && times[row] <= view.to; row += 1) if (column[row] !== null) found.push(row);
+    return found;
+  });
+  const { min, max } = plot.scales.y;
+  if (news.some((found, k) => found.some((row) => !(columns[k][row] >= min && columns[k][row] <= max)))) return false;
+  const { ctx: context, bbox } = plot;
+  const x = (row) => Math.round(plot.valToPos(times[row], "x", true));
+  const y = (k, row) => Math.round(plot.valToPos(columns[k][row], "y", true));
+  const first = news.map((found, k) => pens[k] < 0 ? found[0] : pens[k]);
+  context.save();
+  context.beginPath();
+  context.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+  context.clip();
+  context.lineWidth = LINE * uPlot.pxRatio;
+  context.lineJoin = "round";
+  const [low, high] = chart.band;
+  if (high !== undefined) {
+    context.fillStyle = chart.shade;
+    let last = first[low];
+    for (const row of news[low].filter((row) => columns[high][row] !== null)) {
+      context.fillRect(x(last), y(low, last), x(row) - x(last), y(high, last) - y(low, last));
+      last = row;
+    }
+  }
+  news.forEach((found, k) => {
+    if (!found.length || traces[k].band) return;
+    context.strokeStyle = chart.inks[k];
+    context.beginPath();
+    let last = first[k];
+    context.moveTo(x(last), y(k, last));
+    for (const row of found) {
+      if (traces[k].held) context.lineTo(x(row), y(k, last));
+      context.lineTo(x(row), y(k, row));
+      last = row;
+    }
+    context.stroke();
+  });
+  context.restore();
+  news.forEach((found, k) => { pens[k] = found.at(-1) ?? pens[k]; });
+  return true;
 }
 
 /// Saves the charts as they are seen.
