@@ -95,7 +95,7 @@ def test_what_is_refused_is_refused_before_the_first_flight(tmp_path: Path) -> N
         ({"depth_controller.depht.p": [1.0]}, {}, "did you mean 'depth.p'"),
         ({"depth_controller.depth.p": [1.0, -1.0]}, {}, "must lie in"),
         ({"depth_controller.depth.p": "0..1"}, {}, "--samples"),
-        ({"plant_sim.step": [0.001, 0.0333]}, {}, "1 of 2 combinations"),
+        ({"dha_actuator.logic.mode": ["single_speed", "two_speed"]}, {}, "1 of 2 combinations"),
         (one, {"out": tmp_path / "one", "seeds": 2}, "another sweep"),
         (one, {"out": tmp_path / "one", "parts": 2}, "another sweep"),
         (one, {"out": tmp_path / "two", "parts": 9}, "there are 3 combinations"),

@@ -463,14 +463,17 @@ parameters:
     fn what_is_refused_is_refused_before_the_first_case() {
         let folder = tempfile::tempdir().expect("a folder");
         let folder = folder.path();
-        // Each is a value of its range, and the two do not go together.
+        // Each is a value of its range; the actuator has no small volume.
         let combination = SweepArgs {
-            vary: vec!["plant_sim.step=0.001,0.0333".to_owned()],
+            vary: vec!["dha_actuator.logic.mode=single_speed,two_speed".to_owned()],
             ..args(folder, "refused")
         };
         let refusal = format!("{:#}", run(&combination).expect_err("refused"));
         assert!(refusal.contains("1 of 2 combinations"), "{refusal}");
-        assert!(refusal.contains("plant_sim.step=0.0333"), "{refusal}");
+        assert!(
+            refusal.contains("dha_actuator.logic.mode=two_speed"),
+            "{refusal}"
+        );
         assert!(!folder.join("refused").exists());
 
         run(&args(folder, "one")).expect("swept");

@@ -196,8 +196,15 @@ impl Numbers<'_> {
         })
     }
 
-    /// All of them.
-    pub(crate) fn iter(self) -> impl Iterator<Item = f64> {
-        (0..self.bytes.len() / size_of(self.primitive)).filter_map(move |index| self.get(index))
+    /// Appends all of them.
+    pub(crate) fn append_to(self, list: &mut Vec<f64>) {
+        if self.primitive == Primitive::Float64 && self.little_endian {
+            // The usual ones, without looking at each what it is.
+            let (numbers, _) = self.bytes.as_chunks();
+            list.extend(numbers.iter().map(|bytes| f64::from_le_bytes(*bytes)));
+            return;
+        }
+        let count = self.bytes.len() / size_of(self.primitive);
+        list.extend((0..count).filter_map(|index| self.get(index)));
     }
 }

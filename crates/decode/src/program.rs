@@ -317,7 +317,7 @@ pub(crate) fn run(
                 let count = count.read(cursor)?;
                 let numbers = cursor.numbers(*primitive, count)?;
                 if let Some(list) = whole.and_then(|slot| values.slots.get_mut(slot)) {
-                    list.extend(numbers.iter());
+                    numbers.append_to(list);
                 }
                 for (index, slot) in picks {
                     put(values, *slot, numbers.get(*index));

@@ -228,6 +228,12 @@ impl RecursiveLeastSquares {
         remainder
     }
 
+    /// The number of parameters.
+    #[must_use]
+    pub fn size(&self) -> usize {
+        self.z.len()
+    }
+
     /// `theta`: what minimises J, in the order of the row.
     #[must_use]
     pub fn parameters(&self) -> DVector<f64> {

@@ -7,12 +7,14 @@
 //! - [`frequency`]: open loops with dead time: crossovers, gain and phase margins.
 //! - [`poles`]: from the `z` plane to the `s` plane and back; eigenvalues.
 //! - [`runge_kutta_step`]: the fourth-order Runge-Kutta integrator, for any equations.
+//! - [`dormand_prince_step`]: the fifth-order one, with an estimate of its error.
 //! - [`step_metrics`]: rise time, overshoot, settling time and steady error of a sampled response.
 //!
 //! Nothing here knows of vehicles, messages or clocks. Coefficient lists have the highest power
 //! first, as the reports print them. What cannot be answered is an [`Error`], never a panic and
 //! never a NaN.
 
+mod dormand_prince;
 pub mod error;
 pub mod frequency;
 pub mod poles;
@@ -23,12 +25,13 @@ pub mod state_space;
 pub mod step_metrics;
 pub mod transfer_function;
 
+pub use dormand_prince::{DORMAND_PRINCE_NODES, dormand_prince_step};
 pub use error::Error;
 pub use frequency::{DelayedLoop, unwrapped_phases};
 pub use nalgebra::{Complex, DMatrix};
 pub use poles::{discrete_to_continuous, mode_text, pair_text, pole_text};
 pub use routh::RouthColumn;
-pub use runge_kutta::{LARGEST_POLE_STEP, runge_kutta_step};
+pub use runge_kutta::runge_kutta_step;
 pub use state_space::StateSpace;
 pub use step_metrics::{StepMeter, StepMetrics};
 pub use transfer_function::TransferFunction;

@@ -8,9 +8,6 @@
 //! Error per unit time of order `h^4` where `f` is smooth. For a decaying mode `exp(s t)` it is
 //! stable up to `|s| h = 2.78` on the real axis and 2.83 on the imaginary one.
 
-/// The largest `|s| h` at which a mode is stable with margin and still resolved.
-pub const LARGEST_POLE_STEP: f64 = 1.0;
-
 /// One step of length `h` of `y' = f(s, y)`. `s` holds the inputs of `f` besides `y`: at the start, in the
 /// middle and at the end of the step; `[&(); 3]` when there are none.
 #[inline(always)]

@@ -22,6 +22,7 @@
 //! Memory is bounded by the window, whatever the stamps, as long as samples are taken.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::ops::RangeInclusive;
 
 use planesman_identification::Input;
 
@@ -212,9 +213,9 @@ impl Aligner {
         let sample = self.settled();
         if let (None, Some(newest)) = (sample, self.newest_output) {
             // What is not settled lies within the window; the rest is kept to know repeats.
-            self.outputs.retain(|k, _| *k >= newest - 2 * WINDOW);
-            self.inputs
-                .retain(|k, _| (newest - 2 * WINDOW..=newest + WINDOW).contains(k));
+            let kept = newest - 2 * WINDOW..=newest + WINDOW;
+            keep(&mut self.outputs, &kept);
+            keep(&mut self.inputs, &kept);
         }
         sample
     }
@@ -290,6 +291,20 @@ impl Aligner {
         // Instants stay far enough from the ends of their type to be counted with.
         let countable = (-i64::MAX / 4..i64::MAX / 4).contains(&k);
         (countable && distance <= self.period / 4).then_some(k)
+    }
+}
+
+/// Drops what lies outside of a range of instants. What is kept, nearly all, is not looked at.
+fn keep<T>(values: &mut BTreeMap<i64, T>, kept: &RangeInclusive<i64>) {
+    while let Some(first) = values.first_entry()
+        && first.key() < kept.start()
+    {
+        first.remove();
+    }
+    while let Some(last) = values.last_entry()
+        && last.key() > kept.end()
+    {
+        last.remove();
     }
 }
 

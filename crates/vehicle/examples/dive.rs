@@ -7,9 +7,8 @@
 use planesman_units::{DEGREE, FOOT};
 use planesman_vehicle::{Environment, Motion, PlanePath, Restoring, State, vehicle_file};
 
-/// Integration step, s; steps in a tick of 0.05 s.
-const STEP: f64 = 0.001;
-const STEPS: u32 = 50;
+/// A tick, s; the longest step of the integration.
+const TICK: f64 = 0.05;
 const TICK_NANOS: i64 = 50_000_000;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -22,7 +21,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             gravity: 9.81456,
             atmospheric_pressure: 101_325.0,
         },
-        step: STEP,
+        step: TICK,
     };
     // The plane angle at the start and the end of a tick.
     let angles = [10.0 * DEGREE; 2];
@@ -33,16 +32,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ..State::default()
     };
     println!("time [s]  depth [m]  pitch [deg]");
-    for tick in 0..=200 {
+    for tick in 0..=200_u32 {
         if tick % 20 == 0 {
-            let time = f64::from(tick * STEPS) * STEP;
+            let time = f64::from(tick) * TICK;
             println!(
                 "{time:8.1}  {:9.3}  {:11.2}",
                 state.depth,
                 state.pitch / DEGREE
             );
         }
-        state = motion.advance(&state, &planes, STEPS)?;
+        state = motion.advance(&state, &planes, 1)?;
     }
     Ok(())
 }

@@ -1,9 +1,9 @@
 //! The whole body's motion over a tick: the vertical plane, roll, course and speed together.
 //!
 //! ```text
-//! vertical plane:  the equations of `dynamics`, by Runge-Kutta          (w, q, theta, depth)
-//! roll, course:    the plants of `axis`, exactly                         (angle, rate)
-//! speed:           held, or the balance of `propulsion`                   (U)
+//! vertical plane:  the equations of `dynamics`                           (w, q, theta, depth)
+//! roll, course:    the plants of `axis`                                  (angle, rate)
+//! speed:           held, or the balance of `propulsion`                  (U)
 //! position' = Rz(yaw) Ry(pitch) Rx(roll) (U, 0, w) + current
 //! ```
 //!
@@ -17,7 +17,7 @@
 use crate::{
     State, Vehicle,
     attitude::Attitude,
-    axis::{Axis, HeldAxis, Turn},
+    axis::{Axis, Turn},
     motion::Motion,
     planes::PlanePath,
     propulsion::Propulsion,
@@ -115,28 +115,46 @@ pub struct Inputs<'a> {
     pub thrust: PlanePath<'a>,
 }
 
-/// A plant of one axis with its exact half step.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Turning {
-    axis: Axis,
-    half_step: HeldAxis,
+/// The actuators' positions at one time, as in [`Inputs`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Positions {
+    pub(crate) dive_planes: f64,
+    pub(crate) bow_stern_differential: f64,
+    pub(crate) roll_differential: f64,
+    pub(crate) rudder: f64,
+    pub(crate) thrust: f64,
 }
 
-impl Turning {
-    /// The plant in steps of `step` \[s\].
-    ///
-    /// # Errors
-    /// Its numbers overflow, or the step is not above zero.
-    pub fn new(axis: Axis, step: f64) -> Result<Self, planesman_linear::Error> {
-        Ok(Self {
-            half_step: axis.held_over(0.5 * step)?,
-            axis,
+impl Inputs<'_> {
+    /// At shares of a step from `start` \[s\], of length `h` \[s\]: as of [`PlanePath::over`].
+    pub(crate) fn over<const N: usize>(
+        &self,
+        start: f64,
+        h: f64,
+        shares: &[f64; N],
+    ) -> [Positions; N] {
+        let dive_planes = self.dive_planes.over(start, h, shares);
+        let bow_stern_differential = self.bow_stern_differential.over(start, h, shares);
+        let roll_differential = self.roll_differential.over(start, h, shares);
+        let rudder = self.rudder.over(start, h, shares);
+        let thrust = self.thrust.over(start, h, shares);
+        std::array::from_fn(|i| Positions {
+            dive_planes: dive_planes[i],
+            bow_stern_differential: bow_stern_differential[i],
+            roll_differential: roll_differential[i],
+            rudder: rudder[i],
+            thrust: thrust[i],
         })
     }
 
-    /// Half a step on, at a speed \[m/s\] and a plane angle \[rad\].
-    pub(crate) fn half_step(&self, turn: Turn, speed: f64, delta: f64) -> Turn {
-        self.half_step.step(turn, self.axis.moment(speed, delta))
+    pub(crate) fn at_the_start(&self) -> Positions {
+        Positions {
+            dive_planes: self.dive_planes.at(0.0),
+            bow_stern_differential: self.bow_stern_differential.at(0.0),
+            roll_differential: self.roll_differential.at(0.0),
+            rudder: self.rudder.at(0.0),
+            thrust: self.thrust.at(0.0),
+        }
     }
 }
 
@@ -161,12 +179,12 @@ impl Drive {
 /// The parameters of a tick's motion: vehicle, water, step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyMotion {
-    /// The vertical plane at the held speed, and the step.
+    /// The vertical plane at the held speed, and the longest step.
     pub vertical: Motion,
     /// Roll; `None`: it stays as it is.
-    pub roll: Option<Turning>,
+    pub roll: Option<Axis>,
     /// Course; `None`: it stays as it is.
-    pub course: Option<Turning>,
+    pub course: Option<Axis>,
     /// `None`: the speed is held at the vertical plane's.
     pub drive: Option<Drive>,
     /// The water's velocity \[m/s\]: forward, right, down in the fixed frame.
@@ -226,10 +244,9 @@ mod tests {
     /// All axes and the propulsion, in still and open water.
     fn whole(step: f64) -> BodyMotion {
         let vehicle = brunner();
-        let turning = |axis: Option<Axis>| Turning::new(axis.expect("the report's"), step).ok();
         BodyMotion {
-            roll: turning(vehicle.roll),
-            course: turning(vehicle.course),
+            roll: vehicle.roll,
+            course: vehicle.course,
             drive: Some(Drive {
                 propulsion: vehicle.propulsion.expect("the report's"),
                 vehicle,
@@ -343,22 +360,105 @@ mod tests {
     }
 
     #[test]
-    fn halving_the_step_divides_the_error_by_sixteen_at_a_held_speed() {
-        let ratio = error(at_held_speed, 0.1) / error(at_held_speed, 0.05);
-        assert!((12.0..20.0).contains(&ratio), "{ratio}");
-        assert!(error(at_held_speed, 0.01) < 1e-9);
-        // The axes are exact: no step is too long for them.
-        let at = |step: f64| go(&at_held_speed(step), &deep(FOOT), [0.0, 0.1, 0.2, 0.0], 8.0).0;
-        assert!((at(0.5).course.angle - at(0.001).course.angle).abs() < 1e-11);
-        assert!((at(0.5).roll.angle - at(0.001).roll.angle).abs() < 1e-11);
+    fn long_steps_lead_where_short_ones_lead_with_or_without_propulsion() {
+        for (what, of) in [("held", at_held_speed as fn(f64) -> _), ("driven", whole)] {
+            for step in [0.5, 0.05] {
+                let error = error(of, step);
+                assert!(error < 1e-9, "{what}, {step} s: {error}");
+            }
+        }
     }
 
     #[test]
-    fn halving_the_step_divides_the_error_by_four_while_the_speed_changes() {
-        // The rudder's moment is held at the mean of both ends' speeds.
-        let ratio = error(whole, 0.1) / error(whole, 0.05);
-        assert!((3.5..5.0).contains(&ratio), "{ratio}");
-        assert!(error(whole, 0.01) < 1e-5);
+    fn a_step_across_corners_leads_where_steps_between_them_lead() {
+        // Every actuator moves on by samples without any order.
+        let samples: Vec<f64> = (0..51)
+            .map(|i| 0.2 * f64::from(i * i * 37 % 101) / 100.0)
+            .collect();
+        let tick = 50_000_000;
+        let path = PlanePath::new(&samples, tick, tick).expect("a path");
+        let inputs = Inputs {
+            dive_planes: path,
+            bow_stern_differential: path,
+            roll_differential: path,
+            rudder: path,
+            thrust: path,
+        };
+        let go = |steps: u32| {
+            let mut body = deep(0.8);
+            for _ in 0..100 {
+                let motion = whole(0.05 / f64::from(steps));
+                (body, _) = motion
+                    .advance(&body, &inputs, Load::NONE, steps)
+                    .expect("it moves");
+            }
+            body
+        };
+        let (long, short) = (go(1), go(50));
+        for (long, short) in [
+            (long.plane.depth, short.plane.depth),
+            (long.plane.pitch, short.plane.pitch),
+            (long.across, short.across),
+            (long.speed, short.speed),
+            (long.roll.angle, short.roll.angle),
+            (long.course.angle, short.course.angle),
+        ] {
+            assert!((long - short).abs() < 1e-8, "{long} is not {short}");
+        }
+    }
+
+    #[test]
+    fn a_held_rudder_turns_the_vehicle_at_the_rate_that_damping_allows() {
+        // K / B delta = 0.07 / 0.03 x 0.1 rad/s at 1 ft/s, after some time constants of 10 s.
+        let (body, _) = go(
+            &at_held_speed(0.05),
+            &deep(FOOT),
+            [0.0, 0.0, 0.1, 0.0],
+            300.0,
+        );
+        assert!((body.course.rate - 0.07 / 0.03 * 0.1).abs() < 1e-9);
+        assert!(body.course.angle > 0.0, "to starboard");
+    }
+
+    #[test]
+    fn a_held_roll_differential_heels_the_vehicle_until_the_weight_holds_it() {
+        let (body, _) = go(
+            &at_held_speed(0.05),
+            &deep(FOOT),
+            [0.0, 0.1, 0.0, 0.0],
+            2000.0,
+        );
+        // K delta / (W BG) = 0.02 x 0.1 / 0.16333 rad.
+        assert!((body.roll.angle - 0.02 * 0.1 / 0.163_333).abs() < 1e-7);
+        assert!(body.roll.rate.abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_thrust_backwards_stops_the_vehicle_and_no_more() {
+        let (body, _) = go(&whole(0.05), &deep(0.5), [0.0, 0.0, 0.0, -1.0], 100.0);
+        assert_eq!(body.speed, 0.0);
+    }
+
+    #[test]
+    fn a_vehicle_that_leaves_the_surface_within_a_step_leaves_it_when_it_turns_down() {
+        let rising = Body {
+            plane: State {
+                pitch: 0.05,
+                pitch_rate: -0.2,
+                ..State::default()
+            },
+            ..Body::upright(State::default(), FOOT)
+        };
+        let depth = |step: f64| {
+            let (body, contact) = go(&at_held_speed(step), &rising, [0.3, 0.0, 0.0, 0.0], 1.0);
+            assert_eq!(contact.expect("it is held").boundary, Boundary::Surface);
+            body.plane.depth
+        };
+        let (long, short) = (depth(0.05), depth(1e-4));
+        assert!(
+            short > 0.01 && (long - short).abs() < 1e-8,
+            "{long} is not {short}"
+        );
     }
 
     #[test]
@@ -437,7 +537,9 @@ mod tests {
     }
 
     #[test]
-    fn a_step_that_would_blow_up_is_refused() {
+    fn a_motion_that_blows_up_is_refused() {
+        let mut motion = at_held_speed(0.05);
+        motion.vertical.derivatives.m_q *= -1.0;
         let inputs = Inputs {
             dive_planes: PlanePath::held(&0.5),
             bow_stern_differential: PlanePath::held(&0.5),
@@ -445,8 +547,8 @@ mod tests {
             rudder: PlanePath::held(&0.5),
             thrust: PlanePath::held(&0.5),
         };
-        let refused = whole(5.0).advance(&deep(1.5), &inputs, Load::NONE, 1000);
-        let diverged = refused.expect_err("too long a step");
+        let refused = motion.advance(&deep(1.5), &inputs, Load::NONE, 10_000);
+        let diverged = refused.expect_err("it turns ever faster");
         assert!(!(-diverged.limit..=diverged.limit).contains(&diverged.value));
     }
 }

@@ -32,8 +32,8 @@ mod vehicle;
 pub mod vehicle_file;
 
 pub use attitude::{Angle, Attitude, Rotation};
-pub use axis::{Axis, HeldAxis, Turn};
-pub use body::{Body, BodyMotion, Drive, Inputs, Turning};
+pub use axis::{Axis, Turn};
+pub use body::{Body, BodyMotion, Drive, Inputs};
 pub use dynamics::{InverseInertia, Load, Restoring, Slope, Slopes, State};
 pub use environment::{Environment, SURFACE};
 pub use motion::{Diverged, Motion};

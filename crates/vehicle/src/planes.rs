@@ -102,6 +102,62 @@ impl<'a> PlanePath<'a> {
         self.samples[before] + share * (self.samples[before + 1] - self.samples[before])
     }
 
+    /// The path over a step from `start` \[s\], of length `h` \[s\]: the angles \[rad\] at these shares of it.
+    ///
+    /// Where the path is straight, they are its own. Across corners they are those of the cubic whose moments over the
+    /// step, the integrals of `delta t^n` with `n` up to 3, are the path's. An angle enters the accelerations linearly, so
+    /// these moments make the state at the step's end, up to the product of four of the vehicle's rates: the step
+    /// need not end at a corner.
+    pub(crate) fn over<const N: usize>(&self, start: f64, h: f64, shares: &[f64; N]) -> [f64; N] {
+        let first = self.at(start);
+        let last = self.samples.len() - 1;
+        if last == 0 {
+            return [first; N];
+        }
+        let rise = |i: usize| {
+            if i < last {
+                self.samples[i + 1] - self.samples[i]
+            } else {
+                0.0
+            }
+        };
+        let (begin, length) = (start * self.rate, h * self.rate);
+        let before = (begin as usize).min(last);
+        let slope = rise(before) * length;
+        let mut angles = shares.map(|share| first + share * slope);
+        // By corners: what (s - a)+ is in Legendre polynomials over s in [-1, 1].
+        let mut legendre = [0.0; 4];
+        let mut rise_before = rise(before);
+        for i in before + 1..=last {
+            let a = 2.0 * (i as f64 - begin) / length - 1.0;
+            if a >= 1.0 {
+                break;
+            }
+            let rise_after = rise(i);
+            let corner = rise_after - rise_before;
+            rise_before = rise_after;
+            if corner == 0.0 {
+                continue;
+            }
+            let to_the_end = (1.0 - a) * (1.0 - a);
+            let both_ends = to_the_end * (1.0 + a) * (1.0 + a);
+            legendre[0] += corner * 4.0 * to_the_end;
+            legendre[1] += corner * 4.0 * to_the_end * (2.0 + a);
+            legendre[2] += corner * 5.0 * both_ends;
+            legendre[3] += corner * 7.0 * both_ends * a;
+        }
+        if legendre == [0.0; 4] {
+            return angles;
+        }
+        let [c0, c1, c2, c3] = legendre.map(|c| c * length / 32.0);
+        for (angle, share) in angles.iter_mut().zip(shares) {
+            let s = 2.0 * share - 1.0;
+            let (p2, p3) = (1.5 * s * s - 0.5, (2.5 * s * s - 1.5) * s);
+            *angle += c0 + c1 * s + c2 * p2 + c3 * p3;
+        }
+        angles
+    }
+
     /// The angle \[rad\] at the end of the tick.
     #[must_use]
     pub fn end(&self) -> f64 {
@@ -131,6 +187,42 @@ mod tests {
             assert!((path.at(t) - angle).abs() < 1e-15, "at {t}");
         }
         assert_eq!(path.end(), -0.1);
+    }
+
+    #[test]
+    fn over_a_step_the_path_is_itself_where_it_is_straight_and_has_its_moments_across_corners() {
+        let samples = [0.0, 0.1, -0.1, -0.1, 0.3, 0.2];
+        let path = PlanePath::new(&samples, TICK, TICK).expect("taken");
+        // Nine points of Newton and Cotes, exact up to the ninth power.
+        let shares: [f64; 9] = std::array::from_fn(|i| i as f64 / 8.0);
+        let weights = [
+            989.0, 5888.0, -928.0, 10496.0, -4540.0, 10496.0, -928.0, 5888.0, 989.0,
+        ];
+        for angle in path.over(0.022, 0.006, &shares) {
+            assert!((angle + 0.1).abs() < 1e-15);
+        }
+        assert_eq!(path.over(0.05, 0.01, &shares), [0.2; 9]);
+        assert_eq!(PlanePath::held(&0.2).over(0.01, 0.04, &shares), [0.2; 9]);
+        for (start, h) in [(0.0, 0.05), (0.01, 0.02), (0.013, 0.031), (0.04, 0.03)] {
+            let angles = path.over(start, h, &shares);
+            for power in 0..4 {
+                let found: f64 = (0..9)
+                    .map(|i| angles[i] * shares[i].powi(power) * weights[i] / 28350.0)
+                    .sum();
+                // Narrow trapezes.
+                let parts = 100_000;
+                let at = |k: i32| {
+                    let share = f64::from(k) / f64::from(parts);
+                    path.at(start + share * h) * share.powi(power)
+                };
+                let sum: f64 = (0..parts).map(|k| 0.5 * (at(k) + at(k + 1))).sum();
+                let exact = sum / f64::from(parts);
+                assert!(
+                    (found - exact).abs() < 1e-10,
+                    "{start} {h} {power}: {found} is not {exact}"
+                );
+            }
+        }
     }
 
     #[test]

@@ -15,8 +15,6 @@
 //! The other coefficients are those of a vehicle under way, so it does not go astern: a thrust
 //! backwards brakes it until it stands.
 
-use planesman_linear::runge_kutta_step;
-
 use planesman_units::{FOOT, SLUG};
 
 /// `rho` \[kg/m^3\] of the report's fresh water, 1.94 slug/ft^3.
@@ -110,15 +108,6 @@ impl Propulsion {
         }
         force / (mass + self.added_mass)
     }
-
-    /// The speed \[m/s\] after `dt` \[s\] of [`Self::acceleration`]; never below 0.
-    #[must_use]
-    pub fn speed_after(&self, speed: f64, dt: f64, thrust: f64, mass: f64, k: f64) -> f64 {
-        let [after] = runge_kutta_step(&[speed], dt, [&(); 3], |(), &[u]| {
-            [self.acceleration(u, thrust, mass, k)]
-        });
-        after.max(0.0)
-    }
 }
 
 #[cfg(test)]
@@ -151,23 +140,9 @@ mod tests {
     }
 
     #[test]
-    fn full_thrust_brings_the_vehicle_to_its_design_speed() {
-        let (p, mass) = (propulsion(), brunner().mass);
-        let mut speed = 0.0;
-        for _ in 0..60_000 {
-            speed = p.speed_after(speed, 0.01, p.full_thrust(), mass, 0.0);
-        }
-        assert!((speed - p.design_speed).abs() < 1e-6, "{speed}");
+    fn the_speed_that_full_thrust_balances_is_the_design_speed() {
+        let p = propulsion();
         assert!((p.balanced_speed(1.0) - p.design_speed).abs() < 1e-12);
         assert_eq!(p.balanced_speed(0.0), 0.0);
-    }
-
-    #[test]
-    fn a_thrust_backwards_stops_the_vehicle_and_no_more() {
-        let p = propulsion();
-        let speed = (0..10_000).fold(0.5, |u, _| {
-            p.speed_after(u, 0.01, -p.full_thrust(), 9.0, 0.0)
-        });
-        assert_eq!(speed, 0.0);
     }
 }

@@ -1,10 +1,10 @@
 //! The surface and the bottom: how deep the vehicle can be, and when it touched.
 //!
-//! Nothing in the equations of motion depends on the depth, so a vehicle held at a limit moves
-//! on as it would otherwise, and its depth is the limit from the contact on: setting it there at
-//! the step's end is exact, however long the step, and nothing is tunnelled through. Within the
-//! step the depth is taken as the cubic through both ends' depths and rates; that gives the time
-//! of contact, and finds one that is over before the step is.
+//! A vehicle held at a limit moves on as it would otherwise, and its depth is the limit from the contact on, until
+//! its depth rate turns away from it. Within a step the depth is taken as the cubic through both ends' depths and
+//! rates: so neither a contact that is over before the step is, nor how far the vehicle has left the limit since, is
+//! missed, however long the step. (The tether's drag grows with the depth; within such a step it is that of the way
+//! without the limit.)
 //!
 //! The limits hold for the body's origin. The vehicle keeps its pitch and body velocities: no
 //! impact, no friction, no broaching; while in contact trust no other number, but that the
@@ -78,32 +78,32 @@ impl Tank {
         }
     }
 
-    /// The first contact on the way from one sounding to another over `dt` \[s\], if there is
-    /// one after the start.
+    /// The depth \[m\] at the end of the way from one sounding to another, as it would be without limits, over `dt`
+    /// \[s\]; and the first contact, if there is one after the start.
     #[must_use]
-    pub fn contact(&self, from: Sounding, to: Sounding, dt: f64) -> Option<Contact> {
+    pub fn way(&self, from: Sounding, to: Sounding, dt: f64) -> (f64, Option<Contact>) {
         let path = Cubic::new(from, to, dt);
         // Between these the cubic is monotonic: it passes a limit where the ends differ.
         let [first, second] = path.turning_points();
+        let (mut depth, mut contact) = (from.depth, None);
         let mut start = 0.0;
         for end in [first, second, 1.0] {
-            let reached = path.at(end);
-            for (limit, boundary, beyond) in [
-                (SURFACE, Boundary::Surface, reached < SURFACE),
-                (
-                    self.bottom.unwrap_or(f64::INFINITY),
-                    Boundary::Bottom,
-                    self.bottom.is_some_and(|bottom| reached > bottom),
-                ),
-            ] {
-                if beyond {
-                    let time = dt * path.passage(start, end, limit);
-                    return Some(Contact { boundary, time });
-                }
+            // A limit has moved the path by so much.
+            let moved = depth - path.at(start);
+            let reached = path.at(end) + moved;
+            depth = self.confined(reached);
+            if depth != reached && contact.is_none() {
+                contact = self.touched(depth).map(|boundary| Contact {
+                    boundary,
+                    time: dt * path.passage(start, end, depth - moved),
+                });
             }
             start = end;
         }
-        None
+        if contact.is_none() {
+            depth = to.depth;
+        }
+        (depth, contact)
     }
 }
 
@@ -166,35 +166,38 @@ mod tests {
 
     #[test]
     fn a_vehicle_sinking_evenly_touches_the_bottom_when_it_gets_there() {
-        let contact = TANK.contact(sounding(1.0, 0.5), sounding(1.5, 0.5), 1.0);
+        let (depth, contact) = TANK.way(sounding(1.0, 0.5), sounding(1.5, 0.5), 1.0);
         let contact = contact.expect("it touches");
         assert_eq!(contact.boundary, Boundary::Bottom);
         assert!((contact.time - 0.4).abs() < 1e-9);
-        assert_eq!(TANK.confined(1.5), 1.2);
+        assert_eq!((depth, TANK.confined(1.5)), (1.2, 1.2));
     }
 
     #[test]
     fn a_touch_that_is_over_before_the_step_is_found() {
         // 0.01 - 0.3 t + t^2: above the surface between 0.0382 s and 0.2618 s.
         let (from, to) = (sounding(0.01, -0.3), sounding(0.01 - 0.3 + 1.0, 1.7));
-        let contact = TANK.contact(from, to, 1.0).expect("it touches");
+        let (depth, contact) = TANK.way(from, to, 1.0);
+        let contact = contact.expect("it touches");
         assert_eq!(contact.boundary, Boundary::Surface);
         assert!((contact.time - 0.038_197).abs() < 1e-6, "{}", contact.time);
+        // It leaves the surface at the lowest point, 0.0125 above it.
+        assert!((depth - 0.7225).abs() < 1e-12, "{depth}");
         assert_eq!(
-            TANK.contact(sounding(0.05, -0.3), sounding(0.75, 1.7), 1.0),
-            None
+            TANK.way(sounding(0.05, -0.3), sounding(0.75, 1.7), 1.0),
+            (0.75, None)
         );
     }
 
     #[test]
     fn a_vehicle_that_leaves_the_surface_does_not_touch_it() {
         assert_eq!(
-            TANK.contact(sounding(0.0, 0.0), sounding(0.1, 0.2), 1.0),
-            None
+            TANK.way(sounding(0.0, 0.0), sounding(0.1, 0.2), 1.0),
+            (0.1, None)
         );
         assert_eq!(
-            TANK.contact(sounding(0.0, 0.0), sounding(0.0, 0.0), 1.0),
-            None
+            TANK.way(sounding(0.0, 0.0), sounding(0.0, 0.0), 1.0),
+            (0.0, None)
         );
         assert_eq!(TANK.touched(0.0), Some(Boundary::Surface));
     }
@@ -205,8 +208,8 @@ mod tests {
         assert_eq!(open.confined(1e6), 1e6);
         assert_eq!(open.confined(-1.0), 0.0);
         assert_eq!(
-            open.contact(sounding(1.0, 0.5), sounding(1e3, 0.5), 1.0),
-            None
+            open.way(sounding(1.0, 0.5), sounding(1e3, 0.5), 1.0),
+            (1e3, None)
         );
         assert_eq!(open.confined_rate(0.0, -0.1), 0.0);
         assert_eq!(TANK.confined_rate(1.2, 0.1), 0.0);

@@ -1,24 +1,27 @@
-//! A tick of the body's motion, step by step.
+//! The integration of the body's motion over a tick.
 //!
-//! Within a step speed, roll and course are taken first, to its middle and to its end; the
-//! vertical plane then takes them, the planes and the loads at the three times of the Runge-Kutta method.
-//!
-//! The inverse of the inertias is computed once per tick. The planes' load, the sines of roll and course, and
-//! the derivatives at the speed are computed once per time; the end of one step is the start of the next.
+//! All its equations are integrated together, by the method of Dormand and Prince. A step is at most as long as the
+//! motion's, and shorter where its estimated error would be above [`TOLERANCE`]; corners of the actuators' paths do
+//! not end it (`planes`). Near surface and bottom the way within a step is looked at (`tank`).
 
-use planesman_linear::runge_kutta_step;
+use planesman_linear::{DORMAND_PRINCE_NODES, dormand_prince_step};
 
 use crate::{
     State,
-    attitude::{Angle, Rotation},
-    axis::Turn,
-    body::{Body, BodyMotion, Drive, Inputs, Turning},
+    attitude::Rotation,
+    axis::{Axis, Turn},
+    body::{Body, BodyMotion, Inputs, Positions},
     dynamics::{InverseInertia, Load},
     motion::{Diverged, Motion},
     planes::PlanePath,
-    tank::Contact,
-    vehicle::Derivatives,
+    tank::{Contact, Sounding},
 };
+
+/// The largest error estimated of a step, the sum over the state's parts in SI units.
+const TOLERANCE: f64 = 4e-12;
+
+/// A step \[s\] that is not divided further, whatever its error: so a flight ends, and a motion that blows up is found.
+const SHORTEST_STEP: f64 = 1e-5;
 
 /// The quantities that are constant throughout a tick.
 pub(crate) struct Tick<'a> {
@@ -32,34 +35,8 @@ pub(crate) struct Tick<'a> {
     full_thrust: f64,
 }
 
-/// Speed, roll and course: the motion apart from the vertical plane.
-#[derive(Clone, Copy)]
-struct Apart {
-    speed: f64,
-    roll: Turn,
-    course: Turn,
-}
-
-impl Apart {
-    fn of(body: &Body) -> Self {
-        Self {
-            speed: body.speed,
-            roll: body.roll,
-            course: body.course,
-        }
-    }
-}
-
-/// The inputs of the vertical plane at one time.
-#[derive(Clone, Copy)]
-struct Outside {
-    /// \[rad\], both pairs of planes together.
-    dive_planes: f64,
-    /// \[rad\], the pairs against each other.
-    differential: f64,
-    roll: Angle,
-    yaw: Angle,
-}
+/// The state that is integrated, in the order of [`LIMITS`].
+type Vector = [f64; 11];
 
 /// How the body's velocities change.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -87,7 +64,7 @@ impl Acceleration {
 }
 
 impl BodyMotion {
-    /// Where so many steps lead under the inputs, which start with the first, and `load`; and
+    /// Where so many of the longest steps lead under the inputs, which start with the first, and `load`; and
     /// the first contact on the way, its time from the first step's start.
     ///
     /// # Errors
@@ -115,7 +92,7 @@ impl BodyMotion {
 }
 
 impl Motion {
-    /// The state after so many steps along the plane path, which starts with the first.
+    /// The state after so many of the longest steps along the plane path, which starts with the first.
     ///
     /// # Errors
     /// [`Diverged`] in place of a state that is not finite or no vehicle's.
@@ -160,48 +137,58 @@ impl<'a> Tick<'a> {
         from: &Body,
         steps: u32,
     ) -> Result<(Body, Option<Contact>), Diverged> {
-        let h = self.motion.vertical.step;
-        let tank = &self.motion.tank;
-        let mut body = *from;
+        let longest = self.motion.vertical.step;
+        let duration = f64::from(steps) * longest;
+        let mut y = vector(from);
+        let mut rotation = from.attitude().rotation();
         let mut contact = None;
-        let mut outside = self.outside_at_the_start(from);
-        let mut pitch = Angle::new(from.plane.pitch);
-        for k in 0..steps {
-            let t = f64::from(k) * h;
-            let (mut next, at_the_end) = self.step(&body, &outside, pitch, t);
-            check(&next)?;
-            if contact.is_none() && self.comes_near_a_limit(&body, &next) {
-                let current = self.motion.current;
-                contact = tank
-                    .contact(body.sounding(current), next.sounding(current), h)
-                    .map(|found| Contact {
-                        time: t + found.time,
-                        ..found
-                    });
+        let (mut t, mut wanted) = (0.0, longest);
+        while t < duration {
+            // Equal parts of what is left.
+            let left = duration - t;
+            let parts = (left / wanted - 1e-9).ceil().max(1.0);
+            let h = left / parts;
+            let inputs = self.inputs.over(t, h, &DORMAND_PRINCE_NODES);
+            let (mut next, error) =
+                dormand_prince_step(&y, h, &inputs, |inputs, y| self.rates(inputs, &rotation, y));
+            let error: f64 = error.iter().map(|error| error.abs()).sum();
+            // Written so that NaN is too much.
+            let accepted = error <= TOLERANCE || h <= SHORTEST_STEP;
+            if !accepted || wanted < longest {
+                let ratio = 0.9 * (TOLERANCE / error).powf(0.2);
+                wanted = longest.min(h * ratio.max(0.2).min(5.0)).max(SHORTEST_STEP);
             }
-            next.plane.depth = tank.confined(next.plane.depth);
-            pitch = pitch.turned_to(next.plane.pitch);
-            (body, outside) = (next, at_the_end);
+            if !accepted {
+                continue;
+            }
+            check(&next)?;
+            if self.motion.drive.is_some() {
+                // It does not go astern.
+                next[SPEED] = next[SPEED].max(0.0);
+            }
+            if self.comes_near_a_limit(&y, &next, h) {
+                let (depth, touched) =
+                    (self.motion.tank).way(self.sounding(&y), self.sounding(&next), h);
+                next[DEPTH] = depth;
+                contact = contact.or(touched.map(|found| Contact {
+                    time: t + found.time,
+                    ..found
+                }));
+            }
+            rotation = turned(&rotation, &next);
+            y = next;
+            t = if parts == 1.0 { duration } else { t + h };
         }
-        Ok((body, contact))
+        Ok((body(&y), contact))
     }
 
     /// As [`BodyMotion::acceleration`], at the start of the tick.
     pub(crate) fn acceleration(&self, body: &Body) -> Acceleration {
-        let outside = self.outside_at_the_start(body);
-        let derivatives = self.motion.derivatives(body);
-        let near = Angle::new(body.plane.pitch);
-        let [.., heave, pitch] = self.rates(&derivatives, &outside, near, &vector(body));
+        let rotation = body.attitude().rotation();
+        let [.., heave, pitch, surge, _, _, _, _] =
+            self.rates(&self.inputs.at_the_start(), &rotation, &vector(body));
         let mut found = Acceleration {
-            surge: self.motion.drive.as_ref().map_or(0.0, |drive| {
-                let thrust = self.full_thrust * self.inputs.thrust.at(0.0);
-                drive.propulsion.acceleration(
-                    body.speed,
-                    thrust,
-                    drive.vehicle.mass,
-                    self.tether_drag(body.plane.depth),
-                )
-            }),
+            surge,
             heave,
             pitch,
             boundary: 0.0,
@@ -209,175 +196,136 @@ impl<'a> Tick<'a> {
         let (tank, depth) = (self.motion.tank, body.plane.depth);
         let rate = body.depth_rate(self.motion.current);
         if tank.confined_rate(depth, rate) != rate {
-            let [_, _, down] = body.attitude().to_fixed(found.of_the_origin(body));
+            let [_, _, down] = rotation.to_fixed(found.of_the_origin(body));
             found.boundary = -down;
         }
         found
     }
 
-    /// One step from `t`, and what the vertical plane sees at its end. `near` is the body's pitch.
-    fn step(&self, from: &Body, at_the_start: &Outside, near: Angle, t: f64) -> (Body, Outside) {
-        let h = self.motion.vertical.step;
-        let depth = from.plane.depth;
-        let start = Apart::of(from);
-        let middle = self.half_step(start, depth, t);
-        let end = self.half_step(middle, depth, t + 0.5 * h);
-        let in_the_middle = self.outside(at_the_start, &middle, t + 0.5 * h);
-        let at_the_end = self.outside(&in_the_middle, &end, t + h);
-        let driven;
-        let [d0, d1, d2] = match &self.motion.drive {
-            None => [&self.motion.vertical.derivatives; 3],
-            Some(drive) => {
-                driven = [start, middle, end].map(|apart| drive.derivatives(apart.speed));
-                driven.each_ref()
-            }
-        };
-        let [distance, across, depth, pitch, heave, pitch_rate] = runge_kutta_step(
-            &vector(from),
-            h,
-            [
-                &(d0, at_the_start),
-                &(d1, &in_the_middle),
-                &(d2, &at_the_end),
-            ],
-            |(derivatives, outside), y| self.rates(derivatives, outside, near, y),
-        );
-        let plane = State {
-            distance,
-            depth,
-            pitch,
-            heave,
-            pitch_rate,
-        };
-        let Apart {
-            speed,
-            roll,
-            course,
-        } = end;
-        let body = Body {
-            plane,
-            across,
-            speed,
-            roll,
-            course,
-        };
-        (body, at_the_end)
-    }
-
-    /// Half a step on from `t`, at a depth, what moves them held at its mean.
-    #[inline(always)]
-    fn half_step(&self, from: Apart, depth: f64, t: f64) -> Apart {
-        let (motion, inputs) = (self.motion, self.inputs);
-        let half = 0.5 * motion.vertical.step;
-        let mean = t + 0.5 * half;
-        let speed = match &motion.drive {
-            Some(Drive {
-                propulsion,
-                vehicle,
-                ..
-            }) => {
-                let thrust = self.full_thrust * inputs.thrust.at(mean);
-                let tether = self.tether_drag(depth);
-                propulsion.speed_after(from.speed, half, thrust, vehicle.mass, tether)
-            }
-            None => from.speed,
-        };
-        let mean_speed = 0.5 * (from.speed + speed);
-        let turned = |turning: &Option<Turning>, turn: Turn, path: &PlanePath<'_>| match turning {
-            Some(turning) => turning.half_step(turn, mean_speed, path.at(mean)),
-            None => turn,
-        };
-        Apart {
-            speed,
-            roll: turned(&motion.roll, from.roll, &inputs.roll_differential),
-            course: turned(&motion.course, from.course, &inputs.rudder),
-        }
-    }
-
-    /// The inputs of the vertical plane at the start of the tick.
-    fn outside_at_the_start(&self, body: &Body) -> Outside {
-        let level = Outside {
-            dive_planes: 0.0,
-            differential: 0.0,
-            roll: Angle::new(body.roll.angle),
-            yaw: Angle::new(body.course.angle),
-        };
-        self.outside(&level, &Apart::of(body), 0.0)
-    }
-
-    /// The inputs of the vertical plane at `t`, a little after those of an earlier time.
-    #[inline(always)]
-    fn outside(&self, before: &Outside, apart: &Apart, t: f64) -> Outside {
-        Outside {
-            dive_planes: self.inputs.dive_planes.at(t),
-            differential: self.inputs.bow_stern_differential.at(t),
-            roll: before.roll.turned_to(apart.roll.angle),
-            yaw: before.yaw.turned_to(apart.course.angle),
-        }
-    }
-
-    /// The rate of change of [`vector`], whose pitch is near another.
+    /// The rate of change of the state, whose angles are near others.
     // Innermost: in line it is faster by a third.
     #[inline(always)]
-    fn rates(
-        &self,
-        derivatives: &Derivatives,
-        outside: &Outside,
-        near: Angle,
-        &[_, _, depth, pitch, w, q]: &[f64; 6],
-    ) -> [f64; 6] {
+    fn rates(&self, inputs: &Positions, near: &Rotation, y: &Vector) -> Vector {
         let motion = self.motion;
-        let u = derivatives.speed;
-        let rotation = Rotation {
-            roll: outside.roll,
-            pitch: near.turned_to(pitch),
-            yaw: outside.yaw,
-        };
+        let &[_, _, depth, _, w, q, speed, roll, roll_rate, yaw, yaw_rate] = y;
         let density = motion.vertical.environment.density;
+        let driven;
+        let (derivatives, surge) = match &motion.drive {
+            None => (&motion.vertical.derivatives, 0.0),
+            Some(drive) => {
+                driven = drive.derivatives(speed.max(0.0));
+                let thrust = self.full_thrust * inputs.thrust;
+                let tether = motion.tether.drag_per_square_speed(depth, density);
+                let mass = drive.vehicle.mass;
+                let surge = drive.propulsion.acceleration(speed, thrust, mass, tether);
+                (&driven, surge)
+            }
+        };
+        let u = derivatives.speed;
+        let rotation = turned(near, y);
         let tether = Load {
             heave: 0.0,
             pitch: motion.tether.moment(depth, u, density),
         };
         let hull = derivatives.hull_load(w, q, rotation.pitch, motion.vertical.restoring);
-        let planes = derivatives.plane_load(outside.dive_planes, outside.differential);
+        let planes = derivatives.plane_load(inputs.dive_planes, inputs.bow_stern_differential);
         let (w_dot, q_dot) = self
             .inertia
             .accelerations(hull + planes + tether + self.load);
         let [x_dot, y_dot, z_dot] = rotation.to_fixed([u, 0.0, w]);
         let [cx, cy, cz] = motion.current;
-        [x_dot + cx, y_dot + cy, z_dot + cz, q, w_dot, q_dot]
+        // Without a plant for it an angle stays as it is.
+        let turning = |axis: &Option<Axis>, angle, rate, delta| match axis {
+            Some(axis) => (rate, axis.acceleration(Turn { angle, rate }, u, delta)),
+            None => (0.0, 0.0),
+        };
+        let (roll_dot, roll_rate_dot) =
+            turning(&motion.roll, roll, roll_rate, inputs.roll_differential);
+        let (yaw_dot, yaw_rate_dot) = turning(&motion.course, yaw, yaw_rate, inputs.rudder);
+        [
+            x_dot + cx,
+            y_dot + cy,
+            z_dot + cz,
+            q,
+            w_dot,
+            q_dot,
+            surge,
+            roll_dot,
+            roll_rate_dot,
+            yaw_dot,
+            yaw_rate_dot,
+        ]
     }
 
-    /// Per square of the speed \[kg/m\], at a depth \[m\].
-    fn tether_drag(&self, depth: f64) -> f64 {
-        let density = self.motion.vertical.environment.density;
-        self.motion.tether.drag_per_square_speed(depth, density)
+    fn sounding(&self, y: &Vector) -> Sounding {
+        body(y).sounding(self.motion.current)
     }
 
-    /// Whether a limit could have been reached within the step: a bound without the angles.
-    fn comes_near_a_limit(&self, from: &Body, to: &Body) -> bool {
+    /// Whether a limit could have been reached within a step of length `h`: a bound without the angles.
+    fn comes_near_a_limit(&self, from: &Vector, to: &Vector, h: f64) -> bool {
         let BodyMotion {
             tank,
             current: [_, _, down],
             ..
         } = self.motion;
-        let fastest = |b: &Body| b.speed.abs() + b.plane.heave.abs() + down.abs();
-        let reach = 2.0 * self.motion.vertical.step * fastest(from).max(fastest(to));
-        let (a, b) = (from.plane.depth, to.plane.depth);
+        let fastest = |y: &Vector| y[SPEED].abs() + y[HEAVE].abs() + down.abs();
+        let reach = 2.0 * h * fastest(from).max(fastest(to));
+        let (a, b) = (from[DEPTH], to[DEPTH]);
         tank.touched(a.min(b) - reach).is_some() || tank.touched(a.max(b) + reach).is_some()
     }
 }
 
-/// The state that the Runge-Kutta method integrates.
-fn vector(body: &Body) -> [f64; 6] {
-    let State {
-        distance,
-        depth,
-        pitch,
-        heave,
-        pitch_rate,
-    } = body.plane;
-    [distance, body.across, depth, pitch, heave, pitch_rate]
+/// The rotation turned on to a state's.
+#[inline(always)]
+fn turned(near: &Rotation, y: &Vector) -> Rotation {
+    Rotation {
+        roll: near.roll.turned_to(y[ROLL]),
+        pitch: near.pitch.turned_to(y[PITCH]),
+        yaw: near.yaw.turned_to(y[YAW]),
+    }
+}
+
+const DEPTH: usize = 2;
+const PITCH: usize = 3;
+const HEAVE: usize = 4;
+const SPEED: usize = 6;
+const ROLL: usize = 7;
+const YAW: usize = 9;
+
+fn vector(body: &Body) -> Vector {
+    let plane = body.plane;
+    [
+        plane.distance,
+        body.across,
+        plane.depth,
+        plane.pitch,
+        plane.heave,
+        plane.pitch_rate,
+        body.speed,
+        body.roll.angle,
+        body.roll.rate,
+        body.course.angle,
+        body.course.rate,
+    ]
+}
+
+fn body(y: &Vector) -> Body {
+    let &[distance, across, depth, pitch, heave, pitch_rate, speed, ..] = y;
+    let &[.., roll, roll_rate, yaw, yaw_rate] = y;
+    let turn = |angle, rate| Turn { angle, rate };
+    Body {
+        plane: State {
+            distance,
+            depth,
+            pitch,
+            heave,
+            pitch_rate,
+        },
+        across,
+        speed,
+        roll: turn(roll, roll_rate),
+        course: turn(yaw, yaw_rate),
+    }
 }
 
 /// Beyond these the motion is no vehicle's, and the numbers are soon none.
@@ -395,28 +343,8 @@ static LIMITS: [(&str, f64); 11] = [
     ("yaw rate [rad/s]", 1e3),
 ];
 
-fn check(body: &Body) -> Result<(), Diverged> {
-    let Body {
-        plane,
-        across,
-        speed,
-        roll,
-        course,
-    } = body;
-    let values = [
-        plane.distance,
-        *across,
-        plane.depth,
-        plane.pitch,
-        plane.heave,
-        plane.pitch_rate,
-        *speed,
-        roll.angle,
-        roll.rate,
-        course.angle,
-        course.rate,
-    ];
-    for (value, (quantity, limit)) in values.into_iter().zip(&LIMITS) {
+fn check(y: &Vector) -> Result<(), Diverged> {
+    for (&value, (quantity, limit)) in y.iter().zip(&LIMITS) {
         // NaN is not within.
         let within = value.abs() <= *limit;
         if !within {

@@ -356,7 +356,7 @@ impl Controller {
     fn header(&self, stamp: Time) -> Header {
         Header {
             stamp,
-            frame_id: format!("{}{FRAME}", self.config.frame_prefix),
+            frame_id: [self.config.frame_prefix.as_str(), FRAME].concat(),
         }
     }
 
@@ -366,7 +366,7 @@ impl Controller {
         MotionEstimate {
             header: Header {
                 stamp,
-                frame_id: format!("{}{ESTIMATE_FRAME}", self.config.frame_prefix),
+                frame_id: [self.config.frame_prefix.as_str(), ESTIMATE_FRAME].concat(),
             },
             source: feedback_constant(self.config.feedback.source),
             pitch: estimate.pitch,

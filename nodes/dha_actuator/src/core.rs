@@ -383,7 +383,7 @@ impl Actuator {
 
         let header = Header {
             stamp: Time::from_nanos(stamp),
-            frame_id: format!("{}{FRAME}", self.config.frame_prefix),
+            frame_id: [self.config.frame_prefix.as_str(), FRAME].concat(),
         };
         let obeyed = command.as_ref().filter(|_| stamp < acting.deadline);
         let states = (0..planes.len())

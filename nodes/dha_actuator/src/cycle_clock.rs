@@ -45,6 +45,7 @@ impl CycleClock {
     /// Whether the present cycle ends before the instant `nanos` after the start; a cycle that
     /// ends exactly there has not ended before it.
     #[must_use]
+    #[inline]
     pub(crate) fn ends_before(&self, nanos: i64) -> bool {
         self.past_its_begin(nanos) > NANOS_PER_MILLIHERTZ
     }
@@ -52,6 +53,7 @@ impl CycleClock {
     /// Time from the present cycle's begin to the instant `nanos` after the start, s, within
     /// [0, T].
     #[must_use]
+    #[inline]
     pub(crate) fn time_in_cycle(&self, nanos: i64) -> f64 {
         let past = self.past_its_begin(nanos);
         if past >= NANOS_PER_MILLIHERTZ {
@@ -63,6 +65,7 @@ impl CycleClock {
     }
 
     /// From the cycle's begin to the instant, in nanoseconds times millihertz.
+    #[inline]
     fn past_its_begin(&self, nanos: i64) -> i128 {
         i128::from(nanos) * i128::from(self.millihertz)
             - i128::from(self.cycle) * NANOS_PER_MILLIHERTZ

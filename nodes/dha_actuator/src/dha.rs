@@ -121,6 +121,7 @@ impl Dha {
 
     /// Runs to the instant `nanos` after the start. Cycles that begin before it act on
     /// `demand`; one that begins exactly there waits for the next call. Going back has no effect.
+    #[inline]
     pub fn advance_to(&mut self, nanos: i64, demand: Demand) {
         if !self.begun && nanos > 0 {
             self.begin_cycle(demand);

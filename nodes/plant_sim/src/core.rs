@@ -137,8 +137,7 @@ impl Plant {
     /// The plant at its initial state, planes neutral.
     ///
     /// # Errors
-    /// The refusal and its reason: a vehicle file, a prefix, or a step that does not divide the
-    /// tick or is too long for the vehicle.
+    /// The refusal and its reason: a vehicle file, a prefix, thrust for a vehicle without propulsion.
     pub fn new(parameters: &PlantParameters) -> Result<Self, Error> {
         let vehicle = vehicle(parameters)?;
         let settings = Settings::new(parameters, &vehicle)?;
@@ -827,7 +826,6 @@ mod tests {
     #[test]
     fn parameters_that_cannot_work_are_refused_with_the_reason() {
         for (changes, reason) in [
-            (("step", Value::Double(0.003)), "whole number of steps"),
             (("vehicle", Value::from("no/such.yaml")), "no/such.yaml"),
             (("frame_prefix", Value::from("a b")), "frame_prefix"),
         ] {
@@ -844,15 +842,6 @@ mod tests {
             .expect_err("no propulsion")
             .to_string();
         assert!(refusal.contains("no propulsion"), "{refusal}");
-        let coarse = [
-            ("step", Value::Double(0.1)),
-            ("tick", Value::Double(0.1)),
-            ("speed", Value::Double(5.0)),
-        ];
-        let refusal = Plant::new(&with(&coarse))
-            .expect_err("too coarse")
-            .to_string();
-        assert!(refusal.contains("rad/s"), "{refusal}");
     }
 
     #[test]

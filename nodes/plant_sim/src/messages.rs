@@ -34,7 +34,7 @@ impl Frames<'_> {
     }
 
     fn named(&self, frame: &str) -> String {
-        format!("{}{frame}", self.prefix)
+        [self.prefix, frame].concat()
     }
 
     fn odom(&self) -> String {

@@ -54,11 +54,11 @@ pub struct PlantParameters {
     /// Initial pitch, positive bow up; also after a reset.
     #[parameter(default = 0.0, unit = "rad", range = -PI..=PI)]
     pub initial_pitch: f64,
-    /// Sampling time of the loop, a whole number of steps; the report sampled at 20 Hz.
+    /// Sampling time of the loop; the report sampled at 20 Hz.
     #[parameter(default = 0.05, unit = "s", range = 1e-4..=1.0, read_only)]
     pub tick: f64,
-    /// Step of the integration.
-    #[parameter(default = 0.001, unit = "s", range = 1e-5..=0.1, read_only)]
+    /// Longest step of the integration, which takes shorter ones where its error asks for them.
+    #[parameter(default = 0.05, unit = "s", range = 1e-5..=0.1, read_only)]
     pub step: f64,
     /// Prefix of all frames, to distinguish vehicles on one /tf: 'auv2/'.
     #[parameter(default = "", read_only)]

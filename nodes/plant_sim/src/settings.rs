@@ -1,10 +1,8 @@
 //! The parameters, checked and in the models' own types: what a [`Plant`](crate::core::Plant) flies by.
 
-use planesman_linear::LARGEST_POLE_STEP;
 use planesman_vehicle::{
-    Axis, Body, BodyMotion, Derivatives, Drive, Environment, Motion, PitchDamping, Restoring,
-    Seaway, ShapingFilter, State, Tank, Tether, Turning, Variant, Vehicle,
-    linearised::{self, Output},
+    Body, BodyMotion, Derivatives, Drive, Environment, Motion, PitchDamping, Restoring, Seaway,
+    ShapingFilter, State, Tank, Tether, Variant, Vehicle,
 };
 
 use crate::{
@@ -30,7 +28,9 @@ pub(crate) struct Settings {
 
 impl Settings {
     pub(crate) fn new(parameters: &PlantParameters, vehicle: &Vehicle) -> Result<Self, Error> {
-        let (tick_nanos, steps) = tick_and_steps(parameters.tick, parameters.step)?;
+        let tick_nanos = (parameters.tick * 1e9).round() as i64;
+        let tick = tick_nanos as f64 * 1e-9;
+        let steps = (tick / parameters.step - 1e-9).ceil();
         let outside = &parameters.environment;
         let environment = Environment {
             density: outside.density,
@@ -45,20 +45,9 @@ impl Settings {
                 RestoringMoment::Sine | RestoringMoment::None => Restoring::Sine,
             },
             environment,
-            step: tick_nanos as f64 * 1e-9 / f64::from(steps),
+            step: tick / steps,
         };
         let drive = drive(parameters.propulsion, vehicle, variant)?;
-        let design_speed = drive.as_ref().map_or(0.0, |d| d.propulsion.design_speed);
-        let fastest = variant.of(vehicle.derivatives(speed.max(design_speed)));
-        refuse_fast_modes(vehicle, &fastest, vertical.step)?;
-        let turning = |axis: Option<Axis>| {
-            axis.map(|axis| Turning::new(axis, vertical.step))
-                .transpose()
-                .map_err(|reason| Error::Turning {
-                    vehicle: vehicle.name.clone(),
-                    reason,
-                })
-        };
         let bottom = outside.bottom;
         let plane = State {
             depth: parameters.initial_depth,
@@ -68,8 +57,8 @@ impl Settings {
         Ok(Self {
             motion: BodyMotion {
                 vertical,
-                roll: turning(vehicle.roll.map(|axis| variant.of_roll(axis)))?,
-                course: turning(vehicle.course)?,
+                roll: vehicle.roll.map(|axis| variant.of_roll(axis)),
+                course: vehicle.course,
                 drive,
                 current: [outside.current.x, outside.current.y, outside.current.z],
                 tank: Tank {
@@ -81,12 +70,12 @@ impl Settings {
                     above: outside.tether.above,
                 },
             },
-            seaway: seaway(&outside.seaway, tick_nanos as f64 * 1e-9)?,
+            seaway: seaway(&outside.seaway, tick)?,
             sensors: parameters::sensors_of(parameters),
             initial: Body::upright(plane, speed),
             seed: parameters.seed,
             tick_nanos,
-            steps,
+            steps: steps as u32,
             vehicle: parameters.vehicle.clone(),
             frame_prefix: frame_prefix(&parameters.frame_prefix)?,
         })
@@ -118,17 +107,6 @@ fn variant(parameters: &PlantParameters) -> Variant {
         restoring_moment: parameters.restoring != RestoringMoment::None,
         heave: true,
     }
-}
-
-/// The tick in whole nanoseconds, and how many steps it is.
-fn tick_and_steps(tick: f64, step: f64) -> Result<(i64, u32), Error> {
-    let [tick_nanos, step_nanos] = [tick, step].map(|seconds| (seconds * 1e9).round() as i64);
-    if step_nanos <= 0 || tick_nanos <= 0 || tick_nanos % step_nanos != 0 {
-        return Err(Error::Steps { step, tick });
-    }
-    let steps =
-        u32::try_from(tick_nanos / step_nanos).map_err(|_| Error::SmallStep { step, tick })?;
-    Ok((tick_nanos, steps))
 }
 
 /// Thrust and drag, when the speed is not held.
@@ -163,28 +141,6 @@ fn seaway(waves: &parameters::Seaway, tick: f64) -> Result<Option<(Seaway, Shapi
     }
     let filter = seaway.filter(tick).map_err(Error::Seaway)?;
     Ok(Some((seaway, filter)))
-}
-
-/// Refuses a step that the vehicle's fastest mode would outrun.
-fn refuse_fast_modes(vehicle: &Vehicle, fastest: &Derivatives, step: f64) -> Result<(), Error> {
-    let speed = fastest.speed;
-    let poles = linearised::response(fastest, Output::PitchRate)
-        .and_then(|system| system.poles())
-        .map_err(|reason| Error::Speed {
-            vehicle: vehicle.name.clone(),
-            speed,
-            reason,
-        })?;
-    let fastest = poles.iter().map(|p| p.norm()).fold(0.0, f64::max);
-    if fastest * step > LARGEST_POLE_STEP {
-        return Err(Error::FastMode {
-            step,
-            vehicle: vehicle.name.clone(),
-            mode: fastest,
-            speed,
-        });
-    }
-    Ok(())
 }
 
 fn frame_prefix(prefix: &str) -> Result<String, Error> {

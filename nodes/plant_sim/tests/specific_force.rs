@@ -4,7 +4,7 @@
 
 use planesman_vehicle::{
     Body, BodyMotion, Drive, Environment, Inputs, Load, Motion, PlanePath, Restoring, State, Tank,
-    Tether, Turn, Turning, Variant, Vehicle,
+    Tether, Turn, Variant, Vehicle,
     vehicle_file::{brunner, remus_100},
 };
 use plant_sim::specific_force;
@@ -14,7 +14,6 @@ const STEP: f64 = 1e-3;
 
 /// A vehicle with all that it has, in a current and with a tether.
 fn everything(vehicle: Vehicle, speed: f64) -> BodyMotion {
-    let turning = |axis| Turning::new(axis, STEP).unwrap();
     BodyMotion {
         vertical: Motion {
             derivatives: vehicle.derivatives(speed),
@@ -26,8 +25,8 @@ fn everything(vehicle: Vehicle, speed: f64) -> BodyMotion {
             },
             step: STEP,
         },
-        roll: vehicle.roll.map(turning),
-        course: vehicle.course.map(turning),
+        roll: vehicle.roll,
+        course: vehicle.course,
         current: [0.1, -0.2, 0.05],
         tank: Tank::default(),
         tether: Tether {

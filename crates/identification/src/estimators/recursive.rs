@@ -266,8 +266,7 @@ impl Recursion {
         let psi = self.slope(&phi, &theta);
         let error = output - phi.dot(&theta);
         self.error = Some(error);
-        self.learn(&phi, &psi, output, error, &theta);
-        let theta = self.rls.parameters();
+        let theta = self.learn(&phi, &psi, output, error, theta);
         let explained = phi.dot(&theta);
         let own = if simulated {
             explained - self.offset(&theta)
@@ -364,7 +363,7 @@ impl Recursion {
         let n = self.layout.structure.poles;
         let delay = self.layout.structure.delay;
         let at = |values: &VecDeque<f64>, i: usize| values.get(i).copied().unwrap_or(0.0);
-        let mut phi = DVector::zeros(self.rls.parameters().len());
+        let mut phi = DVector::zeros(self.rls.size());
         for i in 0..n {
             phi[i] = -at(&self.outputs, i);
         }
@@ -407,27 +406,28 @@ impl Recursion {
         psi
     }
 
-    /// Folds in a row, unless it is not to teach.
+    /// Folds in a row, unless it is not to teach. Returns the parameters then, which were `theta`.
     fn learn(
         &mut self,
         phi: &DVector<f64>,
         psi: &DVector<f64>,
         output: f64,
         error: f64,
-        theta: &DVector<f64>,
-    ) {
+        theta: DVector<f64>,
+    ) -> DVector<f64> {
         let dead = self.options.dead_zone > 0.0 && error.abs() <= self.options.dead_zone;
         if self.frozen || dead {
-            return;
+            return theta;
         }
         self.forget(psi, error);
         // psi . theta + e, which is the output itself where psi is phi.
         self.rls
-            .update(psi.as_slice(), output + (psi - phi).dot(theta));
-        self.keep_stable(theta);
+            .update(psi.as_slice(), output + (psi - phi).dot(&theta));
+        let theta = self.keep_stable(theta);
         if let Some(limit) = self.options.covariance_limit {
             self.rls.limit_covariance(limit);
         }
+        theta
     }
 
     fn forget(&mut self, phi: &DVector<f64>, error: f64) {
@@ -452,28 +452,30 @@ impl Recursion {
         let _ = self.rls.set_forgetting(lambda);
     }
 
-    /// Halves the step from `before` until the filter is stable.
-    fn keep_stable(&mut self, before: &DVector<f64>) {
+    /// Halves the step from `before` until the filter is stable. Returns where it leads.
+    fn keep_stable(&mut self, before: DVector<f64>) -> DVector<f64> {
         let mut theta = self.rls.parameters();
         let sound = |theta: &DVector<f64>| {
             theta.iter().all(|v| v.is_finite()) && is_stable(&self.filter(theta))
         };
         if sound(&theta) {
-            return;
+            return theta;
         }
         for _ in 0..HALVINGS {
-            theta = (&theta + before) * 0.5;
+            theta = (&theta + &before) * 0.5;
             if sound(&theta) {
                 self.rls.set_parameters(&theta);
-                return;
+                return theta;
             }
         }
-        self.rls.set_parameters(before);
+        self.rls.set_parameters(&before);
+        before
     }
 }
 
 fn is_stable(polynomial: &[f64]) -> bool {
-    polynomial::roots(polynomial).is_ok_and(|roots| roots.iter().all(|z| z.norm() <= 1.0))
+    polynomial.len() == 1
+        || polynomial::roots(polynomial).is_ok_and(|roots| roots.iter().all(|z| z.norm() <= 1.0))
 }
 
 /// Puts a value in front and keeps no more than `most`.
@@ -519,7 +521,7 @@ impl Recursive for Recursion {
         names.extend(of("b", structure.numerator));
         names.extend(structure.offset.then(|| "constant".to_owned()));
         names.extend(of("m", self.noise() - self.moment()));
-        names.extend(of("c", self.rls.parameters().len() - self.noise()));
+        names.extend(of("c", self.rls.size() - self.noise()));
         names
     }
 
