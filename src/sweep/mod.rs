@@ -471,7 +471,7 @@ parameters:
         let refusal = format!("{:#}", run(&combination).expect_err("refused"));
         assert!(refusal.contains("1 of 2 combinations"), "{refusal}");
         assert!(
-            refusal.contains("dha_actuator.logic.mode=two_speed"),
+            refusal.contains(r#"dha_actuator.logic.mode="two_speed""#),
             "{refusal}"
         );
         assert!(!folder.join("refused").exists());
