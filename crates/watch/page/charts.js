@@ -205,8 +205,10 @@ function name(chart) {
   });
 }
 
-// As often as they can be read.
-setInterval(() => charts.forEach((chart) => chart.seen && chart.unnamed && name(chart)), 200);
+/// Writes the values that are new into the headings.
+export function nameAll() {
+  for (const chart of charts) if (chart.seen && chart.unnamed) name(chart);
+}
 
 /// Why a channel has no samples, in its chart.
 export function refuse(channel, reason) {

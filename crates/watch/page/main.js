@@ -9,6 +9,9 @@ import { drawPoles, drawSide } from "./views.js";
 /// Without a message for so long the connection is lost, though nobody has said so, ms.
 const SILENCE = 20_000;
 
+/// Time between two changes of the texts that move with the samples, and of the side view, ms: a text that changes makes the browser lay out the page.
+const TEXT_PERIOD = 190;
+
 let defaults = [];
 let sideView = [];
 let vehicle;
@@ -179,15 +182,15 @@ function schedule() {
     scheduled = false;
     const began = performance.now();
     if (charts.draw()) stats.frames += 1;
-    const now = performance.now();
-    if (now - lastSide > 90) {
-      lastSide = now;
+    if (began - lastText >= TEXT_PERIOD) {
+      lastText = began;
+      charts.nameAll();
       drawSide(vehicle, sections[`vehicle:${vehicle}`]);
     }
     stats.milliseconds += performance.now() - began;
   });
 }
-let lastSide = 0;
+let lastText = 0;
 
 function followed(follow) {
   const pause = byId("pause");
@@ -197,6 +200,7 @@ function followed(follow) {
 }
 
 setInterval(() => {
+  charts.nameAll();
   const end = charts.seenEnd();
   byId("clock").textContent = end === undefined ? "" : `${end.toFixed(1)} s`;
   const per = stats.frames ? stats.milliseconds / stats.frames : 0;
