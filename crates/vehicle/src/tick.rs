@@ -152,11 +152,14 @@ impl<'a> Tick<'a> {
             let (mut next, error) =
                 dormand_prince_step(&y, h, &inputs, |inputs, y| self.rates(inputs, &rotation, y));
             let error: f64 = error.iter().map(|error| error.abs()).sum();
-            // Written so that NaN is too much.
+            // NaN is too much.
             let accepted = error <= TOLERANCE || h <= SHORTEST_STEP;
             if !accepted || wanted < longest {
-                let ratio = 0.9 * (TOLERANCE / error).powf(0.2);
-                wanted = longest.min(h * ratio.max(0.2).min(5.0)).max(SHORTEST_STEP);
+                let ratio = match error.is_finite() {
+                    true => (0.9 * (TOLERANCE / error).powf(0.2)).clamp(0.2, 5.0),
+                    false => 0.2,
+                };
+                wanted = longest.min(h * ratio).max(SHORTEST_STEP);
             }
             if !accepted {
                 continue;
