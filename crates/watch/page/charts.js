@@ -158,7 +158,7 @@ function made(specification, remove) {
       width: LINE,
       spanGaps: true,
       points: { show: false },
-      paths: trace.held ? uPlot.paths.stepped({ align: 1 }) : undefined,
+      paths: trace.held || trace.band ? uPlot.paths.stepped({ align: 1 }) : undefined,
     }))],
     bands: chart.band.length === 2 ? [{ series: chart.band.map((k) => k + 1), fill: chart.shade }] : [],
     hooks: { setSelect: [selected], setCursor: [(plot) => { chart.cursor = plot.cursor.idx; name(chart); }] },
