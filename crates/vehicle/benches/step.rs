@@ -51,14 +51,7 @@ fn vertical(vehicle: &Vehicle, speed: f64) -> Motion {
 /// One step \[ns\] with every actuator at an angle, as a tick does: many in one call, so that the
 /// call itself does not count.
 fn step_of(motion: &BodyMotion, angle: f64) -> f64 {
-    let path = PlanePath::held(&angle);
-    let inputs = Inputs {
-        dive_planes: path,
-        bow_stern_differential: path,
-        roll_differential: path,
-        rudder: path,
-        thrust: path,
-    };
+    let inputs = Inputs::all(PlanePath::held(&angle));
     // Below the surface: at it every step asks for the time of contact.
     let submerged = State {
         depth: 1.0,

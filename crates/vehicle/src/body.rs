@@ -125,7 +125,19 @@ pub(crate) struct Positions {
     pub(crate) thrust: f64,
 }
 
-impl Inputs<'_> {
+impl<'a> Inputs<'a> {
+    /// Every actuator on the same path: of [`PlanePath::NEUTRAL`], all neutral.
+    #[must_use]
+    pub const fn all(path: PlanePath<'a>) -> Self {
+        Self {
+            dive_planes: path,
+            bow_stern_differential: path,
+            roll_differential: path,
+            rudder: path,
+            thrust: path,
+        }
+    }
+
     /// At shares of a step from `start` \[s\], of length `h` \[s\]: as of [`PlanePath::over`].
     pub(crate) fn over<const N: usize>(
         &self,
@@ -145,16 +157,6 @@ impl Inputs<'_> {
             rudder: rudder[i],
             thrust: thrust[i],
         })
-    }
-
-    pub(crate) fn at_the_start(&self) -> Positions {
-        Positions {
-            dive_planes: self.dive_planes.at(0.0),
-            bow_stern_differential: self.bow_stern_differential.at(0.0),
-            roll_differential: self.roll_differential.at(0.0),
-            rudder: self.rudder.at(0.0),
-            thrust: self.thrust.at(0.0),
-        }
     }
 }
 
@@ -377,13 +379,7 @@ mod tests {
             .collect();
         let tick = 50_000_000;
         let path = PlanePath::new(&samples, tick, tick).expect("a path");
-        let inputs = Inputs {
-            dive_planes: path,
-            bow_stern_differential: path,
-            roll_differential: path,
-            rudder: path,
-            thrust: path,
-        };
+        let inputs = Inputs::all(path);
         let go = |steps: u32| {
             let mut body = deep(0.8);
             for _ in 0..100 {
@@ -540,13 +536,7 @@ mod tests {
     fn a_motion_that_blows_up_is_refused() {
         let mut motion = at_held_speed(0.05);
         motion.vertical.derivatives.m_q *= -1.0;
-        let inputs = Inputs {
-            dive_planes: PlanePath::held(&0.5),
-            bow_stern_differential: PlanePath::held(&0.5),
-            roll_differential: PlanePath::held(&0.5),
-            rudder: PlanePath::held(&0.5),
-            thrust: PlanePath::held(&0.5),
-        };
+        let inputs = Inputs::all(PlanePath::held(&0.5));
         let refused = motion.advance(&deep(1.5), &inputs, Load::NONE, 10_000);
         let diverged = refused.expect_err("it turns ever faster");
         assert!(!(-diverged.limit..=diverged.limit).contains(&diverged.value));

@@ -107,7 +107,7 @@ impl<'a> PlanePath<'a> {
     /// Where the path is straight, they are its own. Across corners they are those of the cubic whose moments over the
     /// step, the integrals of `delta t^n` with `n` up to 3, are the path's. An angle enters the accelerations linearly, so
     /// these moments make the state at the step's end, up to the product of four of the vehicle's rates: the step
-    /// need not end at a corner.
+    /// need not end at a corner. Over a step of no length they are the angle at its start.
     pub(crate) fn over<const N: usize>(&self, start: f64, h: f64, shares: &[f64; N]) -> [f64; N] {
         let first = self.at(start);
         let last = self.samples.len() - 1;
@@ -202,6 +202,7 @@ mod tests {
             assert!((angle + 0.1).abs() < 1e-15);
         }
         assert_eq!(path.over(0.05, 0.01, &shares), [0.2; 9]);
+        assert_eq!(path.over(0.01, 0.0, &shares), [0.1; 9]);
         assert_eq!(PlanePath::held(&0.2).over(0.01, 0.04, &shares), [0.2; 9]);
         for (start, h) in [(0.0, 0.05), (0.01, 0.02), (0.013, 0.031), (0.04, 0.03)] {
             let angles = path.over(start, h, &shares);

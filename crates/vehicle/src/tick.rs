@@ -102,13 +102,9 @@ impl Motion {
         planes: &PlanePath<'_>,
         steps: u32,
     ) -> Result<State, Diverged> {
-        let neutral = PlanePath::NEUTRAL;
         let inputs = Inputs {
             dive_planes: *planes,
-            bow_stern_differential: neutral,
-            roll_differential: neutral,
-            rudder: neutral,
-            thrust: neutral,
+            ..Inputs::all(PlanePath::NEUTRAL)
         };
         let body = Body::upright(*from, self.derivatives.speed);
         let (after, _) =
@@ -188,8 +184,8 @@ impl<'a> Tick<'a> {
     /// As [`BodyMotion::acceleration`], at the start of the tick.
     pub(crate) fn acceleration(&self, body: &Body) -> Acceleration {
         let rotation = body.attitude().rotation();
-        let [.., heave, pitch, surge, _, _, _, _] =
-            self.rates(&self.inputs.at_the_start(), &rotation, &vector(body));
+        let [inputs] = self.inputs.over(0.0, 0.0, &[0.0]);
+        let [.., heave, pitch, surge, _, _, _, _] = self.rates(&inputs, &rotation, &vector(body));
         let mut found = Acceleration {
             surge,
             heave,

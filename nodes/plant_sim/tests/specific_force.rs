@@ -119,10 +119,8 @@ fn the_specific_force_is_the_track_s_second_difference_less_gravity_under_any_lo
 fn surface_and_bottom_are_felt_while_they_hold_the_vehicle_at_its_depth() {
     let inputs = Inputs {
         dive_planes: PlanePath::held(&0.1),
-        bow_stern_differential: PlanePath::held(&0.0),
-        roll_differential: PlanePath::held(&0.0),
-        rudder: PlanePath::held(&0.0),
         thrust: PlanePath::held(&1.0),
+        ..Inputs::all(PlanePath::NEUTRAL)
     };
     let mut motion = everything(brunner(), 0.5);
     motion.current = [0.0; 3];
@@ -176,11 +174,8 @@ fn thrust_is_felt_forwards_as_force_over_mass() {
         ..everything(vehicle, 0.0)
     };
     let inputs = Inputs {
-        dive_planes: PlanePath::held(&0.0),
-        bow_stern_differential: PlanePath::held(&0.0),
-        roll_differential: PlanePath::held(&0.0),
-        rudder: PlanePath::held(&0.0),
         thrust: PlanePath::held(&1.0),
+        ..Inputs::all(PlanePath::NEUTRAL)
     };
     let body = Body::default();
     let acceleration = motion.acceleration(&body, &inputs, Load::NONE);
