@@ -102,26 +102,28 @@ pub fn of(vehicle: &Vehicle) -> String {
     for part in parts(vehicle) {
         let Part { link, joint, .. } = part;
         let [forward, left, up] = part.origin;
-        let (kind, axis, gain, shape) = match part.motion {
+        let (kind, axis, limit, gain, shape) = match part.motion {
             Motion::Turn(side) => {
                 let [chord, span, thickness] = [0.5, 4.0, 0.05].map(|it| it * radius);
                 let shape =
                     format!(r#"<geometry><box size="{chord} {span} {thickness}"/></geometry>"#);
-                ("continuous", format!("0 {side} 0"), 1.0, shape)
+                // It has no limits.
+                (
+                    "continuous",
+                    format!("0 {side} 0"),
+                    String::new(),
+                    1.0,
+                    shape,
+                )
             }
             Motion::Slide(arm) => {
                 let shape = lengthwise(0.5 * length, 0.1 * radius);
-                ("prismatic", "1 0 0".to_owned(), arm, shape)
+                // Those of a radian.
+                let limit = format!(
+                    "\n    <limit lower=\"-{arm}\" upper=\"{arm}\" effort=\"0\" velocity=\"0\"/>"
+                );
+                ("prismatic", "1 0 0".to_owned(), limit, arm, shape)
             }
-        };
-        // A continuous joint has no limits; the others are those of a radian.
-        let limit = match kind {
-            "prismatic" => {
-                format!(
-                    "\n    <limit lower=\"-{gain}\" upper=\"{gain}\" effort=\"0\" velocity=\"0\"/>"
-                )
-            }
-            _ => String::new(),
         };
         // All go with the bow planes, unless an actuator of their own moves them.
         let mimic = match joint {
