@@ -38,9 +38,9 @@ def failures(rows: list[dict]) -> list[dict]:
     return [row for row in rows if row["failed"]]
 
 
-def what(case, row: dict, measure: str) -> str:
+def what(case, row: dict) -> str:
     point = "" if row["point"] is None else f", {case.X} {row['point']}"
-    return f"{case.TITLE}{point}: {measure}"
+    return f"{case.TITLE}{point}"
 
 
 def markdown(document: dict, cases: dict) -> str:
@@ -54,13 +54,12 @@ def markdown(document: dict, cases: dict) -> str:
     for name, case in cases.items():
         rows = of_case(document, name)
         for measure, ours, peer, ratio in pairs(rows) if getattr(case, "PEERS", True) else []:
-            cells = [what(case, ours, measure), number(median(ours["costs"][measure])), peer["contender"]]
+            cells = [f"{what(case, ours)}: {measure}", number(median(ours["costs"][measure])), peer["contender"]]
             cells += [number(median(peer["costs"][measure]))]
             cells += [number(value) for value in (min(ratio), median(ratio), max(ratio))]
             lines.append("| " + " | ".join(cells) + " |")
         for row in failures(rows):
-            point = "" if row["point"] is None else f", {case.X} {row['point']}"
-            lines.append(f"| {case.TITLE}{point} | | {row['contender']} | failed: {row['failed']} | | | |")
+            lines.append(f"| {what(case, row)} | | {row['contender']} | failed: {row['failed']} | | | |")
     for name, case in cases.items():
         if hasattr(case, "POINTS"):
             lines += ["", *growth(case, of_case(document, name)), "", f"![{case.TITLE}](plots/{name}.svg)"]

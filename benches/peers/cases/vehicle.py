@@ -57,8 +57,8 @@ def check(who: str, pitch: float, depth: float) -> None:
 def ours() -> dict[str, float]:
     text = output([program("step")])
     return {
-        DIVE: seconds("planesman_vehicle, dive of 60 s(?:, a state every 0.05 s)?", text) * 1e3,
-        FINE: seconds("planesman_vehicle, dive of 60 s(?:, a state every 0.001 s)?", text) * 1e3,
+        DIVE: seconds("planesman_vehicle, dive of 60 s, a state every 0.05 s", text) * 1e3,
+        FINE: seconds("planesman_vehicle, dive of 60 s, a state every 0.001 s", text) * 1e3,
         LINEAR: seconds(r"linear dive of 60 s[^:\n]*", text) * 1e3,
     }
 
