@@ -168,8 +168,8 @@ pub fn replay(args: &ReplayArgs) -> Result<Replay> {
         if !seen.contains(topic) {
             seen.insert(topic.to_owned());
         }
-        let log_time = Time::from_nanos(message.log_time);
-        let outcome = identifier.on_payload(reader, &log_time, &message.payload);
+        let sent = Time::from_nanos(message.publish_time);
+        let outcome = identifier.on_payload(reader, &sent, &message.payload);
         last = outcome.stamp.unwrap_or(last);
         if let Some(live) = &mut live {
             let again = outcome.estimates.iter();

@@ -108,14 +108,9 @@ impl Identifier {
         TopicReader::new(self.pairs.iter().map(Pair::config), topic, types)
     }
 
-    /// Takes a payload; its stamp is `received` where it has none of its own.
-    pub fn on_payload(
-        &mut self,
-        reader: &mut TopicReader,
-        received: &Time,
-        payload: &[u8],
-    ) -> Outcome {
-        learnt(&mut self.pairs, reader, received, payload)
+    /// Takes a payload; its stamp is `sent` where it has none of its own.
+    pub fn on_payload(&mut self, reader: &mut TopicReader, sent: &Time, payload: &[u8]) -> Outcome {
+        learnt(&mut self.pairs, reader, sent, payload)
     }
 
     /// Takes a message that is at hand, whose stamp is `stamp` where it has none of its own; one on another
@@ -195,18 +190,13 @@ impl Identifier {
 }
 
 /// The outcome of a payload for the pairs concerned.
-fn learnt(
-    pairs: &mut [Pair],
-    reader: &mut TopicReader,
-    received: &Time,
-    payload: &[u8],
-) -> Outcome {
+fn learnt(pairs: &mut [Pair], reader: &mut TopicReader, sent: &Time, payload: &[u8]) -> Outcome {
     let mut outcome = Outcome::default();
     for (place, read) in reader.read(payload) {
         let pair = &mut pairs[place];
         match read {
             Ok(sample) => {
-                let stamp = sample.stamp.clone().unwrap_or_else(|| received.clone());
+                let stamp = sample.stamp.clone().unwrap_or_else(|| sent.clone());
                 outcome.stamp = Some(stamp.clone());
                 outcome.estimates.extend(pair.on_sample(stamp, &sample));
             }

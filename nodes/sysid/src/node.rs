@@ -262,9 +262,10 @@ impl Node {
         let Some(topic) = self.topics.get_mut(place) else {
             return;
         };
-        let outcome =
-            self.identifier
-                .on_payload(&mut topic.reader, &sample.received, &sample.bytes);
+        let sent = sample.published.as_ref().unwrap_or(&sample.received);
+        let outcome = self
+            .identifier
+            .on_payload(&mut topic.reader, sent, &sample.bytes);
         let trouble = outcome.refused.into_iter().next();
         if trouble.is_some() && trouble != topic.trouble {
             let reason = trouble.as_deref().unwrap_or_default();
