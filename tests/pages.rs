@@ -103,7 +103,15 @@ fn models_loops_and_loci_tell_their_values_under_the_cursor() {
             "locus.html",
         ],
     );
-    assert_alive(&here.join("model.html"), 10);
+    if let Some(seen) = assert_alive(&here.join("model.html"), 10) {
+        // The data's step response without a model is beside the model's.
+        let step = seen.plots.iter().find(|it| it.0 == "Step response");
+        let told = step.map_or("", |it| &it.1);
+        assert!(
+            told.contains("model -0.") && told.contains("data alone -0."),
+            "{told}"
+        );
+    }
     assert_alive(&here.join("analyse.html"), 4);
     if let Some(seen) = assert_alive(&here.join("locus.html"), 1) {
         // A pole of the locus is told with its gain.
