@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use browser::assert_alive;
+use browser::{assert_alive, assert_prints_lines};
 use planesman::run_folder::RunFolder;
 use planesman::scenario::Scenario;
 use planesman::sim;
@@ -64,6 +64,7 @@ fn a_flight_and_two_over_each_other_tell_their_values_under_the_cursor() {
     assert_eq!(heading, "Depth");
     assert!(told.contains("setpoint 0.9"), "{told}");
     assert_alive(&folder.path().join("flights.html"), 7);
+    assert_prints_lines(&page);
 }
 
 #[test]
@@ -103,7 +104,16 @@ fn models_loops_and_loci_tell_their_values_under_the_cursor() {
             "locus.html",
         ],
     );
-    assert_alive(&here.join("model.html"), 10);
+    if let Some(seen) = assert_alive(&here.join("model.html"), 10) {
+        // The data's step response without a model is beside the model's.
+        let step = seen.plots.iter().find(|it| it.0 == "Step response");
+        let told = step.map_or("", |it| &it.1);
+        assert!(
+            told.contains("model -0.") && told.contains("data alone -0."),
+            "{told}"
+        );
+    }
+    assert_prints_lines(&here.join("model.html"));
     assert_alive(&here.join("analyse.html"), 4);
     if let Some(seen) = assert_alive(&here.join("locus.html"), 1) {
         // A pole of the locus is told with its gain.

@@ -106,6 +106,7 @@ fn every_number_of_the_report_has_the_verdict_that_stands_in_the_book() {
         assert!(html.contains(part), "{part}");
     }
     browser::assert_alive(&page, 13 + 11 + 12 + 12 + 42);
+    browser::assert_prints_lines(&page);
 }
 
 /// What the models are given and only read back is counted apart: Tables 3-1 and 4-1 of 1966.

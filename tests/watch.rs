@@ -259,6 +259,114 @@ fn a_page_shows_a_vehicle_sets_a_gain_flies_a_manoeuvre_and_tells_of_a_node_that
     });
 }
 
+/// A vehicle at a depth, in real time, in a namespace of its own.
+fn vehicle_in(stage: &Stage, namespace: &str, depth: f64) -> [Process; 3] {
+    let place = format!("__ns:={namespace}");
+    let start = |name: &str, parameters: &[&str]| {
+        let parameters = parameters.iter().flat_map(|it| ["-p", *it]);
+        let own = ["node", name, "--ros-args", "-r", &place];
+        let arguments: Vec<&str> = own.into_iter().chain(parameters).collect();
+        stage.start_as(&arguments, &[(planesman::nodes::LAUNCHED, "1")])
+    };
+    let (initial, setpoint) = (
+        format!("initial_depth:={depth:?}"),
+        format!("depth_setpoint:={depth:?}"),
+    );
+    [
+        start("plant_sim", &[&initial]),
+        start("dha_actuator", &[]),
+        start("depth_controller", &[&setpoint]),
+    ]
+}
+
+/// Where the charts' lines are: title, and of each trace its text.
+const HEADS: &str = "return [...document.querySelectorAll('.chart .head')].map((it) =>
+    [it.querySelector('b').textContent, ...[...it.querySelectorAll('.key')].map((key) => key.textContent)].join('|'))";
+
+#[test]
+fn two_vehicles_are_shown_by_turns_and_over_each_other_and_do_not_mix() {
+    let Some(mut browser) = Browser::find() else {
+        return;
+    };
+    let stage = Stage::new();
+    let _first = vehicle_in(&stage, "/north", 1.5);
+    let [_plant, actuator, _controller] = vehicle_in(&stage, "/south", 3.5);
+    let (_watch, address) = watch(&stage);
+    browser.ask(&json!({"size": [1400, 1000]})).unwrap();
+    browser.open(&format!("{address}#/south"));
+    let choose = |browser: &mut Browser, name: &str| {
+        eventually(&format!("{name} is listed"), || {
+            let script = format!(
+                "const list = document.querySelector('#vehicle');
+                 const listed = [...list.options].some((it) => it.value === {name:?});
+                 if (listed && list.value !== {name:?}) {{ list.value = {name:?}; list.dispatchEvent(new Event('change')); }}
+                 return listed"
+            );
+            browser.run(&script).as_bool()?.then_some(())
+        });
+    };
+    for name in ["/north", "/south"] {
+        browser.until_text("#vehicle", name);
+    }
+    for (name, depth, other) in [
+        ("/south", "depth 3.", "/north"),
+        ("/north", "depth 1.", "/south"),
+    ] {
+        choose(&mut browser, name);
+        browser.until_text("#attitude", depth);
+        browser.until_text(".chart .head", depth);
+        for table in ["#nodes", "#topics", "#parameters", "#diagnostics", "#log"] {
+            let own = if table == "#log" { &name[1..] } else { name };
+            let text = browser.until_text(table, own);
+            assert!(!text.contains(other), "{table} of {name}: {text}");
+            assert!(!text.contains(&format!("{}.", &other[1..])), "{text}");
+        }
+        let hash = browser.run("return location.hash");
+        assert_eq!(hash, json!(format!("#{name}")));
+    }
+
+    // What is set and sent is the chosen one's: the other stays where it is.
+    browser.run(
+        "const input = document.querySelector('[aria-label=\"depth setpoint\"]');
+         input.value = '1.75';
+         input.form.requestSubmit()",
+    );
+    let heads = |browser: &mut Browser| {
+        let heads = browser.run(HEADS);
+        let heads = heads.as_array().cloned().unwrap_or_default();
+        let text = |it: Value| it.as_str().unwrap_or_default().to_owned();
+        heads.into_iter().map(text).collect::<Vec<String>>()
+    };
+    eventually("its setpoint", || {
+        heads(&mut browser)[0]
+            .contains("setpoint 1.75")
+            .then_some(())
+    });
+
+    // All over each other: a line for each, and every table has both.
+    browser.run("document.querySelector('#all').click()");
+    eventually("both in each chart", || {
+        let heads = heads(&mut browser);
+        let depth = heads.first()?;
+        let parts: Vec<&str> = depth.split('|').collect();
+        (parts.len() == 3
+            && parts[0] == "Depth: depth [m]"
+            && parts[1].starts_with("/north 1.")
+            && parts[2].starts_with("/south 3."))
+        .then_some(())
+    });
+    for table in ["#nodes", "#topics", "#parameters", "#diagnostics"] {
+        browser.until_text(table, "/north/");
+        browser.until_text(table, "/south/");
+    }
+
+    // One that is not operated is told as lost too, and what it did stays.
+    actuator.kill();
+    browser.until_text("#vehicle", "/south (1 node lost)");
+    let last = heads(&mut browser);
+    assert!(last[0].contains("/south 3."), "{last:?}");
+}
+
 #[test]
 fn a_page_whose_program_ended_says_so_and_goes_on_with_the_next_one() {
     let Some(mut browser) = Browser::find() else {

@@ -4,6 +4,7 @@
 use std::cmp::Reverse;
 
 use maud::html;
+use planesman_identification::Reading;
 use planesman_identification::validation::residuals::{Correlation, ResidualTests};
 use planesman_plot::{Plot, Series, Style};
 use planesman_signals::Taken;
@@ -11,7 +12,7 @@ use planesman_signals::Taken;
 use super::compared::{Compared, fits, frequency_responses};
 use super::page::{
     FAR, FREQUENCY, LAG, MAGNITUDE, PHASE, RECORD, Response, STEP, TIME, bound, line, settling,
-    step_response, timed, unit_circle,
+    steps, timed, unit_circle,
 };
 use crate::page::{document, figures};
 
@@ -97,7 +98,7 @@ fn plots<'a>(models: &'a [Compared], taken: &'a Taken) -> Vec<Plot<'a>> {
     let count = (usual + usual / 2).clamp(STEP.0, STEP.1);
     let steps = models.iter().zip(&settling).map(|(model, settling)| {
         let of = &model.judgement;
-        let points = settling.map(|_| timed(&step_response(&of.estimate, of.longest, count)));
+        let points = settling.map(|_| timed(&steps(&Reading::of(&of.estimate, of.longest), count)));
         line(&model.name, points.unwrap_or_default())
     });
     let output = &record.outputs[0];

@@ -7,9 +7,11 @@ use std::f64::consts::{PI, TAU};
 use anyhow::Result;
 use maud::{Markup, html};
 use planesman_identification::analysis::Analysis;
-use planesman_identification::estimators::Estimate;
+use planesman_identification::estimators::{Estimate, StepResponse};
 use planesman_identification::validation::residuals::Correlation;
-use planesman_identification::{Reading, Record, SIGMAS_95, Uncertain, filter};
+use planesman_identification::{
+    Problem, Reading, Record, Run, SIGMAS_95, Start, Structure, Uncertain,
+};
 use planesman_linear::unwrapped_phases;
 use planesman_plot::{Plot, Series, Style};
 
@@ -126,7 +128,7 @@ fn plots<'a>(analysis: &'a Analysis, record: &Record) -> Result<Vec<Plot<'a>>> {
             .note("Over each sampling interval.")
             .linked(RECORD)
             .line("input", timed(input)),
-        step(analysis),
+        step(analysis, record),
     ];
     plots.extend(bode(analysis));
     plots.push(map(analysis)?);
@@ -179,16 +181,6 @@ pub(super) fn unit_circle() -> Series<'static> {
     bound("unit circle", angles.map(|a| (a.cos(), a.sin())).collect())
 }
 
-/// The output after a unit step of the input from rest, without offset, over so many samples.
-pub(super) fn step_response(estimate: &Estimate, run: usize, count: usize) -> Vec<f64> {
-    let layout = &estimate.layout;
-    let theta = estimate.theta.as_slice();
-    let a = layout.denominator(theta);
-    let mut b = vec![0.0; layout.structure.delay];
-    b.extend(&theta[layout.b(run)]);
-    filter(&b, &a, &vec![1.0; count])
-}
-
 /// Samples after which a step response stays within a share of its range about its end; `None` for an unstable model,
 /// whose response has none.
 pub(super) fn settling(estimate: &Estimate, run: usize) -> Option<usize> {
@@ -196,7 +188,7 @@ pub(super) fn settling(estimate: &Estimate, run: usize) -> Option<usize> {
     if poles.iter().any(|it| it.value.norm() > 1.0 + 1e-6) {
         return None;
     }
-    let response = step_response(estimate, run, STEP.1);
+    let response = steps(&Reading::of(estimate, run), STEP.1);
     let end = *response.last()?;
     let most = response
         .iter()
@@ -207,18 +199,70 @@ pub(super) fn settling(estimate: &Estimate, run: usize) -> Option<usize> {
     Some(far.map_or(0, |last| last + 1))
 }
 
-fn step(analysis: &Analysis) -> Plot<'_> {
+/// The output after a unit step of the input from rest, without offset, over so many samples.
+pub(super) fn steps(reading: &Reading<'_>, count: usize) -> Vec<f64> {
+    let response = reading.step_response(count);
+    response.into_iter().map(|(value, _)| value).collect()
+}
+
+/// The model's step response beside the one that the data has without it, each with its band.
+fn step<'a>(analysis: &'a Analysis, record: &Record) -> Plot<'a> {
     let estimate = &analysis.estimate;
-    let plot = Plot::new("Step response", [TIME, &analysis.output])
-        .note("After a unit step of the input, from rest, without offset.");
-    match settling(estimate, analysis.longest) {
-        None => plot,
-        Some(settled) => {
-            let count = (settled + settled / 2).clamp(STEP.0, STEP.1);
-            let response = step_response(estimate, analysis.longest, count);
-            plot.line("model", timed(&response, estimate.sample_time))
+    let plot = Plot::new("Step response", [TIME, &analysis.output]);
+    let Some(settled) = settling(estimate, analysis.longest) else {
+        return plot.note("The model is unstable: its response has no end.");
+    };
+    let count = (settled + settled / 2).clamp(STEP.0, STEP.1);
+    let at = |k: usize| k as f64 * estimate.sample_time;
+    let band = |k: usize, value: f64, deviation: f64| {
+        let half = SIGMAS_95 * deviation;
+        (at(k), value - half, value + half)
+    };
+    let model = analysis.reading().step_response(count);
+    let of_model = model.iter().enumerate();
+    let plot = plot
+        .with_all([Series::band(
+            "95 %, model",
+            of_model.clone().map(|(k, it)| band(k, it.0, it.1)),
+        )])
+        .line("model", of_model.map(|(k, it)| (at(k), it.0)));
+    let without_model = match analysis.reading().dc_gain() {
+        None => Err(
+            "the model integrates, and a response without an end has no finite impulse response"
+                .to_owned(),
+        ),
+        Some(_) => from_data(analysis, record, count).map_err(|error| error.to_string()),
+    };
+    match without_model {
+        Err(reason) => plot.note(format!(
+            "After a unit step of the input, from rest, without offset. None from the data alone: {reason}."
+        )),
+        Ok(found) => {
+            let points = || found.points.iter();
+            plot.note("After a unit step of the input, from rest, without offset. Data alone: the finite impulse response by least squares, integrated; feedback in the data biases it.")
+                .with_all([Series::band(
+                    "95 %, data alone",
+                    points().map(|(k, value, deviation)| band(*k, *value, *deviation)),
+                )])
+                .line("data alone", points().map(|(k, value, _)| (at(*k), *value)))
         }
     }
+}
+
+/// The step response without a model, from the segments that the model was fitted to.
+fn from_data(analysis: &Analysis, record: &Record, length: usize) -> Result<StepResponse> {
+    let segments = analysis.segments.iter();
+    let runs = segments.filter_map(|number| {
+        let segment = record.segments.get(*number)?;
+        let (inputs, outputs) = (segment.inputs.first()?, segment.outputs.first()?);
+        Some(Run { inputs, outputs })
+    });
+    let structure = Structure {
+        start: Start::Motion,
+        ..Structure::of_order(1)
+    };
+    let problem = Problem::new(structure, analysis.estimate.sample_time, runs.collect())?;
+    Ok(StepResponse::of(&problem, length)?)
 }
 
 fn map(analysis: &Analysis) -> Result<Plot<'static>> {
@@ -357,6 +401,8 @@ mod tests {
             "Poles and zeros",
             "Magnitude",
             "Phase",
+            "Step response",
+            "data alone",
             "Parameter estimates over time",
         ] {
             assert!(page.contains(heading), "{heading}");

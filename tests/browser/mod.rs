@@ -53,16 +53,10 @@ setTimeout(() => {
 }, 300);
 }, 300));</script></body>"#;
 
-/// The page in Chromium; `None`, having said so, where there is none.
-pub(crate) fn look(page: &Path) -> Option<Seen> {
-    let text = std::fs::read_to_string(page).expect("a page");
-    let folder = tempfile::tempdir().expect("a folder");
-    let probed = folder.path().join("page.html");
-    let text = text.replacen("<head>", HEAD, 1);
-    let end = text.rfind("</body>").expect("a whole page");
-    let text = format!("{}{PROBE}{}", &text[..end], &text[end + "</body>".len()..]);
-    std::fs::write(&probed, text).expect("written");
-    let run = Command::new("chromium")
+/// Chromium without a screen, with its profile in the folder.
+fn chromium(folder: &Path) -> Command {
+    let mut command = Command::new("chromium");
+    command
         .args([
             "--headless",
             "--no-sandbox",
@@ -72,10 +66,41 @@ pub(crate) fn look(page: &Path) -> Option<Seen> {
         .args(["--no-first-run", "--disable-background-networking"])
         .args(["--disable-component-update", "--disable-sync"])
         .args(["--window-size=1400,900", "--virtual-time-budget=20000"])
-        .arg(format!(
-            "--user-data-dir={}",
-            folder.path().join("user").display()
-        ))
+        .arg(format!("--user-data-dir={}", folder.join("user").display()));
+    command
+}
+
+/// Checks that the plots of the page are printed as lines, and not as pictures of the screen's resolution.
+pub(crate) fn assert_prints_lines(page: &Path) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let print = folder.path().join("page.pdf");
+    let run = chromium(folder.path())
+        .arg(format!("--print-to-pdf={}", print.display()))
+        .arg(format!("file://{}", page.display()))
+        .output();
+    if run.is_err() {
+        return peers::skip("there is no chromium");
+    }
+    let print = std::fs::read(print).expect("a PDF");
+    let has = |part: &[u8]| print.windows(part.len()).any(|it| it == part);
+    assert!(has(b"/Type /Page\n"), "{}: no page", page.display());
+    assert!(
+        !has(b"/Subtype /Image"),
+        "{}: a plot is printed as a picture",
+        page.display()
+    );
+}
+
+/// The page in Chromium; `None`, having said so, where there is none.
+pub(crate) fn look(page: &Path) -> Option<Seen> {
+    let text = std::fs::read_to_string(page).expect("a page");
+    let folder = tempfile::tempdir().expect("a folder");
+    let probed = folder.path().join("page.html");
+    let text = text.replacen("<head>", HEAD, 1);
+    let end = text.rfind("</body>").expect("a whole page");
+    let text = format!("{}{PROBE}{}", &text[..end], &text[end + "</body>".len()..]);
+    std::fs::write(&probed, text).expect("written");
+    let run = chromium(folder.path())
         .arg("--dump-dom")
         .arg(format!("file://{}", probed.display()))
         .output();

@@ -18,6 +18,7 @@ use planesman_linear::{discrete_to_continuous, polynomial};
 
 use crate::error::Result;
 use crate::estimators::Estimate;
+use crate::structure::filter;
 
 /// The share of a normal distribution's mass in a 95 % interval, as standard deviations.
 pub const SIGMAS_95: f64 = 1.959_964;
@@ -198,6 +199,36 @@ impl<'a> Reading<'a> {
             covariance: self.carried(&columns, &slopes),
         };
         (value.re.is_finite() && value.im.is_finite()).then_some(found)
+    }
+
+    /// The output's change after a unit step of the input at sample 0, at so many samples, output unit per input unit, with its
+    /// standard deviation.
+    #[must_use]
+    pub fn step_response(&self, count: usize) -> Vec<(f64, f64)> {
+        let layout = &self.estimate.layout;
+        let structure = &layout.structure;
+        let theta = self.estimate.theta.as_slice();
+        let late = |signal: &[f64], samples: usize| -> Vec<f64> {
+            let zeros = std::iter::repeat_n(0.0, samples);
+            zeros.chain(signal.iter().copied()).take(count).collect()
+        };
+        let (known, a) = (&structure.known_denominator, layout.denominator(theta));
+        let step = late(&vec![1.0; count], structure.delay);
+        let driving = filter(&structure.known_numerator, known, &step);
+        let by_numerator = filter(&[1.0], &a, &driving);
+        let response = filter(&theta[layout.b(self.run)], &[1.0], &by_numerator);
+        let by_denominator = filter(&[-1.0], &a, &response);
+        let slopes: Vec<Vec<f64>> = (1..=structure.poles)
+            .map(|i| late(&by_denominator, i))
+            .chain((0..structure.numerator).map(|j| late(&by_numerator, j)))
+            .collect();
+        let columns: Vec<usize> = layout.a().chain(layout.b(self.run)).collect();
+        let deviation = |k: usize| {
+            let at: Vec<_> = (slopes.iter().map(|it| Complex::new(it[k], 0.0))).collect();
+            self.carried(&columns, &at)[(0, 0)].max(0.0).sqrt()
+        };
+        let each = response.iter().enumerate();
+        each.map(|(k, value)| (*value, deviation(k))).collect()
     }
 
     /// Roots of a polynomial, the highest power first, whose last coefficients are the parameters

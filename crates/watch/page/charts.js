@@ -11,11 +11,15 @@ const view = { follow: true, span: 60, from: 0, to: 1 };
 
 let charts = [];
 
-/// The time of the first sample where stamps are the machine's time: the axis begins there.
+/// The first sample whose stamp is the machine's time, not a simulation's: the axis begins there.
 let origin;
+const onAxis = (time) => time > 1e6 ? time - (origin ??= time) : time;
 let onChange = () => {};
 
-const COLOURS = ["--c1", "--c2", "--c3", "--c4"];
+const COLOURS = ["--c1", "--c2", "--c3", "--c4", "--c5", "--c6", "--c7", "--c8"];
+
+/// The colour of that number, as the style sheet has it.
+export const ink = (number) => colour(COLOURS[number % COLOURS.length]);
 const HEIGHT = 118;
 const LINE = 1.25;
 
@@ -36,11 +40,6 @@ export function reconnected() {
   for (const kept of store.values()) kept.fresh = true;
 }
 
-/// Begins the axis where nothing has begun it yet.
-function begin(time) {
-  origin ??= time > 1e6 ? time : 0;
-}
-
 /// Takes samples of a channel.
 export function take(channel, restarted, times, values) {
   const kept = samples(channel);
@@ -55,7 +54,6 @@ export function take(channel, restarted, times, values) {
     rebuilt = true;
   }
   kept.fresh = false;
-  if (times.length) begin(times[0]);
   for (let k = 0; k < times.length; k += 1) {
     kept.times.push(times[k]);
     kept.values.push(values[k]);
@@ -74,7 +72,7 @@ function append(chart, index, times, values) {
   const [xs, ...ys] = chart.data;
   const scale = chart.traces[index].scale;
   for (let k = 0; k < times.length; k += 1) {
-    const time = times[k] - origin;
+    const time = onAxis(times[k]);
     let row = xs.length;
     while (row > 0 && xs[row - 1] > time) row -= 1;
     // Behind the pen: the picture is drawn anew.
@@ -87,6 +85,7 @@ function append(chart, index, times, values) {
       xs.push(time);
       ys.forEach((column, at) => column.push(at === index ? values[k] * scale : null));
     } else {
+      chart.pens = chart.pens.map((pen) => pen < row ? pen : pen + 1);
       xs.splice(row, 0, time);
       ys.forEach((column, at) => column.splice(row, 0, at === index ? values[k] * scale : null));
     }
@@ -110,8 +109,7 @@ function joined(traces) {
 /// The rows of a chart, on the axis that is drawn.
 function rows(traces) {
   const [times, ...columns] = joined(traces);
-  if (times.length) begin(times[0]);
-  return [times.map((time) => time - origin), ...columns];
+  return [times.map(onAxis), ...columns];
 }
 
 /// Begins with another vehicle, whose time is another.
@@ -130,7 +128,11 @@ export function show(specifications, remove, changed) {
 
 function made(specification, remove) {
   const traces = specification.traces;
-  const keys = traces.map((trace, k) => el("span", { className: `key c${(k % 4) + 1}` }));
+  const keys = traces.map((trace, k) => {
+    const key = el("span", { className: "key" });
+    key.style.color = `var(${COLOURS[k % COLOURS.length]})`;
+    return key;
+  });
   const cross = el("button", { type: "button", title: "Remove this chart", ariaLabel: `Remove ${specification.title}`, onclick: remove }, "×");
   const refusal = el("span", { className: "bad" });
   const unit = specification.unit ? ` [${specification.unit}]` : "";
@@ -139,7 +141,7 @@ function made(specification, remove) {
   byId("charts").append(place);
   const chart = { ...specification, place, keys, refusal, data: rows(traces), pens: [], whole: true, dirty: true, unnamed: true, stale: false, seen: true, refused: new Map() };
   const axis = { stroke: colour("--weak"), grid: { stroke: colour("--line"), width: 1 }, ticks: { show: false }, font: "11px system-ui", gap: 3 };
-  chart.inks = traces.map((trace, k) => colour(COLOURS[k % COLOURS.length]));
+  chart.inks = traces.map((trace, k) => ink(k));
   chart.shade = `${chart.inks[0]}33`;
   chart.band = traces.flatMap((trace, k) => trace.band ? [k] : []);
   chart.plot = new uPlot({

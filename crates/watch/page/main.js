@@ -15,6 +15,10 @@ const TEXT_PERIOD = 190;
 let defaults = [];
 let sideView = [];
 let vehicle;
+/// Every namespace that was met, those of vehicles first.
+let vehicles = [];
+/// Those of them that are drawn.
+let shown = [];
 let stream;
 /// The channels of the stream, in its order.
 let channels = [];
@@ -47,23 +51,54 @@ function keep(list) {
   begin();
 }
 
+/// Whether all vehicles are shown beside the one that is operated.
+const showsAll = () => byId("all").checked && vehicles.length > 1;
+
+/// The vehicles to draw: of all, those that have a topic of the charts.
+function fleet() {
+  if (vehicle === undefined) return [];
+  if (!showsAll()) return [vehicle];
+  const published = new Set((sections.topics ?? []).map((topic) => topic.name));
+  const drawn = specifications().map((chart) => chart.traces[0].channel).filter((channel) => channel.startsWith(`${vehicle}/`));
+  const has = (channel) => published.has(channel.split(":")[0]) || charts.latest(channel) !== undefined;
+  return vehicles.filter((name) => name === vehicle || drawn.some((channel) => has(name + channel.slice(vehicle.length)))).sort();
+}
+
+/// A chart with its first line for each of several vehicles.
+function ofEach(chart) {
+  const [first, ...rest] = chart.traces;
+  if (shown.length < 2 || !first.channel.startsWith(`${vehicle}/`)) return chart;
+  const traces = shown.map((name) => ({ ...first, label: name || "/", channel: name + first.channel.slice(vehicle.length) }));
+  const title = rest.some((trace) => !trace.band) ? `${chart.title}: ${first.label}` : chart.title;
+  return { ...chart, title, traces };
+}
+
+/// Whether a node or topic belongs to the vehicle that is shown, or to none.
+function concerns(name) {
+  const within = (place) => name.startsWith(`${place}/`);
+  return showsAll() || within(vehicle) || !vehicles.some((other) => other && within(other));
+}
+
 /// Shows a vehicle.
 function choose(name) {
-  if (name !== vehicle) charts.restart();
+  if (name !== vehicle && !showsAll()) charts.restart();
   vehicle = name;
+  history.replaceState(undefined, "", `#${vehicle}`);
   operate(vehicle);
+  tables.showOnly(concerns);
   begin();
-  tables.showParameters(sections.nodes ?? []);
   update(sections);
+  tables.showLog();
   refresh(alive);
 }
 
 /// Opens the stream of the channels that are shown.
 function begin() {
-  const list = specifications();
+  shown = fleet();
+  const list = specifications().map(ofEach);
   charts.show(list, (number) => keep(specifications().filter((_, k) => k !== number)), followed);
   const drawn = list.flatMap((chart) => chart.traces.map((trace) => trace.channel));
-  const seen = (vehicle === undefined ? [] : sideView).map((channel) => `${vehicle}/${channel}`);
+  const seen = shown.flatMap((name) => ["state:depth", "state:pitch", ...sideView].map((channel) => `${name}/${channel}`));
   channels = [...new Set([...drawn, ...seen])];
   stream?.close();
   const query = channels.map((channel) => `channel=${encodeURIComponent(channel)}`).join("&");
@@ -106,7 +141,7 @@ function take(message) {
 
 /// Shows the sections that are new.
 function update(news) {
-  if (news.vehicles) showVehicles(news.vehicles);
+  if (news.vehicles || news.nodes) showVehicles();
   if (news.nodes) {
     const before = alive.join();
     for (const node of news.nodes) if (node.state === "gone") tables.forget(node.name);
@@ -114,7 +149,7 @@ function update(news) {
     tables.showNodes(news.nodes);
     tables.showParameters(news.nodes);
     if (before !== alive.join()) refresh(alive);
-    const lost = news.nodes.filter((node) => vehicle !== undefined && node.state !== "alive" && node.name.startsWith(`${vehicle}/`));
+    const lost = lostOf(vehicle);
     const notice = byId("notice");
     notice.hidden = !lost.length;
     notice.textContent = lost.map((node) => `${node.name} is ${node.state} for ${node.for ?? 0} s`).join("; ");
@@ -122,6 +157,7 @@ function update(news) {
   if (news.topics) {
     tables.showTopics(news.topics);
     showTopics(news.topics);
+    if (fleet().join() !== shown.join()) begin();
   }
   if (news.services) offered(news.services);
   if (news.diagnostics) {
@@ -137,16 +173,26 @@ function poles() {
   drawPoles(sections[`model:${vehicle}/model`], sections[`vehicle:${vehicle}`]);
 }
 
-/// Lists the vehicles; the first one is chosen, and one that has gone stays until another is chosen.
-function showVehicles(names) {
+/// The nodes of a vehicle that are silent or gone.
+const lostOf = (name) => (sections.nodes ?? []).filter((node) => node.state !== "alive" && node.name.startsWith(`${name}/`));
+
+/// Lists the vehicles, also those that have gone; the one named in the address is chosen, or the first.
+function showVehicles() {
+  const now = sections.vehicles ?? [];
+  vehicles = [...now, ...vehicles.filter((name) => !now.includes(name))];
   const select = byId("vehicle");
-  const listed = names.includes(vehicle) || vehicle === undefined ? names : [vehicle, ...names];
-  if ([...select.options].map((it) => it.value).join("\n") !== listed.join("\n")) {
-    fill(select, ...listed.map((name) => el("option", { value: name }, name || "/")));
+  const texts = vehicles.map((name) => {
+    const lost = lostOf(name).length;
+    return (name || "/") + (lost ? ` (${lost} ${lost === 1 ? "node" : "nodes"} lost)` : "");
+  });
+  if ([...select.options].map((it) => it.textContent).join("\n") !== texts.join("\n")) {
+    fill(select, ...vehicles.map((name, k) => el("option", { value: name }, texts[k])));
     select.value = vehicle;
   }
-  if (vehicle === undefined && listed.length) {
-    choose(listed[0]);
+  byId("all").parentElement.hidden = vehicles.length < 2;
+  if (vehicle === undefined && vehicles.length) {
+    const named = decodeURIComponent(location.hash.slice(1));
+    choose(vehicles.includes(named) ? named : vehicles[0]);
     select.value = vehicle;
   }
 }
@@ -185,7 +231,7 @@ function schedule() {
     if (began - lastText >= TEXT_PERIOD) {
       lastText = began;
       charts.nameAll();
-      drawSide(vehicle, sections[`vehicle:${vehicle}`]);
+      drawSide(vehicle, sections[`vehicle:${vehicle}`], shown);
     }
     stats.milliseconds += performance.now() - began;
   });
@@ -214,6 +260,10 @@ setInterval(() => {
 
 window.addEventListener("redraw", schedule);
 byId("vehicle").addEventListener("change", (event) => choose(event.target.value));
+byId("all").addEventListener("change", () => {
+  charts.restart();
+  choose(vehicle);
+});
 byId("pause").addEventListener("click", charts.toggle);
 byId("span").addEventListener("change", (event) => charts.setSpan(Number(event.target.value)));
 byId("scroll").addEventListener("input", (event) => charts.scroll(event.target.value / 1000));

@@ -11,22 +11,30 @@ const body = (id) => byId(id).tBodies[0];
 const row = (...cells) => el("tr", {}, ...cells.map((cell) => cell instanceof Node ? cell : el("td", {}, cell)));
 const number = (value) => el("td", { className: "number" }, value ?? "–");
 
+/// Whether the tables have what a node or topic of that name says.
+let isShown = () => true;
+export function showOnly(predicate) {
+  isShown = predicate;
+}
+
+const named = (list) => list.filter((it) => isShown(it.name));
+
 export function showNodes(nodes) {
-  fill(body("nodes"), ...nodes.map((node) => row(
+  fill(body("nodes"), ...named(nodes).map((node) => row(
     node.name,
     el("td", { className: STATES[node.state] }, node.for == null ? node.state : `${node.state} for ${node.for} s`),
     number(node.published), number(node.refused), number(node.dropped))));
 }
 
 export function showTopics(topics) {
-  fill(body("topics"), ...topics.map((topic) => row(
+  fill(body("topics"), ...named(topics).map((topic) => row(
     topic.name,
     el("td", {}, topic.type, topic.trouble ? el("span", { className: "bad" }, ` ${topic.trouble}`) : ""),
     number(topic.publishers), number(topic.rate), number(topic.lost))));
 }
 
 export function showDiagnostics(statuses) {
-  const worst = [...statuses].sort((a, b) => b.level - a.level);
+  const worst = named(statuses).sort((a, b) => b.level - a.level);
   fill(body("diagnostics"), ...worst.map((status) => {
     const [grade, className] = status.stale ? ["silent", "weak"] : GRADES[status.level] ?? [`level ${status.level}`, "bad"];
     const values = status.values.map(([key, value]) => `${key} ${value}`).join(", ");
@@ -55,7 +63,7 @@ export function clearLog() {
 export function showLog() {
   const least = Number(byId("log_level").value);
   const wanted = byId("log_filter").value.toLowerCase();
-  const shown = lines.filter((line) => line.level >= least && `${line.node} ${line.text}`.toLowerCase().includes(wanted));
+  const shown = lines.filter((line) => line.level >= least && isShown(`/${line.node.replaceAll(".", "/")}`) && `${line.node} ${line.text}`.toLowerCase().includes(wanted));
   // The newest first.
   fill(body("log"), ...shown.slice(-300).reverse().map((line) => {
     const [level, className] = LEVELS[line.level] ?? [`level ${line.level}`, "bad"];
@@ -102,7 +110,7 @@ const openNodes = new Map();
 
 /// Lists the nodes that are alive; their parameters are asked for when a node is opened.
 export function showParameters(nodes) {
-  const names = nodes.filter((node) => node.state !== "gone").map((node) => node.name);
+  const names = named(nodes).filter((node) => node.state !== "gone").map((node) => node.name);
   for (const [name, listed] of openNodes) {
     if (!names.includes(name)) {
       listed.element.remove();

@@ -1,13 +1,13 @@
 // The vehicle from the side, and the poles of its identified model beside the true ones.
 
-import { latest, samples } from "./charts.js";
+import { ink, latest, samples } from "./charts.js";
 import { byId, colour, fitted, shown } from "./dom.js";
 
 const DEGREES = 180 / Math.PI;
 const MODES = ["off", "pitch", "depth", "open_loop"];
 
-/// Draws the vehicle at its depth and pitch, its planes, its ram, and where it came from.
-export function drawSide(place, vehicle) {
+/// Draws the vehicle at its depth and pitch, its planes, its ram, and where it came from, with the others in view.
+export function drawSide(place, vehicle, places) {
   const of = (channel) => latest(`${place}/${channel}`);
   const depth = of("state:depth");
   const { context: c, width, height } = fitted(byId("side_view"));
@@ -23,14 +23,17 @@ export function drawSide(place, vehicle) {
   const bottom = vehicle?.bottom > 0 ? vehicle.bottom : undefined;
 
   // Metres to pixels, the same both ways: the trace behind the vehicle fills the view.
-  const trace = past(place);
-  const deepest = Math.max(bottom ?? 0, depth, ...trace.map((point) => point[1]), 1) * 1.15;
+  const traces = new Map(places.map((name) => [name, past(name)]));
+  const points = [...traces.values()].flat();
+  const deepest = points.reduce((most, point) => Math.max(most, point[1]), Math.max(bottom ?? 0, depth, 1)) * 1.15;
   const top = 20;
   const floor = height - 44;
   const down = (floor - top) / deepest;
   const bow = width * 0.62;
   const here = of("state:distance") ?? 0;
-  const behind = Math.max(here - (trace[0]?.[0] ?? here), 1);
+  const foremost = points.reduce((most, point) => Math.max(most, point[0]), here);
+  const behind = Math.max(foremost - points.reduce((least, point) => Math.min(least, point[0]), here), 1);
+  const x = (distance) => bow - (foremost - distance) * along;
   const along = (bow - 20) / behind;
   const y = (metres) => top + metres * down;
 
@@ -39,7 +42,7 @@ export function drawSide(place, vehicle) {
   c.strokeStyle = colour("--accent");
   c.lineWidth = 1;
   c.beginPath();
-  for (let x = 0; x <= width; x += 4) c.lineTo(x, y(0) + 1.5 * Math.sin((x + here * 20) / 9));
+  for (let at = 0; at <= width; at += 4) c.lineTo(at, y(0) + 1.5 * Math.sin((at + foremost * 20) / 9));
   c.stroke();
   if (bottom !== undefined) {
     c.fillStyle = colour("--ground");
@@ -50,10 +53,12 @@ export function drawSide(place, vehicle) {
   c.fillText("surface", 4, y(0) - 5);
   for (const metres of marks(deepest)) c.fillText(`${metres} m`, width - 38, y(metres) + 4);
 
-  c.strokeStyle = colour("--c1");
-  c.beginPath();
-  for (const [distance, at] of trace) c.lineTo(bow - (here - distance) * along, y(at));
-  c.stroke();
+  for (const [name, trace] of traces) {
+    c.strokeStyle = ink(places.indexOf(name));
+    c.beginPath();
+    for (const [distance, at] of trace) c.lineTo(x(distance), y(at));
+    c.stroke();
+  }
   const setpoint = of("control_state:depth_setpoint");
   if (setpoint !== undefined) {
     c.strokeStyle = colour("--c2");
@@ -65,11 +70,18 @@ export function drawSide(place, vehicle) {
     c.setLineDash([]);
   }
 
-  c.save();
-  c.translate(bow, y(depth));
-  c.rotate(-pitch);
-  hull(c, planes);
-  c.restore();
+  // The one that is operated over the others.
+  for (const name of [...places.filter((other) => other !== place), place]) {
+    const its = (channel, other = 0) => latest(`${name}/${channel}`) ?? other;
+    const [left, top] = [x(its("state:distance", here)), y(its("state:depth"))];
+    c.save();
+    c.translate(left, top);
+    c.rotate(-its("state:pitch"));
+    hull(c, its("state:dive_planes"), places.length > 1 ? ink(places.indexOf(name)) : colour("--text"));
+    c.restore();
+    c.fillStyle = ink(places.indexOf(name));
+    if (places.length > 1) c.fillText(name || "/", left - 40 + 30 * places.indexOf(name), top - 16);
+  }
   ram(c, height, of("dha_state:ram"), extreme(`${place}/dha_state:ram`));
 
   const mode = MODES[of("control_state:mode")] ?? "–";
@@ -102,9 +114,9 @@ function marks(deepest) {
 }
 
 /// Bow to the right, about the origin; planes positive to dive: the bow's leading edge down, the stern's up.
-function hull(c, planes) {
+function hull(c, planes, outline) {
   c.fillStyle = colour("--card");
-  c.strokeStyle = colour("--text");
+  c.strokeStyle = outline;
   c.lineWidth = 1.5;
   c.beginPath();
   c.moveTo(-44, -4);

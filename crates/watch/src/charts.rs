@@ -107,11 +107,11 @@ pub(crate) const CHARTS: &[Chart] = &[
         traces: &[held("warnings", WARNINGS, 1.0), held("errors", ERRORS, 1.0)],
     },
     Chart {
-        title: "Dominant pole, real part ± 2 sd",
+        title: "Dominant pole, real part",
         unit: "1/s",
         down: false,
         traces: &[
-            held("identified", "model:~pole", 1.0),
+            held("identified, with 2 sd", "model:~pole", 1.0),
             edge("+ 2 sd", "model:~pole_high"),
             edge("- 2 sd", "model:~pole_low"),
         ],

@@ -1,0 +1,98 @@
+//! A step response straight from the data: a finite impulse response by least squares, integrated.
+//!
+//! ```text
+//! y_k = g0 u_k + g1 u_(k-1) + ... + gL u_(k-L) + constant + e_k        s_k = g0 + ... + gk
+//! ```
+//! without bias where the noise is independent of the input, whatever its colour (Ljung 1999, sec. 4.2 and 6.1). A long response is
+//! taken constant over blocks of equally many samples, which leaves few unknowns where many samples would make them
+//! uncertain; s is then straight between the blocks' ends. Nothing is assumed of order, delay or what was before the record: rows
+//! begin where all L past inputs are known.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::levenberg_marquardt::Linearised;
+use super::rows::freedom;
+use super::simulator::coloured_factor;
+use crate::batch::Triangle;
+use crate::error::{IdentificationError, Result};
+use crate::structure::{Problem, Run};
+
+/// Blocks at most, and rows for each at least.
+const BLOCKS: usize = 60;
+const ROWS_PER_BLOCK: usize = 10;
+
+/// The output's change after a unit step of the input, without a model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StepResponse {
+    /// Of each block the samples from the step to its end, the response there, and its standard deviation, output unit per input unit.
+    pub points: Vec<(usize, f64, f64)>,
+}
+
+impl StepResponse {
+    /// Of the runs of a problem, whose structure does not count, over `length` samples from the step on. A run that is no longer than that
+    /// tells nothing.
+    ///
+    /// # Errors
+    /// [`IdentificationError`], when the runs are too short for the length, or do not determine the response.
+    pub fn of(problem: &Problem<'_>, length: usize) -> Result<Self> {
+        let part = problem.part();
+        let runs = &part.as_ref().unwrap_or(problem).runs;
+        let runs: Vec<&Run<'_>> = (runs.iter())
+            .filter(|run| run.outputs.len() > length)
+            .collect();
+        let rows: usize = runs.iter().map(|run| run.outputs.len() - length).sum();
+        let most = BLOCKS.min(rows / ROWS_PER_BLOCK);
+        if length == 0 || most == 0 {
+            return Err(IdentificationError::Record(format!(
+                "{rows} rows tell nothing of a response of {length} samples"
+            )));
+        }
+        let width = length.div_ceil(most);
+        let blocks = length / width;
+        let mut phi = DMatrix::zeros(rows, blocks + runs.len());
+        let mut outputs = DVector::zeros(rows);
+        let mut row = 0;
+        for (r, run) in runs.iter().enumerate() {
+            // About its mean: the sums lose nothing of a small change to a large level.
+            let level = run.inputs.iter().sum::<f64>() / run.inputs.len() as f64;
+            let mut sums = vec![0.0];
+            for input in run.inputs {
+                sums.push(sums[sums.len() - 1] + input - level);
+            }
+            for k in length..run.outputs.len() {
+                for block in 0..blocks {
+                    let newest = k + 1 - block * width;
+                    phi[(row, block)] = sums[newest] - sums[newest - width];
+                }
+                phi[(row, blocks + r)] = 1.0;
+                outputs[row] = run.outputs[k];
+                row += 1;
+            }
+        }
+        let triangle = Triangle::of(&phi, &outputs)?;
+        let theta = triangle.solution()?;
+        let variance = triangle.cost / freedom(triangle.rows, theta.len())?;
+        let errors = outputs - &phi * &theta;
+        let mut rest = errors.as_slice();
+        let mut residuals = Vec::new();
+        for run in &runs {
+            let (own, others) = rest.split_at(run.outputs.len() - length);
+            residuals.push(own.to_vec());
+            rest = others;
+        }
+        let at = Linearised {
+            errors,
+            slopes: phi,
+        };
+        let factor = coloured_factor(&at, &residuals, variance)?;
+        let ends = (1..=blocks).map(|count| {
+            let value = theta.rows(0, count).sum();
+            let deviation = factor.rows(0, count).row_sum().norm();
+            let size = width as f64;
+            (count * width - 1, size * value, size * deviation)
+        });
+        Ok(Self {
+            points: ends.collect(),
+        })
+    }
+}
