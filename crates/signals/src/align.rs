@@ -21,7 +21,7 @@
 //!
 //! Memory is bounded by the window, whatever the stamps, as long as samples are taken.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::VecDeque;
 use std::ops::RangeInclusive;
 
 use planesman_identification::Input;
@@ -63,8 +63,8 @@ pub struct Aligner {
     /// A stamp on the grid, ns.
     origin: Option<i64>,
     /// By instant: (stamp, value). Kept a while after they are given out, to know repeats.
-    outputs: BTreeMap<i64, (i64, f64)>,
-    inputs: BTreeMap<i64, Input>,
+    outputs: ByInstant<(i64, f64)>,
+    inputs: ByInstant<Input>,
     /// Inputs too old to matter, unless time turns out to have gone back.
     old_inputs: VecDeque<(i64, Input)>,
     /// The last output, if it was too old to matter likewise.
@@ -93,8 +93,8 @@ impl Aligner {
         Self {
             period: period.max(1),
             origin: None,
-            outputs: BTreeMap::new(),
-            inputs: BTreeMap::new(),
+            outputs: ByInstant::new(),
+            inputs: ByInstant::new(),
             old_inputs: VecDeque::new(),
             old_output: None,
             off_grid: 0,
@@ -129,12 +129,12 @@ impl Aligner {
                 return Offer::LeftOut;
             }
         }
-        if k < self.next.saturating_sub(1) || self.inputs.contains_key(&k) {
+        if k < self.next.saturating_sub(1) || self.inputs.get(k).is_some() {
             return Offer::LeftOut;
         }
         self.inputs.insert(k, input);
-        if self.newest_output.is_none() && self.inputs.len() > WINDOW as usize {
-            self.inputs.pop_first();
+        if self.newest_output.is_none() && self.inputs.0.len() > WINDOW as usize {
+            self.inputs.0.pop_front();
         }
         self.answer(k + 1);
         Offer::Taken
@@ -147,7 +147,7 @@ impl Aligner {
             if self.off_grid < WINDOW {
                 return Offer::LeftOut;
             }
-            let newest = self.newest_output.and_then(|k| self.outputs.get(&k));
+            let newest = self.newest_output.and_then(|k| self.outputs.get(k));
             let went_back = newest.is_some_and(|(newest, _)| stamp < *newest);
             self.begin_anew(&[(stamp, output)]);
             return if went_back {
@@ -166,7 +166,7 @@ impl Aligner {
             self.begin_anew(&[before, (stamp, output)]);
             return Offer::WentBack;
         }
-        if k < self.next || self.outputs.contains_key(&k) {
+        if k < self.next || self.outputs.get(k).is_some() {
             if self.newest_output == Some(k) {
                 self.repeats += 1;
                 self.answer(k);
@@ -214,8 +214,8 @@ impl Aligner {
         if let (None, Some(newest)) = (sample, self.newest_output) {
             // What is not settled lies within the window; the rest is kept to know repeats.
             let kept = newest - 2 * WINDOW..=newest + WINDOW;
-            keep(&mut self.outputs, &kept);
-            keep(&mut self.inputs, &kept);
+            self.outputs.keep(&kept);
+            self.inputs.keep(&kept);
         }
         sample
     }
@@ -224,7 +224,7 @@ impl Aligner {
         if self.continuing {
             let k = self.next;
             if let (Some(&(stamp, output)), Some(&input)) =
-                (self.outputs.get(&k), self.inputs.get(&(k - 1)))
+                (self.outputs.get(k), self.inputs.get(k - 1))
             {
                 self.next = k + 1;
                 return Some(Sample {
@@ -238,7 +238,7 @@ impl Aligner {
             }
             self.continuing = false;
         }
-        let (&first, &(stamp, output)) = self.outputs.range(self.next..).next()?;
+        let &(first, (stamp, output)) = self.outputs.first_from(self.next)?;
         if self.waits_at(first) {
             return None;
         }
@@ -273,8 +273,8 @@ impl Aligner {
     fn answer(&mut self, k: i64) {
         let given_up = self.newest_output == Some(k) && self.repeats >= SAYINGS;
         let waits_for_input =
-            !given_up && self.outputs.contains_key(&(k - 1)) && !self.inputs.contains_key(&(k - 1));
-        if let Some((stamp, _)) = self.outputs.get(&k)
+            !given_up && self.outputs.get(k - 1).is_some() && self.inputs.get(k - 1).is_none();
+        if let Some((stamp, _)) = self.outputs.get(k)
             && !waits_for_input
             && self.answered.is_none_or(|latest| latest < *stamp)
         {
@@ -294,17 +294,40 @@ impl Aligner {
     }
 }
 
-/// Drops what lies outside of a range of instants. What is kept, nearly all, is not looked at.
-fn keep<T>(values: &mut BTreeMap<i64, T>, kept: &RangeInclusive<i64>) {
-    while let Some(first) = values.first_entry()
-        && first.key() < kept.start()
-    {
-        first.remove();
+/// Values by instant, in the order of time. What is asked for and added is nearly always the newest.
+#[derive(Clone, Debug)]
+struct ByInstant<T>(VecDeque<(i64, T)>);
+
+impl<T> ByInstant<T> {
+    fn new() -> Self {
+        Self(VecDeque::new())
     }
-    while let Some(last) = values.last_entry()
-        && last.key() > kept.end()
-    {
-        last.remove();
+
+    /// How many instants are before k.
+    fn before(&self, k: i64) -> usize {
+        let earlier = self.0.iter().rposition(|(instant, _)| *instant < k);
+        earlier.map_or(0, |place| place + 1)
+    }
+
+    fn get(&self, k: i64) -> Option<&T> {
+        let (instant, value) = self.first_from(k)?;
+        (*instant == k).then_some(value)
+    }
+
+    /// The first that is not before k.
+    fn first_from(&self, k: i64) -> Option<&(i64, T)> {
+        self.0.get(self.before(k))
+    }
+
+    /// Adds the value of an instant that has none.
+    fn insert(&mut self, k: i64, value: T) {
+        self.0.insert(self.before(k), (k, value));
+    }
+
+    /// Drops what lies outside of a range of instants. What is kept, nearly all, is not looked at.
+    fn keep(&mut self, kept: &RangeInclusive<i64>) {
+        while self.0.pop_front_if(|(k, _)| *k < *kept.start()).is_some() {}
+        while self.0.pop_back_if(|(k, _)| *k > *kept.end()).is_some() {}
     }
 }
 
@@ -351,8 +374,8 @@ mod tests {
         for message in messages {
             offer(&mut aligner, *message);
             take(&mut aligner);
-            assert!(aligner.outputs.len() as i64 <= 2 * WINDOW + 1);
-            assert!(aligner.inputs.len() as i64 <= 3 * WINDOW + 1);
+            assert!(aligner.outputs.0.len() as i64 <= 2 * WINDOW + 1);
+            assert!(aligner.inputs.0.len() as i64 <= 3 * WINDOW + 1);
         }
         aligner.finish();
         take(&mut aligner);

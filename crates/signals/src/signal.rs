@@ -126,9 +126,7 @@ impl Signal {
     /// # Errors
     /// [`SignalError`], when there is none, or one is not finite or beyond [`LARGEST`].
     pub fn input(&self, numbers: &[f64]) -> Result<Input, SignalError> {
-        for number in numbers {
-            self.check(*number)?;
-        }
+        self.check(numbers)?;
         Input::through(numbers).ok_or_else(|| self.none())
     }
 
@@ -137,25 +135,26 @@ impl Signal {
     /// # Errors
     /// As [`Signal::input`].
     pub fn output(&self, numbers: &[f64]) -> Result<f64, SignalError> {
-        let first = *numbers.first().ok_or_else(|| self.none())?;
-        self.check(first)?;
-        Ok(first)
+        let first = numbers.first().ok_or_else(|| self.none())?;
+        self.check(std::slice::from_ref(first))?;
+        Ok(*first)
     }
 
     fn none(&self) -> SignalError {
         SignalError::Absent(self.to_string())
     }
 
-    fn check(&self, number: f64) -> Result<(), SignalError> {
-        if !number.is_finite() {
-            Err(SignalError::NotFinite(self.to_string()))
-        } else if number.abs() > LARGEST {
-            Err(SignalError::TooLarge {
+    /// Refuses the first number that is not finite or beyond [`LARGEST`].
+    fn check(&self, numbers: &[f64]) -> Result<(), SignalError> {
+        // Written so that NaN is refused too.
+        let refused = |number: &&f64| !(-LARGEST..=LARGEST).contains(*number);
+        match numbers.iter().find(refused) {
+            None => Ok(()),
+            Some(number) if !number.is_finite() => Err(SignalError::NotFinite(self.to_string())),
+            Some(number) => Err(SignalError::TooLarge {
                 signal: self.to_string(),
-                number,
-            })
-        } else {
-            Ok(())
+                number: *number,
+            }),
         }
     }
 }

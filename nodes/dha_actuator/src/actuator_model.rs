@@ -76,12 +76,12 @@ impl ActuatorModel {
         }
     }
 
-    /// The plane angle alone, rad, as of [`ActuatorModel::planes`].
-    #[must_use]
-    pub(crate) fn angle(&self, nanos: i64) -> f64 {
+    /// Appends the plane angle, rad, at the instant `nanos`, to which it has been advanced, and where that is known
+    /// already at times after it, `interval` s apart; at most `count` in all.
+    pub(crate) fn sample(&self, nanos: i64, interval: f64, count: usize, angles: &mut Vec<f64>) {
         match self {
-            Self::Dha(dha) => dha.plane_angle_at(nanos),
-            Self::FirstOrder(_) | Self::Ideal(_) => self.planes(nanos).angle,
+            Self::Dha(dha) => dha.sample(nanos, interval, count, angles),
+            Self::FirstOrder(_) | Self::Ideal(_) => angles.push(self.planes(nanos).angle),
         }
     }
 

@@ -162,6 +162,27 @@ impl ClosedForm {
         }
     }
 
+    /// Appends the positions, m, at `from` and at every `interval` seconds after it, `count` in all: those of
+    /// [`ClosedForm::position`] but for rounding, by one transition from each to the next.
+    pub(crate) fn sample(&self, from: f64, interval: f64, count: usize, positions: &mut Vec<f64>) {
+        let time = |i: usize| from + i as f64 * interval;
+        match &self.law {
+            Law::Riding(law) => {
+                let begin = law.deviations(&self.start);
+                let transition = law.transition(interval, self.area);
+                let mut now = times(&law.transition(from, self.area), begin);
+                positions.extend((0..count).map(|i| {
+                    let moved = law.moved(time(i), begin, now);
+                    now = times(&transition, now);
+                    self.start.position + moved
+                }));
+            }
+            Law::Stuck { .. } | Law::Clamped { .. } => {
+                positions.extend((0..count).map(|i| self.position(time(i))));
+            }
+        }
+    }
+
     /// `(v', V_e')` in a state on this motion, m/s^2 and m^3/s.
     #[must_use]
     pub(crate) fn rates(&self, state: &State) -> (f64, f64) {
@@ -318,19 +339,36 @@ impl Riding {
 
     /// `(x - x_0, v, V_e - V_e0)` after `t`.
     fn after(&self, t: f64, start: &State, area: f64) -> (f64, f64, f64) {
-        let dw = start.squeezed - self.steady_squeezed;
-        let dv = start.velocity - self.steady_velocity;
-        // exp(A t) = even I + odd (A - mu I), of A = [[-a, -A_L], [b, -c]].
+        let before = self.deviations(start);
+        let after = times(&self.transition(t, area), before);
+        let moved = self.moved(t, before, after);
+        (moved, self.steady_velocity + after[1], after[0] - before[0])
+    }
+
+    /// Of `V_e` and v from the equilibrium.
+    fn deviations(&self, state: &State) -> [f64; 2] {
+        [
+            state.squeezed - self.steady_squeezed,
+            state.velocity - self.steady_velocity,
+        ]
+    }
+
+    /// What the deviations are multiplied by in a time `t`:
+    /// exp(A t) = even I + odd (A - mu I), of A = [[-a, -A_L], [b, -c]].
+    fn transition(&self, t: f64, area: f64) -> [[f64; 2]; 2] {
         let (even, odd) = self.exponentials(t);
         let half = 0.5 * (self.c - self.a);
-        let w_after = (even + half * odd) * dw - area * odd * dv;
-        let v_after = self.b * odd * dw + (even - half * odd) * dv;
-        let squeezed_by = w_after - dw;
-        let velocity_change = v_after - dv;
-        // Both equations integrated over t, the integral of V_e eliminated.
-        let moved = (self.q * t - self.a_over_b * (velocity_change + self.f * t) - squeezed_by)
-            * self.per_area;
-        (moved, self.steady_velocity + v_after, squeezed_by)
+        [
+            [even + half * odd, -(area * odd)],
+            [self.b * odd, even - half * odd],
+        ]
+    }
+
+    /// x - x_0 after `t`, by the deviations before and after: both equations integrated over t, the integral of
+    /// `V_e` eliminated.
+    fn moved(&self, t: f64, before: [f64; 2], after: [f64; 2]) -> f64 {
+        let [squeezed_by, velocity_change] = [after[0] - before[0], after[1] - before[1]];
+        (self.q * t - self.a_over_b * (velocity_change + self.f * t) - squeezed_by) * self.per_area
     }
 
     /// When a quantity turns that starts with this rate and its derivative:
@@ -373,6 +411,10 @@ impl Riding {
             (0.5 * (slow + fast), 0.5 * (slow - fast) * self.time)
         }
     }
+}
+
+fn times(matrix: &[[f64; 2]; 2], [x, y]: [f64; 2]) -> [f64; 2] {
+    matrix.map(|row| row[0] * x + row[1] * y)
 }
 
 /// (1 - e^(-rate t))/rate, s.

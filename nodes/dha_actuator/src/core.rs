@@ -22,8 +22,8 @@
 //! roll and rudder have an actuator each ([`crate::groups`]). The thrust always passes through,
 //! clipped to \[-1, 1\].
 //!
-//! A number that is not finite is rejected and changes nothing. The same inputs give the same outputs,
-//! bit for bit, however a stretch of time is divided into ticks.
+//! A number that is not finite is rejected and changes nothing. However a stretch of time is divided into ticks, the
+//! actuators go through the same states bit for bit; the samples of their motion within a tick differ by rounding.
 
 use std::sync::Arc;
 
@@ -423,16 +423,20 @@ impl Actuator {
         let intervals = (self.tick as u64)
             .div_ceil(self.config.sample_interval.max(1) as u64)
             .clamp(1, MOST_SAMPLES as u64) as i64;
-        let mut angles = Vec::with_capacity(intervals as usize + 1);
-        angles.push(model.angle(stamp - began));
+        let interval = self.tick as f64 * 1e-9 / intervals as f64;
         // The i-th of so many equal parts of the tick, rounded down: tick * i / intervals without a wide number.
         let (whole, rest) = (self.tick / intervals, self.tick % intervals);
+        let mut angles = Vec::with_capacity(intervals as usize + 1);
         let mut from = stamp;
-        for i in 1..=intervals {
-            let to = stamp.saturating_add(whole * i + rest * i / intervals);
-            acting.drive(index, model, began, from, to);
-            angles.push(model.angle(to - began));
-            from = to;
+        // The last sample by itself: the next tick starts from it.
+        for last in [intervals - 1, intervals] {
+            while angles.len() as i64 <= last {
+                let i = angles.len() as i64;
+                let to = stamp.saturating_add(whole * i + rest * i / intervals);
+                acting.drive(index, model, began, from, to);
+                model.sample(to - began, interval, (last + 1 - i) as usize, &mut angles);
+                from = to;
+            }
         }
         angles
     }

@@ -3,25 +3,38 @@
 //! The digital hydraulic actuator runs free of the control computer's sampling (Section II.B);
 //! a tick need not be a whole number of cycles. Cycle n begins n/f_c after the start. With f_c
 //! in whole millihertz that is a rational number of nanoseconds, compared in whole numbers, so
-//! that the phase never drifts and the same instant always falls in the same cycle.
+//! that the phase never drifts and the same instant always falls in the same cycle. A cycle's begin
+//! is computed once, of wide numbers; an instant is compared with it in narrow ones.
 
 /// Counts valve cycles against a clock in nanoseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct CycleClock {
     millihertz: u32,
     cycle: u64,
+    /// The begin of the cycle: whole nanoseconds, and the rest of one in parts of which `millihertz` are a nanosecond.
+    begin: i64,
+    rest: i64,
 }
 
 /// Nanoseconds in 1000 s, the period of a millihertz.
-const NANOS_PER_MILLIHERTZ: i128 = 1_000_000_000_000;
+const NANOS_PER_MILLIHERTZ: i64 = 1_000_000_000_000;
 
 impl CycleClock {
     /// A clock at the start of cycle 0.
     #[must_use]
     pub(crate) fn new(millihertz: u32) -> Self {
+        Self::in_cycle(0, millihertz)
+    }
+
+    /// A clock at the start of a cycle.
+    fn in_cycle(cycle: u64, millihertz: u32) -> Self {
+        let parts = i128::from(cycle) * i128::from(NANOS_PER_MILLIHERTZ);
+        let per_nano = i128::from(millihertz);
         Self {
             millihertz,
-            cycle: 0,
+            cycle,
+            begin: i64::try_from(parts / per_nano).unwrap_or(i64::MAX),
+            rest: (parts % per_nano) as i64,
         }
     }
 
@@ -39,7 +52,7 @@ impl CycleClock {
 
     /// Moves on to the next cycle.
     pub(crate) fn next(&mut self) {
-        self.cycle += 1;
+        *self = Self::in_cycle(self.cycle + 1, self.millihertz);
     }
 
     /// Whether the present cycle ends before the instant `nanos` after the start; a cycle that
@@ -59,16 +72,17 @@ impl CycleClock {
         if past >= NANOS_PER_MILLIHERTZ {
             self.period()
         } else {
-            // Below 1e12: no need of a wide number.
-            past.max(0) as i64 as f64 / (1e9 * f64::from(self.millihertz))
+            past.max(0) as f64 / (1e9 * f64::from(self.millihertz))
         }
     }
 
-    /// From the cycle's begin to the instant, in nanoseconds times millihertz.
+    /// From the cycle's begin to the instant, in nanoseconds times millihertz: exact where it is near.
     #[inline]
-    fn past_its_begin(&self, nanos: i64) -> i128 {
-        i128::from(nanos) * i128::from(self.millihertz)
-            - i128::from(self.cycle) * NANOS_PER_MILLIHERTZ
+    fn past_its_begin(&self, nanos: i64) -> i64 {
+        let whole = nanos.saturating_sub(self.begin);
+        whole
+            .saturating_mul(i64::from(self.millihertz))
+            .saturating_sub(self.rest)
     }
 }
 
@@ -91,10 +105,9 @@ mod tests {
 
     #[test]
     fn after_a_year_of_cycles_at_82_5_hz_the_phase_is_exact() {
-        let mut clock = CycleClock::new(82_500);
         // 165 cycles of 82.5 Hz are 2 s.
         let years = 365 * 86_400;
-        clock.cycle = 165 * years / 2;
+        let clock = CycleClock::in_cycle(165 * years / 2, 82_500);
         let nanos = years as i64 * 1_000_000_000;
         assert_eq!(clock.time_in_cycle(nanos), 0.0);
         assert_eq!(clock.time_in_cycle(nanos + 6_000_000), 0.006);

@@ -144,10 +144,15 @@ impl Dha {
         self.hydraulics.reading(self.time_in_cycle(nanos))
     }
 
-    /// The plane angle, rad, at the instant `nanos`, to which it has been advanced: as of the whole reading, and quicker.
-    #[must_use]
-    pub fn plane_angle_at(&self, nanos: i64) -> f64 {
-        self.hydraulics.position(self.time_in_cycle(nanos)) / self.moment_arm
+    /// Appends the plane angle, rad, at the instant `nanos`, to which it has been advanced, and at as many times
+    /// after it, `interval` s apart, as come before the ram's law changes; at most `count` in all.
+    pub(crate) fn sample(&self, nanos: i64, interval: f64, count: usize, angles: &mut Vec<f64>) {
+        let first = angles.len();
+        self.hydraulics
+            .sample(self.time_in_cycle(nanos), interval, count, angles);
+        for angle in &mut angles[first..] {
+            *angle /= self.moment_arm;
+        }
     }
 
     fn time_in_cycle(&self, nanos: i64) -> f64 {

@@ -127,6 +127,11 @@ impl Hydraulics {
         self.ram.position(time)
     }
 
+    /// Appends positions, m, from `time` on, up to which it has been advanced, as far as [`Ram::sample`] goes.
+    pub(crate) fn sample(&self, time: f64, interval: f64, count: usize, positions: &mut Vec<f64>) {
+        self.ram.sample(time, interval, count, positions);
+    }
+
     /// The distance the load has slid against friction up to `time`, m, both ways added. Times
     /// Delta F it is the work lost to friction.
     #[must_use]

@@ -138,6 +138,18 @@ impl Ram {
         self.motion.position(time - self.time)
     }
 
+    /// Appends the position at `time`, as of [`Ram::position`], and at as many times after it, `interval` s apart,
+    /// as come before the present segment ends; at most `count` in all.
+    pub(crate) fn sample(&self, time: f64, interval: f64, count: usize, positions: &mut Vec<f64>) {
+        let within = ((self.ends - time) / interval).ceil() as usize;
+        self.motion.sample(
+            time - self.time,
+            interval,
+            within.clamp(1, count),
+            positions,
+        );
+    }
+
     /// Finds where the segment that begins now will end.
     fn plan(&mut self) {
         self.motion = ClosedForm::new(&self.constants, self.mode, self.flow, self.state);
