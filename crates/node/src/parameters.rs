@@ -35,6 +35,12 @@ struct OfEveryNode {
 /// Set, it makes the name of a parameter that is not declared an error when the node starts.
 pub const STRICT_PARAMETERS: &str = "PLANESMAN_STRICT_PARAMETERS";
 
+/// The answer to a parameter that is taken.
+const SUCCESS: SetParametersResult = SetParametersResult {
+    successful: true,
+    reason: String::new(),
+};
+
 /// The rule for a set of values beyond the declaration of each.
 type Validate = Box<dyn Fn(&Values) -> Result<(), String>>;
 
@@ -132,11 +138,15 @@ impl ParameterServer {
         Ok(changed)
     }
 
-    /// `set_parameters`: each on its own. Returns the results and what changed.
+    /// `set_parameters`: all together if they are valid so, since `ros2 param load` sets a file's parameters by it; else each
+    /// on its own. Returns the results and what changed.
     pub(crate) fn set_each(
         &mut self,
         request: SetParametersRequest,
     ) -> (Vec<SetParametersResult>, Vec<Parameter>) {
+        if let Ok(changed) = self.take(request.parameters.clone()) {
+            return (vec![SUCCESS; request.parameters.len()], changed);
+        }
         let mut all_changed = Vec::new();
         let results = request
             .parameters
@@ -155,21 +165,8 @@ impl ParameterServer {
         &mut self,
         parameters: Vec<Parameter>,
     ) -> (SetParametersResult, Vec<Parameter>) {
-        let changes: Result<Vec<_>, String> = parameters
-            .into_iter()
-            .map(|Parameter { name, value }| match value_of(value) {
-                Some(value) => Ok((name, value)),
-                None => Err(format!("parameter '{name}': it cannot be unset")),
-            })
-            .collect();
-        match changes.and_then(|changes| self.change(changes)) {
-            Ok(changed) => {
-                let result = SetParametersResult {
-                    successful: true,
-                    reason: String::new(),
-                };
-                (result, changed)
-            }
+        match self.take(parameters) {
+            Ok(changed) => (SUCCESS, changed),
             Err(reason) => {
                 log::warn!("{reason}");
                 let result = SetParametersResult {
@@ -179,6 +176,18 @@ impl ParameterServer {
                 (result, Vec::new())
             }
         }
+    }
+
+    /// Takes all parameters or none.
+    fn take(&mut self, parameters: Vec<Parameter>) -> Result<Vec<Parameter>, String> {
+        let changes: Result<Vec<_>, String> = parameters
+            .into_iter()
+            .map(|Parameter { name, value }| match value_of(value) {
+                Some(value) => Ok((name, value)),
+                None => Err(format!("parameter '{name}': it cannot be unset")),
+            })
+            .collect();
+        self.change(changes?)
     }
 
     /// `get_parameters`: a value per name, not set where none is declared.
@@ -463,6 +472,17 @@ mod tests {
         assert_eq!(successes, [true, false]);
         assert!(results[1].reason.contains("must not exceed 1"));
         assert_eq!(changed.len(), 1);
+
+        let lower_limit = [
+            parameter("depth.kp", Value::Double(4.0)),
+            parameter("depth.limit", Value::Double(0.25)),
+        ];
+        let mut either_way = gains("").expect("good");
+        let (results, changed) = either_way.set_each(SetParametersRequest {
+            parameters: lower_limit.to_vec(),
+        });
+        assert!(results.iter().all(|it| it.successful) && results.len() == 2);
+        assert_eq!(changed, lower_limit);
 
         let mut together = gains("").expect("good");
         let (result, changed) = together.set_together(both);
