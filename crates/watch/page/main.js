@@ -191,7 +191,7 @@ function showVehicles() {
   }
   byId("all").parentElement.hidden = vehicles.length < 2;
   if (vehicle === undefined && vehicles.length) {
-    const named = decodeURIComponent(location.hash.slice(1));
+    const named = location.hash.slice(1);
     choose(vehicles.includes(named) ? named : vehicles[0]);
     select.value = vehicle;
   }
