@@ -98,7 +98,7 @@ function begin() {
   const list = specifications().map(ofEach);
   charts.show(list, (number) => keep(specifications().filter((_, k) => k !== number)), followed);
   const drawn = list.flatMap((chart) => chart.traces.map((trace) => trace.channel));
-  const seen = shown.flatMap((name) => ["state:depth", "state:pitch", ...sideView].map((channel) => `${name}/${channel}`));
+  const seen = shown.flatMap((name) => sideView.map((channel) => `${name}/${channel}`));
   channels = [...new Set([...drawn, ...seen])];
   stream?.close();
   const query = channels.map((channel) => `channel=${encodeURIComponent(channel)}`).join("&");

@@ -124,8 +124,10 @@ pub(crate) const CHARTS: &[Chart] = &[
     },
 ];
 
-/// What the side view needs beside the charts' channels.
+/// What the side view draws, with whatever charts there are.
 pub(crate) const SIDE_VIEW: &[&str] = &[
+    "state:depth",
+    "state:pitch",
     "state:distance",
     "state:dive_planes",
     "dha_state:ram",
