@@ -46,7 +46,8 @@ impl Segment {
     }
 
     /// Its first input and output; `None` where one is missing.
-    pub(crate) fn run(&self) -> Option<Run<'_>> {
+    #[must_use]
+    pub fn run(&self) -> Option<Run<'_>> {
         Some(Run {
             inputs: self.inputs.first()?,
             outputs: self.outputs.first()?,

@@ -63,16 +63,18 @@ pub(super) fn rows_by_run(problem: &Problem<'_>, rows: &[f64]) -> Vec<Vec<f64>> 
 
 /// Numbers, one per sample, as each record's.
 pub(super) fn samples_by_run(problem: &Problem<'_>, samples: &[f64]) -> Vec<Vec<f64>> {
-    let mut rest = samples;
-    problem
-        .runs
-        .iter()
-        .map(|run| {
-            let (own, others) = rest.split_at(run.outputs.len());
-            rest = others;
-            own.to_vec()
-        })
-        .collect()
+    parts(samples, problem.runs.iter().map(|run| run.outputs.len()))
+}
+
+/// Numbers in parts of these lengths.
+pub(super) fn parts(numbers: &[f64], lengths: impl Iterator<Item = usize>) -> Vec<Vec<f64>> {
+    let mut rest = numbers;
+    let part = |length| {
+        let (own, others) = rest.split_at(length);
+        rest = others;
+        own.to_vec()
+    };
+    lengths.map(part).collect()
 }
 
 /// 1, 0, 0, ...

@@ -11,7 +11,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::levenberg_marquardt::Linearised;
-use super::rows::freedom;
+use super::rows::{freedom, parts};
 use super::simulator::coloured_factor;
 use crate::batch::Triangle;
 use crate::error::{IdentificationError, Result};
@@ -73,13 +73,8 @@ impl StepResponse {
         let theta = triangle.solution()?;
         let variance = triangle.cost / freedom(triangle.rows, theta.len())?;
         let errors = outputs - &phi * &theta;
-        let mut rest = errors.as_slice();
-        let mut residuals = Vec::new();
-        for run in &runs {
-            let (own, others) = rest.split_at(run.outputs.len() - length);
-            residuals.push(own.to_vec());
-            rest = others;
-        }
+        let lengths = runs.iter().map(|run| run.outputs.len() - length);
+        let residuals = parts(errors.as_slice(), lengths);
         let at = Linearised {
             errors,
             slopes: phi,
