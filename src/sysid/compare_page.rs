@@ -12,7 +12,7 @@ use planesman_signals::Taken;
 use super::compared::{Compared, fits, frequency_responses};
 use super::page::{
     FAR, FREQUENCY, LAG, MAGNITUDE, PHASE, RECORD, Response, STEP, TIME, bound, line, settling,
-    steps, timed, unit_circle,
+    timed, unit_circle,
 };
 use crate::page::{document, figures};
 
@@ -98,7 +98,8 @@ fn plots<'a>(models: &'a [Compared], taken: &'a Taken) -> Vec<Plot<'a>> {
     let count = (usual + usual / 2).clamp(STEP.0, STEP.1);
     let steps = models.iter().zip(&settling).map(|(model, settling)| {
         let of = &model.judgement;
-        let points = settling.map(|_| timed(&steps(&Reading::of(&of.estimate, of.longest), count)));
+        let points =
+            settling.map(|_| timed(&Reading::of(&of.estimate, of.longest).step_response(count)));
         line(&model.name, points.unwrap_or_default())
     });
     let output = &record.outputs[0];

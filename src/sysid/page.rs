@@ -9,9 +9,7 @@ use maud::{Markup, html};
 use planesman_identification::analysis::Analysis;
 use planesman_identification::estimators::{Estimate, StepResponse};
 use planesman_identification::validation::residuals::Correlation;
-use planesman_identification::{
-    Problem, Reading, Record, Run, SIGMAS_95, Start, Structure, Uncertain,
-};
+use planesman_identification::{Problem, Reading, Record, SIGMAS_95, Structure, Uncertain};
 use planesman_linear::unwrapped_phases;
 use planesman_plot::{Plot, Series, Style};
 
@@ -184,11 +182,12 @@ pub(super) fn unit_circle() -> Series<'static> {
 /// Samples after which a step response stays within a share of its range about its end; `None` for an unstable model,
 /// whose response has none.
 pub(super) fn settling(estimate: &Estimate, run: usize) -> Option<usize> {
-    let poles = Reading::of(estimate, run).poles().ok()?;
+    let reading = Reading::of(estimate, run);
+    let poles = reading.poles().ok()?;
     if poles.iter().any(|it| it.value.norm() > 1.0 + 1e-6) {
         return None;
     }
-    let response = steps(&Reading::of(estimate, run), STEP.1);
+    let response = reading.step_response(STEP.1);
     let end = *response.last()?;
     let most = response
         .iter()
@@ -197,12 +196,6 @@ pub(super) fn settling(estimate: &Estimate, run: usize) -> Option<usize> {
         .iter()
         .rposition(|y| (y - end).abs() > SETTLED * most.max(end.abs()));
     Some(far.map_or(0, |last| last + 1))
-}
-
-/// The output after a unit step of the input from rest, without offset, over so many samples.
-pub(super) fn steps(reading: &Reading<'_>, count: usize) -> Vec<f64> {
-    let response = reading.step_response(count);
-    response.into_iter().map(|(value, _)| value).collect()
 }
 
 /// The model's step response beside the one that the data has without it, each with its band.
@@ -218,7 +211,7 @@ fn step<'a>(analysis: &'a Analysis, record: &Record) -> Plot<'a> {
         let half = SIGMAS_95 * deviation;
         (at(k), value - half, value + half)
     };
-    let model = analysis.reading().step_response(count);
+    let model = analysis.reading().uncertain_step_response(count);
     let of_model = model.iter().enumerate();
     let plot = plot
         .with_all([Series::band(
@@ -252,16 +245,9 @@ fn step<'a>(analysis: &'a Analysis, record: &Record) -> Plot<'a> {
 /// The step response without a model, from the segments that the model was fitted to.
 fn from_data(analysis: &Analysis, record: &Record, length: usize) -> Result<StepResponse> {
     let segments = analysis.segments.iter();
-    let runs = segments.filter_map(|number| {
-        let segment = record.segments.get(*number)?;
-        let (inputs, outputs) = (segment.inputs.first()?, segment.outputs.first()?);
-        Some(Run { inputs, outputs })
-    });
-    let structure = Structure {
-        start: Start::Motion,
-        ..Structure::of_order(1)
-    };
-    let problem = Problem::new(structure, analysis.estimate.sample_time, runs.collect())?;
+    let runs = segments.filter_map(|number| record.segments.get(*number)?.run());
+    let runs = runs.collect();
+    let problem = Problem::new(Structure::of_order(1), record.sample_time, runs)?;
     Ok(StepResponse::of(&problem, length)?)
 }
 

@@ -201,22 +201,20 @@ impl<'a> Reading<'a> {
         (value.re.is_finite() && value.im.is_finite()).then_some(found)
     }
 
-    /// The output's change after a unit step of the input at sample 0, at so many samples, output unit per input unit, with its
-    /// standard deviation.
+    /// The output's change after a unit step of the input at sample 0, at so many samples, output unit per input unit.
     #[must_use]
-    pub fn step_response(&self, count: usize) -> Vec<(f64, f64)> {
+    pub fn step_response(&self, count: usize) -> Vec<f64> {
+        self.step_through_numerator(&self.step_through_poles(count))
+    }
+
+    /// The same with its standard deviation.
+    #[must_use]
+    pub fn uncertain_step_response(&self, count: usize) -> Vec<(f64, f64)> {
         let layout = &self.estimate.layout;
         let structure = &layout.structure;
-        let theta = self.estimate.theta.as_slice();
-        let late = |signal: &[f64], samples: usize| -> Vec<f64> {
-            let zeros = std::iter::repeat_n(0.0, samples);
-            zeros.chain(signal.iter().copied()).take(count).collect()
-        };
-        let (known, a) = (&structure.known_denominator, layout.denominator(theta));
-        let step = late(&vec![1.0; count], structure.delay);
-        let driving = filter(&structure.known_numerator, known, &step);
-        let by_numerator = filter(&[1.0], &a, &driving);
-        let response = filter(&theta[layout.b(self.run)], &[1.0], &by_numerator);
+        let by_numerator = self.step_through_poles(count);
+        let response = self.step_through_numerator(&by_numerator);
+        let a = layout.denominator(self.estimate.theta.as_slice());
         let by_denominator = filter(&[-1.0], &a, &response);
         let slopes: Vec<Vec<f64>> = (1..=structure.poles)
             .map(|i| late(&by_denominator, i))
@@ -229,6 +227,22 @@ impl<'a> Reading<'a> {
         };
         let each = response.iter().enumerate();
         each.map(|(k, value)| (*value, deviation(k))).collect()
+    }
+
+    /// A unit step through delay, known zeros and all poles: the slope of its response over the first coefficient of the numerator.
+    fn step_through_poles(&self, count: usize) -> Vec<f64> {
+        let layout = &self.estimate.layout;
+        let structure = &layout.structure;
+        let step = late(&vec![1.0; count], structure.delay);
+        let known = &structure.known_denominator;
+        let driving = filter(&structure.known_numerator, known, &step);
+        let a = layout.denominator(self.estimate.theta.as_slice());
+        filter(&[1.0], &a, &driving)
+    }
+
+    fn step_through_numerator(&self, through_poles: &[f64]) -> Vec<f64> {
+        let b = self.estimate.layout.b(self.run);
+        filter(&self.estimate.theta.as_slice()[b], &[1.0], through_poles)
     }
 
     /// Roots of a polynomial, the highest power first, whose last coefficients are the parameters
@@ -279,6 +293,12 @@ impl<'a> Reading<'a> {
         }
         covariance
     }
+}
+
+/// The signal so many samples later, cut off at its length.
+fn late(signal: &[f64], samples: usize) -> Vec<f64> {
+    let later = std::iter::repeat_n(0.0, samples).chain(signal.iter().copied());
+    later.take(signal.len()).collect()
 }
 
 /// The matrix that multiplies (re, im) as `factor` multiplies the complex number.
