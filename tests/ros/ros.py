@@ -3,6 +3,7 @@ deadline. With it they find `arguments`, which they share with the programs of .
 
 import importlib
 import math
+import os
 import sys
 import time
 from array import array
@@ -17,6 +18,10 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 
 sys.path.append(str(Path(__file__).resolve().parent.parent / "peers"))
+
+# The standard output is for what the program prints. What the middleware writes there goes to the standard error.
+sys.stdout = os.fdopen(os.dup(1), "w", encoding="utf-8")
+os.dup2(2, 1)
 
 
 def interface(name: str) -> type:
