@@ -66,14 +66,13 @@ impl Grid {
         if let Some(step) = self.whole {
             return since.div_euclid(step);
         }
-        let mut k = (since as f64 / self.step).floor() as i64;
-        while self.time(k) > stamp {
-            k -= 1;
+        // By a rounding's worth at most one too far or too near.
+        let k = (since as f64 / self.step).floor() as i64;
+        if self.time(k) > stamp {
+            k - 1
+        } else {
+            k + i64::from(self.time(k + 1) <= stamp)
         }
-        while self.time(k + 1) <= stamp {
-            k += 1;
-        }
-        k
     }
 
     /// The first instant at or after `stamp`.

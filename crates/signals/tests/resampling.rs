@@ -391,3 +391,32 @@ fn what_gives_no_record_is_refused_with_the_reason() {
     let refusal = resampled(&ends, &ends, options).unwrap_err().to_string();
     assert!(refusal.contains(&MOST.to_string()), "{refusal}");
 }
+
+#[test]
+fn stamps_as_far_from_each_other_as_are_taken_end_in_a_record_or_a_refusal() {
+    const FAR: i64 = (1 << 62) - 1;
+    let stamps = [-FAR, -FAR + 3, -FAR / 2, 0, 7, FAR / 2, FAR - 3, FAR];
+    for rate in [None, Some(3.0), Some(1e-9), Some(0.3e-9)] {
+        for method in [
+            Method::Mean,
+            Method::Hold,
+            Method::Foh,
+            Method::Linear,
+            Method::Centred,
+        ] {
+            let options = Options {
+                rate,
+                input_method: method,
+                output_method: method,
+                ..Options::default()
+            };
+            let mut resampler = Resampler::new(&["u".to_owned()], &["y".to_owned()], options);
+            for stamp in stamps {
+                for signal in [0, 1] {
+                    resampler.take(signal, stamp + signal as i64, Some(stamp as f64));
+                }
+            }
+            drop(resampler.finish());
+        }
+    }
+}
