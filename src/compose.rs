@@ -12,10 +12,10 @@ use dha_actuator::{Actuator, Group, Output};
 use planesman_msgs::Message;
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::{
-    ControlState, ModelEstimate, MotionEstimate, PlaneCommand, VehicleState,
+    ControlState, DhaState, ModelEstimate, MotionEstimate, PlaneCommand, VehicleState,
 };
 use planesman_msgs::rosgraph_msgs::msg::Clock;
-use planesman_msgs::sensor_msgs::msg::{FluidPressure, Imu};
+use planesman_msgs::sensor_msgs::msg::{FluidPressure, Imu, JointState};
 use plant_sim::{Facts, Instruments, Observation, Plant};
 use sysid::Identifier;
 
@@ -38,8 +38,12 @@ pub struct Tick {
     pub estimate: Option<MotionEstimate>,
     /// The motion of the actuator until the next stamp.
     pub actuator: Arc<Output>,
+    /// Planes and rams.
+    pub planes: JointState,
     /// The planes it moves, a state each.
     pub groups: &'static [Group],
+    /// The actuators inside.
+    pub states: Vec<DhaState>,
     /// The identified model, when one is due.
     pub models: Vec<ModelEstimate>,
 }
@@ -101,8 +105,8 @@ impl Tick {
             sink.put("estimate", t, estimate)?;
         }
         sink.put("plane_motion", t, &self.actuator.motion)?;
-        sink.put("planes", t, &self.actuator.planes)?;
-        for (group, state) in self.groups.iter().zip(&self.actuator.states) {
+        sink.put("planes", t, &self.planes)?;
+        for (group, state) in self.groups.iter().zip(&self.states) {
             sink.put(group.topic(), t, state)?;
         }
         for model in &self.models {
@@ -177,8 +181,10 @@ impl Loop {
             command,
             control,
             estimate: self.controller.estimate().cloned(),
-            actuator,
+            planes: actuator.planes(),
             groups: self.actuator.groups(),
+            states: actuator.states(),
+            actuator,
             models,
         })
     }

@@ -250,9 +250,9 @@ pub const COLUMNS: &[Column] = &[
     ("depth_setpoint [m]", |t| t.control.depth_setpoint),
     ("pitch_command [rad]", |t| t.control.pitch_command),
     ("identification [rad]", |t| t.control.identification),
-    ("ram [m]", |t| t.actuator.states[0].ram),
-    ("pressure [Pa]", |t| t.actuator.states[0].pressure),
-    ("pulses [1]", |t| t.actuator.states[0].pulses as f64),
+    ("ram [m]", |t| t.states[0].ram),
+    ("pressure [Pa]", |t| t.states[0].pressure),
+    ("pulses [1]", |t| t.states[0].pulses as f64),
     ("depth_pressure [Pa]", |t| {
         t.observation.depth_pressure.fluid_pressure
     }),

@@ -77,13 +77,8 @@ impl Metrics {
                 metrics.travel += (angle - stood).abs();
                 stood = *angle;
             }
-            metrics.work += actuator
-                .states
-                .iter()
-                .map(|it| it.hydraulic_power)
-                .sum::<f64>()
-                * scenario.tick;
-            metrics.pulses = actuator.states.iter().map(|it| it.pulses).sum();
+            metrics.work += actuator.hydraulic_power() * scenario.tick;
+            metrics.pulses = actuator.pulses();
             let valid = models.into_iter().filter(|model| model.valid);
             let mut first = valid.filter(|model| model.name == depth_controller::gains::FIRST_PAIR);
             metrics.model = first.next_back().or(metrics.model);

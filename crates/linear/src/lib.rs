@@ -7,7 +7,7 @@
 //! - [`frequency`]: open loops with dead time: crossovers, gain and phase margins.
 //! - [`poles`]: from the `z` plane to the `s` plane and back; eigenvalues.
 //! - [`runge_kutta_step`]: the fourth-order Runge-Kutta integrator, for any equations.
-//! - [`dormand_prince_step`]: the fifth-order one, with an estimate of its error.
+//! - [`dormand_prince_step`]: the eighth-order one, with an estimate of its error.
 //! - [`step_metrics`]: rise time, overshoot, settling time and steady error of a sampled response.
 //!
 //! Nothing here knows of vehicles, messages or clocks. Coefficient lists have the highest power

@@ -1,6 +1,6 @@
 //! The integration of the body's motion over a tick.
 //!
-//! All its equations are integrated together, by the method of Dormand and Prince. A step is at most as long as the
+//! All its equations are integrated together, by the method of order eight of Dormand and Prince. A step is at most as long as the
 //! motion's, and shorter where its estimated error would be above [`TOLERANCE`]; corners of the actuators' paths do
 //! not end it (`planes`). Near surface and bottom the way within a step is looked at (`tank`).
 
@@ -22,6 +22,9 @@ const TOLERANCE: f64 = 4e-12;
 
 /// A step \[s\] that is not divided further, whatever its error: so a flight ends, and a motion that blows up is found.
 const SHORTEST_STEP: f64 = 1e-5;
+
+/// A longer step \[s\] is divided near a limit: there the depth within it is a cubic (`tank`), whose error no estimate has.
+const LONGEST_STEP_NEAR_A_LIMIT: f64 = 0.01;
 
 /// The quantities that are constant throughout a tick.
 pub(crate) struct Tick<'a> {
@@ -152,7 +155,7 @@ impl<'a> Tick<'a> {
             let accepted = error <= TOLERANCE || h <= SHORTEST_STEP;
             if !accepted || wanted < longest {
                 let ratio = match error.is_finite() {
-                    true => (0.9 * (TOLERANCE / error).powf(0.2)).clamp(0.2, 5.0),
+                    true => (0.9 * (TOLERANCE / error).powf(0.125)).clamp(0.2, 5.0),
                     false => 0.2,
                 };
                 wanted = longest.min(h * ratio).max(SHORTEST_STEP);
@@ -160,12 +163,17 @@ impl<'a> Tick<'a> {
             if !accepted {
                 continue;
             }
+            let near_a_limit = self.comes_near_a_limit(&y, &next, h);
+            if near_a_limit && h > 1.001 * LONGEST_STEP_NEAR_A_LIMIT {
+                wanted = LONGEST_STEP_NEAR_A_LIMIT;
+                continue;
+            }
             check(&next)?;
             if self.motion.drive.is_some() {
                 // It does not go astern.
                 next[SPEED] = next[SPEED].max(0.0);
             }
-            if self.comes_near_a_limit(&y, &next, h) {
+            if near_a_limit {
                 let (depth, touched) =
                     (self.motion.tank).way(self.sounding(&y), self.sounding(&next), h);
                 next[DEPTH] = depth;

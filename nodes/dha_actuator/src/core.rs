@@ -36,7 +36,7 @@ use planesman_msgs::std_msgs::msg::Header;
 use crate::actuator_file;
 use crate::actuator_model::{ActuatorModel, Model, Planes, Request};
 use crate::actuator_set::{ActuatorSet, MOST_CYCLES_IN_FLIGHT};
-use crate::dha::Demand;
+use crate::dha::{Counts, Demand};
 use crate::error::Error;
 use crate::groups::{Group, Grouping};
 use crate::modes::Load;
@@ -51,43 +51,171 @@ const LONGEST_GAP: i64 = 600_000_000_000;
 /// The most samples of motion in a tick.
 const MOST_SAMPLES: i64 = 100_000;
 
-/// The answer to a command.
+/// The answer to a command: the motion, and what the other messages are made of where somebody reads them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Output {
     /// The plane angle over the tick.
     pub motion: PlaneMotion,
-    /// Planes and rams at the stamp.
-    pub planes: JointState,
-    /// The actuators inside, a state for each group.
-    pub states: Vec<DhaState>,
+    design: Arc<Design>,
+    groups: Vec<Moved>,
+    /// Whether the command had expired.
+    stale: bool,
+}
+
+/// A group's actuator in a tick: where the planes are at the stamp, and what it does in the tick ahead.
+#[derive(Clone, Debug, PartialEq)]
+struct Moved {
+    planes: Planes,
+    /// rad
+    commanded: f64,
+    /// `None` for an actuator without pulses.
+    counts: Option<Counts>,
+}
+
+impl Moved {
+    fn at_stop(&self) -> bool {
+        self.planes.reading.is_some_and(|reading| {
+            matches!(reading.mode.load, Load::AtStop(_)) || reading.mode.limited.is_some()
+        })
+    }
 }
 
 impl Output {
     /// A line for each group at its limit.
     #[must_use]
     pub fn limits(&self) -> Vec<String> {
-        let line = |state: &DhaState| {
-            let limit = if state.at_stop {
+        let line = |(member, moved): (&Member, &Moved)| {
+            let limit = if moved.at_stop() {
                 "at its stop"
-            } else if state.inhibited {
+            } else if moved.counts.is_some_and(|counts| counts.tally.inhibited) {
                 "at its travel limit"
             } else {
                 return None;
             };
-            Some(format!("{}: {limit}", state.group))
+            Some(format!("{}: {limit}", member.group.name()))
         };
-        self.states.iter().filter_map(line).collect()
+        let members = self.design.config.members.iter();
+        members.zip(&self.groups).filter_map(line).collect()
+    }
+
+    /// The mean hydraulic power over the tick, of all groups, W.
+    #[must_use]
+    pub fn hydraulic_power(&self) -> f64 {
+        let counts = self.groups.iter().filter_map(|moved| moved.counts);
+        counts.map(|counts| self.power(&counts)).sum()
+    }
+
+    /// Calibrated volumes commanded since the start, of all groups.
+    #[must_use]
+    pub fn pulses(&self) -> u64 {
+        let counts = self.groups.iter().filter_map(|moved| moved.counts);
+        counts.map(|counts| counts.pulses).sum()
+    }
+
+    fn power(&self, counts: &Counts) -> f64 {
+        counts.tally.work / (self.motion.duration.nanos() as f64 * 1e-9)
+    }
+
+    /// Each group's planes and ram by name at the stamp; the dive planes, bow and stern together, first.
+    #[must_use]
+    pub fn planes(&self) -> JointState {
+        let mut joints = JointState {
+            header: self.motion.header.clone(),
+            ..JointState::default()
+        };
+        let mut add = |name: String, angle: f64, rate: f64| {
+            joints.name.push(name);
+            joints.position.push(angle);
+            joints.velocity.push(rate);
+        };
+        let grouping = self.design.config.grouping;
+        if grouping == Grouping::Each {
+            let mean = |of: fn(&Planes) -> f64| {
+                0.5 * (of(&self.groups[0].planes) + of(&self.groups[1].planes))
+            };
+            add(
+                Group::DivePlanes.name().to_owned(),
+                mean(|planes| planes.angle),
+                mean(|planes| planes.rate),
+            );
+        }
+        let groups = grouping.groups().iter().zip(&self.groups);
+        for ((group, Moved { planes, .. }), set) in groups.zip(&self.design.sets) {
+            let ram = match group {
+                Group::DivePlanes => "ram".to_owned(),
+                other => format!("{}_ram", other.name()),
+            };
+            add(group.name().to_owned(), planes.angle, planes.rate);
+            let arm = set.moment_arm;
+            add(ram, planes.angle * arm, planes.rate * arm);
+        }
+        joints
+    }
+
+    /// The state of each group's actuator: physical quantities at the stamp, decisions from the tick ahead.
+    #[must_use]
+    pub fn states(&self) -> Vec<DhaState> {
+        let Design { config, sets } = &*self.design;
+        let groups = config.members.iter().zip(sets).zip(&self.groups);
+        groups
+            .map(|((member, set), moved)| self.state(config, member, set.moment_arm, moved))
+            .collect()
+    }
+
+    fn state(&self, config: &Config, member: &Member, moment_arm: f64, moved: &Moved) -> DhaState {
+        let planes = &moved.planes;
+        let mut state = DhaState {
+            header: self.motion.header.clone(),
+            group: member.group.name().to_owned(),
+            commanded_angle: moved.commanded,
+            command_stale: self.stale,
+            ram: planes.angle * moment_arm,
+            ram_velocity: planes.rate * moment_arm,
+            plane_angle: planes.angle,
+            sign: 1,
+            faults: config.fault_texts(member).join("; "),
+            ..DhaState::default()
+        };
+        if let Some(reading) = planes.reading {
+            state.pressure = reading.pressure;
+            state.volume = reading.ram.volume;
+            state.leakage = reading.leaked;
+            state.sign = reading.polarity;
+            state.sliding = matches!(reading.mode.load, Load::Sliding(_));
+            state.at_stop = moved.at_stop();
+            state.pressure_limited = reading.mode.clamped.is_some();
+        }
+        if let Some(counts) = moved.counts {
+            state.pulses = counts.pulses;
+            state.small_pulses = counts.small_pulses;
+            state.sign_changes = counts.sign_changes;
+            state.inhibited = counts.tally.inhibited;
+            state.slewing = counts.tally.slews();
+            state.hydraulic_power = self.power(&counts);
+            state.error = counts.error;
+            if let Some(cycle) = counts.limit_cycle {
+                state.limit_cycle_frequency = cycle.frequency;
+                state.limit_cycle_amplitude = cycle.amplitude;
+            }
+        }
+        state
     }
 }
 
 /// The actuators with their messages.
 #[derive(Clone, Debug)]
 pub struct Actuator {
+    design: Arc<Design>,
+    tick: i64,
+    run: Option<Run>,
+}
+
+/// What a tick is computed with.
+#[derive(Clone, Debug, PartialEq)]
+struct Design {
     /// The constants of each group's actuator.
     sets: Vec<ActuatorSet>,
     config: Config,
-    tick: i64,
-    run: Option<Run>,
 }
 
 /// A run: from the first stamp on, until the clock is set back.
@@ -230,28 +358,31 @@ impl Actuator {
             .collect::<Result<Vec<_>, _>>()?;
         fit(&config, &sets)?;
         Ok(Self {
-            sets,
-            config,
+            design: Arc::new(Design { sets, config }),
             tick: tick_nanos,
             run: None,
         })
     }
 
+    fn config(&self) -> &Config {
+        &self.design.config
+    }
+
     /// The groups with an actuator, in the order of [`Output::states`].
     #[must_use]
     pub fn groups(&self) -> &'static [Group] {
-        self.config.grouping.groups()
+        self.config().grouping.groups()
     }
 
     /// The faults of the actuators, a line for each group that has any.
     #[must_use]
     pub fn faults(&self) -> Vec<String> {
         let line = |member: &Member| {
-            let faults = self.config.fault_texts(member);
+            let faults = self.config().fault_texts(member);
             let name = member.group.name();
             (!faults.is_empty()).then(|| format!("{name}: {}", faults.join("; ")))
         };
-        self.config.members.iter().filter_map(line).collect()
+        self.config().members.iter().filter_map(line).collect()
     }
 
     /// Takes changed parameters; they take effect at the next tick.
@@ -261,11 +392,15 @@ impl Actuator {
     /// parameters do not fit the actuators. Nothing changes then.
     pub fn set_parameters(&mut self, parameters: &ActuatorParameters) -> Result<(), Error> {
         let new = Config::new(parameters);
-        if new.members != self.config.members {
+        let Design { sets, config } = &*self.design;
+        if new.members != config.members {
             return Err(Error::Fixed);
         }
-        fit(&new, &self.sets)?;
-        self.config = new;
+        fit(&new, sets)?;
+        self.design = Arc::new(Design {
+            sets: sets.clone(),
+            config: new,
+        });
         Ok(())
     }
 
@@ -278,7 +413,7 @@ impl Actuator {
             return Err(Error::Command(field));
         }
         let stamp = command.header.stamp.nanos();
-        let held = Held::new(command, self.config.command_limit);
+        let held = Held::new(command, self.config().command_limit);
         let Some(run) = &mut self.run else {
             return Ok(self.begin(stamp, Some(held)));
         };
@@ -329,11 +464,11 @@ impl Actuator {
     /// Starts a new run and answers its first tick.
     fn begin(&mut self, stamp: i64, command: Option<Held>) -> Arc<Output> {
         let models = self
-            .config
+            .config()
             .members
             .iter()
-            .zip(&self.sets)
-            .map(|(member, set)| ActuatorModel::new(member.model, set, self.config.lag))
+            .zip(&self.design.sets)
+            .map(|(member, set)| ActuatorModel::new(member.model, set, self.config().lag))
             .collect();
         self.run = None;
         self.answer(stamp, stamp, models, command, None)
@@ -373,30 +508,30 @@ impl Actuator {
                 dha.take_tally();
             }
         }
-        let planes: Vec<Planes> = now.iter().map(|m| m.planes(stamp - began)).collect();
         let mut ahead = now.clone();
-        let angles = ahead
-            .iter_mut()
-            .enumerate()
-            .map(|(index, model)| self.angles(&acting, index, model, began, stamp))
-            .collect();
-
-        let header = Header {
-            stamp: Time::from_nanos(stamp),
-            frame_id: [self.config.frame_prefix.as_str(), FRAME].concat(),
-        };
-        let obeyed = command.as_ref().filter(|_| stamp < acting.deadline);
-        let states = (0..planes.len())
-            .map(|index| DhaState {
-                commanded_angle: acting.at(index, stamp).demand.angle,
-                command_stale: stamp >= acting.deadline,
-                ..self.state(&header, index, &planes[index], &mut ahead[index])
+        let mut angles = Vec::with_capacity(now.len());
+        let groups = now.iter().zip(&mut ahead).enumerate();
+        let groups = groups
+            .map(|(index, (now, ahead))| {
+                angles.push(self.angles(&acting, index, ahead, began, stamp));
+                let counts = match ahead {
+                    ActuatorModel::Dha(dha) => Some(dha.take_counts()),
+                    ActuatorModel::FirstOrder(_) | ActuatorModel::Ideal(_) => None,
+                };
+                Moved {
+                    planes: now.planes(stamp - began),
+                    commanded: acting.at(index, stamp).demand.angle,
+                    counts,
+                }
             })
             .collect();
+        let stale = stamp >= acting.deadline;
+        let obeyed = command.as_ref().filter(|_| !stale);
         let output = Arc::new(Output {
-            motion: self.motion(&header, obeyed, angles),
-            planes: self.joints(&header, &planes),
-            states,
+            motion: self.motion(stamp, obeyed, angles),
+            design: Arc::clone(&self.design),
+            groups,
+            stale,
         });
         self.run = Some(Run {
             before,
@@ -421,7 +556,7 @@ impl Actuator {
         stamp: i64,
     ) -> Vec<f64> {
         let intervals = (self.tick as u64)
-            .div_ceil(self.config.sample_interval.max(1) as u64)
+            .div_ceil(self.config().sample_interval.max(1) as u64)
             .clamp(1, MOST_SAMPLES as u64) as i64;
         let interval = self.tick as f64 * 1e-9 / intervals as f64;
         // The i-th of so many equal parts of the tick, rounded down: tick * i / intervals without a wide number.
@@ -442,12 +577,15 @@ impl Actuator {
     }
 
     /// The tick's motion: of the actuators, and of the commands that pass through.
-    fn motion(&self, header: &Header, obeyed: Option<&Held>, angles: Vec<Vec<f64>>) -> PlaneMotion {
+    fn motion(&self, stamp: i64, obeyed: Option<&Held>, angles: Vec<Vec<f64>>) -> PlaneMotion {
         let through = |of: fn(&PlaneCommand) -> f64| {
             obeyed.map_or_else(Vec::new, |held| held_samples(of(&held.command)))
         };
         let mut motion = PlaneMotion {
-            header: header.clone(),
+            header: Header {
+                stamp: Time::from_nanos(stamp),
+                frame_id: [self.config().frame_prefix.as_str(), FRAME].concat(),
+            },
             duration: Duration::from_nanos(self.tick),
             dive_planes: Vec::new(),
             bow_stern_differential: through(|command| command.bow_stern_differential),
@@ -455,13 +593,13 @@ impl Actuator {
             rudder: through(|command| command.rudder),
             thrust: through(|command| command.thrust),
         };
-        self.config.grouping.fill(&mut motion, angles);
+        self.config().grouping.fill(&mut motion, angles);
         motion
     }
 
     /// The demands of a command, or of none, from `stamp` on.
     fn asked(&self, stamp: i64, command: Option<&Held>) -> Asked {
-        let config = &self.config;
+        let config = self.config();
         let deadline = match command {
             // At its own stamp a command is never stale.
             Some(held) if held.stamp == stamp => {
@@ -484,83 +622,5 @@ impl Actuator {
             requests: self.groups().iter().map(|group| request(*group)).collect(),
             deadline,
         }
-    }
-
-    /// Each group's planes and ram by name; the dive planes, bow and stern together, first.
-    fn joints(&self, header: &Header, planes: &[Planes]) -> JointState {
-        let mut joints = JointState {
-            header: header.clone(),
-            ..JointState::default()
-        };
-        let mut add = |name: String, angle: f64, rate: f64| {
-            joints.name.push(name);
-            joints.position.push(angle);
-            joints.velocity.push(rate);
-        };
-        if self.config.grouping == Grouping::Each {
-            let mean = |of: fn(&Planes) -> f64| 0.5 * (of(&planes[0]) + of(&planes[1]));
-            add(
-                Group::DivePlanes.name().to_owned(),
-                mean(|planes| planes.angle),
-                mean(|planes| planes.rate),
-            );
-        }
-        for ((group, planes), set) in self.groups().iter().zip(planes).zip(&self.sets) {
-            let ram = match group {
-                Group::DivePlanes => "ram".to_owned(),
-                other => format!("{}_ram", other.name()),
-            };
-            add(group.name().to_owned(), planes.angle, planes.rate);
-            let arm = set.moment_arm;
-            add(ram, planes.angle * arm, planes.rate * arm);
-        }
-        joints
-    }
-
-    /// The state of the group `index`: physical quantities at the stamp, decisions from the tick ahead.
-    fn state(
-        &self,
-        header: &Header,
-        index: usize,
-        planes: &Planes,
-        ahead: &mut ActuatorModel,
-    ) -> DhaState {
-        let member = &self.config.members[index];
-        let moment_arm = self.sets[index].moment_arm;
-        let mut state = DhaState {
-            header: header.clone(),
-            group: member.group.name().to_owned(),
-            ram: planes.angle * moment_arm,
-            ram_velocity: planes.rate * moment_arm,
-            plane_angle: planes.angle,
-            sign: 1,
-            faults: self.config.fault_texts(member).join("; "),
-            ..DhaState::default()
-        };
-        if let Some(reading) = planes.reading {
-            state.pressure = reading.pressure;
-            state.volume = reading.ram.volume;
-            state.leakage = reading.leaked;
-            state.sign = reading.polarity;
-            state.sliding = matches!(reading.mode.load, Load::Sliding(_));
-            state.at_stop =
-                matches!(reading.mode.load, Load::AtStop(_)) || reading.mode.limited.is_some();
-            state.pressure_limited = reading.mode.clamped.is_some();
-        }
-        if let ActuatorModel::Dha(dha) = ahead {
-            let tally = dha.take_tally();
-            state.pulses = dha.pulses();
-            state.small_pulses = dha.small_pulses();
-            state.sign_changes = dha.sign_changes();
-            state.inhibited = tally.inhibited;
-            state.slewing = tally.slews();
-            state.hydraulic_power = tally.work / (self.tick as f64 * 1e-9);
-            state.error = dha.error();
-            if let Some(cycle) = dha.limit_cycle() {
-                state.limit_cycle_frequency = cycle.frequency;
-                state.limit_cycle_amplitude = cycle.amplitude;
-            }
-        }
-        state
     }
 }

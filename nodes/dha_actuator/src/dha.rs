@@ -62,6 +62,19 @@ impl Tally {
     }
 }
 
+/// What it has done.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Counts {
+    /// Since the last count.
+    pub tally: Tally,
+    /// As of the functions of [`Dha`] with these names.
+    pub pulses: u64,
+    pub small_pulses: u64,
+    pub sign_changes: u64,
+    pub error: f64,
+    pub limit_cycle: Option<Oscillation>,
+}
+
 /// The actuator. Copying it copies its whole future.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dha {
@@ -209,6 +222,18 @@ impl Dha {
     /// The commands to the valves since the last call.
     pub fn take_tally(&mut self) -> Tally {
         std::mem::take(&mut self.tally)
+    }
+
+    /// All that, and the commands since the last call.
+    pub(crate) fn take_counts(&mut self) -> Counts {
+        Counts {
+            tally: self.take_tally(),
+            pulses: self.pulses(),
+            small_pulses: self.small_pulses(),
+            sign_changes: self.sign_changes(),
+            error: self.error(),
+            limit_cycle: self.limit_cycle(),
+        }
     }
 
     /// X_1, m, by the encoder. The travel limit has switches of its own.

@@ -212,9 +212,9 @@ impl Publishers {
 
     fn say(&self, output: &Output) {
         self.motion.publish(&output.motion);
-        self.planes.publish(&output.planes);
-        for (publisher, state) in self.states.iter().zip(&output.states) {
-            publisher.publish(state);
+        self.planes.publish(&output.planes());
+        for (publisher, state) in self.states.iter().zip(output.states()) {
+            publisher.publish(&state);
         }
     }
 }

@@ -42,9 +42,9 @@ fn a_tick_of_motion_has_51_samples_and_the_next_goes_on_where_it_ends() {
         assert_eq!(output.motion.dive_planes.len(), 51);
         assert_eq!(output.motion.duration, Duration::from_nanos(TICK));
         assert_eq!(output.motion.dive_planes[0], end);
-        assert_eq!(output.states[0].plane_angle, end);
-        assert_eq!(output.planes.position[0], end);
-        assert_eq!(output.planes.name, ["dive_planes", "ram"]);
+        assert_eq!(output.states()[0].plane_angle, end);
+        assert_eq!(output.planes().position[0], end);
+        assert_eq!(output.planes().name, ["dive_planes", "ram"]);
         end = output.motion.dive_planes[50];
     }
     assert!((end - 0.2).abs() < 0.01, "{end}");
@@ -59,8 +59,8 @@ fn the_command_is_clipped_to_thirty_degrees() {
     }
     let last = last.expect("answered");
     let thirty = 30f64.to_radians();
-    assert!((last.states[0].commanded_angle + thirty).abs() < 1e-12);
-    assert!((last.states[0].plane_angle + thirty).abs() < 0.5f64.to_radians());
+    assert!((last.states()[0].commanded_angle + thirty).abs() < 1e-12);
+    assert!((last.states()[0].plane_angle + thirty).abs() < 0.5f64.to_radians());
 }
 
 #[test]
@@ -137,8 +137,8 @@ fn a_stamp_within_the_tick_cuts_it_short() {
         let angle = 0.3 * (k as f64).sin();
         let a = answer(&mut whole, k * TICK, angle);
         let b = answer(&mut long, k * TICK, angle);
-        assert_eq!(a.planes, b.planes);
-        assert_eq!(a.states[0].volume, b.states[0].volume);
+        assert_eq!(a.planes(), b.planes());
+        assert_eq!(a.states()[0].volume, b.states()[0].volume);
     }
 }
 
@@ -148,21 +148,21 @@ fn without_commands_the_planes_hold_and_then_go_to_neutral_flagged() {
     for k in 0..20 {
         answer(&mut actuator, k * TICK, 0.3);
     }
-    let mut silent = |k: i64| actuator.on_silence(Time::from_nanos(k * TICK)).states[0].clone();
+    let mut silent = |k: i64| actuator.on_silence(Time::from_nanos(k * TICK)).states()[0].clone();
     let held = (20..29).map(&mut silent).next_back().expect("answered");
     assert!(!held.command_stale && held.commanded_angle == 0.3);
     let stale = silent(29);
     assert!(stale.command_stale && stale.commanded_angle == 0.0);
     let neutral = (30..60).map(&mut silent).next_back().expect("answered");
     assert!(neutral.plane_angle.abs() < 0.5f64.to_radians());
-    let back = answer(&mut actuator, 60 * TICK, 0.1).states[0].clone();
+    let back = answer(&mut actuator, 60 * TICK, 0.1).states()[0].clone();
     assert!(!back.command_stale && back.commanded_angle == 0.1);
 }
 
 #[test]
 fn before_the_first_command_neutral_is_asked_for() {
     let mut actuator = actuator(&[]);
-    let first = actuator.on_silence(Time::from_nanos(0)).states[0].clone();
+    let first = actuator.on_silence(Time::from_nanos(0)).states()[0].clone();
     assert!(first.command_stale && first.commanded_angle == 0.0);
 }
 
@@ -173,7 +173,7 @@ fn a_command_after_its_tick_was_answered_in_silence_acts_from_the_next_on() {
     let silent = actuator.on_silence(Time::from_nanos(2 * TICK));
     assert_eq!(answer(&mut actuator, TICK, 0.2), silent);
     let next = actuator.on_silence(Time::from_nanos(3 * TICK));
-    assert_eq!(next.states[0].commanded_angle, 0.2);
+    assert_eq!(next.states()[0].commanded_angle, 0.2);
 }
 
 #[test]
@@ -183,7 +183,7 @@ fn so_does_the_first_command_of_all_but_not_in_a_vehicle_that_was_set_back() {
     silence(&mut actuator, 5);
     let silent = silence(&mut actuator, 7);
     assert_eq!(answer(&mut actuator, 5 * TICK, 0.2), silent);
-    assert_eq!(silence(&mut actuator, 8).states[0].commanded_angle, 0.2);
+    assert_eq!(silence(&mut actuator, 8).states()[0].commanded_angle, 0.2);
     actuator.restart();
     let first = answer(&mut actuator, 6 * TICK, 0.2);
     assert_eq!(first.motion.header.stamp.nanos(), 6 * TICK);
@@ -200,7 +200,7 @@ fn a_clock_set_back_or_far_on_begins_a_new_run() {
     assert_eq!(answer(&mut used, 0, 0.2), first);
     let far = answer(&mut used, 3_600_000_000_000, 0.2);
     assert_eq!(far.motion.dive_planes, first.motion.dive_planes);
-    assert_eq!(far.states[0].pulses, first.states[0].pulses);
+    assert_eq!(far.states()[0].pulses, first.states()[0].pulses);
 }
 
 #[test]
@@ -238,7 +238,7 @@ fn the_ideal_actuator_is_at_its_command_at_once() {
     let mut actuator = actuator(&[("model", Value::from("ideal"))]);
     let output = answer(&mut actuator, 0, 0.25);
     assert!(output.motion.dive_planes.iter().all(|angle| *angle == 0.25));
-    assert_eq!(output.states[0].plane_angle, 0.25);
+    assert_eq!(output.states()[0].plane_angle, 0.25);
 }
 
 #[test]
@@ -248,7 +248,7 @@ fn the_first_order_actuator_slews_and_settles() {
     let rate = (motion[50] - motion[10]) / 0.04;
     assert!((rate.to_degrees() - 40.0).abs() < 1e-9, "{rate}");
     let last = (1..30).map(|k| answer(&mut actuator, k * TICK, 0.5)).last();
-    let state = last.expect("answered").states[0].clone();
+    let state = last.expect("answered").states()[0].clone();
     assert!((state.plane_angle - 0.5).abs() < 1e-9);
     assert_eq!((state.pressure, state.pulses), (0.0, 0));
 }
@@ -278,11 +278,7 @@ fn each_group_follows_its_own_command_with_its_own_actuator() {
         last = Some(actuator.on_command(&asked).expect("finite"));
     }
     let last = last.expect("answered");
-    let Output {
-        motion,
-        planes,
-        states,
-    } = &*last;
+    let (motion, planes, states) = (&last.motion, last.planes(), last.states());
     let close = |angle: f64, asked: f64| assert!((angle - asked).abs() < 0.015, "{angle}");
     for (state, (group, asked)) in states.iter().zip([
         ("bow", 0.375),
@@ -336,7 +332,7 @@ fn a_fault_befalls_its_group_from_the_next_tick_on_and_is_reported() {
     actuator.set_parameters(&ill).expect("accepted");
     assert_eq!(actuator.faults(), ["stern: supply pressure low by 90.0 %"]);
     let states = (1..40)
-        .map(|k| answer(&mut actuator, k * TICK, 0.3).states.clone())
+        .map(|k| answer(&mut actuator, k * TICK, 0.3).states())
         .last()
         .expect("answered");
     assert!(states[0].faults.is_empty() && states[0].plane_angle > 0.29);
@@ -345,7 +341,7 @@ fn a_fault_befalls_its_group_from_the_next_tick_on_and_is_reported() {
     let sound = with(&[("groups", Value::from("each"))]);
     actuator.set_parameters(&sound).expect("accepted");
     let mended = (40..80)
-        .map(|k| answer(&mut actuator, k * TICK, 0.3).states.clone())
+        .map(|k| answer(&mut actuator, k * TICK, 0.3).states())
         .last()
         .expect("answered");
     assert!(mended[1].faults.is_empty() && mended[1].plane_angle > 0.28);
@@ -393,7 +389,7 @@ fn faults_that_cannot_be_are_refused_as_a_set() {
 fn the_state_tells_power_slewing_and_the_limit_cycle() {
     let mut actuator = actuator(&[]);
     answer(&mut actuator, 0, 0.0);
-    let slews = answer(&mut actuator, TICK, 0.5).states[0].clone();
+    let slews = answer(&mut actuator, TICK, 0.5).states()[0].clone();
     assert!(slews.slewing && slews.pulses == 4 && !slews.inhibited);
     // Four volumes of half a degree against 80 psi in a tick.
     let watts = 4.0 * 80.0 * 6894.757 * 3.5752e-9 / 0.05;
@@ -406,7 +402,7 @@ fn the_state_tells_power_slewing_and_the_limit_cycle() {
     // Held at a constant angle, the drift and its correction make a limit cycle.
     let mut held = Vec::new();
     for k in 2..1200 {
-        held.push(answer(&mut actuator, k * TICK, 0.1).states[0].clone());
+        held.push(answer(&mut actuator, k * TICK, 0.1).states()[0].clone());
     }
     let last = held.last().expect("answered");
     assert!(!last.slewing && last.sign_changes > 20);
@@ -432,7 +428,7 @@ fn parameters_take_effect_at_the_next_tick() {
         .set_parameters(&with(&[("command_limit", Value::Double(0.1))]))
         .expect("accepted");
     let next = answer(&mut actuator, TICK, 0.5);
-    assert_eq!(next.states[0].commanded_angle, 0.1);
+    assert_eq!(next.states()[0].commanded_angle, 0.1);
     let changed = with(&[("model", Value::from("ideal"))]);
     assert!(actuator.set_parameters(&changed).is_err());
     let two_speed = with(&[("logic.mode", Value::from("two_speed"))]);
