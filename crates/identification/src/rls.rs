@@ -250,8 +250,13 @@ impl RecursiveLeastSquares {
     /// is the inverse of the weighted information, the usual P of recursive least squares.
     #[must_use]
     pub fn unit_covariance(&self) -> DMatrix<f64> {
+        let inverse = self.inverse_root();
+        &inverse * inverse.transpose()
+    }
+
+    /// `R^-1`, column by column, by back substitution.
+    fn inverse_root(&self) -> DMatrix<f64> {
         let p = self.z.len();
-        // R^-1, column by column, by back substitution.
         let mut inverse = DMatrix::<f64>::zeros(p, p);
         for column in 0..p {
             inverse[(column, column)] = 1.0 / self.r[(column, column)];
@@ -262,7 +267,7 @@ impl RecursiveLeastSquares {
                 inverse[(i, column)] = -known / self.r[(i, i)];
             }
         }
-        &inverse * inverse.transpose()
+        inverse
     }
 
     /// `V / (effective rows - parameters)`, the residual's variance, output unit squared;
@@ -298,8 +303,12 @@ impl RecursiveLeastSquares {
     /// determine: their estimate is still the prior. 0 when all are determined.
     #[must_use]
     pub fn unlearnt(&self, columns: &[usize]) -> usize {
-        let chosen = self.r.select_columns(columns);
         let threshold = LEARNT * self.prior;
+        // The sum of 1/s^2 over the singular values s of R, which are at most those of its columns.
+        if self.inverse_root().norm_squared() * threshold < 1.0 {
+            return 0;
+        }
+        let chosen = self.r.select_columns(columns);
         chosen
             .singular_values()
             .iter()
