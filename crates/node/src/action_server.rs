@@ -148,7 +148,7 @@ impl<A: Action> ActionServer<A> {
         let name = shared.service_name(name)?;
         let type_name = announce_action::<A>()?;
         let parsed = Name::parse(&name).map_err(|e| anyhow!("{name}: {e}"))?;
-        let service = Qos::reliable(10).impatient_profile();
+        let service = Qos::requests().impatient_profile();
         let [feedback, status] = [Qos::reliable(10), Qos::latched(1)].map(Qos::profile);
         let qos = ActionServerQosPolicies {
             goal_service: service.clone(),

@@ -48,6 +48,12 @@ impl Qos {
         }
     }
 
+    /// Requests that wait for their turn at a server (`rmw_qos_profile_parameters`): so many that one client's do not soon
+    /// push another's out.
+    pub(crate) fn requests() -> Self {
+        Self::reliable(1000)
+    }
+
     /// A reader that wants everything from anybody: best effort matches every publisher,
     /// and 10000 samples wait for a slow disk. (KEEP_ALL would hold 64 and lose the rest.)
     #[must_use]

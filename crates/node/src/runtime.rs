@@ -851,7 +851,7 @@ impl<E: 'static> Runtime<E> {
                 self.mapping,
                 &parsed,
                 &type_name,
-                qos.profile(),
+                Qos::requests().profile(),
                 qos.impatient_profile(),
             )
         })?;

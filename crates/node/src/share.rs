@@ -3,7 +3,7 @@
 //! Services and actions wait for their turn here, in the order in which their requests came, and one
 //! request is handled at a time. After one that took a while, no other is begun for [`PAUSES`] times
 //! as long: requests get a fifth of the node's thread at most, messages and timers the rest. What
-//! waits meanwhile waits in the middleware, ten requests a service; a newer one takes the oldest's place.
+//! waits meanwhile waits in the middleware, a thousand requests a service; a newer one takes the oldest's place.
 
 use std::{
     cell::Cell,

@@ -520,8 +520,9 @@ fn requests_of_somebody_who_never_listens_hold_up_nobody() {
     let get = rt
         .client::<GetParameters>("/doubler/get_parameters")
         .unwrap();
+    let names = vec!["gain".to_owned()];
     let gain = || {
-        let names = vec!["gain".to_owned()];
+        let names = names.clone();
         let call = get.call(GetParametersRequest { names }, PATIENCE);
         rt.block_on(call).unwrap().values[0].double_value
     };
@@ -549,16 +550,24 @@ fn requests_of_somebody_who_never_listens_hold_up_nobody() {
         .create_datawriter_no_key_cdr::<GetParametersRequest>(&topic, None)
         .unwrap();
     until(&rt, |_| writer.try_recv_status().is_some());
-    for _ in 0..3000 {
-        writer.write(GetParametersRequest::default(), None).unwrap();
-    }
+    let flood = move |requests: u32| {
+        for _ in 0..requests {
+            writer.write(GetParametersRequest::default(), None).unwrap();
+        }
+    };
+    flood(500);
     assert_eq!(answer(&rt, &input, 21.0), 42.0);
     assert_eq!(gain(), 2.0);
+    // Nor do theirs push others out that wait.
+    let flooding = std::thread::spawn(move || flood(400));
+    for _ in 0..50 {
+        assert_eq!(gain(), 2.0);
+    }
+    flooding.join().unwrap();
     // Nor somebody who is new here.
     let describe = rt
         .client::<DescribeParameters>("/doubler/describe_parameters")
         .unwrap();
-    let names = vec!["gain".to_owned()];
     let call = describe.call(DescribeParametersRequest { names }, PATIENCE);
     assert_eq!(rt.block_on(call).unwrap().descriptors.len(), 1);
     assert_eq!(answer(&rt, &input, 7.0), 14.0);
