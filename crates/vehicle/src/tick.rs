@@ -23,8 +23,8 @@ const TOLERANCE: f64 = 4e-12;
 /// A step \[s\] that is not divided further, whatever its error: so a flight ends, and a motion that blows up is found.
 const SHORTEST_STEP: f64 = 1e-5;
 
-/// A longer step \[s\] is divided near a limit: there the depth within it is a cubic (`tank`), whose error no estimate has.
-const LONGEST_STEP_NEAR_A_LIMIT: f64 = 0.01;
+/// A longer step \[s\] with a contact is divided: the depth within it is a cubic then (`tank`), whose error no estimate has.
+const LONGEST_STEP_WITH_A_CONTACT: f64 = 0.01;
 
 /// The quantities that are constant throughout a tick.
 pub(crate) struct Tick<'a> {
@@ -163,19 +163,18 @@ impl<'a> Tick<'a> {
             if !accepted {
                 continue;
             }
-            let near_a_limit = self.comes_near_a_limit(&y, &next, h);
-            if near_a_limit && h > 1.001 * LONGEST_STEP_NEAR_A_LIMIT {
-                wanted = LONGEST_STEP_NEAR_A_LIMIT;
-                continue;
-            }
             check(&next)?;
             if self.motion.drive.is_some() {
                 // It does not go astern.
                 next[SPEED] = next[SPEED].max(0.0);
             }
-            if near_a_limit {
+            if self.comes_near_a_limit(&y, &next, h) {
                 let (depth, touched) =
                     (self.motion.tank).way(self.sounding(&y), self.sounding(&next), h);
+                if touched.is_some() && h > 1.001 * LONGEST_STEP_WITH_A_CONTACT {
+                    wanted = LONGEST_STEP_WITH_A_CONTACT;
+                    continue;
+                }
                 next[DEPTH] = depth;
                 contact = contact.or(touched.map(|found| Contact {
                     time: t + found.time,
