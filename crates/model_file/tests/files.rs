@@ -63,6 +63,25 @@ fn a_model_comes_back_as_it_was_written() {
     assert_eq!(left, 3, "nothing else stays behind");
 }
 
+/// Numbers of 16 and 17 digits, of which a reader that rounds twice misses some by their last bit.
+#[test]
+fn every_number_comes_back_to_its_last_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let noise_model: Vec<f64> = (0..1000)
+        .map(|k| f64::from(k).sin() * 10f64.powi(k % 41 - 20))
+        .collect();
+    let written = ModelFile {
+        noise_model,
+        ..model()
+    };
+    for name in ["model.yaml", "model.json"] {
+        let path = folder.path().join(name);
+        written.write(&path).unwrap();
+        let read = ModelFile::read(&path).unwrap();
+        assert_eq!(read.noise_model, written.noise_model, "{name}");
+    }
+}
+
 #[test]
 fn the_deviations_are_the_roots_of_the_variances() {
     let found = model().physical.unwrap().deviations();
