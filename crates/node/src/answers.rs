@@ -9,7 +9,6 @@ use std::{ops::Range, rc::Rc, time::Duration};
 
 use ros2_client::{RmwRequestId, error::WriteError};
 use rustdds::GUID;
-use smol::Timer;
 
 use crate::{
     names::{replies_topic, requests_topic},
@@ -62,7 +61,7 @@ pub(crate) fn answer(
         let ours = Rc::clone(shared);
         shared.spawn(async move {
             while !ours.answers.waiting.borrow().is_empty() {
-                Timer::after(LOOK).await;
+                ours.sleep(LOOK).await;
                 look(&ours);
             }
         });

@@ -10,7 +10,6 @@ use std::{
 };
 
 use planesman_msgs::builtin_interfaces::msg::Time;
-use smol::Timer;
 
 /// Longest sleep until a time of the machine's clock, s: somebody may set that clock meanwhile.
 const LONGEST_SLEEP: Duration = Duration::from_secs(1);
@@ -64,8 +63,8 @@ impl Clock {
         self.wake();
     }
 
-    /// Waits until the node's time is `due` or later.
-    pub(crate) async fn reaches(&self, due: &Time) {
+    /// Waits until the node's time is `due` or later, for a time of the machine's clock by `sleep`.
+    pub(crate) async fn reaches(&self, due: &Time, sleep: impl AsyncFn(Duration)) {
         loop {
             let left = due.nanos().saturating_sub(self.now().nanos());
             let left = match u64::try_from(left) {
@@ -75,7 +74,7 @@ impl Clock {
             if self.is_simulated() {
                 self.change().await;
             } else {
-                Timer::after(left.min(LONGEST_SLEEP)).await;
+                sleep(left.min(LONGEST_SLEEP)).await;
             }
         }
     }
@@ -137,7 +136,10 @@ mod tests {
         clock.set_simulated(true);
         let executor = smol::LocalExecutor::new();
         let waits = Rc::clone(&clock);
-        let task = executor.spawn(async move { waits.reaches(&Time::from_nanos(10)).await });
+        let task = executor.spawn(async move {
+            let sleep = async |_| unreachable!("the time is simulated");
+            waits.reaches(&Time::from_nanos(10), sleep).await;
+        });
         for (time, woken) in [(0, true), (9, true), (10, true), (10, false)] {
             clock.on_clock(&Time::from_nanos(time));
             assert_eq!(executor.try_tick(), woken, "{time}");

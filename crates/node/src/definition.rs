@@ -21,7 +21,6 @@ use planesman_msgs::{
 use planesman_rosidl::{
     Error, Library, TypeName, definition::Kind, parse_action, parse_message, parse_service,
 };
-use smol::Timer;
 
 use crate::{
     discovered::{PublishedTopic, describers},
@@ -91,7 +90,7 @@ impl Definitions {
                 if !known.is_empty() || since.elapsed() >= DESCRIBING {
                     break known;
                 }
-                Timer::after(LOOK).await;
+                opener.shared.sleep(LOOK).await;
             };
             let mut outcome = Err(format!(
                 "{reason}, and no node of its publishers describes its type"

@@ -10,7 +10,6 @@ use std::{
     mem,
     net::Ipv4Addr,
     rc::Rc,
-    sync::Arc,
     time::{Duration, Instant},
 };
 
@@ -637,7 +636,7 @@ impl<E: 'static> Runtime<E> {
     /// that passes while the node is busy is left out, not made up for.
     pub fn every(&self, period: Duration, mut event: impl FnMut() -> E + 'static) -> Timer {
         let period = period.max(Duration::from_micros(1));
-        let sender = self.sender.clone();
+        let (sender, shared) = (self.sender.clone(), Rc::clone(&self.shared));
         self.timer(async move {
             let mut due = Instant::now();
             loop {
@@ -647,7 +646,7 @@ impl<E: 'static> Runtime<E> {
                     let late = now.duration_since(due).as_nanos() / period.as_nanos();
                     due += period * u32::try_from(late).unwrap_or(u32::MAX);
                 }
-                SmolTimer::at(due).await;
+                shared.sleep_until(due).await;
                 if sender.send(event().into()).await.is_err() {
                     return;
                 }
@@ -657,18 +656,19 @@ impl<E: 'static> Runtime<E> {
 
     /// Makes one event after `delay` of wall time.
     pub fn after(&self, delay: Duration, event: impl FnOnce() -> E + 'static) -> Timer {
-        let sender = self.sender.clone();
+        let (sender, shared) = (self.sender.clone(), Rc::clone(&self.shared));
         self.timer(async move {
-            SmolTimer::after(delay).await;
+            shared.sleep(delay).await;
             let _ = sender.send(event().into()).await;
         })
     }
 
     /// Makes one event when the node's time is `due`, at once if that is over.
     pub fn at(&self, due: Time, event: impl FnOnce() -> E + 'static) -> Timer {
-        let (sender, clock) = (self.sender.clone(), Arc::clone(&self.shared.clock));
+        let (sender, shared) = (self.sender.clone(), Rc::clone(&self.shared));
         self.timer(async move {
-            clock.reaches(&due).await;
+            let sleep = |left| shared.sleep(left);
+            shared.clock.reaches(&due, sleep).await;
             let _ = sender.send(event().into()).await;
         })
     }
@@ -692,8 +692,8 @@ impl<E: 'static> Runtime<E> {
     pub fn next(&self, timeout: Duration) -> Next<E> {
         self.block_on(async {
             let (stop, event) = (self.asked_to_stop(), self.receiver.recv());
-            let due = SmolTimer::after(timeout);
-            futures::pin_mut!(event, stop);
+            let due = self.shared.sleep(timeout);
+            futures::pin_mut!(event, stop, due);
             match select(stop, select(event, due)).await {
                 Either::Left((asked, _)) => {
                     if let Err(failure) = asked {
@@ -980,8 +980,9 @@ impl<E: 'static> Runtime<E> {
             let (mut seen, mut told) = (0, 0);
             loop {
                 let change = news.recv();
-                futures::pin_mut!(change);
-                let next = select(change, SmolTimer::at(due.min(settled).min(look))).await;
+                let time = shared.sleep_until(due.min(settled).min(look));
+                futures::pin_mut!(change, time);
+                let next = select(change, time).await;
                 let now = Instant::now();
                 if matches!(next, Either::Left(_)) && now < due {
                     settled = now + DIAGNOSTICS_SETTLING;
@@ -1010,6 +1011,7 @@ impl<E: 'static> Runtime<E> {
             let mut watchdog = Watchdog::default();
             let mut before = refusals();
             loop {
+                // A timer of its own: the middleware's may have stopped.
                 SmolTimer::after(DIAGNOSTICS_PERIOD).await;
                 let Some(shared) = shared.upgrade() else {
                     return;

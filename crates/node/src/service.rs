@@ -99,7 +99,7 @@ pub(crate) async fn settle(shared: &Shared, name: &str) {
     const LOOK: Duration = Duration::from_millis(10);
 
     while !is_served(shared, name) {
-        Timer::after(LOOK).await;
+        shared.sleep(LOOK).await;
     }
 }
 

@@ -6,7 +6,7 @@ use std::{
     collections::{BTreeMap, HashSet},
     rc::{Rc, Weak},
     sync::Arc,
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 use anyhow::anyhow;
@@ -145,6 +145,23 @@ impl Shared {
         match self.participant() {
             Some(participant) => participant.block_on(work),
             None => smol::future::block_on(work),
+        }
+    }
+
+    /// Waits until then. The loop that carries the node's messages keeps the time, so that no other thread is woken
+    /// for it; without that loop it waits for ever.
+    pub(crate) async fn sleep_until(&self, due: Instant) {
+        match self.participant() {
+            Some(participant) => participant.sleep_until(due).await,
+            None => std::future::pending().await,
+        }
+    }
+
+    /// As [`Shared::sleep_until`], for so long.
+    pub(crate) async fn sleep(&self, duration: Duration) {
+        match Instant::now().checked_add(duration) {
+            Some(due) => self.sleep_until(due).await,
+            None => std::future::pending().await,
         }
     }
 
