@@ -74,8 +74,8 @@ pub struct Plant {
     waves: Waves,
     /// The sensors' state for the next tick.
     memory: Memory,
-    /// Their readings at the present tick.
-    readings: Readings,
+    /// Their readings at the present tick, once somebody has asked for them.
+    readings: Option<Readings>,
 }
 
 /// The inputs at the stamp: the actuators' positions at the end of the tick before it, and the waves' load
@@ -141,18 +141,14 @@ impl Plant {
     pub fn new(parameters: &PlantParameters) -> Result<Self, Error> {
         let vehicle = vehicle(parameters)?;
         let settings = Settings::new(parameters, &vehicle)?;
-        let mut memory = Memory::new(settings.seed);
-        let acting = Acting::default();
-        let truth = truth(&settings, &settings.initial, &acting);
-        let readings = read(&settings, &truth, &vehicle, &mut memory);
         Ok(Self {
             body: settings.initial,
-            acting,
+            acting: Acting::default(),
             planes_source: VehicleState::PLANES_ANSWERED,
             contact: None,
             waves: Waves::new(settings.seed),
-            memory,
-            readings,
+            memory: Memory::new(settings.seed),
+            readings: None,
             vehicle,
             settings,
             next_settings: None,
@@ -199,14 +195,15 @@ impl Plant {
 
     /// The messages of the present tick, which falls on `stamp`.
     #[must_use]
-    pub fn observe(&self, stamp: Time) -> Observation {
+    pub fn observe(&mut self, stamp: Time) -> Observation {
+        let readings = self.readings();
         let odometry = odometry::Odometry::of(&self.body, self.settings.motion.current);
         let frames = self.frames(stamp);
         let Instruments {
             imu,
             depth_pressure,
             speed_pressure,
-        } = self.instruments_message(&frames);
+        } = self.instruments_message(&frames, &readings);
         Observation {
             state: self.state_message(&frames),
             odometry: frames.odometry(&odometry),
@@ -214,7 +211,7 @@ impl Plant {
             imu,
             depth_pressure,
             speed_pressure,
-            daq: frames.daq(&self.readings),
+            daq: frames.daq(&readings),
         }
     }
 
@@ -226,8 +223,9 @@ impl Plant {
 
     /// Of [`Plant::observe`] the instruments alone.
     #[must_use]
-    pub fn instruments(&self, stamp: Time) -> Instruments {
-        self.instruments_message(&self.frames(stamp))
+    pub fn instruments(&mut self, stamp: Time) -> Instruments {
+        let readings = self.readings();
+        self.instruments_message(&self.frames(stamp), &readings)
     }
 
     fn frames(&self, stamp: Time) -> Frames<'_> {
@@ -237,8 +235,8 @@ impl Plant {
         }
     }
 
-    fn instruments_message(&self, frames: &Frames<'_>) -> Instruments {
-        let (readings, sensors) = (&self.readings, &self.settings.sensors);
+    fn instruments_message(&self, frames: &Frames<'_>, readings: &Readings) -> Instruments {
+        let sensors = &self.settings.sensors;
         Instruments {
             imu: frames.imu(readings, sensors),
             depth_pressure: frames
@@ -300,7 +298,7 @@ impl Plant {
             None => VehicleState::PLANES_HELD,
         };
         self.take_next_settings();
-        self.sense();
+        self.readings = None;
         Ok(())
     }
 
@@ -323,13 +321,22 @@ impl Plant {
         self.contact = None;
         self.waves = Waves::new(self.settings.seed);
         self.memory = Memory::new(self.settings.seed);
-        self.sense();
+        self.readings = None;
     }
 
-    /// Reads the sensors, once per tick.
-    fn sense(&mut self) {
-        let truth = truth(&self.settings, &self.body, &self.acting);
-        self.readings = read(&self.settings, &truth, &self.vehicle, &mut self.memory);
+    /// The sensors' readings in the present tick. They are read where somebody asks for them, once a tick; in a tick
+    /// in which nobody does, their noise stands still.
+    fn readings(&mut self) -> Readings {
+        let (settings, memory) = (&self.settings, &mut self.memory);
+        *self.readings.get_or_insert_with(|| {
+            settings.sensors.read(
+                &truth(settings, &self.body, &self.acting),
+                &settings.motion.vertical.environment,
+                &self.vehicle.depth_port,
+                settings.tick_nanos as f64 * 1e-9,
+                memory,
+            )
+        })
     }
 
     fn take_next_settings(&mut self) {
@@ -403,16 +410,6 @@ fn truth(settings: &Settings, body: &Body, acting: &Acting) -> Truth {
         speed: body.speed,
         planes: acting.dive_planes,
     }
-}
-
-fn read(settings: &Settings, truth: &Truth, vehicle: &Vehicle, memory: &mut Memory) -> Readings {
-    settings.sensors.read(
-        truth,
-        &settings.motion.vertical.environment,
-        &vehicle.depth_port,
-        settings.tick_nanos as f64 * 1e-9,
-        memory,
-    )
 }
 
 /// The five paths of a motion over a tick of `tick` ns; what is left out is neutral.
@@ -561,7 +558,7 @@ mod tests {
     fn a_tick_without_an_answer_holds_the_planes_and_says_so() {
         let mut plant = plant(&[]);
         let source = |plant: &Plant| {
-            let state = plant.observe(stamp(0)).state;
+            let state = plant.state(stamp(0));
             (state.dive_planes, state.planes_source)
         };
         assert_eq!(source(&plant), (0.0, VehicleState::PLANES_ANSWERED));
@@ -601,13 +598,13 @@ mod tests {
             ("environment.bottom", Value::Double(0.3)),
             ("initial_depth", Value::Double(0.1)),
         ]);
-        let contact = |plant: &Plant| plant.observe(stamp(0)).state.contact;
+        let contact = |plant: &Plant| plant.state(stamp(0)).contact;
         assert_eq!(contact(&plant), VehicleState::CONTACT_NONE);
         let mut go = |angle: f64| {
             for _ in 0..400 {
                 plant.advance(Some(&motion(angle, angle))).expect("a tick");
             }
-            let state = plant.observe(stamp(0)).state;
+            let state = plant.state(stamp(0));
             (state.depth, state.contact)
         };
         assert_eq!(go(0.3), (0.3, VehicleState::CONTACT_BOTTOM));
@@ -676,7 +673,7 @@ mod tests {
 
     #[test]
     fn frames_are_the_conventional_ones_with_the_prefix() {
-        let plant = plant(&[("frame_prefix", Value::from("auv1/"))]);
+        let mut plant = plant(&[("frame_prefix", Value::from("auv1/"))]);
         let o = plant.observe(stamp(1));
         assert_eq!(o.state.header.frame_id, "auv1/map_ned");
         assert_eq!(o.odometry.header.frame_id, "auv1/odom");
@@ -692,7 +689,7 @@ mod tests {
 
     #[test]
     fn without_noise_the_sensors_read_the_truth() {
-        let plant = plant(&[
+        let mut plant = plant(&[
             ("sensors.errors", Value::Bool(false)),
             ("initial_depth", Value::Double(2.0)),
         ]);
