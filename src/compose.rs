@@ -17,7 +17,7 @@ use planesman_msgs::planesman_msgs::msg::{
 use planesman_msgs::rosgraph_msgs::msg::Clock;
 use planesman_msgs::sensor_msgs::msg::{FluidPressure, Imu, JointState};
 use plant_sim::{Facts, Instruments, Observation, Plant};
-use sysid::Identifier;
+use sysid::{Due, Identifier};
 
 use crate::scenario::Scenario;
 
@@ -66,8 +66,8 @@ pub struct Answers {
     pub control: ControlState,
     /// As of [`Tick::actuator`].
     pub actuator: Arc<Output>,
-    /// As of [`Tick::models`].
-    pub models: Vec<ModelEstimate>,
+    /// The identified model, when one is due.
+    pub models: Vec<Due>,
 }
 
 /// Something that takes messages by topic.
@@ -174,6 +174,10 @@ impl Loop {
             actuator,
             models,
         } = self.answer(&observation.state)?;
+        let models: Vec<_> = models.iter().filter_map(Due::estimate).collect();
+        for model in &models {
+            self.controller.on_model(model.clone());
+        }
         Ok(Tick {
             facts,
             stamp,
@@ -205,6 +209,11 @@ impl Loop {
         }
         let state = self.plant.state(stamp);
         let answers = self.answer(&state)?;
+        if self.controller.reads_models() {
+            for model in answers.models.iter().filter_map(Due::estimate) {
+                self.controller.on_model(model);
+            }
+        }
         Ok(Step { state, answers })
     }
 
@@ -239,14 +248,11 @@ impl Loop {
         let mut models = Vec::new();
         for learnt in [
             self.identifier
-                .on("state", state.header.stamp.clone(), state),
+                .learn("state", state.header.stamp.clone(), state),
             self.identifier
-                .on("plane_motion", state.header.stamp.clone(), &actuator.motion),
+                .learn("plane_motion", state.header.stamp.clone(), &actuator.motion),
         ] {
             models.extend(learnt.map_err(|e| anyhow!("sysid: {e}"))?);
-        }
-        for model in &models {
-            self.controller.on_model(model.clone());
         }
         self.plant
             .advance(Some(&actuator.motion))

@@ -1,8 +1,11 @@
 //! One case: the flight of a scenario in this process, and the numbers that are kept of it.
 
 use anyhow::Result;
+use depth_controller::gains::FIRST_PAIR;
 use planesman_linear::{Complex, StepMeter, StepMetrics};
 use planesman_msgs::planesman_msgs::msg::{ControlState, ModelEstimate};
+
+use sysid::Due;
 
 use crate::compose::{Answers, Loop, Step};
 use crate::fingerprint::identified;
@@ -47,6 +50,9 @@ pub(super) const COLUMNS: [&str; 14] = [
 pub(super) const SETTLING: usize = 4;
 pub(super) const TRAVEL: usize = 7;
 
+/// Estimates that are kept until the last valid one of them is made.
+const MOST_DUE: usize = 100;
+
 impl Metrics {
     /// Flies the scenario.
     ///
@@ -59,6 +65,7 @@ impl Metrics {
         // The depth held, and since which tick.
         let mut held: Option<(f64, usize)> = None;
         let mut stood = 0.0;
+        let mut due: Vec<Due> = Vec::new();
         while !flight.is_over() {
             let Step { state, answers } = flight.step()?;
             let Answers {
@@ -79,10 +86,12 @@ impl Metrics {
             }
             metrics.work += actuator.hydraulic_power() * scenario.tick;
             metrics.pulses = actuator.pulses();
-            let valid = models.into_iter().filter(|model| model.valid);
-            let mut first = valid.filter(|model| model.name == depth_controller::gains::FIRST_PAIR);
-            metrics.model = first.next_back().or(metrics.model);
+            due.extend(models.into_iter().filter(|due| due.name() == FIRST_PAIR));
+            if due.len() >= MOST_DUE {
+                metrics.model = last_valid(&mut due).or(metrics.model);
+            }
         }
+        metrics.model = last_valid(&mut due).or(metrics.model);
         if let Some((setpoint, since)) = held {
             metrics.setpoint = Some(setpoint);
             metrics.response = response(&depths, since, setpoint, scenario.tick)?;
@@ -120,6 +129,12 @@ impl Metrics {
         }
         numbers
     }
+}
+
+/// The last of the estimates that is valid; it takes them all.
+fn last_valid(due: &mut Vec<Due>) -> Option<ModelEstimate> {
+    let mut newest_first = due.drain(..).rev().filter_map(|due| due.estimate());
+    newest_first.find(|model| model.valid)
 }
 
 /// The response to a depth that is held from the tick `since` on; `None` where the vehicle was there already.

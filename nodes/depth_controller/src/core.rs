@@ -28,7 +28,7 @@ use crate::error::Error;
 use crate::estimator::{Estimated, Estimator, Source};
 use crate::fault::Fault;
 use crate::feedback::Feedback;
-use crate::gains::{Follower, LoopGains};
+use crate::gains::{self, Follower, LoopGains};
 use crate::goal::{Progress, Underway};
 use crate::limits::bounded;
 use crate::loops::{Answer, Loops, Tick};
@@ -322,6 +322,12 @@ impl Controller {
     #[must_use]
     pub fn reads_instruments(&self) -> bool {
         self.config.feedback.source != Source::Truth
+    }
+
+    /// Whether its gains follow an identified model.
+    #[must_use]
+    pub fn reads_models(&self) -> bool {
+        self.config.following.source == gains::Source::Adaptive
     }
 
     /// Whether every instrument has been received that the answer to a state of this stamp needs.

@@ -11,7 +11,7 @@ use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 use planesman_msgs::{Message, cdr};
 
 use crate::error::Error;
-use crate::pair::{self, Change, Pair, Scheduled};
+use crate::pair::{self, Change, Due, Pair, Scheduled};
 use crate::parameters::{Config, IdentifierParameters};
 use crate::reader::TopicReader;
 
@@ -110,7 +110,12 @@ impl Identifier {
 
     /// Takes a payload; its stamp is `sent` where it has none of its own.
     pub fn on_payload(&mut self, reader: &mut TopicReader, sent: &Time, payload: &[u8]) -> Outcome {
-        learnt(&mut self.pairs, reader, sent, payload)
+        let (stamp, due, refused) = learnt(&mut self.pairs, reader, sent, payload);
+        Outcome {
+            stamp,
+            estimates: pair::made(&due),
+            refused,
+        }
     }
 
     /// Takes a message that is at hand, whose stamp is `stamp` where it has none of its own; one on another
@@ -125,6 +130,19 @@ impl Identifier {
         stamp: Time,
         message: &M,
     ) -> Result<Vec<ModelEstimate>, Error> {
+        Ok(pair::made(&self.learn(topic, stamp, message)?))
+    }
+
+    /// As [`Identifier::on`], the estimates not made yet.
+    ///
+    /// # Errors
+    /// As [`Identifier::on`].
+    pub fn learn<M: Message>(
+        &mut self,
+        topic: &str,
+        stamp: Time,
+        message: &M,
+    ) -> Result<Vec<Due>, Error> {
         if !self.concerns(topic) {
             return Ok(Vec::new());
         }
@@ -143,9 +161,9 @@ impl Identifier {
         self.payload.clear();
         cdr::append(&mut self.payload, message);
         let reader = &mut self.readers[place].2;
-        let outcome = learnt(&mut self.pairs, reader, &stamp, &self.payload);
-        match outcome.refused.into_iter().next() {
-            None => Ok(outcome.estimates),
+        let (_, due, refused) = learnt(&mut self.pairs, reader, &stamp, &self.payload);
+        match refused.into_iter().next() {
+            None => Ok(due),
             Some(reason) => Err(Error::Message(reason)),
         }
     }
@@ -189,22 +207,27 @@ impl Identifier {
     }
 }
 
-/// The outcome of a payload for the pairs concerned.
-fn learnt(pairs: &mut [Pair], reader: &mut TopicReader, sent: &Time, payload: &[u8]) -> Outcome {
-    let mut outcome = Outcome::default();
+/// Of a payload for the pairs concerned: its stamp, the estimates due, and what is refused ([`Outcome`]).
+fn learnt(
+    pairs: &mut [Pair],
+    reader: &mut TopicReader,
+    sent: &Time,
+    payload: &[u8],
+) -> (Option<Time>, Vec<Due>, Vec<String>) {
+    let (mut last, mut due, mut refused) = (None, Vec::new(), Vec::new());
     for (place, read) in reader.read(payload) {
         let pair = &mut pairs[place];
         match read {
             Ok(sample) => {
                 let stamp = sample.stamp.clone().unwrap_or_else(|| sent.clone());
-                outcome.stamp = Some(stamp.clone());
-                outcome.estimates.extend(pair.on_sample(stamp, &sample));
+                last = Some(stamp.clone());
+                due.extend(pair.take(stamp, &sample));
             }
             Err(reason) => {
                 pair.refuse();
-                outcome.refused.push(reason.to_string());
+                refused.push(reason.to_string());
             }
         }
     }
-    outcome
+    (last, due, refused)
 }

@@ -24,7 +24,7 @@ mod sparkline;
 pub use crate::core::Identifier;
 pub use error::Error;
 pub use node::main;
-pub use pair::{Account, Change, FIRST, Pair, Scheduled};
+pub use pair::{Account, Change, Due, FIRST, Pair, Scheduled};
 pub use parameters::IdentifierParameters;
 pub use reader::{Reader, Sample, TopicReader};
 pub use screen::{DRAW, Screen, estimate_of};

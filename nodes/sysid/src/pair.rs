@@ -7,6 +7,7 @@
 //!   were held, the actuator had not answered) is not learnt from.
 
 use std::collections::{BTreeSet, VecDeque};
+use std::sync::Arc;
 
 use planesman_identification::{Input, Model};
 use planesman_msgs::builtin_interfaces::msg::Time;
@@ -61,8 +62,8 @@ pub struct Account {
 /// A pair of signals and the model between them.
 #[derive(Clone, Debug)]
 pub struct Pair {
-    name: String,
-    config: Config,
+    name: Arc<str>,
+    config: Arc<Config>,
     /// The grid that the signals are put on first, if asked for.
     grid: Option<LiveGrid>,
     aligner: Aligner,
@@ -76,6 +77,48 @@ pub struct Pair {
     account: Account,
     /// Changes to come, in the order of time.
     changes: VecDeque<Scheduled>,
+}
+
+/// An estimate that is due for publication, made where somebody reads it.
+#[derive(Clone, Debug)]
+pub struct Due {
+    name: Arc<str>,
+    config: Arc<Config>,
+    learner: Learner,
+    restarts: u32,
+    stamp: i64,
+}
+
+impl Due {
+    /// The pair's name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The estimate, if nothing in it is not finite: that never passes the node's edge.
+    #[must_use]
+    pub fn estimate(&self) -> Option<ModelEstimate> {
+        let estimate = self.as_it_is();
+        let finite = planesman_msgs::Message::first_non_finite(&estimate).is_none();
+        finite.then_some(estimate)
+    }
+
+    fn as_it_is(&self) -> ModelEstimate {
+        let Config { input, output, .. } = &*self.config;
+        let mut estimate = self.learner.estimate(&self.config);
+        estimate.header.stamp = Time::from_nanos(self.stamp);
+        estimate.name = self.name.to_string();
+        estimate.input = input.to_string();
+        estimate.output = output.to_string();
+        estimate.restarts = self.restarts;
+        estimate
+    }
+}
+
+/// The estimates themselves.
+pub(crate) fn made(due: &[Due]) -> Vec<ModelEstimate> {
+    due.iter().filter_map(Due::estimate).collect()
 }
 
 /// The pairs that the parameters describe, by name, each with its own parameters.
@@ -146,8 +189,8 @@ impl Pair {
                 .map(|max_gap| LiveGrid::new(period(&config), max_gap)),
             aligner: Aligner::new(period(&config)),
             learner: Learner::new(&config).map_err(|e| of_pair(e.into()))?,
-            name,
-            config,
+            name: name.into(),
+            config: Arc::new(config),
             began: None,
             last: 0,
             broken: BTreeSet::new(),
@@ -188,19 +231,24 @@ impl Pair {
     pub(crate) fn set_config(&mut self, new: Config) -> Result<(), Error> {
         if self.config.retuned(&new) == new {
             self.learner.retune(&new)?;
-        } else if self.config != new {
+        } else if *self.config != new {
             let mut learner = Learner::new(&new)?;
             learner.set_frozen(self.frozen());
             self.learner = learner;
             self.began = None;
         }
-        self.config = new;
+        self.config = Arc::new(new);
         Ok(())
     }
 
     /// Takes what a message on one of the signals' topics says, with its stamp; returns the estimates due for
     /// publication. Repeats change nothing.
     pub fn on_sample(&mut self, stamp: Time, sample: &Sample) -> Vec<ModelEstimate> {
+        made(&self.take(stamp, sample))
+    }
+
+    /// As [`Pair::on_sample`], the estimates not made yet.
+    pub(crate) fn take(&mut self, stamp: Time, sample: &Sample) -> Vec<Due> {
         let stamp = stamp.nanos();
         if let Some(grid) = &mut self.grid {
             let input = sample.input.map(|it| grid.input(stamp, it.mean));
@@ -276,14 +324,18 @@ impl Pair {
         self.aligner.finish();
         let mut due = self.learn();
         while let Some(scheduled) = self.changes.pop_front() {
-            due.extend(self.change(scheduled.change));
+            due.extend(self.take_change(scheduled.change));
         }
-        due
+        made(&due)
     }
 
     /// Changes what is learnt, between two samples. Returns the estimate that says so; `None` when nothing
     /// has changed.
     pub fn change(&mut self, change: Change) -> Option<ModelEstimate> {
+        self.take_change(change)?.estimate()
+    }
+
+    fn take_change(&mut self, change: Change) -> Option<Due> {
         match change {
             Change::Reset => {
                 self.learner.reset();
@@ -292,7 +344,7 @@ impl Pair {
             Change::Freeze(frozen) if frozen == self.learner.frozen() => return None,
             Change::Freeze(frozen) => self.learner.set_frozen(frozen),
         }
-        self.publishable(self.last)
+        Some(self.due(self.last))
     }
 
     /// Changes what is learnt when its time has come, as it was changed before.
@@ -313,7 +365,7 @@ impl Pair {
     /// instant.
     #[must_use]
     pub fn trouble(&self) -> Option<String> {
-        let Config { input, output, .. } = &self.config;
+        let Config { input, output, .. } = &*self.config;
         if self.aligner.inputs_are_off_grid() {
             return Some(format!(
                 "{input} is not stamped when {output} is: the stamps must be whole sample_times apart; otherwise set resample"
@@ -334,14 +386,7 @@ impl Pair {
     /// The estimate as it stands, stamped so.
     #[must_use]
     pub fn estimate(&self, stamp: Time) -> ModelEstimate {
-        let Config { input, output, .. } = &self.config;
-        let mut estimate = self.learner.estimate(&self.config);
-        estimate.header.stamp = stamp;
-        estimate.name.clone_from(&self.name);
-        estimate.input = input.to_string();
-        estimate.output = output.to_string();
-        estimate.restarts = self.account.restarts;
-        estimate
+        self.due(stamp.nanos()).as_it_is()
     }
 
     /// The model as it stands.
@@ -350,21 +395,25 @@ impl Pair {
         self.learner.model(&self.config)
     }
 
-    /// The estimate at a stamp, if nothing in it is not finite: that never passes the node's edge.
-    fn publishable(&self, stamp: i64) -> Option<ModelEstimate> {
-        let estimate = self.estimate(Time::from_nanos(stamp));
-        let finite = planesman_msgs::Message::first_non_finite(&estimate).is_none();
-        finite.then_some(estimate)
+    /// The estimate as it stands, stamped so.
+    fn due(&self, stamp: i64) -> Due {
+        Due {
+            name: Arc::clone(&self.name),
+            config: Arc::clone(&self.config),
+            learner: self.learner.clone(),
+            restarts: self.account.restarts,
+            stamp,
+        }
     }
 
-    fn learn(&mut self) -> Vec<ModelEstimate> {
+    fn learn(&mut self) -> Vec<Due> {
         let mut due = Vec::new();
         while let Some(sample) = self.aligner.take() {
             let restarts = self.account.restarts;
             while let Some(next) = self.changes.pop_front_if(|next| {
                 next.restarts < restarts || (next.restarts == restarts && next.stamp < sample.stamp)
             }) {
-                due.extend(self.change(next.change));
+                due.extend(self.take_change(next.change));
             }
             self.last = sample.stamp;
             let began = *self.began.get_or_insert(sample.stamp);
@@ -381,7 +430,7 @@ impl Pair {
                     .predicted()
                     .is_multiple_of(self.config.publish_every);
             if due_now {
-                due.extend(self.publishable(sample.stamp));
+                due.push(self.due(sample.stamp));
             }
         }
         due
