@@ -28,7 +28,7 @@ use sysid::{Identifier, IdentifierParameters};
 /// file takes.
 const MEMORY: u64 = 350_000;
 
-/// Processor time, and patience with one that waits, s.
+/// Processor time, s.
 const SECONDS: u64 = 60;
 
 /// Two signals of two topics, as [`lawful`] has.
@@ -68,7 +68,7 @@ fn sysid(case: &str, arguments: &str, data: &[&Path]) -> Ended {
     let watch = child.id();
     let (ended, waiting) = std::sync::mpsc::channel::<()>();
     let guard = std::thread::spawn(move || {
-        let patience = Duration::from_secs(2 * SECONDS);
+        let patience = Duration::from_secs(10 * SECONDS);
         if waiting.recv_timeout(patience) == Err(std::sync::mpsc::RecvTimeoutError::Timeout) {
             let _ = Command::new("kill").arg(watch.to_string()).status();
         }
