@@ -111,7 +111,7 @@ impl<'a> PlanePath<'a> {
     pub(crate) fn over<const N: usize>(&self, start: f64, h: f64, shares: &[f64; N]) -> [f64; N] {
         let first = self.at(start);
         let last = self.samples.len() - 1;
-        if last == 0 {
+        if last == 0 || h == 0.0 {
             return [first; N];
         }
         let rise = |i: usize| {
@@ -129,15 +129,15 @@ impl<'a> PlanePath<'a> {
         let mut legendre = [0.0; 4];
         let mut rise_before = rise(before);
         for i in before + 1..=last {
-            let a = 2.0 * (i as f64 - begin) / length - 1.0;
-            if a >= 1.0 {
-                break;
-            }
             let rise_after = rise(i);
             let corner = rise_after - rise_before;
             rise_before = rise_after;
             if corner == 0.0 {
                 continue;
+            }
+            let a = 2.0 * (i as f64 - begin) / length - 1.0;
+            if a >= 1.0 {
+                break;
             }
             let to_the_end = (1.0 - a) * (1.0 - a);
             let both_ends = to_the_end * (1.0 + a) * (1.0 + a);
