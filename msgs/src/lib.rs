@@ -6,7 +6,7 @@
 //! `planesman_msgs::package::kind::Name`.
 //!
 //! Each message is a plain struct with the ROS field names, and implements [`Message`]: its names on DDS,
-//! its schema text, its type hash, and the check that all its numbers are finite. Bounds of sequences and
+//! its schema text, its type hash, and the check that all its numbers are finite; and [`Field`]: its fields by their names. Bounds of sequences and
 //! strings (`T[<=1]`) are not kept in the Rust types: whoever fills such a field minds its bound.
 //!
 //! ```
@@ -30,15 +30,17 @@ use serde::de::DeserializeOwned;
 
 pub mod cdr;
 pub mod description;
+mod field;
 mod finite;
 mod registry;
 mod time;
 
+pub use field::Field;
 pub use registry::{JsonError, TypeInfo, registry, type_info};
 
 /// A ROS message.
 pub trait Message:
-    Serialize + DeserializeOwned + Clone + Default + PartialEq + Debug + Send + 'static
+    Field + Serialize + DeserializeOwned + Clone + Default + PartialEq + Debug + Send + 'static
 {
     /// The ROS name, `planesman_msgs/msg/VehicleState`.
     const TYPE_NAME: &'static str;

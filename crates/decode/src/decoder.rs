@@ -26,6 +26,8 @@ use crate::{FieldPath, Types};
 /// Reads some numbers of messages of one type.
 #[derive(Clone, Debug)]
 pub struct Decoder {
+    wanted: Wanted,
+    /// What is done with a payload for it.
     ops: Vec<Op>,
     /// The numbers asked for, then those that formulas need.
     slots: usize,
@@ -166,7 +168,7 @@ impl Decoder {
                 }
             }
         }
-        Ok(Self::of(types, &wanted, slots, computed))
+        Ok(Self::of(types, wanted, slots, computed))
     }
 
     /// The decoder of the names of the elements of the list at `path`; `None` if they have none.
@@ -174,12 +176,13 @@ impl Decoder {
     pub fn of_names(types: &Types, path: &FieldPath) -> Option<Self> {
         let mut wanted = Wanted::default();
         wanted.add_all_names(&types.names_of(path)?);
-        Some(Self::of(types, &wanted, 0, Vec::new()))
+        Some(Self::of(types, wanted, 0, Vec::new()))
     }
 
-    fn of(types: &Types, wanted: &Wanted, slots: usize, computed: Vec<(usize, Formula)>) -> Self {
+    fn of(types: &Types, wanted: Wanted, slots: usize, computed: Vec<(usize, Formula)>) -> Self {
         Self {
-            ops: program::compile(types, wanted),
+            ops: program::compile(types, &wanted),
+            wanted,
             slots,
             computed,
             whole: types
@@ -193,9 +196,7 @@ impl Decoder {
     /// # Errors
     /// When the payload is not plain CDR, or ends before the last number asked for.
     pub fn read(&self, payload: &[u8], values: &mut Values) -> Result<(), DecodeError> {
-        values.slots.resize(self.slots, Vec::new());
-        values.slots.iter_mut().for_each(Vec::clear);
-        values.names.clear();
+        self.clear(values);
         let mut cursor = Cursor::new(payload)?;
         if let Some(whole) = &self.whole {
             let other = cursor.clone().with_wide_characters(4);
@@ -204,6 +205,25 @@ impl Decoder {
             }
         }
         program::run(&self.ops, &mut cursor, values)?;
+        self.compute(values);
+        Ok(())
+    }
+
+    /// As [`Decoder::read`], of a message of the type that is at hand: the values of its payload, which is not made.
+    pub fn pick(&self, message: &dyn planesman_msgs::Field, values: &mut Values) {
+        self.clear(values);
+        self.wanted.pick(message, values);
+        self.compute(values);
+    }
+
+    fn clear(&self, values: &mut Values) {
+        values.slots.resize(self.slots, Vec::new());
+        values.slots.iter_mut().for_each(Vec::clear);
+        values.names.clear();
+    }
+
+    /// Fills the slots that are computed from others.
+    fn compute(&self, values: &mut Values) {
         for (slot, formula) in &self.computed {
             let mut list = std::mem::take(&mut values.slots[*slot]);
             match formula {
@@ -214,7 +234,6 @@ impl Decoder {
             }
             values.slots[*slot] = list;
         }
-        Ok(())
     }
 }
 

@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use planesman_msgs::Field;
 use planesman_rosidl::TypeName;
 use planesman_rosidl::definition::{Arity, Element, FieldType, Primitive};
 
@@ -66,7 +67,7 @@ pub(crate) enum Pass {
 }
 
 /// The numbers asked for, as a tree of the steps that lead to them.
-#[derive(Default, Debug)]
+#[derive(Clone, Default, Debug)]
 pub(crate) struct Wanted {
     slot: Option<usize>,
     /// Texts whose numbers in this list of texts are wanted, with their slots.
@@ -92,6 +93,35 @@ impl Wanted {
     /// Asks for all texts of the list at `path`.
     pub(crate) fn add_all_names(&mut self, path: &FieldPath) {
         self.at(path).all_names = true;
+    }
+
+    /// Takes it of a message that is at hand, or of a field of one. A slot that is not met stays as it was.
+    pub(crate) fn pick(&self, of: &dyn Field, values: &mut Values) {
+        if let Some(list) = self.slot.and_then(|slot| values.slots.get_mut(slot)) {
+            of.append_to(list);
+        }
+        for (name, wanted) in &self.fields {
+            if let Some(field) = of.field(name) {
+                wanted.pick(field, values);
+            }
+        }
+        for (number, wanted) in &self.elements {
+            if let Some(element) = of.element(*number) {
+                wanted.pick(element, values);
+            }
+        }
+        let texts = || (0..).map_while(|number| of.element(number)?.text());
+        for (name, slot) in &self.names {
+            if let (Some(number), Some(list)) = (
+                texts().position(|text| text == name),
+                values.slots.get_mut(*slot),
+            ) {
+                list.push(number as f64);
+            }
+        }
+        if self.all_names {
+            values.names.extend(texts().map(str::to_owned));
+        }
     }
 
     fn at(&mut self, path: &FieldPath) -> &mut Self {

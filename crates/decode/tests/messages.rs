@@ -29,6 +29,17 @@ fn payloads<M: Message>(message: &M) -> [Vec<u8>; 2] {
     [little, big]
 }
 
+/// What a decoder finds in the message in either byte order, and in the message itself.
+fn readings<M: Message>(decoder: &Decoder, message: &M) -> [Values; 3] {
+    let mut readings: [Values; 3] = Default::default();
+    let [payloads @ .., at_hand] = &mut readings;
+    for (values, payload) in payloads.iter_mut().zip(self::payloads(message)) {
+        decoder.read(&payload, values).unwrap();
+    }
+    decoder.pick(message, at_hand);
+    readings
+}
+
 /// The number at a path of the message as JSON.
 fn in_json(message: &Value, path: &FieldPath) -> Option<f64> {
     let pointer = format!("/{path}")
@@ -56,24 +67,21 @@ fn every_number_is_found<M: Message>(message: &M) {
     assert!(!fields.is_empty());
     let all = Decoder::compile(&types, &fields).unwrap();
     let mut found = 0;
-    for payload in payloads(message) {
-        let mut values = Values::default();
-        all.read(&payload, &mut values).unwrap();
-        for (index, field) in fields.iter().enumerate() {
-            let expected = in_json(&json, field);
+    let together = readings(&all, message);
+    for (index, field) in fields.iter().enumerate() {
+        let expected = in_json(&json, field);
+        for values in &together {
             assert_eq!(
                 values.number(index),
                 expected,
                 "{field} of {}",
                 M::TYPE_NAME
             );
-            found += usize::from(expected.is_some());
-            let mut alone = Values::default();
-            Decoder::compile(&types, std::slice::from_ref(field))
-                .unwrap()
-                .read(&payload, &mut alone)
-                .unwrap();
-            assert_eq!(alone.number(0), expected, "{field} alone");
+        }
+        found += usize::from(expected.is_some());
+        let alone = Decoder::compile(&types, std::slice::from_ref(field)).unwrap();
+        for values in readings(&alone, message) {
+            assert_eq!(values.number(0), expected, "{field} alone");
         }
     }
     assert!(found > 0);
@@ -159,14 +167,19 @@ fn a_list_is_read_whole_and_its_elements_with_it() {
     ]
     .map(path);
     let decoder = Decoder::compile(&types_of::<PlaneMotion>(), &paths).unwrap();
-    let mut values = Values::default();
-    // Twice into the same values: nothing of the message before is left.
-    for _ in 0..2 {
-        decoder.read(&cdr::to_bytes(&motion), &mut values).unwrap();
+    let found = |values: &Values| {
         assert_eq!(values.list(0), motion.dive_planes);
         assert_eq!(values.list(1), [3.0]);
         assert_eq!(values.number(2), None);
         assert_eq!(values.list(3), [3.0]);
+    };
+    let mut values = Values::default();
+    // Twice into the same values: nothing of the message before is left.
+    for _ in 0..2 {
+        decoder.read(&cdr::to_bytes(&motion), &mut values).unwrap();
+        found(&values);
+        decoder.pick(&motion, &mut values);
+        found(&values);
     }
 }
 
@@ -181,7 +194,6 @@ fn an_element_is_found_by_its_name_wherever_that_stands() {
     ]
     .map(path);
     let decoder = Decoder::compile(&types_of::<JointState>(), &paths).unwrap();
-    let mut values = Values::default();
     let mut names = ["wrist", "elbow", "arm.shoulder"];
     for place in [1, 2, 0] {
         let joints = JointState {
@@ -191,8 +203,7 @@ fn an_element_is_found_by_its_name_wherever_that_stands() {
             ..JointState::default()
         };
         assert_eq!(names[place], "elbow");
-        for payload in payloads(&joints) {
-            decoder.read(&payload, &mut values).unwrap();
+        for values in readings(&decoder, &joints) {
             assert_eq!(values.number(0), Some(joints.position[place]));
             assert_eq!(values.number(1), Some(1.5));
             assert_eq!(values.list(2), joints.position);
@@ -247,7 +258,6 @@ fn angles_of_a_quaternion_are_those_of_rep_103() {
     ]
     .map(path);
     let decoder = Decoder::compile(&types_of::<Imu>(), &paths).unwrap();
-    let mut values = Values::default();
     for [roll, pitch, yaw] in [[0.1_f64, 0.2, 0.3], [-3.0, -1.5, 2.5], [0.0, 1.57, -0.7]] {
         // About fixed x, then y, then z: q = q_z q_y q_x.
         let [(sr, cr), (sp, cp), (sy, cy)] =
@@ -260,17 +270,19 @@ fn angles_of_a_quaternion_are_those_of_rep_103() {
         imu.linear_acceleration.x = 2.0;
         imu.linear_acceleration.y = -3.0;
         imu.linear_acceleration.z = 6.0;
-        decoder.read(&cdr::to_bytes(&imu), &mut values).unwrap();
-        for (index, angle) in [roll, pitch, yaw].into_iter().enumerate() {
-            assert!((values.number(index).unwrap() - angle).abs() < 1e-12);
+        for values in readings(&decoder, &imu) {
+            for (index, angle) in [roll, pitch, yaw].into_iter().enumerate() {
+                assert!((values.number(index).unwrap() - angle).abs() < 1e-12);
+            }
+            assert_eq!(values.number(3), Some(imu.orientation.x));
+            assert_eq!(values.number(4), Some(7.0));
         }
-        assert_eq!(values.number(3), Some(imu.orientation.x));
-        assert_eq!(values.number(4), Some(7.0));
     }
     let mut nowhere = Imu::default();
     nowhere.orientation.w = 0.0;
-    decoder.read(&cdr::to_bytes(&nowhere), &mut values).unwrap();
-    assert_eq!(values.number(0), None);
+    for values in readings(&decoder, &nowhere) {
+        assert_eq!(values.number(0), None);
+    }
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Rust source for the definitions in a library.
 //!
 //! The text is meant to be included at the root of a crate that depends on `serde` and `serde_big_array`
-//! and has these items: the traits `Message`, `Service` and `Action`, the trait `finite::Finite` with the
+//! and has these items: the traits `Message`, `Field`, `Service` and `Action`, the trait `finite::Finite` with the
 //! function `finite::field`, and the struct `TypeInfo` with a `const fn of::<M: Message>()`. The text ends
 //! with `REGISTRY`, a static slice of the `TypeInfo` of every message, in order of name.
 //!
@@ -233,6 +233,14 @@ impl crate::finite::Finite for {name} {{
         crate::Message::first_non_finite(self)
     }}
 }}
+
+impl crate::Field for {name} {{
+    fn field(&self, name: &str) -> ::std::option::Option<&dyn crate::Field> {{
+        match name {{{fields}
+            _ => ::std::option::Option::None,
+        }}
+    }}
+}}
 "#,
         ros = message.name,
         dds = message.name.dds(),
@@ -242,6 +250,15 @@ impl crate::finite::Finite for {name} {{
             .iter()
             .map(|field| format!(
                 "\n            .or_else(|| crate::finite::field(\"{}\", &self.{}))",
+                field.name,
+                identifier(&field.name)
+            ))
+            .collect::<String>(),
+        fields = message
+            .fields
+            .iter()
+            .map(|field| format!(
+                "\n            \"{}\" => ::std::option::Option::Some(&self.{}),",
                 field.name,
                 identifier(&field.name)
             ))

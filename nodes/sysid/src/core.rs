@@ -6,14 +6,14 @@
 
 use planesman_decode::{Types, schema};
 use planesman_identification::Model;
+use planesman_msgs::Message;
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
-use planesman_msgs::{Message, cdr};
 
 use crate::error::Error;
 use crate::pair::{self, Change, Due, Pair, Scheduled};
 use crate::parameters::{Config, IdentifierParameters};
-use crate::reader::TopicReader;
+use crate::reader::{Sample, TopicReader};
 
 /// Identifies a model between each of some pairs of signals.
 #[derive(Clone, Debug)]
@@ -22,8 +22,6 @@ pub struct Identifier {
     pairs: Vec<Pair>,
     /// How messages at hand are read, with their topic and type.
     readers: Vec<(String, &'static str, TopicReader)>,
-    /// The payload of a message at hand.
-    payload: Vec<u8>,
 }
 
 /// The outcome of a message.
@@ -49,7 +47,6 @@ impl Identifier {
         Ok(Self {
             pairs: pairs.collect::<Result<_, _>>()?,
             readers: Vec::new(),
-            payload: Vec::new(),
         })
     }
 
@@ -110,7 +107,7 @@ impl Identifier {
 
     /// Takes a payload; its stamp is `sent` where it has none of its own.
     pub fn on_payload(&mut self, reader: &mut TopicReader, sent: &Time, payload: &[u8]) -> Outcome {
-        let (stamp, due, refused) = learnt(&mut self.pairs, reader, sent, payload);
+        let (stamp, due, refused) = learnt(&mut self.pairs, reader.read(payload), sent);
         Outcome {
             stamp,
             estimates: pair::made(&due),
@@ -158,10 +155,8 @@ impl Identifier {
                 self.readers.len() - 1
             }
         };
-        self.payload.clear();
-        cdr::append(&mut self.payload, message);
-        let reader = &mut self.readers[place].2;
-        let (_, due, refused) = learnt(&mut self.pairs, reader, &stamp, &self.payload);
+        let samples = self.readers[place].2.pick(message);
+        let (_, due, refused) = learnt(&mut self.pairs, samples, &stamp);
         match refused.into_iter().next() {
             None => Ok(due),
             Some(reason) => Err(Error::Message(reason)),
@@ -207,15 +202,14 @@ impl Identifier {
     }
 }
 
-/// Of a payload for the pairs concerned: its stamp, the estimates due, and what is refused ([`Outcome`]).
+/// Of a message's samples for the pairs concerned: its stamp, the estimates due, and what is refused ([`Outcome`]).
 fn learnt(
     pairs: &mut [Pair],
-    reader: &mut TopicReader,
+    samples: impl Iterator<Item = (usize, Result<Sample, Error>)>,
     sent: &Time,
-    payload: &[u8],
 ) -> (Option<Time>, Vec<Due>, Vec<String>) {
     let (mut last, mut due, mut refused) = (None, Vec::new(), Vec::new());
-    for (place, read) in reader.read(payload) {
+    for (place, read) in samples {
         let pair = &mut pairs[place];
         match read {
             Ok(sample) => {

@@ -2,6 +2,7 @@
 
 use planesman_decode::{Decoder, Types, Values};
 use planesman_identification::Input;
+use planesman_msgs::Message;
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_signals::Signal;
 
@@ -86,6 +87,20 @@ impl Reader {
     /// With the signal's name, when the payload does not hold it as a finite number or list of such.
     pub fn read(&mut self, payload: &[u8]) -> Result<Sample, Error> {
         self.decoder.read(payload, &mut self.values)?;
+        self.sample()
+    }
+
+    /// Reads a message of the type that is at hand.
+    ///
+    /// # Errors
+    /// As [`Reader::read`].
+    pub fn pick<M: Message>(&mut self, message: &M) -> Result<Sample, Error> {
+        self.decoder.pick(message, &mut self.values);
+        self.sample()
+    }
+
+    /// The sample of the values read last.
+    fn sample(&self) -> Result<Sample, Error> {
         let values = &self.values;
         let breaks = match &self.break_on {
             Some((signal, place)) => signal.output(values.list(*place))? != 0.0,
@@ -143,5 +158,14 @@ impl TopicReader {
     ) -> impl Iterator<Item = (usize, Result<Sample, Error>)> + 'a {
         let readers = self.readers.iter_mut();
         readers.map(|(place, reader)| (*place, reader.read(payload)))
+    }
+
+    /// As [`TopicReader::read`], of a message at hand.
+    pub fn pick<'a, M: Message>(
+        &'a mut self,
+        message: &'a M,
+    ) -> impl Iterator<Item = (usize, Result<Sample, Error>)> + 'a {
+        let readers = self.readers.iter_mut();
+        readers.map(|(place, reader)| (*place, reader.pick(message)))
     }
 }
