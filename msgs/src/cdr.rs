@@ -8,7 +8,8 @@ use byteorder::{BigEndian, LittleEndian};
 
 use crate::Message;
 
-const HEADER: usize = 4;
+/// The length of the encapsulation header, bytes.
+pub const HEADER: usize = 4;
 const LITTLE_ENDIAN: [u8; HEADER] = [0, 1, 0, 0];
 /// Writers may fill a payload up to a multiple of four bytes.
 const MOST_PADDING: usize = 3;

@@ -40,7 +40,7 @@ pub use registry::{JsonError, TypeInfo, registry, type_info};
 
 /// A ROS message.
 pub trait Message:
-    Field + Serialize + DeserializeOwned + Clone + Default + PartialEq + Debug + Send + 'static
+    Serialize + DeserializeOwned + Clone + Default + PartialEq + Debug + Send + 'static
 {
     /// The ROS name, `planesman_msgs/msg/VehicleState`.
     const TYPE_NAME: &'static str;

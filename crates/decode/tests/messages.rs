@@ -9,7 +9,7 @@ use planesman_msgs::nav_msgs::msg::Odometry;
 use planesman_msgs::planesman_msgs::msg::PlaneMotion;
 use planesman_msgs::sensor_msgs::msg::{Imu, JointState};
 use planesman_msgs::tf2_msgs::msg::TFMessage;
-use planesman_msgs::{Message, cdr};
+use planesman_msgs::{Field, Message, cdr};
 use serde_json::Value;
 
 fn path(text: &str) -> FieldPath {
@@ -30,7 +30,7 @@ fn payloads<M: Message>(message: &M) -> [Vec<u8>; 2] {
 }
 
 /// What a decoder finds in the message in either byte order, and in the message itself.
-fn readings<M: Message>(decoder: &Decoder, message: &M) -> [Values; 3] {
+fn readings<M: Message + Field>(decoder: &Decoder, message: &M) -> [Values; 3] {
     let mut readings: [Values; 3] = Default::default();
     let [payloads @ .., at_hand] = &mut readings;
     for (values, payload) in payloads.iter_mut().zip(self::payloads(message)) {
@@ -51,7 +51,7 @@ fn in_json(message: &Value, path: &FieldPath) -> Option<f64> {
 }
 
 /// Reads every number of the type, all at once and each by itself, and holds it against the JSON form.
-fn every_number_is_found<M: Message>(message: &M) {
+fn every_number_is_found<M: Message + Field>(message: &M) {
     let types = types_of::<M>();
     let json = serde_json::to_value(message).unwrap();
     let fields: Vec<FieldPath> = Catalogue::of(&types, usize::MAX)

@@ -7,6 +7,7 @@
 use std::{
     cell::RefCell,
     future::Future,
+    marker::PhantomData,
     mem,
     net::Ipv4Addr,
     rc::Rc,
@@ -15,7 +16,7 @@ use std::{
 
 use anyhow::{Context as _, anyhow};
 use futures::{
-    StreamExt as _,
+    FutureExt as _, StreamExt as _,
     future::{Either, select},
 };
 use planesman_msgs::{
@@ -44,7 +45,7 @@ use planesman_msgs::{
 };
 use planesman_parameters::Parameters;
 use ros2_client::{
-    Context, MessageInfo, Name, NodeName, NodeOptions, ServiceTypeName, service::ServiceMapping,
+    Context, MessageInfo, NodeName, NodeOptions, ServiceTypeName, service::ServiceMapping,
 };
 use rustdds::{
     DomainParticipantBuilder, StatusEvented as _, ThreadWatch, discovery::announce_type_hash,
@@ -53,7 +54,6 @@ use rustdds::{
 use smol::{
     LocalExecutor, Timer as SmolTimer,
     channel::{Receiver, Sender, bounded},
-    lock::Mutex,
 };
 
 use crate::{
@@ -77,7 +77,7 @@ use crate::{
     raw::{Payload, RawSample},
     report::ExitReport,
     security::Security,
-    service::{self, Client, Responder, Server, Wire},
+    service::{self, Client, Responder},
     share::Turn,
     shared::{Shared, type_parts, types_of},
     shutdown,
@@ -805,9 +805,10 @@ impl<E> Drop for Runtime<E> {
 }
 
 impl<E: 'static> Runtime<E> {
+    /// In a box, as of [`Shared::spawn`].
     fn timer(&self, work: impl Future<Output = ()> + 'static) -> Timer {
         Timer {
-            task: Some(self.executor.spawn(work)),
+            task: Some(self.executor.spawn(work.boxed_local())),
         }
     }
 
@@ -844,30 +845,25 @@ impl<E: 'static> Runtime<E> {
         A: AsyncFnMut(S::Request, Responder<S>, Turn) + 'static,
     {
         let name = self.shared.service_name(name)?;
-        let (type_name, qos) = announce_service::<S>()?;
-        let parsed = Name::parse(&name).map_err(|e| anyhow!("{name}: {e}"))?;
-        let server: Server<S> = self.shared.with_node(|node| {
-            node.create_server(
-                self.mapping,
-                &parsed,
-                &type_name,
-                Qos::requests().profile(),
-                qos.impatient_profile(),
-            )
-        })?;
-        let server = Rc::new(server);
+        let server = service::server(&self.shared, self.mapping, &name, &announce_service::<S>()?)?;
         let name: Rc<str> = name.into();
         let shared = Rc::clone(&self.shared);
         self.shared.spawn(async move {
-            let mut requests = server.receive_request_stream();
+            let mut requests = service::requests(&server);
             while let Some(request) = requests.next().await {
-                match request {
-                    Ok((id, Wire(request))) => {
+                let read = request.map_err(|e| e.to_string());
+                let read = read.and_then(|(id, bytes)| {
+                    let request = bytes.message::<S::Request>();
+                    Ok((id, request.map_err(|e| e.to_string())?))
+                });
+                match read {
+                    Ok((id, request)) => {
                         let responder = Responder {
                             shared: Rc::clone(&shared),
                             name: Rc::clone(&name),
                             server: Rc::downgrade(&server),
                             request: id,
+                            of: PhantomData,
                         };
                         let turn = shared.share.turn().await;
                         answer(request, responder, turn).await;
@@ -1038,24 +1034,9 @@ impl ClientOpener {
     /// As [`Runtime::client`].
     pub(crate) fn open<S: Service>(&self, name: &str) -> anyhow::Result<Client<S>> {
         let name = self.shared.service_name(name)?;
-        let (type_name, qos) = announce_service::<S>()?;
-        let parsed = Name::parse(&name).map_err(|e| anyhow!("{name}: {e}"))?;
-        let inner = self.shared.with_node(|node| {
-            node.create_client(
-                self.mapping,
-                &parsed,
-                &type_name,
-                qos.profile(),
-                qos.profile(),
-            )
-        })?;
+        let inner = service::client(&self.shared, self.mapping, &name, &announce_service::<S>()?)?;
         self.shared.client_opened(&name);
-        Ok(Client {
-            name,
-            shared: Rc::clone(&self.shared),
-            inner: Rc::downgrade(&self.shared.keep(Mutex::new(inner))),
-            settled: Rc::default(),
-        })
+        Ok(Client::new(&self.shared, name, inner))
     }
 }
 

@@ -3,20 +3,31 @@
 use std::{
     cell::Cell,
     env,
+    marker::PhantomData,
     rc::{Rc, Weak},
     time::Duration,
 };
 
 use anyhow::{Context as _, anyhow, bail};
-use futures::future::{Either, select};
-use planesman_msgs::{Message, Service};
-use ros2_client::{RmwRequestId, service::ServiceMapping};
-use serde::{Deserialize, Serialize, de::DeserializeOwned};
+use futures::{
+    StreamExt as _,
+    future::{Either, select},
+    stream::LocalBoxStream,
+};
+use planesman_msgs::{Message, Service, cdr};
+use ros2_client::{Name, ReadError, RmwRequestId, ServiceTypeName, service::ServiceMapping};
+use serde::{
+    Deserialize, Deserializer, Serialize, Serializer,
+    de::{DeserializeOwned, DeserializeSeed as _},
+    ser::SerializeTuple as _,
+};
 use smol::{Timer, lock::Mutex};
 
 use crate::{
     answers,
     names::{replies_topic, requests_topic},
+    qos::Qos,
+    raw,
     shared::Shared,
 };
 
@@ -27,10 +38,92 @@ pub(crate) struct Wire<T>(pub(crate) T);
 
 impl<T: Serialize + DeserializeOwned> ros2_client::Message for Wire<T> {}
 
-pub(crate) type Server<S> =
-    ros2_client::Server<Wire<<S as Service>::Request>, Wire<<S as Service>::Response>>;
-type MiddlewareClient<S> =
-    ros2_client::Client<Wire<<S as Service>::Request>, Wire<<S as Service>::Response>>;
+/// The payload of a request or of an answer: the middleware's services are compiled once, for this type, and not for
+/// each service of each node.
+#[derive(Clone, Debug)]
+pub(crate) struct Bytes(Vec<u8>);
+
+impl Bytes {
+    pub(crate) fn of<M: Message>(message: &M) -> Self {
+        Self(cdr::to_bytes(message))
+    }
+
+    /// # Errors
+    /// When it does not hold such a message.
+    pub(crate) fn message<M: Message>(&self) -> Result<M, cdr::Error> {
+        cdr::from_bytes(&self.0)
+    }
+}
+
+impl ros2_client::Message for Bytes {}
+
+impl Serialize for Bytes {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let body = self.0.get(cdr::HEADER..).unwrap_or_default();
+        let mut bytes = serializer.serialize_tuple(body.len())?;
+        for byte in body {
+            bytes.serialize_element(byte)?;
+        }
+        bytes.end()
+    }
+}
+
+impl<'de> Deserialize<'de> for Bytes {
+    fn deserialize<D: Deserializer<'de>>(payload: D) -> Result<Self, D::Error> {
+        raw::Payload.deserialize(payload).map(Self)
+    }
+}
+
+pub(crate) type Server = ros2_client::Server<Bytes, Bytes>;
+pub(crate) type MiddlewareClient = ros2_client::Client<Bytes, Bytes>;
+
+/// Opens the service `name` of a type for serving.
+///
+/// # Errors
+/// When the name breaks ROS's rules, or the middleware refuses.
+pub(crate) fn server(
+    shared: &Shared,
+    mapping: ServiceMapping,
+    name: &str,
+    (type_name, qos): &(ServiceTypeName, Qos),
+) -> anyhow::Result<Rc<Server>> {
+    let parsed = Name::parse(name).map_err(|e| anyhow!("{name}: {e}"))?;
+    let server = shared.with_node(|node| {
+        let requests = Qos::requests().profile();
+        node.create_server(
+            mapping,
+            &parsed,
+            type_name,
+            requests,
+            qos.impatient_profile(),
+        )
+    })?;
+    Ok(Rc::new(server))
+}
+
+/// The requests to a service as they come; an error is one that cannot be read.
+pub(crate) fn requests(
+    server: &Server,
+) -> LocalBoxStream<'_, Result<(RmwRequestId, Bytes), ReadError>> {
+    server.receive_request_stream().boxed_local()
+}
+
+/// Opens the service `name` of a type for calling.
+///
+/// # Errors
+/// As [`server`].
+pub(crate) fn client(
+    shared: &Shared,
+    mapping: ServiceMapping,
+    name: &str,
+    (type_name, qos): &(ServiceTypeName, Qos),
+) -> anyhow::Result<Weak<Mutex<MiddlewareClient>>> {
+    let parsed = Name::parse(name).map_err(|e| anyhow!("{name}: {e}"))?;
+    let client = shared.with_node(|node| {
+        node.create_client(mapping, &parsed, type_name, qos.profile(), qos.profile())
+    })?;
+    Ok(Rc::downgrade(&shared.keep(Mutex::new(client))))
+}
 
 /// How requests and responses name each other on the wire, as the peers' ROS
 /// middleware (`RMW_IMPLEMENTATION`) has it: Fast DDS, Jazzy's default, in the samples'
@@ -50,8 +143,9 @@ pub struct Responder<S: Service> {
     pub(crate) shared: Rc<Shared>,
     /// The service's absolute name.
     pub(crate) name: Rc<str>,
-    pub(crate) server: Weak<Server<S>>,
+    pub(crate) server: Weak<Server>,
     pub(crate) request: RmwRequestId,
+    pub(crate) of: PhantomData<S>,
 }
 
 impl<S: Service> Responder<S> {
@@ -65,14 +159,29 @@ impl<S: Service> Responder<S> {
             self.shared.warn(&self.name, &text);
             return;
         }
-        let (server, request) = (self.server, self.request);
-        answers::answer(&self.shared, &self.name, request, move || {
-            match server.upgrade() {
-                Some(server) => server.send_response(request, Wire(response.clone())),
-                None => Ok(()), // The node is shutting down.
-            }
-        });
+        send(
+            &self.shared,
+            &self.name,
+            self.server,
+            self.request,
+            Bytes::of(&response),
+        );
     }
+}
+
+fn send(
+    shared: &Rc<Shared>,
+    name: &str,
+    server: Weak<Server>,
+    request: RmwRequestId,
+    response: Bytes,
+) {
+    answers::answer(shared, name, request, move || {
+        match server.upgrade() {
+            Some(server) => server.send_response(request, response.clone()),
+            None => Ok(()), // The node is shutting down.
+        }
+    });
 }
 
 /// Whether all our clients of the service `name` are matched with a server: what is written before that is lost.
@@ -121,45 +230,32 @@ pub(crate) async fn within<T>(
 
 /// Calls one service of another node. Clones share one connection.
 pub struct Client<S: Service> {
-    pub(crate) name: String,
-    pub(crate) shared: Rc<Shared>,
+    connection: Connection,
+    of: PhantomData<S>,
+}
+
+/// The connection to a service.
+#[derive(Clone)]
+struct Connection {
+    name: String,
+    shared: Rc<Shared>,
     /// One call at a time: the middleware gives every response to whoever waits first.
-    pub(crate) inner: Weak<Mutex<MiddlewareClient<S>>>,
+    inner: Weak<Mutex<MiddlewareClient>>,
     /// Whether a server has been found once.
-    pub(crate) settled: Rc<Cell<bool>>,
+    settled: Rc<Cell<bool>>,
 }
 
 impl<S: Service> Clone for Client<S> {
     fn clone(&self) -> Self {
         Self {
-            name: self.name.clone(),
-            shared: Rc::clone(&self.shared),
-            inner: Weak::clone(&self.inner),
-            settled: Rc::clone(&self.settled),
+            connection: self.connection.clone(),
+            of: PhantomData,
         }
     }
 }
 
-impl<S: Service> Client<S> {
-    /// Whether a server for it has been discovered.
-    #[must_use]
-    pub fn is_served(&self) -> bool {
-        is_served(&self.shared, &self.name)
-    }
-
-    /// Waits for the service, sends the request and waits for the answer.
-    ///
-    /// # Errors
-    /// When no answer has come after `timeout`, the request holds a number that is not
-    /// finite, or the middleware fails.
-    pub async fn call(
-        &self,
-        request: S::Request,
-        timeout: Duration,
-    ) -> anyhow::Result<S::Response> {
-        if let Some(field) = request.first_non_finite() {
-            bail!("{}: not called: {field} is not finite", self.name);
-        }
+impl Connection {
+    async fn call(&self, request: Bytes, timeout: Duration) -> anyhow::Result<Bytes> {
         let call = async {
             if !self.settled.get() {
                 settle(&self.shared, &self.name).await;
@@ -170,11 +266,51 @@ impl<S: Service> Client<S> {
                 .upgrade()
                 .ok_or_else(|| anyhow!("the node has shut down"))?;
             let client = inner.lock().await;
-            let answer = client.async_call_service(Wire(request)).await;
-            answer
-                .map(|Wire(response)| response)
-                .map_err(|e| anyhow!("{e}"))
+            let answer = client.async_call_service(request).await;
+            answer.map_err(|e| anyhow!("{e}"))
         };
         within(&self.name, timeout, call).await
+    }
+}
+
+impl<S: Service> Client<S> {
+    pub(crate) fn new(
+        shared: &Rc<Shared>,
+        name: String,
+        inner: Weak<Mutex<MiddlewareClient>>,
+    ) -> Self {
+        Self {
+            connection: Connection {
+                name,
+                shared: Rc::clone(shared),
+                inner,
+                settled: Rc::default(),
+            },
+            of: PhantomData,
+        }
+    }
+
+    /// Whether a server for it has been discovered.
+    #[must_use]
+    pub fn is_served(&self) -> bool {
+        is_served(&self.connection.shared, &self.connection.name)
+    }
+
+    /// Waits for the service, sends the request and waits for the answer.
+    ///
+    /// # Errors
+    /// When no answer has come after `timeout`, the request holds a number that is not
+    /// finite, the answer is none of the service's, or the middleware fails.
+    pub async fn call(
+        &self,
+        request: S::Request,
+        timeout: Duration,
+    ) -> anyhow::Result<S::Response> {
+        let name = &self.connection.name;
+        if let Some(field) = request.first_non_finite() {
+            bail!("{name}: not called: {field} is not finite");
+        }
+        let answer = self.connection.call(Bytes::of(&request), timeout).await?;
+        answer.message().with_context(|| name.clone())
     }
 }

@@ -10,6 +10,7 @@ use std::{
 };
 
 use anyhow::anyhow;
+use futures::future::LocalBoxFuture;
 use planesman_msgs::{Message, diagnostic_msgs::msg::DiagnosticStatus};
 use ros2_client::Node;
 use rustdds::{
@@ -171,7 +172,13 @@ impl Shared {
     }
 
     /// Runs `work` beside the node's events until the node shuts down.
+    ///
+    /// In a box: the executor's code is then compiled once, and not for each work of each node.
     pub(crate) fn spawn(&self, work: impl Future<Output = ()> + 'static) {
+        self.spawn_boxed(Box::pin(work));
+    }
+
+    fn spawn_boxed(&self, work: LocalBoxFuture<'static, ()>) {
         if let Some(executor) = self.executor.upgrade() {
             executor.spawn(work).detach();
         }

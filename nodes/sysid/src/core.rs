@@ -6,9 +6,9 @@
 
 use planesman_decode::{Types, schema};
 use planesman_identification::Model;
-use planesman_msgs::Message;
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
+use planesman_msgs::{Field, Message};
 
 use crate::error::Error;
 use crate::pair::{self, Change, Due, Pair, Scheduled};
@@ -121,7 +121,7 @@ impl Identifier {
     /// # Errors
     /// With the signal's name, when the message does not hold it as a finite number or
     /// list of such; nothing is learnt of it then.
-    pub fn on<M: Message>(
+    pub fn on<M: Message + Field>(
         &mut self,
         topic: &str,
         stamp: Time,
@@ -134,7 +134,7 @@ impl Identifier {
     ///
     /// # Errors
     /// As [`Identifier::on`].
-    pub fn learn<M: Message>(
+    pub fn learn<M: Message + Field>(
         &mut self,
         topic: &str,
         stamp: Time,

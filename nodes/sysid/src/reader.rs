@@ -2,7 +2,7 @@
 
 use planesman_decode::{Decoder, Types, Values};
 use planesman_identification::Input;
-use planesman_msgs::Message;
+use planesman_msgs::Field;
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_signals::Signal;
 
@@ -94,7 +94,7 @@ impl Reader {
     ///
     /// # Errors
     /// As [`Reader::read`].
-    pub fn pick<M: Message>(&mut self, message: &M) -> Result<Sample, Error> {
+    pub fn pick(&mut self, message: &dyn Field) -> Result<Sample, Error> {
         self.decoder.pick(message, &mut self.values);
         self.sample()
     }
@@ -161,9 +161,9 @@ impl TopicReader {
     }
 
     /// As [`TopicReader::read`], of a message at hand.
-    pub fn pick<'a, M: Message>(
+    pub fn pick<'a>(
         &'a mut self,
-        message: &'a M,
+        message: &'a dyn Field,
     ) -> impl Iterator<Item = (usize, Result<Sample, Error>)> + 'a {
         let readers = self.readers.iter_mut();
         readers.map(|(place, reader)| (*place, reader.pick(message)))
