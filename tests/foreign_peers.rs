@@ -795,7 +795,9 @@ fn a_reader_that_does_not_acknowledge_loses_and_is_named_and_nobody_else(
         });
         assert!(named, "the one that is deaf");
     });
+    // It goes on losing, and is named again: the peer may hear of it only when the first line's lifespan is over.
     eventually("the name of the one that is deaf", || {
+        numbers.publish(&Float64 { data: last });
         operator.rt.next(Duration::from_millis(10));
         named.is_finished().then_some(())
     });

@@ -12,6 +12,7 @@ use std::{
         Arc, Mutex, OnceLock, PoisonError,
         atomic::{AtomicBool, Ordering::Relaxed},
     },
+    thread::{self, ThreadId},
     time::{Duration, Instant, SystemTime, UNIX_EPOCH},
 };
 
@@ -52,6 +53,14 @@ struct Console {
     colored: bool,
 }
 
+/// A node whose log goes to `/rosout`, by the handle it has there, if any.
+struct LoggingNode {
+    clock: Arc<Clock>,
+    rosout: Option<NodeLoggingHandle>,
+    /// What is logged in its thread is its own.
+    thread: ThreadId,
+}
+
 /// The process's log.
 struct Logger {
     /// The node's logger name, `auv.plant_sim`.
@@ -60,8 +69,8 @@ struct Logger {
     format: Format,
     console: Option<Console>,
     file: Option<File>,
-    /// The node that writes, by its clock, and its handle of `/rosout` where it has one, while it lives.
-    rosout: Mutex<Option<(Option<NodeLoggingHandle>, Arc<Clock>)>>,
+    /// The nodes that write, while they live: one in a process, as a rule, and several in a test's.
+    nodes: Mutex<Vec<LoggingNode>>,
     /// The middleware's errors, by place.
     throttle: Mutex<Throttle>,
     /// Whether the node goes down: then the middleware's parts miss each other, which is no error.
@@ -134,22 +143,24 @@ fn number_of(level: LevelFilter) -> u8 {
     }
 }
 
-/// The node with this clock is up: sends the log to `/rosout` too, where it is to.
+/// The node with this clock is up in this thread: sends the log to `/rosout` too, where it is to.
 pub(crate) fn begin(rosout: Option<NodeLoggingHandle>, clock: &Arc<Clock>) {
     if let Some(logger) = LOGGER.get() {
-        *lock(&logger.rosout) = Some((rosout, Arc::clone(clock)));
+        lock(&logger.nodes).push(LoggingNode {
+            clock: Arc::clone(clock),
+            rosout,
+            thread: thread::current().id(),
+        });
         logger.ends.store(false, Relaxed);
     }
 }
 
-/// The node with this clock goes down and takes back its handle of `/rosout`, unless another node of the process has put its
-/// own in place: the writer must go before the participant.
+/// The node with this clock goes down and takes back its handle of `/rosout`: the writer must go before the participant.
 pub(crate) fn end(clock: &Arc<Clock>) {
     if let Some(logger) = LOGGER.get() {
-        let mut rosout = lock(&logger.rosout);
-        if rosout.take_if(|(_, of)| Arc::ptr_eq(of, clock)).is_some() {
-            logger.ends.store(true, Relaxed);
-        }
+        let mut nodes = lock(&logger.nodes);
+        nodes.retain(|node| !Arc::ptr_eq(&node.clock, clock));
+        logger.ends.store(nodes.is_empty(), Relaxed);
     }
 }
 
@@ -247,7 +258,7 @@ impl Logger {
             file: folder
                 .map(|folder| log_file::open(&folder, prefix))
                 .transpose()?,
-            rosout: Mutex::new(None),
+            nodes: Mutex::default(),
             throttle: Mutex::new(Throttle::new(MIDDLEWARE_PERIOD)),
             ends: AtomicBool::new(false),
         })
@@ -308,9 +319,17 @@ impl Logger {
         }
     }
 
-    /// Sends a record of the node to `/rosout`.
+    /// Sends a record to `/rosout`: that of the node in whose thread it was made, or else of the one that came last.
     fn send(&self, level: Level, record: &Record<'_>) {
-        if let Some((Some(rosout), clock)) = lock(&self.rosout).as_ref() {
+        let nodes = lock(&self.nodes);
+        let thread = thread::current().id();
+        let own = nodes.iter().rfind(|node| node.thread == thread);
+        if let Some(LoggingNode {
+            clock,
+            rosout: Some(rosout),
+            ..
+        }) = own.or(nodes.last())
+        {
             rosout.rosout_raw(
                 builtin_interfaces::Time::from_nanos(clock.now().nanos()),
                 ros_level(level),
