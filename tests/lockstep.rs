@@ -10,6 +10,7 @@ mod stage;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
+use std::time::Duration;
 
 use planesman_bag::{BagReader, Order};
 use stage::{Stage, scenario};
@@ -163,6 +164,9 @@ fn a_dive_of_more_ticks_than_a_writer_keeps_samples_comes_to_its_end() {
     let stage = Stage::new();
     // 8,192 samples are kept for who has not acknowledged them; a dive has 20 ticks a second.
     let file = stage.file("long.yaml", scenario(420.0, "  sysid: {start: 1.0}\n"));
-    let outcome = stage.run(&["dive", &file, "--lockstep"]).success();
+    // Where the loop stands still it never ends; where others compute too, 8,400 ticks take minutes.
+    let patience = Duration::from_secs(900);
+    let dive = stage.start(&["dive", &file, "--lockstep"]);
+    let outcome = dive.finish_within(patience).success();
     assert!(outcome.stdout.contains("Flew 420.0 s"), "{outcome:#?}");
 }

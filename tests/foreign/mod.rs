@@ -174,7 +174,7 @@ impl Python {
         }
     }
 
-    /// The next `count` messages on a topic.
+    /// The next `count` messages on a topic, however long a busy machine takes to send them.
     pub(crate) fn echo(
         &self,
         domain: u16,
@@ -183,7 +183,7 @@ impl Python {
         count: usize,
     ) -> Vec<Value> {
         let count = count.to_string();
-        let arguments = [topic, type_name, "--count", &count, "--timeout", "30"];
+        let arguments = [topic, type_name, "--count", &count, "--timeout", "600"];
         self.run("peer_echo.py", domain, &arguments).well()
     }
 

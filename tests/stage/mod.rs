@@ -38,8 +38,13 @@ pub(crate) const PATIENCE: Duration = Duration::from_secs(90);
 pub(crate) const LOOK: Duration = Duration::from_millis(10);
 
 /// Looks until there is something to see.
-pub(crate) fn eventually<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
-    let deadline = Instant::now() + PATIENCE;
+pub(crate) fn eventually<T>(what: &str, look: impl FnMut() -> Option<T>) -> T {
+    within(PATIENCE, what, look)
+}
+
+/// As [`eventually`], for what is long work: how long it takes is the machine's.
+fn within<T>(patience: Duration, what: &str, mut look: impl FnMut() -> Option<T>) -> T {
+    let deadline = Instant::now() + patience;
     loop {
         if let Some(seen) = look() {
             return seen;
@@ -237,9 +242,14 @@ impl Process {
     }
 
     /// Waits for its end.
-    pub(crate) fn finish(mut self) -> Outcome {
+    pub(crate) fn finish(self) -> Outcome {
+        self.finish_within(PATIENCE)
+    }
+
+    /// Waits for its end, of a program whose work takes longer than [`PATIENCE`] on a busy machine.
+    pub(crate) fn finish_within(mut self, patience: Duration) -> Outcome {
         let what = format!("the end of planesman {}", self.arguments);
-        let status = eventually(&what, || self.child.try_wait().unwrap());
+        let status = within(patience, &what, || self.child.try_wait().unwrap());
         Outcome {
             status,
             stdout: self.stdout(),
