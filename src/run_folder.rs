@@ -15,7 +15,7 @@ use crate::flight::{Flight, recorded};
 use crate::nodes::NODES;
 use crate::page::flights::{self, Count, Flown};
 use crate::scenario::Scenario;
-use crate::sink::{full_name, write_whole};
+use crate::sink::{full_name, write_text};
 use crate::summary::Summary;
 
 /// The folder of one flight.
@@ -158,7 +158,7 @@ impl RunFolder {
     pub fn report(&self) -> Result<String> {
         let flown = self.flown()?;
         let html = flights::page(std::slice::from_ref(&flown));
-        write_whole(&self.page(), |draft| Ok(fs::write(draft, html)?))?;
+        write_text(&self.page(), html)?;
         let mut out = format!("{}\n\n", flown.summary);
         out += &count_table(&flown.counts);
         if let Some(reason) = &flown.flight.truncated {
