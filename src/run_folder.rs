@@ -29,7 +29,7 @@ impl RunFolder {
     /// and the time. It is not made yet.
     ///
     /// # Errors
-    /// When the path is taken.
+    /// When the path is taken, or cannot be written into the nodes' parameters.
     pub fn free(out: Option<&Path>, name: &str) -> Result<Self> {
         let path = out.map_or_else(
             || {
@@ -44,6 +44,12 @@ impl RunFolder {
         if path.exists() {
             bail!(
                 "'{}' exists already and is not overwritten; name a new folder",
+                path.display()
+            );
+        }
+        if path.to_str().is_none() {
+            bail!(
+                "'{}' is not UTF-8 text; name another folder",
                 path.display()
             );
         }
