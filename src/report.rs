@@ -1,6 +1,5 @@
 //! `planesman report`: a recorded flight, or several beside each other.
 
-use std::fs;
 use std::path::PathBuf;
 
 use anyhow::Result;
@@ -9,7 +8,7 @@ use clap::Args;
 use crate::arguments::output_file;
 use crate::page::flights::{Flown, page, rows};
 use crate::run_folder::RunFolder;
-use crate::sink::write_whole;
+use crate::sink::write_text;
 use crate::table::{Format, Table, print_wrapped};
 
 /// The flights.
@@ -47,7 +46,7 @@ pub fn run(args: &ReportArgs) -> Result<()> {
     for (name, of) in rows() {
         table.row([name.to_owned()].into_iter().chain(flights.iter().map(of)));
     }
-    write_whole(&path, |draft| Ok(fs::write(draft, page(&flights))?))?;
+    write_text(&path, page(&flights))?;
     planesman_node::print(table.text(Format::Table)?)?;
     Ok(planesman_node::say!("\nPage:  {}", path.display())?)
 }

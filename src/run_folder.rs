@@ -15,7 +15,7 @@ use crate::flight::{Flight, recorded};
 use crate::nodes::NODES;
 use crate::page::flights::{self, Count, Flown};
 use crate::scenario::Scenario;
-use crate::sink::{full_name, write_whole};
+use crate::sink::{full_name, write_text};
 use crate::summary::Summary;
 
 /// The folder of one flight.
@@ -29,7 +29,7 @@ impl RunFolder {
     /// and the time. It is not made yet.
     ///
     /// # Errors
-    /// When the path is taken.
+    /// When the path is taken, or cannot be written into the nodes' parameters.
     pub fn free(out: Option<&Path>, name: &str) -> Result<Self> {
         let path = out.map_or_else(
             || {
@@ -44,6 +44,12 @@ impl RunFolder {
         if path.exists() {
             bail!(
                 "'{}' exists already and is not overwritten; name a new folder",
+                path.display()
+            );
+        }
+        if path.to_str().is_none() {
+            bail!(
+                "'{}' is not UTF-8 text; name another folder",
                 path.display()
             );
         }
@@ -158,7 +164,7 @@ impl RunFolder {
     pub fn report(&self) -> Result<String> {
         let flown = self.flown()?;
         let html = flights::page(std::slice::from_ref(&flown));
-        write_whole(&self.page(), |draft| Ok(fs::write(draft, html)?))?;
+        write_text(&self.page(), html)?;
         let mut out = format!("{}\n\n", flown.summary);
         out += &count_table(&flown.counts);
         if let Some(reason) = &flown.flight.truncated {

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, anyhow, bail};
 use planesman_parameters::{Declaration, Parameters, Value, Values, file};
-use planesman_text::{did_you_mean, yaml};
+use planesman_text::{did_you_mean, shown, yaml};
 use planesman_units::{Dimension, Quantity};
 use serde::{Deserialize, Serialize};
 
@@ -372,7 +372,7 @@ impl Scenario {
         extra: &[(&str, &str, Value)],
         sim_time: bool,
     ) -> Result<String> {
-        let mut text = format!("# {}\n", self.description.replace('\n', " "));
+        let mut text = format!("# {}\n", shown(self.description.replace('\n', " ")));
         for node in NODES {
             let changes = extra
                 .iter()
@@ -515,6 +515,27 @@ mod tests {
             let values = scenario.values(node).expect("values");
             let declared = read.into_iter().filter(|(name, _)| name != "use_sim_time");
             assert_eq!(values.with(declared).expect("valid"), values);
+        }
+    }
+
+    #[test]
+    fn no_text_breaks_the_parameter_file_or_adds_to_it() {
+        let scenario = Scenario::parse(
+            r#"{description: "\e[31m\a\n/auv/sysid: 1\r/auv/sysid: 2\N/auv/sysid: 3\L\uFEFF\uFFFF", duration: 1}"#,
+        )
+        .expect("a scenario");
+        let output =
+            "\u{1b} \u{ad}e\u{301}\u{200b}\u{feff}\u{ffff}\u{1f980}\t\r\n\u{85}\u{2028}\"'\\ü";
+        for value in [Value::from(output), Value::from(&[output, "b"][..])] {
+            let name = match value {
+                Value::String(_) => "output",
+                _ => "topics",
+            };
+            let text = scenario
+                .parameter_file("/auv", &[("recorder", name, value.clone())], false)
+                .expect("written");
+            let read = file::overrides_for(&text, "/auv/recorder").expect("read");
+            assert!(read.contains(&(name.to_owned(), value)), "{text}");
         }
     }
 }

@@ -69,6 +69,14 @@ pub(crate) fn write_whole(path: &Path, write: impl FnOnce(&Path) -> Result<()>) 
     draft.finish()
 }
 
+/// Writes such a file's content.
+///
+/// # Errors
+/// When it cannot be written, with its name.
+pub(crate) fn write_text(path: &Path, text: impl AsRef<[u8]>) -> Result<()> {
+    write_whole(path, |draft| Ok(std::fs::write(draft, text)?))
+}
+
 impl Drop for Draft {
     fn drop(&mut self) {
         // After `finish` nothing is there any more; before, it is a failed run's rest.
@@ -272,8 +280,10 @@ impl CsvSink {
             .with_context(|| format!("cannot write '{}'", path.display()))?;
         let mut out = BufWriter::new(file);
         let names: Vec<&str> = COLUMNS.iter().map(|(name, _)| *name).collect();
-        writeln!(out, "{}", names.join(","))?;
-        Ok(Self { out, draft })
+        let begun = writeln!(out, "{}", names.join(","));
+        let sink = Self { out, draft };
+        sink.written(begun)?;
+        Ok(sink)
     }
 
     /// Takes one tick. Numbers are written so that they read back to the same bits.
@@ -281,12 +291,21 @@ impl CsvSink {
     /// # Errors
     /// When it cannot be written.
     pub fn put(&mut self, tick: &Tick) -> Result<()> {
+        let row = self.row(tick);
+        self.written(row)
+    }
+
+    fn row(&mut self, tick: &Tick) -> std::io::Result<()> {
         for (place, (_, of)) in COLUMNS.iter().enumerate() {
             let comma = if place > 0 { "," } else { "" };
             write!(self.out, "{comma}{}", of(tick))?;
         }
-        writeln!(self.out)?;
-        Ok(())
+        writeln!(self.out)
+    }
+
+    /// The same, with the name of the file.
+    fn written(&self, result: std::io::Result<()>) -> Result<()> {
+        result.with_context(|| format!("cannot write '{}'", self.draft.path.display()))
     }
 
     /// Ends the table and puts it in its place.
@@ -294,7 +313,8 @@ impl CsvSink {
     /// # Errors
     /// When it cannot be written.
     pub fn finish(mut self) -> Result<()> {
-        self.out.flush()?;
+        let flushed = self.out.flush();
+        self.written(flushed)?;
         self.draft.finish()
     }
 }

@@ -5,6 +5,8 @@
 mod stage;
 
 use std::fs::File;
+use std::os::unix::ffi::OsStrExt as _;
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 use planesman_node::STRICT_PARAMETERS;
@@ -218,6 +220,19 @@ fn an_output_that_cannot_be_is_refused_before_the_flight() {
         &["dive", &short, "--out", &out],
         &["planesman: ", "short.yaml"],
     );
+
+    // The nodes get it as a parameter. `start` takes text alone.
+    let out = std::ffi::OsStr::from_bytes(b"flight\xff");
+    let refusal = Command::new(env!("CARGO_BIN_EXE_planesman"))
+        .args(["dive", &short, "--out"])
+        .arg(Path::new(&stage.path("")).join(out))
+        .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+        .output()
+        .unwrap();
+    assert_eq!(refusal.status.code(), Some(1), "{refusal:?}");
+    let said = String::from_utf8_lossy(&refusal.stderr);
+    assert!(said.contains("is not UTF-8 text"), "{said}");
+    assert_eq!(stage.content(), ["short.yaml"]);
 }
 
 #[test]

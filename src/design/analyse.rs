@@ -1,7 +1,6 @@
 //! `planesman design analyse`: poles, margins and step response of the loop at each speed.
 
 use std::fmt::Write as _;
-use std::fs;
 use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
@@ -16,6 +15,7 @@ use planesman_plot::{Plot, Style};
 use super::subject::{GainArgs, Subject, gains_text, poles_text, speed_text};
 use crate::arguments::{output_file, speed, within};
 use crate::page::{document, figures};
+use crate::sink::write_text;
 use crate::table::print_wrapped;
 
 /// The loop, the speeds and the observation time.
@@ -50,7 +50,7 @@ const SAMPLES: f64 = 1000.0;
 pub fn run(args: &AnalyseArgs) -> Result<()> {
     print_wrapped(text(args)?)?;
     if let Some(file) = &args.html {
-        fs::write(file, page(args)?).with_context(|| format!("{}", file.display()))?;
+        write_text(file, page(args)?)?;
         planesman_node::say!("{}", file.display())?;
     }
     Ok(())

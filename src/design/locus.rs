@@ -1,9 +1,8 @@
 //! `planesman design locus`: the poles of the dive loop as one gain, or the speed, changes.
 
-use std::fs;
 use std::path::PathBuf;
 
-use anyhow::{Context as _, Result, bail};
+use anyhow::{Result, bail};
 use clap::{Args, ValueEnum as _};
 use maud::html;
 use planesman_linear::Complex;
@@ -12,6 +11,7 @@ use planesman_plot::{Plot, Series, Style};
 use super::subject::{GainArgs, Subject, Varied, gains_text, poles_text, speed_text};
 use crate::arguments::{number, output_file, speed, within};
 use crate::page::{document, figures};
+use crate::sink::write_text;
 use crate::table::{Table, wrapped};
 
 /// Points of the drawing.
@@ -80,7 +80,7 @@ pub fn run(args: &LocusArgs) -> Result<()> {
         planesman_node::say!("{}", wrapped(&line).trim_end())?;
     }
     if let Some(file) = &args.html {
-        fs::write(file, args.page()?).with_context(|| format!("{}", file.display()))?;
+        write_text(file, args.page()?)?;
         planesman_node::say!("{}", file.display())?;
     }
     Ok(())

@@ -5,7 +5,6 @@
 //! in every flight, since adaptive gains need something to identify from. The depth cell is taken without its
 //! end at 32.58 in (Fig. 38), which is shallower than the steps.
 
-use std::fs;
 use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
@@ -20,6 +19,7 @@ use crate::compose::Loop;
 use crate::page::{document, figures};
 use crate::progress::{end_with_reader, on_all_cores};
 use crate::scenario::Scenario;
+use crate::sink::write_text;
 use crate::table::{Format, Table};
 
 /// The flights to simulate.
@@ -129,7 +129,7 @@ pub fn run(args: &TableArgs) -> Result<()> {
     planesman_node::print(table.text(format)?)?;
     if let Some(file) = &args.html {
         let page = page(args, &choices, &outcomes, &table);
-        fs::write(file, page).with_context(|| format!("{}", file.display()))?;
+        write_text(file, page)?;
         if matches!(format, Format::Table | Format::Md) {
             planesman_node::say!("{}", file.display())?;
         }

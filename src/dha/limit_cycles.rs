@@ -1,10 +1,9 @@
 //! `planesman dha limit-cycles`: limit cycles of the depth loop with the digital hydraulic actuator, predicted
 //! and simulated, in one table.
 
-use std::fs;
 use std::path::PathBuf;
 
-use anyhow::{Context as _, Result};
+use anyhow::Result;
 use maud::html;
 use planesman_plot::{Plot, Style};
 use planesman_units::INCH;
@@ -13,6 +12,7 @@ use super::depth_loop::{Case, Figure, LimitCycle, MOST_RESIDUAL, Prediction, cas
 use crate::arguments::output_file;
 use crate::page::{document, figures};
 use crate::progress::{end_with_reader, on_all_cores};
+use crate::sink::write_text;
 use crate::table::{Format, Table, wrapped};
 
 /// The arguments.
@@ -59,7 +59,7 @@ pub fn run(args: &LimitCyclesArgs) -> Result<()> {
     let format = Format::or_by_output(args.format);
     planesman_node::print(format_args!("{}", text(&rows, format)?))?;
     if let Some(file) = &args.html {
-        fs::write(file, page(&rows)).with_context(|| format!("{}", file.display()))?;
+        write_text(file, page(&rows))?;
         if matches!(format, Format::Table | Format::Md) {
             planesman_node::say!("{}", file.display())?;
         }

@@ -4,13 +4,14 @@
 //! - [`page`]: the numbers, errata and figures as one HTML page.
 //! - [`rows`]: the reports, and their numbers as rows, CSV or JSON, for other programs.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use planesman_book::{Line, Reckoning, Verdict};
 
 use crate::arguments::output_file;
 use crate::progress::{end_with_reader, spinner};
+use crate::sink::write_text;
 use crate::table::print_wrapped;
 
 pub mod listing;
@@ -81,15 +82,15 @@ pub fn run(args: &ReproduceArgs) -> Result<()> {
         planesman_node::say!("Every number: --all, or --html, --json, --csv FILE.")?;
     }
     if let Some(path) = &args.html {
-        write(path, page.text())?;
+        write_text(path, page.text())?;
         planesman_node::say!("{}: the numbers and the redrawn figures", path.display())?;
     }
     if let Some(path) = &args.json {
-        write(path, rows::json(&all_rows)?)?;
+        write_text(path, rows::json(&all_rows)?)?;
         planesman_node::say!("{}: {} numbers", path.display(), all_rows.len())?;
     }
     if let Some(path) = &args.csv {
-        write(path, rows::csv(&all_rows)?)?;
+        write_text(path, rows::csv(&all_rows)?)?;
         planesman_node::say!("{}: {} numbers", path.display(), all_rows.len())?;
     }
     match news {
@@ -97,8 +98,4 @@ pub fn run(args: &ReproduceArgs) -> Result<()> {
         1 => bail!("1 number differs from the book"),
         n => bail!("{n} numbers are not as they stand in the book"),
     }
-}
-
-fn write(path: &Path, text: String) -> Result<()> {
-    std::fs::write(path, text).with_context(|| format!("{}", path.display()))
 }

@@ -25,7 +25,7 @@ use sysid::IdentifierParameters;
 
 use crate::progress::{bar_with, on_all_cores};
 use crate::scenario::Scenario;
-use crate::sink::write_whole;
+use crate::sink::write_text;
 use case::Metrics;
 use results::Results;
 use space::{Space, plain};
@@ -189,7 +189,7 @@ fn define(folder: &Path, definition: &str) -> Result<()> {
         ),
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
             // Whole or not there, also where several parts begin at once.
-            write_whole(&path, |draft| Ok(std::fs::write(draft, definition)?))
+            write_text(&path, definition)
         }
         Err(error) => Err(error).with_context(|| format!("'{}'", path.display())),
     }

@@ -15,7 +15,7 @@ use super::space::{Axis, Space, plain};
 use crate::arguments::number;
 use crate::page::{document, figure, heat_map};
 use crate::scenario::Scenario;
-use crate::sink::write_whole;
+use crate::sink::write_text;
 
 /// Points of the Pareto plot that are not on its front; of more, one in so many is drawn.
 const DRAWN: usize = 4000;
@@ -102,12 +102,7 @@ pub(super) fn of(folder: &Path, scenario: &Scenario, space: &Space) -> Result<Pa
         pre { (scenario.source()) }
     };
     let path = folder.join("report.html");
-    write_whole(&path, |draft| {
-        Ok(std::fs::write(
-            draft,
-            document("Planesman sweep", "", &body, ""),
-        )?)
-    })?;
+    write_text(&path, document("Planesman sweep", "", &body, ""))?;
     Ok(Page { path, failed })
 }
 

@@ -12,6 +12,7 @@ use super::arguments::{DataArgs, GridArgs, PreparationArgs, SignalArgs};
 use super::compared::{Compared, fits, frequency_responses};
 use super::{compare_page, model_file};
 use crate::arguments::output_file;
+use crate::sink::write_text;
 use crate::table::{Format, Table, print_wrapped};
 
 /// Frequencies in the table, of a frequency response.
@@ -174,7 +175,7 @@ pub fn run(args: &CompareArgs) -> Result<()> {
     }
     if let Some(path) = &args.html {
         let page = compare_page::page(&found.models, &found.taken);
-        std::fs::write(path, page).with_context(|| format!("{}", path.display()))?;
+        write_text(path, page)?;
         planesman_node::complain!("{}: the page", path.display());
     }
     Ok(())

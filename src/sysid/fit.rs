@@ -21,6 +21,7 @@ use super::trial::{self, Trial};
 use super::{compare_page, model_file, page};
 use crate::arguments::{output_file, speed, within};
 use crate::progress::{bar, spinner};
+use crate::sink::write_text;
 use crate::table::print_wrapped;
 
 type IdentificationResult = Result<Analysis, IdentificationError>;
@@ -532,7 +533,7 @@ pub fn run(args: &FitArgs) -> Result<()> {
                 compare_page::page(&trial::compared(tried, taken)?, taken)
             }
         };
-        std::fs::write(path, page).with_context(|| format!("{}", path.display()))?;
+        write_text(path, page)?;
         planesman_node::complain!("{}: the page", path.display());
     }
     Ok(())

@@ -311,7 +311,11 @@ impl ModelFile {
             .and_then(|text| {
                 fs::write(&unfinished, text)
                     .and_then(|()| fs::rename(&unfinished, path))
-                    .map_err(|reason| Refusal::File(reason.to_string()))
+                    .map_err(|reason| {
+                        // The error is on its way; what is left of the file is of no use.
+                        let _ = fs::remove_file(&unfinished);
+                        Refusal::File(reason.to_string())
+                    })
             })
             .map_err(|reason| Error::of(path, reason))
     }

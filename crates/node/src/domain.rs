@@ -7,6 +7,9 @@ use anyhow::{Context as _, bail, ensure};
 /// The highest domain whose ports fit below 65536.
 const HIGHEST: u16 = 232;
 
+/// Most static peers: each is asked once a second, at the ports of 32 participants.
+const MOST_PEERS: usize = 256;
+
 /// The domain and the networks a node speaks on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Domain {
@@ -63,7 +66,7 @@ impl Domain {
 /// without multicast. A name is looked up once, at the start. Where several addresses belong to it, all are taken.
 ///
 /// # Errors
-/// When an entry is no IPv4 address, nor a name of one.
+/// When an entry is no IPv4 address, nor a name of one, or there are more than [`MOST_PEERS`].
 pub(crate) fn static_peers(
     variable: impl Fn(&str) -> Option<String>,
 ) -> anyhow::Result<Vec<Ipv4Addr>> {
@@ -82,7 +85,15 @@ pub(crate) fn static_peers(
             !found.is_empty(),
             "ROS_STATIC_PEERS: '{entry}' has no IPv4 address, and no other is spoken to"
         );
-        peers.extend(found);
+        for address in found {
+            if !peers.contains(&address) {
+                peers.push(address);
+            }
+        }
+        ensure!(
+            peers.len() <= MOST_PEERS,
+            "ROS_STATIC_PEERS: more than {MOST_PEERS} addresses; name those alone that run nodes"
+        );
     }
     Ok(peers)
 }
@@ -125,12 +136,18 @@ mod tests {
             ("192.168.0.7", vec![[192, 168, 0, 7]]),
             (" 10.0.0.1 ;127.0.0.1;", vec![[10, 0, 0, 1], [127, 0, 0, 1]]),
             ("localhost", vec![[127, 0, 0, 1]]),
+            ("127.0.0.1;127.0.0.1", vec![[127, 0, 0, 1]]),
         ] {
             let found: Vec<Ipv4Addr> = found.into_iter().map(Ipv4Addr::from).collect();
             assert_eq!(peers(text).expect("good peers"), found, "{text}");
         }
         let refusal = peers("127.0.0.1;::1").expect_err("no IPv4").to_string();
         assert!(refusal.contains("'::1'"), "{refusal}");
+
+        let all: Vec<String> = (0..256).map(|host| format!("10.0.0.{host}")).collect();
+        assert_eq!(peers(&all.join(";")).expect("as many").len(), MOST_PEERS);
+        let refusal = peers(&format!("{};10.0.1.0", all.join(";"))).expect_err("one more");
+        assert!(refusal.to_string().contains("more than 256"), "{refusal}");
     }
 
     #[test]

@@ -2,7 +2,8 @@
 //!
 //! `[INFO] [1700000000.123456789] [auv.plant_sim]: text`. The middleware's errors are shown as errors, not too often. Its
 //! warnings tell of its inner life (a lost datagram, a peer that left) more than of the node, so they count as debug, and the
-//! rest is left out, unless a level is set for it (`--log-level rustdds:=debug`).
+//! rest is left out, unless a level is set for it (`--log-level rustdds:=debug`). Of what one place in the code says in a flood,
+//! as for each message of a peer that sends nonsense, a bounded number of lines is written and the rest counted.
 
 use std::{
     collections::BTreeMap,
@@ -32,10 +33,14 @@ use crate::{
 };
 
 /// Crates whose warnings count as debug.
-const MIDDLEWARE: [&str; 4] = ["rustdds", "ros2_client", "mio", "polling"];
+const MIDDLEWARE: [&str; 5] = ["rustdds", "ros2_client", "cdr_encoding", "mio", "polling"];
 
 /// Time between two of the middleware's errors from one place, s.
 const MIDDLEWARE_PERIOD: Duration = Duration::from_secs(5);
+
+/// Most lines from one place in a [`FLOOD_PERIOD`], those for debugging not counted.
+const MOST_LINES: u32 = 100;
+const FLOOD_PERIOD: Duration = Duration::from_secs(10);
 
 /// The levels from which on loggers write.
 #[derive(Clone, Debug)]
@@ -73,6 +78,7 @@ struct Logger {
     nodes: Mutex<Vec<LoggingNode>>,
     /// The middleware's errors, by place.
     throttle: Mutex<Throttle>,
+    flood: Mutex<Flood>,
     /// Whether the node goes down: then the middleware's parts miss each other, which is no error.
     ends: AtomicBool,
 }
@@ -260,6 +266,7 @@ impl Logger {
                 .transpose()?,
             nodes: Mutex::default(),
             throttle: Mutex::new(Throttle::new(MIDDLEWARE_PERIOD)),
+            flood: Mutex::default(),
             ends: AtomicBool::new(false),
         })
     }
@@ -319,6 +326,17 @@ impl Logger {
         }
     }
 
+    /// Writes a record everywhere.
+    fn write(&self, level: Level, record: &Record<'_>) {
+        let line = self.line(level, record);
+        self.print(&line, level);
+        self.write_to_file(&line);
+        // What sending a record to /rosout logs must not be sent there.
+        if !is_middleware(record.target()) {
+            self.send(level, record);
+        }
+    }
+
     /// Sends a record to `/rosout`: that of the node in whose thread it was made, or else of the one that came last.
     fn send(&self, level: Level, record: &Record<'_>) {
         let nodes = lock(&self.nodes);
@@ -352,19 +370,35 @@ impl Log for Logger {
         let Some(level) = self.admitted(record.metadata()) else {
             return;
         };
-        let middleware = is_middleware(record.target());
-        if middleware && level == Level::Error {
+        if is_middleware(record.target()) && level == Level::Error {
             let place = format!("{}:{}", record.target(), record.line().unwrap_or_default());
             if lock(&self.throttle).admit(&place).is_none() {
                 return;
             }
         }
-        let line = self.line(level, record);
-        self.print(&line, level);
-        self.write_to_file(&line);
-        // What sending a record to /rosout logs must not be sent there.
-        if !middleware {
-            self.send(level, record);
+        let left_out = match level {
+            Level::Error | Level::Warn | Level::Info => {
+                let place = (record.target().to_owned(), record.line().unwrap_or(0));
+                lock(&self.flood).admit(place, Instant::now())
+            }
+            Level::Debug | Level::Trace => Some(0),
+        };
+        match left_out {
+            None => {}
+            Some(0) => self.write(level, record),
+            Some(count) => self.write(
+                level,
+                &Record::builder()
+                    .metadata(record.metadata().clone())
+                    .args(format_args!(
+                        "{} ({count} more such lines were left out)",
+                        record.args()
+                    ))
+                    .module_path(record.module_path())
+                    .file(record.file())
+                    .line(record.line())
+                    .build(),
+            ),
         }
     }
 
@@ -377,6 +411,38 @@ fn ros_level(level: Level) -> LogLevel {
         Level::Warn => LogLevel::Warn,
         Level::Info => LogLevel::Info,
         Level::Debug | Level::Trace => LogLevel::Debug,
+    }
+}
+
+/// What each place in the code has said lately: target, line.
+#[derive(Debug, Default)]
+struct Flood(BTreeMap<(String, u32), Lately>);
+
+/// Of one place.
+#[derive(Debug)]
+struct Lately {
+    since: Instant,
+    lines: u32,
+    left_out: u64,
+}
+
+impl Flood {
+    /// Whether a place is to be heard now, and how many lines of it were left out before.
+    fn admit(&mut self, place: (String, u32), now: Instant) -> Option<u64> {
+        let lately = self.0.entry(place).or_insert(Lately {
+            since: now,
+            lines: 0,
+            left_out: 0,
+        });
+        if now.duration_since(lately.since) >= FLOOD_PERIOD {
+            (lately.since, lately.lines) = (now, 0);
+        }
+        if lately.lines == MOST_LINES {
+            lately.left_out += 1;
+            return None;
+        }
+        lately.lines += 1;
+        Some(std::mem::take(&mut lately.left_out))
     }
 }
 
@@ -452,6 +518,7 @@ mod tests {
             Some(Level::Error)
         );
         assert_eq!(admitted(&plain, "rustdds::rtps", Level::Warn), None);
+        assert_eq!(admitted(&plain, "cdr_encoding::de", Level::Info), None);
         for debug in [
             "--log-level debug",
             "--log-level plant_sim:=debug --log-level debug",
@@ -497,6 +564,22 @@ mod tests {
         );
         let other = logger("--log-level auv:=error --log-level auv.plant:=debug");
         assert_eq!(admitted(&other, "plant_sim", Level::Warn), None);
+    }
+
+    #[test]
+    fn of_a_flood_so_many_lines_are_written_and_the_rest_is_counted() {
+        let mut flood = Flood::default();
+        let began = Instant::now();
+        let place = |line| ("plant_sim::node".to_owned(), line);
+        for _ in 0..MOST_LINES {
+            assert_eq!(flood.admit(place(1), began), Some(0));
+        }
+        for _ in 0..7 {
+            assert_eq!(flood.admit(place(1), began), None);
+        }
+        assert_eq!(flood.admit(place(2), began), Some(0));
+        assert_eq!(flood.admit(place(1), began + FLOOD_PERIOD), Some(7));
+        assert_eq!(flood.admit(place(1), began + FLOOD_PERIOD), Some(0));
     }
 
     #[test]

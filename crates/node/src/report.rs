@@ -1,8 +1,8 @@
 //! A node's exit report, for the launcher.
 
-use std::{collections::BTreeMap, env, fs, path::PathBuf};
+use std::{collections::BTreeMap, env, fs, path::Path};
 
-use anyhow::Context as _;
+use anyhow::{Context as _, bail};
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -54,13 +54,49 @@ impl ExitReport {
     /// # Errors
     /// When the file cannot be written.
     pub(crate) fn write(&self) -> anyhow::Result<()> {
-        let Some(path) = env::var_os(VARIABLE).map(PathBuf::from) else {
-            return Ok(());
-        };
-        let mut unfinished = path.clone().into_os_string();
+        match env::var_os(VARIABLE) {
+            None => Ok(()),
+            Some(path) => self.write_to(Path::new(&path)),
+        }
+    }
+
+    fn write_to(&self, path: &Path) -> anyhow::Result<()> {
+        // A device would be replaced by the file that is moved there.
+        if path.metadata().is_ok_and(|there| !there.is_file()) {
+            bail!("{VARIABLE}: {} is no regular file", path.display());
+        }
+        let mut unfinished = path.as_os_str().to_owned();
         unfinished.push(format!(".{}.part", std::process::id()));
         fs::write(&unfinished, serde_json::to_vec_pretty(self)?)
-            .and_then(|()| fs::rename(&unfinished, &path))
+            .and_then(|()| fs::rename(&unfinished, path))
             .with_context(|| format!("{VARIABLE}: {}", path.display()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::os::unix::net::UnixListener;
+
+    use super::*;
+
+    #[test]
+    fn a_report_takes_the_place_of_a_report_alone() {
+        let report = ExitReport {
+            node: "/auv/plant_sim".to_owned(),
+            ..ExitReport::default()
+        };
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("report.json");
+        for _ in 0..2 {
+            report.write_to(&path).expect("written");
+            let text = fs::read(&path).expect("readable");
+            let read: ExitReport = serde_json::from_slice(&text).expect("a report");
+            assert_eq!(read, report);
+        }
+        let special = folder.path().join("socket");
+        let _socket = UnixListener::bind(&special).expect("made");
+        let refusal = report.write_to(&special).expect_err("refused");
+        assert!(refusal.to_string().contains("no regular file"), "{refusal}");
+        assert_eq!(fs::read_dir(folder.path()).expect("a folder").count(), 2);
     }
 }

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use planesman_text::shown;
+
 /// A parameter's value. The variants are `ParameterType`'s, without "not set".
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
@@ -90,18 +92,36 @@ impl Value {
     }
 }
 
+/// Text in quotes, as YAML and JSON take it.
+fn quoted(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len() + 2);
+    for sign in text.chars() {
+        match sign {
+            '"' | '\\' => escaped.extend(['\\', sign]),
+            '\n' => escaped.push_str("\\n"),
+            '\t' => escaped.push_str("\\t"),
+            _ => escaped.push(sign),
+        }
+    }
+    format!("\"{}\"", shown(escaped))
+}
+
+/// As a parameter file has it.
 impl fmt::Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Bool(v) => write!(f, "{v}"),
             Self::Integer(v) => write!(f, "{v}"),
             Self::Double(v) => write!(f, "{v:?}"),
-            Self::String(v) => write!(f, "{v:?}"),
+            Self::String(v) => write!(f, "{}", quoted(v)),
             Self::ByteArray(v) => write!(f, "{v:?}"),
             Self::BoolArray(v) => write!(f, "{v:?}"),
             Self::IntegerArray(v) => write!(f, "{v:?}"),
             Self::DoubleArray(v) => write!(f, "{v:?}"),
-            Self::StringArray(v) => write!(f, "{v:?}"),
+            Self::StringArray(v) => {
+                let texts: Vec<String> = v.iter().map(|text| quoted(text)).collect();
+                write!(f, "[{}]", texts.join(", "))
+            }
         }
     }
 }

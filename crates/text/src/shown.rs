@@ -3,8 +3,8 @@
 use std::fmt::{self, Display, Write};
 
 /// Text as it may be shown on a terminal or a page: what would act on the one who shows it (escape sequences that
-/// colour, move, retitle or hide; marks that turn the direction of reading) is written out as `\u001b`,
-/// which JSON takes too. Line ends and tabs stay.
+/// colour, move, retitle or hide; marks that turn the direction of reading) or is no character of a text is written out
+/// as `\u001b`, which JSON and YAML take too. Line ends and tabs stay.
 pub fn shown<T: Display>(text: T) -> Shown<T> {
     Shown(text)
 }
@@ -39,7 +39,8 @@ fn acts(sign: char) -> bool {
     let is_layout = matches!(sign, '\n' | '\t');
     let turns =
         matches!(sign, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
-    (sign.is_control() && !is_layout) || turns
+    let is_none = matches!(sign, '\u{feff}' | '\u{fffe}' | '\u{ffff}');
+    (sign.is_control() && !is_layout) || turns || is_none
 }
 
 #[cfg(test)]
@@ -55,6 +56,7 @@ mod tests {
             ("over\rwritten", "over\\u000dwritten"),
             ("\u{9b}2J", "\\u009b2J"),
             ("a\u{202e}b", "a\\u202eb"),
+            ("\u{feff}a\u{ffff}", "\\ufeffa\\uffff"),
         ] {
             assert_eq!(shown(text).to_string(), expected);
         }
