@@ -59,11 +59,18 @@ impl Draft {
     }
 }
 
-/// Writes a file, whole or not at all, in the place of what may be there. `write` gets the path of its draft.
+/// Writes a file, whole or not at all, in the place of what may be there. `write` gets the path of its draft. A pipe, a
+/// device or a link is written to: nothing may come in its place.
 ///
 /// # Errors
 /// When it cannot be written, with its name.
 pub(crate) fn write_whole(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
+    if path
+        .symlink_metadata()
+        .is_ok_and(|there| !there.is_file() && !there.is_dir())
+    {
+        return write(path).with_context(|| format!("cannot write '{}'", path.display()));
+    }
     let draft = Draft::over(path)?;
     write(&draft.draft).with_context(|| format!("cannot write '{}'", path.display()))?;
     draft.finish()
@@ -316,5 +323,36 @@ impl CsvSink {
         let flushed = self.out.flush();
         self.written(flushed)?;
         self.draft.finish()
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use std::os::unix::fs::FileTypeExt as _;
+
+    use super::*;
+
+    #[test]
+    fn a_pipe_is_written_to_and_stays_a_pipe() {
+        let folder = tempfile::tempdir().unwrap();
+        let pipe = folder.path().join("page.html");
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+        assert!(made.unwrap().success());
+        let reads = pipe.clone();
+        let reader = std::thread::spawn(move || std::fs::read(reads).unwrap());
+        write_whole(&pipe, |draft| Ok(std::fs::write(draft, "page")?)).unwrap();
+        assert!(std::fs::metadata(&pipe).unwrap().file_type().is_fifo());
+        assert_eq!(reader.join().unwrap(), b"page");
+    }
+
+    #[test]
+    fn what_a_link_leads_to_is_written_and_the_link_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let [link, page] = ["link.html", "page.html"].map(|name| folder.path().join(name));
+        std::os::unix::fs::symlink(&page, &link).unwrap();
+        write_whole(&link, |draft| Ok(std::fs::write(draft, "page")?)).unwrap();
+        assert!(link.is_symlink());
+        assert_eq!(std::fs::read(&page).unwrap(), b"page");
     }
 }
