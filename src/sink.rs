@@ -341,7 +341,7 @@ mod tests {
         assert!(made.unwrap().success());
         let reads = pipe.clone();
         let reader = std::thread::spawn(move || std::fs::read(reads).unwrap());
-        write_whole(&pipe, |draft| Ok(std::fs::write(draft, "page")?)).unwrap();
+        write_text(&pipe, "page").unwrap();
         assert!(std::fs::metadata(&pipe).unwrap().file_type().is_fifo());
         assert_eq!(reader.join().unwrap(), b"page");
     }
@@ -351,7 +351,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let [link, page] = ["link.html", "page.html"].map(|name| folder.path().join(name));
         std::os::unix::fs::symlink(&page, &link).unwrap();
-        write_whole(&link, |draft| Ok(std::fs::write(draft, "page")?)).unwrap();
+        write_text(&link, "page").unwrap();
         assert!(link.is_symlink());
         assert_eq!(std::fs::read(&page).unwrap(), b"page");
     }

@@ -78,7 +78,8 @@ struct Logger {
     nodes: Mutex<Vec<LoggingNode>>,
     /// The middleware's errors, by place.
     throttle: Mutex<Throttle>,
-    flood: Mutex<Flood>,
+    /// All lines but those for debugging, by place.
+    flood: Mutex<Throttle>,
     /// Whether the node goes down: then the middleware's parts miss each other, which is no error.
     ends: AtomicBool,
 }
@@ -266,7 +267,7 @@ impl Logger {
                 .transpose()?,
             nodes: Mutex::default(),
             throttle: Mutex::new(Throttle::new(MIDDLEWARE_PERIOD)),
-            flood: Mutex::default(),
+            flood: Mutex::new(Throttle::of(MOST_LINES, FLOOD_PERIOD)),
             ends: AtomicBool::new(false),
         })
     }
@@ -370,17 +371,15 @@ impl Log for Logger {
         let Some(level) = self.admitted(record.metadata()) else {
             return;
         };
-        if is_middleware(record.target()) && level == Level::Error {
-            let place = format!("{}:{}", record.target(), record.line().unwrap_or_default());
-            if lock(&self.throttle).admit(&place).is_none() {
-                return;
-            }
+        let place = || format!("{}:{}", record.target(), record.line().unwrap_or_default());
+        if is_middleware(record.target())
+            && level == Level::Error
+            && lock(&self.throttle).admit(&place()).is_none()
+        {
+            return;
         }
         let left_out = match level {
-            Level::Error | Level::Warn | Level::Info => {
-                let place = (record.target().to_owned(), record.line().unwrap_or(0));
-                lock(&self.flood).admit(place, Instant::now())
-            }
+            Level::Error | Level::Warn | Level::Info => lock(&self.flood).admit(&place()),
             Level::Debug | Level::Trace => Some(0),
         };
         match left_out {
@@ -414,69 +413,61 @@ fn ros_level(level: Level) -> LogLevel {
     }
 }
 
-/// What each place in the code has said lately: target, line.
-#[derive(Debug, Default)]
-struct Flood(BTreeMap<(String, u32), Lately>);
+/// Lets so many lines per subject and period through, and counts the rest.
+#[derive(Debug)]
+pub struct Throttle {
+    most: u32,
+    period: Duration,
+    subjects: BTreeMap<String, Lately>,
+}
 
-/// Of one place.
+/// What was said of one subject since a period began.
 #[derive(Debug)]
 struct Lately {
     since: Instant,
     lines: u32,
-    left_out: u64,
-}
-
-impl Flood {
-    /// Whether a place is to be heard now, and how many lines of it were left out before.
-    fn admit(&mut self, place: (String, u32), now: Instant) -> Option<u64> {
-        let lately = self.0.entry(place).or_insert(Lately {
-            since: now,
-            lines: 0,
-            left_out: 0,
-        });
-        if now.duration_since(lately.since) >= FLOOD_PERIOD {
-            (lately.since, lately.lines) = (now, 0);
-        }
-        if lately.lines == MOST_LINES {
-            lately.left_out += 1;
-            return None;
-        }
-        lately.lines += 1;
-        Some(std::mem::take(&mut lately.left_out))
-    }
-}
-
-/// Lets one warning per subject and period through, and counts the rest.
-#[derive(Debug)]
-pub struct Throttle {
-    period: Duration,
-    last: BTreeMap<String, (Instant, u64)>,
+    passed_over: u64,
 }
 
 impl Throttle {
     /// One warning per subject in `period`.
     #[must_use]
     pub fn new(period: Duration) -> Self {
+        Self::of(1, period)
+    }
+
+    fn of(most: u32, period: Duration) -> Self {
         Self {
+            most,
             period,
-            last: BTreeMap::new(),
+            subjects: BTreeMap::new(),
         }
     }
 
     /// Whether to speak of `subject` now, and how often it was passed over since the last time.
     pub fn admit(&mut self, subject: &str) -> Option<u64> {
-        let now = Instant::now();
-        match self.last.get_mut(subject) {
-            Some((last, passed_over)) if now.duration_since(*last) < self.period => {
-                *passed_over += 1;
-                None
-            }
-            known => {
-                let passed_over = known.map_or(0, |(_, count)| *count);
-                self.last.insert(subject.to_owned(), (now, 0));
-                Some(passed_over)
-            }
+        self.admit_at(subject, Instant::now())
+    }
+
+    fn admit_at(&mut self, subject: &str, now: Instant) -> Option<u64> {
+        let Some(lately) = self.subjects.get_mut(subject) else {
+            let lately = Lately {
+                since: now,
+                lines: 1,
+                passed_over: 0,
+            };
+            self.subjects.insert(subject.to_owned(), lately);
+            return Some(0);
+        };
+        if now.duration_since(lately.since) >= self.period {
+            (lately.since, lately.lines) = (now, 0);
         }
+        if lately.lines == self.most {
+            lately.passed_over += 1;
+            return None;
+        }
+        lately.lines += 1;
+        Some(std::mem::take(&mut lately.passed_over))
     }
 
     /// Warns about `subject`, unless it did so less than a period ago.
@@ -568,18 +559,18 @@ mod tests {
 
     #[test]
     fn of_a_flood_so_many_lines_are_written_and_the_rest_is_counted() {
-        let mut flood = Flood::default();
+        let mut flood = Throttle::of(MOST_LINES, FLOOD_PERIOD);
         let began = Instant::now();
-        let place = |line| ("plant_sim::node".to_owned(), line);
+        let place = |line| format!("plant_sim::node:{line}");
         for _ in 0..MOST_LINES {
-            assert_eq!(flood.admit(place(1), began), Some(0));
+            assert_eq!(flood.admit_at(&place(1), began), Some(0));
         }
         for _ in 0..7 {
-            assert_eq!(flood.admit(place(1), began), None);
+            assert_eq!(flood.admit_at(&place(1), began), None);
         }
-        assert_eq!(flood.admit(place(2), began), Some(0));
-        assert_eq!(flood.admit(place(1), began + FLOOD_PERIOD), Some(7));
-        assert_eq!(flood.admit(place(1), began + FLOOD_PERIOD), Some(0));
+        assert_eq!(flood.admit_at(&place(2), began), Some(0));
+        assert_eq!(flood.admit_at(&place(1), began + FLOOD_PERIOD), Some(7));
+        assert_eq!(flood.admit_at(&place(1), began + FLOOD_PERIOD), Some(0));
     }
 
     #[test]
