@@ -29,6 +29,8 @@ const CLOSE_UP: f64 = 5.0;
 const DRAWN_SAMPLES: usize = 5;
 /// More actuators than any vehicle has.
 const ACTUATORS: usize = 16;
+/// Topics with lost messages that a note names.
+const LOST_SHOWN: usize = 10;
 
 /// One flight; the last one of a bag with several.
 #[derive(Clone, Debug, Default)]
@@ -107,7 +109,9 @@ impl Flight {
         flight.step = account.step(&bag, &mut flight.notes);
         flight.counts = recorded(&bag);
         if bag.dropped() > 0 {
-            let note = format!("{} messages were lost while recording", bag.dropped());
+            let of = |(topic, lost): (&str, u64)| format!("{lost} of {topic}");
+            let lost: Vec<_> = bag.dropped_by_topic().take(LOST_SHOWN).map(of).collect();
+            let note = format!("messages lost while recording: {}", lost.join(", "));
             flight.notes.push(note);
         }
         let whole = bag.completeness().is_whole();

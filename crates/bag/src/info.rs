@@ -48,9 +48,7 @@ impl BagInfo {
             messages: bag.message_count(),
             dropped: bag.dropped(),
             dropped_by_topic: bag
-                .metadata()
-                .into_iter()
-                .flat_map(BagMetadata::dropped_by_topic)
+                .dropped_by_topic()
                 .map(|(topic, count)| (topic.to_owned(), count))
                 .collect(),
             topics,

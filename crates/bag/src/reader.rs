@@ -297,6 +297,11 @@ impl BagReader {
         self.metadata.as_ref().map_or(0, BagMetadata::dropped)
     }
 
+    /// The topics of which the recorder knew messages to be lost, and how many.
+    pub fn dropped_by_topic(&self) -> impl Iterator<Item = (&str, u64)> {
+        self.metadata.iter().flat_map(BagMetadata::dropped_by_topic)
+    }
+
     /// The earliest and latest log time, in nanoseconds; `None` without messages.
     #[must_use]
     pub fn span(&self) -> Option<(i64, i64)> {

@@ -155,10 +155,14 @@ pub fn exit_code(program: &str, run: impl FnOnce() -> anyhow::Result<()>) -> Exi
     }
 }
 
-/// An error with its causes, each said once: many a message ends with its cause already.
+/// What an error has to say at most, in characters: a value of a file is quoted whole, however long it is.
+const ERROR: usize = 4000;
+
+/// An error with its causes, each said once: many a message ends with its cause already. Of more than [`ERROR`]
+/// characters the middle is left out.
 #[must_use]
 pub fn in_one_line(error: &anyhow::Error) -> String {
-    error
+    let said = error
         .chain()
         .map(ToString::to_string)
         .fold(String::new(), |said, cause| {
@@ -169,7 +173,18 @@ pub fn in_one_line(error: &anyhow::Error) -> String {
             } else {
                 format!("{said}: {cause}")
             }
-        })
+        });
+    let omitted = said.chars().count().saturating_sub(ERROR);
+    if omitted == 0 {
+        return said;
+    }
+    let place = |character: usize| {
+        said.char_indices()
+            .nth(character)
+            .map_or(said.len(), |(at, _)| at)
+    };
+    let (end, start) = (place(ERROR / 2), place(ERROR / 2 + omitted));
+    format!("{} [{omitted} characters] {}", &said[..end], &said[start..])
 }
 
 /// Prints a line of what a command has to say, as [`print()`] does.
@@ -221,5 +236,15 @@ mod tests {
             .context("scenario");
         assert_eq!(in_one_line(&twice), "scenario: file: missing field");
         assert_eq!(in_one_line(&anyhow!("b").context("a")), "a: b");
+    }
+
+    #[test]
+    fn of_a_long_error_its_start_and_its_end_are_said() {
+        let value = "ü".repeat(100_000);
+        let error = anyhow!("{value}, expected f64").context("file");
+        let said = in_one_line(&error);
+        assert!(said.starts_with("file: ü"), "{said}");
+        assert!(said.ends_with("ü, expected f64"), "{said}");
+        assert!(said.contains(" [96020 characters] "), "{said}");
     }
 }
