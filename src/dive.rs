@@ -17,7 +17,7 @@ use planesman_msgs::planesman_msgs::msg::{ModelEstimate, VehicleState};
 use planesman_msgs::std_srvs::srv::{SetBool, SetBoolRequest, SetBoolResponse};
 use planesman_node::claim::{Claim, Stage};
 use planesman_node::{
-    Client, Connections, Direction, Domain, Flow, Next, NodeSpec, Qos, Runtime, args,
+    Client, Connections, Direction, Domain, Flow, Next, NodeSpec, Qos, Runtime, args, shutdown,
 };
 use planesman_parameters::Value;
 use recorder::loop_topics;
@@ -162,6 +162,8 @@ fn fly(
     launcher.bar.finish_and_clear();
     flown.and(rt.shutdown())?;
     launcher.crew.stop()?;
+    // The bag is closed. A report can be made again, with `planesman report`.
+    shutdown::at_once();
     if launcher.interrupted {
         planesman_node::say!(
             "Interrupted after {} ticks; the bag is closed.",
