@@ -10,10 +10,9 @@ mod stage;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
-use std::time::Duration;
 
 use planesman_bag::{BagReader, Order};
-use stage::{Stage, scenario};
+use stage::{LONG_WORK, Stage, scenario};
 
 /// Topics that carry wall time by their nature, and are none of the vehicle's course:
 /// health reports go out every second of wall time, log lines when something is worth one, and
@@ -164,9 +163,7 @@ fn a_dive_of_more_ticks_than_a_writer_keeps_samples_comes_to_its_end() {
     let stage = Stage::new();
     // 8,192 samples are kept for who has not acknowledged them; a dive has 20 ticks a second.
     let file = stage.file("long.yaml", scenario(420.0, "  sysid: {start: 1.0}\n"));
-    // Where the loop stands still it never ends; where others compute too, 8,400 ticks take minutes.
-    let patience = Duration::from_secs(900);
     let dive = stage.start(&["dive", &file, "--lockstep"]);
-    let outcome = dive.finish_within(patience).success();
+    let outcome = dive.finish_within(LONG_WORK).success();
     assert!(outcome.stdout.contains("Flew 420.0 s"), "{outcome:#?}");
 }

@@ -15,7 +15,7 @@ import sys
 
 import rclpy
 from planesman_msgs.msg import PlaneCommand, VehicleState
-from rclpy.executors import ExternalShutdownException
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 
 
@@ -52,8 +52,12 @@ class OwnController(Node):
 
 def main() -> int:
     rclpy.init(args=sys.argv)
+    executor = SingleThreadedExecutor()
+    executor.add_node(OwnController())
     try:
-        rclpy.spin(OwnController())
+        # Not `spin()`: where no state comes any more, it sometimes misses SIGTERM and Ctrl-C.
+        while rclpy.ok():
+            executor.spin_once(timeout_sec=1.0)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     return 0

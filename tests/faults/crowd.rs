@@ -7,7 +7,7 @@ use libtest_mimic::Trial;
 
 use super::evidence;
 use super::foreign::root;
-use super::stage::{Process, Stage, eventually, scenario};
+use super::stage::{LONG_WORK, Process, Stage, eventually, scenario};
 use super::trial;
 
 pub(crate) fn trials() -> Vec<Trial> {
@@ -41,7 +41,7 @@ fn all_fly(vehicles: u32) {
         .collect();
     let mut fates = Vec::new();
     for (launcher, out) in dives {
-        let outcome = launcher.finish();
+        let outcome = launcher.finish_within(LONG_WORK);
         let fate = match outcome.status.code() {
             Some(0) => {
                 let flight = evidence::whole_flight(&Path::new(&out).join("bag"));

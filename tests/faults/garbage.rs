@@ -15,7 +15,7 @@ use rand_pcg::Pcg64;
 use rustix::process::Pid;
 
 use super::evidence::{self, stamp};
-use super::stage::{Operator, Signal, Stage, eventually, scenario};
+use super::stage::{LONG_WORK, Operator, Signal, Stage, eventually, scenario};
 use super::trial;
 
 /// Packets a second.
@@ -114,7 +114,13 @@ fn lives_through(maker: Maker, time: Duration) -> [f64; 2] {
         assert!(grown < GROWTH, "{name} has grown by {grown} B");
     }
     launcher.signal(Signal::TERM);
-    let outcome = launcher.finish().success();
+    let asked = Instant::now();
+    // It reads a bag of some 100,000 ticks for its report.
+    let outcome = launcher.finish_within(LONG_WORK).success();
+    println!(
+        "it ended {:.1} s after SIGTERM",
+        asked.elapsed().as_secs_f64()
+    );
     assert!(outcome.stdout.contains("Interrupted after"), "{outcome:#?}");
     evidence::nobody_is_left(&nodes);
     let flight = evidence::whole_flight(&std::path::Path::new(&out).join("bag"));

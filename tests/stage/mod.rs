@@ -34,6 +34,9 @@ use tempfile::TempDir;
 /// Longest that anything may take; reached only when something is broken.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(90);
 
+/// The same of long work, as many dives at once or a long one: how long that takes on a busy machine is the machine's.
+pub(crate) const LONG_WORK: Duration = Duration::from_secs(900);
+
 /// Time between two looks at what is waited for.
 pub(crate) const LOOK: Duration = Duration::from_millis(10);
 
