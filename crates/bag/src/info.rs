@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, fmt, path::PathBuf};
 
-use crate::{BagMetadata, BagReader, Completeness, Topic, reader::TopicCount};
+use crate::{BagReader, Completeness, Topic, reader::TopicCount};
 
 /// The contents of a bag, in numbers.
 #[derive(Clone, Debug, PartialEq)]
