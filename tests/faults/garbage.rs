@@ -78,10 +78,8 @@ fn lives_through(maker: Maker, time: Duration) -> [f64; 2] {
     let launcher = stage.start_at(&limited, &["dive", &file, "--lockstep", "--out", &out], &[]);
     let operator = stage.operator();
     let first = stamp(&operator.state("a flight", |_| true));
-    if time >= DURATION {
-        // The recorder keeps the last 10,000 messages of each topic: what it holds is not to grow any more.
-        while stamp(&operator.state("a flight", |_| true)) < first + QUEUES_FULL * evidence::TICK {}
-    }
+    // The recorder keeps the last 10,000 messages of each topic: what it holds is not to grow any more.
+    while stamp(&operator.state("a flight", |_| true)) < first + QUEUES_FULL * evidence::TICK {}
     let nodes = launcher.nodes();
     let before = rate(&operator, time / 6);
     let memory_before = memory(&nodes);
