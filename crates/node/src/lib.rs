@@ -158,7 +158,7 @@ pub fn exit_code(program: &str, run: impl FnOnce() -> anyhow::Result<()>) -> Exi
 /// What an error has to say at most, in characters: a value of a file is quoted whole, however long it is.
 const ERROR: usize = 4000;
 
-/// An error with its causes, each said once: many a message ends with its cause already. Of more than [`ERROR`]
+/// An error with its causes, each said once: many a message ends with its cause already. Of more than 4,000
 /// characters the middle is left out.
 #[must_use]
 pub fn in_one_line(error: &anyhow::Error) -> String {
