@@ -43,7 +43,7 @@ const SIDE_VIEW: &str = include_str!("side_view.js");
 #[must_use]
 pub fn page(flights: &[Flown]) -> String {
     let heading = match flights {
-        [flown] => flown.scenario.description.clone(),
+        [flown] => flown.scenario.description(),
         several => {
             let names: Vec<&str> = several.iter().map(|it| it.name.as_str()).collect();
             names.join(", ")
@@ -67,7 +67,7 @@ pub fn page(flights: &[Flown]) -> String {
             @if !alone { h2 { (flown.name) } }
             (poles_table(&flown.summary))
             (count_table(&flown.counts))
-            details { summary { "Scenario" } pre { (flown.scenario.source()) } }
+            details { summary { "Scenario" } pre { (flown.scenario.to_yaml()) } }
         }
     };
     document(&format!("Planesman: {heading}"), STYLE, &body, SIDE_VIEW)
