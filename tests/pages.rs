@@ -51,7 +51,7 @@ fn a_flight_and_two_over_each_other_tell_their_values_under_the_cursor() {
     let run = planesman(folder.path(), &["report", "slow", "fast"]);
     let text = String::from_utf8(run.stdout).unwrap();
     assert!(
-        text.contains("settling time (5 %)") && text.contains("fast"),
+        text.contains("settling time (2 %)") && text.contains("fast"),
         "{text}"
     );
     let both = std::fs::read_to_string(folder.path().join("flights.html")).unwrap();

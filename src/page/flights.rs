@@ -131,11 +131,18 @@ pub fn rows() -> Vec<(&'static str, Quantity)> {
         ("overshoot", |it| {
             of(it, |d| format!("{:.2} %", d.overshoot))
         }),
+        ("settling time (2 %)", |it| {
+            of(it, |d| seconds(d.settling_time))
+        }),
         ("settling time (5 %)", |it| {
             of(it, |d| seconds(d.settling_time_5))
         }),
         ("steady error", |it| {
             of(it, |d| format!("{:+.4} m", d.steady_error))
+        }),
+        ("test signal", |it| {
+            let signal = it.summary.test_signal.as_deref();
+            signal.unwrap_or("none").to_owned()
         }),
         ("actuator pulses", |it| it.summary.pulses.to_string()),
         ("ticks without the actuator's answer", |it| {

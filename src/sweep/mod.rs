@@ -26,6 +26,7 @@ use sysid::IdentifierParameters;
 use crate::progress::{bar_with, on_all_cores};
 use crate::scenario::{Scenario, plain};
 use crate::sink::write_text;
+use crate::summary::test_signal;
 use case::Metrics;
 use results::Results;
 use space::Space;
@@ -129,6 +130,12 @@ pub fn run(args: &SweepArgs) -> Result<()> {
 
     #[cfg(feature = "parquet")]
     parquet::write(&file, &sweep.kinds())?;
+    if let Some(signal) = test_signal(&sweep.scenario)? {
+        planesman_node::say!(
+            "flown with a test signal, {signal}, which disturbs every response; without it: --set \
+             depth_controller.identification.signal=none"
+        )?;
+    }
     let page = page::of(&folder, &sweep.scenario, &sweep.space)?;
     planesman_node::say!("{}: {} cases", file.display(), all)?;
     if page.failed > 0 {

@@ -16,6 +16,7 @@ use crate::arguments::number;
 use crate::page::{document, figure, heat_map};
 use crate::scenario::{Scenario, plain};
 use crate::sink::write_text;
+use crate::summary::test_signal;
 
 /// Points of the Pareto plot that are not on its front; of more, one in so many is drawn.
 const DRAWN: usize = 4000;
@@ -93,6 +94,9 @@ pub(super) fn of(folder: &Path, scenario: &Scenario, space: &Space) -> Result<Pa
     let body = html! {
         h1 { "Planesman sweep" }
         p.lead { (scenario.description()) }
+        @if let Some(signal) = test_signal(scenario)? {
+            p { "Flown with a test signal, " (signal) ", which disturbs every response." }
+        }
         p { (cases) " of " (all) " cases"
             @if failed > 0 { "; " (failed) " broke off" }
             ". Means are over the seeds and over what is varied beside the axes of a plot; a case that does not settle has no settling time." }
