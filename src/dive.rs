@@ -104,8 +104,27 @@ pub fn run(scenario: &Scenario, run: &RunFolder, options: &Options) -> Result<Op
         },
         args::only(["--ros-args", "-r", &namespace, "--log-level", "warn"].map(str::to_owned))?,
     )?;
-    rt.subscribe("/diagnostics", Qos::reliable(1000), Event::Diagnostics)?;
-    rt.subscribe("state", Qos::reliable(1000), Event::State)?;
+    // Nobody else ends the dive by telling of its nodes.
+    let crew = NODES.map(|node| full_name(&options.namespace, node));
+    let vehicle = vec![full_name(&options.namespace, "plant_sim")];
+    rt.subscribe_to_speakers(
+        "/diagnostics",
+        Qos::reliable(1000),
+        move |array: &DiagnosticArray| {
+            let is_told = |node: &&String| {
+                let mut told = array.status.iter().map(|it| it.name.split_once(": "));
+                told.any(|it| it.is_some_and(|(name, _)| name == node.as_str()))
+            };
+            crew.iter().filter(is_told).cloned().collect()
+        },
+        Event::Diagnostics,
+    )?;
+    rt.subscribe_to_speakers(
+        "state",
+        Qos::reliable(1000),
+        move |_: &VehicleState| vehicle.clone(),
+        Event::State,
+    )?;
     rt.subscribe("model", Qos::reliable(1000), |model| {
         Event::Model(Box::new(model))
     })?;
@@ -170,6 +189,7 @@ fn fly(
         began: Instant::now(),
         flown: Duration::ZERO,
         interrupted: false,
+        met: false,
     };
     let flown = launcher.command(&rt);
     launcher.bar.finish_and_clear();
@@ -210,7 +230,9 @@ fn other_terminal(domain: Domain, namespace: &str) -> String {
 
 /// Waits until no other loop runs in the namespace, whose vehicle the nodes would answer. Returns the claim to it.
 fn be_alone(rt: &Runtime<Event>, options: &Options) -> Result<Claim> {
-    let claim = rt.claim(&format!("launch {}", options.namespace))?;
+    // Who launches calls the vehicle's service.
+    let evidence = format!("rq{}/plant_sim/pauseRequest", options.namespace);
+    let claim = rt.claim(&format!("launch {}", options.namespace), &evidence)?;
     find_no_other_loop(rt, || give_way(&claim, options))?;
     claim.rise_to(Stage::Held);
     Ok(claim)
@@ -395,6 +417,8 @@ struct Launcher {
     flown: Duration,
     /// Whether the dive was interrupted.
     interrupted: bool,
+    /// Whether another dive was met in flight.
+    met: bool,
 }
 
 impl Launcher {
@@ -507,6 +531,16 @@ impl Launcher {
     fn look(&mut self, rt: &Runtime<Event>) -> Result<Flow> {
         // A vehicle that has given way to another dive's ends too: name the dive first.
         give_way(&self.claim, &self.options)?;
+        if matches!(self.phase, Phase::Flying) && !self.met {
+            // Two networks have become one.
+            if let Some(rival) = self.claim.rival() {
+                self.met = true;
+                self.say(&format!(
+                    "WARNING: another dive, {rival}, flies in namespace {} too: each hears the other's messages; stop one",
+                    self.options.namespace
+                ));
+            }
+        }
         self.crew.check()?;
         match self.phase {
             Phase::Gathering { found, since } => self.gather(rt, found, since)?,

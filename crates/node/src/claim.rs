@@ -1,9 +1,11 @@
 //! A claim to an exclusive role in a domain: the launcher of a loop, the vehicle.
 //!
 //! A node publishes its claim in its diagnostics, once a second and when a new participant appears, and reads the
-//! claims of others. Of two claims to one role the one at the later stage has priority (asked for, held, in use),
-//! then the older. Both sides apply the same rule, and a stage only ever rises, so exactly one continues; a node that
-//! finds a claim with priority over its own must end, and names the other.
+//! claims of others. A claim counts only while its participant has the endpoint that goes with the role: for the vehicle
+//! a writer of its state. Of two claims to one role the one at the later stage has priority (asked for, held, in use),
+//! then the one of the lower identity; no clock decides. Both sides apply the same rule, and a stage only ever rises. A
+//! node that finds a claim with priority over its own must end, and names the other. **A role in use is never given up**:
+//! two loops that meet when both fly go on, and each tells.
 
 use std::{
     cell::RefCell,
@@ -14,10 +16,11 @@ use std::{
 };
 
 use planesman_msgs::diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus};
+use rustdds::RTPSEntity as _;
 
 use crate::{
-    clock,
     diagnostics::{self, Level},
+    discovered::{self, ParticipantId},
     shared::Shared,
 };
 
@@ -56,10 +59,8 @@ impl Stage {
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Party {
     stage: Stage,
-    /// When it was first claimed, ns since 1970.
-    since: i64,
-    /// The claimer's own, for the rare case of two at one instant.
-    id: String,
+    /// Of the participant whose message it came in.
+    id: ParticipantId,
     /// `process 4711 on host`.
     who: String,
 }
@@ -67,28 +68,25 @@ struct Party {
 impl Party {
     /// Whether this goes before `other`.
     fn precedes(&self, other: &Self) -> bool {
-        let rank = |party: &Self| (Reverse(party.stage), party.since, party.id.clone());
+        let rank = |party: &Self| (Reverse(party.stage), party.id);
         rank(self) < rank(other)
     }
 
-    fn to_values(&self) -> [(&'static str, String); 4] {
+    fn to_values(&self) -> [(&'static str, String); 2] {
         [
             ("stage", self.stage.name().to_owned()),
-            ("since", self.since.to_string()),
-            ("id", self.id.clone()),
             ("who", self.who.clone()),
         ]
     }
 
-    fn from_status(status: &DiagnosticStatus) -> Option<Self> {
+    fn from_status(status: &DiagnosticStatus, id: ParticipantId) -> Option<Self> {
         let value = |key: &str| {
             let found = status.values.iter().find(|pair| pair.key == key);
             found.map(|pair| pair.value.clone())
         };
         Some(Self {
             stage: Stage::named(&value("stage")?)?,
-            since: value("since")?.parse().ok()?,
-            id: value("id")?,
+            id,
             who: value("who")?,
         })
     }
@@ -98,7 +96,7 @@ impl Party {
 #[derive(Debug)]
 struct Book {
     own: Party,
-    others: BTreeMap<String, (Party, Instant)>,
+    others: BTreeMap<ParticipantId, (Party, Instant)>,
 }
 
 /// Largest number of other claims.
@@ -109,7 +107,7 @@ impl Book {
         self.others
             .retain(|_, (_, seen)| now.duration_since(*seen) < LIFE);
         if party.id != self.own.id && self.others.len() < MOST {
-            self.others.insert(party.id.clone(), (party, now));
+            self.others.insert(party.id, (party, now));
         }
     }
 
@@ -120,9 +118,11 @@ impl Book {
         living.map(|(party, _)| party)
     }
 
-    /// The claim with priority over ours.
-    fn holder(&self, now: Instant) -> Option<&Party> {
-        self.living(now).find(|other| other.precedes(&self.own))
+    /// The claim with priority over ours, of those that are `evident`; none over a role in use.
+    fn holder(&self, now: Instant, evident: impl Fn(&Party) -> bool) -> Option<&Party> {
+        self.living(now)
+            .filter(|_| self.own.stage < Stage::Used)
+            .find(|other| other.precedes(&self.own) && evident(other))
     }
 }
 
@@ -131,22 +131,25 @@ impl Book {
 pub struct Claim {
     shared: Rc<Shared>,
     subject: Rc<str>,
+    /// The DDS topic on which whoever has the role has a writer.
+    evidence: Rc<str>,
     book: Rc<RefCell<Book>>,
 }
 
 impl Claim {
-    pub(crate) fn new(shared: &Rc<Shared>, subject: &str) -> Self {
-        let since = clock::wall().nanos();
+    pub(crate) fn new(shared: &Rc<Shared>, subject: &str, evidence: &str) -> Self {
+        let participant = shared.participant();
+        let id = participant.and_then(|it| discovered::prefix(it.guid()));
         let host = std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
         let process = std::process::id();
         let claim = Self {
             shared: Rc::clone(shared),
             subject: subject.into(),
+            evidence: evidence.into(),
             book: Rc::new(RefCell::new(Book {
                 own: Party {
                     stage: Stage::Asked,
-                    since,
-                    id: shared.identity(),
+                    id: id.unwrap_or_default(),
                     who: format!("process {process} on {}", host.trim()),
                 },
                 others: BTreeMap::new(),
@@ -156,13 +159,13 @@ impl Claim {
         claim
     }
 
-    /// Reads the claims in a diagnostics message.
-    pub(crate) fn observe(&self, array: &DiagnosticArray) {
+    /// Reads the claims in a diagnostics message of a participant.
+    pub(crate) fn observe(&self, array: &DiagnosticArray, sender: ParticipantId) {
         let name = self.status_name();
         for status in &array.status {
             if let Some((_, rest)) = status.name.split_once(": ")
                 && rest == name
-                && let Some(party) = Party::from_status(status)
+                && let Some(party) = Party::from_status(status, sender)
             {
                 self.book.borrow_mut().observe(party, Instant::now());
             }
@@ -182,7 +185,8 @@ impl Claim {
     #[must_use]
     pub fn holder(&self) -> Option<String> {
         let book = self.book.borrow();
-        book.holder(Instant::now()).map(|party| party.who.clone())
+        let holder = book.holder(Instant::now(), |party| self.is_evident(party));
+        holder.map(|party| party.who.clone())
     }
 
     /// Whoever else claims it.
@@ -190,7 +194,14 @@ impl Claim {
     pub fn rival(&self) -> Option<String> {
         let book = self.book.borrow();
         let mut living = book.living(Instant::now());
-        living.next().map(|party| party.who.clone())
+        let rival = living.find(|party| self.is_evident(party));
+        rival.map(|party| party.who.clone())
+    }
+
+    /// Whether the claimant has the endpoint that goes with the role.
+    fn is_evident(&self, party: &Party) -> bool {
+        let participant = self.shared.participant();
+        participant.is_some_and(|it| discovered::writes(&it, &self.evidence, party.id))
     }
 
     fn status_name(&self) -> String {
@@ -211,11 +222,10 @@ impl Claim {
 mod tests {
     use super::*;
 
-    fn party(stage: Stage, since: i64, id: &str) -> Party {
+    fn party(stage: Stage, id: u8) -> Party {
         Party {
             stage,
-            since,
-            id: id.to_owned(),
+            id: [id; 12],
             who: format!("process {id} on here"),
         }
     }
@@ -231,8 +241,7 @@ mod tests {
     fn of_two_claims_exactly_one_goes_before_the_other() {
         let all: Vec<Party> = [Stage::Asked, Stage::Held, Stage::Used]
             .into_iter()
-            .flat_map(|stage| [1, 2].map(|since| ["a", "b"].map(|id| party(stage, since, id))))
-            .flatten()
+            .flat_map(|stage| [1, 2].map(|id| party(stage, id)))
             .collect();
         for one in &all {
             for other in all.iter().filter(|other| *other != one) {
@@ -243,36 +252,43 @@ mod tests {
                 );
             }
         }
-        assert!(party(Stage::Held, 2, "b").precedes(&party(Stage::Asked, 1, "a")));
-        assert!(party(Stage::Held, 1, "b").precedes(&party(Stage::Held, 2, "a")));
+        assert!(party(Stage::Held, 2).precedes(&party(Stage::Asked, 1)));
+        assert!(party(Stage::Held, 1).precedes(&party(Stage::Held, 2)));
     }
 
     #[test]
     fn who_was_heard_of_lately_and_goes_before_us_holds_it() {
         let now = Instant::now();
-        let mut book = book(party(Stage::Asked, 2, "us"));
-        assert_eq!(book.holder(now), None);
-        book.observe(party(Stage::Used, 1, "us"), now);
-        assert_eq!(book.holder(now), None, "our own claim");
-        book.observe(party(Stage::Asked, 3, "later"), now);
-        assert_eq!(book.holder(now), None);
+        let all = |_: &Party| true;
+        let mut book = book(party(Stage::Asked, 2));
+        assert_eq!(book.holder(now, all), None);
+        book.observe(party(Stage::Used, 2), now);
+        assert_eq!(book.holder(now, all), None, "our own claim");
+        book.observe(party(Stage::Asked, 3), now);
+        assert_eq!(book.holder(now, all), None);
         assert_eq!(book.living(now).count(), 1);
-        book.observe(party(Stage::Asked, 1, "earlier"), now);
-        assert_eq!(
-            book.holder(now).map(|p| p.who.as_str()),
-            Some("process earlier on here")
-        );
-        assert_eq!(book.holder(now + LIFE), None, "silent since");
+        book.observe(party(Stage::Asked, 1), now);
+        let holder = book.holder(now, all).map(|it| it.who.as_str());
+        assert_eq!(holder, Some("process 1 on here"));
+        assert_eq!(book.holder(now, |_| false), None, "no endpoint");
+        assert_eq!(book.holder(now + LIFE, all), None, "silent since");
         book.own.stage = Stage::Held;
-        assert_eq!(book.holder(now), None);
+        assert_eq!(book.holder(now, all), None);
+        book.observe(party(Stage::Used, 1), now);
+        assert!(book.holder(now, all).is_some());
+        book.own.stage = Stage::Used;
+        assert_eq!(book.holder(now, all), None, "a role in use");
     }
 
     #[test]
     fn a_claim_reads_back_as_it_was_told() {
-        let own = party(Stage::Held, 1_700_000_000_000_000_000, "a");
+        let own = party(Stage::Held, 7);
         let status =
             diagnostics::status("/auv/planesman", "claim", Level::Ok, "", &own.to_values());
-        assert_eq!(Party::from_status(&status), Some(own));
-        assert_eq!(Party::from_status(&DiagnosticStatus::default()), None);
+        assert_eq!(Party::from_status(&status, own.id), Some(own));
+        assert_eq!(
+            Party::from_status(&DiagnosticStatus::default(), [0; 12]),
+            None
+        );
     }
 }

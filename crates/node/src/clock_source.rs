@@ -28,7 +28,8 @@ pub(crate) fn set_source(shared: &Rc<Shared>, simulated: bool) -> anyhow::Result
     shared.spawn(async move {
         let ours = Rc::clone(&state);
         let tick = async move |message: Clock, _: &_| ours.clock.on_clock(&message.clock);
-        pump(state, endpoint, reader.async_stream(), non_finite, tick).await;
+        let reason_against = |message: &Clock, _: &_| non_finite(message);
+        pump(state, endpoint, reader.async_stream(), reason_against, tick).await;
     });
     Ok(())
 }

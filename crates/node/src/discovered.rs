@@ -10,6 +10,9 @@ use rustdds::{
 
 use crate::endpoint::announced_hash;
 
+/// The first bytes of all its endpoints' identities.
+pub(crate) type ParticipantId = [u8; 12];
+
 /// A topic that other participants publish, by one type.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PublishedTopic {
@@ -22,7 +25,7 @@ pub struct PublishedTopic {
     /// What each publisher offers.
     pub offers: Vec<Offer>,
     /// Their participants, by the first bytes of the endpoints' identities.
-    participants: Vec<[u8; 12]>,
+    participants: Vec<ParticipantId>,
 }
 
 /// The quality of service that a publisher offers, as far as discovery tells it.
@@ -64,8 +67,26 @@ pub(crate) fn published_topics(participant: &DomainParticipant) -> Vec<Published
     topics.into_values().collect()
 }
 
-fn prefix(endpoint: GUID) -> Option<[u8; 12]> {
+pub(crate) fn prefix(endpoint: GUID) -> Option<ParticipantId> {
     endpoint.to_bytes().first_chunk().copied()
+}
+
+/// Whether that participant has a writer on the DDS topic.
+pub(crate) fn writes(participant: &DomainParticipant, topic: &str, other: ParticipantId) -> bool {
+    let writers = participant.discovered_writers_where(|writer| {
+        let data = &writer.publication_topic_data;
+        data.topic_name == topic && prefix(data.key) == Some(other)
+    });
+    !writers.is_empty()
+}
+
+/// The participants in which a node of this full name is: those that serve its parameters.
+pub(crate) fn homes_of(participant: &DomainParticipant, node: &str) -> Vec<ParticipantId> {
+    let topic = format!("rq{node}/get_parametersRequest");
+    let servers = participant
+        .discovered_readers_where(|reader| *reader.subscription_topic_data.topic_name() == topic);
+    let homes = servers.iter().map(|it| it.reader_proxy.remote_reader_guid);
+    homes.filter_map(prefix).collect()
 }
 
 fn offer(writer: &DiscoveredWriterData) -> Offer {
@@ -96,7 +117,7 @@ pub(crate) fn services_of_others(participant: &DomainParticipant, ending: &str) 
 fn services(
     participant: &DomainParticipant,
     ending: &str,
-    of: impl Fn(&[u8; 12]) -> bool,
+    of: impl Fn(&ParticipantId) -> bool,
 ) -> Vec<String> {
     let ending = format!("{ending}Request");
     let readers = participant.discovered_readers_where(|reader| {

@@ -48,7 +48,7 @@ use ros2_client::{
     Context, MessageInfo, NodeName, NodeOptions, ServiceTypeName, service::ServiceMapping,
 };
 use rustdds::{
-    DomainParticipantBuilder, StatusEvented as _, ThreadWatch, discovery::announce_type_hash,
+    DomainParticipantBuilder, GUID, StatusEvented as _, ThreadWatch, discovery::announce_type_hash,
     refusals,
 };
 use smol::{
@@ -81,7 +81,7 @@ use crate::{
     share::Turn,
     shared::{Shared, type_parts, types_of},
     shutdown,
-    subscription::{non_finite, pump},
+    subscription::{Speakers, non_finite, pump},
     type_description,
     watchdog::Watchdog,
 };
@@ -380,6 +380,21 @@ impl<E: 'static> Runtime<E> {
         qos: Qos,
         event: impl Fn(M) -> E + 'static,
     ) -> anyhow::Result<()> {
+        self.subscribe_to_speakers(topic, qos, |_| Vec::new(), event)
+    }
+
+    /// As [`Runtime::subscribe`], of messages that speak for nodes, named in full (`/auv/sysid`): refused is a message
+    /// that speaks for a node which another participant serves.
+    ///
+    /// # Errors
+    /// Those of [`Runtime::subscribe`].
+    pub fn subscribe_to_speakers<M: Message>(
+        &self,
+        topic: &str,
+        qos: Qos,
+        nodes: impl Fn(&M) -> Vec<String> + 'static,
+        event: impl Fn(M) -> E + 'static,
+    ) -> anyhow::Result<()> {
         let topic = self.shared.topic_name(topic)?;
         let types = types_of::<M>();
         let (endpoint, dds) = self
@@ -394,7 +409,19 @@ impl<E: 'static> Runtime<E> {
             let deliver = async |message, _: &MessageInfo| {
                 let _ = sender.send(event(message).into()).await; // Fails only at shutdown.
             };
-            pump(shared, endpoint, reader.async_stream(), non_finite, deliver).await;
+            let speakers = Speakers::new(&shared);
+            let reason_against = |message: &M, info: &MessageInfo| {
+                non_finite(message)
+                    .or_else(|| speakers.reason_against(info.publisher_gid(), &nodes(message)))
+            };
+            pump(
+                shared,
+                endpoint,
+                reader.async_stream(),
+                reason_against,
+                deliver,
+            )
+            .await;
         });
         Ok(())
     }
@@ -447,7 +474,7 @@ impl<E: 'static> Runtime<E> {
                 let sample = RawSample::new(&topic, bytes, info);
                 let _ = sender.send(event(sample).into()).await;
             };
-            pump(shared, endpoint, samples, |_| None, deliver).await;
+            pump(shared, endpoint, samples, |_, _| None, deliver).await;
         });
         Ok(())
     }
@@ -495,12 +522,13 @@ impl<E: 'static> Runtime<E> {
     }
 
     /// Claims to be the only one that does something in the domain (`subject`, whatever all claimants name it),
-    /// and reads the claims of others.
+    /// and reads the claims of others. They count where the claimant has a writer on the DDS topic `evidence`, as
+    /// `rt/auv/state`.
     ///
     /// # Errors
     /// When the middleware refuses.
-    pub fn claim(&self, subject: &str) -> anyhow::Result<Claim> {
-        let claim = Claim::new(&self.shared, subject);
+    pub fn claim(&self, subject: &str, evidence: &str) -> anyhow::Result<Claim> {
+        let claim = Claim::new(&self.shared, subject, evidence);
         let types = types_of::<DiagnosticArray>();
         let topic = self.shared.topic_name("/diagnostics")?;
         let (endpoint, dds) =
@@ -511,8 +539,19 @@ impl<E: 'static> Runtime<E> {
             .with_node(|node| node.create_subscription::<DiagnosticArray>(&dds, None))?;
         let (shared, ours) = (Rc::clone(&self.shared), claim.clone());
         self.shared.spawn(async move {
-            let deliver = async |array: DiagnosticArray, _: &MessageInfo| ours.observe(&array);
-            pump(shared, endpoint, reader.async_stream(), |_| None, deliver).await;
+            let deliver = async |array: DiagnosticArray, info: &MessageInfo| {
+                if let Some(sender) = discovered::prefix(GUID::from(info.publisher_gid())) {
+                    ours.observe(&array, sender);
+                }
+            };
+            pump(
+                shared,
+                endpoint,
+                reader.async_stream(),
+                |_, _| None,
+                deliver,
+            )
+            .await;
         });
         Ok(claim)
     }

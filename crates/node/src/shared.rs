@@ -13,9 +13,7 @@ use anyhow::anyhow;
 use futures::future::LocalBoxFuture;
 use planesman_msgs::{Message, diagnostic_msgs::msg::DiagnosticStatus};
 use ros2_client::Node;
-use rustdds::{
-    DomainParticipant, GUID, RTPSEntity as _, Topic, TopicKind, discovery::announce_type_hash,
-};
+use rustdds::{DomainParticipant, GUID, Topic, TopicKind, discovery::announce_type_hash};
 use smol::{LocalExecutor, channel::Sender};
 
 use crate::{
@@ -132,13 +130,6 @@ impl Shared {
             .as_mut()
             .ok_or_else(|| anyhow!("the node has shut down"))?;
         work(node).map_err(|e| anyhow!("the middleware refuses: {e:?}"))
-    }
-
-    /// The identity of this node, unique in the domain.
-    pub(crate) fn identity(&self) -> String {
-        self.participant()
-            .map(|participant| format!("{:?}", participant.guid().prefix))
-            .unwrap_or_default()
     }
 
     /// Waits for `work` on this thread, which carries the node's messages meanwhile.

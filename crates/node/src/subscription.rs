@@ -1,12 +1,14 @@
 //! Subscriptions: every sample is validated before the node receives it.
 
-use std::{collections::BTreeMap, rc::Rc};
+use std::{cell::RefCell, collections::BTreeMap, rc::Rc};
 
 use futures::{Stream, StreamExt as _};
 use planesman_msgs::Message;
 use ros2_client::{Gid, MessageInfo, ReadError};
+use rustdds::GUID;
 
 use crate::{
+    discovered::{ParticipantId, homes_of, prefix},
     endpoint::{Endpoint, count},
     shared::Shared,
 };
@@ -19,7 +21,7 @@ pub(crate) async fn pump<M>(
     shared: Rc<Shared>,
     endpoint: Rc<Endpoint>,
     samples: impl Stream<Item = Result<(M, MessageInfo), ReadError>>,
-    reason_against: impl Fn(&M) -> Option<String>,
+    reason_against: impl Fn(&M, &MessageInfo) -> Option<String>,
     mut deliver: impl AsyncFnMut(M, &MessageInfo),
 ) {
     let mut objections: BTreeMap<Gid, String> = BTreeMap::new();
@@ -37,7 +39,7 @@ pub(crate) async fn pump<M>(
             Err(error) => Err(error.to_string()),
             Ok((message, info)) => match objection_to(info.publisher_gid()) {
                 Some(objection) => Err(objection),
-                None => match reason_against(&message) {
+                None => match reason_against(&message, &info) {
                     Some(reason) => Err(reason),
                     None => Ok((message, info)),
                 },
@@ -53,6 +55,44 @@ pub(crate) async fn pump<M>(
                 shared.warn(&endpoint.topic, &format!("a message is refused: {reason}"));
             }
         }
+    }
+}
+
+/// Whose messages speak for which node.
+pub(crate) struct Speakers {
+    shared: Rc<Shared>,
+    /// The nodes that were found in a sender's participant.
+    known: RefCell<BTreeMap<String, ParticipantId>>,
+}
+
+impl Speakers {
+    pub(crate) fn new(shared: &Rc<Shared>) -> Self {
+        Self {
+            shared: Rc::clone(shared),
+            known: RefCell::default(),
+        }
+    }
+
+    /// Why a message that speaks for these nodes must not pass: one of them is in another participant than its writer.
+    pub(crate) fn reason_against(&self, writer: Gid, nodes: &[String]) -> Option<String> {
+        let sender = prefix(GUID::from(writer))?;
+        let is_another = |node: &&String| {
+            if self.known.borrow().get(*node) == Some(&sender) {
+                return false;
+            }
+            let participant = self.shared.participant();
+            let homes = participant.map(|it| homes_of(&it, node));
+            let homes = homes.unwrap_or_default();
+            if homes.contains(&sender) {
+                self.known.borrow_mut().insert((*node).clone(), sender);
+                return false;
+            }
+            !homes.is_empty()
+        };
+        let node = nodes.iter().find(is_another)?;
+        Some(format!(
+            "it speaks for {node}, which is in another participant"
+        ))
     }
 }
 

@@ -81,7 +81,15 @@ fn run(args: Vec<String>) -> Result<()> {
             rt.subscribe("plane_motion", Qos::reliable(100), Event::Motion)?;
         }
     }
-    rt.subscribe("tick_answer", Qos::reliable(100), Event::Answer)?;
+    // A member is a node beside this one, and nobody else answers for it.
+    let own = rt.full_name();
+    let namespace = own.rsplit_once('/').unwrap_or_default().0.to_owned();
+    rt.subscribe_to_speakers(
+        "tick_answer",
+        Qos::reliable(100),
+        move |answer: &TickAnswer| vec![format!("{namespace}/{}", answer.member)],
+        Event::Answer,
+    )?;
     rt.serve::<SetBool>("~/pause", Event::Pause)?;
     rt.serve::<Step>("~/step", Event::Step)?;
     rt.serve::<Trigger>("~/reset", |_, responder| Event::Reset(responder))?;
@@ -188,7 +196,10 @@ impl Node {
         let reliable = lockstep || parameters.reliable_sensors;
         let publishers = Publishers::new(rt, &plant.facts(), owns_time, reliable)?;
         Ok(Self {
-            claim: rt.claim(publishers.state.topic())?,
+            claim: {
+                let topic = publishers.state.topic();
+                rt.claim(topic, &format!("rt{topic}"))?
+            },
             listening: Some(Instant::now()),
             publishers,
             pace,
