@@ -2,13 +2,15 @@
 //! and applies `patches/*.patch` in order.
 //!
 //! The workspace replaces `rustdds` by this crate (`[patch.crates-io]`), so Cargo does
-//! not fetch the published one by itself. A second, one-dependency manifest in `OUT_DIR`
-//! names it, and `cargo metadata` downloads it there if the registry does not hold it
+//! not fetch the published one by itself. A second, one-dependency manifest (`published/`)
+//! names it, and `cargo metadata` downloads it if the registry does not hold it
 //! yet. Its lock file is the workspace's with the published crate's checksum entered:
-//! Cargo refuses any other content, and nothing else is resolved anew.
+//! Cargo refuses any other content, and nothing else is resolved anew. Cargo runs in this
+//! folder, where it finds the configuration that the build has, with vendored sources too.
 //!
 //! To take another version: its number, features and dependencies in `Cargo.toml`, its
-//! checksum below, and every patch that no longer applies made anew or dropped.
+//! number in `published/Cargo.toml`, its checksum below, and every patch that no longer
+//! applies made anew or dropped.
 
 use std::{
     env, fs, io,
@@ -29,6 +31,7 @@ const CHECKSUM: &str = "42683a88b9dc025d7d45771b88d20846443b4901ec4b045ca78b8dd3
 fn main() -> Result<()> {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-changed=patches");
+    println!("cargo::rerun-if-changed=published");
     let out = PathBuf::from(env::var("OUT_DIR")?);
     let patched = out.join("rustdds");
     if patched.exists() {
@@ -46,14 +49,12 @@ fn main() -> Result<()> {
 fn published(out: &Path) -> Result<PathBuf> {
     let probe = out.join("published");
     fs::create_dir_all(probe.join("src"))?;
-    fs::write(probe.join("src/lib.rs"), "")?;
-    fs::write(
-        probe.join("Cargo.toml"),
-        format!(
-            "[workspace]\n[package]\nname = \"published\"\nversion = \"0.0.0\"\nedition = \"2021\"\n\
-             [dependencies]\nrustdds = {{ version = \"={VERSION}\", default-features = false }}\n"
-        ),
-    )?;
+    for file in ["Cargo.toml", "src/lib.rs"] {
+        fs::write(
+            probe.join(file),
+            fs::read(Path::new("published").join(file))?,
+        )?;
+    }
     fs::write(probe.join("Cargo.lock"), lock_file()?)?;
     // Without network first: that is the usual case, and the quick one.
     let metadata = cargo_metadata(&probe, true).or_else(|_| cargo_metadata(&probe, false))?;
@@ -72,9 +73,10 @@ fn published(out: &Path) -> Result<PathBuf> {
 fn cargo_metadata(directory: &Path, offline: bool) -> Result<serde_json::Value> {
     let mut command = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command
-        .current_dir(directory)
         .args(["metadata", "--format-version", "1", "--filter-platform"])
-        .arg(env::var("TARGET")?);
+        .arg(env::var("TARGET")?)
+        .arg("--manifest-path")
+        .arg(directory.join("Cargo.toml"));
     if offline {
         command.arg("--offline");
     }
