@@ -11,20 +11,27 @@ use planesman_signals::Taken;
 
 use super::compared::{Compared, fits, frequency_responses};
 use super::page::{
-    FAR, FREQUENCY, LAG, MAGNITUDE, PHASE, RECORD, Response, STEP, TIME, bound, line, settling,
-    timed, unit_circle,
+    FAR, FREQUENCY, LAG, MAGNITUDE, PHASE, RECORD, Response, SINCE_STEP, STEP, TIME, bound, line,
+    settling, timed, unit_circle,
 };
-use crate::page::{document, figures};
+use crate::page::{document, figures, poles};
+use crate::titles;
 
 /// A page with the models drawn over each other.
 #[must_use]
 pub(super) fn page(models: &[Compared], taken: &Taken) -> String {
     let record = &taken.resampled.record;
-    let title = format!(
-        "Models of {} to {}",
-        record.inputs.first().map_or("", String::as_str),
-        record.outputs.first().map_or("", String::as_str)
-    );
+    let first = |names: &[String]| {
+        names
+            .first()
+            .map_or_else(String::new, |it| titles::title(it))
+    };
+    let (input, output) = (first(&record.inputs), first(&record.outputs));
+    let title = format!("Models: {input} to {}", titles::name(&record.outputs[0]));
+    let readings: Vec<_> = models
+        .iter()
+        .map(|it| (it.name.as_str(), it.reading()))
+        .collect();
     let mut best: Vec<&Compared> = models.iter().collect();
     best.sort_by_key(|it| Reverse(it.judgement.fit.map(|fit| (1e6 * fit) as i64)));
     let body = html! {
@@ -34,20 +41,21 @@ pub(super) fn page(models: &[Compared], taken: &Taken) -> String {
         } }
         p.lead { "Each model is simulated from a state fitted to the beginning of the data; its offset is its own." }
         (fits(models).html())
-        h2 { "Modes" }
-        div.scroll { table.words {
-            @for model in models {
-                tr { td { (model.name) } td { (model.modes().join("; ")) } }
-            }
-        } }
+        h2 { "Poles" }
+        (poles::table_with_note(&readings))
         h2 { "Plots" }
-        (figures(&plots(models, taken)))
+        (figures(&plots(models, taken, &input, &output)))
         details { summary { "The data" } pre { (taken.account()) } }
     };
     document(&title, "", &body, "")
 }
 
-fn plots<'a>(models: &'a [Compared], taken: &'a Taken) -> Vec<Plot<'a>> {
+fn plots<'a>(
+    models: &'a [Compared],
+    taken: &'a Taken,
+    input: &'a str,
+    output: &'a str,
+) -> Vec<Plot<'a>> {
     let record = &taken.resampled.record;
     let Some(longest) = models
         .first()
@@ -102,14 +110,13 @@ fn plots<'a>(models: &'a [Compared], taken: &'a Taken) -> Vec<Plot<'a>> {
             settling.map(|_| timed(&Reading::of(&of.estimate, of.longest).step_response(count)));
         line(&model.name, points.unwrap_or_default())
     });
-    let output = &record.outputs[0];
     vec![
         Plot::new("Measured and simulated output", [TIME, output])
             .note("Measured, and simulated on the input alone. What lies far beyond the measured range is not shown.")
             .linked(RECORD)
             .with_all(simulated)
             .with_all([bound("measured", timed(measured))]),
-        Plot::new("Input", [TIME, &record.inputs[0]])
+        Plot::new("Input", [TIME, input])
             .note("Over each sampling interval.")
             .linked(RECORD)
             .line("input", timed(&segment.inputs[0])),
@@ -128,7 +135,7 @@ fn plots<'a>(models: &'a [Compared], taken: &'a Taken) -> Vec<Plot<'a>> {
             .one_scale()
             .with_all(models.iter().map(pole_map))
             .with_all([unit_circle()]),
-        Plot::new("Step responses", [TIME, output])
+        Plot::new("Step responses", [SINCE_STEP, output])
             .note("After a unit step of the input, from rest, without offset. Unstable models are left out.")
             .with_all(steps),
         correlations(

@@ -43,7 +43,7 @@ setTimeout(() => {
         if (legend.textContent !== silent) { told = legend.innerText.replace(/\s+/g, " "); break search; }
       }
     }
-    lines.push(`plot\t${figure.querySelector("h3").textContent}\t${told}`);
+    lines.push(`plot\t${figure.querySelector("h2").textContent}\t${told}`);
   }
   lines.push(...errors.map((it) => `error\t${it}`));
   const it = document.createElement("pre");
