@@ -42,15 +42,13 @@ fn table(models: &[(&str, Reading<'_>)]) -> Table {
         for pole in poles {
             let s = reading.in_s(&pole);
             let does = match &s {
-                _ if is_sampling_artefact(pole.value) => ARTEFACT.to_owned(),
-                Some(s) => s.mode_text(),
-                None => ARTEFACT.to_owned(),
+                Some(s) if !is_sampling_artefact(pole.value) => s.mode_text(),
+                _ => ARTEFACT.to_owned(),
             };
-            let cells = [
-                text(&pole),
-                s.map_or("none".to_owned(), |it| text(&it)),
-                does,
-            ];
+            // The logarithm of a negative pole is no system's.
+            let s = s.filter(|_| pole.value.im != 0.0 || pole.value.re > 0.0);
+            let s = s.map_or_else(|| "none".to_owned(), |it| text(&it));
+            let cells = [text(&pole), s, does];
             let name = names.iter().map(|_| (*name).to_owned());
             table.row(name.chain(cells));
         }

@@ -39,13 +39,17 @@ pub(super) const RECORD: &str = "record";
 pub(super) const FREQUENCY: &str = "frequency";
 pub(super) const LAG: &str = "lag";
 
-/// The page of a model and the record it is of.
+/// The page of a model and the record it is of; `columns` are its input and output with their units.
 ///
 /// # Errors
 /// When the record is not that of the model, or its poles are not found.
-pub(super) fn page(analysis: &Analysis, record: &Record) -> Result<String> {
-    let [input, output] = [&analysis.input, &analysis.output].map(|it| titles::title(it));
-    let title = format!("{input} to {}", titles::name(&analysis.output));
+pub(super) fn page(analysis: &Analysis, record: &Record, columns: [&str; 2]) -> Result<String> {
+    let [input, output] = columns.map(titles::title);
+    let title = format!(
+        "{} to {}",
+        titles::title(&analysis.input),
+        titles::name(&analysis.output)
+    );
     let plots = plots(analysis, record, &input, &output)?;
     // The verdict itself first, then its reasons.
     let is_verdict = |it: &&String| it.starts_with("verdict");
@@ -93,6 +97,19 @@ fn in_words(analysis: &Analysis) -> Markup {
     }
 }
 
+/// The least and the greatest of values.
+pub(super) fn range(values: &[f64]) -> (f64, f64) {
+    let values = values.iter();
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), it| {
+        (low.min(*it), high.max(*it))
+    })
+}
+
+/// Whether a value lies no farther outside a range than [`FAR`] times its width.
+pub(super) fn is_near(value: f64, low: f64, high: f64) -> bool {
+    (value - low).abs().max((value - high).abs()) < FAR * (high - low).max(1e-9)
+}
+
 pub(super) fn line(name: &str, points: Vec<(f64, f64)>) -> Series<'_> {
     Series::new(Style::Line, name, points)
 }
@@ -123,16 +140,24 @@ fn plots<'a>(
     let timed = |values: &[f64]| timed(values, record.sample_time);
     let errors = measured.iter().zip(&simulated).map(|(y, model)| y - model);
     let errors: Vec<f64> = errors.collect();
+    let (low, high) = range(measured);
+    // A simulation that diverges would flatten what was measured.
+    let near = |values: &[f64], (low, high): (f64, f64)| {
+        let mut points = timed(values);
+        points.retain(|(_, it)| is_near(*it, low, high));
+        points
+    };
+    let spread = high - low;
     let mut plots = vec![
         Plot::new("Measured and simulated output", [TIME, output_title])
-            .note("The model is simulated on the input alone.")
+            .note("The model is simulated on the input alone. What lies far beyond the measured range is not shown.")
             .linked(RECORD)
             .with(Style::Broad, "measured", timed(measured))
-            .line("simulated", timed(&simulated)),
+            .line("simulated", near(&simulated, (low, high))),
         Plot::new("Measured less simulated output", [TIME, output_title])
             .note("What the model does not explain.")
             .linked(RECORD)
-            .line("difference", timed(&errors)),
+            .line("difference", near(&errors, (-spread, spread))),
         Plot::new("Input", [TIME, input_title])
             .note("Over each sampling interval.")
             .linked(RECORD)
@@ -386,7 +411,7 @@ mod tests {
                 ..Options::default()
             };
             let analysis = analyse(&record, &options).unwrap();
-            let page = page(&analysis, &record).unwrap();
+            let page = page(&analysis, &record, ["planes <V>", "gyro"]).unwrap();
             stands_alone(&page);
             assert_eq!(page.matches(&analysis.verdict[0]).count(), 1, "{method:?}");
             let learnt = if method == Method::OutputError {
