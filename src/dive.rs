@@ -14,12 +14,14 @@ use indicatif::{ProgressBar, ProgressStyle};
 use planesman_linear::pole_text;
 use planesman_msgs::diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus};
 use planesman_msgs::planesman_msgs::msg::{ModelEstimate, VehicleState};
+use planesman_msgs::rcl_interfaces::srv::{GetParameters, GetParametersRequest};
 use planesman_msgs::std_srvs::srv::{SetBool, SetBoolRequest, SetBoolResponse};
 use planesman_node::claim::{Claim, Stage};
 use planesman_node::{
     Client, Connections, Direction, Domain, Flow, Next, NodeSpec, Qos, Runtime, args, shutdown,
+    value_of,
 };
-use planesman_parameters::Value;
+use planesman_parameters::{Value, Values};
 use recorder::loop_topics;
 use recorder::node::BAG;
 use sysid::sparkline;
@@ -28,7 +30,7 @@ use crate::crew::Crew;
 use crate::fingerprint::identified;
 use crate::nodes::NODES;
 use crate::run_folder::{Loss, RunFolder};
-use crate::scenario::Scenario;
+use crate::scenario::{Scenario, difference};
 use crate::sink::full_name;
 use crate::table::print_wrapped;
 
@@ -87,11 +89,11 @@ pub struct Options {
 /// # Errors
 /// When a node cannot start, does not find the others, or fails in flight.
 pub fn run(scenario: &Scenario, run: &RunFolder, options: &Options) -> Result<Option<Loss>> {
-    let parameters = scenario.parameter_file(
-        &options.namespace,
-        &extra(run, options),
-        options.pace.owns_time(),
-    )?;
+    let extra = extra(run, options);
+    launcher_decides(scenario, &extra)?;
+    let parameters =
+        scenario.parameter_file(&options.namespace, &extra, options.pace.owns_time())?;
+    scenario.check_kept(&parameters, &options.namespace, &extra)?;
     let namespace = format!("__ns:={}", options.namespace);
     let (rt, ()) = Runtime::start(
         NodeSpec {
@@ -108,7 +110,16 @@ pub fn run(scenario: &Scenario, run: &RunFolder, options: &Options) -> Result<Op
         Event::Model(Box::new(model))
     })?;
     let go = rt.client::<SetBool>("plant_sim/pause")?;
-    print_wrapped(format_args!("{}\n", scenario.description))?;
+    let parameters_of = |node: &'static str| {
+        Ok(Started {
+            node,
+            parameters: scenario.launched_values(node, &extra)?,
+            get: rt.client(&format!("{node}/get_parameters"))?,
+        })
+    };
+    let started = NODES.into_iter().map(parameters_of);
+    let started = started.collect::<Result<Vec<_>>>()?;
+    print_wrapped(format_args!("{}\n", scenario.description()))?;
     let claim = be_alone(&rt, options)?;
     // All that can be refused has been: now there is something to keep.
     run.create(scenario, &parameters)?;
@@ -118,13 +129,14 @@ pub fn run(scenario: &Scenario, run: &RunFolder, options: &Options) -> Result<Op
             other_terminal(Domain::from_environment()?, &options.namespace)
         )?;
     }
-    fly(rt, go, claim, scenario, run, options).inspect_err(|error| run.note_failure(error))
+    fly(rt, go, started, claim, scenario, run, options).inspect_err(|error| run.note_failure(error))
 }
 
 /// Starts the nodes and flies them to the end.
 fn fly(
     rt: Runtime<Event>,
     go: Client<SetBool>,
+    started: Vec<Started>,
     claim: Claim,
     scenario: &Scenario,
     run: &RunFolder,
@@ -140,6 +152,7 @@ fn fly(
         options: options.clone(),
         crew,
         go,
+        started,
         claim,
         phase: Phase::Gathering {
             found: 0,
@@ -281,10 +294,60 @@ fn extra(run: &RunFolder, options: &Options) -> Vec<(&'static str, &'static str,
     extra
 }
 
+/// Refuses a scenario that gives a parameter of the launcher's another value: it would be lost.
+fn launcher_decides(scenario: &Scenario, extra: &[(&str, &str, Value)]) -> Result<()> {
+    let of_pace = ["time", "factor", "sim_time"].map(|name| ("plant_sim", name));
+    for (node, name) in extra.iter().map(|it| (it.0, it.1)).chain(of_pace) {
+        let decided = extra.iter().find(|it| (it.0, it.1) == (node, name));
+        let given = scenario.given(node, name);
+        if given.is_some_and(|given| decided.is_none_or(|it| it.2 != *given)) {
+            bail!(
+                "{node}.{name} follows from the options of `planesman dive` (--sim-time, --factor, --lockstep, --out): leave it \
+                 out of the scenario"
+            );
+        }
+    }
+    Ok(())
+}
+
+/// A node as it is to be started.
+struct Started {
+    node: &'static str,
+    parameters: Values,
+    get: Client<GetParameters>,
+}
+
+impl Started {
+    /// Asks the running node for its parameters.
+    ///
+    /// # Errors
+    /// No answer, or a parameter with another value than the flight is to have.
+    async fn check(self) -> Result<()> {
+        let names = self.parameters.declarations().iter();
+        let names: Vec<String> = names.map(|it| it.name.clone()).collect();
+        let request = GetParametersRequest {
+            names: names.clone(),
+        };
+        let answer = self.get.call(request, GATHERING).await;
+        let answer = answer.with_context(|| format!("the parameters of {}", self.node))?;
+        let values = answer.values.into_iter().map(value_of);
+        let has: BTreeMap<String, Option<Value>> = names.into_iter().zip(values).collect();
+        match difference(&self.parameters, |name| has.get(name).cloned().flatten()) {
+            None => Ok(()),
+            Some(difference) => bail!(
+                "the running node does not have the parameters of the flight: {}.{difference}",
+                self.node
+            ),
+        }
+    }
+}
+
 enum Event {
     Diagnostics(DiagnosticArray),
     State(VehicleState),
     Model(Box<ModelEstimate>),
+    /// Whether every node has the parameters of the flight.
+    Compared(Result<()>),
     /// The vehicle's answer to its release.
     Going(Result<SetBoolResponse>),
     /// Its answer to the stop.
@@ -295,6 +358,8 @@ enum Event {
 enum Phase {
     /// Waiting until all have discovered each other: the largest number of matches, and its time.
     Gathering { found: usize, since: Instant },
+    /// All have; their parameters are compared with the flight's.
+    Comparing,
     /// The vehicle was released.
     Flying,
     /// It was asked to stop.
@@ -308,6 +373,7 @@ struct Launcher {
     options: Options,
     crew: Crew,
     go: Client<SetBool>,
+    started: Vec<Started>,
     claim: Claim,
     phase: Phase,
     /// The endpoints of each node.
@@ -380,6 +446,10 @@ impl Launcher {
                 }
             }
             Event::Model(_) => {}
+            Event::Compared(outcome) => {
+                outcome?;
+                self.release(rt);
+            }
             Event::Going(outcome) => drop(outcome?),
             Event::Stopped(outcome) => {
                 outcome.context("plant_sim does not stop")?;
@@ -456,18 +526,20 @@ impl Launcher {
         Ok(Flow::Continue)
     }
 
-    /// Releases the vehicle once all have discovered each other; gives up after [`GATHERING`] without a new match.
+    /// Compares the parameters once all have discovered each other; gives up after [`GATHERING`] without a new match.
     fn gather(&mut self, rt: &Runtime<Event>, found: usize, since: Instant) -> Result<()> {
         let own = rt.connections();
         let Some(missing) = self.missing(&own) else {
-            self.claim.rise_to(Stage::Used);
-            self.say("all nodes have discovered each other; diving");
-            self.began = Instant::now();
-            let go = self.go.clone();
+            let checks = std::mem::take(&mut self.started).into_iter();
+            let checks: Vec<_> = checks.map(Started::check).collect();
             rt.when_done(async move {
-                Event::Going(go.call(SetBoolRequest { data: false }, GATHERING).await)
+                let mut outcome = Ok(());
+                for check in checks {
+                    outcome = outcome.and(check.await);
+                }
+                Event::Compared(outcome)
             });
-            self.phase = Phase::Flying;
+            self.phase = Phase::Comparing;
             return Ok(());
         };
         let now_found = self.found(&own);
@@ -484,6 +556,17 @@ impl Launcher {
         }
         self.bar.set_message(missing);
         Ok(())
+    }
+
+    fn release(&mut self, rt: &Runtime<Event>) {
+        self.claim.rise_to(Stage::Used);
+        self.say("all nodes have discovered each other; diving");
+        self.began = Instant::now();
+        let go = self.go.clone();
+        rt.when_done(async move {
+            Event::Going(go.call(SetBoolRequest { data: false }, GATHERING).await)
+        });
+        self.phase = Phase::Flying;
     }
 
     fn stop_the_vehicle(&mut self, rt: &Runtime<Event>) {

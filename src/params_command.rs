@@ -79,7 +79,7 @@ pub fn parameter_file(node: Option<&str>, scenario: Option<&Scenario>) -> Result
             .to_owned(),
         Some(scenario) => format!(
             "# {}: a ROS 2 parameter file.\n",
-            scenario.description.replace('\n', " ")
+            scenario.description().replace('\n', " ")
         ),
     };
     for name in nodes {

@@ -62,7 +62,7 @@ impl RunFolder {
     /// When it cannot be made.
     pub fn create(&self, scenario: &Scenario, parameters: &str) -> Result<()> {
         fs::create_dir_all(self.path.join("log"))
-            .and_then(|()| fs::write(self.scenario_file(), scenario.source()))
+            .and_then(|()| fs::write(self.scenario_file(), scenario.to_yaml()))
             .and_then(|()| fs::write(self.parameter_file(), parameters))
             .with_context(|| format!("cannot make the folder '{}'", self.path.display()))
     }

@@ -3,15 +3,16 @@
 //! The same file feeds the processes over DDS (as a ROS 2 parameter file) and the
 //! in-process composition, through the same declarations and the same checks.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::path::Path;
+use std::str::FromStr;
 
 use anyhow::{Context, Result, anyhow, bail};
 use planesman_parameters::{Declaration, Parameters, Value, Values, file};
 use planesman_text::{did_you_mean, shown, yaml};
 use planesman_units::{Dimension, Quantity};
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
 use crate::nodes::{self, NODES};
 
@@ -47,29 +48,40 @@ pub const BUILTIN: [(&str, &str); 4] = [
     ),
 ];
 
-/// A scenario file.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+/// What is flown: duration, sampling time, seed, and a value for each parameter that is not at its declared default.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scenario {
+    description: String,
+    /// Duration, s of vehicle time.
+    pub duration: f64,
+    /// The sampling time of the loop, s.
+    pub tick: f64,
+    /// The seed of everything random.
+    pub seed: u32,
+    /// Per node the parameters that are given, by their full names, in the types that are declared.
+    parameters: BTreeMap<&'static str, BTreeMap<String, Value>>,
+    /// The parameters that were set after the file was written, each once.
+    changed: Vec<ParameterName>,
+}
+
+/// A scenario as its file has it.
+#[derive(Deserialize)]
 #[serde(
     deny_unknown_fields,
     expecting = "a mapping with a description, a duration and parameters"
 )]
-pub struct Scenario {
-    /// A description, one sentence.
-    pub description: String,
-    /// Duration, s of vehicle time.
-    pub duration: f64,
-    /// The sampling time of the loop, s.
+struct ScenarioFile {
+    description: String,
+    duration: f64,
     #[serde(default = "default_tick")]
-    pub tick: f64,
-    /// The seed of everything random.
+    tick: f64,
     #[serde(default = "default_seed")]
-    pub seed: u32,
-    /// Parameters per node, as in a ROS 2 parameter file.
+    seed: u32,
     #[serde(default)]
-    pub parameters: BTreeMap<String, serde_yaml_ng::Value>,
-    /// The text it was read from.
-    #[serde(skip)]
-    source: String,
+    parameters: BTreeMap<String, serde_yaml_ng::Value>,
+    /// `NODE.PARAMETER`, as [`Scenario::changed`].
+    #[serde(default)]
+    changed: Vec<String>,
 }
 
 fn default_tick() -> f64 {
@@ -84,7 +96,7 @@ fn default_seed() -> u32 {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ParameterName {
     /// The node.
-    pub node: String,
+    pub node: &'static str,
     /// The parameter, dots between levels.
     pub name: String,
 }
@@ -95,41 +107,70 @@ impl ParameterName {
     /// # Errors
     /// When it is not of that form, or there is no such node.
     pub fn split(change: &str) -> Result<(Self, &str)> {
-        let form = || anyhow!("NODE.PARAMETER=VALUE is expected");
-        let (name, text) = change.split_once('=').ok_or_else(form)?;
-        let (node, name) = name.split_once('.').ok_or_else(form)?;
-        if !NODES.contains(&node) {
-            bail!("there is no node '{node}'{}", did_you_mean(node, NODES));
-        }
-        let parameter = Self {
-            node: node.to_owned(),
-            name: name.to_owned(),
-        };
-        Ok((parameter, text))
+        let (name, text) = change
+            .split_once('=')
+            .filter(|(name, _)| name.contains('.'))
+            .ok_or_else(|| anyhow!("NODE.PARAMETER=VALUE is expected"))?;
+        Ok((name.parse()?, text))
     }
 
-    /// Its declaration, if it is declared.
-    #[must_use]
-    pub fn declaration(&self) -> Option<Declaration> {
-        let declared = nodes::declarations(&self.node)?.into_iter();
-        declared.into_iter().find(|it| it.name == self.name)
+    /// Its declaration.
+    ///
+    /// # Errors
+    /// When the node declares no such parameter.
+    pub fn declaration(&self) -> Result<Declaration> {
+        let declared = nodes::declarations(self.node).unwrap_or_default();
+        let names = declared.iter().map(|it| it.name.as_str());
+        let meant = did_you_mean(&self.name, names);
+        let declaration = declared.into_iter().find(|it| it.name == self.name);
+        declaration.ok_or_else(|| anyhow!("{} has no parameter '{}'{meant}", self.node, self.name))
     }
 
     /// A value as the command line writes it: as in a scenario, or a number with a unit of the parameter's dimension
     /// (`1ft/s`).
     ///
     /// # Errors
-    /// When the text is not YAML.
-    pub fn value(&self, text: &str) -> Result<serde_yaml_ng::Value> {
-        let value: serde_yaml_ng::Value = yaml::from_str(text)?;
-        let with_unit = || {
-            let declaration = self.declaration()?;
+    /// When the text is no YAML value of a ROS type, or the parameter's declaration refuses it.
+    pub fn value(&self, text: &str) -> Result<Value> {
+        let declaration = self.declaration()?;
+        let value = file::parse_value(&self.name, text)?;
+        let with_unit = |text: &str| {
             let dimension = Dimension::of_si_unit(declaration.unit)?;
-            let Ok(quantity) = value.as_str()?.parse::<Quantity>();
+            let Ok(quantity) = text.parse::<Quantity>();
             quantity.si(dimension).ok()
         };
-        Ok(with_unit().map_or_else(|| value.clone(), Into::into))
+        let value = match &value {
+            Value::String(text) => with_unit(text).map_or(value, Value::Double),
+            _ => value,
+        };
+        Ok(declaration.accept(value)?)
     }
+}
+
+impl FromStr for ParameterName {
+    type Err = anyhow::Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let (node, name) = text
+            .split_once('.')
+            .ok_or_else(|| anyhow!("NODE.PARAMETER is expected, not '{text}'"))?;
+        Ok(Self {
+            node: known_node(node)?,
+            name: name.to_owned(),
+        })
+    }
+}
+
+/// The node of this name.
+fn known_node(name: &str) -> Result<&'static str> {
+    let known = NODES.into_iter().find(|it| *it == name);
+    known.ok_or_else(|| {
+        anyhow!(
+            "there is no node '{name}'{}; there are {}",
+            did_you_mean(name, NODES),
+            NODES.join(", ")
+        )
+    })
 }
 
 impl std::fmt::Display for ParameterName {
@@ -199,62 +240,60 @@ impl Scenario {
         tick: Option<f64>,
         seed: Option<u32>,
     ) -> Result<Self> {
-        let changed = Self {
+        let scenario = Self {
             duration: duration.unwrap_or(self.duration),
             tick: tick.unwrap_or(self.tick),
             seed: seed.unwrap_or(self.seed),
             ..self.clone()
         };
-        let scenario = Self::parse(&serde_yaml_ng::to_string(&changed)?)?;
         scenario.check()?;
         Ok(scenario)
     }
 
     /// Sets a parameter as `NODE.PARAMETER=VALUE`; the description says so.
     fn set(&mut self, change: &str) -> Result<()> {
-        let (parameter, value) = ParameterName::split(change)?;
-        self.put(&parameter.node, &parameter.name, parameter.value(value)?)?;
-        self.description = format!("{}; {change}", self.description);
-        self.source = serde_yaml_ng::to_string(self)?;
+        let (parameter, text) = ParameterName::split(change)?;
+        let value = parameter.value(text)?;
+        self.put(&parameter, value)?;
+        self.changed.retain(|other| *other != parameter);
+        self.changed.push(parameter);
         Ok(())
     }
 
-    /// Sets a parameter, also in the text that is kept with the flight.
-    fn put(&mut self, node: &str, parameter: &str, value: serde_yaml_ng::Value) -> Result<()> {
-        self.enter(node, parameter, value)?;
-        self.values(node)?;
-        self.source = serde_yaml_ng::to_string(self)?;
-        Ok(())
-    }
-
-    /// Sets a parameter, unchecked, for one flight of many: the text that is kept with a flight stays.
+    /// Gives a parameter a value. The plant's duration and seed, and the tick of whoever has one, are the scenario's own.
     ///
     /// # Errors
-    /// When the scenario's section of the node is not a mapping.
-    pub(crate) fn enter(
-        &mut self,
-        node: &str,
-        parameter: &str,
-        value: serde_yaml_ng::Value,
-    ) -> Result<()> {
-        let section = self
-            .parameters
-            .entry(node.to_owned())
-            .or_insert_with(|| serde_yaml_ng::Mapping::new().into());
-        // The last entry counts, also where the file has the parameter in a nested mapping.
-        let entries = section
-            .as_mapping_mut()
-            .ok_or_else(|| anyhow!("the parameters of {node} are not a mapping"))?;
-        entries.remove(parameter);
-        entries.insert(parameter.into(), value);
+    /// When the parameter is not declared, or its declaration refuses the value.
+    pub(crate) fn put(&mut self, parameter: &ParameterName, value: Value) -> Result<()> {
+        let ParameterName { node, name } = parameter;
+        let value = parameter.declaration()?.accept(value)?;
+        match (*node, name.as_str(), &value) {
+            ("plant_sim", "duration", Value::Double(duration)) => self.duration = *duration,
+            ("plant_sim" | "dha_actuator", "tick", Value::Double(tick)) => self.tick = *tick,
+            ("plant_sim", "seed", Value::Integer(seed)) => self.seed = u32::try_from(*seed)?,
+            _ => {
+                let given = self.parameters.entry(node).or_default();
+                given.insert(name.clone(), value);
+            }
+        }
         Ok(())
+    }
+
+    /// The value that the scenario gives a parameter; `None` where the declared default holds.
+    pub(crate) fn given(&self, node: &str, name: &str) -> Option<&Value> {
+        self.parameters.get(node)?.get(name)
+    }
+
+    /// Whether a parameter was set after the file was written.
+    pub(crate) fn is_changed(&self, parameter: &ParameterName) -> bool {
+        self.changed.contains(parameter)
     }
 
     /// Makes the relative paths of files absolute: those in `folder`, where the scenario's file is, before those in the
     /// working directory. So they are also in the text that is kept with the flight.
     fn find_files(&mut self, folder: &Path) -> Result<()> {
         for (node, parameter) in FILES {
-            let Some(Value::String(name)) = self.values(node)?.get(parameter).cloned() else {
+            let Some(Value::String(name)) = self.given(node, parameter).cloned() else {
                 continue;
             };
             // A built-in name is no path.
@@ -263,17 +302,22 @@ impl Scenario {
             let found = places.iter().find(|place| place.is_file());
             if let (true, Some(place)) = (is_relative, found) {
                 let path = std::path::absolute(place)?;
-                self.put(node, parameter, path.display().to_string().into())?;
+                let parameter = ParameterName {
+                    node,
+                    name: parameter.to_owned(),
+                };
+                self.put(&parameter, Value::String(path.display().to_string()))?;
             }
         }
         Ok(())
     }
 
-    /// Each node's own rule for its parameters, and the files they name.
+    /// The rules for duration and tick, each node's own for its parameters, and the files they name.
     ///
     /// # Errors
-    /// The refusal of the first node that would refuse.
+    /// The refusal of the first that refuses.
     pub(crate) fn check(&self) -> Result<()> {
+        self.check_times()?;
         for node in NODES {
             nodes::validate(node, &self.values(node)?)
                 .map_err(|reason| anyhow!("node {node}: {reason}"))?;
@@ -281,43 +325,126 @@ impl Scenario {
         Ok(())
     }
 
-    /// A scenario from its YAML text.
-    ///
-    /// # Errors
-    /// When the text is no scenario or a parameter breaks its declaration.
-    pub fn parse(text: &str) -> Result<Self> {
-        let mut scenario: Self = yaml::from_str(text)?;
-        scenario.source = text.to_owned();
-        for (name, value) in [("duration", scenario.duration), ("tick", scenario.tick)] {
+    fn check_times(&self) -> Result<()> {
+        for (name, value) in [("duration", self.duration), ("tick", self.tick)] {
             if !(value.is_finite() && value > 0.0) {
                 bail!("{name}: {value} refused: it must be positive and finite, in s");
             }
         }
-        if scenario.duration > 86_400.0 {
+        if self.duration > 86_400.0 {
             bail!(
                 "duration: {} refused: at most a day, 86400 s",
-                scenario.duration
+                self.duration
             );
         }
-        for node in scenario.parameters.keys() {
-            if !NODES.contains(&node.as_str()) {
-                bail!(
-                    "parameters: there is no node '{node}'{}; there are {}",
-                    did_you_mean(node, NODES),
-                    NODES.join(", ")
-                );
-            }
+        Ok(())
+    }
+
+    /// A scenario from its YAML text.
+    ///
+    /// # Errors
+    /// When the text is no scenario, gives a parameter twice, or a parameter breaks its declaration.
+    pub fn parse(text: &str) -> Result<Self> {
+        let file: ScenarioFile = yaml::from_str(text)?;
+        let mut scenario = Self {
+            description: file.description,
+            duration: file.duration,
+            tick: file.tick,
+            seed: file.seed,
+            parameters: BTreeMap::new(),
+            changed: Vec::new(),
+        };
+        scenario.check_times()?;
+        for (node, section) in &file.parameters {
+            let node = known_node(node).context("parameters")?;
+            scenario
+                .take(node, section)
+                .with_context(|| format!("node {node}"))?;
         }
         for node in NODES {
             scenario.values(node)?;
         }
+        let changed = file.changed.iter().map(|it| it.parse());
+        scenario.changed = changed.collect::<Result<_>>().context("changed")?;
         Ok(scenario)
     }
 
-    /// The text it was read from.
+    /// The parameters that a file gives `node`, nested or by full names.
+    fn take(&mut self, node: &'static str, section: &serde_yaml_ng::Value) -> Result<()> {
+        let mut there = BTreeSet::new();
+        for (name, value) in file::flatten(section)? {
+            if !there.insert(name.clone()) {
+                bail!("parameter '{name}' is given twice");
+            }
+            let own = (self.duration, self.tick, self.seed);
+            self.put(
+                &ParameterName {
+                    node,
+                    name: name.clone(),
+                },
+                value,
+            )?;
+            if own != (self.duration, self.tick, self.seed) {
+                bail!("parameter '{name}' is the scenario's own '{name}': give it there");
+            }
+        }
+        Ok(())
+    }
+
+    /// The sentence of the file, and what was set since.
     #[must_use]
-    pub fn source(&self) -> &str {
-        &self.source
+    pub fn description(&self) -> String {
+        let mut text = self.description.clone();
+        for parameter in &self.changed {
+            let Ok((value, unit)) = self.value_of(parameter) else {
+                continue;
+            };
+            let unit = if unit.is_empty() {
+                ""
+            } else {
+                &format!(" {unit}")
+            };
+            text += &format!("; {parameter}={}{unit}", plain(&value));
+        }
+        text
+    }
+
+    /// The value of a parameter, with its unit.
+    fn value_of(&self, parameter: &ParameterName) -> Result<(Value, &'static str)> {
+        let values = self.values(parameter.node)?;
+        let value = values.get(&parameter.name).cloned();
+        Ok((
+            value.ok_or_else(|| anyhow!("{parameter} is not declared"))?,
+            parameter.declaration()?.unit,
+        ))
+    }
+
+    /// The scenario as the text of a file: all that it gives, nothing that is at its default.
+    #[must_use]
+    pub fn to_yaml(&self) -> String {
+        let mut text = format!(
+            "description: {}\nduration: {}\ntick: {}\nseed: {}\n",
+            Value::from(self.description.as_str()),
+            Value::Double(self.duration),
+            Value::Double(self.tick),
+            self.seed
+        );
+        if !self.changed.is_empty() {
+            text += "changed: # by --set, after the file was written\n";
+        }
+        for parameter in &self.changed {
+            text += &format!("  - {parameter}\n");
+        }
+        if !self.parameters.is_empty() {
+            text += "parameters:\n";
+        }
+        for (node, given) in &self.parameters {
+            text += &format!("  {node}:\n");
+            for (name, value) in given {
+                text += &format!("    {name}: {value}\n");
+            }
+        }
+        text
     }
 
     /// The number of ticks flown.
@@ -334,21 +461,22 @@ impl Scenario {
         let Some(declarations) = nodes::declarations(node) else {
             bail!("there is no node '{node}'");
         };
-        let mut changes: Vec<(String, Value)> = match node {
+        let own: Vec<(&str, Value)> = match node {
             "plant_sim" => vec![
-                ("tick".to_owned(), self.tick.into()),
-                ("duration".to_owned(), self.duration.into()),
-                ("seed".to_owned(), i64::from(self.seed).into()),
+                ("tick", self.tick.into()),
+                ("duration", self.duration.into()),
+                ("seed", i64::from(self.seed).into()),
             ],
-            "dha_actuator" => vec![("tick".to_owned(), self.tick.into())],
-            "sysid" => vec![("sample_time".to_owned(), self.tick.into())],
+            "dha_actuator" => vec![("tick", self.tick.into())],
+            "sysid" => vec![("sample_time", self.tick.into())],
             _ => Vec::new(),
         };
-        if let Some(section) = self.parameters.get(node) {
-            changes.extend(file::flatten(section)?);
-        }
+        let own = own
+            .into_iter()
+            .map(|(name, value)| (name.to_owned(), value));
+        let given = self.parameters.get(node).cloned().unwrap_or_default();
         Values::defaults(declarations)
-            .with(changes)
+            .with(own.chain(given))
             .with_context(|| format!("node {node}"))
     }
 
@@ -358,6 +486,51 @@ impl Scenario {
     /// When a value breaks its declaration, or the node declares another struct.
     pub fn parameters_of<P: Parameters>(&self, node: &str) -> Result<P> {
         Ok(P::from_values(&self.values(node)?)?)
+    }
+
+    /// As [`Scenario::values`], with `extra` changes per node that only the launcher knows.
+    ///
+    /// # Errors
+    /// When a value breaks its declaration.
+    pub(crate) fn launched_values(
+        &self,
+        node: &str,
+        extra: &[(&str, &str, Value)],
+    ) -> Result<Values> {
+        let changes = extra
+            .iter()
+            .filter(|(n, _, _)| *n == node)
+            .map(|(_, name, value)| ((*name).to_owned(), value.clone()));
+        Ok(self.values(node)?.with(changes)?)
+    }
+
+    /// Checks what is kept with a flight: this scenario's text and its parameter file for the namespace, each read anew, give
+    /// what is flown.
+    ///
+    /// # Errors
+    /// The parameter that is kept with another value.
+    pub(crate) fn check_kept(
+        &self,
+        parameter_file: &str,
+        namespace: &str,
+        extra: &[(&str, &str, Value)],
+    ) -> Result<()> {
+        let kept = Self::parse(&self.to_yaml()).context("the text of the scenario")?;
+        for node in NODES {
+            let flown = self.launched_values(node, extra)?;
+            let in_file = file::overrides_for(parameter_file, &format!("{namespace}/{node}"))?;
+            let in_file = in_file.into_iter().filter(|it| it.0 != "use_sim_time");
+            let in_file = Values::defaults(flown.declarations().to_vec()).with(in_file)?;
+            for (place, other) in [
+                ("scenario.yaml", kept.launched_values(node, extra)?),
+                ("parameters.yaml", in_file),
+            ] {
+                if let Some(difference) = difference(&flown, |name| other.get(name).cloned()) {
+                    bail!("{place} does not hold what is flown: {node}.{difference}");
+                }
+            }
+        }
+        Ok(())
     }
 
     /// All nodes' parameters as one ROS 2 parameter file for the namespace, with
@@ -372,13 +545,9 @@ impl Scenario {
         extra: &[(&str, &str, Value)],
         sim_time: bool,
     ) -> Result<String> {
-        let mut text = format!("# {}\n", shown(self.description.replace('\n', " ")));
+        let mut text = format!("# {}\n", shown(self.description().replace('\n', " ")));
         for node in NODES {
-            let changes = extra
-                .iter()
-                .filter(|(n, _, _)| *n == node)
-                .map(|(_, name, value)| ((*name).to_owned(), value.clone()));
-            let values = self.values(node)?.with(changes)?;
+            let values = self.launched_values(node, extra)?;
             writeln!(text, "{namespace}/{node}:\n  ros__parameters:")?;
             if node != "plant_sim" {
                 writeln!(text, "    use_sim_time: {sim_time}")?;
@@ -391,6 +560,31 @@ impl Scenario {
         }
         Ok(text)
     }
+}
+
+/// A value as a cell or label: words without quotes, the shortest digits of a number.
+pub(crate) fn plain(value: &Value) -> String {
+    match value {
+        Value::String(text) => shown(text).to_string(),
+        Value::Double(number) => number.to_string(),
+        other => other.to_string(),
+    }
+}
+
+/// The first parameter with another value than the one it is to have, and both.
+pub(crate) fn difference(
+    values: &Values,
+    actual: impl Fn(&str) -> Option<Value>,
+) -> Option<String> {
+    values.declarations().iter().find_map(|declaration| {
+        let name = &declaration.name;
+        let (right, actual) = (values.get(name)?, actual(name));
+        let shown = |it: &Value| it.to_string();
+        (actual.as_ref() != Some(right)).then(|| {
+            let actual = actual.as_ref().map_or("not set".to_owned(), shown);
+            format!("{name} is {actual}, not {right}")
+        })
+    })
 }
 
 fn read(path: &Path) -> Result<String> {
@@ -434,6 +628,14 @@ mod tests {
                 "{description: d, duration: 1, parameters: {depth_controller: {depth.p: .nan}}}",
                 "finite",
             ),
+            (
+                "{description: d, duration: 1, parameters: {depth_controller: {depth.p: 1, depth: {p: 2}}}}",
+                "'depth.p' is given twice",
+            ),
+            (
+                "{description: d, duration: 1, parameters: {plant_sim: {seed: 2}}}",
+                "the scenario's own 'seed'",
+            ),
         ] {
             let error = format!("{:#}", Scenario::parse(text).expect_err(text));
             assert!(error.contains(expected), "{text}: {error}");
@@ -444,17 +646,17 @@ mod tests {
     fn a_parameter_is_set_from_the_command_line_and_kept_in_the_text() {
         let set = |change: &str| Scenario::load_with("dive", &[change.to_owned()]);
         let changed = set("depth_controller.depth.p=1.5").expect("set");
-        for scenario in [&changed, &Scenario::parse(changed.source()).expect("kept")] {
+        for scenario in [
+            &changed,
+            &Scenario::parse(&changed.to_yaml()).expect("kept"),
+        ] {
             let controller: ControllerParameters = scenario
                 .parameters_of("depth_controller")
                 .expect("declared");
             assert_eq!(controller.depth.p, 1.5);
             assert_eq!(scenario.duration, 90.0);
-            assert!(
-                scenario
-                    .description
-                    .ends_with("; depth_controller.depth.p=1.5")
-            );
+            let description = scenario.description();
+            assert!(description.ends_with("; depth_controller.depth.p=1.5 rad/m"));
         }
         for (change, reason) in [
             ("depth_controller.depth.p", "NODE.PARAMETER=VALUE"),
@@ -465,6 +667,148 @@ mod tests {
             let refusal = format!("{:#}", set(change).expect_err(change));
             assert!(refusal.contains(reason), "{refusal}");
         }
+    }
+
+    /// A value of the parameter other than that, where its declaration has one that needs no file.
+    fn another(declaration: &Declaration, than: &Value) -> Option<Value> {
+        let texts = declaration.choices.iter();
+        let candidates: Vec<Value> = match than {
+            Value::Bool(value) => vec![Value::Bool(!value)],
+            Value::Integer(value) => vec![Value::Integer(value + 1), Value::Integer(value - 1)],
+            Value::Double(value) => [value * 0.75, value + 0.5, value - 0.5]
+                .map(Value::Double)
+                .into(),
+            Value::String(_) => texts.map(|text| Value::from(&**text)).collect(),
+            Value::DoubleArray(list) => {
+                vec![Value::DoubleArray([list.as_slice(), &[1.0]].concat())]
+            }
+            Value::StringArray(_) => [["one"], ["other"]].map(|it| it.as_slice().into()).into(),
+            _ => Vec::new(),
+        };
+        let accepted = candidates.into_iter();
+        let mut accepted = accepted.filter_map(|value| declaration.accept(value).ok());
+        accepted.find(|value| value != than)
+    }
+
+    /// Every parameter of every node, with two values other than the scenario's.
+    fn settings(scenario: &Scenario) -> Vec<(ParameterName, [Value; 2])> {
+        let mut settings = Vec::new();
+        for node in NODES {
+            let values = scenario.values(node).expect("values");
+            for declaration in values.declarations() {
+                let has = values.get(&declaration.name).expect("declared");
+                let Some(first) = another(declaration, has) else {
+                    continue;
+                };
+                let second = another(declaration, &first).expect("as many");
+                let name = declaration.name.clone();
+                // The tick of the loop, which plant_sim.tick is already.
+                if (node, name.as_str()) != ("dha_actuator", "tick") {
+                    settings.push((ParameterName { node, name }, [first, second]));
+                }
+            }
+        }
+        settings
+    }
+
+    /// Puts each value, as `--set` does, and finds the last one of each parameter: in the values that the nodes are given, in the
+    /// text that is kept, and in the description.
+    fn last_values_hold(scenario: &Scenario, puts: &[(&ParameterName, &Value)]) {
+        let mut scenario = scenario.clone();
+        let mut last: Vec<(&ParameterName, &Value)> = Vec::new();
+        for (parameter, value) in puts {
+            let change = format!("{parameter}={value}");
+            scenario.set(&change).expect(&change);
+            last.retain(|it| it.0 != *parameter);
+            last.push((parameter, value));
+        }
+        let kept = Scenario::parse(&scenario.to_yaml()).expect("kept");
+        assert_eq!(kept, scenario);
+        let description = scenario.description();
+        for (parameter, value) in last {
+            let values = kept.values(parameter.node).expect("values");
+            assert_eq!(values.get(&parameter.name), Some(value), "{puts:?}");
+            let told = format!("; {parameter}={}", plain(value));
+            assert_eq!(description.matches(&told).count(), 1, "{description}");
+        }
+    }
+
+    #[test]
+    fn of_any_settings_in_any_order_the_last_value_of_each_parameter_holds() {
+        use proptest::prelude::*;
+        for (name, _) in BUILTIN {
+            let scenario = Scenario::load(name).expect(name);
+            let settings = settings(&scenario);
+            assert!(settings.len() > 200, "{}", settings.len());
+            let setting = || (0..settings.len(), 0..2_usize);
+            let config = ProptestConfig {
+                cases: 300,
+                failure_persistence: None,
+                rng_seed: proptest::test_runner::RngSeed::Fixed(31),
+                ..ProptestConfig::default()
+            };
+            let mut runner = proptest::test_runner::TestRunner::new(config);
+            let triples = [setting(), setting(), setting()];
+            let outcome = runner.run(&triples, |chosen| {
+                let puts = chosen.map(|(place, which)| {
+                    let (parameter, values) = &settings[place];
+                    (parameter, &values[which])
+                });
+                last_values_hold(&scenario, &puts);
+                Ok(())
+            });
+            outcome.expect(name);
+        }
+    }
+
+    /// The parameters that a scenario gives are those that once were nested in its file.
+    #[test]
+    fn every_pair_of_a_parameter_that_a_scenario_gives_and_any_other_holds_in_both_orders() {
+        for (name, _) in BUILTIN {
+            let scenario = Scenario::load(name).expect(name);
+            let settings = settings(&scenario);
+            let mut pairs = 0;
+            for (given, [value, _]) in &settings {
+                if scenario.given(given.node, &given.name).is_none() {
+                    continue;
+                }
+                for (other, [first, _]) in settings.iter().filter(|it| it.0 != *given) {
+                    let puts = [(given, value), (other, first)];
+                    for order in [[0, 1], [1, 0]] {
+                        let mut scenario = scenario.clone();
+                        for (parameter, value) in order.map(|place| puts[place]) {
+                            scenario.put(parameter, value.clone()).expect("declared");
+                        }
+                        for (parameter, value) in puts {
+                            let values = scenario.values(parameter.node).expect("values");
+                            assert_eq!(values.get(&parameter.name), Some(value), "{puts:?}");
+                        }
+                        pairs += 1;
+                    }
+                }
+            }
+            assert!(pairs > 1000, "{pairs}");
+        }
+    }
+
+    #[test]
+    fn a_text_that_is_kept_with_another_value_than_is_flown_is_named() {
+        let scenario = Scenario::load("dive").expect("scenario");
+        let text = scenario.parameter_file("/auv", &[], false).expect("text");
+        scenario.check_kept(&text, "/auv", &[]).expect("the same");
+        let other = text.replace(
+            "identification.signal: \"prbs\"",
+            "identification.signal: none",
+        );
+        assert_ne!(other, text);
+        let refusal = format!(
+            "{:#}",
+            scenario.check_kept(&other, "/auv", &[]).expect_err("other")
+        );
+        assert!(
+            refusal.contains("identification.signal is \"none\", not \"prbs\""),
+            "{refusal}"
+        );
     }
 
     #[test]
@@ -483,7 +827,7 @@ mod tests {
         let scenario = Scenario::load(&write("flight.yaml", text)).expect("found");
         for scenario in [
             &scenario,
-            &Scenario::parse(scenario.source()).expect("kept"),
+            &Scenario::parse(&scenario.to_yaml()).expect("kept"),
         ] {
             let vehicle = scenario.values("plant_sim").expect("values");
             assert_eq!(vehicle.get("vehicle"), Some(&Value::String(beside.clone())));

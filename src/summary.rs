@@ -3,7 +3,9 @@
 use std::fmt;
 
 use anyhow::{Result, anyhow};
+use depth_controller::ControllerParameters;
 use planesman_linear::{Complex, StepMetrics, TransferFunction, pole_text};
+use planesman_parameters::Choice as _;
 use plant_sim::PlantParameters;
 
 use crate::fingerprint::{Fingerprint, identified, slowest_first};
@@ -20,6 +22,8 @@ pub struct Summary {
     pub depth_setpoint: f64,
     /// The response to the last change of the depth setpoint, `None` when the flight has no depth step.
     pub depth: Option<StepMetrics>,
+    /// The test signal on the planes, which disturbs that response; `None` when the flight had none.
+    pub test_signal: Option<String>,
     /// The identified model, `None` while none is valid.
     pub identified: Option<Fingerprint>,
     /// Regression rows behind it.
@@ -51,6 +55,7 @@ impl Summary {
         Ok(Self {
             depth_setpoint: step.setpoint,
             depth: step.response,
+            test_signal: test_signal(scenario)?,
             identified: model.map(identified),
             samples: model.map_or(0, |m| m.samples),
             fit: model.map_or(0.0, |m| m.fit),
@@ -77,12 +82,17 @@ impl Summary {
     #[must_use]
     pub fn conclusions(&self) -> Vec<String> {
         let depth = self.depth.as_ref().map(|depth| {
-            let settles = match depth.settling_time_5 {
-                Some(t) => format!("settles within 5 % after {t:.1} s"),
-                None => "does not settle within 5 %".to_owned(),
+            let settles = match (depth.settling_time, depth.settling_time_5) {
+                (Some(t), _) => format!("settles within 2 % after {t:.1} s"),
+                (None, Some(t)) => format!("settles within 5 % after {t:.1} s, not within 2 %"),
+                (None, None) => "does not settle within 5 %".to_owned(),
+            };
+            let disturbed = match self.test_signal {
+                Some(_) => ", with the test signal on the planes",
+                None => "",
             };
             format!(
-                "Depth {:.3} m: {settles}, overshoot {:.1} %, steady error {:+.1} mm.",
+                "Depth {:.3} m: {settles}, overshoot {:.1} %, steady error {:+.1} mm{disturbed}.",
                 self.depth_setpoint,
                 depth.overshoot,
                 1e3 * depth.steady_error
@@ -102,6 +112,20 @@ impl Summary {
         };
         depth.into_iter().chain([model]).collect()
     }
+}
+
+/// The test signal of a scenario, with its amplitude; it disturbs every response to a step.
+///
+/// # Errors
+/// When the scenario's parameters are refused.
+pub(crate) fn test_signal(scenario: &Scenario) -> Result<Option<String>> {
+    let controller: ControllerParameters = scenario.parameters_of("depth_controller")?;
+    let (signal, amplitude) = (
+        controller.identification.signal.name(),
+        controller.identification.amplitude.to_degrees(),
+    );
+    let is_on = signal != "none" && amplitude != 0.0;
+    Ok(is_on.then(|| format!("{signal} of {amplitude:.2} deg on the planes")))
 }
 
 /// The vehicle's own sampled model between plane angle and pitch rate.
@@ -158,10 +182,18 @@ impl fmt::Display for Summary {
             writeln!(f, "  overshoot               {:.2} %", depth.overshoot)?;
             writeln!(
                 f,
+                "  settling time (2 %)     {}",
+                seconds(depth.settling_time)
+            )?;
+            writeln!(
+                f,
                 "  settling time (5 %)     {}",
                 seconds(depth.settling_time_5)
             )?;
             writeln!(f, "  steady error            {:+.4} m", depth.steady_error)?;
+            if let Some(signal) = &self.test_signal {
+                writeln!(f, "  test signal             {signal}")?;
+            }
             writeln!(f)?;
         }
         writeln!(

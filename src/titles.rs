@@ -2,7 +2,7 @@
 //! "Settling time (5 %) [s]" on every page.
 
 /// Names as columns and fields have them, without their units, and as people read them.
-const TITLES: [(&str, &str); 32] = [
+const TITLES: [(&str, &str); 33] = [
     // A flight, as `planesman sweep` and `planesman report` tell it.
     ("depth_setpoint", "depth setpoint"),
     ("rise_time", "rise time (10-90 %)"),
@@ -12,6 +12,7 @@ const TITLES: [(&str, &str); 32] = [
     ("steady_error", "steady error"),
     ("itae", "time-weighted absolute error (ITAE)"),
     ("plane_travel", "plane travel"),
+    ("test_signal", "test signal"),
     ("pulses", "actuator pulses"),
     ("hydraulic_work", "hydraulic work"),
     ("samples", "samples of the model"),

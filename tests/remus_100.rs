@@ -9,10 +9,8 @@ use planesman_vehicle::{linearised, vehicle_file};
 
 /// The scenario's flight with a test signal of that amplitude.
 fn flown(amplitude: &str) -> Vec<Tick> {
-    let text = Scenario::load("remus_100").unwrap().source().to_owned();
-    assert!(text.contains("amplitude: 0.0001 "));
-    let text = text.replace("amplitude: 0.0001 ", &format!("amplitude: {amplitude} "));
-    let scenario = Scenario::parse(&text).unwrap();
+    let change = format!("depth_controller.identification.amplitude={amplitude}");
+    let scenario = Scenario::load_with("remus_100", &[change]).unwrap();
     Loop::new(&scenario)
         .unwrap()
         .map(|tick| tick.unwrap())

@@ -31,7 +31,7 @@ pub(crate) fn scenario(
         false => Scenario::load_with(given, &changes),
     };
     let timed = loaded.and_then(|it| it.timed(duration, tick, seed));
-    Ok(timed.map_err(raised)?.source().to_owned())
+    Ok(timed.map_err(raised)?.to_yaml())
 }
 
 /// Flies a scenario: each column of the table of a flight, `NAME [UNIT]`, a number a tick. With `bag` every message too, in

@@ -46,7 +46,7 @@ const SIDE_VIEW: &str = include_str!("side_view.js");
 #[must_use]
 pub fn page(flights: &[Flown]) -> String {
     let heading = match flights {
-        [flown] => flown.scenario.description.clone(),
+        [flown] => flown.scenario.description(),
         several => {
             let names: Vec<&str> = several.iter().map(|it| it.name.as_str()).collect();
             names.join(", ")
@@ -70,7 +70,7 @@ pub fn page(flights: &[Flown]) -> String {
             @if !alone { h2 { (flown.name) } }
             (poles_table(flown))
             (count_table(&flown.counts))
-            details { summary { "Scenario" } pre { (flown.scenario.source()) } }
+            details { summary { "Scenario" } pre { (flown.scenario.to_yaml()) } }
         }
     };
     document(&format!("Planesman: {heading}"), STYLE, &body, SIDE_VIEW)
@@ -118,7 +118,7 @@ struct Quantity {
     field: &'static str,
     unit: &'static str,
     decimals: usize,
-    of: fn(&Flown) -> Result<f64, &'static str>,
+    of: fn(&Flown) -> Result<f64, String>,
 }
 
 impl Quantity {
@@ -126,7 +126,7 @@ impl Quantity {
         match (self.of)(flown) {
             Ok(value) if self.field == "steady_error" => self.signed(value),
             Ok(value) => format!("{value:.*}{}", self.decimals, self.unit),
-            Err(reason) => reason.to_owned(),
+            Err(reason) => reason,
         }
     }
 
@@ -157,10 +157,12 @@ impl Quantity {
 
 /// What is compared of flights.
 fn quantities() -> Vec<Quantity> {
-    const NO_STEP: &str = "no step";
-    const NOT_REACHED: &str = "not reached";
-    fn response(flown: &Flown) -> Result<&StepMetrics, &'static str> {
-        flown.summary.depth.as_ref().ok_or(NO_STEP)
+    fn response(flown: &Flown) -> Result<&StepMetrics, String> {
+        let depth = flown.summary.depth.as_ref();
+        depth.ok_or_else(|| "no step".to_owned())
+    }
+    fn time(of: Option<f64>) -> Result<f64, String> {
+        of.ok_or_else(|| "not reached".to_owned())
     }
     let quantity = |field, unit, decimals, of| Quantity {
         field,
@@ -172,25 +174,30 @@ fn quantities() -> Vec<Quantity> {
         quantity("depth_setpoint", " m", 3, |it| {
             response(it).map(|_| it.summary.depth_setpoint)
         }),
-        quantity("rise_time", " s", 2, |it| {
-            response(it)?.rise_time.ok_or(NOT_REACHED)
-        }),
+        quantity("rise_time", " s", 2, |it| time(response(it)?.rise_time)),
         quantity("overshoot", " %", 2, |it| Ok(response(it)?.overshoot)),
         quantity("settling_time_2", " s", 2, |it| {
-            response(it)?.settling_time.ok_or(NOT_REACHED)
+            time(response(it)?.settling_time)
         }),
         quantity("settling_time_5", " s", 2, |it| {
-            response(it)?.settling_time_5.ok_or(NOT_REACHED)
+            time(response(it)?.settling_time_5)
         }),
         quantity("steady_error", " m", 4, |it| Ok(response(it)?.steady_error)),
+        quantity("test_signal", "", 0, |it| {
+            let signal = it.summary.test_signal.as_deref();
+            Err(signal.unwrap_or("none").to_owned())
+        }),
         quantity("pulses", "", 0, |it| Ok(it.summary.pulses as f64)),
         quantity("held_ticks", "", 0, |it| Ok(it.summary.held_ticks as f64)),
         quantity("pole_error", " %", 1, |it| {
-            let error = it.summary.pole_error().ok_or("no model")?;
+            let error = it
+                .summary
+                .pole_error()
+                .ok_or_else(|| "no model".to_owned())?;
             // Beyond ten times the pole's magnitude the number says nothing.
             (error <= 10.0)
                 .then_some(100.0 * error)
-                .ok_or("more than 1000 %")
+                .ok_or_else(|| "more than 1000 %".to_owned())
         }),
     ]
 }

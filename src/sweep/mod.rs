@@ -24,11 +24,12 @@ use serde::Serialize;
 use sysid::IdentifierParameters;
 
 use crate::progress::{bar_with, on_all_cores};
-use crate::scenario::Scenario;
+use crate::scenario::{Scenario, plain};
 use crate::sink::write_text;
+use crate::summary::test_signal;
 use case::Metrics;
 use results::Results;
-use space::{Space, plain};
+use space::Space;
 
 pub use column::Kind;
 
@@ -129,6 +130,12 @@ pub fn run(args: &SweepArgs) -> Result<()> {
 
     #[cfg(feature = "parquet")]
     parquet::write(&file, &sweep.kinds())?;
+    if let Some(signal) = test_signal(&sweep.scenario)? {
+        planesman_node::say!(
+            "flown with a test signal, {signal}, which disturbs every response; without it: --set \
+             depth_controller.identification.signal=none"
+        )?;
+    }
     let page = page::of(&folder, &sweep.scenario, &sweep.space)?;
     planesman_node::say!("{}: {} cases", file.display(), all)?;
     if page.failed > 0 {
@@ -263,6 +270,10 @@ impl Sweep {
         seeds: u32,
     ) -> Result<Self> {
         let space = Space::new(vary, samples.unwrap_or(0), seeds, scenario.seed)?;
+        let parameters = || space.axes.iter().map(|axis| &axis.parameter);
+        if let Some(parameter) = parameters().find(|it| scenario.is_changed(it)) {
+            bail!("{parameter} is set and varied: one of the two");
+        }
         Ok(Self {
             poles: poles(&scenario, &space)?,
             scenario,
@@ -303,7 +314,7 @@ impl Sweep {
             samples: self.samples,
             seeds: self.space.seeds,
             parts,
-            scenario: self.scenario.source(),
+            scenario: &self.scenario.to_yaml(),
         };
         define(folder, &serde_yaml_ng::to_string(&definition)?)
     }
@@ -340,7 +351,7 @@ impl Sweep {
     /// Flies a case of a part, by its place there. A flight that breaks off has a reason in place of numbers.
     ///
     /// # Errors
-    /// When the scenario's section of a node is not a mapping.
+    /// A value that its parameter's declaration refuses.
     pub fn case(&self, Part { part, of }: Part, place: u64) -> Result<Case> {
         // The seeds of a combination follow each other, in whichever part it is.
         let seeds = u64::from(self.space.seeds);

@@ -11,11 +11,12 @@ use maud::{Markup, html};
 use planesman_plot::{HeatMap, Plot, Style};
 
 use super::case::{COLUMNS, SETTLING, TRAVEL};
-use super::space::{Axis, Space, plain};
+use super::space::{Axis, Space};
 use crate::arguments::number;
 use crate::page::{document, figure, heat_map};
-use crate::scenario::Scenario;
+use crate::scenario::{Scenario, plain};
 use crate::sink::write_text;
+use crate::summary::test_signal;
 use crate::titles::title;
 
 /// Points of the Pareto plot that are not on its front; of more, one in so many is drawn.
@@ -93,7 +94,10 @@ pub(super) fn of(folder: &Path, scenario: &Scenario, space: &Space) -> Result<Pa
     let all = space.combinations() * u64::from(space.seeds);
     let body = html! {
         h1 { "Planesman sweep" }
-        p.lead { (scenario.description) }
+        p.lead { (scenario.description()) }
+        @if let Some(signal) = test_signal(scenario)? {
+            p { "Flown with a test signal, " (signal) ", which disturbs every response." }
+        }
         p { (cases) " of " (all) " cases"
             @if failed > 0 { "; " (failed) " broke off" }
             ". Means are over the seeds and over what is varied beside the axes of a plot; a case that does not settle has no settling time. \
@@ -102,7 +106,7 @@ pub(super) fn of(folder: &Path, scenario: &Scenario, space: &Space) -> Result<Pa
         div.plots { @for plot in maps(space, &found) { (plot) } }
         (pareto(space, &found))
         h2 { "Scenario" }
-        pre { (scenario.source()) }
+        pre { (scenario.to_yaml()) }
     };
     let path = folder.join("report.html");
     write_text(&path, document("Planesman sweep", "", &body, ""))?;

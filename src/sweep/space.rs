@@ -4,13 +4,11 @@
 //! a Latin hypercube's samples faster than all of a grid, the seed fastest. No list of cases is kept.
 
 use anyhow::{Context as _, Result, anyhow, bail};
-use planesman_parameters::{Value, file};
-use planesman_text::did_you_mean;
+use planesman_parameters::Value;
 use rand::RngExt as _;
 use rand::seq::SliceRandom as _;
 use rand_pcg::Pcg64;
 
-use crate::nodes;
 use crate::scenario::{ParameterName, Scenario};
 
 /// The most values of one parameter.
@@ -38,26 +36,16 @@ impl Axis {
         if parameter.node == "plant_sim" && parameter.name == "seed" {
             bail!("seeds are varied by --seeds");
         }
-        let declarations = nodes::declarations(&parameter.node).unwrap_or_default();
-        let declared = || declarations.iter().map(|it| it.name.as_str());
-        let declaration = declarations
-            .iter()
-            .find(|it| it.name == parameter.name)
-            .ok_or_else(|| {
-                anyhow!(
-                    "{} has no parameter '{}'{}",
-                    parameter.node,
-                    parameter.name,
-                    did_you_mean(&parameter.name, declared())
-                )
-            })?;
+        let declaration = parameter.declaration()?;
         let is_number = matches!(declaration.default, Value::Double(_) | Value::Integer(_));
         let is_whole = matches!(declaration.default, Value::Integer(_));
         let number = |text: &str| -> Result<f64> {
-            let value = parameter.value(text)?;
-            value.as_f64().filter(|it| it.is_finite()).ok_or_else(|| {
-                anyhow!("'{text}' is not a number, nor one with a unit of the parameter's")
-            })
+            let number = match parameter.value(text)? {
+                Value::Double(number) => Some(number),
+                Value::Integer(number) => Some(number as f64),
+                _ => None,
+            };
+            number.ok_or_else(|| anyhow!("'{text}' is not a number"))
         };
         let typed = |number: f64| match is_whole {
             true => Value::Integer(number.round() as i64),
@@ -83,21 +71,7 @@ impl Axis {
                 (found.into_iter().map(typed).collect(), false)
             }
             _ => {
-                let of_item = |item: &str| -> Result<Value> {
-                    let flat = file::flatten(
-                        &serde_yaml_ng::Mapping::from_iter([(
-                            parameter.name.as_str().into(),
-                            parameter.value(item)?,
-                        )])
-                        .into(),
-                    )?;
-                    let (_, value) = flat
-                        .into_iter()
-                        .next()
-                        .ok_or_else(|| anyhow!("a value is expected"))?;
-                    Ok(value)
-                };
-                let items = items(values).into_iter().map(of_item);
+                let items = items(values).into_iter().map(|it| parameter.value(it));
                 (items.collect::<Result<Vec<_>>>()?, false)
             }
         };
@@ -128,15 +102,6 @@ impl Axis {
             _ => None,
         };
         self.values.iter().map(number).collect()
-    }
-}
-
-/// A value as a cell or label: words without quotes, the shortest digits of a number.
-pub(super) fn plain(value: &Value) -> String {
-    match value {
-        Value::String(text) => text.clone(),
-        Value::Double(number) => number.to_string(),
-        other => other.to_string(),
     }
 }
 
@@ -256,16 +221,11 @@ impl Space {
     /// The scenario of a combination, with the scenario's own seed.
     ///
     /// # Errors
-    /// When the scenario's section of a node is not a mapping.
+    /// A value that the parameter's declaration refuses.
     pub(super) fn scenario(&self, base: &Scenario, combination: u64) -> Result<Scenario> {
         let mut scenario = base.clone();
         for (axis, value) in self.values(combination) {
-            let ParameterName { node, name } = &axis.parameter;
-            scenario.enter(
-                node,
-                name,
-                planesman_text::yaml::from_str(&value.to_string())?,
-            )?;
+            scenario.put(&axis.parameter, value.clone())?;
         }
         Ok(scenario)
     }
