@@ -260,7 +260,7 @@ function followed(follow) {
 setInterval(() => {
   charts.nameAll();
   const end = charts.seenEnd();
-  byId("clock").textContent = end === undefined ? "" : `vehicle time ${end.toFixed(1)} s`;
+  byId("clock").textContent = end === undefined ? "" : `charts at ${end.toFixed(1)} s`;
   if (stream && performance.now() - heard > SILENCE) {
     connected(false);
     begin();
