@@ -39,4 +39,5 @@ pub mod sweep;
 pub mod sysid;
 pub mod table;
 pub mod tf_command;
+pub mod titles;
 pub mod watch;

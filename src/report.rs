@@ -6,10 +6,10 @@ use anyhow::Result;
 use clap::Args;
 
 use crate::arguments::output_file;
-use crate::page::flights::{Flown, page, rows};
+use crate::page::flights::{Flown, comparison, difference_note, page};
 use crate::run_folder::RunFolder;
 use crate::sink::write_text;
-use crate::table::{Format, Table, print_wrapped};
+use crate::table::{Format, print_wrapped};
 
 /// The flights.
 #[derive(Args)]
@@ -41,13 +41,11 @@ pub fn run(args: &ReportArgs) -> Result<()> {
         flights.push(RunFolder::open(folder)?.flown()?);
     }
     tell_apart(&mut flights, &args.folders);
-    let names = flights.iter().map(|it| it.name.as_str());
-    let mut table = Table::of([""].into_iter().chain(names));
-    for (name, of) in rows() {
-        table.row([name.to_owned()].into_iter().chain(flights.iter().map(of)));
-    }
     write_text(&path, page(&flights))?;
-    planesman_node::print(table.text(Format::Table)?)?;
+    planesman_node::print(comparison(&flights).text(Format::Table)?)?;
+    if let Some(note) = difference_note(&flights) {
+        planesman_node::say!("\n{note}")?;
+    }
     Ok(planesman_node::say!("\nPage:  {}", path.display())?)
 }
 

@@ -64,12 +64,41 @@ impl Table {
     /// The table as HTML.
     #[must_use]
     pub fn html(&self) -> Markup {
+        let of_words: Vec<bool> = (0..self.columns.len())
+            .map(|it| self.is_of_words(it))
+            .collect();
+        let class = |column: usize| of_words[column].then_some("word");
         html! {
             div.scroll { table {
-                thead { tr { @for column in &self.columns { th { (column) } } } }
-                @for row in &self.rows { tr { @for cell in row { td { (cell) } } } }
+                thead { tr { @for (at, column) in self.columns.iter().enumerate() {
+                    @if column.is_empty() { td {} } @else { th class=[class(at)] { (column) } }
+                } } }
+                @for row in &self.rows { tr {
+                    @for (at, cell) in row.iter().enumerate() { td class=[class(at)] { (cell) } }
+                } }
             } }
         }
+    }
+
+    /// Whether most of a column's cells begin with no number.
+    fn is_of_words(&self, column: usize) -> bool {
+        let cells = self.rows.iter().filter_map(|row| row.get(column));
+        let numbers = cells.filter(|cell| {
+            let first = cell.split_whitespace().next().unwrap_or_default();
+            first.parse::<f64>().is_ok()
+        });
+        2 * numbers.count() < self.rows.len()
+    }
+
+    /// Whether it has no row.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// All cells.
+    pub fn cells(&self) -> impl Iterator<Item = &str> {
+        self.rows.iter().flatten().map(String::as_str)
     }
 
     /// Adds a row, a cell for each column.

@@ -5,6 +5,7 @@ use std::net::{IpAddr, Ipv4Addr};
 use anyhow::Result;
 use clap::Args;
 use planesman_identification::Reading;
+use planesman_linear::{Complex, is_sampling_artefact};
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 use planesman_node::args;
 use planesman_parameters::{Parameters as _, Value};
@@ -58,6 +59,7 @@ fn poles(model: &ModelEstimate) -> Vec<Pole> {
                 im: pole.value.im,
                 re_sd: pole.real_deviation(),
                 im_sd: pole.imaginary_deviation(),
+                artefact: false,
             })
             .collect(),
         None => {
@@ -65,6 +67,10 @@ fn poles(model: &ModelEstimate) -> Vec<Pole> {
             parts.map(|(re, im)| certain(*re, *im)).collect()
         }
     };
+    for pole in &mut poles {
+        let z = (Complex::new(pole.re, pole.im) * model.sample_time).exp();
+        pole.artefact = model.sample_time > 0.0 && is_sampling_artefact(z);
+    }
     poles.sort_by(|a, b| a.re.hypot(a.im).total_cmp(&b.re.hypot(b.im)));
     poles
 }
@@ -75,6 +81,7 @@ fn certain(re: f64, im: f64) -> Pole {
         im,
         re_sd: 0.0,
         im_sd: 0.0,
+        artefact: false,
     }
 }
 
@@ -122,5 +129,11 @@ mod tests {
             ..ModelEstimate::default()
         };
         assert_eq!(poles(&model), [certain(-0.3, 0.1), certain(-1.0, 0.0)]);
+        let sampled = ModelEstimate {
+            sample_time: 4.0,
+            ..model
+        };
+        let artefacts: Vec<bool> = poles(&sampled).iter().map(|it| it.artefact).collect();
+        assert_eq!(artefacts, [false, true]);
     }
 }

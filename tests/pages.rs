@@ -50,10 +50,21 @@ fn a_flight_and_two_over_each_other_tell_their_values_under_the_cursor() {
     assert!(size < 1_000_000, "{size} bytes");
     let run = planesman(folder.path(), &["report", "slow", "fast"]);
     let text = String::from_utf8(run.stdout).unwrap();
+    let row = |name: &str| {
+        let line = text.lines().find(|it| it.starts_with(name));
+        let cells = line.unwrap().split("  ").map(str::trim);
+        cells.filter(|it| !it.is_empty()).collect::<Vec<_>>()
+    };
+    assert_eq!(row("         ")[..], ["slow", "fast", "difference"]);
+    let number = |cell: &str| cell.split(' ').next().unwrap().parse::<f64>().unwrap();
+    let [_, slow, fast, difference] = row("settling time (5 %)")[..] else {
+        panic!("{text}");
+    };
     assert!(
-        text.contains("settling time (2 %)") && text.contains("fast"),
+        (number(fast) - number(slow) - number(difference)).abs() < 1e-9,
         "{text}"
     );
+    assert!(number(difference) < -1.0, "{text}");
     let both = std::fs::read_to_string(folder.path().join("flights.html")).unwrap();
     assert!(content(&both).contains("depth, slow") && content(&both).contains("depth, fast"));
 
@@ -63,6 +74,13 @@ fn a_flight_and_two_over_each_other_tell_their_values_under_the_cursor() {
     let (heading, told) = &seen.plots[0];
     assert_eq!(heading, "Depth");
     assert!(told.contains("setpoint 0.9"), "{told}");
+    // One instant in all plots over the time of the flight; the map of poles is no such plot, and the close-up ends before it.
+    let place = &seen.together[0].1;
+    assert!(place.starts_with("time 3"), "{place}");
+    for (heading, other) in &seen.together {
+        let has_it = !["Dive planes, close up", "Pole map"].contains(&heading.as_str());
+        assert_eq!(other == place, has_it, "{heading}: {other}");
+    }
     assert_alive(&folder.path().join("flights.html"), 7);
     assert_prints_lines(&page);
 }
@@ -134,7 +152,27 @@ fn a_heat_map_tells_its_fields_under_the_cursor() {
         folder.path(),
         &[&["sweep", "dive", "--out", "sweep"], &vary[..]].concat(),
     );
-    assert_alive(&folder.path().join("sweep/report.html"), 3);
+    let Some(seen) = assert_alive(&folder.path().join("sweep/report.html"), 3) else {
+        return;
+    };
+    assert_eq!(seen.plots[0].0, "Settling time (5 %) [s]");
+    // The same field in both maps; the best one is said.
+    let field = "at depth_controller.depth.p [rad/m] 1, plant_sim.speed [m/s] 0.3";
+    for (heading, place) in &seen.together[..2] {
+        assert!(place.ends_with(field), "{heading}: {place}");
+    }
+    assert!(seen.document.contains("★ best: "));
+}
+
+#[test]
+fn the_pages_of_a_table_of_designs_and_of_limit_cycles_tell_their_values_under_the_cursor() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    planesman(here, &["design", "table", "--html", "table.html"]);
+    assert_alive(&here.join("table.html"), 2);
+    let cycles = ["dha", "limit-cycles", "open loop", "--no-prediction"];
+    planesman(here, &[&cycles[..], &["--html", "cycles.html"]].concat());
+    assert_alive(&here.join("cycles.html"), 1);
 }
 
 #[test]

@@ -3,6 +3,7 @@
 //! Where Chromium or what drives it is absent, the tests of the page pass, saying what they skipped (tests/README.md).
 #![allow(clippy::unwrap_used)]
 
+mod browser;
 mod foreign;
 mod stage;
 
@@ -230,6 +231,66 @@ fn a_page_shows_a_vehicle_sets_a_gain_flies_a_manoeuvre_and_tells_of_a_node_that
         .values;
     assert_eq!(values[0].double_value, 1.25);
 
+    // An angle is in degrees on the whole page, whatever unit it is set in; the node has radians.
+    let limit = "[data-name='planes.limit']";
+    let value = format!("return document.querySelector(\"{limit} input\").value");
+    assert_eq!(browser.run(&value), json!("30"));
+    browser.until_text(&format!("{limit} small"), "[deg] (from 0 to 90 deg");
+    let set_limit = |browser: &mut Browser, text: &str| {
+        browser.run(&format!(
+            "const row = document.querySelector(\"{limit}\");
+             row.querySelector('input').value = {text:?};
+             row.querySelector('form').requestSubmit()"
+        ));
+    };
+    set_limit(&mut browser, "2 m");
+    browser.until_text(&format!("{limit} output"), "rad, deg");
+    set_limit(&mut browser, "0.5 rad");
+    browser.until_text(&format!("{limit} output"), "set");
+    let names = vec!["planes.limit".to_owned()];
+    let get = operator
+        .rt
+        .client::<GetParameters>("depth_controller/get_parameters");
+    let values = operator
+        .call(&get.unwrap(), GetParametersRequest { names })
+        .values;
+    assert!((values[0].double_value - 0.5).abs() < 1e-12);
+    eventually("the value in degrees", || {
+        let shown = browser.run(&value);
+        shown.as_str()?.starts_with("28.64").then_some(())
+    });
+    let heads = browser.run(HEADS).to_string();
+    assert!(
+        heads.contains("Pitch [deg]") && heads.contains("Depth [m]"),
+        "{heads}"
+    );
+    let panel = browser.text("#operate");
+    assert!(
+        panel.contains("pitch [deg]") && panel.contains("depth [m]"),
+        "{panel}"
+    );
+    assert!(
+        panel.contains("0.02 s"),
+        "a fault's preset has its unit: {panel}"
+    );
+
+    // Nothing on it keeps people from using it, in light or dark colours, nor do programs talk to themselves.
+    if let Some(axe) = browser::axe() {
+        browser.run(&axe);
+        for dark in [false, true] {
+            browser.ask(&json!({"dark": dark})).unwrap();
+            let script = format!(
+                "return axe.run(document, {{ runOnly: {}, resultTypes: ['violations'] }}).then((it) =>
+                 it.violations.map(({{ id, impact, nodes }}) => `${{impact}} ${{id}}: ${{nodes.map((it) => it.html.slice(0, 200)).join(' ')}}`))",
+                browser::AXE_TAGS
+            );
+            assert_eq!(browser.run(&script), json!([]), "dark: {dark}");
+        }
+    }
+    let diagnostics = browser.text("#diagnostics");
+    assert!(!diagnostics.contains("claim"), "{diagnostics}");
+    assert_eq!(browser.text("#log th"), "time of day");
+
     // A manoeuvre is flown and cancelled.
     browser.click("#operate", "Fly");
     browser.until_text("#progress", "running, ");
@@ -239,7 +300,7 @@ fn a_page_shows_a_vehicle_sets_a_gain_flies_a_manoeuvre_and_tells_of_a_node_that
     // A setpoint moves the vehicle.
     browser.run(
         "const input = document.querySelector('[aria-label=\"depth setpoint\"]');
-         input.value = '1.5';
+         input.value = '5ft';
          input.form.requestSubmit()",
     );
     operator.state("it dives", |state| state.depth > 1.02);

@@ -4,14 +4,17 @@
 use std::collections::BTreeMap;
 
 use maud::{Markup, PreEscaped, html};
-use planesman_linear::{Complex, StepMetrics, pole_text};
+use planesman_identification::Reading;
+use planesman_linear::{Complex, StepMetrics, pair_text};
 use planesman_plot::{Plot, Series, Style};
 use serde_json::json;
 
-use super::{document, figures};
+use super::{document, figures, poles};
 use crate::flight::{Flight, Points};
 use crate::scenario::Scenario;
 use crate::summary::{Summary, distance_text};
+use crate::table::Table;
+use crate::titles;
 
 /// Messages of one topic, as sent and as recorded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -65,7 +68,7 @@ pub fn page(flights: &[Flown]) -> String {
         (figures(&plots(flights)))
         @for flown in flights {
             @if !alone { h2 { (flown.name) } }
-            (poles_table(&flown.summary))
+            (poles_table(flown))
             (count_table(&flown.counts))
             details { summary { "Scenario" } pre { (flown.scenario.to_yaml()) } }
         }
@@ -110,63 +113,128 @@ fn lacking(counts: &BTreeMap<String, Count>) -> Option<String> {
     })
 }
 
-/// A quantity of a flight as text.
-type Quantity = fn(&Flown) -> String;
+/// A quantity that is compared of flights: its field of [`titles`], its unit and decimals, and its value, or why there is none.
+struct Quantity {
+    field: &'static str,
+    unit: &'static str,
+    decimals: usize,
+    of: fn(&Flown) -> Result<f64, String>,
+}
 
-/// What is compared of flights, a quantity a row.
-#[must_use]
-pub fn rows() -> Vec<(&'static str, Quantity)> {
-    fn of(flown: &Flown, text: impl Fn(&StepMetrics) -> String) -> String {
+impl Quantity {
+    fn text(&self, flown: &Flown) -> String {
+        match (self.of)(flown) {
+            Ok(value) if self.field == "steady_error" => self.signed(value),
+            Ok(value) => format!("{value:.*}{}", self.decimals, self.unit),
+            Err(reason) => reason,
+        }
+    }
+
+    fn signed(&self, value: f64) -> String {
+        // What rounds to nothing has no sign.
+        let rounded = format!("{value:+.*}", self.decimals);
+        let is_none = rounded.bytes().all(|it| b"+-0.".contains(&it));
+        let rounded = if is_none {
+            rounded[1..].to_owned()
+        } else {
+            rounded
+        };
+        format!("{rounded}{}", self.unit)
+    }
+
+    /// The second flight's value less the first's.
+    fn difference(&self, first: &Flown, second: &Flown) -> String {
+        match ((self.of)(first), (self.of)(second)) {
+            (Ok(first), Ok(second)) => {
+                // Of the values as they are shown, so that the row adds up.
+                let scale = 10f64.powi(self.decimals as i32);
+                self.signed(((second * scale).round() - (first * scale).round()) / scale)
+            }
+            _ => "-".to_owned(),
+        }
+    }
+}
+
+/// What is compared of flights.
+fn quantities() -> Vec<Quantity> {
+    fn response(flown: &Flown) -> Result<&StepMetrics, String> {
         let depth = flown.summary.depth.as_ref();
-        depth.map_or_else(|| "no step".to_owned(), text)
+        depth.ok_or_else(|| "no step".to_owned())
     }
-    fn seconds(value: Option<f64>) -> String {
-        value.map_or_else(|| "not reached".to_owned(), |v| format!("{v:.2} s"))
+    fn time(of: Option<f64>) -> Result<f64, String> {
+        of.ok_or_else(|| "not reached".to_owned())
     }
+    let quantity = |field, unit, decimals, of| Quantity {
+        field,
+        unit,
+        decimals,
+        of,
+    };
     vec![
-        ("depth setpoint", |it| {
-            of(it, |_| format!("{:.3} m", it.summary.depth_setpoint))
+        quantity("depth_setpoint", " m", 3, |it| {
+            response(it).map(|_| it.summary.depth_setpoint)
         }),
-        ("rise time (10-90 %)", |it| of(it, |d| seconds(d.rise_time))),
-        ("overshoot", |it| {
-            of(it, |d| format!("{:.2} %", d.overshoot))
+        quantity("rise_time", " s", 2, |it| time(response(it)?.rise_time)),
+        quantity("overshoot", " %", 2, |it| Ok(response(it)?.overshoot)),
+        quantity("settling_time_2", " s", 2, |it| {
+            time(response(it)?.settling_time)
         }),
-        ("settling time (2 %)", |it| {
-            of(it, |d| seconds(d.settling_time))
+        quantity("settling_time_5", " s", 2, |it| {
+            time(response(it)?.settling_time_5)
         }),
-        ("settling time (5 %)", |it| {
-            of(it, |d| seconds(d.settling_time_5))
-        }),
-        ("steady error", |it| {
-            of(it, |d| format!("{:+.4} m", d.steady_error))
-        }),
-        ("test signal", |it| {
+        quantity("steady_error", " m", 4, |it| Ok(response(it)?.steady_error)),
+        quantity("test_signal", "", 0, |it| {
             let signal = it.summary.test_signal.as_deref();
-            signal.unwrap_or("none").to_owned()
+            Err(signal.unwrap_or("none").to_owned())
         }),
-        ("actuator pulses", |it| it.summary.pulses.to_string()),
-        ("ticks without the actuator's answer", |it| {
-            it.summary.held_ticks.to_string()
-        }),
-        ("dominant pole off by", |it| {
-            it.summary
+        quantity("pulses", "", 0, |it| Ok(it.summary.pulses as f64)),
+        quantity("held_ticks", "", 0, |it| Ok(it.summary.held_ticks as f64)),
+        quantity("pole_error", " %", 1, |it| {
+            let error = it
+                .summary
                 .pole_error()
-                .map_or_else(|| "no model".to_owned(), distance_text)
+                .ok_or_else(|| "no model".to_owned())?;
+            // Beyond ten times the pole's magnitude the number says nothing.
+            (error <= 10.0)
+                .then_some(100.0 * error)
+                .ok_or_else(|| "more than 1000 %".to_owned())
         }),
     ]
+}
+
+/// Flights beside each other, a quantity a row; of two also the second less the first.
+#[must_use]
+pub fn comparison(flights: &[Flown]) -> Table {
+    let names = flights.iter().map(|it| it.name.as_str());
+    let pair = match flights {
+        [first, second] => Some((first, second)),
+        _ => None,
+    };
+    let columns = [""].into_iter().chain(names);
+    let mut table = Table::of(columns.chain(pair.map(|_| "difference")));
+    for quantity in quantities() {
+        let values = flights.iter().map(|it| quantity.text(it));
+        let difference = pair.map(|(first, second)| quantity.difference(first, second));
+        let name = [titles::name(quantity.field)].into_iter();
+        table.row(name.chain(values).chain(difference));
+    }
+    table
+}
+
+/// What the difference of two flights is; nothing of one or many.
+#[must_use]
+pub fn difference_note(flights: &[Flown]) -> Option<String> {
+    match flights {
+        [first, second] => Some(format!("Difference: {} less {}.", second.name, first.name)),
+        _ => None,
+    }
 }
 
 fn response_table(flights: &[Flown]) -> Markup {
     html! {
         h2 { "Depth response" }
-        div.scroll { table {
-            @if flights.len() > 1 {
-                thead { tr { th {} @for flown in flights { th { (flown.name) } } } }
-            }
-            @for (name, of) in rows() {
-                tr { td { (name) } @for flown in flights { td { (of(flown)) } } }
-            }
-        } }
+        (comparison(flights).html())
+        @if let Some(note) = difference_note(flights) { p { (note) } }
     }
 }
 
@@ -202,24 +270,27 @@ fn modes_table(flights: &[Flown]) -> Markup {
     }
 }
 
-fn poles_table(summary: &Summary) -> Markup {
+fn poles_table(flown: &Flown) -> Markup {
+    let summary = &flown.summary;
     let gain = |g: Option<f64>| g.map_or_else(|| "none".into(), |g| format!("{g:.5}"));
     let Some(found) = &summary.identified else {
         return html! {};
     };
     let truth = &summary.truth;
+    let true_poles: Vec<String> = (truth.poles.iter().filter(|it| it.im >= 0.0))
+        .map(|it| pair_text(*it, 4))
+        .collect();
+    let estimate = flown.flight.model.as_ref().and_then(sysid::estimate_of);
     html! {
         details {
             summary { "Poles and gains of plane angle to pitch rate" }
+            @match &estimate {
+                Some(estimate) => (poles::table_with_note(&[("", Reading::of(estimate, 0))])),
+                None => p { "The model has no covariance: its poles have no intervals." },
+            }
+            p { "True poles in s [1/s]: " (true_poles.join(", ")) "." }
             div.scroll { table {
-                thead { tr { th { "" } th { "identified" } th { "true" } } }
-                @for i in 0..found.poles.len().max(truth.poles.len()) {
-                    tr {
-                        td { "pole " (i + 1) " [1/s]" }
-                        td { (cell(&found.poles, i)) }
-                        td { (cell(&truth.poles, i)) }
-                    }
-                }
+                thead { tr { td {} th { "identified" } th { "true" } } }
                 tr { td { "gain over one sample [1/s]" } td { (format!("{:.5}", found.first_response)) } td { (format!("{:.5}", truth.first_response)) } }
                 tr { td { "gain at rest [1/s]" } td { (gain(found.dc_gain)) } td { (gain(truth.dc_gain)) } }
             } }
@@ -229,10 +300,6 @@ fn poles_table(summary: &Summary) -> Markup {
             }
         }
     }
-}
-
-fn cell(poles: &[Complex<f64>], i: usize) -> String {
-    poles.get(i).map_or_else(String::new, |p| pole_text(*p, 4))
 }
 
 fn count_table(counts: &BTreeMap<String, Count>) -> Markup {

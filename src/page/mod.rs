@@ -2,6 +2,7 @@
 //!
 //! - [`document`], `figure`: the page, and a plot on it.
 //! - [`flights`]: the page of a dive, or of several beside each other.
+//! - `poles`: a model's poles as a table.
 
 use anyhow::Result;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -9,6 +10,7 @@ use planesman_plot::{HeatMap, PAGE, PLOTS, Plot, THEME, THEME_SCRIPT, UPLOT, UPL
 use planesman_text::shown;
 
 pub mod flights;
+pub(crate) mod poles;
 
 /// Nothing is loaded from elsewhere, whatever should stand in a text.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; form-action 'none'";
@@ -30,8 +32,11 @@ pub fn document(title: &str, own_style: &str, body: &Markup, own_script: &str) -
                 @for style in [THEME, PAGE, UPLOT_STYLE, own_style] { style { (PreEscaped(style)) } }
             }
             body {
-                (PreEscaped(text(&body.0)))
-                noscript { p.warn { "The plots need JavaScript, which is off in this browser." } }
+                header {}
+                main {
+                    (PreEscaped(text(&body.0)))
+                    noscript { p.warn { "The plots need JavaScript, which is off in this browser." } }
+                }
                 @for script in [UPLOT, THEME_SCRIPT, PLOTS, own_script] { script { (PreEscaped(script)) } }
             }
         }
@@ -56,7 +61,7 @@ pub(crate) fn heat_map(title: &str, map: &HeatMap) -> Markup {
 fn drawn(title: &str, note: &str, data: Result<String>) -> Markup {
     html! {
         figure.plot {
-            div.head { h3 { (title) } }
+            div.head { h2 { (title) } }
             @if !note.is_empty() { p { (note) } }
             @match data {
                 Ok(data) => {

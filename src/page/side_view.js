@@ -29,8 +29,8 @@ for (const figure of document.querySelectorAll("figure.side")) {
     clock = setInterval(() => { show(k); k += 1; if (k >= instants.length) stop(); }, 40);
   });
   slider.addEventListener("input", () => { stop(); show(Number(slider.value)); });
-  document.addEventListener("instant", ({ detail: { x, link } }) => {
-    if (link !== "flight" || x == null || clock) return;
+  document.addEventListener("instant", ({ detail: { x, quantity } }) => {
+    if (quantity !== "time [s]" || x == null || clock) return;
     const [from, to] = [instants[0][0], instants.at(-1)[0]];
     const k = Math.round((x - from) / (to - from) * (instants.length - 1));
     show(Math.max(0, Math.min(instants.length - 1, k)));

@@ -18,7 +18,7 @@ tr[data-verdict='approximate'] td.verdict { background: var(--fair-ground); }
 tr[data-verdict='agrees'] td.verdict { background: var(--good-ground); }
 tr:target { outline: 2px solid var(--accent); }
 section.family h3 { margin-top: 1.2rem; }
-nav { font-size: 14px; } nav ul { margin: .2rem 0; padding-left: 1.1rem; } nav summary { margin: 0; font-weight: normal; }
+nav { font-size: 14px; } nav a, .columns td a { display: inline-block; min-height: 24px; line-height: 24px; } nav ul { margin: .2rem 0; padding-left: 1.1rem; } nav summary { margin: 0; font-weight: normal; }
 .filter { position: sticky; top: 0; z-index: 2; background: var(--background); padding: .5rem 0; display: flex; flex-wrap: wrap; gap: .5rem 1rem; align-items: center; border-bottom: 1px solid var(--rule); }
 .filter input { flex: 1; min-width: 10rem; max-width: 24rem; }
 [id] { scroll-margin-top: 4rem; }
@@ -143,7 +143,7 @@ fn summary(report: &Report, reckoning: &Reckoning<'_>, contents: &Markup) -> Mar
                 }
                 tr { td { b { "numbers" } } td { b { (reckoning.lines.len()) } } }
             } }
-            nav { (contents) }
+            nav aria-label=(format!("Contents, {}", report.name)) { (contents) }
         }
     }
 }

@@ -17,6 +17,7 @@ use crate::page::{document, figure, heat_map};
 use crate::scenario::{Scenario, plain};
 use crate::sink::write_text;
 use crate::summary::test_signal;
+use crate::titles::title;
 
 /// Points of the Pareto plot that are not on its front; of more, one in so many is drawn.
 const DRAWN: usize = 4000;
@@ -99,7 +100,9 @@ pub(super) fn of(folder: &Path, scenario: &Scenario, space: &Space) -> Result<Pa
         }
         p { (cases) " of " (all) " cases"
             @if failed > 0 { "; " (failed) " broke off" }
-            ". Means are over the seeds and over what is varied beside the axes of a plot; a case that does not settle has no settling time." }
+            ". Means are over the seeds and over what is varied beside the axes of a plot; a case that does not settle has no settling time. \
+             Best is the least mean among the fields in which every case settles." }
+        h2 { "Plots" }
         div.plots { @for plot in maps(space, &found) { (plot) } }
         (pareto(space, &found))
         h2 { "Scenario" }
@@ -147,16 +150,26 @@ fn maps(space: &Space, found: &BTreeMap<u64, Combination>) -> Vec<Markup> {
             let points = numbers.into_iter().zip(means);
             let points = points.filter_map(|(at, mean)| Some((at, mean.value()?)));
             let axis = space.axes[x].name();
-            let plot = Plot::new(COLUMNS[what], [&axis, COLUMNS[what]]).line("mean", points);
+            let quantity = title(COLUMNS[what]);
+            let plot = Plot::new(&quantity, [&axis, &quantity]).line("mean", points);
             Some(figure(&plot))
         }
         [x, y, ..] => {
             let (of_x, of_y) = (&space.axes[x], &space.axes[y]);
             let mut means = vec![vec![Mean::default(); of_x.values.len()]; of_y.values.len()];
+            let mut unsettled = vec![vec![0; of_x.values.len()]; of_y.values.len()];
             for (combination, it) in found {
                 let places = space.places(*combination);
-                means[places[y]][places[x]].take(mean(it).value());
+                let (row, column) = (places[y], places[x]);
+                means[row][column].take(mean(it).value());
+                unsettled[row][column] += it.cases - it.settling.count;
             }
+            let fields = (0..of_y.values.len())
+                .flat_map(|row| (0..of_x.values.len()).map(move |column| [row, column]));
+            let settled = fields.filter(|[row, column]| unsettled[*row][*column] == 0);
+            let best = settled
+                .filter_map(|at| Some((means[at[0]][at[1]].value()?, at)))
+                .min_by(|a, b| a.0.total_cmp(&b.0));
             let map = HeatMap {
                 axes: [of_x.name(), of_y.name()],
                 columns: labels(of_x),
@@ -165,9 +178,10 @@ fn maps(space: &Space, found: &BTreeMap<u64, Combination>) -> Vec<Markup> {
                     .into_iter()
                     .map(|row| row.iter().map(Mean::value).collect())
                     .collect(),
-                quantity: COLUMNS[what].to_owned(),
+                quantity: title(COLUMNS[what]),
+                best: best.map(|(_, at)| at),
             };
-            Some(heat_map(COLUMNS[what], &map))
+            Some(heat_map(&map.quantity, &map))
         }
     };
     let maps = [of(SETTLING, |it| it.settling), of(TRAVEL, |it| it.travel)];
@@ -193,9 +207,9 @@ fn pareto(space: &Space, found: &BTreeMap<u64, Combination>) -> Markup {
         })
         .collect();
     let every = points.len().div_ceil(DRAWN).max(1);
-    let axes = [COLUMNS[SETTLING], COLUMNS[TRAVEL]];
+    let axes = [COLUMNS[SETTLING], COLUMNS[TRAVEL]].map(title);
     let of = |it: &(f64, f64, u64)| (it.0, it.1);
-    let plot = Plot::new("Settling time and plane travel", axes)
+    let plot = Plot::new("Settling time and plane travel", [&axes[0], &axes[1]])
         .plane()
         .note("Each combination that settles with every seed. On the line those that no other beats in both.")
         .with(Style::Dots, "combinations", points.iter().step_by(every).map(of))

@@ -6,25 +6,37 @@ use std::cmp::Reverse;
 use maud::html;
 use planesman_identification::Reading;
 use planesman_identification::validation::residuals::{Correlation, ResidualTests};
+use planesman_linear::is_sampling_artefact;
 use planesman_plot::{Plot, Series, Style};
 use planesman_signals::Taken;
 
 use super::compared::{Compared, fits, frequency_responses};
 use super::page::{
-    FAR, FREQUENCY, LAG, MAGNITUDE, PHASE, RECORD, Response, STEP, TIME, bound, line, settling,
-    timed, unit_circle,
+    FAR, FREQUENCY, LAG, MAGNITUDE, PHASE, RECORD, Response, SINCE_STEP, STEP, TIME, bound,
+    is_near, line, range, settling, timed, unit_circle,
 };
-use crate::page::{document, figures};
+use crate::page::{document, figures, poles};
+use crate::titles;
 
 /// A page with the models drawn over each other.
 #[must_use]
 pub(super) fn page(models: &[Compared], taken: &Taken) -> String {
     let record = &taken.resampled.record;
+    let first = |names: &[String]| {
+        names
+            .first()
+            .map_or_else(String::new, |it| titles::title(it))
+    };
+    let (input, output) = (first(&record.inputs), first(&record.outputs));
     let title = format!(
-        "Models of {} to {}",
-        record.inputs.first().map_or("", String::as_str),
-        record.outputs.first().map_or("", String::as_str)
+        "Models: {} to {}",
+        titles::name(record.inputs.first().map_or("", String::as_str)),
+        titles::name(record.outputs.first().map_or("", String::as_str))
     );
+    let readings: Vec<_> = models
+        .iter()
+        .map(|it| (it.name.as_str(), it.reading()))
+        .collect();
     let mut best: Vec<&Compared> = models.iter().collect();
     best.sort_by_key(|it| Reverse(it.judgement.fit.map(|fit| (1e6 * fit) as i64)));
     let body = html! {
@@ -34,20 +46,21 @@ pub(super) fn page(models: &[Compared], taken: &Taken) -> String {
         } }
         p.lead { "Each model is simulated from a state fitted to the beginning of the data; its offset is its own." }
         (fits(models).html())
-        h2 { "Modes" }
-        div.scroll { table.words {
-            @for model in models {
-                tr { td { (model.name) } td { (model.modes().join("; ")) } }
-            }
-        } }
+        h2 { "Poles" }
+        (poles::table_with_note(&readings))
         h2 { "Plots" }
-        (figures(&plots(models, taken)))
+        (figures(&plots(models, taken, &input, &output)))
         details { summary { "The data" } pre { (taken.account()) } }
     };
     document(&title, "", &body, "")
 }
 
-fn plots<'a>(models: &'a [Compared], taken: &'a Taken) -> Vec<Plot<'a>> {
+fn plots<'a>(
+    models: &'a [Compared],
+    taken: &'a Taken,
+    input: &'a str,
+    output: &'a str,
+) -> Vec<Plot<'a>> {
     let record = &taken.resampled.record;
     let Some(longest) = models
         .first()
@@ -58,11 +71,8 @@ fn plots<'a>(models: &'a [Compared], taken: &'a Taken) -> Vec<Plot<'a>> {
     let segment = &record.segments[longest];
     let timed = |values: &[f64]| timed(values, record.sample_time);
     let measured = &segment.outputs[0];
-    let range = |pick: fn(f64, f64) -> f64| measured.iter().copied().fold(measured[0], pick);
-    let (low, high) = (range(f64::min), range(f64::max));
     // A simulation that diverges would flatten all others.
-    let near =
-        |value: f64| (value - low).abs().max((value - high).abs()) < FAR * (high - low).max(1e-9);
+    let (low, high) = range(measured);
     // Models first, so that each has one colour on the whole page.
     let each = |of: &dyn Fn(&Compared) -> Vec<(f64, f64)>| -> Vec<Series<'a>> {
         models
@@ -81,7 +91,7 @@ fn plots<'a>(models: &'a [Compared], taken: &'a Taken) -> Vec<Plot<'a>> {
     };
     let simulated = each(&|model| {
         let mut points = timed(&model.judgement.simulated[model.judgement.longest]);
-        points.retain(|(_, value)| near(*value));
+        points.retain(|(_, value)| is_near(*value, low, high));
         points
     });
     // Longer than about half of them take, so that one slow mode does not hide the others' beginning.
@@ -102,14 +112,13 @@ fn plots<'a>(models: &'a [Compared], taken: &'a Taken) -> Vec<Plot<'a>> {
             settling.map(|_| timed(&Reading::of(&of.estimate, of.longest).step_response(count)));
         line(&model.name, points.unwrap_or_default())
     });
-    let output = &record.outputs[0];
     vec![
         Plot::new("Measured and simulated output", [TIME, output])
             .note("Measured, and simulated on the input alone. What lies far beyond the measured range is not shown.")
             .linked(RECORD)
             .with_all(simulated)
             .with_all([bound("measured", timed(measured))]),
-        Plot::new("Input", [TIME, &record.inputs[0]])
+        Plot::new("Input", [TIME, input])
             .note("Over each sampling interval.")
             .linked(RECORD)
             .line("input", timed(&segment.inputs[0])),
@@ -127,8 +136,9 @@ fn plots<'a>(models: &'a [Compared], taken: &'a Taken) -> Vec<Plot<'a>> {
             .note("In the z plane; points beyond |z| = 4 are not shown.")
             .one_scale()
             .with_all(models.iter().map(pole_map))
+            .with_all(artefacts(models))
             .with_all([unit_circle()]),
-        Plot::new("Step responses", [TIME, output])
+        Plot::new("Step responses", [SINCE_STEP, output])
             .note("After a unit step of the input, from rest, without offset. Unstable models are left out.")
             .with_all(steps),
         correlations(
@@ -146,11 +156,27 @@ fn plots<'a>(models: &'a [Compared], taken: &'a Taken) -> Vec<Plot<'a>> {
     ]
 }
 
-fn pole_map(model: &Compared) -> Series<'_> {
+/// The poles within reach of the map that are artefacts of sampling, or that are not.
+fn near_poles(model: &Compared, artefacts: bool) -> Vec<(f64, f64)> {
     let poles = model.reading().poles().unwrap_or_default();
-    let points = poles.iter().map(|it| (it.value.re, it.value.im));
-    let points = points.filter(|p| p.0.hypot(p.1) < FAR);
-    Series::new(Style::Crosses, model.name.as_str(), points)
+    let wanted = poles
+        .iter()
+        .map(|it| it.value)
+        .filter(|it| it.norm() < FAR && is_sampling_artefact(*it) == artefacts);
+    wanted.map(|it| (it.re, it.im)).collect()
+}
+
+fn pole_map(model: &Compared) -> Series<'_> {
+    Series::new(
+        Style::Crosses,
+        model.name.as_str(),
+        near_poles(model, false),
+    )
+}
+
+fn artefacts(models: &[Compared]) -> Option<Series<'static>> {
+    let found: Vec<_> = models.iter().flat_map(|it| near_poles(it, true)).collect();
+    (!found.is_empty()).then(|| Series::new(Style::Crosses, poles::ARTEFACT, found))
 }
 
 fn correlations<'a>(

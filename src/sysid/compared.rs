@@ -3,7 +3,6 @@
 use planesman_identification::estimators::Estimate;
 use planesman_identification::validation::residuals::Correlation;
 use planesman_identification::{Judgement, Reading, Uncertain};
-use planesman_linear::mode_text;
 
 use super::page::{Response, frequency_response};
 use crate::table::Table;
@@ -38,12 +37,6 @@ impl Compared {
         poles.retain(|pole| pole.value.im >= 0.0);
         poles.sort_by(|p, q| p.value.norm().total_cmp(&q.value.norm()));
         poles
-    }
-
-    /// What they do, in words.
-    pub(super) fn modes(&self) -> Vec<String> {
-        let poles = self.poles();
-        poles.iter().map(|it| mode_text(it.value)).collect()
     }
 
     /// The tests of the residual: what it should be, and the correlations.

@@ -527,7 +527,12 @@ pub fn run(args: &FitArgs) -> Result<()> {
     }
     if let Some(path) = &args.html {
         let page = match &found.tried[..] {
-            [] => page::page(&found.analysis, &found.taken.resampled.record)?,
+            [] => {
+                let (analysis, taken) = (&found.analysis, &found.taken);
+                let columns = [&analysis.input, &analysis.output];
+                let columns = columns.map(|it| taken.reading.column(it));
+                page::page(analysis, &taken.resampled.record, columns)?
+            }
             tried => {
                 let taken = found.validation.as_ref().unwrap_or(&found.taken);
                 compare_page::page(&trial::compared(tried, taken)?, taken)

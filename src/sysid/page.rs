@@ -10,11 +10,13 @@ use planesman_identification::analysis::Analysis;
 use planesman_identification::estimators::{Estimate, StepResponse};
 use planesman_identification::validation::residuals::Correlation;
 use planesman_identification::{Problem, Reading, Record, SIGMAS_95, Structure, Uncertain};
-use planesman_linear::unwrapped_phases;
+use planesman_linear::{is_sampling_artefact, unwrapped_phases};
 use planesman_plot::{Plot, Series, Style};
 
 use super::simulated::Simulated;
+use crate::page::poles::{self, ARTEFACT};
 use crate::page::{document, figures};
+use crate::titles;
 
 /// Frequencies drawn.
 const FREQUENCIES: usize = 200;
@@ -28,6 +30,7 @@ pub(super) const STEP: (usize, usize) = (20, 2000);
 const SETTLED: f64 = 0.02;
 
 pub(super) const TIME: &str = "time [s]";
+pub(super) const SINCE_STEP: &str = "time after the step [s]";
 /// The axes of a frequency response.
 pub(super) const MAGNITUDE: [&str; 2] = ["frequency [rad/s]", "magnitude [dB]"];
 pub(super) const PHASE: [&str; 2] = ["frequency [rad/s]", "phase [deg]"];
@@ -36,13 +39,18 @@ pub(super) const RECORD: &str = "record";
 pub(super) const FREQUENCY: &str = "frequency";
 pub(super) const LAG: &str = "lag";
 
-/// The page of a model and the record it is of.
+/// The page of a model and the record it is of; `columns` are its input and output with their units.
 ///
 /// # Errors
 /// When the record is not that of the model, or its poles are not found.
-pub(super) fn page(analysis: &Analysis, record: &Record) -> Result<String> {
-    let title = format!("{} to {}", analysis.input, analysis.output);
-    let plots = plots(analysis, record)?;
+pub(super) fn page(analysis: &Analysis, record: &Record, columns: [&str; 2]) -> Result<String> {
+    let [input, output] = columns.map(titles::title);
+    let title = format!(
+        "{} to {}",
+        titles::title(&analysis.input),
+        titles::name(&analysis.output)
+    );
+    let plots = plots(analysis, record, &input, &output)?;
     // The verdict itself first, then its reasons.
     let is_verdict = |it: &&String| it.starts_with("verdict");
     let sentences = || analysis.verdict.iter();
@@ -54,6 +62,8 @@ pub(super) fn page(analysis: &Analysis, record: &Record) -> Result<String> {
         ul.verdict { @for sentence in verdict { li { (sentence) } } }
         h2 { "The model" }
         (in_words(analysis))
+        h2 { "Poles" }
+        (poles::table_with_note(&[("", analysis.reading())]))
         h2 { "Plots" }
         (figures(&plots))
         details { summary { "All numbers" } pre { (analysis.findings()) } }
@@ -87,6 +97,19 @@ fn in_words(analysis: &Analysis) -> Markup {
     }
 }
 
+/// The least and the greatest of values.
+pub(super) fn range(values: &[f64]) -> (f64, f64) {
+    let values = values.iter();
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), it| {
+        (low.min(*it), high.max(*it))
+    })
+}
+
+/// Whether a value lies no farther outside a range than [`FAR`] times its width.
+pub(super) fn is_near(value: f64, low: f64, high: f64) -> bool {
+    (value - low).abs().max((value - high).abs()) < FAR * (high - low).max(1e-9)
+}
+
 pub(super) fn line(name: &str, points: Vec<(f64, f64)>) -> Series<'_> {
     Series::new(Style::Line, name, points)
 }
@@ -102,7 +125,12 @@ pub(super) fn timed(values: &[f64], sample_time: f64) -> Vec<(f64, f64)> {
     values.map(|(k, v)| (k as f64 * sample_time, *v)).collect()
 }
 
-fn plots<'a>(analysis: &'a Analysis, record: &Record) -> Result<Vec<Plot<'a>>> {
+fn plots<'a>(
+    analysis: &'a Analysis,
+    record: &Record,
+    input_title: &'a str,
+    output_title: &'a str,
+) -> Result<Vec<Plot<'a>>> {
     let Simulated {
         input,
         measured,
@@ -112,21 +140,29 @@ fn plots<'a>(analysis: &'a Analysis, record: &Record) -> Result<Vec<Plot<'a>>> {
     let timed = |values: &[f64]| timed(values, record.sample_time);
     let errors = measured.iter().zip(&simulated).map(|(y, model)| y - model);
     let errors: Vec<f64> = errors.collect();
+    let (low, high) = range(measured);
+    // A simulation that diverges would flatten what was measured.
+    let near = |values: &[f64], (low, high): (f64, f64)| {
+        let mut points = timed(values);
+        points.retain(|(_, it)| is_near(*it, low, high));
+        points
+    };
+    let spread = high - low;
     let mut plots = vec![
-        Plot::new("Measured and simulated output", [TIME, &analysis.output])
-            .note("The model is simulated on the input alone.")
+        Plot::new("Measured and simulated output", [TIME, output_title])
+            .note("The model is simulated on the input alone. What lies far beyond the measured range is not shown.")
             .linked(RECORD)
             .with(Style::Broad, "measured", timed(measured))
-            .line("simulated", timed(&simulated)),
-        Plot::new("Measured less simulated output", [TIME, &analysis.output])
+            .line("simulated", near(&simulated, (low, high))),
+        Plot::new("Measured less simulated output", [TIME, output_title])
             .note("What the model does not explain.")
             .linked(RECORD)
-            .line("difference", timed(&errors)),
-        Plot::new("Input", [TIME, &analysis.input])
+            .line("difference", near(&errors, (-spread, spread))),
+        Plot::new("Input", [TIME, input_title])
             .note("Over each sampling interval.")
             .linked(RECORD)
             .line("input", timed(input)),
-        step(analysis, record),
+        step(analysis, record, output_title),
     ];
     plots.extend(bode(analysis));
     plots.push(map(analysis)?);
@@ -199,9 +235,9 @@ pub(super) fn settling(estimate: &Estimate, run: usize) -> Option<usize> {
 }
 
 /// The model's step response beside the one that the data has without it, each with its band.
-fn step<'a>(analysis: &'a Analysis, record: &Record) -> Plot<'a> {
+fn step<'a>(analysis: &'a Analysis, record: &Record, output_title: &'a str) -> Plot<'a> {
     let estimate = &analysis.estimate;
-    let plot = Plot::new("Step response", [TIME, &analysis.output]);
+    let plot = Plot::new("Step response", [SINCE_STEP, output_title]);
     let Some(settled) = settling(estimate, analysis.longest) else {
         return plot.note("The model is unstable: its response has no end.");
     };
@@ -258,6 +294,10 @@ fn map(analysis: &Analysis) -> Result<Plot<'static>> {
         let found = found.iter().map(|it| (it.value.re, it.value.im));
         found.filter(|p| p.0.hypot(p.1) < FAR).collect::<Vec<_>>()
     };
+    let (artefacts, modes): (Vec<_>, Vec<_>) = poles
+        .iter()
+        .copied()
+        .partition(|it| is_sampling_artefact(it.value));
     // Ellipses as wide as the map would hide everything else.
     let is_shown = |it: &&Uncertain| {
         let deviation = it.magnitude_deviation();
@@ -279,10 +319,14 @@ fn map(analysis: &Analysis) -> Result<Plot<'static>> {
             .note("In the z plane; points beyond |z| = 4 are not shown.")
             .one_scale()
             .with_all([unit_circle()])
-            .with_all(regions(&poles, "95 %, pole"))
-            .with(Style::Crosses, "poles", at(&poles))
+            .with_all(regions(&modes, "95 %, pole"))
+            .with(Style::Crosses, "poles", at(&modes))
             .with_all(regions_of_zeros)
-            .with(Style::Circles, "zeros", at(&zeros)),
+            .with(Style::Circles, "zeros", at(&zeros))
+            .with_all(
+                (!artefacts.is_empty())
+                    .then(|| Series::new(Style::Crosses, ARTEFACT, at(&artefacts))),
+            ),
     )
 }
 
@@ -367,7 +411,7 @@ mod tests {
                 ..Options::default()
             };
             let analysis = analyse(&record, &options).unwrap();
-            let page = page(&analysis, &record).unwrap();
+            let page = page(&analysis, &record, ["planes <V>", "gyro"]).unwrap();
             stands_alone(&page);
             assert_eq!(page.matches(&analysis.verdict[0]).count(), 1, "{method:?}");
             let learnt = if method == Method::OutputError {

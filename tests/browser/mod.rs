@@ -1,4 +1,4 @@
-//! A page in headless Chromium: what its script drew, and what it tells under the cursor.
+//! A page in headless Chromium: what its script drew, what it tells under the cursor, and whether all people can use it.
 
 // Each test program uses its own part.
 #![allow(dead_code)]
@@ -13,7 +13,9 @@ mod peers;
 pub(crate) struct Seen {
     /// Of each plot its heading, and what its legend says with the cursor over it.
     pub(crate) plots: Vec<(String, String)>,
-    /// Errors of its scripts.
+    /// Of each plot its heading, and the place of its cursor while the mouse is over the first plot.
+    pub(crate) together: Vec<(String, String)>,
+    /// Errors of its scripts, and what axe-core finds.
     pub(crate) errors: Vec<String>,
     /// The document as it is after its scripts ran.
     pub(crate) document: String,
@@ -24,11 +26,12 @@ const HEAD: &str = "<head><script>const errors = [];
 addEventListener('error', (event) => errors.push(event.message));
 const complain = console.error; console.error = (...it) => { errors.push(it.join(' ')); complain(...it); };</script>";
 
-/// Moves the cursor over each plot until it tells something that it does not tell without, and writes all down.
+/// Moves the cursor over each plot until it tells something that it does not tell without, has axe-core look through the page, and writes
+/// all down.
 const PROBE: &str = r#"<script>addEventListener("load", () => setTimeout(() => {
 dispatchEvent(new Event("beforeprint"));
 dispatchEvent(new Event("afterprint"));
-setTimeout(() => {
+setTimeout(async () => {
   const lines = [];
   for (const figure of document.querySelectorAll("figure.plot")) {
     const [over, legend] = [figure.querySelector(".u-over"), figure.querySelector(".legend")];
@@ -43,15 +46,45 @@ setTimeout(() => {
         if (legend.textContent !== silent) { told = legend.innerText.replace(/\s+/g, " "); break search; }
       }
     }
-    lines.push(`plot\t${figure.querySelector("h3").textContent}\t${told}`);
+    lines.push(`plot\t${figure.querySelector("h2").textContent}\t${told}`);
+  }
+  const [first] = document.querySelectorAll("figure.plot .u-over");
+  if (first) {
+    const { left, top, width, height } = first.getBoundingClientRect();
+    first.dispatchEvent(new MouseEvent("mousemove", { clientX: left + 0.6 * width, clientY: top + 0.5 * height, bubbles: true }));
+    for (const figure of document.querySelectorAll("figure.plot")) {
+      lines.push(`together\t${figure.querySelector("h2").textContent}\t${figure.querySelector(".at")?.textContent ?? ""}`);
+    }
+  }
+  document.querySelectorAll("details").forEach((it) => { it.open = true; });
+  for (const name of ["light", "dark"]) {
+    if (!window.axe) break;
+    theme.set(name);
+    const { violations } = await axe.run(document, { runOnly: AXE_TAGS, resultTypes: ["violations"] });
+    for (const { id, impact, nodes } of violations) errors.push(`axe, ${name}: ${impact} ${id}: ${nodes.map((it) => it.html.replace(/\s+/g, " ").slice(0, 200)).join(" ")}`);
   }
   lines.push(...errors.map((it) => `error\t${it}`));
+  document.getElementById("axe")?.remove();
   const it = document.createElement("pre");
   it.id = "seen";
   it.textContent = lines.join("\n");
   document.body.append(it);
 }, 300);
 }, 300));</script></body>"#;
+
+/// The rules of axe-core that a page keeps: those of WCAG 2.2 at level AA, and what axe-core's authors think good.
+pub(crate) const AXE_TAGS: &str =
+    "['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa', 'best-practice']";
+
+/// The script of axe-core; `None`, having said so, where it is not installed.
+pub(crate) fn axe() -> Option<String> {
+    let path = peers::root().join(".venv/share/axe.min.js");
+    let script = std::fs::read_to_string(path).ok();
+    if script.is_none() {
+        peers::skip("there is no axe-core: tests/browser/install.sh");
+    }
+    script
+}
 
 /// Chromium without a screen, with its profile in the folder.
 fn chromium(folder: &Path) -> Command {
@@ -96,9 +129,13 @@ pub(crate) fn look(page: &Path) -> Option<Seen> {
     let text = std::fs::read_to_string(page).expect("a page");
     let folder = tempfile::tempdir().expect("a folder");
     let probed = folder.path().join("page.html");
-    let text = text.replacen("<head>", HEAD, 1);
+    let axe = axe().map_or_else(String::new, |it| {
+        format!("<script id=\"axe\">{it}</script>")
+    });
+    let text = text.replacen("<head>", &format!("{HEAD}{axe}"), 1);
     let end = text.rfind("</body>").expect("a whole page");
-    let text = format!("{}{PROBE}{}", &text[..end], &text[end + "</body>".len()..]);
+    let probe = PROBE.replace("AXE_TAGS", AXE_TAGS);
+    let text = format!("{}{probe}{}", &text[..end], &text[end + "</body>".len()..]);
     std::fs::write(&probed, text).expect("written");
     let run = chromium(folder.path())
         .arg("--dump-dom")
@@ -116,15 +153,17 @@ pub(crate) fn look(page: &Path) -> Option<Seen> {
             panic!("chromium shows nothing: {complaint}")
         });
     let lines = seen.split("</pre>").next().unwrap_or_default().lines();
-    let (mut plots, mut errors) = (Vec::new(), Vec::new());
+    let (mut plots, mut together, mut errors) = (Vec::new(), Vec::new(), Vec::new());
     for line in lines {
         match line.split('\t').collect::<Vec<_>>()[..] {
             ["plot", heading, told] => plots.push((heading.to_owned(), told.to_owned())),
+            ["together", heading, place] => together.push((heading.to_owned(), place.to_owned())),
             _ => errors.push(line.to_owned()),
         }
     }
     Some(Seen {
         plots,
+        together,
         errors,
         document,
     })

@@ -36,7 +36,7 @@ NOW = "return import('/charts.js').then((it) => it.samples('/auv/state:depth').t
 TIDY = "document.documentElement.style.scrollbarWidth = 'none'; dispatchEvent(new Event('resize'))"
 KEEP = """
 const all = [...document.querySelectorAll("figure.plot")];
-for (const it of all) it.hidden = !arguments[0].includes(it.querySelector("h3").textContent);
+for (const it of all) it.hidden = !arguments[0].includes(it.querySelector("h2").textContent);
 all.find((it) => !it.hidden).scrollIntoView();
 dispatchEvent(new Event("resize"));
 """

@@ -14,7 +14,7 @@
 use std::ops::Range;
 
 use nalgebra::{Complex, Matrix2};
-use planesman_linear::{discrete_to_continuous, polynomial};
+use planesman_linear::{discrete_to_continuous, is_sampling_artefact, polynomial};
 
 use crate::error::Result;
 use crate::estimators::Estimate;
@@ -74,6 +74,31 @@ impl Uncertain {
         // The ratio depends on the angle alone: d(cos phi) = -sin phi d(phi).
         let slope = self.value.im / size;
         (-self.value.re / size, slope.abs() * self.phase_deviation())
+    }
+
+    /// What a pole in s does, in words, with 95 % intervals: natural frequency and damping ratio of a pair, time constant of a real
+    /// pole.
+    #[must_use]
+    pub fn mode_text(&self) -> String {
+        let Complex { re, im } = self.value;
+        let unstable = if re > 0.0 { "unstable, " } else { "" };
+        if im != 0.0 {
+            let (damping, deviation) = self.damping_ratio();
+            format!(
+                "{unstable}natural frequency {:.4} ± {:.4} rad/s, damping ratio {damping:.4} ± {:.4}",
+                self.value.norm(),
+                SIGMAS_95 * self.magnitude_deviation(),
+                SIGMAS_95 * deviation
+            )
+        } else if re == 0.0 {
+            "integrator".to_owned()
+        } else {
+            format!(
+                "{unstable}time constant {:.4} ± {:.4} s",
+                1.0 / re.abs(),
+                SIGMAS_95 * self.real_deviation() / (re * re)
+            )
+        }
     }
 
     /// The standard deviation of the phase, rad.
@@ -150,19 +175,33 @@ impl<'a> Reading<'a> {
     /// # Errors
     /// As [`Reading::poles`].
     pub fn continuous_poles(&self) -> Result<Vec<Uncertain>> {
-        let dt = self.estimate.sample_time;
         let poles = self.poles()?;
-        Ok(poles
-            .into_iter()
-            .filter_map(|pole| {
-                let value = discrete_to_continuous(pole.value, dt)?;
-                let turn = rotation((pole.value * dt).inv());
-                Some(Uncertain {
-                    value,
-                    covariance: turn * pole.covariance * turn.transpose(),
-                })
-            })
-            .collect())
+        Ok(poles.iter().filter_map(|it| self.in_s(it)).collect())
+    }
+
+    /// A pole in z as one in s; a pole at z = 0 has none.
+    #[must_use]
+    pub fn in_s(&self, pole: &Uncertain) -> Option<Uncertain> {
+        let dt = self.estimate.sample_time;
+        let value = discrete_to_continuous(pole.value, dt)?;
+        let turn = rotation((pole.value * dt).inv());
+        Some(Uncertain {
+            value,
+            covariance: turn * pole.covariance * turn.transpose(),
+        })
+    }
+
+    /// What the poles do, in words with 95 % intervals, a pair once; without the artefacts of sampling, which are no modes of
+    /// the system.
+    #[must_use]
+    pub fn modes(&self) -> Vec<String> {
+        let poles = self.poles().unwrap_or_default();
+        let modes = poles
+            .iter()
+            .filter(|it| it.value.im >= 0.0 && !is_sampling_artefact(it.value));
+        modes
+            .filter_map(|it| Some(self.in_s(it)?.mode_text()))
+            .collect()
     }
 
     /// The steady gain, output unit per input unit; `None` with a pole at z = 1.

@@ -27,6 +27,14 @@ pub fn continuous_to_discrete(s: Complex<f64>, dt: f64) -> Complex<f64> {
     (s * dt).exp()
 }
 
+/// Whether a pole in `z` is an artefact of sampling: its mode would decay or turn as fast as the Nyquist frequency or faster,
+/// `|ln z| >= pi`, which samples cannot tell. Poles at and near `z = 0` are such ones, and all on the negative real axis.
+#[must_use]
+pub fn is_sampling_artefact(z: Complex<f64>) -> bool {
+    // ln 0 has an infinite norm.
+    z.ln().norm() >= (1.0 - 1e-9) * std::f64::consts::PI
+}
+
 /// A pole as people write it, with so many decimals: `-0.3550 + 0.1260i`.
 #[must_use]
 pub fn pole_text(pole: Complex<f64>, decimals: usize) -> String {
@@ -152,6 +160,16 @@ mod tests {
     fn a_negative_pole_lies_at_the_nyquist_frequency() {
         let s = discrete_to_continuous(Complex::new(-0.11097, 0.0), 0.05).unwrap();
         assert!((s.im - 62.83).abs() < 0.01, "{s}");
+    }
+
+    #[test]
+    fn what_is_faster_than_the_nyquist_frequency_is_an_artefact() {
+        let is_one = |re, im| is_sampling_artefact(Complex::new(re, im));
+        assert!(is_one(0.0, 0.0) && is_one(-0.9, 0.0) && is_one(-1e-9, 0.0));
+        // exp(-pi) = 0.0432: a decay by pi in one sample.
+        assert!(is_one(0.043, 0.0) && !is_one(0.044, 0.0));
+        assert!(!is_one(0.0, 0.9) && is_one(-0.5, 0.01));
+        assert!(!is_one(1.0, 0.0) && !is_one(1.2, 0.0));
     }
 
     #[test]

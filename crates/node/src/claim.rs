@@ -126,6 +126,16 @@ impl Book {
     }
 }
 
+/// Whether the status of that name, `NODE: NAME`, is a claim's.
+#[must_use]
+pub fn is_status(name: &str) -> bool {
+    let name = name.split_once(": ").map_or(name, |(_, it)| it);
+    name.starts_with(PREFIX)
+}
+
+/// How the status of a claim begins; its subject follows.
+const PREFIX: &str = "claim to ";
+
 /// A node's claim. Dropping it leaves it standing until the node ends.
 #[derive(Clone)]
 pub struct Claim {
@@ -205,7 +215,7 @@ impl Claim {
     }
 
     fn status_name(&self) -> String {
-        format!("claim to {}", self.subject)
+        format!("{PREFIX}{}", self.subject)
     }
 
     fn tell(&self) {

@@ -1,11 +1,12 @@
 "use strict";
 // Draws the plots of a page. A plot is <figure class="plot"> with its data as JSON beside the heading (crates/plot/src/plot.rs
 // and heat_map.rs say what it holds). uPlot draws axes and grid and has cursor, zoom and scales; the series are painted here, each
-// over its own x values. Text of others goes in by textContent only.
+// over its own x values. Plots over the same quantity have one cursor; linked ones one zoom too. Text of others goes in by textContent only.
 (() => {
   const SHADES = ["#440154", "#482878", "#3e4a89", "#31688e", "#26828e", "#1f9e89", "#35b779", "#6ece58", "#fde725"];
   const NEAR = 40; // px from the cursor to a point that it names
-  const groups = new Map(); // linked time axes: name to drawings
+  const STAR = "★"; // marks the best field of a heat map
+  const groups = new Map(); // linked x axes: name to drawings
   const drawings = [];
 
   const make = (tag, name, text) => {
@@ -21,6 +22,23 @@
     const size = Math.abs(value);
     if (size !== 0 && (size < 1e-4 || size >= 1e7)) return value.toExponential(digits - 2).replace("e+", "e");
     return String(Number(value.toPrecision(digits)));
+  }
+
+  // A text in this font, as wide as it is drawn, px.
+  const pen = document.createElement("canvas").getContext("2d");
+  const FONT = "12px system-ui, sans-serif";
+  function width(text, font = FONT) {
+    pen.font = font;
+    return pen.measureText(text).width;
+  }
+
+  // The text, its middle left out where it is longer than there is room.
+  function fitted(text, room) {
+    for (let kept = text.length; kept > 4; kept -= 1) {
+      const it = kept === text.length ? text : `${text.slice(0, Math.ceil(kept / 2))}…${text.slice(-Math.floor(kept / 2))}`;
+      if (width(it) <= room) return it;
+    }
+    return text.slice(0, 4);
   }
 
   // The labels of an axis, all with the decimals that their distance needs.
@@ -99,18 +117,23 @@
       this.list();
       this.chart = new uPlot(this.options(), [[this.full.x[0], this.full.x[1]], [null, null]], this.area);
       new ResizeObserver(() => requestAnimationFrame(() => this.fit())).observe(figure);
+      this.area.setAttribute("role", "img");
+      this.area.setAttribute("aria-label", this.words());
+      this.area.tabIndex = 0;
+      this.area.addEventListener("keydown", (event) => this.key(event));
+      this.area.addEventListener("blur", () => this.leave());
     }
 
-    size(width = this.area.clientWidth) {
+    size(across = this.area.clientWidth) {
       const fields = this.data.rows?.length ?? 0;
-      const height = this.data.heat ? Math.min(520, Math.max(180, 26 * fields + 70))
-        : this.data.equal ? Math.min(460, Math.max(280, 0.75 * width)) : Math.min(320, Math.max(210, 0.42 * width));
-      return { width: Math.max(200, width), height: Math.round(height) };
+      const height = this.data.heat ? Math.min(560, Math.max(180, 30 * fields + 70, width(this.data.y) + 75))
+        : this.data.equal ? Math.min(460, Math.max(280, 0.75 * across)) : Math.min(320, Math.max(210, 0.42 * across));
+      return { width: Math.max(200, across), height: Math.round(height) };
     }
 
-    fit(width) {
+    fit(across) {
       const { width: before } = this.chart;
-      const size = this.size(width);
+      const size = this.size(across);
       if (size.width === before) return;
       this.chart.setSize(size);
       this.settle();
@@ -176,34 +199,38 @@
 
     options() {
       const { data } = this;
+      const size = this.size();
       const given = (_plot, low, high) => [low, high];
       const axis = (label, more) => ({
-        label, labelSize: 20, labelGap: 2, font: "12px system-ui, sans-serif", labelFont: "12px system-ui, sans-serif",
+        label, labelSize: 20, labelGap: 2, font: FONT, labelFont: FONT,
         stroke: () => theme.colour("--muted"), grid: { stroke: () => theme.colour("--grid"), width: 1 },
         ticks: { stroke: () => theme.colour("--rule"), width: 1, size: 4 }, ...more,
       });
-      const names = (list) => ({
-        splits: (_plot, _i, low, high) => {
-          const every = Math.max(1, Math.ceil(list.length / 14));
+      // Names of fields, as many as have room.
+      const names = (list, room, side) => ({
+        splits: (plot, _axis, low, high) => {
+          const every = Math.max(1, Math.ceil(list.length * room / (plot.over[side] || size.width)));
           return list.map((_, k) => k).filter((k) => k % every === 0 && k >= low && k <= high);
         },
         values: (_plot, splits) => splits.map((k) => list[k] ?? ""),
         grid: { show: false },
       });
+      // One cursor for all plots over one quantity, and for all heat maps over one pair.
+      const shared = data.heat ? JSON.stringify([data.x, data.y, data.columns, data.rows]) : this.isPlane ? "" : data.x;
       // Equal scales need a width that does not follow the labels.
-      const widest = (_plot, values) => data.equal ? 56 : 14 + 7 * Math.max(3, ...(values ?? []).map((it) => String(it ?? "").length));
-      const x = data.heat ? names(data.columns) : data.log ? decades : { values: labels };
-      const y = data.heat ? names(data.rows) : { values: labels };
+      const widest = (_plot, values) => data.equal ? 56 : 14 + Math.max(21, ...(values ?? []).map((it) => width(String(it ?? ""))));
+      const x = data.heat ? names(data.columns, 10 + Math.max(...data.columns.map((it) => width(it))), "clientWidth") : data.log ? decades : { values: labels };
+      const y = data.heat ? names(data.rows, 16, "clientHeight") : { values: labels };
       return {
-        ...this.size(), legend: { show: false }, padding: [10, 14, 0, 0],
+        ...size, legend: { show: false }, padding: [10, 14, 0, 0],
         scales: { x: { time: false, range: given, distr: data.log ? 3 : 1 }, y: { range: given, auto: false, dir: data.down ? -1 : 1 } },
-        axes: [axis(data.x, { size: 28, ...x }), axis(data.y, { size: widest, ...y })],
+        axes: [axis(data.x, { size: 28, ...x }), axis(fitted(data.y, size.height - 70), { size: widest, ...y })],
         series: [{}, { show: false }],
         cursor: {
           points: { show: false }, y: this.isPlane || Boolean(data.heat),
           drag: { x: !data.heat, y: this.isPlane, setScale: false },
           bind: { dblclick: () => () => this.reset() },
-          ...(data.link ? { sync: { key: data.link, scales: ["x", null], filters: { pub: (type) => type === "mousemove" } } } : {}),
+          ...(shared ? { sync: { key: shared, scales: ["x", data.heat ? "y" : null], filters: { pub: (type) => type === "mousemove" } } } : {}),
         },
         hooks: {
           ready: [(chart) => { this.chart = chart; this.show(this.full.x, this.full.y, false); this.settle(); }],
@@ -283,13 +310,47 @@
 
     fields(ctx) {
       const { chart, data } = this;
+      const px = uPlot.pxRatio;
       const side = (k, scale) => chart.valToPos(k, scale, true);
+      const [wide, high] = [side(1, "x") - side(0, "x"), side(0, "y") - side(1, "y")];
+      const text = this.told(wide - 6 * px, high, px);
+      ctx.textAlign = "center";
+      ctx.textBaseline = "middle";
       data.heat.forEach((row, r) => row.forEach((value, c) => {
-        if (value == null) return;
-        ctx.fillStyle = this.shade(value);
         const [a, b] = [side(c - 0.5, "x"), side(r + 0.5, "y")];
-        ctx.fillRect(a, b, side(c + 0.5, "x") - a + 0.5, side(r - 0.5, "y") - b + 0.5);
+        if (value != null) {
+          const shade = this.shade(value);
+          ctx.fillStyle = `rgb(${shade.join(" ")})`;
+          ctx.fillRect(a, b, wide + 0.5, high + 0.5);
+          // Black or white, whichever stands out more.
+          ctx.fillStyle = shade[0] * 0.299 + shade[1] * 0.587 + shade[2] * 0.114 > 115 ? "#000" : "#fff";
+        } else {
+          ctx.fillStyle = theme.colour("--muted");
+        }
+        if (text) ctx.fillText(text(value, this.isBest(r, c)), a + wide / 2, b + high / 2);
+        if (!this.isBest(r, c)) return;
+        ctx.setLineDash([]);
+        for (const [ink, thick] of [["#000", 5], ["#fff", 2]]) {
+          ctx.strokeStyle = ink;
+          ctx.lineWidth = thick * px;
+          ctx.strokeRect(a + 2.5 * px, b + 2.5 * px, wide - 5 * px, high - 5 * px);
+        }
       }));
+    }
+
+    isBest(row, column) { return this.data.best?.[0] === row && this.data.best[1] === column; }
+
+    // How the numbers are written in the fields: in as many digits as have room, at most four; not at all where not even two have.
+    told(wide, high, px) {
+      const { chart, data } = this;
+      if (high < 13 * px) return null;
+      chart.ctx.font = `${12 * px}px system-ui, sans-serif`;
+      for (const digits of [4, 3, 2]) {
+        const text = (value, isBest) => (isBest ? `${STAR} ` : "") + number(value, digits);
+        const widest = Math.max(...data.heat.flatMap((row, r) => row.map((it, c) => chart.ctx.measureText(text(it, this.isBest(r, c))).width)));
+        if (widest <= wide) return text;
+      }
+      return null;
     }
 
     shade(value) {
@@ -298,7 +359,7 @@
       const below = Math.min(SHADES.length - 2, Math.floor(at));
       const part = (hex, k) => parseInt(hex.slice(1 + 2 * k, 3 + 2 * k), 16);
       const mixed = [0, 1, 2].map((k) => Math.round(part(SHADES[below], k) + (at - below) * (part(SHADES[below + 1], k) - part(SHADES[below], k))));
-      return `rgb(${mixed.join(" ")})`;
+      return mixed;
     }
 
     // The series by name, each a button that hides it, with its value at the cursor.
@@ -310,7 +371,9 @@
         const [low, high] = this.data.range;
         const scale = make("span", "", `${this.data.quantity}: ${number(low)}`);
         scale.append(shades, number(high));
-        this.legend.append(scale, this.at);
+        this.legend.append(scale);
+        if (this.data.best) this.legend.append(make("span", "best", `${STAR} best: ${this.field(...this.data.best)}`));
+        this.legend.append(this.at);
         return;
       }
       for (const it of this.series) {
@@ -361,7 +424,7 @@
     hover() {
       const { chart, data } = this;
       const { left, top } = chart.cursor;
-      const away = left == null || left < 0;
+      const away = left == null || left < 0 || left > chart.over.clientWidth + 1;
       if (data.heat) return this.overFields(away, left, top);
       if (this.isPlane) return this.overPlane(away, left, top);
       const x = away ? null : chart.posToVal(left, "x");
@@ -372,7 +435,7 @@
         it.value.textContent = point ? number(point[1]) : "";
         this.mark(it, point && it.style !== "bound" ? point[0] : null, point?.[1]);
       }
-      this.figure.dispatchEvent(new CustomEvent("instant", { bubbles: true, detail: { x, link: data.link } }));
+      this.figure.dispatchEvent(new CustomEvent("instant", { bubbles: true, detail: { x, quantity: data.x } }));
     }
 
     // The point of a series at the cursor: the nearest one, or on the line between two that are far apart.
@@ -407,8 +470,42 @@
     overFields(away, left, top) {
       const { data } = this;
       const [c, r] = away ? [-1, -1] : [Math.round(this.chart.posToVal(left, "x")), Math.round(this.chart.posToVal(top, "y"))];
-      const value = data.heat[r]?.[c];
-      this.at.textContent = value == null ? "" : `${data.x} ${data.columns[c]}, ${data.y} ${data.rows[r]}: ${number(value)}`;
+      this.at.textContent = data.heat[r]?.[c] === undefined ? "" : this.field(r, c);
+    }
+
+    // A field in words.
+    field(row, column) {
+      const { data } = this;
+      return `${number(data.heat[row][column])} at ${data.x} ${data.columns[column]}, ${data.y} ${data.rows[row]}`;
+    }
+
+    // The arrow keys move the cursor: over a heat map by a field, else by a hundredth of the plot, with Shift by a tenth.
+    key(event) {
+      const { chart, data } = this;
+      const by = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
+      if (event.key === "Escape") this.leave();
+      if (!by || (by[1] && !this.isPlane && !data.heat)) return;
+      event.preventDefault();
+      const size = [chart.over.clientWidth, chart.over.clientHeight];
+      const count = data.heat ? [data.columns.length, data.rows.length] : [0, 0].map(() => (event.shiftKey ? 10 : 100));
+      const now = [chart.cursor.left, chart.cursor.top];
+      const [left, top] = size.map((whole, k) => {
+        const step = whole / count[k];
+        const next = (now[0] >= 0 ? now[k] : whole / 2) + by[k] * step;
+        return Math.min(whole - (data.heat ? step / 2 : 0), Math.max(data.heat ? step / 2 : 0, next));
+      });
+      chart.setCursor({ left, top }, true, true);
+    }
+
+    leave() { this.chart.setCursor({ left: -10, top: -10 }, true, true); }
+
+    // What the plot shows, in words, for those who do not see it.
+    words() {
+      const { data } = this;
+      if (data.heat) return `${data.quantity} over ${data.x} and ${data.y}, from ${data.range.map((it) => number(it)).join(" to ")}`;
+      const named = this.series.filter((it) => it.name && it.y.length);
+      const each = named.slice(0, 8).map((it) => `${it.name} from ${bounds([it.y]).map((y) => number(y)).join(" to ")}`);
+      return `${data.y} over ${data.x}: ${each.join("; ")}${named.length > 8 ? `; ${named.length - 8} more` : ""}`;
     }
 
     // The points as drawn.
@@ -462,11 +559,13 @@
   }
 
   function tools(figure, drawing) {
-    const name = figure.querySelector("h3").textContent.replace(/[^\w.-]+/g, "_").slice(0, 60) || "plot";
+    const heading = figure.querySelector("h2").textContent;
+    const name = heading.replace(/[^\w.-]+/g, "_").slice(0, 60) || "plot";
     const tool = (text, title, work) => {
       const it = make("button", "", text);
       it.type = "button";
       it.title = title;
+      it.setAttribute("aria-label", `${text}: ${title} of ${heading}`);
       it.addEventListener("click", work);
       figure.querySelector(".head").append(it);
     };
@@ -488,11 +587,27 @@
     tools(figure, drawing);
   }
 
-  document.body.prepend(theme.button());
+  document.querySelector("header").append(theme.button());
   theme.onChange(() => drawings.forEach((it) => it.chart.redraw(false)));
 
+  // What scrolls within the page can be reached by keyboard, and has a name: that of the heading, or of the part that is opened, before it.
+  const headings = [...document.querySelectorAll("h1, h2, h3, summary")];
+  const named = (area) => headings.findLast((it) => it.compareDocumentPosition(area) & Node.DOCUMENT_POSITION_FOLLOWING);
+  const scrolls = new ResizeObserver((entries) => {
+    for (const { target } of entries) {
+      if (target.scrollWidth > target.clientWidth || target.scrollHeight > target.clientHeight) target.tabIndex = 0;
+      else target.removeAttribute("tabindex");
+    }
+  });
+  for (const area of document.querySelectorAll(".scroll, pre")) {
+    area.setAttribute("role", "group");
+    area.setAttribute("aria-label", `${named(area)?.textContent ?? ""}: ${area.matches("pre") ? "text" : "table"}`);
+    scrolls.observe(area);
+  }
+
   // A plot is drawn when it comes near the window; all of them for the printer.
-  const figures = [...document.querySelectorAll("figure.plot")];
+  const figures = [...document.querySelectorAll("figure.plot:has(script)")];
+  for (const figure of figures) figure.setAttribute("aria-label", figure.querySelector("h2").textContent);
   const watcher = new IntersectionObserver((entries) => {
     for (const entry of entries) {
       if (entry.isIntersecting) {

@@ -18,6 +18,8 @@ pub struct HeatMap {
     pub values: Vec<Vec<Option<f64>>>,
     /// What the numbers are, with the unit.
     pub quantity: String,
+    /// Row and column of the best field, which is marked.
+    pub best: Option<[usize; 2]>,
 }
 
 impl HeatMap {
@@ -59,6 +61,7 @@ impl HeatMap {
             "quantity": self.quantity,
             "range": list([low, high].into_iter()),
             "heat": heat,
+            "best": self.best,
         })))
     }
 }
@@ -74,6 +77,7 @@ mod tests {
             rows: vec!["slow".to_owned()],
             values,
             quantity: "settling time [s]".to_owned(),
+            best: None,
         }
     }
 

@@ -302,6 +302,8 @@ impl CsvSource {
             if *name != request.name {
                 let note = format!("'{}' is the column '{name}'", request.name);
                 reading.notes.push(note);
+                let columns = &mut reading.columns;
+                columns.insert(request.name.clone(), name.clone());
             }
         }
         let mut reader = self.reader()?;

@@ -75,6 +75,17 @@ pub struct Reading {
     pub notes: Vec<String>,
     /// By topic, how long after its own stamp the recorder received a message: the median, s.
     pub latencies: BTreeMap<String, f64>,
+    /// Of each signal that was asked for without the unit in its column's name, that name.
+    #[serde(skip)]
+    pub columns: BTreeMap<String, String>,
+}
+
+impl Reading {
+    /// The signal's name with the unit, if its column's name has one.
+    #[must_use]
+    pub fn column<'a>(&'a self, signal: &'a str) -> &'a str {
+        self.columns.get(signal).map_or(signal, String::as_str)
+    }
 }
 
 /// Takes samples: the signal's number, its stamp in ns, its value if it has one. Returns whether more are wanted.

@@ -48,6 +48,12 @@ impl Unit {
         }
     }
 
+    /// A number in SI as so many of this unit.
+    #[must_use]
+    pub fn of_si(self, number: f64) -> f64 {
+        number * self.divisor / self.multiplier
+    }
+
     /// So many of this unit in SI.
     #[must_use]
     pub fn si(self, number: f64) -> f64 {
@@ -221,7 +227,14 @@ impl Dimension {
                 const { &[U::new("N m s", 1.0), U::new("ft lbf s", FOOT_POUND)] }
             }
             Self::Pressure => {
-                const { &[U::new("Pa", 1.0), U::new("MPa", 1e6), U::new("psi", PSI)] }
+                const {
+                    &[
+                        U::new("Pa", 1.0),
+                        U::new("kPa", 1e3),
+                        U::new("MPa", 1e6),
+                        U::new("psi", PSI),
+                    ]
+                }
             }
             Self::OilStiffness => {
                 const {

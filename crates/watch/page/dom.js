@@ -44,6 +44,15 @@ export function shown(value, digits = 4) {
   return value.toFixed(Math.min(decimals, digits));
 }
 
+/// The units in which the page has quantities, by their SI units, where they differ: the program's own list.
+let units = {};
+export async function readUnits() {
+  units = await (await fetch("units")).json();
+}
+
+/// A quantity's unit on the page, and what one of its SI unit is in it.
+export const unitOf = (si) => units[si] ?? { symbol: si, scale: 1 };
+
 /// The colour of that name as the style sheet has it.
 export const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 

@@ -1,7 +1,7 @@
 // The page: a stream of events from the program, and what is shown of it.
 
 import * as charts from "./charts.js";
-import { ask, byId, el, fill, tell } from "./dom.js";
+import { ask, byId, el, fill, readUnits, tell, unitOf } from "./dom.js";
 import { offered, operate, progress, recording, refresh } from "./operate.js";
 import * as tables from "./tables.js";
 import { drawPoles, drawSide } from "./views.js";
@@ -14,6 +14,7 @@ const TEXT_PERIOD = 190;
 
 let defaults = [];
 let sideView = [];
+let setpoints = [];
 let vehicle;
 /// Every namespace that was met, those of vehicles first.
 let vehicles = [];
@@ -26,6 +27,7 @@ let sections = {};
 let heard = 0;
 let alive = [];
 
+/// How much is drawn, for those who measure the page.
 const stats = { frames: 0, milliseconds: 0, messages: 0 };
 window.planesman = { stats };
 
@@ -39,10 +41,16 @@ function specifications() {
     // Not ours; the charts of the start are shown.
   }
   if (vehicle === undefined) return [];
-  return defaults.map((chart) => ({
+  return defaults.map((chart) => inUnits({
     ...chart,
     traces: chart.traces.map((trace) => ({ ...trace, channel: `${vehicle}/${trace.channel}` })),
   }));
+}
+
+/// A chart of quantities in SI, drawn in the page's unit.
+function inUnits(chart) {
+  const { symbol, scale } = unitOf(chart.unit);
+  return { ...chart, unit: symbol, traces: chart.traces.map((trace) => ({ ...trace, scale })) };
 }
 
 function keep(list) {
@@ -84,7 +92,7 @@ function choose(name) {
   if (name !== vehicle && !showsAll()) charts.restart();
   vehicle = name;
   history.replaceState(undefined, "", `#${vehicle}`);
-  operate(vehicle);
+  operate(vehicle, setpoints);
   tables.showOnly(concerns);
   begin();
   update(sections);
@@ -214,7 +222,11 @@ async function showFields() {
   if (!topic) return;
   const answer = await ask({ do: "fields", topic });
   if (topic !== byId("topic").value) return;
-  fill(byId("field"), ...(answer.fields ?? []).map((field) => el("option", { value: field }, field)));
+  fill(byId("field"), ...(answer.fields ?? []).map(([field, si]) => {
+    const option = el("option", { value: field }, field + (si ? ` [${unitOf(si).symbol}]` : ""));
+    option.dataset.si = si;
+    return option;
+  }));
   tell(output, answer.ok ? { ok: true, message: answer.fields.length ? " " : "it holds no number" } : answer);
 }
 
@@ -248,10 +260,7 @@ function followed(follow) {
 setInterval(() => {
   charts.nameAll();
   const end = charts.seenEnd();
-  byId("clock").textContent = end === undefined ? "" : `${end.toFixed(1)} s`;
-  const per = stats.frames ? stats.milliseconds / stats.frames : 0;
-  byId("frames").textContent = stats.last === undefined ? "" : `${stats.frames - stats.last} pictures/s, ${per.toFixed(1)} ms each`;
-  stats.last = stats.frames;
+  byId("clock").textContent = end === undefined ? "" : `charts at ${end.toFixed(1)} s`;
   if (stream && performance.now() - heard > SILENCE) {
     connected(false);
     begin();
@@ -275,8 +284,9 @@ byId("add").addEventListener("submit", (event) => {
   event.preventDefault();
   const [topic, field] = [byId("topic").value, byId("field").value];
   if (!field) return;
-  const trace = { label: field, channel: `${topic}:${field}`, scale: 1, held: false, band: false };
-  keep([...specifications(), { title: `${topic} ${field}`, unit: "", down: false, traces: [trace] }]);
+  const trace = { label: field, channel: `${topic}:${field}`, held: false, band: false };
+  const unit = byId("field").selectedOptions[0].dataset.si;
+  keep([...specifications(), inUnits({ title: `${topic} ${field}`, unit, down: false, traces: [trace] })]);
 });
 byId("log_level").addEventListener("change", tables.showLog);
 byId("log_filter").addEventListener("input", tables.showLog);
@@ -286,14 +296,14 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => choo
 /// The charts of the start come from the program; then its stream is opened.
 async function start() {
   try {
-    const [first, second] = await Promise.all([fetch("charts"), fetch("side_view")]);
-    [defaults, sideView] = [await first.json(), await second.json()];
+    const asked = ["charts", "side_view", "setpoints"].map(async (name) => (await fetch(name)).json());
+    [defaults, sideView, setpoints] = await Promise.all([...asked, readUnits()]);
   } catch {
     connected(false);
     setTimeout(start, 1000);
     return;
   }
-  operate("");
+  operate("", setpoints);
   begin();
 }
 start();

@@ -1,19 +1,19 @@
 // What an operator does with a vehicle: mode, setpoints, manoeuvres, pause, identification, faults, recording.
 
-import { ask, byId, el, fill, shown, tell } from "./dom.js";
+import { ask, byId, el, fill, shown, tell, unitOf } from "./dom.js";
 import { choices, parametersOf, set } from "./tables.js";
 
 const MANOEUVRES = ["step", "pulse", "doublet", "square", "sinusoid", "prbs", "chirp", "run_7_3", "run_7_5", "run_8_1", "run_9_1", "run_9_2"];
-const RADIANS = Math.PI / 180;
-
-/// The setpoints: topic, unit, and what one of the unit is in SI.
-const SETPOINTS = [["depth", "m", 1], ["pitch", "deg", RADIANS], ["course", "deg", RADIANS], ["speed", "m/s", 1]];
 
 let place = "";
 let panel = {};
 
 const button = (text, onclick) => el("button", { type: "button", onclick }, text);
-const amount = (label, value, step = "any") => el("input", { type: "number", value, step, ariaLabel: label });
+const count = (label, value) => el("input", { type: "number", value, step: 1, min: 1, ariaLabel: label });
+
+/// A quantity as text: a number in the unit that stands beside it, or with a unit of its own, which the program reads.
+const amount = (label, value) => el("input", { value, className: "amount", ariaLabel: label, autocomplete: "off", spellcheck: false, title: "a number, or one with its unit: 1ft, 10deg" });
+const named = (name, si) => `${name} [${unitOf(si).symbol}]`;
 
 /// A group of controls with the place where it is told what came of them.
 function group(title, ...rows) {
@@ -27,25 +27,21 @@ function doing(text, output, command) {
   return button(text, async () => tell(output(), await ask(command())));
 }
 
-/// Builds the panel of the vehicle in that namespace.
-export function operate(namespace) {
+/// Builds the panel of the vehicle in that namespace; the setpoints have names and SI units.
+export function operate(namespace, list) {
   place = namespace;
   const at = (name) => `${place}/${name}`;
   panel = {};
   panel.mode = group("Mode", [(panel.modes = el("span", { className: "row" }))]);
-  const setpoints = SETPOINTS.map(([name, unit, factor]) => {
+  const setpoints = list.map(([name, si]) => {
     const input = amount(`${name} setpoint`, "");
-    const send = async () => {
-      const value = Number(input.value) * factor;
-      if (input.value === "" || !Number.isFinite(value)) tell(panel.setpoints.output, { ok: false, message: `${name}: a number in ${unit} is expected` });
-      else tell(panel.setpoints.output, await ask({ do: "publish", topic: at(`${name}_setpoint`), value }), "sent");
-    };
+    const send = async () => tell(panel.setpoints.output, await ask({ do: "publish", topic: at(`${name}_setpoint`), text: input.value }), "sent");
     const form = el("form", { className: "row" }, input, el("button", {}, "Send"));
     form.addEventListener("submit", (event) => {
       event.preventDefault();
       send();
     });
-    return [el("span", { className: "name" }, `${name} [${unit}]`), form];
+    return [el("span", { className: "name" }, named(name, si)), form];
   });
   panel.setpoints = group("Setpoints", ...setpoints);
 
@@ -54,17 +50,17 @@ export function operate(namespace) {
   const fly = () => ({
     do: "manoeuvre",
     action: at("depth_controller/manoeuvre"),
-    goal: { name: name.value, amplitude: Number(amplitude.value) * RADIANS, period: Number(period.value), period_end: Number(period.value) / 4, duration: Number(duration.value) },
+    goal: { name: name.value, amplitude: amplitude.value, period: period.value, duration: duration.value },
   });
   const output = () => panel.manoeuvre.output;
   panel.manoeuvre = group("Manoeuvre",
-    [name, "amplitude [deg]", amplitude],
-    ["period [s]", period, "duration [s]", duration],
+    [name, named("amplitude", "rad"), amplitude],
+    [named("period", "s"), period, named("duration", "s"), duration],
     [doing("Fly", output, fly), doing("Cancel", output, () => ({ do: "cancel", action: at("depth_controller/manoeuvre") }))]);
   panel.progress = el("p", { className: "weak", id: "progress" });
   panel.manoeuvre.element.append(panel.progress);
 
-  const ticks = amount("ticks", 20, 1);
+  const ticks = count("ticks", 20);
   const pause = (data) => () => ({ do: "set_bool", service: at("plant_sim/pause"), data });
   const simulation = () => panel.simulation.output;
   panel.simulation = group("Simulation",
@@ -117,9 +113,11 @@ export async function refresh(alive) {
   panel.faults.element.hidden = !faults.length;
   fill(panel.fault, ...faults.map((fault) => {
     const values = choices(fault) ?? severities(fault);
-    const label = fault.name.slice("fault.".length).replaceAll("_", " ");
-    return el("div", { className: "row" }, el("span", { className: "name", title: fault.description }, label),
-      ...values.map((value) => chosen(value, String(value) === fault.text, panel.faults.output, actuator, fault, value)));
+    // "Slow latch: additional time of ...": the fault, and what its number is.
+    const [label, meaning] = fault.description.replace(/\.$/, "").split(/: (.*)/);
+    return el("div", {}, el("div", { className: "row" }, el("span", { className: "name" }, label),
+      ...values.map((value) => chosen(fault.unit ? `${value} ${fault.unit}` : value, String(value) === fault.text, panel.faults.output, actuator, fault, value))),
+    el("small", { className: "weak" }, meaning ?? ""));
   }));
 }
 
@@ -130,7 +128,7 @@ function severities(fault) {
 }
 
 function chosen(text, on, output, node, parameter, value) {
-  const made = button(text, async () => tell(output, await set(node, parameter, value), `${parameter.name}: ${value}`));
+  const made = button(text, async () => tell(output, await set(node, parameter, value), `${parameter.name}: ${text}`));
   if (on) made.className = "on";
   made.setAttribute("aria-pressed", on);
   return made;
@@ -138,12 +136,13 @@ function chosen(text, on, output, node, parameter, value) {
 
 /// How a manoeuvre goes.
 export function progress(sections) {
+  const angle = unitOf("rad");
   const flown = sections[`manoeuvre:${place}/depth_controller/manoeuvre`];
   if (!flown) {
     panel.progress.textContent = "";
     return;
   }
-  const running = flown.elapsed === undefined ? "" : `, ${shown(flown.elapsed)} s, planes ${shown(flown.dive_planes / RADIANS)} deg`;
+  const running = flown.elapsed === undefined ? "" : `, ${shown(flown.elapsed)} s, planes ${shown(flown.dive_planes * angle.scale)} ${angle.symbol}`;
   panel.progress.textContent = flown.state + running + (flown.message ? `: ${flown.message}` : "");
 }
 

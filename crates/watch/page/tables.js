@@ -67,8 +67,7 @@ export function showLog() {
   // The newest first.
   fill(body("log"), ...shown.slice(-300).reverse().map((line) => {
     const [level, className] = LEVELS[line.level] ?? [`level ${line.level}`, "bad"];
-    const time = line.time > 1e6 ? new Date(line.time * 1000).toLocaleTimeString() : line.time.toFixed(2);
-    return row(time, el("td", { className }, level), line.node, el("td", { className }, line.text));
+    return row(new Date(line.time * 1000).toLocaleTimeString(), el("td", { className }, level), line.node, el("td", { className }, line.text));
   }));
 }
 
@@ -99,7 +98,7 @@ export function parametersChanged(now) {
 }
 
 export const set = (node, parameter, text) =>
-  ask({ do: "set", node, name: parameter.name, kind: parameter.kind, text: String(text) });
+  ask({ do: "set", node, name: parameter.name, kind: parameter.kind, text: String(text), unit: parameter.si });
 
 /// The choices that a descriptor lists.
 export const choices = (parameter) =>
@@ -172,12 +171,12 @@ function parameterRow(node, parameter) {
   });
   const short = (value) => Number(value.toPrecision(6));
   const rules = [
-    parameter.range && `from ${short(parameter.range[0])} to ${short(parameter.range[1])}`,
+    parameter.range && `from ${short(parameter.range[0])} to ${short(parameter.range[1])} ${parameter.unit}`.trim(),
     parameter.constraints,
     parameter.read_only && "set at the start only",
   ].filter(Boolean).join(", ");
   const made = el("div", { className: "parameter" }, el("code", {}, parameter.name), form,
-    el("small", {}, parameter.description, rules ? el("i", {}, ` (${rules})`) : ""), output);
+    el("small", {}, parameter.description, parameter.unit ? ` [${parameter.unit}]` : "", rules ? el("i", {}, ` (${rules})`) : ""), output);
   made.dataset.name = parameter.name;
   made.kind = parameter.kind;
   return made;

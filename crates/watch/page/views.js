@@ -180,7 +180,8 @@ export function drawPoles(models, vehicle) {
     return;
   }
   // The true poles and their surroundings; a pole far off is drawn at the edge.
-  const scope = truth.length ? truth : all;
+  const modes = all.filter((pole) => !pole.artefact);
+  const scope = truth.length ? truth : modes.length ? modes : all;
   const left = Math.min(...scope.map((pole) => pole.re), -1e-3) * 1.5;
   const right = Math.max(...scope.map((pole) => pole.re), 0) + Math.abs(left) * 0.12;
   const high = Math.max(...scope.map((pole) => Math.abs(pole.im)), Math.abs(left) * 0.2) * 1.6;
@@ -209,8 +210,8 @@ export function drawPoles(models, vehicle) {
     c.arc(x(pole.re), y(pole.im), 7, 0, 2 * Math.PI);
     c.stroke();
   }
-  c.strokeStyle = colour(model?.valid ? "--c1" : "--weak");
   for (const pole of found) {
+    c.strokeStyle = colour(model?.valid && !pole.artefact ? "--c1" : "--weak");
     const [px, py] = [x(pole.re), y(pole.im)];
     c.beginPath();
     for (const sign of [1, -1]) {
@@ -227,10 +228,12 @@ export function drawPoles(models, vehicle) {
     c.stroke();
   }
   const dominant = found[0];
+  const artefacts = found.filter((pole) => pole.artefact).length;
   const text = dominant
     ? `× ${model.name}: dominant pole ${shown(dominant.re)} ${dominant.im < 0 ? "-" : "+"} ${shown(Math.abs(dominant.im))}i 1/s` +
       ` ± ${shown(2 * dominant.re_sd)} (2 sd), fit ${shown(model.fit)} %, ${model.samples} samples` +
-      (model.frozen ? ", frozen" : "") + (model.valid ? "" : `; ${model.reason}`)
+      (model.frozen ? ", frozen" : "") + (model.valid ? "" : `; ${model.reason}`) +
+      (artefacts ? `; grey: ${artefacts} ${artefacts === 1 ? "pole" : "poles"} too fast for the samples to tell, ${artefacts === 1 ? "an artefact" : "artefacts"} of sampling` : "")
     : "";
   const true_pole = truth.length ? `○ true (${vehicle.name}): ${shown(truth[0].re)} ± ${shown(Math.abs(truth[0].im))}i 1/s` : "";
   byId("pole_text").textContent = [text, true_pole].filter(Boolean).join("  ");

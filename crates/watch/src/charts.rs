@@ -7,8 +7,6 @@ use serde::Serialize;
 pub(crate) struct Trace {
     pub(crate) label: &'static str,
     pub(crate) channel: &'static str,
-    /// The drawn value of 1.
-    pub(crate) scale: f64,
     /// Whether the value holds until the next one.
     pub(crate) held: bool,
     /// Whether it is an edge of the band about the first line.
@@ -19,35 +17,33 @@ pub(crate) struct Trace {
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(crate) struct Chart {
     pub(crate) title: &'static str,
+    /// In SI, empty for a count. The page draws it in its own unit of the quantity.
     pub(crate) unit: &'static str,
     /// Whether the axis points down, as a depth does.
     pub(crate) down: bool,
     pub(crate) traces: &'static [Trace],
 }
 
-const DEGREES: f64 = 180.0 / std::f64::consts::PI;
-
-const fn line(label: &'static str, channel: &'static str, scale: f64) -> Trace {
+const fn line(label: &'static str, channel: &'static str) -> Trace {
     Trace {
         label,
         channel,
-        scale,
         held: false,
         band: false,
     }
 }
 
-const fn held(label: &'static str, channel: &'static str, scale: f64) -> Trace {
+const fn held(label: &'static str, channel: &'static str) -> Trace {
     Trace {
         held: true,
-        ..line(label, channel, scale)
+        ..line(label, channel)
     }
 }
 
 const fn edge(label: &'static str, channel: &'static str) -> Trace {
     Trace {
         band: true,
-        ..line(label, channel, 1.0)
+        ..line(label, channel)
     }
 }
 
@@ -66,52 +62,52 @@ pub(crate) const CHARTS: &[Chart] = &[
         unit: "m",
         down: true,
         traces: &[
-            line("depth", "state:depth", 1.0),
-            held("setpoint", "control_state:depth_setpoint", 1.0),
+            line("depth", "state:depth"),
+            held("setpoint", "control_state:depth_setpoint"),
         ],
     },
     Chart {
         title: "Pitch",
-        unit: "deg",
+        unit: "rad",
         down: false,
         traces: &[
-            line("pitch", "state:pitch", DEGREES),
-            held("command", "control_state:pitch_command", DEGREES),
+            line("pitch", "state:pitch"),
+            held("command", "control_state:pitch_command"),
         ],
     },
     Chart {
         title: "Plane angle",
-        unit: "deg",
+        unit: "rad",
         down: false,
         traces: &[
-            held("ram, in quanta", "dha_state:plane_angle", DEGREES),
-            held("command", "plane_command:dive_planes", DEGREES),
+            held("ram, in quanta", "dha_state:plane_angle"),
+            held("command", "plane_command:dive_planes"),
         ],
     },
     Chart {
         title: "Chamber pressure",
-        unit: "kPa",
+        unit: "Pa",
         down: false,
-        traces: &[line("across the ram", "dha_state:pressure", 1e-3)],
+        traces: &[line("across the ram", "dha_state:pressure")],
     },
     Chart {
         title: "Speed",
         unit: "m/s",
         down: false,
-        traces: &[line("through the water", "state:surge", 1.0)],
+        traces: &[line("through the water", "state:surge")],
     },
     Chart {
         title: "Diagnostics",
         unit: "",
         down: false,
-        traces: &[held("warnings", WARNINGS, 1.0), held("errors", ERRORS, 1.0)],
+        traces: &[held("warnings", WARNINGS), held("errors", ERRORS)],
     },
     Chart {
         title: "Dominant pole, real part",
         unit: "1/s",
         down: false,
         traces: &[
-            held("identified, with 2 sd", "model:~pole", 1.0),
+            held("identified, with 2 sd", "model:~pole"),
             edge("+ 2 sd", "model:~pole_high"),
             edge("- 2 sd", "model:~pole_low"),
         ],
@@ -120,8 +116,16 @@ pub(crate) const CHARTS: &[Chart] = &[
         title: "One-step fit",
         unit: "%",
         down: false,
-        traces: &[held("fit", "model:fit", 1.0)],
+        traces: &[held("fit", "model:fit")],
     },
+];
+
+/// What an operator may ask a vehicle for, with its SI unit: the topic is `NAME_setpoint`.
+pub(crate) const SETPOINTS: &[(&str, &str)] = &[
+    ("depth", "m"),
+    ("pitch", "rad"),
+    ("course", "rad"),
+    ("speed", "m/s"),
 ];
 
 /// What the side view draws, with whatever charts there are.
@@ -169,6 +173,22 @@ mod tests {
             let info = planesman_msgs::type_info(type_name).expect("our own");
             let types = schema::read(type_name, "ros2msg", info.definition).expect("a schema");
             Decoder::compile(&types, &[field.parse().expect("a path")]).expect(channel);
+        }
+    }
+
+    #[test]
+    fn every_chart_has_the_unit_of_its_fields() {
+        for chart in CHARTS {
+            for trace in chart.traces {
+                let (topic, field) = trace.channel.split_once(':').expect("TOPIC:FIELD");
+                let Some((_, type_name)) = TOPICS.iter().find(|(name, _)| *name == topic) else {
+                    continue;
+                };
+                let info = planesman_msgs::type_info(type_name).expect("our own");
+                if let Some(unit) = crate::units::of_fields(info.definition).get(field) {
+                    assert_eq!(*unit, chart.unit, "{}", trace.channel);
+                }
+            }
         }
     }
 }

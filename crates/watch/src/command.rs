@@ -5,6 +5,8 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 use tokio::sync::oneshot;
 
+use crate::units;
+
 /// A request of a page. Names are absolute.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
@@ -15,12 +17,15 @@ pub(crate) enum Command {
     Fields { topic: String },
     /// Tell a node's parameters with their descriptors.
     Parameters { node: String },
-    /// Set a parameter; `kind` is its type in `rcl_interfaces/msg/ParameterType`.
+    /// Set a parameter; `kind` is its type in `rcl_interfaces/msg/ParameterType`. A number is in the page's unit of the quantity, or
+    /// brings its own.
     Set {
         node: String,
         name: String,
         kind: u8,
         text: String,
+        /// Its SI unit, empty for none.
+        unit: String,
     },
     /// Call a `std_srvs/srv/Trigger`.
     Trigger { service: String },
@@ -34,24 +39,22 @@ pub(crate) enum Command {
     Recorder { service: String },
     /// Tell the file that the recorder of that name writes.
     Bag { node: String },
-    /// Publish a setpoint.
-    Publish { topic: String, value: f64 },
+    /// Publish a setpoint, in the page's unit of the quantity or with its own.
+    Publish { topic: String, text: String },
     /// Send a manoeuvre to the action of that name.
     Manoeuvre { action: String, goal: Goal },
     /// Have the page's manoeuvre cancelled.
     Cancel { action: String },
 }
 
-/// A manoeuvre as `planesman_msgs/action/Manoeuvre` has it.
+/// A manoeuvre as `planesman_msgs/action/Manoeuvre` has it, its quantities as texts in the page's units or with their own.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Goal {
     pub(crate) name: String,
-    pub(crate) amplitude: f64,
-    pub(crate) period: f64,
-    #[serde(default)]
-    pub(crate) period_end: f64,
-    pub(crate) duration: f64,
+    pub(crate) amplitude: String,
+    pub(crate) period: String,
+    pub(crate) duration: String,
     #[serde(default)]
     pub(crate) seed: i64,
 }
@@ -72,8 +75,8 @@ pub(crate) fn refused(reason: impl ToString) -> Value {
     json!({"ok": false, "message": reason.to_string()})
 }
 
-/// A parameter's value from the text that a page sends.
-pub(crate) fn parameter_of(kind: u8, text: &str) -> Result<Parameter, String> {
+/// A parameter's value from the text that a page sends; `unit` is its SI unit.
+pub(crate) fn parameter_of(kind: u8, text: &str, unit: &str) -> Result<Parameter, String> {
     fn list<T: for<'de> Deserialize<'de>>(text: &str, what: &str) -> Result<Vec<T>, String> {
         serde_json::from_str(text).map_err(|_| format!("'{text}' is no list of {what}: [.., ..]"))
     }
@@ -89,26 +92,30 @@ pub(crate) fn parameter_of(kind: u8, text: &str) -> Result<Parameter, String> {
                 .parse()
                 .map_err(|_| format!("'{text}' is no whole number"))?,
         ),
-        3 => {
-            let number: Result<f64, _> = trimmed.parse();
-            let finite = number.ok().filter(|it| it.is_finite());
-            Parameter::Double(finite.ok_or_else(|| format!("'{text}' is no number"))?)
-        }
+        3 => Parameter::Double(units::parse(text, unit)?),
         4 => Parameter::String(text.to_owned()),
         5 => Parameter::ByteArray(list(text, "bytes")?),
         6 => Parameter::BoolArray(list(text, "true or false")?),
         7 => Parameter::IntegerArray(list(text, "whole numbers")?),
-        8 => Parameter::DoubleArray(list(text, "numbers")?),
+        8 => {
+            let numbers: Vec<f64> = list(text, "numbers")?;
+            let numbers = numbers.iter().map(|it| units::parse(&it.to_string(), unit));
+            Parameter::DoubleArray(numbers.collect::<Result<_, _>>()?)
+        }
         9 => Parameter::StringArray(list(text, "texts")?),
         other => return Err(format!("there is no parameter type {other}")),
     })
 }
 
 /// The text of a parameter's value, as [`parameter_of`] reads it.
-pub(crate) fn text_of(value: &Parameter) -> String {
+pub(crate) fn text_of(value: &Parameter, unit: &str) -> String {
     match value {
         Parameter::String(text) => text.clone(),
-        Parameter::Double(number) => number.to_string(),
+        Parameter::Double(number) => units::on_page(*number, unit).to_string(),
+        Parameter::DoubleArray(numbers) => {
+            let shown = numbers.iter().map(|it| units::on_page(*it, unit));
+            Parameter::DoubleArray(shown.collect()).to_string()
+        }
         other => other.to_string(),
     }
 }
@@ -131,7 +138,7 @@ mod tests {
             (8, Parameter::DoubleArray(vec![1.0, -2.5])),
             (9, Parameter::StringArray(vec!["a".to_owned()])),
         ] {
-            assert_eq!(parameter_of(kind, &text_of(&value)), Ok(value));
+            assert_eq!(parameter_of(kind, &text_of(&value, ""), ""), Ok(value));
         }
         for (kind, text) in [
             (1, "yes"),
@@ -141,8 +148,11 @@ mod tests {
             (8, "1, 2"),
             (77, ""),
         ] {
-            assert!(parameter_of(kind, text).is_err(), "{kind} {text}");
+            assert!(parameter_of(kind, text, "").is_err(), "{kind} {text}");
         }
+        let angles = Parameter::DoubleArray(vec![std::f64::consts::PI, 0.0]);
+        assert_eq!(text_of(&angles, "rad"), "[180.0, 0.0]");
+        assert_eq!(parameter_of(8, "[180, 0]", "rad"), Ok(angles));
     }
 
     #[test]

@@ -1,7 +1,11 @@
 //! Topics whose numbers are read: messages of any type, decoded by the type's definition.
 
+use std::collections::BTreeMap;
+
 use planesman_decode::{Catalogue, Decoder, FieldPath, Types, Values, schema};
 use planesman_node::{Definition, Losses, RawSample};
+
+use crate::units;
 
 /// Fields of a topic that are listed.
 const MOST_FIELDS: usize = 500;
@@ -12,6 +16,8 @@ pub(crate) struct Feed {
     pub(crate) type_name: String,
     types: Types,
     stamp: Option<FieldPath>,
+    /// The SI units of its own fields, where its definition tells them.
+    units: BTreeMap<String, &'static str>,
     /// Each channel with its field.
     channels: Vec<(String, FieldPath)>,
     decoder: Decoder,
@@ -35,6 +41,7 @@ impl Feed {
             topic: topic.to_owned(),
             type_name: type_name.to_owned(),
             stamp: types.stamp(),
+            units: units::of_fields(&definition.text),
             decoder: Decoder::compile(&types, &[]).map_err(|error| error.to_string())?,
             types,
             channels: Vec::new(),
@@ -70,10 +77,16 @@ impl Feed {
         Ok(())
     }
 
-    /// The fields that hold a number.
-    pub(crate) fn fields(&self) -> Vec<String> {
+    /// The fields that hold a number, each with its SI unit, empty where it is not known.
+    pub(crate) fn fields(&self) -> Vec<(String, &'static str)> {
         let fields = Catalogue::of(&self.types, MOST_FIELDS).fields;
-        fields.iter().map(ToString::to_string).collect()
+        let with_unit = |path: &FieldPath| {
+            let path = path.to_string();
+            let own = path.split('[').next().unwrap_or_default();
+            let unit = self.units.get(own).copied().unwrap_or_default();
+            (path, unit)
+        };
+        fields.iter().map(with_unit).collect()
     }
 
     /// Reads a message: its stamp, s, if it has one. [`Feed::numbers`] then has its numbers.
@@ -120,7 +133,7 @@ mod tests {
             .add("/auv/state:dept", "dept")
             .expect_err("no such field");
         assert!(refusal.contains("depth"), "{refusal}");
-        assert!(feed.fields().iter().any(|field| field == "pitch_rate"));
+        assert!(feed.fields().contains(&("pitch_rate".to_owned(), "rad/s")));
         let mut state = VehicleState {
             depth: 1.5,
             ..VehicleState::default()

@@ -20,6 +20,8 @@ pub struct Pole {
     pub re_sd: f64,
     /// The standard deviation of the imaginary part.
     pub im_sd: f64,
+    /// Whether it is an artefact of sampling: too fast for the samples to tell.
+    pub artefact: bool,
 }
 
 /// What is known of a vehicle by its parameters.

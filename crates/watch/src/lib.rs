@@ -9,6 +9,7 @@
 //! | `command` | what a page may ask for |
 //! | `board`, `series` | what is known, as each page is told it |
 //! | `charts` | the charts at first |
+//! | `units` | the unit of each quantity on the page |
 //! | [`Knowledge`] | what the program around it knows of models and vehicles |
 //! | `server`, `guard` | HTTP; who may ask |
 //! | `page/` | the page itself: HTML, CSS and JavaScript without a build step |
@@ -26,6 +27,7 @@ mod node;
 mod nodes;
 mod series;
 mod server;
+mod units;
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 

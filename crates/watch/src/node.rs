@@ -36,6 +36,7 @@ use crate::command::{Command, Goal, Request, done, parameter_of, refused, text_o
 use crate::feeds::Feed;
 use crate::knowledge::Knowledge;
 use crate::nodes::{Nodes, bounded, rounded};
+use crate::units;
 
 /// Time between two looks for topics that are wanted.
 const LOOK: Duration = Duration::from_millis(250);
@@ -55,7 +56,7 @@ const MOST_VEHICLES: usize = 32;
 pub(crate) enum Event {
     /// A sample of the feed with this index.
     Sample(usize, RawSample),
-    Log(Log),
+    Log(RawSample),
     Diagnostics(DiagnosticArray),
     ParameterEvent(ParameterEvent),
     Look,
@@ -132,7 +133,10 @@ impl Watch {
         requests: smol::channel::Receiver<Request>,
         knowledge: Knowledge,
     ) -> Result<Self> {
-        rt.subscribe("/rosout", Qos::latched(1000), Event::Log)?;
+        let log = planesman_msgs::type_info(Log::TYPE_NAME).map(|it| it.type_hash);
+        // Raw, for the time at which a line was sent: its stamp may be of the machine or of a simulation.
+        let qos = Qos::latched(1000);
+        rt.subscribe_raw("/rosout", Log::TYPE_NAME, log, qos, Event::Log)?;
         rt.subscribe("/diagnostics", Qos::reliable(1000), Event::Diagnostics)?;
         rt.subscribe(
             "/parameter_events",
@@ -239,9 +243,13 @@ impl Watch {
         }
     }
 
-    fn log(&mut self, log: &Log) {
+    fn log(&mut self, sample: &RawSample) {
+        let Ok(log) = cdr::from_bytes::<Log>(&sample.bytes) else {
+            return;
+        };
+        let sent = sample.published.as_ref().unwrap_or(&sample.received);
         locked(&self.board).log(Line {
-            time: log.stamp.nanos() as f64 * 1e-9,
+            time: sent.nanos() as f64 * 1e-9,
             level: log.level,
             node: bounded(&log.name).to_owned(),
             text: bounded(&log.msg).to_owned(),
@@ -537,16 +545,20 @@ impl Watch {
             }
             let all = names.into_iter().zip(values).zip(described.descriptors);
             let one = all.map(|((name, value), descriptor)| {
+                let (description, si) = units::described(&descriptor.description);
                 let floats = descriptor.floating_point_range.first();
                 let range = floats.map(|it| [it.from_value, it.to_value]);
+                let range = range.map(|it| it.map(|end| units::on_page(end, si)));
                 let integers = descriptor.integer_range.first();
                 let range = range.or(integers.map(|it| [it.from_value as f64, it.to_value as f64]));
-                let text = value_of(value.clone()).map(|it| text_of(&it));
+                let text = value_of(value.clone()).map(|it| text_of(&it, si));
                 let told = json!({
                     "name": name,
                     "kind": value.r#type,
                     "text": text,
-                    "description": descriptor.description,
+                    "description": description,
+                    "unit": units::symbol(si),
+                    "si": si,
                     "constraints": descriptor.additional_constraints,
                     "read_only": descriptor.read_only,
                     "range": range,
@@ -591,15 +603,22 @@ impl Watch {
                 name,
                 kind,
                 text,
-            } => match parameter_of(kind, &text) {
+                unit,
+            } => match parameter_of(kind, &text, &unit) {
                 Err(reason) => answer(reply, refused(reason)),
                 Ok(value) => {
                     let value = message_of(Some(&value));
                     let parameters = vec![Parameter { name, value }];
                     let request = SetParametersAtomicallyRequest { parameters };
                     let service = format!("{node}/set_parameters_atomically");
-                    self.call::<SetParametersAtomically>(rt, &service, request, reply, |it| {
-                        told(it.result.successful, it.result.reason)
+                    // What a node says is in SI.
+                    let is_shown_so = units::symbol(&unit) == unit;
+                    self.call::<SetParametersAtomically>(rt, &service, request, reply, move |it| {
+                        let mut reason = it.result.reason;
+                        if !(is_shown_so || reason.is_empty()) {
+                            reason += &format!(" (in {unit})");
+                        }
+                        told(it.result.successful, reason)
                     });
                 }
             },
@@ -657,7 +676,7 @@ impl Watch {
                 };
                 answer(reply, told);
             }
-            Command::Publish { topic, value } => self.publish(rt, &topic, value, reply),
+            Command::Publish { topic, text } => self.publish(rt, &topic, &text, reply),
             Command::Manoeuvre { action, goal } => self.fly(rt, action, goal, reply),
             Command::Cancel { action } => self.cancel(rt, &action, reply),
         }
@@ -690,10 +709,19 @@ impl Watch {
         });
     }
 
-    fn publish(&mut self, rt: &Runtime<Event>, topic: &str, value: f64, reply: Reply) {
-        if !topic.ends_with("_setpoint") {
+    fn publish(&mut self, rt: &Runtime<Event>, topic: &str, text: &str, reply: Reply) {
+        let name = topic[namespace(topic).len()..].trim_start_matches('/');
+        let quantity = name.strip_suffix("_setpoint").and_then(|name| {
+            let mut all = charts::SETPOINTS.iter();
+            all.find(|(it, _)| *it == name)
+        });
+        let Some((name, si)) = quantity else {
             return answer(reply, refused(format!("{topic} is no setpoint")));
-        }
+        };
+        let value = match units::parse(text, si) {
+            Ok(value) => value,
+            Err(reason) => return answer(reply, refused(format!("{name}: {reason}"))),
+        };
         let publisher = match self.setpoints.get(topic) {
             Some(publisher) => publisher.clone(),
             None => match rt.publisher::<Float64>(topic, Qos::reliable(10)) {
@@ -720,6 +748,10 @@ impl Watch {
     }
 
     fn fly(&mut self, rt: &Runtime<Event>, action: String, goal: Goal, reply: Reply) {
+        let goal = match goal_of(goal) {
+            Ok(goal) => goal,
+            Err(reason) => return answer(reply, refused(reason)),
+        };
         if !self.manoeuvres.contains_key(&action) {
             let served = format!("{action}/_action/send_goal");
             if !rt.services(&served).contains(&served) {
@@ -741,14 +773,6 @@ impl Watch {
             return;
         };
         let client = flown.client.clone();
-        let goal = ManoeuvreGoal {
-            name: goal.name,
-            amplitude: goal.amplitude,
-            period: goal.period,
-            period_end: goal.period_end,
-            duration: goal.duration,
-            seed: goal.seed,
-        };
         rt.when_done(async move {
             let outcome = client.send(goal, ANSWER).await;
             let outcome = outcome.map_err(|error| format!("{error:#}"));
@@ -832,6 +856,22 @@ impl Watch {
             Event::Parameters
         });
     }
+}
+
+/// The goal that a page asks for. A chirp ends four times as fast as it begins.
+fn goal_of(goal: Goal) -> Result<ManoeuvreGoal, String> {
+    let quantity = |name: &str, text: &str, si: &str| {
+        units::parse(text, si).map_err(|reason| format!("{name}: {reason}"))
+    };
+    let period = quantity("period", &goal.period, "s")?;
+    Ok(ManoeuvreGoal {
+        name: goal.name,
+        amplitude: quantity("amplitude", &goal.amplitude, "rad")?,
+        period,
+        period_end: period / 4.0,
+        duration: quantity("duration", &goal.duration, "s")?,
+        seed: goal.seed,
+    })
 }
 
 /// A page that has gone needs no answer.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use planesman_msgs::diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus};
-use planesman_node::{Connections, Direction};
+use planesman_node::{Connections, Direction, claim};
 use serde_json::{Value, json};
 
 /// Nodes and statuses that are told; a hostile peer can make them up without end.
@@ -173,7 +173,12 @@ impl Nodes {
                 "values": values,
             })
         };
-        self.statuses.iter().map(status).collect()
+        // By claims programs agree with each other; middleware that runs is nothing for an operator.
+        let is_told = |(name, (_, status)): &(&String, &(Instant, DiagnosticStatus))| {
+            let is_sound = status.level == DiagnosticStatus::OK;
+            !(claim::is_status(name) || is_sound && name.ends_with(": middleware"))
+        };
+        self.statuses.iter().filter(is_told).map(status).collect()
     }
 
     /// The value of a status, as `bag` of `/auv/recorder: bag`.

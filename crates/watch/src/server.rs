@@ -24,6 +24,7 @@ use crate::board::{Reader, SharedBoard, locked};
 use crate::charts;
 use crate::command::{Command, Request, refused};
 use crate::guard::{COOKIE, Guard, query_token};
+use crate::units;
 
 /// Time between two messages to a page: thirty a second.
 const FRAME: Duration = Duration::from_millis(33);
@@ -144,6 +145,8 @@ fn routes(shared: Shared) -> Router {
     router
         .route("/charts", get(|| async { Json(charts::CHARTS) }))
         .route("/side_view", get(|| async { Json(charts::SIDE_VIEW) }))
+        .route("/setpoints", get(|| async { Json(charts::SETPOINTS) }))
+        .route("/units", get(|| async { Json(units::told()) }))
         .route("/events", get(events))
         .route("/do", post(execute))
         .route("/bag", get(bag))

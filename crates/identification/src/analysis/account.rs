@@ -182,35 +182,10 @@ impl Analysis {
         self.model().a.iter().all(|a| *a == 0.0)
     }
 
-    /// What the poles in s mean, each with its 95 % interval: natural frequency and damping ratio of a pair, time constant
-    /// of a real pole. Left out is a pole on the negative real axis of z, which no continuous system has.
+    /// What the poles do, as [`Reading::modes`].
     #[must_use]
     pub fn modes(&self) -> Vec<String> {
-        let highest = std::f64::consts::PI / self.estimate.sample_time;
-        let poles = self.reading().continuous_poles().unwrap_or_default();
-        let is_mode = |it: &&Uncertain| (0.0..0.999_999 * highest).contains(&it.value.im);
-        let in_words = |pole: &Uncertain| {
-            let re = pole.value.re;
-            if pole.value.im > 0.0 {
-                let (damping, deviation) = pole.damping_ratio();
-                format!(
-                    "natural frequency {:.4} ± {:.4} rad/s, damping ratio {damping:.4} ± {:.4}",
-                    pole.value.norm(),
-                    SIGMAS_95 * pole.magnitude_deviation(),
-                    SIGMAS_95 * deviation
-                )
-            } else if re == 0.0 {
-                "integrator".to_owned()
-            } else {
-                let grows = if re > 0.0 { "unstable, " } else { "" };
-                format!(
-                    "{grows}time constant {:.4} ± {:.4} s",
-                    1.0 / re.abs(),
-                    SIGMAS_95 * pole.real_deviation() / (re * re)
-                )
-            }
-        };
-        poles.iter().filter(is_mode).map(in_words).collect()
+        self.reading().modes()
     }
 
     /// Poles, zeros and the steady gain, each with its 95 % interval.

@@ -1,0 +1,97 @@
+//! The names of quantities as people read them, for the columns and fields that programs read: `settling_time_5 [s]` is
+//! "Settling time (5 %) [s]" on every page.
+
+/// Names as columns and fields have them, without their units, and as people read them.
+const TITLES: [(&str, &str); 33] = [
+    // A flight, as `planesman sweep` and `planesman report` tell it.
+    ("depth_setpoint", "depth setpoint"),
+    ("rise_time", "rise time (10-90 %)"),
+    ("overshoot", "overshoot"),
+    ("settling_time_2", "settling time (2 %)"),
+    ("settling_time_5", "settling time (5 %)"),
+    ("steady_error", "steady error"),
+    ("itae", "time-weighted absolute error (ITAE)"),
+    ("plane_travel", "plane travel"),
+    ("test_signal", "test signal"),
+    ("pulses", "actuator pulses"),
+    ("hydraulic_work", "hydraulic work"),
+    ("samples", "samples of the model"),
+    ("fit", "one-step fit"),
+    ("gain_at_rest", "gain at rest"),
+    ("gain_over_one_sample", "gain over one sample"),
+    ("held_ticks", "ticks without the actuator's answer"),
+    ("pole_error", "dominant pole off by"),
+    // Its signals, as `planesman sim --out FLIGHT.csv` names them.
+    ("time", "time"),
+    ("depth", "depth"),
+    ("depth_rate", "depth rate"),
+    ("distance", "distance"),
+    ("pitch", "pitch"),
+    ("pitch_rate", "pitch rate"),
+    ("surge", "speed through the water"),
+    ("heave", "heave velocity"),
+    ("dive_planes", "dive plane angle"),
+    ("plane_command", "plane command"),
+    ("pitch_command", "pitch command"),
+    ("identification", "test signal"),
+    ("ram", "ram position"),
+    ("pressure", "actuator pressure"),
+    ("depth_pressure", "pressure at the depth cell"),
+    ("gyro_pitch_rate", "pitch rate of the gyro"),
+];
+
+/// The quantity as people read it, within a sentence or table, the unit behind it as it stands in the name; another name as it is.
+#[must_use]
+pub fn name(column: &str) -> String {
+    let (field, unit) = match column.split_once(" [") {
+        Some((field, _)) => (field, &column[field.len()..]),
+        None => (column, ""),
+    };
+    let known = TITLES.iter().find(|(it, _)| *it == field);
+    match known {
+        // A count has no unit.
+        Some((_, name)) => format!("{name}{}", if unit == " [1]" { "" } else { unit }),
+        None => column.to_owned(),
+    }
+}
+
+/// The same as a title, with a capital letter.
+#[must_use]
+pub fn title(column: &str) -> String {
+    let name = name(column);
+    if name == column {
+        return name;
+    }
+    let mut letters = name.chars();
+    letters.next().map_or_else(String::new, |first| {
+        first.to_uppercase().chain(letters).collect()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_column_has_a_name_for_people_with_its_unit() {
+        assert_eq!(title("settling_time_5 [s]"), "Settling time (5 %) [s]");
+        assert_eq!(name("plane_travel [rad]"), "plane travel [rad]");
+        assert_eq!(title("pulses [1]"), "Actuator pulses");
+        assert_eq!(title("gain_at_rest"), "Gain at rest");
+    }
+
+    #[test]
+    fn another_name_stays_as_it_is() {
+        for other in ["u", "/auv/imu:angular_velocity.y", "speed_kn", "y [V]", ""] {
+            assert_eq!(title(other), other);
+        }
+    }
+
+    #[test]
+    fn every_column_of_a_flights_table_has_a_name() {
+        for (column, _) in crate::sink::COLUMNS {
+            let field = column.split(" [").next().unwrap_or_default();
+            assert!(TITLES.iter().any(|(it, _)| *it == field), "{column}");
+        }
+    }
+}
