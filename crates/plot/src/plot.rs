@@ -69,8 +69,12 @@ pub enum Style {
     Broad,
     /// Crosses, for poles.
     Crosses,
-    /// Circles, for true poles.
+    /// Circles, for true poles and zeros.
     Circles,
+    /// Squares, for the begin of a locus.
+    Squares,
+    /// Diamonds, for its end.
+    Diamonds,
     /// Small dots, for loci.
     Dots,
     /// The area within the points, pale: it has the colour of the series after it.
@@ -88,6 +92,8 @@ impl Style {
             Self::Broad => "broad",
             Self::Crosses => "crosses",
             Self::Circles => "circles",
+            Self::Squares => "squares",
+            Self::Diamonds => "diamonds",
             Self::Dots => "dots",
             Self::Area => "area",
             Self::Bound => "bound",

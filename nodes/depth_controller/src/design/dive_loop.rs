@@ -322,19 +322,46 @@ impl DiveLoop {
         }
     }
 
-    /// The zeros of `L`: in `s`, or of a sampled loop in `z`, where the poles end for a large gain.
+    /// Where the poles end as one of the gains grows without bound, as [`Judgement::poles`]; `gain` chooses it.
     ///
     /// # Errors
-    /// Those of [`StateSpace::transfer_function`] and [`TransferFunction::zeros`].
-    pub fn zeros(&self) -> Result<Vec<Complex<f64>>, Error> {
-        match &self.plant.sampled {
-            Some(plant) => {
-                let row = DMatrix::from_row_slice(1, 4, &self.fed_back());
-                let open = plant.system.seen_by(&row).state_space();
-                open.transfer_function(0, 0)?.zeros()
-            }
-            None => self.open_loop()?.rational()?.zeros(),
+    /// Those of [`StateSpace::zeros`] and [`DiveLoop::closed_loop`].
+    pub fn locus_zeros(
+        &self,
+        gain: impl Fn(&mut LoopGains) -> &mut f64,
+    ) -> Result<Vec<Complex<f64>>, Error> {
+        let with = |value: f64| {
+            let mut changed = self.clone();
+            *gain(&mut changed.gains) = value;
+            changed
+        };
+        // What is fed back is linear in each gain: closed, the loop is P(0) + gain (P(1) - P(0)).
+        let (without, one) = (with(0.0), with(1.0));
+        let (Some(plant), Some(closed)) = (&self.plant.sampled, without.sampled_closed_loop())
+        else {
+            let less: Vec<f64> = without.closed_loop()?.den.iter().map(|c| -c).collect();
+            let more = polynomial::sum(&one.closed_loop()?.den, &less);
+            let more: Vec<f64> = more.into_iter().skip_while(|c| *c == 0.0).collect();
+            return match more[..] {
+                [] => Ok(Vec::new()),
+                _ => polynomial::roots(&more),
+            };
+        };
+        let more: Vec<f64> = one
+            .fed_back()
+            .iter()
+            .zip(without.fed_back())
+            .map(|(a, b)| a - b)
+            .collect();
+        let open = plant
+            .system
+            .seen_by(&DMatrix::from_row_slice(1, 4, &more))
+            .state_space();
+        StateSpace {
+            a: closed.a,
+            ..open
         }
+        .zeros()
     }
 
     /// `z / z_c`, dead time as Pade's ratio.
