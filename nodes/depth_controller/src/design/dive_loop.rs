@@ -550,4 +550,93 @@ mod tests {
             }) < ideal
         );
     }
+
+    /// Planes at once, late, and by a ramp that reaches into the next tick.
+    const MOTIONS: [[(f64, f64); 2]; 3] = [
+        [(0.0, 0.0), (0.0, 1.0)],
+        [(0.02, 0.0), (0.02, 1.0)],
+        [(0.01, 0.0), (0.08, 1.0)],
+    ];
+
+    /// The report's vehicle and gains, sampled; behind the motion, so many further ticks late, and with the loop's gain scaled.
+    fn sampled(speed: f64, lag: f64, motion: &[(f64, f64)], late: f64, factor: f64) -> DiveLoop {
+        let motion = motion.iter().map(|knot| (knot.0 + 0.05 * late, knot.1));
+        let continuous = report(speed, T6);
+        DiveLoop {
+            plant: continuous
+                .plant
+                .sampled(lag, &motion.collect::<Vec<_>>(), 0.05)
+                .unwrap(),
+            gains: LoopGains {
+                pitch_p: T6.pitch_p * factor,
+                pitch_rate: T6.pitch_rate * factor,
+                ..T6
+            },
+            ..continuous
+        }
+    }
+
+    #[test]
+    fn the_margins_of_the_sampled_loop_put_a_pole_on_the_unit_circle() {
+        for speed in [0.5, 1.0, 2.0, 3.0] {
+            for lag in [0.0, 0.015, 0.1] {
+                for motion in &MOTIONS {
+                    let is_stable = |late: f64, factor: f64| {
+                        let scaled = sampled(speed, lag, motion, late, factor);
+                        scaled.margins().unwrap().is_stable()
+                    };
+                    let judged = sampled(speed, lag, motion, 0.0, 1.0).margins().unwrap();
+                    let factor = judged.gain_limits().0.unwrap().factor;
+                    assert!(is_stable(0.0, 0.9999 * factor) && !is_stable(0.0, 1.0001 * factor));
+                    let ticks = (judged.delay_margin().unwrap() / 0.05).floor();
+                    assert!(is_stable(ticks, 1.0) && !is_stable(ticks + 1.0, 1.0));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn for_short_ticks_the_sampled_loop_is_the_continuous_one() {
+        let continuous = report(1.0, T6);
+        let plant = continuous.plant.clone();
+        let sampled = DiveLoop {
+            plant: plant.sampled(0.1, &MOTIONS[0], 1e-4).unwrap(),
+            ..report(1.0, T6)
+        };
+        let continuous = DiveLoop {
+            path: Path {
+                lag: 0.1,
+                delay: 5e-5,
+            },
+            ..continuous
+        };
+        let [a, b] = [sampled, continuous].map(|it| it.judge(60.0).unwrap());
+        let near = |a: f64, b: f64, within: f64| assert!((a / b - 1.0).abs() < within, "{a} {b}");
+        near(a.phase_margin().unwrap(), b.phase_margin().unwrap(), 1e-4);
+        near(
+            a.gain_limits().0.unwrap().factor,
+            b.gain_limits().0.unwrap().factor,
+            1e-3,
+        );
+        for (a, b) in a.continuous_poles().iter().zip(&b.poles) {
+            assert!((a - b).norm() < 1e-3 * b.norm(), "{a} {b}");
+        }
+        near(a.step.unwrap().itae, b.step.unwrap().itae, 1e-3);
+    }
+
+    #[test]
+    fn a_locus_ends_at_its_zeros() {
+        for dive in [report(1.0, T6), sampled(1.0, 0.0, &MOTIONS[2], 0.0, 1.0)] {
+            let mut far = dive.clone();
+            far.gains.depth_p = 1e9;
+            let ends = far.poles().unwrap();
+            for zero in dive.locus_zeros(|gains| &mut gains.depth_p).unwrap() {
+                let nearest = ends.iter().map(|end| (end - zero).norm());
+                assert!(
+                    nearest.fold(f64::MAX, f64::min) < 1e-3 * zero.norm(),
+                    "{zero}: {ends:?}"
+                );
+            }
+        }
+    }
 }
