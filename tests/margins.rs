@@ -58,10 +58,9 @@ fn cases() -> [Case; 4] {
 fn subject(vehicle: &str, actuator: &str) -> Subject {
     Subject {
         vehicle: vehicle.to_owned(),
-        base: "brunner".to_owned(),
         actuator: actuator.to_owned(),
         rate: 1.0 / TICK,
-        computing_delay: 0.0,
+        ..Subject::default()
     }
 }
 

@@ -2,6 +2,7 @@
 //!
 //! What is analysed is the sampled loop, as it is flown; the continuous approximation stands beside it.
 
+use std::f64::consts::PI;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
@@ -9,7 +10,7 @@ use anyhow::{Context as _, Result};
 use clap::Args;
 use depth_controller::design::dive_loop::{DiveLoop, Judgement};
 use maud::html;
-use planesman_linear::frequency::Response;
+use planesman_linear::frequency::{Response, grid};
 use planesman_linear::{Complex, StepMetrics, unwrapped_phases};
 use planesman_plot::{Plot, Style};
 
@@ -40,9 +41,9 @@ pub struct AnalyseArgs {
     html: Option<PathBuf>,
 }
 
-/// Frequencies drawn: so many, and between which, rad/s.
-const FREQUENCIES: u32 = 300;
-const DECADES: (f64, f64) = (-3.0, 1.5);
+/// Frequencies drawn, rad/s: a sampled loop's up to Nyquist's.
+const LOWEST: f64 = 1e-3;
+const HIGHEST: f64 = 30.0;
 /// Poles in `z` nearer to 0 than this are those of the actuator's motion within its ticks: at 20 Hz they decay within 25 ms.
 pub const FAST: f64 = 0.3;
 /// A Nyquist plot shows what lies within this of 0.
@@ -69,17 +70,16 @@ struct Drawn {
 }
 
 impl Drawn {
-    fn new(dive_loop: &DiveLoop, name: String, duration: f64) -> Result<Self> {
+    /// A continuous loop up to `highest`, rad/s.
+    fn new(dive_loop: &DiveLoop, name: String, highest: f64, duration: f64) -> Result<Self> {
         let continuous = || {
             let open = dive_loop.open_loop()?;
-            let (from, to) = DECADES;
-            let share = |i: u32| f64::from(i) / f64::from(FREQUENCIES - 1);
-            let omegas = (0..FREQUENCIES).map(|i| 10f64.powf(from + (to - from) * share(i)));
+            let omegas = grid(LOWEST, highest).into_iter();
             anyhow::Ok(omegas.map(|omega| (omega, open.at(omega))).collect())
         };
         let response = match dive_loop.sampled_response() {
             Some(mut response) => {
-                response.retain(|(omega, _)| *omega >= 10f64.powf(DECADES.0));
+                response.retain(|(omega, _)| *omega >= LOWEST);
                 response
             }
             None => continuous()?,
@@ -156,13 +156,13 @@ fn page(args: &AnalyseArgs) -> Result<String> {
         .one_scale();
     let mut step = Plot::new("Depth step", ["time [s]", "depth over setpoint"])
         .note("After a unit step of the setpoint.");
-    let mut far = 0.0_f64;
+    let sampling = drive.sampling.as_ref();
+    let highest = sampling.map_or(HIGHEST, |it| PI / it.tick);
     for speed in &args.speed {
         let name = speed_text(*speed);
         let dive_loop = args.subject.dive_loop(&drive, gains, *speed)?;
-        let drawn = Drawn::new(&dive_loop, name.clone(), args.duration)?;
+        let drawn = Drawn::new(&dive_loop, name.clone(), highest, args.duration)?;
         verdicts.push(format!("{name}: {}", stability(&drawn.judged)));
-        far = far.max(drawn.response.last().map_or(0.0, |it| it.0));
         let [gain_marks, phase_marks] = drawn.marks();
         magnitude = magnitude.line(name.clone(), drawn.decibels()).with(
             Style::Circles,
@@ -184,12 +184,12 @@ fn page(args: &AnalyseArgs) -> Result<String> {
         }
         if dive_loop.sampled_response().is_some() {
             let name = format!("continuous approximation at {name}");
-            let drawn = Drawn::new(&dive_loop.continuous(), name, args.duration)?;
+            let drawn = Drawn::new(&dive_loop.continuous(), name, highest, args.duration)?;
             magnitude = magnitude.dashed(drawn.name.clone(), drawn.decibels());
             phase = phase.dashed(drawn.name.clone(), drawn.degrees());
         }
     }
-    let ends = [10f64.powf(DECADES.0), far];
+    let ends = [LOWEST, highest];
     magnitude = magnitude.with(Style::Bound, "0 dB", ends.map(|w| (w, 0.0)));
     phase = phase.with(Style::Bound, "-180 deg", ends.map(|w| (w, -180.0)));
     nyquist = nyquist.with(Style::Crosses, "-1", [(-1.0, 0.0)]);
@@ -383,10 +383,9 @@ mod tests {
         AnalyseArgs {
             subject: Subject {
                 vehicle: vehicle.to_owned(),
-                base: "brunner".to_owned(),
                 actuator: "ideal".to_owned(),
                 rate: 0.0,
-                computing_delay: 0.0,
+                ..Subject::default()
             },
             gains: GainArgs {
                 depth_p: Some(0.25 / FOOT),

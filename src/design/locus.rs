@@ -194,11 +194,13 @@ impl LocusArgs {
         };
         // Dense at the beginning: there the poles move most.
         let mut shares = (1..DOTS).map(|i| (f64::from(i) / f64::from(DOTS)).powi(2));
-        let locus = [
+        let mut locus = vec![
             at(Style::Dots, "between", &mut shares)?,
-            at(Style::Squares, "first value", &mut [0.0].into_iter())?,
             at(Style::Diamonds, "last value", &mut [1.0].into_iter())?,
         ];
+        if self.vary == Varied::Speed || self.value(0.0) != 0.0 {
+            locus.push(at(Style::Squares, "first value", &mut [0.0].into_iter())?);
+        }
         let mut plot = Plot::new("Root locus", ["real part [1/s]", "imaginary part [rad/s]"])
             .from_zero()
             .one_scale();
@@ -233,52 +235,49 @@ fn in_s(roots: Vec<Complex<f64>>, drive: &Drive) -> Vec<Complex<f64>> {
     }
 }
 
-/// Lines of equal damping ratio and arcs of equal natural frequency, in both quadrants on the left, as far as `left` and `top`.
+/// Lines of equal damping ratio and arcs of equal natural frequency in the left half plane, as far as `left` and `top`.
 fn damping_grid((left, top): (f64, f64)) -> Vec<Series<'static>> {
     const RATIOS: [f64; 4] = [0.2, 0.4, 0.6, 0.8];
-    let (left, top) = (left.max(0.1), top.max(0.1));
+    let left = left.max(0.1);
+    let top = top.max(0.4 * left);
     let largest = left.hypot(top);
-    let step = 10f64.powf((largest / 4.0).log10().round());
-    let frequencies = (1..)
-        .map(|i| f64::from(i) * step)
-        .take_while(|w| *w < largest);
-    let frequencies: Vec<f64> = frequencies.take(8).collect();
-    let inside = |(re, im): &(f64, f64)| *re >= -left && im.abs() <= top;
-    let ray = |ratio: f64, side: f64| {
-        let (re, im) = (-ratio, side * (1.0 - ratio * ratio).sqrt());
-        let end = (left / ratio).min(top / im.abs());
-        vec![(0.0, 0.0), (end * re, end * im)]
-    };
-    let arc = |frequency: f64| {
-        let angles = (0..=180).map(|degree| f64::from(degree).to_radians());
-        let points = angles.map(|angle| (-frequency * angle.sin(), frequency * angle.cos()));
-        // Without what is cut off in the middle, whose ends a line would join.
-        points.filter(inside).collect::<Vec<_>>()
-    };
-    let mut lines: Vec<Vec<(f64, f64)>> = Vec::new();
+    let decade = 10f64.powf((largest / 4.0).log10().floor());
+    let steps = [1.0, 2.0, 5.0].map(|it| it * decade);
+    let step = steps.into_iter().rfind(|it| *it <= largest / 4.0);
+    let step = step.unwrap_or(decade);
+    let frequencies = (1..10).map(|i| f64::from(i) * step);
+    let frequencies: Vec<f64> = frequencies.filter(|w| *w < largest).collect();
+    let mut lines = Vec::new();
     for side in [1.0, -1.0] {
-        lines.extend(RATIOS.map(|ratio| ray(ratio, side)));
-        lines.extend(frequencies.iter().map(|frequency| {
-            let mut half = arc(*frequency);
-            half.retain(|point| point.1 * side >= 0.0);
-            half
-        }));
+        for ratio in RATIOS {
+            let (re, im) = (-ratio, side * (1.0 - ratio * ratio).sqrt());
+            let end = (left / ratio).min(top / im.abs());
+            lines.push(vec![(0.0, 0.0), (end * re, end * im)]);
+        }
+        for frequency in &frequencies {
+            let angles = (0..=90).map(|degree| f64::from(degree).to_radians());
+            let points =
+                angles.map(|angle| (-frequency * angle.sin(), side * frequency * angle.cos()));
+            lines.push(
+                points
+                    .filter(|(re, im)| *re >= -left && im.abs() <= top)
+                    .collect(),
+            );
+        }
     }
     let list = |values: &[f64]| {
-        values
-            .iter()
-            .map(|it| number(*it))
-            .collect::<Vec<_>>()
-            .join(", ")
+        let values = values.iter().map(|it| number(*it));
+        values.collect::<Vec<_>>().join(", ")
     };
     let name = format!(
         "damping ratio {}; natural frequency {} rad/s",
         list(&RATIOS),
         list(&frequencies)
     );
+    // One entry in the legend.
     let names = std::iter::once(name).chain(std::iter::repeat(String::new()));
     let lines = lines.into_iter().zip(names);
     lines
-        .map(|(points, name)| Series::new(Style::Bound, name, points))
+        .map(|(points, name)| Series::new(Style::Grid, name, points))
         .collect()
 }

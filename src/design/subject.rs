@@ -21,6 +21,10 @@ use crate::arguments::within;
 /// the speed.
 pub const TABLE_3: &str = "table_3";
 
+/// The defaults of `--actuator` and `--rate`: those of a dive.
+const AUV: &str = "auv";
+const RATE: f64 = 20.0;
+
 /// A vehicle behind an actuator.
 #[derive(Args, Clone)]
 #[command(next_help_heading = "Vehicle and actuator")]
@@ -34,14 +38,27 @@ pub struct Subject {
     pub base: String,
     /// What moves the planes: ideal, first_order with the bandwidth of dha_actuator's default, or a built-in
     /// actuator or actuator file for its motion at the slew rate
-    #[arg(long, default_value = "auv")]
+    #[arg(long, default_value = AUV)]
     pub actuator: String,
     /// Ticks of the controller per second (Hz); 0: the continuous loop alone
-    #[arg(long, default_value_t = 20.0, value_parser = within(0.0, 1e4))]
+    #[arg(long, default_value_t = RATE, value_parser = within(0.0, 1e4))]
     pub rate: f64,
     /// Delay from a state to the command that answers it (s): 0 in lockstep and in sim
     #[arg(long, default_value_t = 0.0, value_parser = within(0.0, 10.0))]
     pub computing_delay: f64,
+}
+
+/// As declared above.
+impl Default for Subject {
+    fn default() -> Self {
+        Self {
+            vehicle: vehicle_file::BRUNNER.to_owned(),
+            base: vehicle_file::BRUNNER.to_owned(),
+            actuator: AUV.to_owned(),
+            rate: RATE,
+            computing_delay: 0.0,
+        }
+    }
 }
 
 /// What is between a command and the planes.
@@ -58,7 +75,7 @@ pub struct Sampling {
     pub tick: f64,
     /// As [`planesman_linear::Sampled::new`] takes it.
     pub motion: Vec<(f64, f64)>,
-    /// The conditions of this motion, as a sentence; empty where there are none.
+    /// The conditions of this motion, a sentence a line; empty where there are none.
     pub note: String,
 }
 
@@ -199,7 +216,7 @@ impl Subject {
                     let volumes = actuator_model::volumes_in_a_tick(&set, tick);
                     let quantum = set.plane_quantum().to_degrees();
                     note = format!(
-                        "Holds for commands that change by about {:.1} deg from tick to tick, {volumes} volumes of {quantum:.2} deg. \
+                        "Holds for commands that change by about {:.1} deg from tick to tick, {volumes} volumes of {quantum:.2} deg.\n\
                          Smaller ones end in a limit cycle of a quantum or two, larger ones exceed the slew rate.",
                         f64::from(volumes) * quantum
                     );

@@ -277,9 +277,9 @@
         ctx.globalAlpha = 0.2;
         ctx.fill();
       } else {
-        ctx.lineWidth = { dashed: 1.4, bound: 1.2, broad: 5 }[style] * px || 1.7 * px;
+        ctx.lineWidth = { dashed: 1.4, bound: 1.2, grid: 0.8, broad: 5 }[style] * px || 1.7 * px;
         if (style === "dashed" || style === "bound") ctx.setLineDash([6 * px, 4 * px]);
-        if (style === "broad") ctx.globalAlpha = 0.4;
+        if (style === "broad" || style === "grid") ctx.globalAlpha = 0.4;
         ctx.stroke();
       }
       ctx.globalAlpha = 1;

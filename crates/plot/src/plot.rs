@@ -81,6 +81,8 @@ pub enum Style {
     Area,
     /// A thin dashed line in the colour of the text, for bounds: it takes none of the other series' colours.
     Bound,
+    /// A thin pale line in the colour of the text, for a grid of the plane.
+    Grid,
 }
 
 impl Style {
@@ -97,6 +99,7 @@ impl Style {
             Self::Dots => "dots",
             Self::Area => "area",
             Self::Bound => "bound",
+            Self::Grid => "grid",
         }
     }
 }
@@ -264,7 +267,7 @@ impl<'a> Plot<'a> {
         let mut series = Vec::new();
         for it in &self.series {
             let number = match it.style {
-                Style::Bound => 0,
+                Style::Bound | Style::Grid => 0,
                 Style::Area => colour + 1,
                 _ => {
                     colour += 1;

@@ -154,7 +154,9 @@ mod tests {
                 .take_while(|it| it.0 < 0.0055)
                 .all(|it| it.1.abs() < 1e-9)
         );
-        assert!(knots.windows(2).all(|it| it[1].1 >= it[0].1 - 1e-9));
+        // Friction first holds the ram back, and the fifth volume that answers it is then taken back.
+        let furthest = knots.iter().map(|it| it.1).fold(0.0, f64::max);
+        assert!((1.0..1.25).contains(&furthest), "{furthest}");
     }
 
     #[test]

@@ -628,7 +628,7 @@ mod tests {
     fn a_locus_ends_at_its_zeros() {
         for dive in [report(1.0, T6), sampled(1.0, 0.0, &MOTIONS[2], 0.0, 1.0)] {
             let mut far = dive.clone();
-            far.gains.depth_p = 1e9;
+            far.gains.depth_p = 1e13;
             let ends = far.poles().unwrap();
             for zero in dive.locus_zeros(|gains| &mut gains.depth_p).unwrap() {
                 let nearest = ends.iter().map(|end| (end - zero).norm());
