@@ -261,7 +261,7 @@ fn text(args: &AnalyseArgs) -> Result<String> {
             let delay = 1e3 * drive.path.delay;
             write!(
                 text,
-                "  continuous approximation, hold and actuator as {delay:.1} ms of dead time\n{}",
+                "  continuous approximation, hold and actuator as {delay:.1} ms of dead time, whose fast poles are Pade's\n{}",
                 described(&judged(&dive_loop.continuous())?)?
             )?;
         }
