@@ -1,18 +1,22 @@
 //! `planesman design analyse`: poles, margins and step response of the loop at each speed.
+//!
+//! What is analysed is the sampled loop, as it is flown; the continuous approximation stands beside it.
 
+use std::f64::consts::PI;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
 use clap::Args;
-use depth_controller::design::dive_loop::Judgement;
-use depth_controller::design::step;
-use depth_controller::gains::LoopGains;
+use depth_controller::design::dive_loop::{DiveLoop, Judgement};
 use maud::html;
+use planesman_linear::frequency::{Response, grid};
 use planesman_linear::{Complex, StepMetrics, unwrapped_phases};
 use planesman_plot::{Plot, Style};
 
-use super::subject::{GainArgs, Subject, gains_text, poles_text, speed_text};
+use super::subject::{
+    Drive, GainArgs, Subject, discrete_poles_text, gains_text, poles_text, speed_text,
+};
 use crate::arguments::{output_file, speed, within};
 use crate::page::{document, figures};
 use crate::sink::write_text;
@@ -37,11 +41,13 @@ pub struct AnalyseArgs {
     html: Option<PathBuf>,
 }
 
-/// Frequencies drawn: so many, and between which, rad/s.
-const FREQUENCIES: u32 = 300;
-const DECADES: (f64, f64) = (-3.0, 1.5);
-/// Samples of a step that is drawn.
-const SAMPLES: f64 = 1000.0;
+/// Frequencies drawn, rad/s: a sampled loop's up to Nyquist's.
+const LOWEST: f64 = 1e-3;
+const HIGHEST: f64 = 30.0;
+/// Poles in `z` nearer to 0 than this are those of the actuator's motion within its ticks: at 20 Hz they decay within 25 ms.
+pub const FAST: f64 = 0.3;
+/// A Nyquist plot shows what lies within this of 0.
+const NYQUIST_EXTENT: f64 = 3.0;
 
 /// Prints the analysis, and draws where that is asked for.
 ///
@@ -56,12 +62,78 @@ pub fn run(args: &AnalyseArgs) -> Result<()> {
     Ok(())
 }
 
+/// A loop, its margins, and its response as it is drawn.
+struct Drawn {
+    name: String,
+    judged: Judgement,
+    response: Response,
+}
+
+impl Drawn {
+    /// A continuous loop up to `highest`, rad/s.
+    fn new(dive_loop: &DiveLoop, name: String, highest: f64, duration: f64) -> Result<Self> {
+        let continuous = || {
+            let open = dive_loop.open_loop()?;
+            let omegas = grid(LOWEST, highest).into_iter();
+            anyhow::Ok(omegas.map(|omega| (omega, open.at(omega))).collect())
+        };
+        let response = match dive_loop.sampled_response() {
+            Some(mut response) => {
+                response.retain(|(omega, _)| *omega >= LOWEST);
+                response
+            }
+            None => continuous()?,
+        };
+        Ok(Self {
+            judged: dive_loop.judge(duration)?,
+            response,
+            name,
+        })
+    }
+
+    fn decibels(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
+        let points = self.response.iter();
+        points.map(|(w, l)| (*w, decibels(l.norm())))
+    }
+
+    fn degrees(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
+        let phases = unwrapped_phases(self.response.iter().map(|it| it.1));
+        let points = self.response.iter().zip(phases);
+        points.map(|(it, phase)| (it.0, phase.to_degrees()))
+    }
+
+    /// The phase, degrees, as it is drawn at a frequency.
+    fn degrees_at(&self, frequency: f64) -> f64 {
+        let mut points = self.degrees().collect::<Vec<_>>();
+        points.sort_by(|a, b| {
+            let off = |it: &(f64, f64)| (it.0 / frequency).ln().abs();
+            off(a).total_cmp(&off(b))
+        });
+        points.first().map_or(f64::NAN, |point| point.1)
+    }
+
+    /// Where the margins are read: in the plot of the magnitude, and in that of the phase.
+    fn marks(&self) -> [Vec<(f64, f64)>; 2] {
+        let (above, below) = self.judged.gain_limits();
+        let gain = [above, below].into_iter().flatten();
+        let phase = self.judged.phase.iter();
+        [
+            gain.map(|m| (m.frequency, -decibels(m.factor))).collect(),
+            phase
+                .map(|m| (m.frequency, self.degrees_at(m.frequency)))
+                .collect(),
+        ]
+    }
+}
+
+fn decibels(factor: f64) -> f64 {
+    20.0 * factor.log10()
+}
+
 fn page(args: &AnalyseArgs) -> Result<String> {
     let gains = args.gains.gains();
-    let title = format!(
-        "Dive loop of {} behind {}",
-        args.subject.vehicle, args.subject.actuator
-    );
+    let drive = args.subject.drive()?;
+    let title = format!("Dive loop of {}", args.subject.title());
     let mut verdicts = Vec::new();
     let open = [LOOP_MAGNITUDE, LOOP_PHASE].map(|[title, y]| {
         Plot::new(title, ["frequency [rad/s]", y])
@@ -69,43 +141,58 @@ fn page(args: &AnalyseArgs) -> Result<String> {
             .linked("frequency")
     });
     let [mut magnitude, mut phase] = open;
-    magnitude = magnitude.note("Broken at the planes.");
-    phase = phase
-        .note("The phase margin is its distance from -180 degrees where the magnitude is 0 dB.");
+    magnitude = magnitude.note(
+        "Broken at the planes, up to the Nyquist frequency. A circle is a gain margin: the magnitude where the phase is -180 degrees.",
+    );
+    phase = phase.note(
+        "A circle is a phase margin: the distance from -180 degrees where the magnitude is 0 dB.",
+    );
+    let mut nyquist = Plot::new("Nyquist plot", ["real part", "imaginary part"])
+        .note("Of the open loop, and the point -1. The inverse of the sensitivity peak is its distance from that point.")
+        .one_scale();
     let mut poles = Plot::new("Poles", ["real part [1/s]", "imaginary part [rad/s]"])
-        .note("Of the closed loop. Those far to the left, of a dead time, are left out.")
+        .note("Of the closed loop; of the sampled one ln(z)/T. Those far to the left are left out.")
         .from_zero()
         .one_scale();
     let mut step = Plot::new("Depth step", ["time [s]", "depth over setpoint"])
         .note("After a unit step of the setpoint.");
+    let sampling = drive.sampling.as_ref();
+    let highest = sampling.map_or(HIGHEST, |it| PI / it.tick);
     for speed in &args.speed {
         let name = speed_text(*speed);
-        let dive_loop = args.subject.dive_loop(gains, *speed)?;
-        let judged = judged(&args.subject, gains, *speed, args.duration)?;
-        verdicts.push(format!("{name}: {}", stability(&judged)));
-        let open = dive_loop.open_loop()?;
-        let (from, to) = DECADES;
-        let share = |i: u32| f64::from(i) / f64::from(FREQUENCIES - 1);
-        let omegas = (0..FREQUENCIES).map(|i| 10f64.powf(from + (to - from) * share(i)));
-        let response: Vec<_> = omegas.map(|omega| (omega, open.at(omega))).collect();
-        let phases = unwrapped_phases(response.iter().map(|it| it.1));
-        let decibels = response.iter().map(|(w, l)| (*w, 20.0 * l.norm().log10()));
-        magnitude = magnitude.line(name.clone(), decibels);
-        let degrees = response.iter().zip(phases);
-        phase = phase.line(name.clone(), degrees.map(|(it, p)| (it.0, p.to_degrees())));
-        let far = nearest_poles(&judged.poles);
-        poles = poles.with(Style::Crosses, name.clone(), far);
-        if judged.is_stable() {
-            let closed = dive_loop.closed_loop()?;
-            step = step.line(
-                name,
-                step::samples(&closed, args.duration / SAMPLES, args.duration)?,
-            );
+        let dive_loop = args.subject.dive_loop(&drive, gains, *speed)?;
+        let drawn = Drawn::new(&dive_loop, name.clone(), highest, args.duration)?;
+        verdicts.push(format!("{name}: {}", stability(&drawn.judged)));
+        let [gain_marks, phase_marks] = drawn.marks();
+        magnitude = magnitude.line(name.clone(), drawn.decibels()).with(
+            Style::Circles,
+            format!("gain margin at {name}"),
+            gain_marks,
+        );
+        phase = phase.line(name.clone(), drawn.degrees()).with(
+            Style::Circles,
+            format!("phase margin at {name}"),
+            phase_marks,
+        );
+        let near = |l: &Complex<f64>| l.norm() < NYQUIST_EXTENT;
+        let curve = drawn.response.iter().filter(|(_, l)| near(l));
+        nyquist = nyquist.line(name.clone(), curve.map(|(_, l)| (l.re, l.im)));
+        let s = drawn.judged.continuous_poles();
+        poles = poles.with(Style::Crosses, name.clone(), nearest_poles(&s));
+        if drawn.judged.is_stable() {
+            step = step.line(drawn.name, dive_loop.step(args.duration)?);
+        }
+        if dive_loop.sampled_response().is_some() {
+            let name = format!("continuous approximation at {name}");
+            let drawn = Drawn::new(&dive_loop.continuous(), name, highest, args.duration)?;
+            magnitude = magnitude.dashed(drawn.name.clone(), drawn.decibels());
+            phase = phase.dashed(drawn.name.clone(), drawn.degrees());
         }
     }
-    let ends = [DECADES.0, DECADES.1].map(|it| 10f64.powf(it));
+    let ends = [LOWEST, highest];
     magnitude = magnitude.with(Style::Bound, "0 dB", ends.map(|w| (w, 0.0)));
     phase = phase.with(Style::Bound, "-180 deg", ends.map(|w| (w, -180.0)));
+    nyquist = nyquist.with(Style::Crosses, "-1", [(-1.0, 0.0)]);
     step = step.with(
         Style::Bound,
         "setpoint",
@@ -115,7 +202,7 @@ fn page(args: &AnalyseArgs) -> Result<String> {
         h1 { (title) }
         p.lead { (gains_text(&gains)) }
         ul.verdict { @for verdict in verdicts { li { (verdict) } } }
-        (figures(&[magnitude, phase, step, poles]))
+        (figures(&[magnitude, phase, nyquist, step, poles]))
         details open { summary { "All numbers" } pre { (text(args)?) } }
     };
     Ok(document(&title, "", &body, ""))
@@ -140,8 +227,12 @@ fn stability(judged: &Judgement) -> String {
     if let Some(margin) = judged.phase_margin() {
         text += &format!(", phase margin {:.1} deg", margin.to_degrees());
     }
-    if let (Some(factor), _) = judged.gain_limits() {
-        text += &format!(", gain margin {:+.1} dB", 20.0 * factor.log10());
+    if let (Some(above), _) = judged.gain_limits() {
+        let factor = above.factor;
+        text += &format!(
+            ", gain margin {:+.1} dB (factor {factor:.3})",
+            decibels(factor)
+        );
     }
     if let Some(step) = &judged.step {
         text += &format!(": {}", step_text(step));
@@ -151,35 +242,43 @@ fn stability(judged: &Judgement) -> String {
 
 fn text(args: &AnalyseArgs) -> Result<String> {
     let gains = args.gains.gains();
-    let path = args.subject.path()?;
-    let mut text = format!(
-        "{} behind {}, dead time {:.1} ms\n{}\n",
-        args.subject.vehicle,
-        args.subject.actuator,
-        1e3 * path.delay,
-        gains_text(&gains)
-    );
+    let drive = args.subject.drive()?;
+    let mut text = heading(&args.subject, &drive);
+    writeln!(text, "{}", gains_text(&gains))?;
     for speed in &args.speed {
-        let judged = judged(&args.subject, gains, *speed, args.duration)?;
+        let dive_loop = args.subject.dive_loop(&drive, gains, *speed)?;
+        let judged = |dive_loop: &DiveLoop| {
+            let judged = dive_loop.judge(args.duration);
+            judged.with_context(|| format!("the loop at {speed} m/s"))
+        };
         write!(
             text,
             "\nU = {}\n{}",
             speed_text(*speed),
-            described(&judged)?
+            described(&judged(&dive_loop)?)?
         )?;
+        if drive.sampling.is_some() {
+            let delay = 1e3 * drive.path.delay;
+            write!(
+                text,
+                "  continuous approximation, hold and actuator as {delay:.1} ms of dead time, whose fast poles are Pade's\n{}",
+                described(&judged(&dive_loop.continuous())?)?
+            )?;
+        }
     }
     Ok(text)
 }
 
-/// The loop at a speed, judged.
-///
-/// # Errors
-/// A vehicle or actuator that is refused, numbers that overflow.
-pub fn judged(subject: &Subject, gains: LoopGains, speed: f64, duration: f64) -> Result<Judgement> {
-    subject
-        .dive_loop(gains, speed)?
-        .judge(duration)
-        .with_context(|| format!("the loop at {speed} m/s"))
+/// Vehicle, actuator and sampling, and the conditions under which the analysis holds.
+#[must_use]
+pub fn heading(subject: &Subject, drive: &Drive) -> String {
+    let note = drive.sampling.as_ref().map(|it| it.note.as_str());
+    let mut text = subject.title() + "\n";
+    if let Some(note) = note.filter(|note| !note.is_empty()) {
+        text += note;
+        text += "\n";
+    }
+    text
 }
 
 /// A judgement in lines.
@@ -188,19 +287,38 @@ pub fn judged(subject: &Subject, gains: LoopGains, speed: f64, duration: f64) ->
 /// None in practice: writing to memory.
 pub fn described(judged: &Judgement) -> Result<String> {
     let mut text = String::new();
-    writeln!(text, "  poles         {}", poles_text(&judged.poles))?;
-    let verdict = match judged.routh.unstable_roots() {
-        Some(0) => "stable".to_owned(),
-        Some(n) => format!("UNSTABLE, {n} poles to the right"),
-        None => "at the limit of stability".to_owned(),
-    };
-    let column: Vec<String> = judged
-        .routh
-        .first
-        .iter()
-        .map(|c| format!("{c:.3e}"))
-        .collect();
-    writeln!(text, "  Routh         {verdict}: {}", column.join("  "))?;
+    match judged.tick {
+        Some(tick) => {
+            let (slow, fast): (Vec<Complex<f64>>, Vec<_>) =
+                judged.poles.iter().partition(|z| z.norm() >= FAST);
+            let s: Vec<_> = slow.iter().map(|z| z.ln() / tick).collect();
+            let more = match fast.len() {
+                0 => String::new(),
+                n => format!("  and {n} within {FAST} of z = 0"),
+            };
+            writeln!(text, "  poles in z    {}{more}", discrete_poles_text(&slow))?;
+            writeln!(text, "  poles in s    {}", poles_text(&s))?;
+        }
+        None => writeln!(text, "  poles         {}", poles_text(&judged.poles))?,
+    }
+    match &judged.routh {
+        Some(routh) => {
+            let verdict = match routh.unstable_roots() {
+                Some(0) => "stable".to_owned(),
+                Some(n) => format!("UNSTABLE, {n} poles to the right"),
+                None => "at the limit of stability".to_owned(),
+            };
+            let column: Vec<String> = routh.first.iter().map(|c| format!("{c:.3e}")).collect();
+            writeln!(text, "  Routh         {verdict}: {}", column.join("  "))?;
+        }
+        None => {
+            let verdict = match judged.unstable_poles() {
+                0 => "stable".to_owned(),
+                n => format!("UNSTABLE, {n} poles outside the unit circle"),
+            };
+            writeln!(text, "  sampled loop  {verdict}")?;
+        }
+    }
     for margin in &judged.phase {
         let degrees = margin.margin.to_degrees();
         writeln!(
@@ -210,12 +328,33 @@ pub fn described(judged: &Judgement) -> Result<String> {
         )?;
     }
     let (above, below) = judged.gain_limits();
-    for factor in [above, below].into_iter().flatten() {
-        let decibel = 20.0 * factor.log10();
+    for margin in [above, below].into_iter().flatten() {
         writeln!(
             text,
-            "  gain margin   {decibel:+.1} dB (factor {factor:.3})"
+            "  gain margin   {:+.1} dB (factor {:.3}) at {:.3} rad/s",
+            decibels(margin.factor),
+            margin.factor,
+            margin.frequency
         )?;
+    }
+    if judged.is_stable() {
+        if let Some(delay) = judged.delay_margin() {
+            let ticks = judged
+                .tick
+                .map(|tick| format!(", {:.1} ticks", delay / tick));
+            writeln!(
+                text,
+                "  delay margin  {delay:.3} s{}",
+                ticks.unwrap_or_default()
+            )?;
+        }
+        if let Some(peak) = &judged.sensitivity {
+            writeln!(
+                text,
+                "  sensitivity   at most {:.3}, at {:.3} rad/s",
+                peak.value, peak.frequency
+            )?;
+        }
     }
     if let Some(step) = &judged.step {
         writeln!(text, "  depth step    {}", step_text(step))?;
@@ -226,10 +365,11 @@ pub fn described(judged: &Judgement) -> Result<String> {
 fn step_text(step: &StepMetrics) -> String {
     let seconds = |time: Option<f64>| time.map_or("never".to_owned(), |t| format!("{t:.2} s"));
     format!(
-        "rise {}, overshoot {:.2} %, settling (2 %) {}, ITAE {:.2} s^2",
+        "rise {}, overshoot {:.2} %, settling {} (2 %), {} (5 %), ITAE {:.2} s^2",
         seconds(step.rise_time),
         step.overshoot,
         seconds(step.settling_time),
+        seconds(step.settling_time_5),
         step.itae
     )
 }
@@ -243,9 +383,9 @@ mod tests {
         AnalyseArgs {
             subject: Subject {
                 vehicle: vehicle.to_owned(),
-                base: "brunner".to_owned(),
                 actuator: "ideal".to_owned(),
                 rate: 0.0,
+                ..Subject::default()
             },
             gains: GainArgs {
                 depth_p: Some(0.25 / FOOT),

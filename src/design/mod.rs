@@ -1,11 +1,12 @@
 //! `planesman design`: design of the depth and pitch loops, for any vehicle, speed, gains and actuator.
 //!
-//! - [`analyse`]: poles, Routh's scheme, margins and step response at each speed;
+//! - [`analyse`]: poles, margins and step response at each speed;
 //! - [`locus`]: the poles as one gain, or the speed, varies;
 //! - [`place`]: gains for given poles;
 //! - [`optimise`]: gains for a range of speeds;
 //! - [`table`]: depth steps simulated with every actuator, feedback and gain source.
 //!
+//! All judge the sampled loop: the command at the ticks, held, and the actuator's own motion behind it.
 //! The tools are [`depth_controller::design`]; here they meet vehicles and actuators.
 
 pub mod analyse;
@@ -22,14 +23,29 @@ use clap::Subcommand;
 #[derive(Subcommand)]
 pub enum DesignCommand {
     /// Analyse poles, stability, margins and step response at one or several speeds
+    #[command(
+        after_help = "Example:\n  planesman design analyse brunner --speed 1ft/s,3ft/s --html loop.html"
+    )]
     Analyse(analyse::AnalyseArgs),
     /// Print the root locus over a gain or the speed, as a table or a drawing
+    #[command(
+        after_help = "Example:\n  planesman design locus brunner --vary depth_p --to 5 --html locus.html"
+    )]
     Locus(locus::LocusArgs),
     /// Compute gains for given poles of the depth loop
+    #[command(
+        after_help = "Example:\n  planesman design place brunner --speed 1ft/s --real 0.4 --frequency 0.7"
+    )]
     Place(place::PlaceArgs),
     /// Optimise gains for a range of speeds, with given margins
+    #[command(
+        after_help = "Example:\n  planesman design optimise brunner --speed 1ft/s,2ft/s --gain-margin 8"
+    )]
     Optimise(optimise::OptimiseArgs),
     /// Simulate depth steps with every actuator, feedback and gain source, and compare them
+    #[command(
+        after_help = "Example:\n  planesman design table brunner --speed 1ft/s --step 3ft --html table.html"
+    )]
     Table(table::TableArgs),
 }
 

@@ -4,7 +4,7 @@ use anyhow::{Result, bail};
 use clap::Args;
 use depth_controller::design::optimise::Wishes;
 
-use super::analyse::described;
+use super::analyse::{described, heading};
 use super::subject::{GainArgs, Subject, gains_text, speed_text};
 use crate::arguments::{length, speed, within};
 use crate::table::print_wrapped;
@@ -49,13 +49,14 @@ pub struct OptimiseArgs {
 /// # Errors
 /// A vehicle or actuator that is refused, numbers that overflow, requirements that no gains meet.
 pub fn run(args: &OptimiseArgs) -> Result<()> {
+    let drive = args.subject.drive()?;
     let wishes = Wishes {
         plants: args
             .speed
             .iter()
-            .map(|speed| Ok((*speed, args.subject.plant(*speed)?)))
+            .map(|speed| Ok((*speed, args.subject.plant(&drive, *speed)?)))
             .collect::<Result<_>>()?,
-        path: args.subject.path()?,
+        path: drive.path,
         phase_margin: args.phase_margin.to_radians(),
         gain_margin: 10_f64.powf(args.gain_margin / 20.0),
         overshoot: args.overshoot,
@@ -73,7 +74,7 @@ pub fn run(args: &OptimiseArgs) -> Result<()> {
             args.overshoot
         );
     };
-    print_wrapped(gains_text(&found.gains) + "\n")?;
+    print_wrapped(heading(&args.subject, &drive) + &gains_text(&found.gains) + "\n")?;
     planesman_node::say!(
         "worst ITAE {:.2} m^2 (times the speed squared)",
         found.worst

@@ -1,7 +1,7 @@
 //! `planesman design place`: gains by pole placement for the depth loop.
 //!
-//! The poles are those of the vehicle in pitch alone with ideal planes; the analysis below the gains
-//! includes heave and the actuator.
+//! The formula places the poles of the continuous loop of the vehicle in pitch alone with ideal planes; the analysis below the gains
+//! is that of the sampled loop, with heave and the actuator.
 
 use anyhow::Result;
 use brunner_1988::controllers::pitch;
@@ -9,7 +9,7 @@ use clap::Args;
 use depth_controller::design::placement::{self, Poles};
 use depth_controller::gains::PitchModel;
 
-use super::analyse::{described, judged};
+use super::analyse::{described, heading};
 use super::subject::{Subject, TABLE_3, gains_text, speed_text};
 use crate::arguments::{speed, within};
 use crate::table::print_wrapped;
@@ -58,13 +58,13 @@ pub fn run(args: &PlaceArgs) -> Result<()> {
             "A gain is negative: these poles are slower or less damped than the vehicle with this Kpy."
         )?;
     }
-    planesman_node::say!(
-        "\nU = {}, heave and actuator included",
-        speed_text(args.speed)
-    )?;
+    let drive = args.subject.drive()?;
+    let dive_loop = args.subject.dive_loop(&drive, gains, args.speed)?;
     print_wrapped(format_args!(
-        "{}",
-        described(&judged(&args.subject, gains, args.speed, 120.0)?)?
+        "The poles are placed in the continuous loop, pitch alone, planes ideal. With heave:\n\n{}\nU = {}\n{}",
+        heading(&args.subject, &drive),
+        speed_text(args.speed),
+        described(&dive_loop.judge(120.0)?)?
     ))?;
     Ok(())
 }

@@ -7,6 +7,8 @@ use depth_controller::ControllerParameters;
 use depth_controller::design::dive_loop::{DiveLoop, DivePlant, Path};
 use depth_controller::gains::LoopGains;
 use dha_actuator::ActuatorParameters;
+use dha_actuator::linearised as actuator_model;
+use planesman_linear::sampled::AT_ONCE;
 use planesman_linear::{Complex, DMatrix, StateSpace, pair_text};
 use planesman_units::FOOT;
 use planesman_vehicle::Vehicle;
@@ -18,6 +20,10 @@ use crate::arguments::within;
 /// The report's vehicle in pitch alone (Table 3): it goes where it points, and its planes' moment does not know
 /// the speed.
 pub const TABLE_3: &str = "table_3";
+
+/// The defaults of `--actuator` and `--rate`: those of a dive.
+const AUV: &str = "auv";
+const RATE: f64 = 20.0;
 
 /// A vehicle behind an actuator.
 #[derive(Args, Clone)]
@@ -31,12 +37,46 @@ pub struct Subject {
     #[arg(long, default_value = vehicle_file::BRUNNER)]
     pub base: String,
     /// What moves the planes: ideal, first_order with the bandwidth of dha_actuator's default, or a built-in
-    /// actuator or actuator file for its dead time in small motion
-    #[arg(long, default_value = "auv")]
+    /// actuator or actuator file for its motion at the slew rate
+    #[arg(long, default_value = AUV)]
     pub actuator: String,
-    /// Sampling rate of the zero-order hold (Hz); 0: continuous
-    #[arg(long, default_value_t = 20.0, value_parser = within(0.0, 1e4))]
+    /// Ticks of the controller per second (Hz); 0: the continuous loop alone
+    #[arg(long, default_value_t = RATE, value_parser = within(0.0, 1e4))]
     pub rate: f64,
+    /// Delay from a state to the command that answers it (s): 0 in lockstep and in sim
+    #[arg(long, default_value_t = 0.0, value_parser = within(0.0, 10.0))]
+    pub computing_delay: f64,
+}
+
+/// As declared above.
+impl Default for Subject {
+    fn default() -> Self {
+        Self {
+            vehicle: vehicle_file::BRUNNER.to_owned(),
+            base: vehicle_file::BRUNNER.to_owned(),
+            actuator: AUV.to_owned(),
+            rate: RATE,
+            computing_delay: 0.0,
+        }
+    }
+}
+
+/// What is between a command and the planes.
+pub struct Drive {
+    /// In the continuous loop.
+    pub path: Path,
+    /// In the sampled loop; `None` for `--rate 0`.
+    pub sampling: Option<Sampling>,
+}
+
+/// The command at the ticks, and the planes that follow it.
+pub struct Sampling {
+    /// s
+    pub tick: f64,
+    /// As [`planesman_linear::Sampled::new`] takes it.
+    pub motion: Vec<(f64, f64)>,
+    /// The conditions of this motion, a sentence a line; empty where there are none.
+    pub note: String,
 }
 
 /// The gains of the depth and pitch loops, the controller's defaults where not given.
@@ -108,11 +148,21 @@ impl Subject {
         Ok(vehicle_file::load_on(&self.vehicle, &self.base)?)
     }
 
-    /// The vehicle about level flight at a speed, m/s.
+    /// The vehicle about level flight at a speed, m/s, behind the drive.
     ///
     /// # Errors
     /// A vehicle that is refused, or numbers that overflow.
-    pub fn plant(&self, speed: f64) -> Result<DivePlant> {
+    pub fn plant(&self, drive: &Drive, speed: f64) -> Result<DivePlant> {
+        let plant = self.continuous_plant(speed)?;
+        match &drive.sampling {
+            Some(Sampling { tick, motion, .. }) => {
+                Ok(plant.sampled(drive.path.lag, motion, *tick)?)
+            }
+            None => Ok(plant),
+        }
+    }
+
+    fn continuous_plant(&self, speed: f64) -> Result<DivePlant> {
         if self.vehicle == TABLE_3 {
             return Ok(DivePlant::of_pitch(&pitch::model(), speed)?);
         }
@@ -136,41 +186,75 @@ impl Subject {
         Ok(DivePlant::new(seen)?)
     }
 
-    /// The path from the control law to the planes: the hold of a sampled command, half a sample late, and
-    /// of a digital hydraulic actuator the dead time from an error to the middle of the flow that answers it.
+    /// The way from the control law to the planes. In the sampled loop it is the command's hold over the tick and the actuator's own motion;
+    /// in the continuous one the hold is half a tick of dead time, and a digital hydraulic actuator the dead time from an error to
+    /// the middle of the flow that answers it.
     ///
     /// # Errors
-    /// An actuator that is refused.
-    pub fn path(&self) -> Result<Path> {
-        let hold = if self.rate > 0.0 {
-            0.5 / self.rate
-        } else {
-            0.0
-        };
-        let (lag, delay) = match self.actuator.as_str() {
-            "ideal" => (0.0, 0.0),
-            "first_order" => (1.0 / ActuatorParameters::default().first_order.omega, 0.0),
+    /// An actuator that is refused, or that does not follow a command as large as its slew rate allows.
+    pub fn drive(&self) -> Result<Drive> {
+        let tick = (self.rate > 0.0).then(|| 1.0 / self.rate);
+        let mut motion = AT_ONCE.to_vec();
+        let (mut lag, mut delay, mut note) = (0.0, 0.0, String::new());
+        match self.actuator.as_str() {
+            "ideal" => {}
+            "first_order" => {
+                let law = ActuatorParameters::default().first_order;
+                lag = 1.0 / law.omega;
+                note = format!(
+                    "Holds while the planes move by less than their rate limit, {:.0} deg/s.",
+                    law.rate.to_degrees()
+                );
+            }
             name => {
                 let set = dha_actuator::actuator_file::load(name).map_err(|e| anyhow!("{e}"))?;
-                (0.0, dha_actuator::linearised::dead_time(&set))
+                delay = actuator_model::dead_time(&set);
+                if let Some(tick) = tick {
+                    motion = actuator_model::slew_response(&set, tick).with_context(|| {
+                        format!("actuator '{name}' does not follow a step of its command")
+                    })?;
+                    let volumes = actuator_model::volumes_in_a_tick(&set, tick);
+                    let quantum = set.plane_quantum().to_degrees();
+                    note = format!(
+                        "Holds for commands that change by about {:.1} deg from tick to tick, {volumes} volumes of {quantum:.2} deg.\n\
+                         Smaller ones end in a limit cycle of a quantum or two, larger ones exceed the slew rate.",
+                        f64::from(volumes) * quantum
+                    );
+                }
             }
-        };
-        Ok(Path {
-            lag,
-            delay: hold + delay,
+        }
+        for (time, _) in &mut motion {
+            *time += self.computing_delay;
+        }
+        Ok(Drive {
+            path: Path {
+                lag,
+                delay: delay + self.computing_delay + tick.map_or(0.0, |tick| 0.5 * tick),
+            },
+            sampling: tick.map(|tick| Sampling { tick, motion, note }),
         })
     }
 
     /// The loop with these gains at a speed, m/s.
     ///
     /// # Errors
-    /// As [`Subject::plant`] and [`Subject::path`].
-    pub fn dive_loop(&self, gains: LoopGains, speed: f64) -> Result<DiveLoop> {
+    /// As [`Subject::plant`].
+    pub fn dive_loop(&self, drive: &Drive, gains: LoopGains, speed: f64) -> Result<DiveLoop> {
         Ok(DiveLoop {
-            plant: self.plant(speed)?,
+            plant: self.plant(drive, speed)?,
             gains,
-            path: self.path()?,
+            path: drive.path,
         })
+    }
+
+    /// Vehicle, actuator and sampling in a line.
+    #[must_use]
+    pub fn title(&self) -> String {
+        let (vehicle, actuator) = (&self.vehicle, &self.actuator);
+        match self.rate > 0.0 {
+            true => format!("{vehicle} behind {actuator}, sampled at {} Hz", self.rate),
+            false => format!("{vehicle} behind {actuator}, continuous"),
+        }
     }
 }
 
@@ -205,9 +289,19 @@ pub fn pole_text(pole: &Complex<f64>) -> String {
     }
 }
 
-/// Poles in the order given, each pair once.
+/// Poles in `s` in the order given, each pair once.
 #[must_use]
 pub fn poles_text(poles: &[Complex<f64>]) -> String {
+    once(poles, pole_text)
+}
+
+/// Poles in `z`, likewise.
+#[must_use]
+pub fn discrete_poles_text(poles: &[Complex<f64>]) -> String {
+    once(poles, |pole| pair_text(*pole, 5))
+}
+
+fn once(poles: &[Complex<f64>], text: impl Fn(&Complex<f64>) -> String) -> String {
     let once = poles.iter().filter(|pole| pole.im >= 0.0);
-    once.map(pole_text).collect::<Vec<_>>().join("  ")
+    once.map(text).collect::<Vec<_>>().join("  ")
 }

@@ -1,19 +1,22 @@
 //! `planesman design table`: the effect of each choice on a simulated depth step.
 //!
 //! Every combination of step, speed, actuator, feedback and gains flies the whole loop in one process, as `planesman
-//! sim` does: vehicle with sensor errors, controller, actuator and identifier. A small pseudo-random test signal is on
-//! in every flight, since adaptive gains need something to identify from. The depth cell is taken without its
+//! sim` does: vehicle with sensor errors, controller, actuator and identifier. Adaptive gains need something to identify from: a small
+//! pseudo-random test signal is on in their flights, and in no others. The depth cell is taken without its
 //! end at 32.58 in (Fig. 38), which is shallower than the steps.
 
 use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
 use clap::Args;
+use depth_controller::gains::LoopGains;
+use dha_actuator::ActuatorParameters;
 use maud::html;
 use planesman_linear::step_metrics;
 use planesman_plot::{Plot, Series, Style};
 use planesman_units::FOOT;
 
+use super::subject::{Subject, default_gains};
 use crate::arguments::{length, number, output_file, speed, within};
 use crate::compose::Loop;
 use crate::page::{document, figures};
@@ -35,7 +38,7 @@ pub struct TableArgs {
     /// Depth steps (m, or with their unit), separated by commas
     #[arg(long, value_delimiter = ',', default_value = "3ft,5ft", value_parser = length(0.003, 300.0))]
     step: Vec<f64>,
-    /// Amplitude of the test signal (deg)
+    /// Amplitude of the test signal of the flights with adaptive gains (deg)
     #[arg(long, default_value_t = 1.0, value_parser = within(0.0, 30.0))]
     signal: f64,
     /// Seed of every noise
@@ -75,6 +78,8 @@ struct Outcome {
     pitch_error: f64,
     /// Plane travel, rad/s.
     activity: f64,
+    /// The factor of the sampled loop with the gains at the end; of the true state alone, since no estimator is in that loop.
+    gain_margin: Option<f64>,
 }
 
 /// Flies them all and prints a table.
@@ -101,6 +106,8 @@ pub fn run(args: &TableArgs) -> Result<()> {
         "steady error mm",
         "pitch error deg rms",
         "plane travel deg/s",
+        "test signal deg",
+        "gain margin",
     ]);
     for (choice, outcome) in choices.iter().zip(&outcomes) {
         let settling = outcome.settling;
@@ -115,15 +122,19 @@ pub fn run(args: &TableArgs) -> Result<()> {
             format!("{:+.1}", 1e3 * outcome.steady_error),
             format!("{:.2}", outcome.pitch_error.to_degrees()),
             format!("{:.2}", outcome.activity.to_degrees()),
+            number(choice.signal(args)),
+            outcome
+                .gain_margin
+                .map_or_else(String::new, |factor| format!("{factor:.2}")),
         ]);
     }
     let format = Format::or_by_output(args.format);
     if matches!(format, Format::Table | Format::Md) {
         planesman_node::say!(
-            "{}, test signal {} deg, seed {}; one flight a row\n",
+            "{}, seed {}; one flight a row. {}\n",
             args.vehicle,
-            args.signal,
-            args.seed
+            args.seed,
+            explained(args)
         )?;
     }
     planesman_node::print(table.text(format)?)?;
@@ -135,6 +146,15 @@ pub fn run(args: &TableArgs) -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// What is not the same in all rows.
+fn explained(args: &TableArgs) -> String {
+    format!(
+        "A test signal of {} deg is on in the flights with adaptive gains alone, which identify from it. The gain margin is that of the \
+         sampled loop with the gains at the flight's end, where the true state is fed back.",
+        args.signal
+    )
 }
 
 fn page(args: &TableArgs, choices: &[Choice], outcomes: &[Outcome], table: &Table) -> String {
@@ -167,7 +187,7 @@ fn page(args: &TableArgs, choices: &[Choice], outcomes: &[Outcome], table: &Tabl
     let body = html! {
         h1 { (title) }
         ul.verdict { li { (choices.len()) " flights; " (never) " do not settle within 5 %." } }
-        p.lead { "Test signal " (args.signal) " deg, seed " (args.seed) "." }
+        p.lead { (explained(args)) " Seed " (args.seed) "." }
         (figures(&plots))
         (table.html())
     };
@@ -209,6 +229,34 @@ impl Choice {
         format!("{feet} ft at {feet_per_second} ft/s, {actuator}, {feedback}, {gains}")
     }
 
+    /// The amplitude of its test signal, deg.
+    fn signal(&self, args: &TableArgs) -> f64 {
+        match self.gains {
+            "adaptive" => args.signal,
+            _ => 0.0,
+        }
+    }
+
+    /// The gain margin of the sampled loop with these gains.
+    fn gain_margin(&self, args: &TableArgs, gains: LoopGains) -> Result<Option<f64>> {
+        if self.feedback != "truth" {
+            return Ok(None);
+        }
+        let actuator = match self.actuator {
+            "dha" => ActuatorParameters::default().actuator,
+            other => other.to_owned(),
+        };
+        let subject = Subject {
+            vehicle: args.vehicle.clone(),
+            actuator,
+            ..Subject::default()
+        };
+        let drive = subject.drive()?;
+        let dive_loop = subject.dive_loop(&drive, gains, self.speed)?;
+        let (above, _) = dive_loop.margins()?.gain_limits();
+        Ok(above.map(|it| it.factor))
+    }
+
     /// A slow vehicle is given more time.
     fn duration(&self) -> f64 {
         120.0 / (self.speed / FOOT).min(1.0)
@@ -244,8 +292,12 @@ parameters:
             step = self.step,
             feedback = self.feedback,
             gains = self.gains,
-            signal = if args.signal > 0.0 { "prbs" } else { "none" },
-            amplitude = args.signal.to_radians(),
+            signal = if self.signal(args) > 0.0 {
+                "prbs"
+            } else {
+                "none"
+            },
+            amplitude = self.signal(args).to_radians(),
             actuator = self.actuator,
             // Ideal planes stand still over a tick, and have no first moment to learn from.
             moves_within = self.actuator != "ideal",
@@ -256,12 +308,19 @@ parameters:
         let scenario = self.scenario(args)?;
         let (mut times, mut depths) = (Vec::new(), Vec::new());
         let (mut travel, mut squares, mut stood) = (0.0, 0.0, 0.0);
+        let mut gains = default_gains();
         for tick in Loop::new(&scenario)? {
             let tick = tick?;
             let state = &tick.observation.state;
             times.push(times.len() as f64 * scenario.tick);
             depths.push(state.depth);
             let fed_back = tick.estimate.map_or(state.pitch, |e| e.pitch);
+            gains = LoopGains {
+                depth_p: tick.control.gain_depth_p,
+                depth_d: tick.control.gain_depth_d,
+                pitch_p: tick.control.gain_pitch_p,
+                pitch_rate: tick.control.gain_pitch_rate,
+            };
             squares += (fed_back - state.pitch).powi(2);
             for angle in &tick.actuator.motion.dive_planes {
                 travel += f64::abs(angle - stood);
@@ -275,6 +334,7 @@ parameters:
             steady_error: metrics.steady_error,
             pitch_error: (squares / times.len() as f64).sqrt(),
             activity: travel / self.duration(),
+            gain_margin: self.gain_margin(args, gains)?,
         })
     }
 }

@@ -45,6 +45,15 @@ pub struct GainMargin {
     pub factor: f64,
 }
 
+/// Where a frequency response is largest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Peak {
+    /// rad/s
+    pub frequency: f64,
+    /// Its magnitude.
+    pub value: f64,
+}
+
 /// The phases of a frequency response, rad, each within half a turn of the one before.
 #[must_use]
 pub fn unwrapped_phases(response: impl IntoIterator<Item = Complex<f64>>) -> Vec<f64> {
@@ -116,11 +125,9 @@ impl DelayedLoop {
             .filter(|x| x.re > 0.0 && x.im.abs() <= 1e-9 * x.norm())
             .map(|x| {
                 let frequency = x.re.sqrt();
-                let (sin, cos) = self.at(frequency).arg().sin_cos();
-                // The angle of -L: pi more, and back in (-pi, pi].
                 PhaseMargin {
                     frequency,
-                    margin: (-sin).atan2(-cos),
+                    margin: margin_of(self.at(frequency)),
                 }
             })
             .collect();
@@ -132,39 +139,123 @@ impl DelayedLoop {
     /// logarithmic grid and refined by bisection.
     #[must_use]
     pub fn gain_margins(&self, lowest: f64, highest: f64) -> Vec<GainMargin> {
-        let decades = (highest / lowest).log10();
-        let points = (decades * POINTS_PER_DECADE as f64).ceil().max(1.0) as usize;
-        let grid = |i: usize| lowest * (highest / lowest).powf(i as f64 / points as f64);
-        (0..points)
-            .filter_map(|i| {
-                let frequency = self.sign_change(grid(i), grid(i + 1))?;
-                let value = self.at(frequency);
-                (value.re < 0.0).then(|| GainMargin {
-                    frequency,
-                    factor: 1.0 / value.norm(),
-                })
-            })
-            .collect()
+        gain_margins(&response(lowest, highest, |w| self.at(w)), |w| self.at(w))
     }
+}
 
-    /// Where the imaginary part changes sign between two frequencies, if it does and stays small.
-    fn sign_change(&self, mut low: f64, mut high: f64) -> Option<f64> {
-        let below = self.at(low).im;
-        if !(below * self.at(high).im < 0.0 || below == 0.0) {
-            return None;
+/// A frequency response: frequencies (rad/s), in order, and values.
+pub type Response = Vec<(f64, Complex<f64>)>;
+
+/// Frequencies from `lowest` to `highest` (rad/s), both included, evenly over their logarithm.
+#[must_use]
+pub fn grid(lowest: f64, highest: f64) -> Vec<f64> {
+    let decades = (highest / lowest).log10();
+    let points = (decades * POINTS_PER_DECADE as f64).ceil().max(1.0) as usize;
+    (0..=points)
+        .map(|i| lowest * (highest / lowest).powf(i as f64 / points as f64))
+        .collect()
+}
+
+/// `at` on the [`grid`].
+fn response(lowest: f64, highest: f64, at: impl Fn(f64) -> Complex<f64>) -> Response {
+    let grid = grid(lowest, highest).into_iter();
+    grid.map(|w| (w, at(w))).collect()
+}
+
+/// Every phase crossover between the points of an open loop's response, refined by bisection of `at`, the same response
+/// at any frequency (rad/s).
+#[must_use]
+pub fn gain_margins(
+    response: &[(f64, Complex<f64>)],
+    at: impl Fn(f64) -> Complex<f64>,
+) -> Vec<GainMargin> {
+    let crossovers = crossings(response, &at, |value| value.im);
+    let values = crossovers.into_iter().map(|w| (w, at(w)));
+    values
+        // A pole on the axis changes the sign too, through infinity.
+        .filter(|(_, value)| value.re < 0.0 && value.im.abs() <= 1e-6 * value.norm())
+        .map(|(frequency, value)| GainMargin {
+            frequency,
+            factor: 1.0 / value.norm(),
+        })
+        .collect()
+}
+
+/// As [`gain_margins`], every gain crossover.
+#[must_use]
+pub fn phase_margins(
+    response: &[(f64, Complex<f64>)],
+    at: impl Fn(f64) -> Complex<f64>,
+) -> Vec<PhaseMargin> {
+    let crossovers = crossings(response, &at, |value| value.norm().ln());
+    crossovers
+        .into_iter()
+        .map(|frequency| PhaseMargin {
+            frequency,
+            margin: margin_of(at(frequency)),
+        })
+        .collect()
+}
+
+/// The largest `|S| = |1 / (1 + L)|` between the points of an open loop's response, and its frequency (rad/s): the inverse is the
+/// distance of the Nyquist plot from -1.
+#[must_use]
+pub fn sensitivity_peak(
+    response: &[(f64, Complex<f64>)],
+    at: impl Fn(f64) -> Complex<f64>,
+) -> Option<Peak> {
+    let size = |value: Complex<f64>| 1.0 / (value + 1.0).norm();
+    let highest =
+        (0..response.len()).max_by(|a, b| size(response[*a].1).total_cmp(&size(response[*b].1)))?;
+    let (mut low, mut high) = (
+        response[highest.saturating_sub(1)].0,
+        response[(highest + 1).min(response.len() - 1)].0,
+    );
+    for _ in 0..60 {
+        let (a, b) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
+        if size(at(a)) > size(at(b)) {
+            high = b;
+        } else {
+            low = a;
+        }
+    }
+    let frequency = 0.5 * (low + high);
+    Some(Peak {
+        frequency,
+        value: size(at(frequency)),
+    })
+}
+
+/// Where `of` the response changes sign, by bisection.
+fn crossings(
+    response: &[(f64, Complex<f64>)],
+    at: &impl Fn(f64) -> Complex<f64>,
+    of: impl Fn(Complex<f64>) -> f64,
+) -> Vec<f64> {
+    let mut found = Vec::new();
+    for pair in response.windows(2) {
+        let [(mut low, first), (mut high, last)] = [pair[0], pair[1]];
+        let below = of(first);
+        if !(below * of(last) < 0.0 || below == 0.0) {
+            continue;
         }
         for _ in 0..80 {
             let middle = 0.5 * (low + high);
-            if self.at(middle).im * below > 0.0 {
+            if of(at(middle)) * below > 0.0 {
                 low = middle;
             } else {
                 high = middle;
             }
         }
-        // A pole on the axis changes the sign too, through infinity.
-        let value = self.at(high);
-        (value.im.abs() <= 1e-6 * value.norm()).then_some(high)
+        found.push(high);
     }
+    found
+}
+
+/// The angle of -L, in `(-pi, pi]`: pi more than that of L.
+fn margin_of(value: Complex<f64>) -> f64 {
+    let (sin, cos) = value.arg().sin_cos();
+    (-sin).atan2(-cos)
 }
 
 /// `|p(jw)|^2` as a polynomial in `x = w^2`, highest power first: `E(x)^2 + x O(x)^2` with the even

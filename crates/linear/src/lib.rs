@@ -4,7 +4,8 @@
 //! - [`routh`]: stability from coefficients alone.
 //! - [`state_space`]: `x' = A x + B u, y = C x + D u`, zero-order hold, poles, transfer functions.
 //! - [`transfer_function`]: ratios of polynomials in `s` or `z`; difference equations.
-//! - [`frequency`]: open loops with dead time: crossovers, gain and phase margins.
+//! - [`frequency`]: open loops, with dead time too: crossovers, gain and phase margins, sensitivity.
+//! - [`Sampled`]: a continuous system behind a sampled command, exact at the ticks.
 //! - [`poles`]: from the `z` plane to the `s` plane and back; eigenvalues.
 //! - [`runge_kutta_step`]: the fourth-order Runge-Kutta integrator, for any equations.
 //! - [`dormand_prince_step`]: the eighth-order one, with an estimate of its error.
@@ -21,6 +22,7 @@ pub mod poles;
 pub mod polynomial;
 pub mod routh;
 mod runge_kutta;
+pub mod sampled;
 pub mod state_space;
 pub mod step_metrics;
 pub mod transfer_function;
@@ -32,6 +34,7 @@ pub use nalgebra::{Complex, DMatrix};
 pub use poles::{discrete_to_continuous, is_sampling_artefact, mode_text, pair_text, pole_text};
 pub use routh::RouthColumn;
 pub use runge_kutta::runge_kutta_step;
+pub use sampled::Sampled;
 pub use state_space::StateSpace;
 pub use step_metrics::{StepMeter, StepMetrics};
 pub use transfer_function::TransferFunction;

@@ -92,6 +92,42 @@ impl StateSpace {
         eigenvalues(&self.a)
     }
 
+    /// The finite zeros of a system with one input, one output and no direct path, in the order of
+    /// [`polynomial::roots`](crate::polynomial::roots): the poles that are left when the output is held at 0. With `c A^r b` the first
+    /// of `c b`, `c A b`, ... that is not 0,
+    ///
+    /// ```text
+    /// u = -(c A^(r+1) / (c A^r b)) x,    the eigenvalues of A - b c A^(r+1) / (c A^r b)
+    /// ```
+    /// of which `r + 1` are 0 and no zeros. So are the zeros at 0 of a discrete system left out.
+    ///
+    /// # Errors
+    /// [`Error::Shape`] for other systems, those of [`eigenvalues`].
+    pub fn zeros(&self) -> Result<Vec<Complex<f64>>, Error> {
+        self.check()?;
+        let n = self.a.nrows();
+        if self.d.shape() != (1, 1) || self.d[(0, 0)] != 0.0 {
+            return Err(Error::Shape {
+                what: "D",
+                found: format!("{} x {}", self.d.nrows(), self.d.ncols()),
+                expected: "one input, one output and no direct path".to_owned(),
+            });
+        }
+        let mut seen = self.c.clone();
+        for _ in 0..n {
+            let reached = (&seen * &self.b)[(0, 0)];
+            if reached.abs() > 1e-12 * seen.norm() * self.b.norm() {
+                let held = &self.a - &self.b * (&seen * &self.a) / reached;
+                let mut zeros = eigenvalues(&held)?;
+                let largest = zeros.iter().map(|it| it.norm()).fold(0.0, f64::max);
+                zeros.retain(|it| it.norm() > 1e-6 * largest);
+                return Ok(zeros);
+            }
+            seen = &seen * &self.a;
+        }
+        Ok(Vec::new())
+    }
+
     /// The transfer function from one input to one output (counted from 0), of degree `n` with
     /// nothing cancelled, by the Leverrier-Faddeev recursion:
     ///
@@ -286,6 +322,18 @@ mod tests {
         let lag = StateSpace::new(one(-2.0), one(1.0), one(1.0), one(1.0)).unwrap();
         let g = lag.transfer_function(0, 0).unwrap();
         assert_eq!((g.num, g.den), (vec![1.0, 3.0], vec![1.0, 2.0]));
+    }
+
+    #[test]
+    fn the_zeros_are_those_of_the_numerator() {
+        // (s + 3) (s + 5) / (s + 1) (s + 2) (s + 4) (s + 6)
+        let numerator = vec![1.0, 8.0, 15.0];
+        let denominator = vec![1.0, 13.0, 56.0, 92.0, 48.0];
+        let g = TransferFunction::new(numerator, denominator).unwrap();
+        let zeros = g.companion().unwrap().zeros().unwrap();
+        assert_eq!(zeros.len(), 2, "{zeros:?}");
+        assert!((zeros[0].re + 3.0).abs() < 1e-9 && (zeros[1].re + 5.0).abs() < 1e-9);
+        assert!(oscillator(1.0, 0.2).zeros().unwrap().is_empty());
     }
 
     #[test]

@@ -3,6 +3,7 @@
 // and heat_map.rs say what it holds). uPlot draws axes and grid and has cursor, zoom and scales; the series are painted here, each
 // over its own x values. Plots over the same quantity have one cursor; linked ones one zoom too. Text of others goes in by textContent only.
 (() => {
+  const POINTS = ["crosses", "circles", "squares", "diamonds", "dots"];
   const SHADES = ["#440154", "#482878", "#3e4a89", "#31688e", "#26828e", "#1f9e89", "#35b779", "#6ece58", "#fde725"];
   const NEAR = 40; // px from the cursor to a point that it names
   const STAR = "★"; // marks the best field of a heat map
@@ -278,13 +279,17 @@
       // The ninth and later series have the colours of the first again, dashed.
       ctx.setLineDash(series.colour > 8 ? [8 * px, 3 * px] : []);
       ctx.beginPath();
-      if (["crosses", "circles", "dots"].includes(style)) {
-        const r = { crosses: 4.5, circles: 5.5, dots: 1.3 }[style] * px;
+      if (POINTS.includes(style)) {
+        const r = { crosses: 4.5, circles: 5.5, squares: 4, diamonds: 5.5, dots: 1.3 }[style] * px;
         for (let k = 0; k < x.length; k += 1) {
           const [a, b] = [across(k), down(k)];
           if (style === "crosses") {
             ctx.moveTo(a - r, b - r); ctx.lineTo(a + r, b + r);
             ctx.moveTo(a - r, b + r); ctx.lineTo(a + r, b - r);
+          } else if (style === "squares") {
+            ctx.rect(a - r, b - r, 2 * r, 2 * r);
+          } else if (style === "diamonds") {
+            ctx.moveTo(a + r, b); ctx.lineTo(a, b + r); ctx.lineTo(a - r, b); ctx.lineTo(a, b - r); ctx.closePath();
           } else {
             ctx.moveTo(a + r, b);
             ctx.arc(a, b, r, 0, 2 * Math.PI);
@@ -299,9 +304,9 @@
         ctx.globalAlpha = 0.2;
         ctx.fill();
       } else {
-        ctx.lineWidth = { dashed: 1.4, bound: 1.2, broad: 5 }[style] * px || 1.7 * px;
+        ctx.lineWidth = { dashed: 1.4, bound: 1.2, grid: 0.8, broad: 5 }[style] * px || 1.7 * px;
         if (style === "dashed" || style === "bound") ctx.setLineDash([6 * px, 4 * px]);
-        if (style === "broad") ctx.globalAlpha = 0.4;
+        if (style === "broad" || style === "grid") ctx.globalAlpha = 0.4;
         ctx.stroke();
       }
       ctx.globalAlpha = 1;
@@ -536,7 +541,7 @@
     svg.setAttribute("aria-hidden", "true");
     const shape = document.createElementNS(svg.namespaceURI, "path");
     const shapes = {
-      crosses: "M5 2l8 8M5 10l8-8", circles: "M14 6a5 5 0 1 1-10 0a5 5 0 1 1 10 0", dots: "M10.5 6a1.5 1.5 0 1 1-3 0a1.5 1.5 0 1 1 3 0",
+      crosses: "M5 2l8 8M5 10l8-8", circles: "M14 6a5 5 0 1 1-10 0a5 5 0 1 1 10 0", squares: "M5 2h8v8h-8z", diamonds: "M9 1l5 5l-5 5l-5-5z", dots: "M10.5 6a1.5 1.5 0 1 1-3 0a1.5 1.5 0 1 1 3 0",
       area: "M1 1h16v10H1z",
     };
     shape.setAttribute("d", shapes[series.style] ?? "M0 6h18");

@@ -69,14 +69,20 @@ pub enum Style {
     Broad,
     /// Crosses, for poles.
     Crosses,
-    /// Circles, for true poles.
+    /// Circles, for true poles and zeros.
     Circles,
+    /// Squares, for the begin of a locus.
+    Squares,
+    /// Diamonds, for its end.
+    Diamonds,
     /// Small dots, for loci.
     Dots,
     /// The area within the points, pale: it has the colour of the series after it.
     Area,
     /// A thin dashed line in the colour of the text, for bounds: it takes none of the other series' colours.
     Bound,
+    /// A thin pale line in the colour of the text, for a grid of the plane.
+    Grid,
 }
 
 impl Style {
@@ -88,9 +94,12 @@ impl Style {
             Self::Broad => "broad",
             Self::Crosses => "crosses",
             Self::Circles => "circles",
+            Self::Squares => "squares",
+            Self::Diamonds => "diamonds",
             Self::Dots => "dots",
             Self::Area => "area",
             Self::Bound => "bound",
+            Self::Grid => "grid",
         }
     }
 }
@@ -258,7 +267,7 @@ impl<'a> Plot<'a> {
         let mut series = Vec::new();
         for it in &self.series {
             let number = match it.style {
-                Style::Bound => 0,
+                Style::Bound | Style::Grid => 0,
                 Style::Area => colour + 1,
                 _ => {
                     colour += 1;

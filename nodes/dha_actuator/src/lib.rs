@@ -40,6 +40,7 @@ pub mod sizing;
 mod valves;
 
 pub use crate::core::{Actuator, Output};
+pub use actuator_model::Model;
 pub use actuator_set::ActuatorSet;
 pub use condition::{Condition, Encoder, Leakages, Sound, StuckValve};
 pub use dha::{Demand, Dha};

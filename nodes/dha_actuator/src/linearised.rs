@@ -14,10 +14,14 @@
 //! ```
 //! The bracket is the ram on its oil column, without friction; the report leaves it out. **Gain
 //! margins are not to be read off this model**: friction and the force limit make them half as large.
+//!
+//! A sampled loop is given the actuator's own motion instead ([`slew_response`]): the step response of the whole model, friction and
+//! force limit included, to a change of command as large as it can follow within a tick.
 
 use planesman_linear::{DelayedLoop, Error, TransferFunction};
 
 use crate::actuator_set::ActuatorSet;
+use crate::dha::{Demand, Dha};
 
 /// How the linear model takes the ram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,6 +55,67 @@ pub fn actuator(set: &ActuatorSet, ram: Ram) -> Result<DelayedLoop, Error> {
     })
 }
 
+/// Samples of [`slew_response`] in a tick.
+const SAMPLES_PER_TICK: u32 = 50;
+/// Steps that it is the mean of, and steps before them.
+const STEPS: (u32, u32) = (32, 8);
+/// A motion within this share of its end has ended.
+const ENDED: f64 = 1e-4;
+
+/// The largest change of command that the actuator follows within a tick of `tick` \[s\], in volumes: one in each of its valve cycles,
+/// and two at least, since half of one may lie within the dead zone.
+#[must_use]
+pub fn volumes_in_a_tick(set: &ActuatorSet, tick: f64) -> u32 {
+    ((tick / set.cycle() + 1e-9) as u32).max(2)
+}
+
+/// The planes after such a step of the command at a tick, as a share of the way: knots (time after the tick in s, share), straight in
+/// between.
+///
+/// It is what [`Dha`] does, without its leakage, to a square wave of that size, in its position loop: delay, metered flow and all that the
+/// ram, its friction and its force limit make of it. Where a tick is no whole number of valve cycles, the
+/// valves begin at other times in each tick; it is the mean of such steps, up and down. `None` when the planes do not come half the way.
+#[must_use]
+pub fn slew_response(set: &ActuatorSet, tick: f64) -> Option<Vec<(f64, f64)>> {
+    let mut set = set.clone();
+    (set.rate_gain, set.error_rate) = (0.0, 0.0);
+    let volumes = volumes_in_a_tick(&set, tick);
+    let amplitude = 0.5 * f64::from(volumes) * set.plane_quantum();
+    // Long enough for every volume to come, one late decision and the ram's rest.
+    let ticks = (f64::from(volumes + 12) * set.cycle() / tick).ceil() as u32 + 4;
+    let samples = (ticks * SAMPLES_PER_TICK) as usize;
+    let interval = tick / f64::from(SAMPLES_PER_TICK);
+    let nanos = |sample: u64| (sample as f64 * interval * 1e9).round() as i64;
+    let mut dha = Dha::new(&set);
+    let mut sums = vec![0.0; samples];
+    let mut begin = 0;
+    for step in 0..STEPS.0 + STEPS.1 {
+        let side = if step % 2 == 0 { 1.0 } else { -1.0 };
+        // Lengths that take turns bring every phase of the valves, whatever their frequency.
+        let length = (ticks + step / 2 % 2) * SAMPLES_PER_TICK;
+        for sample in begin..begin + u64::from(length) {
+            if step >= STEPS.1
+                && let Some(sum) = sums.get_mut((sample - begin) as usize)
+            {
+                *sum += side * dha.plane_angle(&dha.reading(nanos(sample)));
+            }
+            dha.advance_to(nanos(sample + 1), Demand::angle(side * amplitude));
+        }
+        begin += u64::from(length);
+    }
+    let (from, to) = (sums[0], sums[samples - 1]);
+    if to - from < amplitude * f64::from(STEPS.0) {
+        return None;
+    }
+    let shares = sums.iter().map(|sum| (sum - from) / (to - from));
+    let knots = shares
+        .enumerate()
+        .map(|(i, share)| (i as f64 * interval, share));
+    let mut knots: Vec<_> = knots.collect();
+    let moving = knots.iter().rposition(|knot| (knot.1 - 1.0).abs() > ENDED);
+    knots.truncate(moving.map_or(1, |last| last + 2));
+    Some(knots)
+}
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -67,6 +132,31 @@ mod tests {
         ] {
             near(dead_time(&load(name).unwrap()) * 1e3, milliseconds, 1e-4);
         }
+    }
+
+    /// Four volumes in four cycles, each half in the middle of its flow, 5.5 + 3 ms after its cycle's begin: on the mean 27.25 ms; the
+    /// ram's damping adds 2 zeta/omega_n = 4 ms (2.0/(500 1/s)), friction a little.
+    #[test]
+    fn four_volumes_take_the_auvs_actuator_a_tick_and_its_delay() {
+        let set = load("auv").unwrap();
+        let knots = slew_response(&set, 0.05).unwrap();
+        let mean = |knots: &[(f64, f64)]| -> f64 {
+            let pairs = knots.windows(2);
+            pairs
+                .map(|it| (it[1].0 - it[0].0) * (1.0 - 0.5 * (it[0].1 + it[1].1)))
+                .sum()
+        };
+        assert_eq!(volumes_in_a_tick(&set, 0.05), 4);
+        assert!((mean(&knots) - 0.03125).abs() < 1e-3, "{}", mean(&knots));
+        assert!(
+            knots
+                .iter()
+                .take_while(|it| it.0 < 0.0055)
+                .all(|it| it.1.abs() < 1e-9)
+        );
+        // Friction first holds the ram back, and the fifth volume that answers it is then taken back.
+        let furthest = knots.iter().map(|it| it.1).fold(0.0, f64::max);
+        assert!((1.0..1.25).contains(&furthest), "{furthest}");
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! The whole dive loop on paper: any vehicle, all four gains, an actuator with dead time.
+//! The whole dive loop on paper: any vehicle, all four gains, any actuator.
 //!
 //! With depth and its rate, pitch and its rate fed back (bow up, dive-positive planes, SI), the planes are asked
 //! for
@@ -6,17 +6,26 @@
 //! ```text
 //! delta = Kpy (Kpz (z_c - z) - Kdz z') + Kpy theta + Kr q
 //! ```
-//! Broken at the planes, with `G_x` from `delta` to `x` and the actuator `A(s)`, the loop is
+//! Broken at the planes, with `G_x` from `delta` to `x`, the loop is
 //!
 //! ```text
-//! L(s) = -A (Kr G_q + Kpy G_theta - Kpy Kpz G_z - Kpy Kdz G_z')
+//! L = -(Kr G_q + Kpy G_theta - Kpy Kpz G_z - Kpy Kdz G_z')
 //! ```
-//! and closed, `z / z_c = Kpy Kpz A G_z / (1 + L)` (Brunner, NPS thesis, 1988, pp. 9 to 20, whose vehicle is
-//! a [`PitchModel`] and whose planes are ideal).
+//! and closed, `z / z_c = Kpy Kpz G_z / (1 + L)` (Brunner, NPS thesis, 1988, pp. 9 to 20, whose vehicle is
+//! a [`PitchModel`] and whose planes are ideal). There are two such loops:
+//!
+//! - **sampled** ([`DivePlant::sampled`]), as it is flown: the law is evaluated at each tick on the state of that instant, its command
+//!   holds over the tick, and the actuator moves the planes in its own way ([`Sampled`]). `G_x(z)` has all of that, exact at the ticks;
+//! - **continuous**: `G_x(s)` behind an actuator `A(s)` that is a lag and a dead time, which stands for hold and actuator.
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
 
 use planesman_linear::{
-    Complex, DMatrix, DelayedLoop, Error, RouthColumn, StateSpace, StepMetrics, TransferFunction,
-    frequency::{GainMargin, PhaseMargin},
+    Complex, DMatrix, DelayedLoop, Error, RouthColumn, Sampled, StateSpace, StepMetrics,
+    TransferFunction, discrete_to_continuous,
+    frequency::{self, GainMargin, Peak, PhaseMargin, Response},
+    poles::eigenvalues,
     polynomial,
 };
 
@@ -26,13 +35,27 @@ use crate::gains::{LoopGains, PitchModel};
 /// The frequencies between which phase crossovers are looked for, rad/s.
 const FREQUENCIES: (f64, f64) = (1e-4, 1e3);
 
-/// The samples of a step response.
+/// The frequencies of a sampled loop's response reach from this share of Nyquist's to nearly that one; there every loop is real.
+const SHARES_OF_NYQUIST: (f64, f64) = (1e-6, 0.9999);
+
+/// The samples of a continuous loop's step response.
 const STEP_SAMPLES: f64 = 1500.0;
 
 /// The vehicle about level flight, from the dive planes (rad, dive) to pitch rate (rad/s, bow up), pitch (rad,
 /// bow up), depth (m, down) and depth rate (m/s).
 #[derive(Clone, Debug, PartialEq)]
-pub struct DivePlant(StateSpace);
+pub struct DivePlant {
+    vehicle: StateSpace,
+    sampled: Option<Arc<SampledPlant>>,
+}
+
+/// A vehicle behind a sampled command, and its frequency response.
+#[derive(Clone, Debug, PartialEq)]
+struct SampledPlant {
+    system: Sampled,
+    /// Frequency, rad/s, and the four outputs per command.
+    response: Vec<(f64, DMatrix<Complex<f64>>)>,
+}
 
 impl DivePlant {
     /// The vehicle of a state space with those four outputs, in that order.
@@ -41,7 +64,10 @@ impl DivePlant {
     /// [`Error::Shape`] for any other number of outputs or inputs.
     pub fn new(state_space: StateSpace) -> Result<Self, Error> {
         if state_space.d.shape() == (4, 1) {
-            Ok(Self(state_space))
+            Ok(Self {
+                vehicle: state_space,
+                sampled: None,
+            })
         } else {
             Err(Error::Shape {
                 what: "the vehicle",
@@ -53,6 +79,40 @@ impl DivePlant {
                 expected: "4 outputs of 1 input".to_owned(),
             })
         }
+    }
+
+    /// The same behind a sampled command. `lag` (s, 0 for none) is the actuator's; `motion` is what else is between the command and
+    /// the planes, as [`Sampled::new`] takes it, for ticks of `tick` seconds.
+    ///
+    /// # Errors
+    /// Those of [`Sampled::new`].
+    pub fn sampled(self, lag: f64, motion: &[(f64, f64)], tick: f64) -> Result<Self, Error> {
+        let system = Sampled::new(&self.behind_lag(lag)?, motion, tick)?;
+        let (lowest, highest) = SHARES_OF_NYQUIST;
+        let nyquist = system.nyquist();
+        let mut grid = frequency::grid(lowest * nyquist, highest * nyquist);
+        grid.push(nyquist);
+        let response = grid.into_iter().filter_map(|w| Some((w, system.at(w)?)));
+        let response = response.collect();
+        Ok(Self {
+            sampled: Some(Arc::new(SampledPlant { system, response })),
+            ..self
+        })
+    }
+
+    /// The vehicle with the planes behind a lag, s.
+    fn behind_lag(&self, lag: f64) -> Result<StateSpace, Error> {
+        let StateSpace { a, b, c, d } = self.vehicle.clone();
+        if lag == 0.0 {
+            return StateSpace::new(a, b, c, d);
+        }
+        let n = a.nrows();
+        let mut with_planes = a.resize(n + 1, n + 1, 0.0);
+        with_planes.view_mut((0, n), (n, 1)).copy_from(&b);
+        with_planes[(n, n)] = -1.0 / lag;
+        let mut driven = DMatrix::zeros(n + 1, 1);
+        driven[n] = 1.0 / lag;
+        StateSpace::new(with_planes, driven, c.resize_horizontally(n + 1, 0.0), d)
     }
 
     /// A damped inertia that goes where it points: `z' = -U theta`.
@@ -89,7 +149,7 @@ impl DivePlant {
     }
 }
 
-/// The actuator between command and planes, in small motion: a lag and a dead time.
+/// What the continuous loop has between command and planes: a lag and a dead time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Path {
     /// s; 0 for none.
@@ -112,15 +172,19 @@ pub struct DiveLoop {
 /// Stability, margins and step response of a loop.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Judgement {
-    /// Of the closed loop, 1/s, slowest first; dead time as Pade's ratio.
+    /// Of the closed loop, slowest first: of a continuous one in `s` \[1/s\], dead time as Pade's ratio; of a sampled one in `z`.
     pub poles: Vec<Complex<f64>>,
-    /// Routh's scheme of the same.
-    pub routh: RouthColumn,
+    /// Of a sampled loop, s.
+    pub tick: Option<f64>,
+    /// Routh's scheme, of a continuous loop.
+    pub routh: Option<RouthColumn>,
     /// At every gain crossover.
     pub phase: Vec<PhaseMargin>,
     /// At every phase crossover.
     pub gain: Vec<GainMargin>,
-    /// Of depth after a unit step of the setpoint; `None` for an unstable loop.
+    /// The largest sensitivity `|1 / (1 + L)|`.
+    pub sensitivity: Option<Peak>,
+    /// Of depth after a unit step of the setpoint, of a sampled loop at the ticks; `None` for an unstable loop.
     pub step: Option<StepMetrics>,
 }
 
@@ -128,7 +192,41 @@ impl Judgement {
     /// Whether every pole decays.
     #[must_use]
     pub fn is_stable(&self) -> bool {
-        self.poles.iter().all(|s| s.re < 0.0)
+        self.growth() < 0.0
+    }
+
+    /// By how much the fastest growing pole lies beyond the limit of stability: its real part, 1/s, or its magnitude less 1.
+    #[must_use]
+    pub fn growth(&self) -> f64 {
+        let beyond = |pole: &Complex<f64>| match self.tick {
+            Some(_) => pole.norm() - 1.0,
+            None => pole.re,
+        };
+        self.poles.iter().map(beyond).fold(f64::MIN, f64::max)
+    }
+
+    /// How many poles do not decay.
+    #[must_use]
+    pub fn unstable_poles(&self) -> usize {
+        let beyond = |pole: &&Complex<f64>| match self.tick {
+            Some(_) => pole.norm() >= 1.0,
+            None => pole.re >= 0.0,
+        };
+        self.poles.iter().filter(beyond).count()
+    }
+
+    /// The poles in `s`, 1/s: those of a sampled loop as `ln(z) / T`, without those at `z = 0`.
+    #[must_use]
+    pub fn continuous_poles(&self) -> Vec<Complex<f64>> {
+        match self.tick {
+            Some(tick) => {
+                let poles = self.poles.iter();
+                poles
+                    .filter_map(|z| discrete_to_continuous(*z, tick))
+                    .collect()
+            }
+            None => self.poles.clone(),
+        }
     }
 
     /// The phase margin nearest to zero, rad; `None` without a gain crossover.
@@ -141,32 +239,129 @@ impl Judgement {
     /// By which factor the loop's gain may grow, and to which it may fall: the nearest gain margins above and
     /// below one, `None` where there is none.
     #[must_use]
-    pub fn gain_limits(&self) -> (Option<f64>, Option<f64>) {
-        let factors = || self.gain.iter().map(|m| m.factor);
+    pub fn gain_limits(&self) -> (Option<GainMargin>, Option<GainMargin>) {
+        let by_factor = |a: &GainMargin, b: &GainMargin| a.factor.total_cmp(&b.factor);
+        let margins = || self.gain.iter().copied();
         (
-            factors().filter(|f| *f >= 1.0).min_by(f64::total_cmp),
-            factors().filter(|f| *f < 1.0).max_by(f64::total_cmp),
+            margins().filter(|m| m.factor >= 1.0).min_by(by_factor),
+            margins().filter(|m| m.factor < 1.0).max_by(by_factor),
         )
+    }
+
+    /// The further delay, s, that a stable loop bears at least: the least of phase margin, taken as lag, over frequency. Of a sampled loop
+    /// it is exact for whole ticks.
+    #[must_use]
+    pub fn delay_margin(&self) -> Option<f64> {
+        let delay = |m: &PhaseMargin| m.margin.rem_euclid(TAU) / m.frequency;
+        self.phase.iter().map(delay).min_by(f64::total_cmp)
     }
 }
 
 impl DiveLoop {
-    /// `L(s)`, broken at the planes.
-    ///
-    /// # Errors
-    /// Those of [`StateSpace::transfer_function`].
-    pub fn open_loop(&self) -> Result<DelayedLoop, Error> {
+    /// The continuous loop in place of the sampled one.
+    #[must_use]
+    pub fn continuous(&self) -> Self {
+        let mut continuous = self.clone();
+        continuous.plant.sampled = None;
+        continuous
+    }
+
+    /// The weights of the four outputs in `L`.
+    fn fed_back(&self) -> [f64; 4] {
         let g = &self.gains;
-        let fed_back = [
+        [
             -g.pitch_rate,
             -g.pitch_p,
             g.pitch_p * g.depth_p,
             g.pitch_p * g.depth_d,
-        ];
+        ]
+    }
+
+    /// `L(s)` of the continuous loop, broken at the planes.
+    ///
+    /// # Errors
+    /// Those of [`StateSpace::transfer_function`].
+    pub fn open_loop(&self) -> Result<DelayedLoop, Error> {
         Ok(DelayedLoop {
-            transfer_function: self.through_actuator(&fed_back)?,
+            transfer_function: self.through_actuator(&self.fed_back())?,
             delay: self.path.delay,
         })
+    }
+
+    /// `L(exp(j w T))` of the sampled loop up to Nyquist's frequency, rad/s, included; `None` for a continuous one.
+    #[must_use]
+    pub fn sampled_response(&self) -> Option<Response> {
+        let plant = self.plant.sampled.as_ref()?;
+        let row = DMatrix::from_row_slice(1, 4, &self.fed_back()).map(Complex::from);
+        let points = plant.response.iter();
+        Some(
+            points
+                .map(|(w, outputs)| (*w, (&row * outputs)[(0, 0)]))
+                .collect(),
+        )
+    }
+
+    /// The sampled loop closed, from the depth setpoint to the depth, at the ticks; `None` for a continuous one.
+    #[must_use]
+    pub fn sampled_closed_loop(&self) -> Option<StateSpace> {
+        let plant = &self.plant.sampled.as_ref()?.system;
+        let seen = |weights: &[f64]| plant.seen_by(&DMatrix::from_row_slice(1, 4, weights));
+        let mut closed = seen(&self.fed_back()).closed(&seen(&[0.0, 0.0, 1.0, 0.0]));
+        closed.b *= self.gains.pitch_p * self.gains.depth_p;
+        Some(closed)
+    }
+
+    /// The poles of the closed loop, as [`Judgement::poles`].
+    ///
+    /// # Errors
+    /// Those of [`eigenvalues`] and [`DiveLoop::closed_loop`].
+    pub fn poles(&self) -> Result<Vec<Complex<f64>>, Error> {
+        match self.sampled_closed_loop() {
+            Some(closed) => eigenvalues(&closed.a),
+            None => self.closed_loop()?.poles(),
+        }
+    }
+
+    /// Where the poles end as one of the gains grows without bound, as [`Judgement::poles`]; `gain` chooses it.
+    ///
+    /// # Errors
+    /// Those of [`StateSpace::zeros`] and [`DiveLoop::closed_loop`].
+    pub fn locus_zeros(
+        &self,
+        gain: impl Fn(&mut LoopGains) -> &mut f64,
+    ) -> Result<Vec<Complex<f64>>, Error> {
+        let with = |value: f64| {
+            let mut changed = self.clone();
+            *gain(&mut changed.gains) = value;
+            changed
+        };
+        // What is fed back is linear in each gain: closed, the loop is P(0) + gain (P(1) - P(0)).
+        let (without, one) = (with(0.0), with(1.0));
+        let (Some(plant), Some(closed)) = (&self.plant.sampled, without.sampled_closed_loop())
+        else {
+            let less: Vec<f64> = without.closed_loop()?.den.iter().map(|c| -c).collect();
+            let more = polynomial::sum(&one.closed_loop()?.den, &less);
+            let more: Vec<f64> = more.into_iter().skip_while(|c| *c == 0.0).collect();
+            return match more[..] {
+                [] => Ok(Vec::new()),
+                _ => polynomial::roots(&more),
+            };
+        };
+        let more: Vec<f64> = one
+            .fed_back()
+            .iter()
+            .zip(without.fed_back())
+            .map(|(a, b)| a - b)
+            .collect();
+        let open = plant
+            .system
+            .seen_by(&DMatrix::from_row_slice(1, 4, &more))
+            .state_space();
+        StateSpace {
+            a: closed.a,
+            ..open
+        }
+        .zeros()
     }
 
     /// `z / z_c`, dead time as Pade's ratio.
@@ -189,38 +384,87 @@ impl DiveLoop {
         TransferFunction::new(forward.num, polynomial::sum(&open.num, &open.den))
     }
 
-    /// Poles, margins and the step response over `duration` seconds.
+    /// Poles, margins and the step response over `duration` seconds: of the sampled loop, if it is one.
     ///
     /// # Errors
     /// Those of [`DiveLoop::margins`] and [`step::response`].
     pub fn judge(&self, duration: f64) -> Result<Judgement, Error> {
         let mut judgement = self.margins()?;
         if judgement.is_stable() {
-            let dt = duration / STEP_SAMPLES;
-            judgement.step = Some(step::response(&self.closed_loop()?, dt, duration)?);
+            let samples = self.step(duration)?;
+            let (times, depths): (Vec<f64>, Vec<f64>) = samples.into_iter().unzip();
+            judgement.step = Some(StepMetrics::of(&times, &depths, 0.0, 1.0)?);
         }
         Ok(judgement)
+    }
+
+    /// The depth after a unit step of the setpoint: time in s and value, over `duration` seconds; of a sampled loop at the ticks.
+    ///
+    /// # Errors
+    /// Those of [`DiveLoop::closed_loop`] and [`step::samples`].
+    pub fn step(&self, duration: f64) -> Result<Vec<(f64, f64)>, Error> {
+        match (&self.plant.sampled, self.sampled_closed_loop()) {
+            (Some(plant), Some(closed)) => Ok(step::held(&closed, plant.system.tick(), duration)),
+            _ => step::samples(&self.closed_loop()?, duration / STEP_SAMPLES, duration),
+        }
     }
 
     /// Poles and margins, without the step response.
     ///
     /// # Errors
-    /// Those of [`StateSpace::transfer_function`].
+    /// Those of [`StateSpace::transfer_function`] and [`eigenvalues`].
     pub fn margins(&self) -> Result<Judgement, Error> {
+        match &self.plant.sampled {
+            Some(plant) => self.sampled_margins(&plant.system),
+            None => self.continuous_margins(),
+        }
+    }
+
+    fn continuous_margins(&self) -> Result<Judgement, Error> {
         let closed = self.closed_loop()?;
         let open = self.open_loop()?;
+        let grid = frequency::grid(FREQUENCIES.0, FREQUENCIES.1).into_iter();
+        let response: Response = grid.map(|w| (w, open.at(w))).collect();
         Ok(Judgement {
             poles: closed.poles()?,
-            routh: RouthColumn::of(&closed.den)?,
+            tick: None,
+            routh: Some(RouthColumn::of(&closed.den)?),
             phase: open.phase_margins()?,
-            gain: open.gain_margins(FREQUENCIES.0, FREQUENCIES.1),
+            gain: frequency::gain_margins(&response, |w| open.at(w)),
+            sensitivity: frequency::sensitivity_peak(&response, |w| open.at(w)),
+            step: None,
+        })
+    }
+
+    fn sampled_margins(&self, system: &Sampled) -> Result<Judgement, Error> {
+        let open = system.seen_by(&DMatrix::from_row_slice(1, 4, &self.fed_back()));
+        let nowhere = Complex::new(f64::INFINITY, 0.0);
+        let at = |w: f64| open.at(w).map_or(nowhere, |value| value[(0, 0)]);
+        let mut response = self.sampled_response().unwrap_or_default();
+        let end = response.pop();
+        let mut gain = frequency::gain_margins(&response, at);
+        // At Nyquist's frequency the loop is real, whatever the sign of its imaginary part before.
+        if let Some((frequency, value)) = end {
+            if value.re < 0.0 {
+                let factor = -1.0 / value.re;
+                gain.push(GainMargin { frequency, factor });
+            }
+            response.push((frequency, value));
+        }
+        Ok(Judgement {
+            poles: self.poles()?,
+            tick: Some(system.tick()),
+            routh: None,
+            phase: frequency::phase_margins(&response, at),
+            gain,
+            sensitivity: frequency::sensitivity_peak(&response, at),
             step: None,
         })
     }
 
     /// A weighted sum of the vehicle's four outputs, behind the actuator's lag.
     fn through_actuator(&self, weights: &[f64; 4]) -> Result<TransferFunction, Error> {
-        let StateSpace { a, b, c, d } = &self.plant.0;
+        let StateSpace { a, b, c, d } = &self.plant.vehicle;
         let row = DMatrix::from_row_slice(1, 4, weights);
         let seen = StateSpace::new(a.clone(), b.clone(), &row * c, &row * d)?;
         seen.transfer_function(0, 0)?.series(&TransferFunction::new(
@@ -256,7 +500,7 @@ mod tests {
         for (speed, stable) in [(1.0, true), (2.2, true), (2.3, false), (3.0, false)] {
             let judged = report(speed, gains).judge(60.0).unwrap();
             assert_eq!(judged.is_stable(), stable, "{speed}");
-            assert_eq!(judged.routh.unstable_roots() == Some(0), stable);
+            assert_eq!(judged.routh.unwrap().unstable_roots() == Some(0), stable);
             assert_eq!(judged.step.is_some(), stable);
         }
     }
@@ -266,7 +510,7 @@ mod tests {
         let mut dive = report(1.0, T6);
         dive.path.delay = 0.2;
         let (above, _) = dive.judge(60.0).unwrap().gain_limits();
-        let factor = above.unwrap();
+        let factor = above.unwrap().factor;
         let LoopGains {
             pitch_p,
             pitch_rate,
@@ -305,5 +549,94 @@ mod tests {
                 delay: 0.1
             }) < ideal
         );
+    }
+
+    /// Planes at once, late, and by a ramp that reaches into the next tick.
+    const MOTIONS: [[(f64, f64); 2]; 3] = [
+        [(0.0, 0.0), (0.0, 1.0)],
+        [(0.02, 0.0), (0.02, 1.0)],
+        [(0.01, 0.0), (0.08, 1.0)],
+    ];
+
+    /// The report's vehicle and gains, sampled; behind the motion, so many further ticks late, and with the loop's gain scaled.
+    fn sampled(speed: f64, lag: f64, motion: &[(f64, f64)], late: f64, factor: f64) -> DiveLoop {
+        let motion = motion.iter().map(|knot| (knot.0 + 0.05 * late, knot.1));
+        let continuous = report(speed, T6);
+        DiveLoop {
+            plant: continuous
+                .plant
+                .sampled(lag, &motion.collect::<Vec<_>>(), 0.05)
+                .unwrap(),
+            gains: LoopGains {
+                pitch_p: T6.pitch_p * factor,
+                pitch_rate: T6.pitch_rate * factor,
+                ..T6
+            },
+            ..continuous
+        }
+    }
+
+    #[test]
+    fn the_margins_of_the_sampled_loop_put_a_pole_on_the_unit_circle() {
+        for speed in [0.5, 1.0, 2.0, 3.0] {
+            for lag in [0.0, 0.015, 0.1] {
+                for motion in &MOTIONS {
+                    let is_stable = |late: f64, factor: f64| {
+                        let scaled = sampled(speed, lag, motion, late, factor);
+                        scaled.margins().unwrap().is_stable()
+                    };
+                    let judged = sampled(speed, lag, motion, 0.0, 1.0).margins().unwrap();
+                    let factor = judged.gain_limits().0.unwrap().factor;
+                    assert!(is_stable(0.0, 0.9999 * factor) && !is_stable(0.0, 1.0001 * factor));
+                    let ticks = (judged.delay_margin().unwrap() / 0.05).floor();
+                    assert!(is_stable(ticks, 1.0) && !is_stable(ticks + 1.0, 1.0));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn for_short_ticks_the_sampled_loop_is_the_continuous_one() {
+        let continuous = report(1.0, T6);
+        let plant = continuous.plant.clone();
+        let sampled = DiveLoop {
+            plant: plant.sampled(0.1, &MOTIONS[0], 1e-4).unwrap(),
+            ..report(1.0, T6)
+        };
+        let continuous = DiveLoop {
+            path: Path {
+                lag: 0.1,
+                delay: 5e-5,
+            },
+            ..continuous
+        };
+        let [a, b] = [sampled, continuous].map(|it| it.judge(60.0).unwrap());
+        let near = |a: f64, b: f64, within: f64| assert!((a / b - 1.0).abs() < within, "{a} {b}");
+        near(a.phase_margin().unwrap(), b.phase_margin().unwrap(), 1e-4);
+        near(
+            a.gain_limits().0.unwrap().factor,
+            b.gain_limits().0.unwrap().factor,
+            1e-3,
+        );
+        for (a, b) in a.continuous_poles().iter().zip(&b.poles) {
+            assert!((a - b).norm() < 1e-3 * b.norm(), "{a} {b}");
+        }
+        near(a.step.unwrap().itae, b.step.unwrap().itae, 1e-3);
+    }
+
+    #[test]
+    fn a_locus_ends_at_its_zeros() {
+        for dive in [report(1.0, T6), sampled(1.0, 0.0, &MOTIONS[2], 0.0, 1.0)] {
+            let mut far = dive.clone();
+            far.gains.depth_p = 1e13;
+            let ends = far.poles().unwrap();
+            for zero in dive.locus_zeros(|gains| &mut gains.depth_p).unwrap() {
+                let nearest = ends.iter().map(|end| (end - zero).norm());
+                assert!(
+                    nearest.fold(f64::MAX, f64::min) < 1e-3 * zero.norm(),
+                    "{zero}: {ends:?}"
+                );
+            }
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! Design of the dive loops: linear, without limits.
 //!
-//! - [`dive_loop`]: any vehicle, an actuator with dead time; stability, margins.
+//! - [`dive_loop`]: any vehicle and actuator, sampled or continuous; stability, margins.
 //! - [`step`]: the response to a step.
 //! - [`placement`]: gains for poles.
 //! - [`optimise`]: gains for a range of speeds.

@@ -27,9 +27,9 @@ const MOST_ROUNDS: usize = 400;
 /// The requirements on the gains.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wishes {
-    /// The speeds, m/s, and the vehicle there.
+    /// The speeds, m/s, and the vehicle there; a sampled one is judged as the sampled loop.
     pub plants: Vec<(f64, DivePlant)>,
-    /// The actuator.
+    /// The actuator of a continuous loop.
     pub path: Path,
     /// rad, at every gain crossover.
     pub phase_margin: f64,
@@ -147,17 +147,16 @@ impl Wishes {
 
     /// By how much a loop misses its margins; an unstable one by more the faster it grows.
     fn missed(&self, judged: &Judgement) -> f64 {
-        let fastest = judged.poles.iter().map(|s| s.re).fold(f64::MIN, f64::max);
-        if fastest >= 0.0 {
-            return 10.0 + fastest;
+        if !judged.is_stable() {
+            return 10.0 + judged.growth();
         }
         let phase = judged
             .phase_margin()
             .map_or(0.0, |margin| (1.0 - margin / self.phase_margin).max(0.0));
         let (above, below) = judged.gain_limits();
-        let up = above.map_or(0.0, |factor| (1.0 - factor / self.gain_margin).max(0.0));
-        let down = below.map_or(0.0, |factor| {
-            (1.0 - 1.0 / (factor * self.gain_margin)).max(0.0)
+        let up = above.map_or(0.0, |m| (1.0 - m.factor / self.gain_margin).max(0.0));
+        let down = below.map_or(0.0, |m| {
+            (1.0 - 1.0 / (m.factor * self.gain_margin)).max(0.0)
         });
         phase + up + down
     }
@@ -243,7 +242,8 @@ mod tests {
             assert!(judged.is_stable());
             assert!(judged.phase_margin().unwrap() >= wishes.phase_margin);
             let (above, below) = judged.gain_limits();
-            assert!(above.is_none_or(|f| f >= 2.0) && below.is_none_or(|f| f <= 0.5));
+            assert!(above.is_none_or(|m| m.factor >= 2.0));
+            assert!(below.is_none_or(|m| m.factor <= 0.5));
         }
         let gains = found.gains;
         assert!(gains.depth_p * wishes.step <= wishes.pitch_limit);

@@ -1,6 +1,6 @@
 //! The response of a closed loop to a unit step, and its figures.
 
-use planesman_linear::{Error, StepMetrics, TransferFunction};
+use planesman_linear::{Error, StateSpace, StepMetrics, TransferFunction};
 
 /// Rise, overshoot and settling of `closed_loop` (in `s`) after a unit step, over `duration` seconds in
 /// steps of `dt`.
@@ -33,15 +33,24 @@ pub fn samples(
     dt: f64,
     duration: f64,
 ) -> Result<Vec<(f64, f64)>, Error> {
-    let held = closed_loop.companion()?.zero_order_hold(dt)?;
+    Ok(held(
+        &closed_loop.companion()?.zero_order_hold(dt)?,
+        dt,
+        duration,
+    ))
+}
+
+/// The response of a discrete system with samples `dt` seconds apart to a unit step: time in s and value.
+#[must_use]
+pub fn held(system: &StateSpace, dt: f64, duration: f64) -> Vec<(f64, f64)> {
     let steps = (duration / dt).round() as usize;
-    let mut state = held.b.clone() * 0.0;
+    let mut state = system.b.clone() * 0.0;
     let mut samples = Vec::with_capacity(steps + 1);
     for k in 0..=steps {
-        samples.push((k as f64 * dt, (&held.c * &state + &held.d)[(0, 0)]));
-        state = &held.a * state + &held.b;
+        samples.push((k as f64 * dt, (&system.c * &state + &system.d)[(0, 0)]));
+        state = &system.a * state + &system.b;
     }
-    Ok(samples)
+    samples
 }
 
 #[cfg(test)]
