@@ -103,6 +103,26 @@ impl Clock {
     }
 }
 
+/// The last second of stamps: `builtin_interfaces/msg/Time` counts seconds in 32 bits, up to 2038-01-19 03:14:07 UTC.
+const LAST_SECOND: u64 = i32::MAX as u64;
+
+/// Checks that the machine's clock can be told in stamps.
+///
+/// # Errors
+/// Before 1970: the middleware's timestamps begin there. After 2038 the node runs, with stamps that stand still; a warning
+/// says so.
+pub(crate) fn check_machine() -> anyhow::Result<()> {
+    let Ok(since) = SystemTime::now().duration_since(UNIX_EPOCH) else {
+        anyhow::bail!("this machine's clock is before 1970, where DDS timestamps begin: set it");
+    };
+    if since.as_secs() >= LAST_SECOND {
+        log::warn!(
+            "this machine's clock is past 2038-01-19, where ROS 2's stamps end: they stand still unless time is simulated"
+        );
+    }
+    Ok(())
+}
+
 /// The machine's time since 1970.
 pub(crate) fn wall() -> Time {
     let now = SystemTime::now()

@@ -61,7 +61,7 @@ use crate::{
     action_server::{ActionServer, Goal, GoalId},
     args::RosArguments,
     claim::Claim,
-    clock_source,
+    clock, clock_source,
     diagnostics::{self, Connections, Level},
     discovered::{self, PublishedTopic},
     discovery_news::DiscoveryNews,
@@ -212,6 +212,7 @@ impl<E: 'static> Runtime<E> {
         for ignored in &arguments.ignored {
             log::warn!("ignored: {ignored}");
         }
+        clock::check_machine()?;
         let variable = |name: &str| std::env::var(name).ok();
         let security = Security::asked_for(&arguments.enclave, variable)?;
         if let Some(lack) = security.lack() {

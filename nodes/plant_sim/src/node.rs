@@ -156,6 +156,8 @@ struct Node {
     answer_timeout: f64,
     /// Whether the answers have been missing for longer.
     overdue: bool,
+    /// The last reading of the clock, ns, and when by the machine's monotonic clock.
+    seen: Option<(Instant, i64)>,
     /// The latest contact, its time \[ns\] by the stamps.
     contact: Option<(Boundary, i64)>,
     /// Being the only vehicle here.
@@ -220,6 +222,7 @@ impl Node {
             silent: 0,
             answer_timeout: parameters.answer_timeout,
             overdue: false,
+            seen: None,
             contact: None,
             plant,
         })
@@ -372,7 +375,7 @@ impl Node {
             Pace::Clock => drop(rt.at(self.end(), || Event::Look)),
         }
         if self.k > 0 {
-            self.miss(missed);
+            self.miss(missed, 0);
         }
         self.resumes = false;
         Ok(())
@@ -388,6 +391,11 @@ impl Node {
     fn keep_up(&mut self, now: i64, coarse: bool) {
         let tick = self.plant.tick_nanos();
         let behind = now - self.stamp;
+        let seen = self.seen.replace((Instant::now(), now));
+        // By how much somebody set the machine's clock since the last tick.
+        let set = seen.filter(|_| !coarse).map_or(0, |(at, then)| {
+            now - then - i64::try_from(at.elapsed().as_nanos()).unwrap_or(i64::MAX)
+        });
         let tolerated = match coarse && !self.resumes {
             true => COARSEST_CLOCK,
             false => 0,
@@ -400,12 +408,12 @@ impl Node {
             self.stamp = now;
         } else if behind >= tick.max(tolerated) {
             self.stamp += behind / tick * tick;
-            self.miss(behind / tick);
+            self.miss(behind / tick, set);
         }
     }
 
-    /// Counts ticks that the clock has gone on without the vehicle, and says so.
-    fn miss(&mut self, ticks: i64) {
+    /// Counts ticks that the clock has gone on without the vehicle, and says so; the clock was `set` forward by so much, ns.
+    fn miss(&mut self, ticks: i64, set: i64) {
         if ticks == 0 {
             return;
         }
@@ -414,10 +422,11 @@ impl Node {
         if self.resumes {
             log::info!("resumed at tick {} after a pause of {time:.2} s", self.k);
         } else {
-            let text = format!(
-                "{ticks} before tick {} ({time:.2} s): this machine was too slow, or the process stood",
-                self.k
-            );
+            let reason = match set > self.plant.tick_nanos() {
+                true => "this machine's clock was set forward",
+                false => "this machine was too slow, or the process stood",
+            };
+            let text = format!("{ticks} before tick {} ({time:.2} s): {reason}", self.k);
             self.warnings.warn("ticks missed", &text);
         }
     }
@@ -512,6 +521,13 @@ impl Node {
     /// Ten times a second, and when the wall clock says that a tick is over.
     fn look(&mut self, rt: &Runtime<Event>) -> Result<()> {
         self.be_alone()?;
+        let by_the_machine = matches!(self.pace, Pace::Clock) && !rt.is_time_simulated();
+        if by_the_machine && rt.now().sec == i32::MAX {
+            bail!(
+                "this machine's clock has reached 2038-01-19 03:14:07 UTC, where ROS 2's stamps end: simulate the time (time: \
+                 lockstep, or sim_time)"
+            );
+        }
         self.begin_tick(rt)?;
         let mut status = (Level::Ok, "running".to_owned());
         // The actuator's silence by the stamps; below, that of a tick's members by the wall clock.
