@@ -15,7 +15,7 @@ use planesman_linear::{Complex, StepMetrics, unwrapped_phases};
 use planesman_plot::{Plot, Style};
 
 use super::subject::{
-    Drive, GainArgs, Subject, discrete_poles_text, gains_text, poles_text, speed_text,
+    Drive, GainArgs, Subject, discrete_poles_text, law_text, poles_text, speed_text,
 };
 use crate::arguments::{output_file, speed, within};
 use crate::page::{document, figures};
@@ -131,7 +131,7 @@ fn decibels(factor: f64) -> f64 {
 }
 
 fn page(args: &AnalyseArgs) -> Result<String> {
-    let gains = args.gains.gains();
+    let law = (args.gains.gains(), args.gains.memory());
     let drive = args.subject.drive()?;
     let title = format!("Dive loop of {}", args.subject.title());
     let mut verdicts = Vec::new();
@@ -160,7 +160,7 @@ fn page(args: &AnalyseArgs) -> Result<String> {
     let highest = sampling.map_or(HIGHEST, |it| PI / it.tick);
     for speed in &args.speed {
         let name = speed_text(*speed);
-        let dive_loop = args.subject.dive_loop(&drive, gains, *speed)?;
+        let dive_loop = args.subject.dive_loop(&drive, law, *speed)?;
         let drawn = Drawn::new(&dive_loop, name.clone(), highest, args.duration)?;
         verdicts.push(format!("{name}: {}", stability(&drawn.judged)));
         let [gain_marks, phase_marks] = drawn.marks();
@@ -200,7 +200,7 @@ fn page(args: &AnalyseArgs) -> Result<String> {
     );
     let body = html! {
         h1 { (title) }
-        p.lead { (gains_text(&gains)) }
+        p.lead { (law_text(&law.0, &law.1)) }
         ul.verdict { @for verdict in verdicts { li { (verdict) } } }
         (figures(&[magnitude, phase, nyquist, step, poles]))
         details open { summary { "All numbers" } pre { (text(args)?) } }
@@ -241,12 +241,12 @@ fn stability(judged: &Judgement) -> String {
 }
 
 fn text(args: &AnalyseArgs) -> Result<String> {
-    let gains = args.gains.gains();
+    let law = (args.gains.gains(), args.gains.memory());
     let drive = args.subject.drive()?;
     let mut text = heading(&args.subject, &drive);
-    writeln!(text, "{}", gains_text(&gains))?;
+    writeln!(text, "{}", law_text(&law.0, &law.1))?;
     for speed in &args.speed {
-        let dive_loop = args.subject.dive_loop(&drive, gains, *speed)?;
+        let dive_loop = args.subject.dive_loop(&drive, law, *speed)?;
         let judged = |dive_loop: &DiveLoop| {
             let judged = dive_loop.judge(args.duration);
             judged.with_context(|| format!("the loop at {speed} m/s"))
@@ -390,8 +390,7 @@ mod tests {
             gains: GainArgs {
                 depth_p: Some(0.25 / FOOT),
                 depth_d: Some(depth_d / FOOT),
-                pitch_p: None,
-                pitch_rate: None,
+                ..GainArgs::default()
             },
             speed: vec![feet_per_second * FOOT],
             duration: 100.0,

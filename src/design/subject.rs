@@ -4,7 +4,7 @@ use anyhow::{Context as _, Result, anyhow};
 use brunner_1988::controllers::pitch;
 use clap::{Args, ValueEnum};
 use depth_controller::ControllerParameters;
-use depth_controller::design::dive_loop::{DiveLoop, DivePlant, Path};
+use depth_controller::design::dive_loop::{DiveLoop, DivePlant, Memory, Path};
 use depth_controller::gains::LoopGains;
 use dha_actuator::ActuatorParameters;
 use dha_actuator::linearised as actuator_model;
@@ -80,7 +80,7 @@ pub struct Sampling {
 }
 
 /// The gains of the depth and pitch loops, the controller's defaults where not given.
-#[derive(Args, Clone)]
+#[derive(Args, Clone, Default)]
 #[command(next_help_heading = "Gains")]
 pub struct GainArgs {
     /// Kpz, dive angle per depth error (rad/m) [default: depth_controller's depth.p]
@@ -95,6 +95,15 @@ pub struct GainArgs {
     /// Kr, plane angle per pitch rate (s) [default: its pitch.rate]
     #[arg(long, value_parser = within(0.0, 1e3))]
     pub pitch_rate: Option<f64>,
+    /// Kiz, dive angle per depth error and second (rad/(m s))
+    #[arg(long, default_value_t = 0.0, value_parser = within(0.0, 1e3))]
+    pub depth_i: f64,
+    /// Kiy, plane angle per pitch error and second (1/s)
+    #[arg(long, default_value_t = 0.0, value_parser = within(0.0, 1e3))]
+    pub pitch_i: f64,
+    /// Time constant of the filter of the depth loop's derivative (s)
+    #[arg(long, default_value_t = 0.0, value_parser = within(0.0, 1e3))]
+    pub derivative_filter: f64,
 }
 
 /// One of the gains, or the speed.
@@ -135,6 +144,18 @@ impl GainArgs {
             depth_d: self.depth_d.unwrap_or(default.depth_d),
             pitch_p: self.pitch_p.unwrap_or(default.pitch_p),
             pitch_rate: self.pitch_rate.unwrap_or(default.pitch_rate),
+        }
+    }
+}
+
+impl GainArgs {
+    /// Integrals and filter.
+    #[must_use]
+    pub fn memory(&self) -> Memory {
+        Memory {
+            depth_i: self.depth_i,
+            pitch_i: self.pitch_i,
+            derivative_filter: self.derivative_filter,
         }
     }
 }
@@ -239,10 +260,16 @@ impl Subject {
     ///
     /// # Errors
     /// As [`Subject::plant`].
-    pub fn dive_loop(&self, drive: &Drive, gains: LoopGains, speed: f64) -> Result<DiveLoop> {
+    pub fn dive_loop(
+        &self,
+        drive: &Drive,
+        (gains, memory): (LoopGains, Memory),
+        speed: f64,
+    ) -> Result<DiveLoop> {
         Ok(DiveLoop {
             plant: self.plant(drive, speed)?,
             gains,
+            memory,
             path: drive.path,
         })
     }
@@ -262,6 +289,22 @@ impl Subject {
 #[must_use]
 pub fn speed_text(speed: f64) -> String {
     format!("{speed:.4} m/s ({:.3} ft/s)", speed / FOOT)
+}
+
+/// Gains in SI, those of the depth loop in the report's feet too; integrals and filter where there are any.
+#[must_use]
+pub fn law_text(gains: &LoopGains, memory: &Memory) -> String {
+    let mut text = gains_text(gains);
+    for (name, value, unit) in [
+        ("Kiz", memory.depth_i, "rad/(m s)"),
+        ("Kiy", memory.pitch_i, "1/s"),
+        ("derivative filter", memory.derivative_filter, "s"),
+    ] {
+        if value != 0.0 {
+            text += &format!(", {name} {value:.4} {unit}");
+        }
+    }
+    text
 }
 
 /// Gains in SI, and those of the depth loop in the report's feet.
