@@ -709,15 +709,15 @@ mod tests {
     }
 
     const MEMORY: Memory = Memory {
-        depth_i: 0.02,
-        pitch_i: 0.1,
+        depth_i: 0.005,
+        pitch_i: 0.03,
         derivative_filter: 0.1,
     };
 
     #[test]
     fn the_margins_of_the_sampled_loop_put_a_pole_on_the_unit_circle() {
         for memory in [Memory::default(), MEMORY] {
-            for speed in [0.5, 3.0] {
+            for speed in [0.5, 2.0] {
                 for lag in [0.0, 0.1] {
                     for motion in &MOTIONS {
                         let with = |late: f64, factor: f64| {
