@@ -167,6 +167,22 @@ fn ideal_planes_and_those_of_a_lag_come_to_rest_below_the_gain_margin_and_swing_
     }
 }
 
+/// The pitch of `remus_100` is unstable by itself: with too little gain it leaves level flight.
+#[test]
+fn an_unstable_vehicle_needs_the_gain_that_its_lower_gain_margin_says() {
+    let [.., case, _] = cases();
+    let subject = subject(case.vehicle, "ideal");
+    let drive = subject.drive().unwrap();
+    let law = (case.gains, case.memory);
+    let dive_loop = subject.dive_loop(&drive, law, case.speed).unwrap();
+    let below = dive_loop.margins().unwrap().gain_limits().1.unwrap();
+    let disturbance = 1e-3 * DEGREE;
+    let [lost, held] =
+        [0.9, 1.1].map(|share| case.travel("ideal", share * below.factor, disturbance));
+    assert!(held < disturbance, "{held} rad");
+    assert!(lost > 10.0 * disturbance, "{lost} rad");
+}
+
 /// At rest there is its limit cycle of a quantum or two, at every gain.
 #[test]
 fn moved_by_a_ticks_slew_the_digital_hydraulic_actuator_keeps_to_its_quantum_below_the_gain_margin_and_swings_above_it()

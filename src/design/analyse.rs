@@ -12,7 +12,7 @@ use depth_controller::design::dive_loop::{DiveLoop, Judgement};
 use maud::html;
 use planesman_linear::frequency::{Response, grid};
 use planesman_linear::{Complex, StepMetrics, unwrapped_phases};
-use planesman_plot::{Plot, Style};
+use planesman_plot::{Plot, Series, Style};
 
 use super::subject::{
     Drive, GainArgs, Subject, discrete_poles_text, law_text, poles_text, speed_text,
@@ -174,9 +174,13 @@ fn page(args: &AnalyseArgs) -> Result<String> {
             format!("phase margin at {name}"),
             phase_marks,
         );
-        let near = |l: &Complex<f64>| l.norm() < NYQUIST_EXTENT;
-        let curve = drawn.response.iter().filter(|(_, l)| near(l));
-        nyquist = nyquist.line(name.clone(), curve.map(|(_, l)| (l.re, l.im)));
+        let near = drawn.response.iter();
+        let near = near.filter(|(_, l)| l.norm() < NYQUIST_EXTENT);
+        let (points, frequencies): (Vec<_>, Vec<_>) = near.map(|(w, l)| ((l.re, l.im), *w)).unzip();
+        nyquist = nyquist.with_all([Series {
+            at: Some(("rad/s".into(), frequencies)),
+            ..Series::new(Style::Line, name.clone(), points)
+        }]);
         let s = drawn.judged.continuous_poles();
         poles = poles.with(Style::Crosses, name.clone(), nearest_poles(&s));
         if drawn.judged.is_stable() {
