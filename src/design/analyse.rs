@@ -318,6 +318,7 @@ pub fn described(judged: &Judgement) -> Result<String> {
         None => {
             let verdict = match judged.unstable_poles() {
                 0 => "stable".to_owned(),
+                1 => "UNSTABLE, a pole outside the unit circle".to_owned(),
                 n => format!("UNSTABLE, {n} poles outside the unit circle"),
             };
             writeln!(text, "  sampled loop  {verdict}")?;
@@ -431,5 +432,28 @@ mod tests {
                 .contains("phase margin")
         );
         assert!(text(&args("no/such", 0.6, 1.0)).is_err());
+    }
+
+    /// Six times the default gains were "stable" by the continuous approximation alone, and swing in flight.
+    #[test]
+    fn a_loop_that_is_stable_on_the_continuous_paper_alone_is_called_unstable() {
+        let mut args = args("brunner", 0.6, 3.0);
+        args.subject.rate = 20.0;
+        (args.gains.pitch_p, args.gains.pitch_rate) = (Some(6.0 * 0.7), Some(6.0 * 2.0));
+        let shown = text(&args).expect("text");
+        let (sampled, continuous) = shown.split_once("continuous approximation").expect("both");
+        assert!(
+            sampled.contains("UNSTABLE, a pole outside the unit circle"),
+            "{shown}"
+        );
+        assert!(continuous.contains("Routh         stable"), "{shown}");
+    }
+
+    #[test]
+    fn a_command_that_moves_the_planes_for_ages_is_refused() {
+        let mut args = args("brunner", 0.6, 1.0);
+        (args.subject.rate, args.subject.computing_delay) = (1e4, 10.0);
+        let refusal = text(&args).expect_err("100,000 ticks").to_string();
+        assert!(refusal.contains("choose a lower --rate"), "{refusal}");
     }
 }

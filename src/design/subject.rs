@@ -1,6 +1,6 @@
 //! The subject of a design: a vehicle, its gains and its actuator, from the command line.
 
-use anyhow::{Context as _, Result, anyhow};
+use anyhow::{Context as _, Result, anyhow, bail};
 use brunner_1988::controllers::pitch;
 use clap::{Args, ValueEnum};
 use depth_controller::ControllerParameters;
@@ -24,6 +24,9 @@ pub const TABLE_3: &str = "table_3";
 /// The defaults of `--actuator` and `--rate`: those of a dive.
 const AUV: &str = "auv";
 const RATE: f64 = 20.0;
+
+/// The most ticks over which a command moves the planes: each is a state of the sampled loop.
+const MOST_TICKS: f64 = 400.0;
 
 /// A vehicle behind an actuator.
 #[derive(Args, Clone)]
@@ -246,6 +249,13 @@ impl Subject {
         }
         for (time, _) in &mut motion {
             *time += self.computing_delay;
+        }
+        let last = motion.last().map_or(0.0, |knot| knot.0);
+        if let Some(ticks) = tick.map(|tick| last / tick).filter(|it| *it > MOST_TICKS) {
+            bail!(
+                "the planes follow a command within {ticks:.0} ticks, and at most {MOST_TICKS} are analysed: choose a lower --rate or \
+                 --computing-delay"
+            );
         }
         Ok(Drive {
             path: Path {
