@@ -7,6 +7,7 @@
 #[path = "foreign/peers.rs"]
 mod peers;
 
+use depth_controller::design::dive_loop::Memory;
 use depth_controller::gains::LoopGains;
 use depth_controller::{Controller, ControllerParameters};
 use dha_actuator::{Actuator, ActuatorParameters, Model, actuator_file, linearised};
@@ -31,14 +32,16 @@ struct Case {
     vehicle: &'static str,
     speed: f64,
     gains: LoopGains,
+    memory: Memory,
 }
 
-/// Every built-in vehicle; the gains of `remus_100` are those of its scenario.
-fn cases() -> [Case; 4] {
+/// Every built-in vehicle, the gains of `remus_100` those of its scenario; and integrals and a filter.
+fn cases() -> [Case; 5] {
     let case = |vehicle, speed, gains| Case {
         vehicle,
         speed,
         gains,
+        memory: Memory::default(),
     };
     let remus = LoopGains {
         depth_p: 0.4,
@@ -51,6 +54,14 @@ fn cases() -> [Case; 4] {
         case("brunner", 3.0 * FOOT, default_gains()),
         case("brunner_as_printed", 3.0 * FOOT, default_gains()),
         case("remus_100", 1.54, remus),
+        Case {
+            memory: Memory {
+                depth_i: 0.02,
+                pitch_i: 0.1,
+                derivative_filter: 0.3,
+            },
+            ..case("brunner", 3.0 * FOOT, default_gains())
+        },
     ]
 }
 
@@ -69,7 +80,9 @@ impl Case {
     fn margin(&self, actuator: &str) -> f64 {
         let subject = subject(self.vehicle, actuator);
         let drive = subject.drive().unwrap();
-        let dive_loop = subject.dive_loop(&drive, self.gains, self.speed).unwrap();
+        let dive_loop = subject
+            .dive_loop(&drive, (self.gains, self.memory), self.speed)
+            .unwrap();
         let above = dive_loop.margins().unwrap().gain_limits().0;
         above.unwrap().factor
     }
@@ -83,6 +96,9 @@ impl Case {
         parameters.depth.d = self.gains.depth_d;
         parameters.pitch.p = self.gains.pitch_p * factor;
         parameters.pitch.rate = self.gains.pitch_rate * factor;
+        parameters.depth.i = self.memory.depth_i;
+        parameters.depth.derivative_filter = self.memory.derivative_filter;
+        parameters.pitch.i = self.memory.pitch_i * factor;
         parameters
     }
 
@@ -151,6 +167,22 @@ fn ideal_planes_and_those_of_a_lag_come_to_rest_below_the_gain_margin_and_swing_
     }
 }
 
+/// The pitch of `remus_100` is unstable by itself: with too little gain it leaves level flight.
+#[test]
+fn an_unstable_vehicle_needs_the_gain_that_its_lower_gain_margin_says() {
+    let [.., case, _] = cases();
+    let subject = subject(case.vehicle, "ideal");
+    let drive = subject.drive().unwrap();
+    let law = (case.gains, case.memory);
+    let dive_loop = subject.dive_loop(&drive, law, case.speed).unwrap();
+    let below = dive_loop.margins().unwrap().gain_limits().1.unwrap();
+    let disturbance = 1e-3 * DEGREE;
+    let [lost, held] =
+        [0.9, 1.1].map(|share| case.travel("ideal", share * below.factor, disturbance));
+    assert!(held < disturbance, "{held} rad");
+    assert!(lost > 10.0 * disturbance, "{lost} rad");
+}
+
 /// At rest there is its limit cycle of a quantum or two, at every gain.
 #[test]
 fn moved_by_a_ticks_slew_the_digital_hydraulic_actuator_keeps_to_its_quantum_below_the_gain_margin_and_swings_above_it()
@@ -197,7 +229,9 @@ fn the_margins_are_those_of_an_independent_computation() {
         let expected = |at: &str| peer.pointer(at).unwrap().as_f64().unwrap();
 
         let speed = feet_per_second * FOOT;
-        let dive_loop = subject.dive_loop(&drive, default_gains(), speed).unwrap();
+        let dive_loop = subject
+            .dive_loop(&drive, (default_gains(), Memory::default()), speed)
+            .unwrap();
         let judged = dive_loop.margins().unwrap();
         let gain = judged.gain_limits().0.unwrap();
         let phase = judged.phase[0];

@@ -108,20 +108,11 @@ fn models_loops_and_loci_tell_their_values_under_the_cursor() {
         here,
         &["design", "analyse", "brunner", "--html", "analyse.html"],
     );
-    planesman(
-        here,
-        &[
-            "design",
-            "locus",
-            "brunner",
-            "--vary",
-            "depth_d",
-            "--to",
-            "5",
-            "--html",
-            "locus.html",
-        ],
-    );
+    for (varied, to) in [("depth_d", "5"), ("speed", "1")] {
+        let page = format!("{varied}.html");
+        let locus = ["design", "locus", "brunner", "--vary", varied, "--to", to];
+        planesman(here, &[&locus[..], &["--html", &page]].concat());
+    }
     if let Some(seen) = assert_alive(&here.join("model.html"), 10) {
         // The data's step response without a model is beside the model's.
         let step = seen.plots.iter().find(|it| it.0 == "Step response");
@@ -132,10 +123,18 @@ fn models_loops_and_loci_tell_their_values_under_the_cursor() {
         );
     }
     assert_prints_lines(&here.join("model.html"));
-    assert_alive(&here.join("analyse.html"), 4);
-    if let Some(seen) = assert_alive(&here.join("locus.html"), 1) {
-        // A pole of the locus is told with its gain.
-        assert!(seen.plots[0].1.contains("depth_d"), "{:?}", seen.plots[0]);
+    assert_alive(&here.join("analyse.html"), 5);
+    if let Some(seen) = assert_alive(&here.join("depth_d.html"), 1) {
+        let (_, told) = &seen.plots[0];
+        assert!(
+            told.contains("open-loop poles zeros between last value"),
+            "{told}"
+        );
+    }
+    if let Some(seen) = assert_alive(&here.join("speed.html"), 1) {
+        // A pole of the locus is told with its speed.
+        let (_, told) = &seen.plots[0];
+        assert!(told.contains(", speed "), "{told}");
     }
 }
 

@@ -12,10 +12,10 @@ use depth_controller::design::dive_loop::{DiveLoop, Judgement};
 use maud::html;
 use planesman_linear::frequency::{Response, grid};
 use planesman_linear::{Complex, StepMetrics, unwrapped_phases};
-use planesman_plot::{Plot, Style};
+use planesman_plot::{Plot, Series, Style};
 
 use super::subject::{
-    Drive, GainArgs, Subject, discrete_poles_text, gains_text, poles_text, speed_text,
+    Drive, GainArgs, Subject, discrete_poles_text, law_text, poles_text, speed_text,
 };
 use crate::arguments::{output_file, speed, within};
 use crate::page::{document, figures};
@@ -131,7 +131,7 @@ fn decibels(factor: f64) -> f64 {
 }
 
 fn page(args: &AnalyseArgs) -> Result<String> {
-    let gains = args.gains.gains();
+    let law = (args.gains.gains(), args.gains.memory());
     let drive = args.subject.drive()?;
     let title = format!("Dive loop of {}", args.subject.title());
     let mut verdicts = Vec::new();
@@ -160,7 +160,7 @@ fn page(args: &AnalyseArgs) -> Result<String> {
     let highest = sampling.map_or(HIGHEST, |it| PI / it.tick);
     for speed in &args.speed {
         let name = speed_text(*speed);
-        let dive_loop = args.subject.dive_loop(&drive, gains, *speed)?;
+        let dive_loop = args.subject.dive_loop(&drive, law, *speed)?;
         let drawn = Drawn::new(&dive_loop, name.clone(), highest, args.duration)?;
         verdicts.push(format!("{name}: {}", stability(&drawn.judged)));
         let [gain_marks, phase_marks] = drawn.marks();
@@ -174,9 +174,13 @@ fn page(args: &AnalyseArgs) -> Result<String> {
             format!("phase margin at {name}"),
             phase_marks,
         );
-        let near = |l: &Complex<f64>| l.norm() < NYQUIST_EXTENT;
-        let curve = drawn.response.iter().filter(|(_, l)| near(l));
-        nyquist = nyquist.line(name.clone(), curve.map(|(_, l)| (l.re, l.im)));
+        let near = drawn.response.iter();
+        let near = near.filter(|(_, l)| l.norm() < NYQUIST_EXTENT);
+        let (points, frequencies): (Vec<_>, Vec<_>) = near.map(|(w, l)| ((l.re, l.im), *w)).unzip();
+        nyquist = nyquist.with_all([Series {
+            at: Some(("rad/s".into(), frequencies)),
+            ..Series::new(Style::Line, name.clone(), points)
+        }]);
         let s = drawn.judged.continuous_poles();
         poles = poles.with(Style::Crosses, name.clone(), nearest_poles(&s));
         if drawn.judged.is_stable() {
@@ -200,7 +204,7 @@ fn page(args: &AnalyseArgs) -> Result<String> {
     );
     let body = html! {
         h1 { (title) }
-        p.lead { (gains_text(&gains)) }
+        p.lead { (law_text(&law.0, &law.1)) }
         ul.verdict { @for verdict in verdicts { li { (verdict) } } }
         (figures(&[magnitude, phase, nyquist, step, poles]))
         details open { summary { "All numbers" } pre { (text(args)?) } }
@@ -241,12 +245,12 @@ fn stability(judged: &Judgement) -> String {
 }
 
 fn text(args: &AnalyseArgs) -> Result<String> {
-    let gains = args.gains.gains();
+    let law = (args.gains.gains(), args.gains.memory());
     let drive = args.subject.drive()?;
     let mut text = heading(&args.subject, &drive);
-    writeln!(text, "{}", gains_text(&gains))?;
+    writeln!(text, "{}", law_text(&law.0, &law.1))?;
     for speed in &args.speed {
-        let dive_loop = args.subject.dive_loop(&drive, gains, *speed)?;
+        let dive_loop = args.subject.dive_loop(&drive, law, *speed)?;
         let judged = |dive_loop: &DiveLoop| {
             let judged = dive_loop.judge(args.duration);
             judged.with_context(|| format!("the loop at {speed} m/s"))
@@ -314,6 +318,7 @@ pub fn described(judged: &Judgement) -> Result<String> {
         None => {
             let verdict = match judged.unstable_poles() {
                 0 => "stable".to_owned(),
+                1 => "UNSTABLE, a pole outside the unit circle".to_owned(),
                 n => format!("UNSTABLE, {n} poles outside the unit circle"),
             };
             writeln!(text, "  sampled loop  {verdict}")?;
@@ -390,8 +395,7 @@ mod tests {
             gains: GainArgs {
                 depth_p: Some(0.25 / FOOT),
                 depth_d: Some(depth_d / FOOT),
-                pitch_p: None,
-                pitch_rate: None,
+                ..GainArgs::default()
             },
             speed: vec![feet_per_second * FOOT],
             duration: 100.0,
@@ -428,5 +432,28 @@ mod tests {
                 .contains("phase margin")
         );
         assert!(text(&args("no/such", 0.6, 1.0)).is_err());
+    }
+
+    /// Six times the default gains were "stable" by the continuous approximation alone, and swing in flight.
+    #[test]
+    fn a_loop_that_is_stable_on_the_continuous_paper_alone_is_called_unstable() {
+        let mut args = args("brunner", 0.6, 3.0);
+        args.subject.rate = 20.0;
+        (args.gains.pitch_p, args.gains.pitch_rate) = (Some(6.0 * 0.7), Some(6.0 * 2.0));
+        let shown = text(&args).expect("text");
+        let (sampled, continuous) = shown.split_once("continuous approximation").expect("both");
+        assert!(
+            sampled.contains("UNSTABLE, a pole outside the unit circle"),
+            "{shown}"
+        );
+        assert!(continuous.contains("Routh         stable"), "{shown}");
+    }
+
+    #[test]
+    fn a_command_that_moves_the_planes_for_ages_is_refused() {
+        let mut args = args("brunner", 0.6, 1.0);
+        (args.subject.rate, args.subject.computing_delay) = (1e4, 10.0);
+        let refusal = text(&args).expect_err("100,000 ticks").to_string();
+        assert!(refusal.contains("choose a lower --rate"), "{refusal}");
     }
 }

@@ -11,7 +11,7 @@ use planesman_linear::{Complex, discrete_to_continuous};
 use planesman_plot::{Plot, Series, Style};
 
 use super::analyse::{FAST, heading};
-use super::subject::{Drive, GainArgs, Subject, Varied, gains_text, poles_text, speed_text};
+use super::subject::{Drive, GainArgs, Subject, Varied, law_text, poles_text, speed_text};
 use crate::arguments::{number, output_file, speed, within};
 use crate::page::{document, figures};
 use crate::sink::write_text;
@@ -130,7 +130,8 @@ impl LocusArgs {
             }
             None => value,
         };
-        self.subject.dive_loop(drive, gains, speed)
+        self.subject
+            .dive_loop(drive, (gains, self.gains.memory()), speed)
     }
 
     /// The poles in `s`; of the sampled loop `ln(z) / T`.
@@ -156,7 +157,7 @@ impl LocusArgs {
             "Root locus of {}: {varied} from {from} to {to}",
             self.subject.title()
         );
-        let mut fixed = gains_text(&self.gains.gains());
+        let mut fixed = law_text(&self.gains.gains(), &self.gains.memory());
         if self.vary != Varied::Speed {
             fixed += &format!(", U = {}", speed_text(self.speed));
         }

@@ -56,6 +56,7 @@ pub fn run(args: &OptimiseArgs) -> Result<()> {
             .iter()
             .map(|speed| Ok((*speed, args.subject.plant(&drive, *speed)?)))
             .collect::<Result<_>>()?,
+        memory: args.gains.memory(),
         path: drive.path,
         phase_margin: args.phase_margin.to_radians(),
         gain_margin: 10_f64.powf(args.gain_margin / 20.0),

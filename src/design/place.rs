@@ -6,6 +6,7 @@
 use anyhow::Result;
 use brunner_1988::controllers::pitch;
 use clap::Args;
+use depth_controller::design::dive_loop::Memory;
 use depth_controller::design::placement::{self, Poles};
 use depth_controller::gains::PitchModel;
 
@@ -59,7 +60,9 @@ pub fn run(args: &PlaceArgs) -> Result<()> {
         )?;
     }
     let drive = args.subject.drive()?;
-    let dive_loop = args.subject.dive_loop(&drive, gains, args.speed)?;
+    let dive_loop = args
+        .subject
+        .dive_loop(&drive, (gains, Memory::default()), args.speed)?;
     print_wrapped(format_args!(
         "The poles are placed in the continuous loop, pitch alone, planes ideal. With heave:\n\n{}\nU = {}\n{}",
         heading(&args.subject, &drive),

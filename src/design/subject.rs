@@ -1,10 +1,10 @@
 //! The subject of a design: a vehicle, its gains and its actuator, from the command line.
 
-use anyhow::{Context as _, Result, anyhow};
+use anyhow::{Context as _, Result, anyhow, bail};
 use brunner_1988::controllers::pitch;
 use clap::{Args, ValueEnum};
 use depth_controller::ControllerParameters;
-use depth_controller::design::dive_loop::{DiveLoop, DivePlant, Path};
+use depth_controller::design::dive_loop::{DiveLoop, DivePlant, Memory, Path};
 use depth_controller::gains::LoopGains;
 use dha_actuator::ActuatorParameters;
 use dha_actuator::linearised as actuator_model;
@@ -24,6 +24,9 @@ pub const TABLE_3: &str = "table_3";
 /// The defaults of `--actuator` and `--rate`: those of a dive.
 const AUV: &str = "auv";
 const RATE: f64 = 20.0;
+
+/// The most ticks over which a command moves the planes: each is a state of the sampled loop.
+const MOST_TICKS: f64 = 400.0;
 
 /// A vehicle behind an actuator.
 #[derive(Args, Clone)]
@@ -80,7 +83,7 @@ pub struct Sampling {
 }
 
 /// The gains of the depth and pitch loops, the controller's defaults where not given.
-#[derive(Args, Clone)]
+#[derive(Args, Clone, Default)]
 #[command(next_help_heading = "Gains")]
 pub struct GainArgs {
     /// Kpz, dive angle per depth error (rad/m) [default: depth_controller's depth.p]
@@ -95,6 +98,15 @@ pub struct GainArgs {
     /// Kr, plane angle per pitch rate (s) [default: its pitch.rate]
     #[arg(long, value_parser = within(0.0, 1e3))]
     pub pitch_rate: Option<f64>,
+    /// Kiz, dive angle per depth error and second (rad/(m s))
+    #[arg(long, default_value_t = 0.0, value_parser = within(0.0, 1e3))]
+    pub depth_i: f64,
+    /// Kiy, plane angle per pitch error and second (1/s)
+    #[arg(long, default_value_t = 0.0, value_parser = within(0.0, 1e3))]
+    pub pitch_i: f64,
+    /// Time constant of the filter of the depth loop's derivative (s)
+    #[arg(long, default_value_t = 0.0, value_parser = within(0.0, 1e3))]
+    pub derivative_filter: f64,
 }
 
 /// One of the gains, or the speed.
@@ -135,6 +147,18 @@ impl GainArgs {
             depth_d: self.depth_d.unwrap_or(default.depth_d),
             pitch_p: self.pitch_p.unwrap_or(default.pitch_p),
             pitch_rate: self.pitch_rate.unwrap_or(default.pitch_rate),
+        }
+    }
+}
+
+impl GainArgs {
+    /// Integrals and filter.
+    #[must_use]
+    pub fn memory(&self) -> Memory {
+        Memory {
+            depth_i: self.depth_i,
+            pitch_i: self.pitch_i,
+            derivative_filter: self.derivative_filter,
         }
     }
 }
@@ -226,6 +250,13 @@ impl Subject {
         for (time, _) in &mut motion {
             *time += self.computing_delay;
         }
+        let last = motion.last().map_or(0.0, |knot| knot.0);
+        if let Some(ticks) = tick.map(|tick| last / tick).filter(|it| *it > MOST_TICKS) {
+            bail!(
+                "the planes follow a command within {ticks:.0} ticks, and at most {MOST_TICKS} are analysed: choose a lower --rate or \
+                 --computing-delay"
+            );
+        }
         Ok(Drive {
             path: Path {
                 lag,
@@ -239,10 +270,16 @@ impl Subject {
     ///
     /// # Errors
     /// As [`Subject::plant`].
-    pub fn dive_loop(&self, drive: &Drive, gains: LoopGains, speed: f64) -> Result<DiveLoop> {
+    pub fn dive_loop(
+        &self,
+        drive: &Drive,
+        (gains, memory): (LoopGains, Memory),
+        speed: f64,
+    ) -> Result<DiveLoop> {
         Ok(DiveLoop {
             plant: self.plant(drive, speed)?,
             gains,
+            memory,
             path: drive.path,
         })
     }
@@ -262,6 +299,22 @@ impl Subject {
 #[must_use]
 pub fn speed_text(speed: f64) -> String {
     format!("{speed:.4} m/s ({:.3} ft/s)", speed / FOOT)
+}
+
+/// Gains in SI, those of the depth loop in the report's feet too; integrals and filter where there are any.
+#[must_use]
+pub fn law_text(gains: &LoopGains, memory: &Memory) -> String {
+    let mut text = gains_text(gains);
+    for (name, value, unit) in [
+        ("Kiz", memory.depth_i, "rad/(m s)"),
+        ("Kiy", memory.pitch_i, "1/s"),
+        ("derivative filter", memory.derivative_filter, "s"),
+    ] {
+        if value != 0.0 {
+            text += &format!(", {name} {value:.4} {unit}");
+        }
+    }
+    text
 }
 
 /// Gains in SI, and those of the depth loop in the report's feet.

@@ -9,6 +9,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
 use clap::Args;
+use depth_controller::design::dive_loop::Memory;
 use depth_controller::gains::LoopGains;
 use dha_actuator::ActuatorParameters;
 use maud::html;
@@ -252,7 +253,7 @@ impl Choice {
             ..Subject::default()
         };
         let drive = subject.drive()?;
-        let dive_loop = subject.dive_loop(&drive, gains, self.speed)?;
+        let dive_loop = subject.dive_loop(&drive, (gains, Memory::default()), self.speed)?;
         let (above, _) = dive_loop.margins()?.gain_limits();
         Ok(above.map(|it| it.factor))
     }

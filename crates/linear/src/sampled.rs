@@ -98,15 +98,6 @@ impl Sampled {
         })
     }
 
-    /// The same, seen through `row`: one output, the sum of the outputs so weighted.
-    #[must_use]
-    pub fn seen_by(&self, row: &DMatrix<f64>) -> Self {
-        Self {
-            c: row * &self.c,
-            ..self.clone()
-        }
-    }
-
     /// `T` \[s\].
     #[must_use]
     pub fn tick(&self) -> f64 {
@@ -160,17 +151,6 @@ impl Sampled {
             b,
             c,
             d: DMatrix::zeros(outputs, 1),
-        }
-    }
-
-    /// The loop that negative feedback of this system's one output closes: from a command added to `-y` to the outputs that `seen`,
-    /// a system with the same states, has.
-    #[must_use]
-    pub fn closed(&self, seen: &Self) -> StateSpace {
-        let open = self.state_space();
-        StateSpace {
-            a: &open.a - &open.b * &open.c,
-            ..seen.state_space()
         }
     }
 }

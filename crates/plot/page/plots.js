@@ -457,7 +457,7 @@
       let best = null;
       if (!away) {
         for (const it of this.series) {
-          if (!it.shown || it.style === "area") continue;
+          if (!it.shown || it.style === "area" || it.style === "grid") continue;
           for (let k = 0; k < it.x.length; k += 1) {
             const far = Math.hypot(this.chart.valToPos(it.x[k], "x") - left, this.chart.valToPos(it.y[k], "y") - top);
             // Of points in one place that with a value beside it says more.
@@ -519,7 +519,7 @@
       const quoted = (it) => (/[",\n]/.test(String(it)) ? `"${String(it).replaceAll('"', '""')}"` : String(it ?? ""));
       const rows = data.heat
         ? [[data.x, data.y, data.quantity], ...data.heat.flatMap((row, r) => row.map((value, c) => [data.columns[c], data.rows[r], value]))]
-        : [["series", data.x, data.y, "value"], ...this.series.flatMap((it) => it.x.map((x, k) => [it.name, x, it.y[k], it.at?.values[k]]))];
+        : [["series", data.x, data.y, "value"], ...this.series.filter((it) => it.style !== "grid").flatMap((it) => it.x.map((x, k) => [it.name, x, it.y[k], it.at?.values[k]]))];
       return rows.map((row) => row.map(quoted).join(",")).join("\n") + "\n";
     }
   }

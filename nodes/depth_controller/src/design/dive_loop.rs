@@ -4,14 +4,15 @@
 //! for
 //!
 //! ```text
-//! delta = Kpy (Kpz (z_c - z) - Kdz z') + Kpy theta + Kr q
+//! delta = P (D (z_c - z) - Kdz F z' + theta) + Kr q,     P = Kpy + Kiy S,   D = Kpz + Kiz S
 //! ```
-//! Broken at the planes, with `G_x` from `delta` to `x`, the loop is
+//! with the integrator `S` and the filter `F` of the derivative where the controller has them ([`Memory`]): `P = Kpy`, `D = Kpz`, `F = 1` by
+//! default. Broken at the planes, with `G_x` from `delta` to `x`, the loop is
 //!
 //! ```text
-//! L = -(Kr G_q + Kpy G_theta - Kpy Kpz G_z - Kpy Kdz G_z')
+//! L = -(Kr G_q + P G_theta - P D G_z - P Kdz F G_z')
 //! ```
-//! and closed, `z / z_c = Kpy Kpz G_z / (1 + L)` (Brunner, NPS thesis, 1988, pp. 9 to 20, whose vehicle is
+//! and closed, `z / z_c = P D G_z / (1 + L)` (Brunner, NPS thesis, 1988, pp. 9 to 20, whose vehicle is
 //! a [`PitchModel`] and whose planes are ideal). There are two such loops:
 //!
 //! - **sampled** ([`DivePlant::sampled`]), as it is flown: the law is evaluated at each tick on the state of that instant, its command
@@ -158,6 +159,17 @@ pub struct Path {
     pub delay: f64,
 }
 
+/// What the law remembers from tick to tick, the controller's `depth.i`, `pitch.i` and `depth.derivative_filter`; 0 for none of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Memory {
+    /// `Kiz`, rad/(m s).
+    pub depth_i: f64,
+    /// `Kiy`, 1/s.
+    pub pitch_i: f64,
+    /// Time constant of the derivative's filter, s.
+    pub derivative_filter: f64,
+}
+
 /// A vehicle, gains and an actuator.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DiveLoop {
@@ -165,8 +177,17 @@ pub struct DiveLoop {
     pub plant: DivePlant,
     /// `Kpz`, `Kdz`, `Kpy`, `Kr`.
     pub gains: LoopGains,
+    /// Integrals and filter.
+    pub memory: Memory,
     /// The actuator.
     pub path: Path,
+}
+
+/// The law in `s`: polynomials over a common denominator.
+struct Law {
+    /// Of pitch rate, pitch, depth and depth rate, the last two with their signs changed.
+    fed_back: [Vec<f64>; 4],
+    den: Vec<f64>,
 }
 
 /// Stability, margins and step response of a loop.
@@ -266,15 +287,22 @@ impl DiveLoop {
         continuous
     }
 
-    /// The weights of the four outputs in `L`.
-    fn fed_back(&self) -> [f64; 4] {
-        let g = &self.gains;
-        [
-            -g.pitch_rate,
-            -g.pitch_p,
-            g.pitch_p * g.depth_p,
-            g.pitch_p * g.depth_d,
-        ]
+    /// The weights of the four outputs in `L`, with the law's integrator and filter at a frequency.
+    fn fed_back(&self, integrator: Complex<f64>, filter: Complex<f64>) -> DMatrix<Complex<f64>> {
+        let (g, m) = (&self.gains, &self.memory);
+        let part = |i: f64| match i {
+            0.0 => Complex::from(0.0),
+            _ => integrator * i,
+        };
+        let pitch = part(m.pitch_i) + g.pitch_p;
+        let depth = part(m.depth_i) + g.depth_p;
+        let weights = [
+            Complex::from(-g.pitch_rate),
+            -pitch,
+            pitch * depth,
+            pitch * filter * g.depth_d,
+        ];
+        DMatrix::from_row_slice(1, 4, &weights)
     }
 
     /// `L(s)` of the continuous loop, broken at the planes.
@@ -282,33 +310,135 @@ impl DiveLoop {
     /// # Errors
     /// Those of [`StateSpace::transfer_function`].
     pub fn open_loop(&self) -> Result<DelayedLoop, Error> {
-        Ok(DelayedLoop {
-            transfer_function: self.through_actuator(&self.fed_back())?,
-            delay: self.path.delay,
-        })
+        let law = self.law();
+        let [rate, pitch, depth, derivative] = &law.fed_back;
+        let minus = |p: &[f64]| p.iter().map(|c| -c).collect::<Vec<f64>>();
+        self.through_actuator([&minus(rate), &minus(pitch), depth, derivative], &law.den)
+    }
+
+    /// The law in `s`.
+    fn law(&self) -> Law {
+        let (g, m) = (&self.gains, &self.memory);
+        let pi = |p: f64, i: f64| match i {
+            0.0 => (vec![p], vec![1.0]),
+            _ => (vec![p, i], vec![1.0, 0.0]),
+        };
+        let ((pitch, pitch_den), (depth, depth_den)) =
+            (pi(g.pitch_p, m.pitch_i), pi(g.depth_p, m.depth_i));
+        let filter = match m.derivative_filter {
+            0.0 => vec![1.0],
+            time => vec![time, 1.0],
+        };
+        let product = |factors: &[&[f64]]| {
+            let one = vec![1.0];
+            factors
+                .iter()
+                .fold(one, |all, it| polynomial::product(&all, it))
+        };
+        let den = product(&[&pitch_den, &depth_den, &filter]);
+        Law {
+            fed_back: [
+                product(&[&[g.pitch_rate], &den]),
+                product(&[&pitch, &depth_den, &filter]),
+                product(&[&pitch, &depth, &filter]),
+                product(&[&pitch, &[g.depth_d], &depth_den]),
+            ],
+            den,
+        }
     }
 
     /// `L(exp(j w T))` of the sampled loop up to Nyquist's frequency, rad/s, included; `None` for a continuous one.
     #[must_use]
     pub fn sampled_response(&self) -> Option<Response> {
         let plant = self.plant.sampled.as_ref()?;
-        let row = DMatrix::from_row_slice(1, 4, &self.fed_back()).map(Complex::from);
+        let tick = plant.system.tick();
         let points = plant.response.iter();
         Some(
             points
-                .map(|(w, outputs)| (*w, (&row * outputs)[(0, 0)]))
+                .map(|(w, outputs)| (*w, self.sampled_at(tick, *w, outputs)))
                 .collect(),
         )
     }
 
+    /// `L` from the vehicle's outputs per command at a frequency.
+    fn sampled_at(
+        &self,
+        tick: f64,
+        frequency: f64,
+        outputs: &DMatrix<Complex<f64>>,
+    ) -> Complex<f64> {
+        let z = Complex::from_polar(1.0, frequency * tick);
+        let forgotten = self.forgotten(tick);
+        let filter = (1.0 - forgotten) / (-z.inv() * forgotten + 1.0);
+        (self.fed_back((z - 1.0).inv() * tick, filter) * outputs)[(0, 0)]
+    }
+
+    /// The share of the derivative's filter that is left after a tick.
+    fn forgotten(&self, tick: f64) -> f64 {
+        match self.memory.derivative_filter {
+            0.0 => 0.0,
+            time => (-tick / time).exp(),
+        }
+    }
+
     /// The sampled loop closed, from the depth setpoint to the depth, at the ticks; `None` for a continuous one.
+    ///
+    /// Beside the vehicle and the commands on their way its states are the filtered rate of the last tick and the integrals, as
+    /// [`crate::autopilot`] keeps them.
     #[must_use]
     pub fn sampled_closed_loop(&self) -> Option<StateSpace> {
-        let plant = &self.plant.sampled.as_ref()?.system;
-        let seen = |weights: &[f64]| plant.seen_by(&DMatrix::from_row_slice(1, 4, weights));
-        let mut closed = seen(&self.fed_back()).closed(&seen(&[0.0, 0.0, 1.0, 0.0]));
-        closed.b *= self.gains.pitch_p * self.gains.depth_p;
-        Some(closed)
+        let system = &self.plant.sampled.as_ref()?.system;
+        let (plant, tick) = (system.state_space(), system.tick());
+        let (g, m) = (&self.gains, &self.memory);
+        let n = plant.a.nrows();
+        let memories = [m.derivative_filter, m.depth_i, m.pitch_i];
+        let states = n + memories.iter().filter(|it| **it != 0.0).count();
+        // Linear forms of all states, the setpoint last.
+        let unit = |i: usize| DMatrix::from_fn(1, states + 1, |_, j| f64::from(u8::from(i == j)));
+        let output = |i: usize| plant.c.rows(i, 1).resize_horizontally(states + 1, 0.0);
+        let mut next_state = n;
+        let [filtered, depth_integral, pitch_integral] = memories.map(|memory| {
+            (memory != 0.0).then(|| {
+                next_state += 1;
+                next_state - 1
+            })
+        });
+        let integral = |state: Option<usize>| match state {
+            Some(state) => unit(state),
+            None => DMatrix::zeros(1, states + 1),
+        };
+        let forgotten = self.forgotten(tick);
+        let rate = output(3) * (1.0 - forgotten) + integral(filtered) * forgotten;
+        let error = unit(states) - output(2);
+        let dive = &error * g.depth_p + integral(depth_integral) - &rate * g.depth_d;
+        let inner = dive + output(1);
+        let command = &inner * g.pitch_p + integral(pitch_integral) + output(0) * g.pitch_rate;
+        let mut whole = DMatrix::zeros(states, states + 1);
+        whole.view_mut((0, 0), (n, n)).copy_from(&plant.a);
+        let driven = &plant.b * command;
+        let mut vehicle = whole.rows_mut(0, n);
+        vehicle += driven;
+        for (state, next) in [
+            (filtered, rate),
+            (
+                depth_integral,
+                integral(depth_integral) + error * (tick * m.depth_i),
+            ),
+            (
+                pitch_integral,
+                integral(pitch_integral) + inner * (tick * m.pitch_i),
+            ),
+        ] {
+            if let Some(state) = state {
+                whole.rows_mut(state, 1).copy_from(&next);
+            }
+        }
+        Some(StateSpace {
+            a: whole.columns(0, states).into_owned(),
+            b: whole.columns(states, 1).into_owned(),
+            c: output(2).columns(0, states).into_owned(),
+            d: DMatrix::zeros(1, 1),
+        })
     }
 
     /// The poles of the closed loop, as [`Judgement::poles`].
@@ -335,9 +465,9 @@ impl DiveLoop {
             *gain(&mut changed.gains) = value;
             changed
         };
-        // What is fed back is linear in each gain: closed, the loop is P(0) + gain (P(1) - P(0)).
+        // What is fed back is linear in each gain: the loop is closed by its polynomial, or its matrix, M(0) + gain (M(1) - M(0)).
         let (without, one) = (with(0.0), with(1.0));
-        let (Some(plant), Some(closed)) = (&self.plant.sampled, without.sampled_closed_loop())
+        let (Some(closed), Some(more)) = (without.sampled_closed_loop(), one.sampled_closed_loop())
         else {
             let less: Vec<f64> = without.closed_loop()?.den.iter().map(|c| -c).collect();
             let more = polynomial::sum(&one.closed_loop()?.den, &less);
@@ -347,19 +477,18 @@ impl DiveLoop {
                 _ => polynomial::roots(&more),
             };
         };
-        let more: Vec<f64> = one
-            .fed_back()
-            .iter()
-            .zip(without.fed_back())
-            .map(|(a, b)| a - b)
-            .collect();
-        let open = plant
-            .system
-            .seen_by(&DMatrix::from_row_slice(1, 4, &more))
-            .state_space();
+        // The difference has rank one: b c.
+        let more = more.a - &closed.a;
+        let (row, column) = more.iamax_full();
+        let largest = more[(row, column)];
+        if largest == 0.0 {
+            return Ok(Vec::new());
+        }
         StateSpace {
             a: closed.a,
-            ..open
+            b: more.columns(column, 1).into_owned(),
+            c: more.rows(row, 1) / largest,
+            d: DMatrix::zeros(1, 1),
         }
         .zeros()
     }
@@ -369,18 +498,13 @@ impl DiveLoop {
     /// # Errors
     /// Those of [`StateSpace::transfer_function`].
     pub fn closed_loop(&self) -> Result<TransferFunction, Error> {
-        let forward = DelayedLoop {
-            transfer_function: self.through_actuator(&[
-                0.0,
-                0.0,
-                self.gains.pitch_p * self.gains.depth_p,
-                0.0,
-            ])?,
-            delay: self.path.delay,
-        }
-        .rational()?;
+        let law = self.law();
+        let none: &[f64] = &[0.0];
+        let forward = self
+            .through_actuator([none, none, &law.fed_back[2], none], &law.den)?
+            .rational()?;
         let open = self.open_loop()?.rational()?;
-        // Both have the actuator's and the vehicle's denominator.
+        // Both have the law's, the actuator's and the vehicle's denominator.
         TransferFunction::new(forward.num, polynomial::sum(&open.num, &open.den))
     }
 
@@ -437,9 +561,11 @@ impl DiveLoop {
     }
 
     fn sampled_margins(&self, system: &Sampled) -> Result<Judgement, Error> {
-        let open = system.seen_by(&DMatrix::from_row_slice(1, 4, &self.fed_back()));
         let nowhere = Complex::new(f64::INFINITY, 0.0);
-        let at = |w: f64| open.at(w).map_or(nowhere, |value| value[(0, 0)]);
+        let at = |w: f64| {
+            let outputs = system.at(w);
+            outputs.map_or(nowhere, |it| self.sampled_at(system.tick(), w, &it))
+        };
         let mut response = self.sampled_response().unwrap_or_default();
         let end = response.pop();
         let mut gain = frequency::gain_margins(&response, at);
@@ -462,19 +588,24 @@ impl DiveLoop {
         })
     }
 
-    /// A weighted sum of the vehicle's four outputs, behind the actuator's lag.
-    fn through_actuator(&self, weights: &[f64; 4]) -> Result<TransferFunction, Error> {
-        let StateSpace { a, b, c, d } = &self.plant.vehicle;
-        let row = DMatrix::from_row_slice(1, 4, weights);
-        let seen = StateSpace::new(a.clone(), b.clone(), &row * c, &row * d)?;
-        seen.transfer_function(0, 0)?.series(&TransferFunction::new(
-            vec![1.0],
-            if self.path.lag > 0.0 {
-                vec![self.path.lag, 1.0]
-            } else {
-                vec![1.0]
-            },
-        )?)
+    /// The vehicle's four outputs with these weights over `den`, polynomials in `s`, summed, behind the actuator.
+    fn through_actuator(&self, weights: [&[f64]; 4], den: &[f64]) -> Result<DelayedLoop, Error> {
+        let mut num = vec![0.0];
+        let mut vehicle = vec![1.0];
+        for (output, weight) in weights.into_iter().enumerate() {
+            let seen = self.plant.vehicle.transfer_function(output, 0)?;
+            num = polynomial::sum(&num, &polynomial::product(weight, &seen.num));
+            vehicle = seen.den;
+        }
+        let lag: &[f64] = match self.path.lag > 0.0 {
+            true => &[self.path.lag, 1.0],
+            false => &[1.0],
+        };
+        let den = polynomial::product(&polynomial::product(den, &vehicle), lag);
+        Ok(DelayedLoop {
+            transfer_function: TransferFunction::new(num, den)?,
+            delay: self.path.delay,
+        })
     }
 }
 
@@ -490,6 +621,7 @@ mod tests {
         DiveLoop {
             plant: DivePlant::of_pitch(&PROGRAM_T6.law.model, speed).unwrap(),
             gains,
+            memory: Memory::default(),
             path: Path::default(),
         }
     }
@@ -576,20 +708,33 @@ mod tests {
         }
     }
 
+    const MEMORY: Memory = Memory {
+        depth_i: 0.005,
+        pitch_i: 0.03,
+        derivative_filter: 0.1,
+    };
+
     #[test]
     fn the_margins_of_the_sampled_loop_put_a_pole_on_the_unit_circle() {
-        for speed in [0.5, 1.0, 2.0, 3.0] {
-            for lag in [0.0, 0.015, 0.1] {
-                for motion in &MOTIONS {
-                    let is_stable = |late: f64, factor: f64| {
-                        let scaled = sampled(speed, lag, motion, late, factor);
-                        scaled.margins().unwrap().is_stable()
-                    };
-                    let judged = sampled(speed, lag, motion, 0.0, 1.0).margins().unwrap();
-                    let factor = judged.gain_limits().0.unwrap().factor;
-                    assert!(is_stable(0.0, 0.9999 * factor) && !is_stable(0.0, 1.0001 * factor));
-                    let ticks = (judged.delay_margin().unwrap() / 0.05).floor();
-                    assert!(is_stable(ticks, 1.0) && !is_stable(ticks + 1.0, 1.0));
+        for memory in [Memory::default(), MEMORY] {
+            for speed in [0.5, 2.0] {
+                for lag in [0.0, 0.1] {
+                    for motion in &MOTIONS {
+                        let with = |late: f64, factor: f64| {
+                            let mut scaled = sampled(speed, lag, motion, late, factor);
+                            scaled.memory = memory;
+                            scaled.memory.pitch_i *= factor;
+                            scaled.margins().unwrap()
+                        };
+                        let is_stable = |late, factor| with(late, factor).is_stable();
+                        let judged = with(0.0, 1.0);
+                        assert!(judged.is_stable(), "{memory:?} {speed} {:?}", judged.poles);
+                        let factor = judged.gain_limits().0.unwrap().factor;
+                        assert!(is_stable(0.0, 0.9999 * factor));
+                        assert!(!is_stable(0.0, 1.0001 * factor));
+                        let ticks = (judged.delay_margin().unwrap() / 0.05).floor();
+                        assert!(is_stable(ticks, 1.0) && !is_stable(ticks + 1.0, 1.0));
+                    }
                 }
             }
         }
@@ -597,11 +742,14 @@ mod tests {
 
     #[test]
     fn for_short_ticks_the_sampled_loop_is_the_continuous_one() {
-        let continuous = report(1.0, T6);
+        let continuous = DiveLoop {
+            memory: MEMORY,
+            ..report(1.0, T6)
+        };
         let plant = continuous.plant.clone();
         let sampled = DiveLoop {
             plant: plant.sampled(0.1, &MOTIONS[0], 1e-4).unwrap(),
-            ..report(1.0, T6)
+            ..continuous.clone()
         };
         let continuous = DiveLoop {
             path: Path {

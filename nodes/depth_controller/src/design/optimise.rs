@@ -14,7 +14,7 @@
 
 use planesman_linear::Error;
 
-use super::dive_loop::{DiveLoop, DivePlant, Judgement, Path};
+use super::dive_loop::{DiveLoop, DivePlant, Judgement, Memory, Path};
 use crate::gains::LoopGains;
 
 /// The smallest gain and the largest: the search stays between.
@@ -29,6 +29,8 @@ const MOST_ROUNDS: usize = 400;
 pub struct Wishes {
     /// The speeds, m/s, and the vehicle there; a sampled one is judged as the sampled loop.
     pub plants: Vec<(f64, DivePlant)>,
+    /// The integrals and the filter, which stay as they are.
+    pub memory: Memory,
     /// The actuator of a continuous loop.
     pub path: Path,
     /// rad, at every gain crossover.
@@ -115,6 +117,7 @@ impl Wishes {
         self.plants.iter().map(|(_, plant)| DiveLoop {
             plant: plant.clone(),
             gains: *gains,
+            memory: self.memory,
             path: self.path,
         })
     }
@@ -213,6 +216,7 @@ mod tests {
         let plant = |u: &f64| (*u, DivePlant::of_pitch(&law.at(*u), *u).unwrap());
         Wishes {
             plants: speeds.iter().map(plant).collect(),
+            memory: Memory::default(),
             path: Path {
                 lag: 0.0,
                 delay: 0.05,

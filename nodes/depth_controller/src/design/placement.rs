@@ -45,7 +45,7 @@ pub fn gains(model: &PitchModel, speed: f64, poles: &Poles, pitch_p: f64) -> Loo
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::design::dive_loop::{DiveLoop, DivePlant, Path};
+    use crate::design::dive_loop::{DiveLoop, DivePlant, Memory, Path};
 
     #[test]
     fn the_poles_come_out_where_they_were_wanted() {
@@ -62,6 +62,7 @@ mod tests {
         let dive = DiveLoop {
             plant: DivePlant::of_pitch(&model, 0.5).unwrap(),
             gains: gains(&model, 0.5, &wanted, 2.0),
+            memory: Memory::default(),
             path: Path::default(),
         };
         let poles = dive.closed_loop().unwrap().poles().unwrap();

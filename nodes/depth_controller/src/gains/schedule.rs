@@ -90,7 +90,7 @@ impl Schedule {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::design::dive_loop::{DiveLoop, DivePlant, Path};
+    use crate::design::dive_loop::{DiveLoop, DivePlant, Memory, Path};
 
     /// Program T6 in feet, a plane moment that grows with speed as water makes it.
     pub(crate) const T6: Schedule = Schedule {
@@ -117,6 +117,7 @@ pub(crate) mod tests {
         DiveLoop {
             plant: DivePlant::of_pitch(model, speed).expect("finite"),
             gains: *gains,
+            memory: Memory::default(),
             path: Path::default(),
         }
     }

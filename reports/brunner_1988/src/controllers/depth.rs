@@ -132,7 +132,7 @@ impl DepthDesign {
 mod tests {
     use super::*;
     use crate::controllers::pitch;
-    use depth_controller::design::dive_loop::{DiveLoop, DivePlant, Path};
+    use depth_controller::design::dive_loop::{DiveLoop, DivePlant, Memory, Path};
     use depth_controller::gains::LoopGains;
 
     fn design() -> DepthDesign {
@@ -190,6 +190,7 @@ mod tests {
                 pitch_p: pitch::GAINS.p,
                 pitch_rate: pitch::GAINS.rate,
             },
+            memory: Memory::default(),
             path: Path::default(),
         };
         let found = dive.closed_loop().expect("proper");
