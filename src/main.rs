@@ -1,5 +1,6 @@
 //! The `planesman` program.
 
+use std::ffi::OsString;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -221,7 +222,7 @@ struct NodeArgs {
     /// The node's arguments, as after `ros2 run`: --ros-args, and then -p NAME:=VALUE, --params-file FILE,
     /// -r FROM:=TO, --log-level LEVEL (`planesman params` lists the parameters)
     #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
-    args: Vec<String>,
+    args: Vec<OsString>,
 }
 
 /// A real-time factor within the range of the parameter.
@@ -234,14 +235,14 @@ fn factor(text: &str) -> Result<f64, String> {
 }
 
 /// The command that the arguments begin with, to refer to its help.
-fn command_of(arguments: impl Iterator<Item = String>) -> String {
+fn command_of(arguments: impl Iterator<Item = OsString>) -> String {
     let program = Cli::command();
     let (mut command, mut name) = (&program, program.get_name().to_owned());
     for argument in arguments {
         let Some(found) = command.find_subcommand(&argument) else {
             break;
         };
-        name = format!("{name} {argument}");
+        name = format!("{name} {}", found.get_name());
         command = found;
     }
     name
@@ -255,7 +256,7 @@ fn main() -> ExitCode {
             | ErrorKind::DisplayVersion
             | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => error.exit(),
             _ => {
-                let command = command_of(std::env::args().skip(1));
+                let command = command_of(std::env::args_os().skip(1));
                 let reason = shown(one_line(&error));
                 planesman_node::complain!("planesman: {reason} (see {command} --help)");
                 return ExitCode::from(2);

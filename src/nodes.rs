@@ -1,5 +1,6 @@
 //! The nodes by name: run in this process, their parameters declared and checked.
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 use depth_controller::{Controller, ControllerParameters};
@@ -28,7 +29,7 @@ pub const LAUNCHED: &str = "PLANESMAN_LAUNCHED";
 
 /// Runs the node `name` with its arguments (`--ros-args` and all) until it is asked to stop.
 #[must_use]
-pub fn run(name: &str, args: Vec<String>) -> ExitCode {
+pub fn run(name: &str, args: Vec<OsString>) -> ExitCode {
     launched(|| match name {
         "plant_sim" => plant_sim::main(args),
         "depth_controller" => depth_controller::main(args),

@@ -127,8 +127,11 @@ fn rules(d: &Declaration) -> String {
 
 /// A bound for a reader: angles by their names, and no rows of zeros.
 fn brief(bound: f64) -> String {
-    use std::f64::consts::{FRAC_PI_2, PI};
+    use std::f64::consts::{FRAC_PI_2, PI, TAU};
     let sign = if bound < 0.0 { "-" } else { "" };
+    if bound.abs() == TAU {
+        return format!("{sign}2 pi");
+    }
     if bound.abs() == PI {
         return format!("{sign}pi");
     }
