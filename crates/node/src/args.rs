@@ -3,8 +3,8 @@
 //! The syntax is `rcl`'s ("ROS Command Line Arguments", design.ros2.org). What stands
 //! outside `--ros-args ... --` is the program's own and is handed back untouched.
 
-use std::{ffi::OsString, str::FromStr};
 use std::path::PathBuf;
+use std::{ffi::OsString, str::FromStr};
 
 use log::LevelFilter;
 use planesman_parameters::{Value, file};
@@ -336,7 +336,10 @@ mod tests {
     fn an_argument_that_is_not_utf_8_is_refused_unless_it_is_a_path() {
         let bad = || OsString::from_vec(b"caf\xe9".to_vec());
         let refusal = only([bad()]).expect_err("no text");
-        assert_eq!(refusal.to_string(), "'caf\u{fffd}': the argument is not UTF-8");
+        assert_eq!(
+            refusal.to_string(),
+            "'caf\u{fffd}': the argument is not UTF-8"
+        );
         only(["--ros-args".into(), "-p".into(), bad()]).expect_err("no assignment");
         let ros = only(["--ros-args".into(), "--params-file".into(), bad()]).expect("a path");
         assert_eq!(ros.parameters, [ParameterSource::File(bad().into())]);

@@ -539,7 +539,10 @@ mod tests {
         let mut plant = plant(&[("initial_depth", Value::Double(1.0))]);
         let first = run(&mut plant, 20);
         plant.reset();
-        assert_eq!(plant.state(stamp(20)).planes_source, VehicleState::PLANES_RESET);
+        assert_eq!(
+            plant.state(stamp(20)).planes_source,
+            VehicleState::PLANES_RESET
+        );
         // Of the first state that flag is the only difference.
         plant.planes_source = VehicleState::PLANES_ANSWERED;
         assert_eq!(first, run(&mut plant, 20));
