@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use depth_controller::{Controller, ControllerParameters};
 use dha_actuator::{Actuator, ActuatorParameters};
 use planesman_parameters::{Declaration, Parameters, Values};
+use planesman_text::did_you_mean;
 use plant_sim::{Plant, PlantParameters};
 use recorder::parameters::{RecorderParameters, writer_options};
 use rustix::process::{Signal, set_parent_process_death_signal};
@@ -38,7 +39,8 @@ pub fn run(name: &str, args: Vec<OsString>) -> ExitCode {
         "recorder" => recorder::node::main(args),
         other => {
             planesman_node::complain!(
-                "planesman: there is no node '{other}'; there are {}",
+                "planesman: there is no node '{other}'{}; there are {}",
+                did_you_mean(other, NODES),
                 NODES.join(", ")
             );
             ExitCode::FAILURE

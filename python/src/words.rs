@@ -30,29 +30,26 @@ pub(crate) fn in_python(message: &str) -> String {
         let is_name = |c: char| c.is_ascii_lowercase() || c == '-';
         let end = option.find(|c| !is_name(c)).unwrap_or(option.len());
         let name = option[..end].trim_end_matches('-');
-        let begins = before.ends_with([' ', '(', '\'', '\u{ab}']) || before.is_empty();
-        if name.is_empty() || !begins {
+        let begins = before.ends_with([' ', '(', '\'']) || before.is_empty();
+        // A command of another program is as it is.
+        let quoted = (told.matches('`').count() + before.matches('`').count()) % 2 == 1;
+        if name.is_empty() || !begins || quoted {
             told += &rest[..at + 2];
             rest = option;
             continue;
         }
         rest = &option[name.len()..];
         told += before;
-        let command = "sysid fit ";
-        let (open, close) = match told.ends_with(command) {
-            true => ("fit(", "=...)"),
-            false => ("", ""),
-        };
-        told.truncate(told.len() - if close.is_empty() { 0 } else { command.len() });
-        told += open;
-        told += &name.replace('-', "_");
-        told += close;
+        let keyword = name.replace('-', "_");
+        if let Some(shorter) = told.strip_suffix("sysid fit ") {
+            told = format!("{shorter}fit({keyword}=...)");
+            continue;
+        }
+        told += &keyword;
         // What clap shows of the value: `--order <N>`.
         if let Some((_, behind)) = rest.strip_prefix(" <").and_then(|it| it.split_once('>')) {
             rest = behind;
-        } else if close.is_empty()
-            && let Some((value, behind)) = value(name, rest)
-        {
+        } else if let Some((value, behind)) = value(name, rest) {
             told += &format!("={value}");
             rest = behind;
         }
