@@ -9,6 +9,7 @@ use std::sync::Arc;
 use anyhow::{Result, anyhow};
 use depth_controller::Controller;
 use dha_actuator::{Actuator, Group, Output};
+use planesman_identification::stop_point;
 use planesman_msgs::Message;
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::{
@@ -271,6 +272,7 @@ impl Iterator for Loop {
     type Item = Result<Tick>;
 
     fn next(&mut self) -> Option<Self::Item> {
+        stop_point();
         (!self.is_over()).then(|| self.tick())
     }
 }

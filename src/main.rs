@@ -1,12 +1,13 @@
 //! The `planesman` program.
 
+use std::ffi::OsString;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{Result, anyhow};
 use clap::builder::NonEmptyStringValueParser;
-use clap::error::ErrorKind;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory as _, Parser, Subcommand};
 use clap_complete::Shell;
 use planesman::arguments::one_line;
@@ -221,7 +222,7 @@ struct NodeArgs {
     /// The node's arguments, as after `ros2 run`: --ros-args, and then -p NAME:=VALUE, --params-file FILE,
     /// -r FROM:=TO, --log-level LEVEL (`planesman params` lists the parameters)
     #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
-    args: Vec<String>,
+    args: Vec<OsString>,
 }
 
 /// A real-time factor within the range of the parameter.
@@ -233,18 +234,36 @@ fn factor(text: &str) -> Result<f64, String> {
     Ok(factor)
 }
 
-/// The command that the arguments begin with, to refer to its help.
-fn command_of(arguments: impl Iterator<Item = String>) -> String {
+/// Why the command line is wrong: with the option that was probably meant, where clap knows none.
+fn refusal(error: &clap::Error, command: &clap::Command) -> String {
+    let reason = one_line(error);
+    let unknown = match (error.kind(), error.get(ContextKind::InvalidArg)) {
+        (ErrorKind::UnknownArgument, Some(ContextValue::String(unknown))) => unknown,
+        _ => return reason,
+    };
+    if error.get(ContextKind::SuggestedArg).is_some() {
+        return reason;
+    }
+    let options = command.get_arguments().filter_map(|it| it.get_long());
+    let options: Vec<String> = options.map(|it| format!("--{it}")).collect();
+    let meant = did_you_mean(unknown, options.iter().map(String::as_str));
+    // clap's own tip is how to pass it as a value, which nobody meant.
+    let wrong = reason.split_once("; ").map_or(&*reason, |(wrong, _)| wrong);
+    format!("{wrong}{meant}")
+}
+
+/// The command that the arguments begin with, and how it is called.
+fn command_of(arguments: impl Iterator<Item = OsString>) -> (String, clap::Command) {
     let program = Cli::command();
     let (mut command, mut name) = (&program, program.get_name().to_owned());
     for argument in arguments {
         let Some(found) = command.find_subcommand(&argument) else {
             break;
         };
-        name = format!("{name} {argument}");
+        name = format!("{name} {}", found.get_name());
         command = found;
     }
-    name
+    (name, command.clone())
 }
 
 fn main() -> ExitCode {
@@ -255,9 +274,9 @@ fn main() -> ExitCode {
             | ErrorKind::DisplayVersion
             | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => error.exit(),
             _ => {
-                let command = command_of(std::env::args().skip(1));
-                let reason = shown(one_line(&error));
-                planesman_node::complain!("planesman: {reason} (see {command} --help)");
+                let (name, command) = command_of(std::env::args_os().skip(1));
+                let reason = refusal(&error, &command);
+                planesman_node::complain!("planesman: {} (see {name} --help)", shown(reason));
                 return ExitCode::from(2);
             }
         },

@@ -1,10 +1,12 @@
 //! The nodes by name: run in this process, their parameters declared and checked.
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 use depth_controller::{Controller, ControllerParameters};
 use dha_actuator::{Actuator, ActuatorParameters};
 use planesman_parameters::{Declaration, Parameters, Values};
+use planesman_text::did_you_mean;
 use plant_sim::{Plant, PlantParameters};
 use recorder::parameters::{RecorderParameters, writer_options};
 use rustix::process::{Signal, set_parent_process_death_signal};
@@ -28,7 +30,7 @@ pub const LAUNCHED: &str = "PLANESMAN_LAUNCHED";
 
 /// Runs the node `name` with its arguments (`--ros-args` and all) until it is asked to stop.
 #[must_use]
-pub fn run(name: &str, args: Vec<String>) -> ExitCode {
+pub fn run(name: &str, args: Vec<OsString>) -> ExitCode {
     launched(|| match name {
         "plant_sim" => plant_sim::main(args),
         "depth_controller" => depth_controller::main(args),
@@ -37,7 +39,8 @@ pub fn run(name: &str, args: Vec<String>) -> ExitCode {
         "recorder" => recorder::node::main(args),
         other => {
             planesman_node::complain!(
-                "planesman: there is no node '{other}'; there are {}",
+                "planesman: there is no node '{other}'{}; there are {}",
+                did_you_mean(other, NODES),
                 NODES.join(", ")
             );
             ExitCode::FAILURE

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use anyhow::{Result, bail};
 use planesman_parameters::{Declaration, Value};
+use planesman_text::did_you_mean;
 
 use crate::nodes::{NODES, declarations};
 use crate::scenario::Scenario;
@@ -61,7 +62,11 @@ fn chosen(node: Option<&str>) -> Result<Vec<&'static str>> {
         .filter(|name| node.is_none_or(|only| only == *name))
         .collect();
     if let (Some(name), []) = (node, nodes.as_slice()) {
-        bail!("there is no node '{name}'; there are {}", NODES.join(", "));
+        bail!(
+            "there is no node '{name}'{}; there are {}",
+            did_you_mean(name, NODES),
+            NODES.join(", ")
+        );
     }
     Ok(nodes)
 }
@@ -127,8 +132,11 @@ fn rules(d: &Declaration) -> String {
 
 /// A bound for a reader: angles by their names, and no rows of zeros.
 fn brief(bound: f64) -> String {
-    use std::f64::consts::{FRAC_PI_2, PI};
+    use std::f64::consts::{FRAC_PI_2, PI, TAU};
     let sign = if bound < 0.0 { "-" } else { "" };
+    if bound.abs() == TAU {
+        return format!("{sign}2 pi");
+    }
     if bound.abs() == PI {
         return format!("{sign}pi");
     }

@@ -134,13 +134,19 @@ impl ParameterName {
     pub fn value(&self, text: &str) -> Result<Value> {
         let declaration = self.declaration()?;
         let value = file::parse_value(&self.name, text)?;
-        let with_unit = |text: &str| {
-            let dimension = Dimension::of_si_unit(declaration.unit)?;
-            let Ok(quantity) = text.parse::<Quantity>();
-            quantity.si(dimension).ok()
-        };
-        let value = match &value {
-            Value::String(text) => with_unit(text).map_or(value, Value::Double),
+        let value = match (&value, Dimension::of_si_unit(declaration.unit)) {
+            (Value::String(text), Some(dimension)) => {
+                let Ok(quantity) = text.parse::<Quantity>();
+                let symbols: Vec<&str> = dimension.units().iter().map(|it| it.symbol).collect();
+                let units = symbols.join(", ");
+                Value::Double(quantity.argument(dimension).map_err(|_| {
+                    let rule = format!(
+                        "a number in {} is expected, or one with its unit",
+                        symbols[0]
+                    );
+                    anyhow!("'{text}' refused: {rule}: {units}")
+                })?)
+            }
             _ => value,
         };
         Ok(declaration.accept(value)?)
@@ -589,9 +595,10 @@ pub(crate) fn difference(
 
 fn read(path: &Path) -> Result<String> {
     let names: Vec<&str> = BUILTIN.iter().map(|(name, _)| *name).collect();
+    let meant = did_you_mean(&path.to_string_lossy(), names.iter().copied());
     file::read(path).with_context(|| {
         format!(
-            "no scenario '{}': a YAML file or one of: {}",
+            "no scenario '{}'{meant}; a YAML file or one of {} is expected",
             path.display(),
             names.join(", ")
         )

@@ -305,6 +305,25 @@ fn a_page_shows_a_vehicle_sets_a_gain_flies_a_manoeuvre_and_tells_of_a_node_that
     );
     operator.state("it dives", |state| state.depth > 1.02);
 
+    // One above the surface, by the natural slip of z up, is refused with the reason.
+    browser.run(
+        "const input = document.querySelector('[aria-label=\"depth setpoint\"]');
+         input.value = '-3';
+         input.form.requestSubmit()",
+    );
+    let refusal = "depth setpoint -3.0 refused: it must lie in [0, 10000] m, positive down";
+    browser.until_text("#diagnostics", refusal);
+    browser.until_text("#log", refusal);
+
+    // A reset begins the charts anew, though time goes on.
+    let begin = "return import('/charts.js').then((it) => it.samples('/auv/state:depth')).then((it) => [it.times[0], it.values[0]])";
+    let began = browser.run(begin)[0].as_f64().unwrap();
+    browser.click("#operate", "Reset the vehicle");
+    eventually("the charts begin anew where the vehicle does", || {
+        let begins = browser.run(begin);
+        (begins[0].as_f64()? > began && begins[1] == json!(1)).then_some(())
+    });
+
     // A fault is tried with a click.
     browser.click("#operate", "direction");
     browser.until_text("#diagnostics", "direction valve stuck");

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import os
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -50,6 +51,16 @@ def _span(name: str, span: object) -> str:
     if not isinstance(span, (tuple, list)) or len(span) != 2:
         raise TypeError(f"{name}: (from, to) is expected, or a list of such; None is an open end")
     return "..".join("" if edge is None else text(edge) for edge in span)
+
+
+def check_names(function: str, given: Iterable[str], known: Iterable[str]) -> None:
+    """Refuse a keyword that the function does not have, in Python's words."""
+    names = list(known)
+    for name in given:
+        if name not in names:
+            near = difflib.get_close_matches(name, names, n=1)
+            meant = f"; did you mean '{near[0]}'?" if near else ""
+            raise TypeError(f"{function}() got an unexpected keyword argument '{name}'{meant}")
 
 
 def paths(data: str | os.PathLike[str] | Iterable[str | os.PathLike[str]]) -> list[str]:

@@ -6,6 +6,7 @@ computed again; and two that compute the same part write the same rows under one
 
 from __future__ import annotations
 
+import functools
 import os
 import socket
 import uuid
@@ -14,13 +15,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from planesman._native import PlanesmanError
+from planesman._progress import Progress
 
 if TYPE_CHECKING:
     import pyarrow
     from distributed import Client
 
-# Computes the rows of part `part` of `of`, from 1 on. Workers get it by pickle.
-Work = Callable[[int, int], "pyarrow.Table"]
+# Computes the rows of part `part` of `of`, from 1 on, and tells `told`, if there is one, how many are done. Workers get it by pickle.
+Work = Callable[..., "pyarrow.Table"]
 
 
 def default_parts(items: int, of_one: int) -> int:
@@ -35,17 +37,30 @@ def path_of(folder: Path, part: int, of: int) -> Path:
     return folder / f"part-{part:0{width}}-of-{of:0{width}}.parquet"
 
 
-def fill(folder: Path, parts: int, work: Work, client: Client | None) -> Path:
-    """Compute the parts that the folder lacks."""
+def fill(
+    folder: Path,
+    parts: int,
+    work: Work,
+    client: Client | None,
+    progress: Progress | None = None,
+    rows: Callable[[int, int], int] = lambda part, of: 1,
+) -> Path:
+    """Compute the parts that the folder lacks. `rows` says how many a part has, for the progress."""
     if not isinstance(parts, int) or parts < 1:
         raise PlanesmanError(f"parts: {parts} refused: a whole number of 1 or more is expected")
     folder.mkdir(parents=True, exist_ok=True)
     lacking = [part for part in range(1, parts + 1) if not path_of(folder, part, parts).exists()]
-    if client is None:
-        for part in lacking:
-            write(folder, part, parts, work)
-    elif lacking:
-        _on_cluster(folder, parts, lacking, work, client)
+    with progress or Progress("parts", wanted=False) as told:
+        if client is None:
+            told.total = sum(rows(part, parts) for part in lacking)
+            if progress is not None:
+                work = functools.partial(work, told=told)
+            for part in lacking:
+                write(folder, part, parts, work)
+                told.settle()
+        elif lacking:
+            told.what, told.total = "parts", len(lacking)
+            _on_cluster(folder, parts, lacking, work, client, told)
     return folder
 
 
@@ -68,16 +83,17 @@ def write(folder: Path, part: int, of: int, work: Work) -> None:
         draft.unlink(missing_ok=True)
 
 
-def _on_cluster(folder: Path, parts: int, lacking: list[int], work: Work, client: Client) -> None:
+def _on_cluster(folder: Path, parts: int, lacking: list[int], work: Work, client: Client, told: Progress) -> None:
     from distributed import as_completed
 
     # Sent once to the cluster, not with every part.
     shared = client.scatter(work, broadcast=True, hash=False)
     futures = client.map(lambda part, work: write(folder, part, parts, work), lacking, work=shared, pure=False)
     try:
-        for future in as_completed(futures):
+        for done, future in enumerate(as_completed(futures), 1):
             future.result()
             future.release()
+            told(done)
     finally:
         client.cancel(futures)
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from planesman import _native
 from planesman._arguments import arguments, paths
+from planesman._tables import Table
 
 if TYPE_CHECKING:
     import pandas
@@ -92,16 +93,16 @@ def read_bag(
     return {name: Samples(stamps, values, origin) for name, (stamps, values) in zip(names, signals)}
 
 
-def list_fields(data: Path | Sequence[Path], *, topic: str | None = None) -> list[dict[str, Any]]:
+def list_fields(data: Path | Sequence[Path], *, topic: str | None = None) -> Table:
     """List every numeric field of a bag, CSV file or PX4 log, a row each.
 
     A row has `field` (as `read_bag` and `fit` take it), `type` of the message, `rate` (Hz), `count`, `not_finite`, `min`, `max`.
-    `topic` keeps the topics whose name contains it. `pandas.DataFrame(list_fields(bag))` is a table.
+    `topic` keeps the topics whose name contains it. `list_fields(bag).frame()` is a data frame.
     """
     survey = json.loads(_native.fields(arguments({"quiet": True, "topic": topic}) + paths(data)))
     for note in survey["notes"]:
-        warnings.warn(note, stacklevel=2)
-    rows = []
+        warnings.warn(_native.in_python(note), stacklevel=2)
+    rows = Table()
     for found in survey["topics"]:
         interval = found["timing"]["interval"]
         for field in found["fields"]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -11,11 +12,13 @@ from typing import TYPE_CHECKING, Any, Literal, TypedDict
 import numpy as np
 from numpy.typing import NDArray
 
-from planesman import _native
-from planesman._arguments import arguments, paths
+from planesman import _native, _tables
+from planesman._arguments import arguments, check_names, paths
+from planesman._progress import Progress
+from planesman.data import Samples
+from planesman.simulation import Form, of_control
 
 if TYPE_CHECKING:
-    import control
     import matplotlib.figure
     from typing_extensions import Unpack
 
@@ -259,7 +262,7 @@ class Model:
     @property
     def verdict(self) -> list[str]:
         """What fit, residuals and uncertainty say of the model, a sentence each; the last is what to do next."""
-        return list(self._model["verdict"])
+        return [_native.in_python(sentence) for sentence in self._model["verdict"]]
 
     @property
     def uncertainty(self) -> Uncertainty:
@@ -275,16 +278,31 @@ class Model:
             bootstrap=self.report.get("bootstrap"),
         )
 
-    def to_control(self, *, continuous: bool = False) -> control.TransferFunction:
-        """As a transfer function of python-control, sampled, or in s.
+    @property
+    def noise_variance(self) -> float:
+        """Variance of the white noise e behind `noise_model`, output unit squared."""
+        return float(self._model["noise_variance"])
+
+    def noise_model(self, *, form: Form = "tf") -> Any:
+        """The noise on the output as a transfer function of python-control, from white noise `e` of variance `noise_variance`, sampled;
+        None without one: only armax, box_jenkins and their recursive forms have it."""
+        shaping, denominator = self._model["noise_model"], self._model["noise_denominator"]
+        den = [1.0, *denominator] if denominator else list(self._model["den"])
+        if not shaping and not denominator:
+            return None
+        num = [1.0, *shaping]
+        length = max(len(num), len(den))
+        num, den = ([*of, *[0.0] * (length - len(of))] for of in (num, den))
+        return of_control(num, den, self.sample_time, "e", self.output, form)
+
+    def to_control(self, *, continuous: bool = False, form: Form = "tf") -> Any:
+        """As a transfer function of python-control, sampled, or in s; as state space with `form="ss"`. Input and output have their names.
 
         The model in s is that of an input held over each sample. One with a delay, or with a pole that has no continuous counterpart,
         is refused there.
         """
-        import control
-
         if not continuous:
-            return control.tf(self.num, self.den, self.sample_time)
+            return of_control(self.num, self.den, self.sample_time, self.input, self.output, form)
         found = self._model["continuous"]
         if found is None:
             raise _native.PlanesmanError("a pole of the model has no continuous counterpart; to_control() gives it sampled")
@@ -293,13 +311,20 @@ class Model:
                 f"the model in s has a delay of {found['delay']:g} s, for which a transfer function has no place; to_control() gives "
                 "it sampled, with the delay"
             )
-        return control.tf(found["num"], found["den"])
+        return of_control(found["num"], found["den"], 0, self.input, self.output, form)
 
     def frequency_response(self, omega: Any = None) -> FrequencyResponse:
         """The frequency response at `omega`, rad/s; without, at 200 frequencies up to the Nyquist frequency."""
         if omega is None:
             omega = np.pi / self.sample_time * np.logspace(-3.5, 0.0, 200)
-        omega = np.atleast_1d(np.asarray(omega, dtype=np.float64))
+        omega = np.atleast_1d(_real("omega", omega))
+        most = np.pi / self.sample_time
+        beyond = omega[~(np.abs(omega) <= most * (1.0 + 1e-12))]
+        if beyond.size:
+            raise _native.PlanesmanError(
+                f"omega: {beyond.flat[0]:g} rad/s refused: a model with a sample every {self.sample_time:g} s says nothing beyond its "
+                f"Nyquist frequency, {most:g} rad/s"
+            )
         return FrequencyResponse(omega, *_native.response(json.dumps(self._model), omega.tobytes()))
 
     def plot(self) -> matplotlib.figure.Figure:
@@ -367,9 +392,28 @@ class Model:
         magnitude.tick_params(labelbottom=False)
         phase.set(xlabel="frequency [rad/s]", ylabel="phase [deg]")
 
+    def _repr_html_(self) -> str:
+        rows = []
+        for pole, off in zip(self.continuous_poles, self.uncertainty.continuous_poles):
+            size = abs(pole)
+            means = f"decays in {-1.0 / pole.real:.4g} s" if pole.real < 0.0 else "does not decay"
+            if pole.imag != 0.0:
+                means = f"natural frequency {size:.4g} rad/s, damping ratio {-pole.real / size:.3g}"
+            imaginary = _plus_minus(pole.imag, off.imag) if pole.imag != 0.0 else ""
+            rows.append([_plus_minus(pole.real, off.real), imaginary, means])
+        if self.dc_gain is not None:
+            rows.append([_plus_minus(self.dc_gain, self.uncertainty.dc_gain or 0.0), "", "steady gain"])
+        table = _tables.of_rows(["pole [1/s], real part", "imaginary part", "what it does"], rows, "± : 95 %")
+        verdict = "".join(f"<li>{html.escape(sentence)}</li>" for sentence in self.verdict)
+        return f"<p><b>{html.escape(repr(self))}</b></p>{table}<ul>{verdict}</ul>"
+
     def __repr__(self) -> str:
         fit = "" if self.fit is None else f", fit {self.fit:.1f} %"
         return f"Model from {self.input} to {self.output}: {self.method}, order {self.order}, {self.sample_time:g} s{fit}"
+
+
+def _plus_minus(value: float, deviation: float) -> str:
+    return f"{value:.4g} ± {_95 * deviation:.2g}"
 
 
 def _complex(places: Sequence[Mapping[str, float]], of: str = "") -> NDArray[np.complex128]:
@@ -383,37 +427,88 @@ def _plot_correlation(axes: Any, found: Mapping[str, Any], title: str) -> None:
     axes.set(title=f"{title}, 99 %", xlabel="lag [samples]")
 
 
-def fit(data: Data, input: str, output: str, **options: Unpack[FitOptions]) -> Model:
+def fit(data: Data, input: str, output: str, *, progress: bool | None = None, **options: Unpack[FitOptions]) -> Model:
     """Identify the model from one signal to another, with uncertainty, tests and a verdict, as `planesman sysid fit` does.
 
-    `data` is what `read_bag` takes, with `input` and `output` fields of it; or arrays by name, each of shape (n,): a dict, a pandas
-    DataFrame, a `Flight`. Of arrays the time is the one named so (`time`, `t`, s), or `sample_time` (s) says the interval. NaN is a
-    sample that is not there. Without options, order, delay and method are chosen by cross-validation; `FitOptions` lists all.
+    `data` is what `read_bag` takes, with `input` and `output` fields of it; several bags are several experiments of one model. Or it
+    is in memory: arrays by name, each of shape (n,), as a dict, a pandas DataFrame or a `Flight`, or what `read_bag` returned. Of arrays
+    the time is the one named so (`time`, `t`, s), or the index of a DataFrame, or `sample_time` (s) says the interval. NaN is a
+    sample that is not there. Of what `read_bag` returned a field that is a list has its first number only. Without options, order, delay and method are chosen by cross-validation; `FitOptions` lists all.
 
     >>> model = fit("bag", "plane_motion:dive_planes", "state:pitch_rate", window=(20, 90))
     >>> model = fit({"u": u, "y": y}, "u", "y", sample_time=0.05, order=3)
     >>> print(*model.verdict, sep="\\n"); control.bode(model.to_control())
 
-    A fit cannot be interrupted by Ctrl-C before it ends.
+    `progress` shows how long it has taken: on a terminal and in a notebook without, nowhere with False.
     """
+    check_names("fit", options, _keywords())
     args = arguments({"quiet": True, "input": input, "output": output, **options})
     columns = None
     if isinstance(data, Mapping) or hasattr(data, "columns"):
-        columns = [(str(name), _column(name, data[name])) for name in data]  # type: ignore[index, union-attr]
+        columns = [(str(name), _column(name, values)) for name, values in _arrays(data, (input, output, options.get("reference")))]
         args += ["--", "arrays"]
     else:
         args += paths(data)
-    report, _, (inputs, measured, simulated) = _native.fit(args, columns)
+    with Progress("fit", wanted=progress) as told:
+        report, _, (inputs, measured, simulated) = _native.fit(args, columns, told)
     document = json.loads(report)
     time = np.arange(len(measured)) * document["model"]["sample_time"]
     return Model(document, {"time": time, "input": inputs, "measured": measured, "simulated": simulated})
 
 
-def _column(name: object, values: Any) -> bytes:
+def _keywords() -> list[str]:
+    """The keywords of `fit`."""
+    return ["data", "input", "output", "progress", *FitOptions.__annotations__]
+
+
+def _arrays(data: Any, wanted: Sequence[str | None]) -> list[tuple[object, Any]]:
+    """Arrays by name, on one time: those of a mapping, of a data frame with its index, or of samples with stamps of their own."""
+    if isinstance(data, Mapping):
+        samples = {name: found for name, found in data.items() if isinstance(found, Samples)}
+        return list(data.items()) if not samples else _on_one_time(samples, wanted)
+    columns = [(name, data[name]) for name in data.columns]
+    index = data.index
+    if hasattr(index, "asi8"):
+        # Times of day, or since something.
+        return [("time", (index.asi8 - index.asi8.min()) * _seconds(index)), *columns]
+    if index.name is not None and index.name not in data.columns:
+        return [(index.name, index), *columns]
+    return columns
+
+
+def _seconds(index: Any) -> float:
+    return {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}[getattr(index, "unit", "ns")]
+
+
+def _on_one_time(samples: Mapping[str, Samples], wanted: Sequence[str | None]) -> list[tuple[object, Any]]:
+    """Signals with stamps of their own: every stamp once, and NaN where a signal has no sample."""
+    if all(name is None or name in samples for name in wanted):
+        samples = {name: samples[name] for name in samples if name in wanted}
+    for name, signal in samples.items():
+        if len(signal) and (np.maximum.accumulate(signal.stamp) - signal.stamp).max() > 1_000_000_000:
+            raise _native.PlanesmanError(f"'{name}': its time goes back, as of a bag that was started again; fit the bag itself")
+    stamps = np.unique(np.concatenate([signal.stamp for signal in samples.values()]))
+    origin = min((signal.origin for signal in samples.values()), default=0)
+    columns: list[tuple[object, Any]] = [("time", (stamps - origin) * 1e-9)]
+    for name, signal in samples.items():
+        column = np.full(len(stamps), np.nan)
+        column[np.searchsorted(stamps, signal.stamp)] = signal.value
+        columns.append((name, column))
+    return columns
+
+
+def _real(name: object, values: Any) -> NDArray[np.float64]:
     try:
-        numbers = np.asarray(values, dtype=np.float64)
+        numbers = np.asarray(values)
+        if np.iscomplexobj(numbers):
+            raise TypeError("it is complex; give its real and its imaginary part each by itself")
+        return np.asarray(numbers, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise _native.PlanesmanError(f"'{name}' is no array of numbers: {error}") from None
+
+
+def _column(name: object, values: Any) -> bytes:
+    numbers = _real(name, values)
     if numbers.ndim != 1:
         raise _native.PlanesmanError(f"'{name}' has the shape {numbers.shape}: one number a sample is expected, shape (n,)")
     return numbers.tobytes()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import json
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
@@ -13,8 +13,10 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 
 from planesman import _native, _parts
-from planesman._arguments import text
-from planesman.identification import Model, fit
+from planesman._arguments import check_names, text
+from planesman._progress import Progress
+from planesman._tables import Columns
+from planesman.identification import Model, _keywords, fit
 from planesman.simulation import Scenario, scenario_text
 
 if TYPE_CHECKING:
@@ -42,8 +44,9 @@ def sweep(
     out: None = None,
     client: None = None,
     parts: int | None = None,
+    progress: bool | None = None,
     **parameters: Any,
-) -> dict[str, Any]: ...
+) -> Columns: ...
 
 
 @overload
@@ -56,6 +59,7 @@ def sweep(
     out: str | os.PathLike[str],
     client: Client | None = None,
     parts: int | None = None,
+    progress: bool | None = None,
     **parameters: Any,
 ) -> Path: ...
 
@@ -69,8 +73,9 @@ def sweep(
     out: str | os.PathLike[str] | None = None,
     client: Client | None = None,
     parts: int | None = None,
+    progress: bool | None = None,
     **parameters: Any,
-) -> dict[str, Any] | Path:
+) -> Columns | Path:
     """Fly a scenario many times, with other parameters and seeds, as `planesman sweep` does.
 
     `vary` gives the values of each parameter: a list or array, or text as on the command line: `"0.4:1.6:0.1"` from, to and step,
@@ -78,20 +83,25 @@ def sweep(
     with `seeds` seeds, from the scenario's on. `parameters` hold for all flights, as in `simulate`.
 
     Without `out` all cores fly, and the result is a dict of columns, a row a case: arrays of numbers (NaN for none) and lists of words;
-    `pandas.DataFrame` takes it. With `out` the result is the folder `out/cases`, a Parquet dataset of `parts` files with the same rows,
+    `pandas.DataFrame` takes it, and `frame()` makes one. With `out` the result is the folder `out/cases`, a Parquet dataset of `parts` files with the same rows,
     which DuckDB, Polars, pandas and Spark read as one table; the same call again flies what is lacking. A `client` of
     `dask.distributed` spreads the parts over its workers, which must see `out` and the files that the scenario names.
+
+    `progress` shows a bar: on a terminal and in a notebook without, nowhere with False. Ctrl-C ends the sweep at once; with `out` the parts
+    that are done stay.
 
     >>> cases = sweep("dive", {"depth_controller.depth.p": [0.4, 0.8, 1.2], "plant_sim.speed": "1ft/s,2ft/s"}, seeds=10)
     >>> sweep("dive", {"depth_controller.depth.p": "0.4..1.6"}, samples=100_000, out="/shared/gains", client=Client(cluster))
     """
     varied = tuple(f"{name}={_values(values)}" for name, values in vary.items())
-    cases = _Cases(scenario_text(scenario, parameters), varied, samples, seeds)
+    known = ["scenario", "vary", "seeds", "samples", "out", "client", "parts", "progress"]
+    cases = _Cases(scenario_text(scenario, parameters, function="sweep", known=known), varied, samples, seeds)
     cases.sweep.check()
     if out is None:
         if client is not None:
             raise _native.PlanesmanError("client: a sweep on a cluster needs out, a folder that all its machines share")
-        return dict(cases.sweep.fly(1, 1, True))
+        with Progress("flights", cases.sweep.cases(1, 1), progress) as told:
+            return Columns(cases.sweep.fly(1, 1, True, told))
     folder = _parts.absolute(out)
     if parts is None:
         combinations = cases.sweep.combinations()
@@ -102,7 +112,7 @@ def sweep(
     if client is not None:
         # A worker has as many threads as the cluster gave it.
         cases = _Cases(cases.scenario, cases.vary, samples, seeds, all_cores=False)
-    return _parts.fill(folder / "cases", parts, cases, client)
+    return _parts.fill(folder / "cases", parts, cases, client, Progress("flights", wanted=progress), cases.sweep.cases)
 
 
 def _values(values: Any) -> str:
@@ -131,10 +141,10 @@ class _Cases:
     def sweep(self) -> _native.Sweep:
         return _sweep(self.scenario, self.vary, self.samples, self.seeds)
 
-    def __call__(self, part: int, of: int) -> pyarrow.Table:
+    def __call__(self, part: int, of: int, told: Callable[[int], None] | None = None) -> pyarrow.Table:
         import pyarrow
 
-        columns = dict(self.sweep.fly(part, of, self.all_cores))
+        columns = dict(self.sweep.fly(part, of, self.all_cores, told))
         error = columns.pop("error")
         arrays = {name: _parts.numbers(values) for name, values in columns.items()}
         arrays["error"] = pyarrow.array([reason or None for reason in error], pyarrow.string())
@@ -149,6 +159,7 @@ def fit_all(
     out: str | os.PathLike[str],
     client: Client | None = None,
     parts: int | None = None,
+    progress: bool | None = None,
     **options: Unpack[FitOptions],
 ) -> Path:
     """Fit a model to each of many bags, as `fit` does, into a Parquet dataset with a row a bag.
@@ -158,11 +169,12 @@ def fit_all(
     Returns the folder `out/models`, of `parts` files, which DuckDB, Polars, pandas and Spark read as one table: `data` (the path),
     `method`, `order`, `sample_time` (s), `fit` and `held_out_fit` (%), `dc_gain` with `dc_gain_deviation`, the lists `pole_re`, `pole_im`
     and their deviations `pole_re_deviation`, `pole_im_deviation` (1/s), `verdict`, `model` (the model file, JSON), and `error`: why there
-    is no model. The same call again fits what is lacking. A `client` of `dask.distributed` spreads the parts over its workers, which
+    is no model. The same call again fits what is lacking. `progress` as of `sweep`. A `client` of `dask.distributed` spreads the parts over its workers, which
     must see the data and `out`.
 
     >>> fit_all("/shared/bags", "plane_motion:dive_planes", "state:pitch_rate", order=3, out="/shared/fits", client=Client(cluster))
     """
+    check_names("fit_all", options, ["out", "client", "parts", *_keywords()])
     bags = _bags(data)
     if not bags:
         raise _native.PlanesmanError(f"'{data}': there is no bag, table or log")
@@ -170,7 +182,7 @@ def fit_all(
     parts = _parts.default_parts(len(bags), _FITS) if parts is None else parts
     fits = _Fits(tuple(bags), input, output, tuple(sorted(options.items())))
     _define(folder, fits, parts)
-    return _parts.fill(folder / "models", parts, fits, client)
+    return _parts.fill(folder / "models", parts, fits, client, Progress("fits", wanted=progress), fits.count)
 
 
 def _bags(data: str | os.PathLike[str] | Sequence[str | os.PathLike[str]]) -> list[str]:
@@ -217,7 +229,11 @@ class _Fits:
     output: str
     options: tuple[tuple[str, Any], ...]
 
-    def __call__(self, part: int, of: int) -> pyarrow.Table:
+    def count(self, part: int, of: int) -> int:
+        """Bags of a part."""
+        return len(self.bags[part - 1 :: of])
+
+    def __call__(self, part: int, of: int, told: Callable[[int], None] | None = None) -> pyarrow.Table:
         import pyarrow
 
         schema = pyarrow.schema(
@@ -226,11 +242,16 @@ class _Fits:
             + [(name, pyarrow.list_(pyarrow.float64())) for name in _poles(None)]
             + [("verdict", pyarrow.list_(pyarrow.string())), ("model", pyarrow.string()), ("error", pyarrow.string())]
         )
-        return pyarrow.Table.from_pylist([self._row(bag) for bag in self.bags[part - 1 :: of]], schema)
+        rows = []
+        for bag in self.bags[part - 1 :: of]:
+            rows.append(self._row(bag))
+            if told is not None:
+                told(len(rows))
+        return pyarrow.Table.from_pylist(rows, schema)
 
     def _row(self, bag: str) -> dict[str, Any]:
         try:
-            model = fit(bag, self.input, self.output, **dict(self.options))
+            model = fit(bag, self.input, self.output, progress=False, **dict(self.options))
         except _native.PlanesmanError as error:
             return {"data": bag, "error": str(error)}
         return {

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import json
-from typing import Any
-
 from planesman import _native
+from planesman._tables import Table
 
 
-def reproduce() -> list[dict[str, Any]]:
+def reproduce() -> Table:
     """Recompute every number of the two reports, a row each.
 
     A row has `report`, `number`, `family` and `name` in words, `source` (page or table), `unit` (the report's own), `printed`,
     `recomputed`, `within` (how far off it may be), `verdict`, `note`, and the `erratum` with its `explanation` of a number that is
     contradicted. Numbers that are not printed, or cannot be recomputed, are None. "read back" is a constant that the models are given.
-    `pandas.DataFrame(reproduce())` is a table.
+    `reproduce().frame()` is a data frame.
     """
-    rows: list[dict[str, Any]] = json.loads(_native.reproduced())
-    return rows
+    return Table(json.loads(_native.reproduced()))

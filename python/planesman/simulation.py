@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike, fspath
 from typing import TYPE_CHECKING, Any, Literal
@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from planesman import _native
-from planesman._arguments import arguments, text
+from planesman import _native, _tables
+from planesman._arguments import arguments, check_names, text
 
 if TYPE_CHECKING:
-    import control
     import matplotlib.figure
     import pandas
 
@@ -29,8 +28,12 @@ def scenario_text(
     duration: float | None = None,
     tick: float | None = None,
     seed: int | None = None,
+    *,
+    function: str,
+    known: Sequence[str],
 ) -> str:
-    """The text of a scenario with these changes, checked."""
+    """The text of a scenario with these changes, checked. `known` are the keywords of the function that asks."""
+    check_names(function, [name for name, value in parameters.items() if "." not in name and not isinstance(value, Mapping)], known)
     changes = [f"{name}={text(value)}" for name, value in _flat(parameters)]
     if isinstance(scenario, Mapping):
         # JSON is YAML.
@@ -75,6 +78,11 @@ class Flight(Mapping[str, NDArray[np.float64]]):
     def __repr__(self) -> str:
         columns = ", ".join(f"{name} [{self.units[name]}]" for name in self)
         return f"Flight of {len(self['time'])} ticks: {columns}"
+
+    def _repr_html_(self) -> str:
+        names = ["column", "unit", "first", "least", "most", "last"]
+        edges = [(name, self.units[name], of[0], of.min(), of.max(), of[-1]) for name, of in self.items() if len(of)]
+        return _tables.of_rows(names, edges, f"Flight of {len(self['time'])} ticks, {len(self)} columns")
 
     def frame(self) -> pandas.DataFrame:
         """As a pandas DataFrame over `time`."""
@@ -126,7 +134,8 @@ def simulate(
     Returns one array for each column, a number a tick: `time` (s), `depth` (m), `pitch` (rad), `pitch_rate` (rad/s), `dive_planes` (rad)
     and more; `Flight.units` has the units.
     """
-    text = scenario_text(scenario, parameters, duration, tick, seed)
+    known = ["scenario", "duration", "tick", "seed", "bag", "namespace"]
+    text = scenario_text(scenario, parameters, duration, tick, seed, function="simulate", known=known)
     columns, units = {}, {}
     for name, numbers in _native.fly(text, bag, namespace):
         name, unit = name.removesuffix("]").split(" [")
@@ -150,14 +159,32 @@ class TransferFunction:
     """The interval of the samples, s."""
     about: list[str]
     """Vehicle, signals, units, speed and operating point."""
+    input: str
+    """The input signal."""
+    output: str
+    """The output signal."""
 
-    def to_control(self, *, sampled: bool = False) -> control.TransferFunction:
-        """As a transfer function of python-control, in s, or sampled in z."""
-        import control
-
+    def to_control(self, *, sampled: bool = False, form: Form = "tf") -> Any:
+        """As a transfer function of python-control, in s, or sampled in z; as state space with `form="ss"`. Input and output have
+        their names."""
         if sampled:
-            return control.tf(self.sampled_num, self.sampled_den, self.sample_time)
-        return control.tf(self.num, self.den)
+            return of_control(self.sampled_num, self.sampled_den, self.sample_time, self.input, self.output, form)
+        return of_control(self.num, self.den, 0, self.input, self.output, form)
+
+
+Form = Literal["tf", "ss"]
+"""Transfer function, or state space."""
+
+
+def of_control(num: Any, den: Any, sample_time: float, input: str, output: str, form: Form) -> Any:
+    """A model of python-control, in s where the sample time is 0. Its names have no dots, which divide system and signal there."""
+    import control
+
+    if form not in ("tf", "ss"):
+        raise _native.PlanesmanError(f"form: '{form}' refused: 'tf' or 'ss' is expected")
+    names = {"inputs": input.replace(".", "_"), "outputs": output.replace(".", "_")}
+    model = control.tf(num, den, sample_time, **names)
+    return model if form == "tf" else control.ss(model, **names)
 
 
 def transfer_function(
@@ -165,7 +192,7 @@ def transfer_function(
     input: Literal["dive_planes", "pitch_rate"] = "dive_planes",
     output: Literal["pitch_rate", "pitch", "depth", "heave"] = "pitch_rate",
     *,
-    speed: float | str = "1ft/s",
+    speed: float | str = 0.3048,
     rate: float = 20.0,
     base: str = "brunner",
 ) -> TransferFunction:
@@ -178,15 +205,15 @@ def transfer_function(
     options = {"input": input, "output": output, "speed": speed, "rate": rate, "base": base}
     about, continuous, sampled = _native.transfer_function([*arguments(options), "--", fspath(vehicle)])
     num, den, sampled_num, sampled_den = map(np.array, continuous + sampled)
-    return TransferFunction(num, den, sampled_num, sampled_den, 1.0 / rate, about)
+    return TransferFunction(num, den, sampled_num, sampled_den, 1.0 / rate, about, input, output)
 
 
-def parameters(node: str | None = None) -> list[dict[str, Any]]:
+def parameters(node: str | None = None) -> _tables.Table:
     """List every parameter of every node, or of one: `name`, `unit`, `default`, `range`, `choices`, `description`."""
-    rows: list[dict[str, Any]] = json.loads(_native.parameters())
-    return [row for row in rows if node is None or row["name"].split(".")[0] == node]
+    return _tables.Table(json.loads(_native.parameters(node)))
 
 
 def parameter_file(scenario: Scenario = "dive", *, node: str | None = None, **parameters: Any) -> str:
     """The text of a ROS 2 parameter file (`--params-file`) with the values of a scenario and changes as in `simulate`."""
-    return _native.parameter_file(scenario_text(scenario, parameters), node)
+    text = scenario_text(scenario, parameters, function="parameter_file", known=["scenario", "node"])
+    return _native.parameter_file(text, node)

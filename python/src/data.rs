@@ -5,10 +5,8 @@ use planesman::sysid::topics::{self, TopicsArgs};
 use pyo3::prelude::*;
 
 use crate::array::array;
-use crate::error::{interrupted, parsed, raised, released};
-
-/// Samples between two looks for Ctrl-C.
-const LOOK: u64 = 1 << 16;
+use crate::error::{parsed, raised, released};
+use crate::words::in_python;
 
 /// Stamps, ns, and numbers.
 type Pair<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>);
@@ -20,23 +18,15 @@ pub(crate) fn samples(py: Python<'_>, args: Vec<String>) -> PyResult<(Vec<Pair<'
     let args: SamplesArgs = parsed(&args)?;
     let (signals, notes) = released(py, || {
         let mut signals = vec![(Vec::new(), Vec::new()); args.signals().len()];
-        let mut count = 0_u64;
-        let mut stopped = None;
         let reading = command::read(&args, &mut |signal, stamp, value| {
             let (stamps, values): &mut (Vec<i64>, Vec<f64>) = &mut signals[signal];
             stamps.push(stamp);
             values.push(value.unwrap_or(f64::NAN));
-            count += 1;
-            if count.is_multiple_of(LOOK) {
-                stopped = stopped.take().or(interrupted().err());
-            }
-            stopped.is_none()
+            true
         });
-        match stopped {
-            Some(exception) => Err(exception),
-            None => Ok((signals, reading?.notes)),
-        }
+        Ok((signals, reading?.notes))
     })?;
+    let notes = notes.iter().map(|note| in_python(note)).collect();
     let arrays = signals
         .into_iter()
         .map(|(stamps, values)| Ok((array(py, stamps)?, array(py, values)?)));

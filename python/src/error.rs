@@ -1,10 +1,21 @@
-//! Errors as Python's exceptions: one line, as on the terminal.
+//! Errors as Python's exceptions: one line, in Python's words. And work with the interpreter released, which Ctrl-C ends.
 
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::Duration;
+
+use anyhow::Context as _;
 use clap::Parser;
 use planesman::arguments::one_line;
+use planesman_identification::{Stop, until_stopped};
 use planesman_node::in_one_line;
 use pyo3::exceptions::PyValueError;
-use pyo3::{PyErr, PyResult, Python, create_exception};
+use pyo3::{Py, PyAny, PyErr, PyResult, Python, create_exception};
+
+use crate::words::in_python;
+
+/// Time between two looks for Ctrl-C.
+const LOOK: Duration = Duration::from_millis(50);
 
 create_exception!(
     planesman,
@@ -17,7 +28,7 @@ create_exception!(
 pub(crate) fn raised(error: anyhow::Error) -> PyErr {
     match error.downcast::<PyErr>() {
         Ok(exception) => exception,
-        Err(error) => PlanesmanError::new_err(in_one_line(&error)),
+        Err(error) => PlanesmanError::new_err(in_python(&in_one_line(&error))),
     }
 }
 
@@ -27,24 +38,90 @@ pub(crate) fn raised(error: anyhow::Error) -> PyErr {
 /// As the command line refuses them.
 pub(crate) fn parsed<P: Parser>(args: &[String]) -> PyResult<P> {
     let named = std::iter::once("planesman").chain(args.iter().map(String::as_str));
-    P::try_parse_from(named).map_err(|error| PlanesmanError::new_err(one_line(&error)))
+    let refused = |error| PlanesmanError::new_err(in_python(&one_line(&error)));
+    P::try_parse_from(named).map_err(refused)
 }
 
-/// Work with the interpreter released.
+/// Work with the interpreter released, on a thread of its own: Python's signals come to this one, which looks for them meanwhile.
+/// The work ends at its next stop point once a handler has raised.
 ///
 /// # Errors
-/// Those of the work.
+/// Those of the work; `KeyboardInterrupt`, or what another handler raised.
 pub(crate) fn released<T: Send>(
     py: Python<'_>,
     work: impl FnOnce() -> anyhow::Result<T> + Send,
 ) -> PyResult<T> {
-    py.detach(work).map_err(raised)
+    watched(py, &Watch::default(), work)
 }
 
-/// Whether the user wants no more: the exception of a signal that came meanwhile.
+/// Who is told how far work has come.
+#[derive(Default)]
+pub(crate) struct Watch {
+    /// Called with the steps done, now and then.
+    pub(crate) told: Option<Py<PyAny>>,
+    /// Steps done.
+    pub(crate) done: AtomicU64,
+}
+
+impl Watch {
+    pub(crate) fn new(told: Option<Py<PyAny>>) -> Self {
+        let done = AtomicU64::new(0);
+        Self { told, done }
+    }
+
+    /// Looks for signals, and tells.
+    fn look(&self) -> PyResult<()> {
+        Python::attach(|py| {
+            py.check_signals()?;
+            match &self.told {
+                Some(told) => told
+                    .call1(py, (self.done.load(Ordering::Relaxed),))
+                    .map(drop),
+                None => Ok(()),
+            }
+        })
+    }
+}
+
+/// As [`released`], of work whose progress somebody is told of.
 ///
 /// # Errors
-/// `KeyboardInterrupt`, or what another handler raised.
-pub(crate) fn interrupted() -> anyhow::Result<()> {
-    Ok(Python::attach(|py| py.check_signals())?)
+/// As [`released`], and what the one who is told raises.
+pub(crate) fn watched<T: Send>(
+    py: Python<'_>,
+    watch: &Watch,
+    work: impl FnOnce() -> anyhow::Result<T> + Send,
+) -> PyResult<T> {
+    let stop = Stop::default();
+    py.detach(|| {
+        std::thread::scope(|scope| {
+            let (ended, end) = channel::<()>();
+            let worker = std::thread::Builder::new().spawn_scoped(scope, || {
+                // Dropped with the work, however that ends.
+                let _ended = ended;
+                until_stopped(&stop, work)
+            });
+            let worker = worker.context("a thread").map_err(raised)?;
+            let interrupted = loop {
+                match end.recv_timeout(LOOK) {
+                    Err(RecvTimeoutError::Timeout) => {
+                        if let Err(exception) = watch.look() {
+                            stop.ask();
+                            break Some(exception);
+                        }
+                    }
+                    Ok(()) | Err(RecvTimeoutError::Disconnected) => break None,
+                }
+            };
+            let outcome = match worker.join() {
+                Ok(outcome) => outcome,
+                Err(panic) => std::panic::resume_unwind(panic),
+            };
+            match (interrupted, outcome) {
+                (Some(exception), _) => Err(exception),
+                (None, Some(outcome)) => outcome.map_err(raised),
+                (None, None) => Err(PlanesmanError::new_err("the work was stopped")),
+            }
+        })
+    })
 }

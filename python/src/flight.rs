@@ -8,10 +8,7 @@ use planesman::sink::{COLUMNS, McapSink};
 use pyo3::prelude::*;
 
 use crate::array::array;
-use crate::error::{interrupted, raised, released};
-
-/// Ticks between two looks for Ctrl-C.
-const LOOK: usize = 1024;
+use crate::error::{raised, released};
 
 /// A column of the table of a flight.
 type Column<'py> = (&'static str, Bound<'py, PyAny>);
@@ -50,16 +47,13 @@ pub(crate) fn fly<'py>(
         let mut sink = bag
             .map(|path| McapSink::create(&path, namespace))
             .transpose()?;
-        for (count, tick) in Loop::new(&scenario)?.enumerate() {
+        for tick in Loop::new(&scenario)? {
             let tick = tick?;
             for (column, (_, of)) in columns.iter_mut().zip(COLUMNS) {
                 column.push(of(&tick));
             }
             if let Some(sink) = &mut sink {
                 tick.put_into(sink)?;
-            }
-            if count % LOOK == 0 {
-                interrupted()?;
             }
         }
         sink.map(McapSink::finish).transpose()?;

@@ -9,9 +9,10 @@
 //! - `sweep`: the cases of a sweep, part by part.
 //! - `listing`: parameters of the nodes, numbers of the reports.
 //! - `array`: numbers as numpy arrays.
-//! - `error`: errors as Python's exceptions.
+//! - `error`: errors as Python's exceptions; work that Ctrl-C ends.
+//! - `words`: messages in Python's words.
 //!
-//! The interpreter is released during all work, and asked for Ctrl-C now and then. Arrays that go out are moved; those that
+//! The interpreter is released during all work, and asked for Ctrl-C meanwhile. Arrays that go out are moved; those that
 //! come in are copied, since others may change them meanwhile.
 
 mod array;
@@ -21,6 +22,7 @@ mod flight;
 mod listing;
 mod model;
 mod sweep;
+mod words;
 
 /// The native half of planesman.
 #[pyo3::pymodule]
@@ -37,4 +39,6 @@ mod _native {
     use crate::model::{fit, fit_options, read_model, response, transfer_function, write_model};
     #[pymodule_export]
     use crate::sweep::Sweep;
+    #[pymodule_export]
+    use crate::words::in_python;
 }

@@ -4,14 +4,28 @@ use planesman::nodes::{NODES, declarations};
 use planesman::params_command;
 use planesman::reproduce::rows;
 use planesman::scenario::Scenario;
+use planesman_parameters::Value as Parameter;
+use planesman_text::did_you_mean;
 use pyo3::prelude::*;
 use serde_json::{Value, json};
 
-use crate::error::{raised, released};
+use crate::error::{PlanesmanError, raised, released};
 
-/// Every parameter of every node, as JSON.
+/// Every parameter of every node, or of one, as JSON.
+///
+/// # Errors
+/// A node that is not there.
 #[pyfunction]
-pub(crate) fn parameters() -> String {
+pub(crate) fn parameters(node: Option<&str>) -> PyResult<String> {
+    if let Some(node) = node
+        && !NODES.contains(&node)
+    {
+        let meant = did_you_mean(node, NODES);
+        let all = NODES.join(", ");
+        return Err(PlanesmanError::new_err(format!(
+            "there is no node '{node}'{meant}; there are {all}"
+        )));
+    }
     let of = |node: &&'static str| {
         let declared = declarations(node).unwrap_or_default();
         let node = *node;
@@ -19,14 +33,32 @@ pub(crate) fn parameters() -> String {
             json!({
                 "name": format!("{node}.{}", it.name),
                 "unit": it.unit,
-                "default": it.default.to_string(),
+                "default": plain(&it.default),
                 "range": it.range,
                 "choices": it.choices,
                 "description": it.description,
             })
         })
     };
-    Value::Array(NODES.iter().flat_map(of).collect()).to_string()
+    let wanted = NODES
+        .iter()
+        .filter(|it| node.is_none_or(|node| node == **it));
+    Ok(Value::Array(wanted.flat_map(of).collect()).to_string())
+}
+
+/// A value as JSON has it.
+fn plain(value: &Parameter) -> Value {
+    match value {
+        Parameter::Bool(it) => json!(it),
+        Parameter::Integer(it) => json!(it),
+        Parameter::Double(it) => json!(it),
+        Parameter::String(it) => json!(it),
+        Parameter::ByteArray(it) => json!(it),
+        Parameter::BoolArray(it) => json!(it),
+        Parameter::IntegerArray(it) => json!(it),
+        Parameter::DoubleArray(it) => json!(it),
+        Parameter::StringArray(it) => json!(it),
+    }
 }
 
 /// The parameters of a scenario, given as text, as a ROS 2 parameter file.

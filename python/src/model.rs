@@ -14,19 +14,20 @@ use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
 
 use crate::array::{array, numbers};
-use crate::error::{parsed, raised, released};
+use crate::error::{Watch, parsed, raised, released, watched};
 
 /// The name by which a model that is in memory is refused.
 const IN_MEMORY: &str = "model.json";
 
 /// A model by the arguments of `planesman sysid fit`: its JSON, and of the longest run the first stamp, input, measured and
-/// simulated output. With columns in memory, float64 as bytes, they are the data.
+/// simulated output. With columns in memory, float64 as bytes, they are the data. `progress` is called now and then.
 #[pyfunction]
-#[pyo3(signature = (args, columns=None))]
+#[pyo3(signature = (args, columns=None, progress=None))]
 pub(crate) fn fit<'py>(
     py: Python<'py>,
     args: Vec<String>,
     columns: Option<Vec<(String, PyBackedBytes)>>,
+    progress: Option<Py<PyAny>>,
 ) -> PyResult<(String, i64, Vec<Bound<'py, PyAny>>)> {
     let mut args: FitArgs = parsed(&args)?;
     if let Some(columns) = columns {
@@ -35,7 +36,8 @@ pub(crate) fn fit<'py>(
             .map(|(name, bytes)| (name, numbers(&bytes)));
         args = args.of_columns(copied.collect());
     }
-    let (json, start, run) = released(py, || {
+    let watch = Watch::new(progress);
+    let (json, start, run) = watched(py, &watch, || {
         let found = command::fit(&args)?;
         let record = &found.taken.resampled.record;
         let run = Simulated::of(&found.analysis, record)?;

@@ -1,14 +1,15 @@
 //! The cases of a sweep, flown part by part.
 
 use std::path::PathBuf;
+use std::sync::atomic::Ordering;
 
 use planesman::scenario::Scenario;
 use planesman::sweep::{self, Case, Kind, Part};
-use planesman_identification::on_all_cores;
+use planesman_identification::{on_all_cores, stop_point};
 use pyo3::prelude::*;
 
 use crate::array::array;
-use crate::error::{interrupted, raised, released};
+use crate::error::{Watch, raised, released, watched};
 
 /// The cases of a scenario with these `--vary`, `--samples` and `--seeds`.
 #[pyclass(frozen, module = "planesman._native")]
@@ -44,20 +45,25 @@ impl Sweep {
     }
 
     /// Flies part `part` of `of`: each column by its name, a row a case. Numbers are float64, NaN for none; `case` and `seed`
-    /// int64; words a list.
+    /// int64; words a list. `progress` is called with the number of cases flown, now and then.
+    #[pyo3(signature = (part, of, all_cores, progress=None))]
     fn fly<'py>(
         &self,
         py: Python<'py>,
         part: u64,
         of: u64,
         all_cores: bool,
+        progress: Option<Py<PyAny>>,
     ) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
         let part = Part { part, of };
-        let cases = released(py, || {
+        let watch = Watch::new(progress);
+        let cases = watched(py, &watch, || {
             let places: Vec<u64> = (0..self.0.cases(part)).collect();
             let case = |place: &u64| {
-                interrupted()?;
-                self.0.case(part, *place)
+                stop_point();
+                let case = self.0.case(part, *place);
+                watch.done.fetch_add(1, Ordering::Relaxed);
+                case
             };
             match all_cores {
                 true => on_all_cores(&places, case).into_iter().collect(),

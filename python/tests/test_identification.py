@@ -12,9 +12,10 @@ import numpy as np
 import pandas
 import pytest
 from numpy.typing import NDArray
+from scipy import signal
 
 import planesman
-from planesman import _native
+from planesman import _native, _tables
 from planesman.identification import FitOptions
 
 TRUE = [-0.3554 + 0.1259j, -0.3554 - 0.1259j, -1.0102]
@@ -124,11 +125,136 @@ def test_what_is_refused_is_refused_in_one_sentence(bag: Path) -> None:
         (lambda: planesman.fit(data, "u", "y", sample_time=0.05, order=99), "99"),
         (lambda: planesman.fit(data, "u", "y", sample_time=0.05, method="magic"), "magic"),
         (lambda: planesman.fit(data, "u", "y", sample_time=-1.0), "-1"),
-        (lambda: planesman.fit(data, "u", "y", sample_time=0.05, ordr=2), "--ordr"),  # type: ignore[call-arg]
+        (lambda: planesman.fit({**data, "u": data["u"] + 1j}, "u", "y", sample_time=0.05), "'u' is no array of numbers: it is complex"),
+        (lambda: planesman.fit(data, "u", "y", sample_time=0.05, heave_doubt=1.0, method="vehicle"), "heave"),
+        (lambda: planesman.fit(data, "u", "y", sample_time=0.05, window=(0, 5), validation=(3, 9)), r"window=\(0, 5\) overlaps validation=\(3, 9\)"),
     ]:
         with pytest.raises(planesman.PlanesmanError, match=sentence) as refusal:
             call()
-        assert "\n" not in str(refusal.value)
+        assert "\n" not in str(refusal.value) and "--" not in str(refusal.value), refusal.value
+    with pytest.raises(TypeError, match=r"fit\(\) got an unexpected keyword argument 'ordr'; did you mean 'order'\?"):
+        planesman.fit(data, "u", "y", sample_time=0.05, ordr=2)  # type: ignore[call-arg]
+
+
+@pytest.mark.parametrize(
+    ("program", "python"),
+    [
+        ("--set depth_controller.depth.P=1: no", "depth_controller.depth.P=1: no"),
+        ("ask for a lower order: --order 1", "ask for a lower order: order=1"),
+        ("subtract the drift: --detrend line", "subtract the drift: detrend='line'"),
+        ("give it: --reference TOPIC:FIELD, or --method armax", "give it: reference=TOPIC:FIELD, or method='armax'"),
+        ("choose a segment: --window FROM..TO", "choose a segment: window=(from, to)"),
+        ("write it: --model model.yaml", "write it: model.save('model.yaml')"),
+        ("--heave and --vehicle are for --method vehicle and kalman", "heave and vehicle are for method='vehicle' and kalman"),
+        ("invalid value '9' for '--numerator <N>': 1 to 8", "invalid value '9' for 'numerator': 1 to 8"),
+        ("add 'speed', in m/s (sysid fit --speed)", "add 'speed', in m/s (fit(speed=...))"),
+        ("what comes -- and goes --", "what comes -- and goes --"),
+        ("ROS's follow --ros-args", "ROS's follow ros_args"),
+    ],
+)
+def test_messages_are_in_pythons_words(program: str, python: str) -> None:
+    assert _native.in_python(program) == python
+
+
+def test_a_verdict_is_in_pythons_words() -> None:
+    data = arrays()
+    constant = {"u": data["u"], "y": data["y"] + np.linspace(0.0, 40.0, 2000)}
+    verdict = planesman.fit(constant, "u", "y", sample_time=0.05, order=2, delay=1).verdict
+    assert verdict and not any("--" in sentence for sentence in verdict), verdict
+
+
+def test_what_the_package_returns_is_data(flight: planesman.Flight, bag: Path) -> None:
+    options: FitOptions = {"window": (20, 90), "order": 3, "delay": 1}
+    known = planesman.fit(flight, "dive_planes", "pitch_rate", **options)
+    # The time is the index of a frame.
+    framed = planesman.fit(flight.frame(), "dive_planes", "pitch_rate", **options)
+    assert np.array_equal(framed.den, known.den)
+    timed = flight.frame()[["dive_planes", "pitch_rate"]]
+    timed.index = pandas.to_datetime(timed.index, unit="s", origin="2026-01-01")
+    assert planesman.fit(timed, "dive_planes", "pitch_rate", **options).den == pytest.approx(known.den, abs=1e-9)
+    # Samples have stamps of their own: two topics of one loop, and a sensor's at other instants.
+    signals = ["control_state:dive_planes", "state:pitch_rate", "state:dive_planes"]
+    read = planesman.read_bag(bag, signals)
+    model = planesman.fit(read, "state:dive_planes", "state:pitch_rate", **options)
+    assert model.input == "state:dive_planes" and model.den == pytest.approx(known.den, abs=1e-9)
+    framed = planesman.fit(
+        pandas.DataFrame({name: samples.series() for name, samples in read.items()}), "state:dive_planes", "state:pitch_rate", **options
+    )
+    assert framed.den == pytest.approx(known.den, abs=1e-6)
+    apart = {name: planesman.Samples(it.stamp[place::2], it.value[place::2], it.origin) for place, (name, it) in enumerate(read.items()) if place < 2}
+    odd = planesman.fit(apart, *signals[:2], window=(20, 90), order=3, delay=1)
+    assert odd.sample_time == pytest.approx(0.1)
+    back = planesman.Samples(np.concatenate([read[signals[1]].stamp] * 2), np.concatenate([read[signals[1]].value] * 2), 0)
+    with pytest.raises(planesman.PlanesmanError, match="its time goes back"):
+        planesman.fit({"u": read[signals[0]], "y": back}, "u", "y")
+
+
+def test_a_folder_of_several_bags_is_refused_and_a_list_is_several_experiments(tmp_path: Path) -> None:
+    bags = [tmp_path / f"run_{number}.mcap" for number in (1, 2)]
+    for seed, path in enumerate(bags, 1):
+        planesman.simulate("dive", seed=seed, bag=path, depth_controller={"identification.seed": seed})
+    signals = ("plane_motion:dive_planes", "state:pitch_rate")
+    for call in [lambda: planesman.fit(tmp_path, *signals), lambda: planesman.read_bag(tmp_path, signals), lambda: planesman.read_bag(bags, signals)]:
+        with pytest.raises(planesman.PlanesmanError, match="several: run_1.mcap, run_2.mcap, whose times overlap; name one"):
+            call()
+    both = planesman.fit(bags, *signals, order=3, delay=1)
+    one = planesman.fit(bags[0], *signals, order=3, delay=1)
+    assert both.report["samples"] > 1.9 * one.report["samples"]
+    for true in TRUE:
+        assert np.abs(both.continuous_poles - true).min() < 0.02
+
+
+def test_nothing_is_said_beyond_the_nyquist_frequency(model: planesman.Model) -> None:
+    most = np.pi / model.sample_time
+    assert np.isfinite(model.frequency_response([0.1, most]).value).all()
+    for beyond in (1.01 * most, [0.1, 2.0 * most], np.nan, np.inf):
+        with pytest.raises(planesman.PlanesmanError, match="Nyquist frequency, 62.8"):
+            model.frequency_response(beyond)
+    with pytest.raises(planesman.PlanesmanError, match="complex"):
+        model.frequency_response(1j)
+
+
+def test_the_noise_is_a_model_too() -> None:
+    # ARMAX: y = 1.7 y - 0.745 y + 0.1 u + e + 0.6 e.
+    random = np.random.default_rng(2)
+    u = np.repeat(random.choice([-1.0, 1.0], 1000), 10)
+    e = 0.05 * random.standard_normal(len(u))
+    y = signal.lfilter([0.0, 0.1], [1.0, -1.7, 0.745], u) + signal.lfilter([1.0, 0.6], [1.0, -1.7, 0.745], e)
+    model = planesman.fit({"u": u, "y": y}, "u", "y", sample_time=0.05, order=2, delay=1, method="armax")
+    noise = model.noise_model()
+    # It is close to the true one at all frequencies, and so is the spectrum of the noise.
+    _, true = signal.freqz([1.0, 0.6], [1.0, -1.7, 0.745], np.array([0.02, 0.2, 1.0, 2.0]))
+    found = np.array([noise(np.exp(1j * w)) for w in (0.02, 0.2, 1.0, 2.0)])
+    assert np.abs(found / true - 1.0).max() < 0.15
+    assert model.noise_variance == pytest.approx(0.05**2, rel=0.1)
+    assert noise.input_labels == ["e"] and noise.output_labels == ["y"]
+    assert isinstance(model.noise_model(form="ss"), control.StateSpace)
+    assert planesman.fit({"u": u, "y": y}, "u", "y", sample_time=0.05, order=2, delay=1, method="output_error").noise_model() is None
+
+
+def test_python_control_is_told_the_names_and_takes_state_space(bag: Path) -> None:
+    model = planesman.fit(bag, "plane_motion:dive_planes", "imu:angular_velocity.y", window=(20, 90), order=3, delay=1)
+    sampled = model.to_control()
+    # Dots divide system and signal in python-control.
+    assert sampled.input_labels == ["plane_motion:dive_planes"] and sampled.output_labels == ["imu:angular_velocity_y"]
+    state = model.to_control(form="ss")
+    assert isinstance(state, control.StateSpace) and state.dt == model.sample_time and state.input_labels == sampled.input_labels
+    at = np.exp(0.1j)
+    assert state(at) == pytest.approx(sampled(at), rel=1e-6)
+    with pytest.raises(planesman.PlanesmanError, match="form: 'zpk' refused"):
+        model.to_control(form="zpk")  # type: ignore[arg-type]
+
+
+def test_models_flights_and_tables_show_themselves(model: planesman.Model, flight: planesman.Flight) -> None:
+    shown = model._repr_html_()
+    assert "±" in shown and "damping ratio" in shown and model.verdict[-1].split("'")[0] in shown
+    assert "<td>depth_setpoint</td><td>m</td>" in flight._repr_html_()
+    table = planesman.parameters("sysid")
+    assert isinstance(table, list) and table._repr_html_().count("<tr>") < 15 and f"{len(table)} rows" in table._repr_html_()
+    assert table.frame()["name"].tolist() == [row["name"] for row in table]
+    # What a bag or a file says is text.
+    row = _tables.Table([{"a<b>": "<script>", "n": float("nan"), "none": None}])
+    assert row._repr_html_().count("<script>") == 0 and "a&lt;b&gt;" in row._repr_html_()
 
 
 def test_the_typed_options_are_those_of_the_program() -> None:

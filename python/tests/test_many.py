@@ -19,7 +19,7 @@ import pytest
 from distributed import Client, LocalCluster
 
 import planesman
-from planesman import _parts
+from planesman import _parts, _progress
 
 SHORT = {"description": "short", "duration": 4.0, "parameters": {"depth_controller": {"depth_setpoint": 0.1}}}
 VARY = {"depth_controller.depth.p": [0.5, 1.0, 1.5], "plant_sim.speed": "1ft/s,2ft/s", "dha_actuator.model": ["ideal", "dha"]}
@@ -94,7 +94,7 @@ def test_what_is_refused_is_refused_before_the_first_flight(tmp_path: Path) -> N
     for vary, options, sentence in [
         ({"depth_controller.depht.p": [1.0]}, {}, "did you mean 'depth.p'"),
         ({"depth_controller.depth.p": [1.0, -1.0]}, {}, "must lie in"),
-        ({"depth_controller.depth.p": "0..1"}, {}, "--samples"),
+        ({"depth_controller.depth.p": "0..1"}, {}, "say how often, samples=N"),
         ({"dha_actuator.logic.mode": ["single_speed", "two_speed"]}, {}, "1 of 2 combinations"),
         (one, {"out": tmp_path / "one", "seeds": 2}, "another sweep"),
         (one, {"out": tmp_path / "one", "parts": 2}, "another sweep"),
@@ -103,6 +103,49 @@ def test_what_is_refused_is_refused_before_the_first_flight(tmp_path: Path) -> N
     ]:
         with pytest.raises(planesman.PlanesmanError, match=sentence):
             planesman.sweep(SHORT, vary, **options)
+    with pytest.raises(TypeError, match=r"sweep\(\) got an unexpected keyword argument 'seed'; did you mean 'seeds'\?"):
+        planesman.sweep(SHORT, one, seed=3)
+
+
+def test_a_sweep_of_weeks_and_a_fit_of_weeks_are_interrupted_at_once(flight: planesman.Flight) -> None:
+    class Enough(Exception):
+        pass
+
+    def stop(*_: object) -> None:
+        raise Enough
+
+    # As the handler of Ctrl-C raises KeyboardInterrupt, on the main thread, while others work.
+    before = signal.signal(signal.SIGALRM, stop)
+    weeks = {"depth_controller.depth.p": [0.5, 1.0]}
+    calls = [
+        lambda: planesman.sweep("dive", weeks, seeds=1_000_000),
+        # One flight of a day each: within a flight, too.
+        lambda: planesman.sweep({**SHORT, "duration": 86_400.0}, weeks, seeds=1_000),
+        lambda: planesman.fit(flight, "dive_planes", "pitch_rate", window=(20, 90), order=3, delay=1, bootstrap=100_000),
+    ]
+    try:
+        for call in calls:
+            signal.setitimer(signal.ITIMER_REAL, 1.0)
+            with pytest.raises(Enough):
+                call()
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def test_progress_is_shown_as_lines_where_it_is_asked_for(capfd: pytest.CaptureFixture[str]) -> None:
+    told: list[str] = []
+    with _progress.Progress("flights", 40, True) as progress:
+        progress._began -= 60.0
+        progress._drawn -= 60.0
+        progress(10)
+        progress(11)
+    told = capfd.readouterr().err.splitlines()
+    assert len(told) == 1 and told[0].startswith("flights [#######...") and "10/40, " in told[0] and told[0].endswith(" s left")
+    with _progress.Progress("flights", 40, False) as progress:
+        progress._drawn -= 60.0
+        progress(10)
+    assert capfd.readouterr().err == ""
 
 
 def test_samples_are_drawn_as_often_as_asked() -> None:
@@ -202,6 +245,9 @@ def test_every_bag_of_a_folder_is_fitted_once(on_cluster: bool, bag: Path, tmp_p
     assert again == folder and len(table(folder)) == 6
     with pytest.raises(planesman.PlanesmanError, match="other fits"):
         planesman.fit_all(bags, *signals, order=2, out=tmp_path / "fits")
+    # Not a thousand rows with the same error.
+    with pytest.raises(TypeError, match="unexpected keyword argument 'ordr'; did you mean 'order'"):
+        planesman.fit_all(bags, *signals, ordr=2, out=tmp_path / "others")
 
 
 def test_a_folder_without_bags_is_refused(tmp_path: Path) -> None:

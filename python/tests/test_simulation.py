@@ -7,6 +7,7 @@ import sys
 import threading
 from pathlib import Path
 
+import control
 import numpy as np
 import pytest
 
@@ -63,6 +64,13 @@ def test_what_is_refused_is_refused_by_name(changes: dict, sentence: str) -> Non
         planesman.simulate(**changes)
 
 
+def test_a_misspelt_keyword_is_refused_as_python_does() -> None:
+    with pytest.raises(TypeError, match=r"simulate\(\) got an unexpected keyword argument 'durration'; did you mean 'duration'\?"):
+        planesman.simulate(durration=3.0)
+    with pytest.raises(TypeError, match="parameter_file"):
+        planesman.parameter_file("dive", nod="sysid")
+
+
 def test_a_bag_that_exists_is_not_overwritten(bag: Path) -> None:
     before = bag.read_bytes()
     with pytest.raises(planesman.PlanesmanError, match="exists already"):
@@ -115,6 +123,11 @@ def test_a_transfer_function_is_that_of_the_linearised_vehicle() -> None:
     continuous, sampled = plant.to_control(), plant.to_control(sampled=True)
     assert sampled.dt == 0.05 and continuous.isctime()
     assert np.exp(poles * 0.05) == pytest.approx(np.sort_complex(sampled.poles()), abs=1e-6)
+    assert continuous.input_labels == ["dive_planes"] and continuous.output_labels == ["pitch_rate"]
+    state = plant.to_control(form="ss")
+    assert isinstance(state, control.StateSpace) and state.nstates == 3 and state.output_labels == ["pitch_rate"]
+    # One foot per second is the default, as a number.
+    assert np.array_equal(planesman.transfer_function().den, plant.den)
     with pytest.raises(planesman.PlanesmanError, match="output depth only"):
         planesman.transfer_function("brunner", "pitch_rate", "heave")
 
@@ -123,6 +136,12 @@ def test_parameters_are_listed_and_written_as_ros_reads_them() -> None:
     rows = {row["name"]: row for row in planesman.parameters("depth_controller")}
     assert rows["depth_controller.depth.p"]["unit"] == "rad/m"
     assert rows["depth_controller.depth.p"]["range"] == [0.0, 1000.0]
+    # Defaults are values, not their text.
+    assert rows["depth_controller.depth.p"]["default"] == pytest.approx(0.25 / 0.3048)
+    assert rows["depth_controller.mode"]["default"] == "depth" and rows["depth_controller.lockstep"]["default"] is False
+    assert rows["depth_controller.schedule.times"]["default"] == []
+    with pytest.raises(planesman.PlanesmanError, match="no node 'depth_controler'; did you mean 'depth_controller'"):
+        planesman.parameters("depth_controler")
     text = planesman.parameter_file("dive", node="depth_controller", depth_controller={"depth.p": 1.25})
     assert "/**/depth_controller:" in text and "depth.p: 1.25" in text
 

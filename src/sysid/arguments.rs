@@ -7,7 +7,8 @@ use anyhow::{Result, anyhow, bail};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use indicatif::{ProgressBar, ProgressStyle};
-use planesman_bag::{is_bag_file, metadata};
+use planesman_bag::{is_bag_file, metadata, sorted_into_bags};
+use planesman_identification::stop_point;
 use planesman_model_file::ModelFile;
 use planesman_signals::{
     Band, Clock, ColumnSource, DECIMATION, Data, Method, Options, Outliers, Preparation,
@@ -124,8 +125,8 @@ impl DataArgs {
             .cloned()
             .partition(|path| is_bag_file(path));
         let others = others.into_iter().map(|path| vec![path]);
-        std::iter::once(parts)
-            .filter(|parts| !parts.is_empty())
+        sorted_into_bags(&parts)
+            .into_iter()
             .chain(others)
             .map(|paths| self.of(paths))
             .collect()
@@ -332,6 +333,7 @@ impl SignalArgs {
             let bar = self.data.progress_bar(source.bytes());
             let next = take(&source, &inputs, &outputs, &windows, &|bytes| {
                 bar.set_position(bytes);
+                stop_point();
             })?;
             bar.finish_and_clear();
             taken = Some(match taken {

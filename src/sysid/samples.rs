@@ -2,6 +2,7 @@
 
 use anyhow::Result;
 use clap::Parser;
+use planesman_identification::stop_point;
 use planesman_signals::{Reading, Request, Role, Take};
 
 use super::arguments::DataArgs;
@@ -35,5 +36,5 @@ pub fn read(args: &SamplesArgs, take: &mut Take<'_>) -> Result<Reading> {
         role: Role::Output,
     };
     let requests: Vec<Request> = args.signal.iter().map(request).collect();
-    args.data.open()?.read(&requests, take, &|_| {})
+    args.data.open()?.read(&requests, take, &|_| stop_point())
 }

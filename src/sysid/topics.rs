@@ -9,6 +9,7 @@ use clap::Parser;
 use planesman_bag::reader::TopicCount;
 use planesman_bag::{Order, Topic, TopicKind};
 use planesman_decode::{Catalogue, Decoder, FieldPath, Values};
+use planesman_identification::stop_point;
 use planesman_signals::{
     self as signals, BagSource, Clock, Meter, Reading, Request, Source, Take, Timing, UlogSource,
 };
@@ -114,7 +115,10 @@ pub fn run(args: &TopicsArgs) -> Result<()> {
 pub fn survey(args: &TopicsArgs) -> Result<Survey> {
     let source = args.data.open()?;
     let bar = args.data.progress_bar(source.bytes());
-    let progress = |bytes| bar.set_position(bytes);
+    let progress = |bytes| {
+        bar.set_position(bytes);
+        stop_point();
+    };
     let survey = match source {
         Source::Bag(bag) => of_bag(&bag, args.topic.as_deref(), &progress),
         Source::Csv(table) => {

@@ -64,6 +64,8 @@ pub mod writer;
 pub use info::BagInfo;
 pub use metadata::BagMetadata;
 pub use qos::OfferedQos;
-pub use reader::{BagReader, Completeness, Limits, Message, Order, ReadError, is_bag_file};
+pub use reader::{
+    BagReader, Completeness, Limits, Message, Order, ReadError, is_bag_file, sorted_into_bags,
+};
 pub use topic::{Topic, TopicKind};
 pub use writer::{BagWriter, Compression, Health, TopicId, WriteError, WriterOptions};

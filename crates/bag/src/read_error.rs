@@ -68,6 +68,18 @@ pub enum ReadError {
         /// Its contents and the remedy, if known.
         instead: String,
     },
+    /// Files that are not the parts of one bag.
+    #[error(
+        "{path}: not one bag but several: {files}, whose {differ}; name one of them, or list them all, as experiments of their own"
+    )]
+    Several {
+        /// The folder, or the first file.
+        path: PathBuf,
+        /// Their names.
+        files: String,
+        /// What tells them apart.
+        differ: &'static str,
+    },
     /// A storage other than MCAP.
     #[error(
         "{path} is a bag in rosbag2's '{storage}' storage; mcap and sqlite3 are read; {CONVERTER} makes one of it, as 'ros2 bag convert' does"

@@ -243,6 +243,15 @@ impl BagReader {
             topics.take(&mut recording, &counts);
             recordings.push(recording);
         }
+        if metadata.is_none()
+            && let Some(differ) = apart(&recordings)
+        {
+            return Err(ReadError::Several {
+                path: path.to_owned(),
+                files: listed(&files),
+                differ,
+            });
+        }
         let completeness = completeness(path, &recordings, metadata.as_ref(), no_metadata);
         Ok(Self {
             path: path.to_owned(),
@@ -471,6 +480,18 @@ fn unpacked(file: PathBuf) -> PathBuf {
 /// The contents of a folder without `.mcap` files, and the remedy.
 fn instead(folder: &Path) -> String {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let paths = entries.map(|entry| entry.path());
+    let mut bags: Vec<PathBuf> = paths
+        .filter(|path| path.join(metadata::FILE_NAME).is_file())
+        .collect();
+    if !bags.is_empty() {
+        bags.sort();
+        return format!(
+            ", but bags in folders of their own ({}): name one, or list them all, as experiments of their own",
+            listed(&bags)
+        );
+    }
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let mut endings = entries.filter_map(|entry| entry.path().extension().map(ToOwned::to_owned));
     endings
         .find_map(|ending| match ending.to_str()? {
@@ -494,16 +515,74 @@ fn bag_files(folder: &Path) -> Result<Vec<PathBuf>, ReadError> {
             files.push(path);
         }
     }
-    files.sort_by_cached_key(|path| {
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let stem = name.split_once('.').map_or(&*name, |(stem, _)| stem);
-        let (name, number) = stem.rsplit_once('_').unwrap_or((stem, ""));
-        match number.parse::<u64>() {
-            Ok(number) => (name.to_owned(), number),
-            Err(_) => (stem.to_owned(), 0),
-        }
-    });
+    files.sort_by_cached_key(|path| part_of(path));
     Ok(files)
+}
+
+/// The name of the bag that a file is a part of, and its number there: `NAME_2.mcap`.
+fn part_of(file: &Path) -> (String, u64) {
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    let stem = name.split_once('.').map_or(&*name, |(stem, _)| stem);
+    let (name, number) = stem.rsplit_once('_').unwrap_or((stem, ""));
+    match number.parse::<u64>() {
+        Ok(number) => (name.to_owned(), number),
+        Err(_) => (stem.to_owned(), 0),
+    }
+}
+
+/// The overlap in time of two parts of one bag that a recorder's threads may leave, ns.
+const OVERLAP: i64 = 1_000_000_000;
+
+/// What tells that files are not the parts of one bag; nothing where they are.
+fn apart(recordings: &[Recording]) -> Option<&'static str> {
+    let mut spans: Vec<(i64, i64)> = recordings.iter().filter_map(|it| it.span).collect();
+    spans.sort_unstable();
+    if spans
+        .windows(2)
+        .any(|it| it[1].0 < it[0].1.saturating_sub(OVERLAP))
+    {
+        return Some("times overlap");
+    }
+    let mut names = recordings.iter().map(|it| part_of(&it.path).0);
+    let first = names.next();
+    names
+        .any(|name| Some(name) != first)
+        .then_some("names differ")
+}
+
+/// Files by their names, the first few of many.
+fn listed(files: &[PathBuf]) -> String {
+    const LISTED: usize = 4;
+    let name = |file: &PathBuf| {
+        let name = file.file_name().unwrap_or_default();
+        name.to_string_lossy().into_owned()
+    };
+    let mut names: Vec<String> = files.iter().take(LISTED).map(name).collect();
+    if files.len() > LISTED {
+        names.push(format!("and {} more", files.len() - LISTED));
+    }
+    names.join(", ")
+}
+
+/// Files of bags sorted into bags: the parts of a split bag together, in their order, every other by itself.
+#[must_use]
+pub fn sorted_into_bags(files: &[PathBuf]) -> Vec<Vec<PathBuf>> {
+    let mut bags: Vec<Vec<PathBuf>> = Vec::new();
+    for file in files {
+        let is_its = |bag: &&mut Vec<PathBuf>| {
+            bag[0].parent() == file.parent() && part_of(&bag[0]).0 == part_of(file).0
+        };
+        match bags.iter_mut().find(is_its) {
+            Some(bag) => bag.push(file.clone()),
+            None => bags.push(vec![file.clone()]),
+        }
+    }
+    let apart = |bag: &Vec<PathBuf>| {
+        bag.len() > 1 && matches!(BagReader::open_all(bag), Err(ReadError::Several { .. }))
+    };
+    let (several, mut whole): (Vec<_>, Vec<_>) = bags.into_iter().partition(apart);
+    whole.extend(several.into_iter().flatten().map(|file| vec![file]));
+    whole
 }
 
 /// The topics of all files. One that is in several is counted together, and kept once.

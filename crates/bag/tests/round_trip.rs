@@ -7,7 +7,7 @@ use std::{fs, time::Duration};
 use common::{all, fill, is_prefix, payload, small_chunks, topic};
 use planesman_bag::{
     BagInfo, BagMetadata, BagReader, BagWriter, Completeness, Compression, Order, WriteError,
-    WriterOptions,
+    WriterOptions, sorted_into_bags,
 };
 
 #[test]
@@ -304,4 +304,59 @@ fn a_split_bag_is_one_bag_and_each_of_its_files_is_whole() {
         assert!(file.completeness().is_whole());
         assert_eq!(file.message_count(), *count);
     }
+}
+
+#[test]
+fn a_folder_of_several_bags_is_refused_and_files_are_sorted_into_bags() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = |name: &str| {
+        let path = folder.path().join(name);
+        fs::create_dir_all(path.parent().expect("a folder")).expect("a new folder");
+        common::whole_file(&path, Compression::Zstd, 101);
+        path
+    };
+    let refusal = |path: &str| {
+        let refusal = BagReader::open(&folder.path().join(path)).expect_err("several");
+        refusal.to_string()
+    };
+    // Of one time, whatever they are called.
+    let runs = [file("runs/run_1.mcap"), file("runs/run_2.mcap")];
+    let text = refusal("runs");
+    assert!(
+        text.contains("several: run_1.mcap, run_2.mcap, whose times overlap"),
+        "{text}"
+    );
+    assert_eq!(sorted_into_bags(&runs), [&runs[..1], &runs[1..]]);
+    // Each in a folder of its own.
+    for name in ["day/one", "day/two"] {
+        let mut writer =
+            BagWriter::create(&folder.path().join(name), WriterOptions::default()).expect("a bag");
+        fill(&mut writer, 3);
+        writer.close().expect("room on the disk");
+    }
+    let text = refusal("day");
+    assert!(
+        text.contains("bags in folders of their own (one, two)"),
+        "{text}"
+    );
+    // One after the other, but of different names.
+    let mut later = BagWriter::create(&folder.path().join("later"), WriterOptions::default())
+        .expect("a new bag");
+    let depth = later.add_topic(&topic("/depth")).expect("a new topic");
+    let hour = 3_600_000_000_000;
+    later
+        .write_raw(depth, &payload(0.0), hour, hour)
+        .expect("room on the disk");
+    later.close().expect("room on the disk");
+    let evening = folder.path().join("runs/evening.mcap");
+    fs::rename(folder.path().join("later/later_0.mcap"), &evening).expect("moved");
+    fs::remove_file(&runs[1]).expect("removed");
+    assert!(refusal("runs").contains("whose names differ"));
+    // One after the other, and numbered: one bag.
+    let second = folder.path().join("runs/run_2.mcap");
+    fs::rename(&evening, &second).expect("moved");
+    let bag = BagReader::open(&folder.path().join("runs")).expect("one bag");
+    assert_eq!(bag.message_count(), 102);
+    let both = [runs[0].clone(), second];
+    assert_eq!(sorted_into_bags(&both), [&both[..]]);
 }

@@ -44,7 +44,7 @@ pub use error::IdentificationError;
 pub use fit::{Spread, StraightLine, fit, simulated};
 pub use model::Model;
 pub use noise::{noise, with_noise};
-pub use parallel::on_all_cores;
+pub use parallel::{Stop, on_all_cores, stop_point, until_stopped};
 pub use readout::{PHYSICAL, Readout};
 pub use record::{Record, Segment};
 pub use regression::{Input, Shape, rows};

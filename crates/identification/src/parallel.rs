@@ -1,16 +1,67 @@
-//! Work on several items at once.
+//! Work on several items at once, and work that ends when it is asked to.
+//!
+//! A search takes seconds to hours, and who waits for it may want no more. So long loops call [`stop_point`]: once the
+//! [`Stop`] under which they run is asked, it unwinds to [`until_stopped`], which dropped what was half done. Elsewhere
+//! it does nothing.
 
+use std::cell::RefCell;
 use std::num::NonZero;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
+
+/// A request that work ends, shared with the work.
+#[derive(Clone, Debug, Default)]
+pub struct Stop(Arc<AtomicBool>);
+
+impl Stop {
+    /// Asks the work that runs under it to end at its next [`stop_point`].
+    pub fn ask(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+/// What unwinds from a [`stop_point`].
+struct Stopped;
+
+thread_local! {
+    /// What this thread's work runs under.
+    static CURRENT: RefCell<Option<Stop>> = const { RefCell::new(None) };
+}
+
+/// The result of `work` on this thread and those of [`on_all_cores`]; `None` if it ended because `stop` was asked. Any other
+/// panic is passed on.
+pub fn until_stopped<R>(stop: &Stop, work: impl FnOnce() -> R) -> Option<R> {
+    let outer = CURRENT.replace(Some(stop.clone()));
+    // What was half done is dropped, and nobody sees it.
+    let outcome = catch_unwind(AssertUnwindSafe(work));
+    CURRENT.set(outer);
+    match outcome {
+        Ok(result) => Some(result),
+        Err(panic) if panic.is::<Stopped>() => None,
+        Err(panic) => resume_unwind(panic),
+    }
+}
+
+/// A place at which long work may end: unwinds to [`until_stopped`] if it was asked to.
+pub fn stop_point() {
+    let stops = |stop: &Option<Stop>| stop.as_ref().is_some_and(|it| it.0.load(Ordering::Relaxed));
+    if CURRENT.with_borrow(stops) {
+        resume_unwind(Box::new(Stopped));
+    }
+}
 
 /// The results of `work` on each of the items, in their order, computed on all cores, or on fewer where the system gives no
 /// more threads. A panic in `work` is passed on.
 pub fn on_all_cores<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
     let next = AtomicUsize::new(0);
+    let stop = CURRENT.with_borrow(Clone::clone);
     let some = || {
+        CURRENT.set(stop.clone());
         let mut done = Vec::new();
         loop {
+            stop_point();
             let place = next.fetch_add(1, Ordering::Relaxed);
             let Some(item) = items.get(place) else {
                 return done;
@@ -28,7 +79,7 @@ pub fn on_all_cores<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync
         for other in others {
             match other.join() {
                 Ok(part) => done.extend(part),
-                Err(panic) => std::panic::resume_unwind(panic),
+                Err(panic) => resume_unwind(panic),
             }
         }
         done
@@ -53,5 +104,31 @@ mod tests {
         let squares: Vec<u64> = items.iter().map(|item| item * item).collect();
         assert_eq!(on_all_cores(&items, slower_first), squares);
         assert!(on_all_cores(&[], slower_first).is_empty());
+    }
+
+    #[test]
+    fn work_that_is_asked_to_stop_ends_on_all_cores_and_other_work_goes_on() {
+        let stop = Stop::default();
+        let items: Vec<usize> = (0..10_000).collect();
+        let begun = AtomicUsize::new(0);
+        let count = |item: &usize| {
+            if begun.fetch_add(1, Ordering::Relaxed) == 100 {
+                stop.ask();
+            }
+            *item
+        };
+        assert_eq!(until_stopped(&stop, || on_all_cores(&items, count)), None);
+        let begun = begun.into_inner();
+        assert!((100..5_000).contains(&begun), "{begun}");
+        // Out of its reach: no stop at all, or another.
+        stop_point();
+        let other = || on_all_cores(&items, |item| *item);
+        assert_eq!(until_stopped(&Stop::default(), other), Some(items.clone()));
+    }
+
+    #[test]
+    #[should_panic(expected = "broken")]
+    fn a_panic_is_no_stop() {
+        until_stopped(&Stop::default(), || panic!("broken"));
     }
 }

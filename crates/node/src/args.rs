@@ -3,7 +3,8 @@
 //! The syntax is `rcl`'s ("ROS Command Line Arguments", design.ros2.org). What stands
 //! outside `--ros-args ... --` is the program's own and is handed back untouched.
 
-use std::{path::PathBuf, str::FromStr};
+use std::path::PathBuf;
+use std::{ffi::OsString, str::FromStr};
 
 use log::LevelFilter;
 use planesman_parameters::{Value, file};
@@ -133,18 +134,19 @@ impl Default for RosArguments {
     }
 }
 
-/// Splits a program's arguments (with its name first, as [`std::env::args`] gives them)
+/// Splits a program's arguments (with its name first, as [`std::env::args_os`] gives them)
 /// into its own and ROS's.
 ///
 /// # Errors
-/// The first ROS argument that is unknown, lacks its value, or cannot be read.
+/// The first ROS argument that is unknown, lacks its value, or cannot be read; any argument but a path that is not UTF-8.
 pub fn split(
-    arguments: impl IntoIterator<Item = String>,
+    arguments: impl IntoIterator<Item = impl Into<OsString>>,
 ) -> Result<(Vec<String>, RosArguments), BadArgument> {
     let mut own = Vec::new();
     let mut ros = RosArguments::default();
-    let mut arguments = arguments.into_iter();
+    let mut arguments = arguments.into_iter().map(Into::into);
     while let Some(argument) = arguments.next() {
+        let argument = text(argument)?;
         if argument == "--ros-args" {
             take_section(&mut arguments, &mut ros)?;
         } else {
@@ -159,9 +161,11 @@ pub fn split(
 ///
 /// # Errors
 /// As [`split`].
-pub fn only(arguments: impl IntoIterator<Item = String>) -> Result<RosArguments, BadArgument> {
+pub fn only(
+    arguments: impl IntoIterator<Item = impl Into<OsString>>,
+) -> Result<RosArguments, BadArgument> {
     let (own, mut ros) = split(arguments)?;
-    let line = |argument| format!("{argument}: ROS's arguments follow --ros-args");
+    let line = |argument: String| format!("{argument}: ROS's arguments follow --ros-args");
     ros.ignored.extend(own.into_iter().map(line));
     Ok(ros)
 }
@@ -171,26 +175,38 @@ pub fn only(arguments: impl IntoIterator<Item = String>) -> Result<RosArguments,
 /// # Errors
 /// As [`split`].
 pub fn from_environment() -> Result<RosArguments, BadArgument> {
-    only(std::env::args().skip(1))
+    only(std::env::args_os().skip(1))
+}
+
+/// The argument as text.
+fn text(argument: OsString) -> Result<String, BadArgument> {
+    argument.into_string().map_err(|argument| {
+        BadArgument::new(&argument.to_string_lossy(), "the argument is not UTF-8")
+    })
 }
 
 /// Reads up to the `--` that closes the section, or to the end.
 fn take_section(
-    arguments: &mut impl Iterator<Item = String>,
+    arguments: &mut impl Iterator<Item = OsString>,
     ros: &mut RosArguments,
 ) -> Result<(), BadArgument> {
     while let Some(argument) = arguments.next() {
-        let mut value = || {
+        let argument = text(argument)?;
+        let mut raw = || {
             arguments
                 .next()
                 .ok_or_else(|| BadArgument::new(&argument, "its value is missing"))
         };
+        if argument == "--params-file" {
+            ros.parameters.push(ParameterSource::File(raw()?.into()));
+            continue;
+        }
+        let mut value = || text(raw()?);
         match argument.as_str() {
             "--" => return Ok(()),
             "--ros-args" => {}
             "-r" | "--remap" => ros.remaps.push(value()?.parse()?),
             "-p" | "--param" => ros.parameters.push(assignment(&value()?)?),
-            "--params-file" => ros.parameters.push(ParameterSource::File(value()?.into())),
             "--log-level" => set_level(&value()?, ros)?,
             "--enable-rosout-logs" => ros.rosout = true,
             "--disable-rosout-logs" => ros.rosout = false,
@@ -270,6 +286,7 @@ fn set_level(text: &str, ros: &mut RosArguments) -> Result<(), BadArgument> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::os::unix::ffi::OsStringExt as _;
 
     fn split_words(line: &str) -> Result<(Vec<String>, RosArguments), BadArgument> {
         split(line.split_whitespace().map(str::to_owned))
@@ -311,8 +328,21 @@ mod tests {
         assert_eq!(ros.enclave, "/auv");
         assert_eq!(ros.log_file_prefix.as_deref(), Some("b"));
         assert_eq!(ros.ignored, [""; 0]);
-        let ros = only(["a.mcap".to_owned(), "--ros-args".to_owned()]).expect("passed over");
+        let ros = only(["a.mcap", "--ros-args"]).expect("passed over");
         assert!(ros.ignored[0].starts_with("a.mcap: "), "{:?}", ros.ignored);
+    }
+
+    #[test]
+    fn an_argument_that_is_not_utf_8_is_refused_unless_it_is_a_path() {
+        let bad = || OsString::from_vec(b"caf\xe9".to_vec());
+        let refusal = only([bad()]).expect_err("no text");
+        assert_eq!(
+            refusal.to_string(),
+            "'caf\u{fffd}': the argument is not UTF-8"
+        );
+        only(["--ros-args".into(), "-p".into(), bad()]).expect_err("no assignment");
+        let ros = only(["--ros-args".into(), "--params-file".into(), bad()]).expect("a path");
+        assert_eq!(ros.parameters, [ParameterSource::File(bad().into())]);
     }
 
     #[test]

@@ -57,6 +57,16 @@ impl Declaration {
         self
     }
 
+    /// Which way its numbers are positive, where the description says it: `, positive down`.
+    fn sign(&self) -> &'static str {
+        let clause = self.description.find(", positive ");
+        clause.map_or("", |at| {
+            let rest = &self.description[at..];
+            let end = rest[1..].find([',', ';', '.', ':']);
+            &rest[..end.map_or(rest.len(), |end| end + 1)]
+        })
+    }
+
     /// The value, in this parameter's type, if it obeys the declaration.
     ///
     /// # Errors
@@ -87,7 +97,8 @@ impl Declaration {
                 && !(low..=high).contains(&number)
             {
                 let unit = if self.unit.is_empty() { "" } else { " " };
-                return refuse(format!("it must lie in [{low}, {high}]{unit}{}", self.unit));
+                let (unit, sign) = (format!("{unit}{}", self.unit), self.sign());
+                return refuse(format!("it must lie in [{low}, {high}]{unit}{sign}"));
             }
         }
         if let Value::String(text) = &value

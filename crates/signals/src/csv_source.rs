@@ -335,9 +335,10 @@ impl CsvSource {
                 timeless += 1;
                 continue;
             };
+            let line = row.position().map_or(rows, csv::Position::line);
             let mut more = true;
             for (signal, (column, faults)) in columns.iter().zip(&mut faults).enumerate() {
-                let value = faults.number(cell(*column), rows);
+                let value = faults.number(cell(*column), line);
                 more &= take(signal, stamp, value);
             }
             if !more {
@@ -391,22 +392,25 @@ impl CsvSource {
 struct Faults {
     empty: u64,
     others: u64,
-    /// The first that is not empty, and its row.
+    /// The first that is not empty, and the line of the file.
     first: Option<(String, u64)>,
+    /// The line of the first that is empty.
+    first_empty: Option<u64>,
 }
 
 impl Faults {
-    /// The number in a cell; counts one that is none.
-    fn number(&mut self, cell: &[u8], row: u64) -> Option<f64> {
+    /// The number in a cell on that line; counts one that is none.
+    fn number(&mut self, cell: &[u8], line: u64) -> Option<f64> {
         let text = std::str::from_utf8(cell).ok();
         let found = text.and_then(number);
         if cell.is_empty() {
             self.empty += 1;
+            self.first_empty.get_or_insert(line);
         } else if found.is_none() {
             self.others += 1;
             self.first.get_or_insert_with(|| {
                 let text = String::from_utf8_lossy(cell);
-                (text.chars().take(QUOTED).collect(), row)
+                (text.chars().take(QUOTED).collect(), line)
             });
         }
         found
@@ -415,12 +419,13 @@ impl Faults {
     fn note(&self, column: &str, rows: u64) -> Option<String> {
         let mut parts = Vec::new();
         if self.empty > 0 {
-            parts.push(format!("{} empty", self.empty));
+            let first = self.first_empty.unwrap_or_default();
+            parts.push(format!("{} empty, the first in line {first}", self.empty));
         }
-        if let Some((text, row)) = &self.first {
+        if let Some((text, line)) = &self.first {
             let text = shown(text);
             parts.push(format!(
-                "{} no numbers, the first '{text}' in row {row}",
+                "{} no numbers, the first '{text}' in line {line}",
                 self.others
             ));
         }

@@ -3,7 +3,7 @@
 //! All stream: a sample is handed on as it is read and forgotten. What cannot be read does not
 //! end the rest; it is listed in [`Reading::notes`].
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 
@@ -22,6 +22,94 @@ pub struct Data {
     pub stamp: Option<Clock>,
     /// How the time of a table is read.
     pub time: TableTime,
+}
+
+/// A kind of file that is known and not read, by its endings.
+struct Foreign {
+    endings: &'static [&'static str],
+    kind: &'static str,
+    /// The command that converts it, FILE and NEW for the files.
+    command: &'static str,
+}
+
+const FOREIGN: &[Foreign] = &[
+    Foreign {
+        endings: &["mat"],
+        kind: "a MATLAB file",
+        command: "python -c \"import scipy.io, pandas; pandas.DataFrame({k: v.ravel() for k, v in scipy.io.loadmat('FILE').items() \
+                  if k[0] != '_'}).to_csv('NEW.csv', index=False)\"",
+    },
+    Foreign {
+        endings: &["xlsx", "xls", "ods"],
+        kind: "a spreadsheet",
+        command: "python -c \"import pandas; pandas.read_excel('FILE').to_csv('NEW.csv', index=False)\"",
+    },
+    Foreign {
+        endings: &["parquet"],
+        kind: "a Parquet file",
+        command: "python -c \"import pandas; pandas.read_parquet('FILE').to_csv('NEW.csv', index=False)\"",
+    },
+    Foreign {
+        endings: &["feather", "arrow"],
+        kind: "an Arrow file",
+        command: "python -c \"import pandas; pandas.read_feather('FILE').to_csv('NEW.csv', index=False)\"",
+    },
+    Foreign {
+        endings: &["h5", "hdf5", "hdf"],
+        kind: "an HDF5 file",
+        command: "python -c \"import h5py, pandas; pandas.DataFrame({k: v[()].ravel() for k, v in h5py.File('FILE').items()}).to_csv('NEW.csv', \
+                  index=False)\"",
+    },
+    Foreign {
+        endings: &["npz"],
+        kind: "an archive of numpy",
+        command: "python -c \"import numpy, pandas; pandas.DataFrame(dict(numpy.load('FILE'))).to_csv('NEW.csv', index=False)\"",
+    },
+    Foreign {
+        endings: &["npy"],
+        kind: "an array of numpy",
+        command: "python -c \"import numpy; numpy.savetxt('NEW.csv', numpy.load('FILE'), delimiter=',')\"",
+    },
+    Foreign {
+        endings: &["pkl", "pickle"],
+        kind: "a pickle of Python",
+        command: "python -c \"import pandas; pandas.read_pickle('FILE').to_csv('NEW.csv')\"",
+    },
+    Foreign {
+        endings: &["tlog"],
+        kind: "a telemetry log of MAVLink",
+        command: "mavlogdump.py --types ATTITUDE --format csv FILE > NEW.csv",
+    },
+    Foreign {
+        endings: &["bin"],
+        kind: "a log of ArduPilot",
+        command: "mavlogdump.py --types ATT --format csv FILE > NEW.csv",
+    },
+    Foreign {
+        endings: &["bag"],
+        kind: "a bag of ROS 1",
+        command: "rosbags-convert --src FILE --dst NEW --dst-storage mcap",
+    },
+];
+
+/// The kind of that ending, if it is known and not read.
+fn foreign(ending: &str) -> Option<&'static Foreign> {
+    let is_its = |it: &&Foreign| it.endings.iter().any(|it| it.eq_ignore_ascii_case(ending));
+    FOREIGN.iter().find(is_its)
+}
+
+impl Foreign {
+    /// Why the file is not read, and the command that makes of it one that is.
+    fn remedy(&self, path: &Path) -> String {
+        let command = self.command.replace("FILE", &path.display().to_string());
+        let new = path.with_extension("");
+        let command = command.replace("NEW", &new.display().to_string());
+        format!(
+            "{}: {}, which is not read; convert it: `{command}`",
+            path.display(),
+            self.kind
+        )
+    }
 }
 
 /// An open bag, table or log, or columns in memory.
@@ -47,6 +135,12 @@ impl Source {
             let ending = path.extension().unwrap_or_default();
             endings.iter().any(|it| ending.eq_ignore_ascii_case(it))
         };
+        let exists = |path: &&PathBuf| path.is_file();
+        if let Some((path, kind)) = (data.paths.iter().filter(exists))
+            .find_map(|path| Some((path, foreign(path.extension()?.to_str()?)?)))
+        {
+            bail!("{}", kind.remedy(path));
+        }
         let is_csv = |path: &PathBuf| ends_in(path, &["csv", "tsv", "txt", "dat"]);
         let is_ulog = |path: &PathBuf| ends_in(path, &["ulg", "ulog"]);
         match &data.paths[..] {

@@ -7,6 +7,8 @@
 pub const FOOT: f64 = 0.3048;
 /// Metres in an inch.
 pub const INCH: f64 = 0.0254;
+/// Metres per second in a knot: a nautical mile of 1852 m an hour (NIST SP 811, App. B).
+pub const KNOT: f64 = 1852.0 / 3600.0;
 /// Newtons in a pound-force.
 pub const POUND_FORCE: f64 = 4.448_221_615_260_5;
 /// Newton metres in a foot-pound, joules as well.
@@ -59,6 +61,23 @@ impl Unit {
     pub fn si(self, number: f64) -> f64 {
         number * self.multiplier / self.divisor
     }
+}
+
+/// Other spellings of units.
+const SPELLINGS: [(&str, &str); 7] = [
+    ("knot", "kn"),
+    ("knots", "kn"),
+    ("kt", "kn"),
+    ("kts", "kn"),
+    ("degree", "deg"),
+    ("degrees", "deg"),
+    ("\u{b0}", "deg"),
+];
+
+/// The symbol of a unit, however it is spelt.
+pub(crate) fn symbol(spelt: &str) -> &str {
+    let known = SPELLINGS.iter().find(|(other, _)| *other == spelt);
+    known.map_or(spelt, |(_, symbol)| symbol)
 }
 
 /// The dimension of a quantity.
@@ -187,7 +206,16 @@ impl Dimension {
                     ]
                 }
             }
-            Self::Speed => const { &[U::new("m/s", 1.0), U::new("ft/s", FOOT)] },
+            Self::Speed => {
+                const {
+                    &[
+                        U::new("m/s", 1.0),
+                        U::new("ft/s", FOOT),
+                        U::new("kn", KNOT),
+                        U::fraction("km/h", 3.6),
+                    ]
+                }
+            }
             Self::Acceleration => const { &[U::new("m/s^2", 1.0), U::new("ft/s^2", FOOT)] },
             Self::Time => const { &[U::new("s", 1.0), U::fraction("ms", 1e3)] },
             Self::Frequency => const { &[U::new("Hz", 1.0)] },

@@ -3,12 +3,14 @@
 //! - [`Quantity`]: a quantity as a file or the command line writes it.
 //! - [`Dimension`]: what a field measures; the units that it accepts.
 //! - [`Unit`]: a unit's symbol and its size in SI; [`Error`]: why a quantity is rejected.
-//! - [`FOOT`], [`INCH`], [`POUND_FORCE`], [`FOOT_POUND`], [`SLUG`], [`PSI`], [`DEGREE`]: imperial units and the degree in SI.
+//! - [`FOOT`], [`INCH`], [`KNOT`], [`POUND_FORCE`], [`FOOT_POUND`], [`SLUG`], [`PSI`], [`DEGREE`]: imperial units and the degree in SI.
 //!
 //! Imperial values convert here and nowhere else.
 
 mod dimension;
 mod quantity;
 
-pub use dimension::{DEGREE, Dimension, FOOT, FOOT_POUND, INCH, POUND_FORCE, PSI, SLUG, Unit};
+pub use dimension::{
+    DEGREE, Dimension, FOOT, FOOT_POUND, INCH, KNOT, POUND_FORCE, PSI, SLUG, Unit,
+};
 pub use quantity::{Error, Quantity};

@@ -9,6 +9,7 @@ use serde::de::{
     self, Deserialize, Deserializer, MapAccess, Visitor, value::MapAccessDeserializer,
 };
 
+use crate::dimension::symbol;
 use crate::{Dimension, Unit};
 
 /// Why a quantity is rejected. The text states the rule; the caller adds the field and the value.
@@ -43,7 +44,8 @@ impl Quantity {
     /// # Errors
     /// Those of [`si`](Self::si).
     pub fn si_or(&self, dimension: Dimension, further: &[Unit]) -> Result<f64, Error> {
-        let (number, symbol) = self.parts();
+        let (number, spelt) = self.parts();
+        let symbol = symbol(spelt);
         let units = || dimension.units().iter().chain(further);
         let unit = units()
             .find(|unit| unit.symbol == symbol)
@@ -261,6 +263,11 @@ mod tests {
         let speed = |text: &str| quantity(text).argument(Dimension::Speed);
         assert_eq!(speed("0.5"), Ok(0.5));
         assert_eq!(speed("1ft/s"), Ok(FOOT));
+        // A nautical mile an hour.
+        for text in ["2kn", "2 knots", "2kt"] {
+            assert_eq!(speed(text), Ok(2.0 * 1852.0 / 3600.0), "{text}");
+        }
+        assert_eq!(speed("36km/h"), Ok(10.0));
         for text in ["", "fast", "1 kg", "inf", "1e999"] {
             assert!(speed(text).is_err(), "{text}");
         }

@@ -47,7 +47,11 @@ const BUILT_IN: &[(&str, &str)] = &[
 #[derive(Debug, thiserror::Error)]
 pub enum VehicleError {
     /// The file could not be read.
-    #[error("vehicle file '{file}': {reason} (built in are {})", names())]
+    #[error(
+        "vehicle file '{file}': {reason} (built in are {}){}",
+        names(),
+        meant(file)
+    )]
     Unreadable {
         /// Its path.
         file: String,
@@ -135,6 +139,11 @@ pub fn geometry(name_or_path: &str) -> Result<Option<Geometry>, VehicleError> {
 }
 
 /// The names of the built-in vehicles.
+/// The built-in vehicle that was probably meant, as a question.
+fn meant(name: &str) -> String {
+    planesman_text::did_you_mean(name, BUILT_IN.iter().map(|(name, _)| *name))
+}
+
 fn names() -> String {
     let names: Vec<&str> = BUILT_IN.iter().map(|(name, _)| *name).collect();
     names.join(", ")

@@ -75,6 +75,14 @@ impl Board {
         }
     }
 
+    /// Begins the channels of a vehicle anew: it was put back to its initial state at that time, s.
+    pub(crate) fn begin_anew(&mut self, time: f64, is_its: impl Fn(&str) -> bool) {
+        let channels = self.channels.iter_mut();
+        for (_, channel) in channels.filter(|(name, _)| is_its(name)) {
+            channel.series.begin_anew(Some(time));
+        }
+    }
+
     /// Puts up a section in place of what stood there.
     pub(crate) fn put(&mut self, name: &str, value: Value) {
         if self.sections.get(name).is_some_and(|it| *it.value == value) {

@@ -10,7 +10,7 @@ use planesman_msgs::diagnostic_msgs::msg::DiagnosticArray;
 use planesman_msgs::planesman_msgs::action::{
     Manoeuvre, ManoeuvreFeedback, ManoeuvreGoal, ManoeuvreResult,
 };
-use planesman_msgs::planesman_msgs::msg::ModelEstimate;
+use planesman_msgs::planesman_msgs::msg::{ModelEstimate, VehicleState};
 use planesman_msgs::planesman_msgs::srv::{Fit, FitRequest, Step, StepRequest};
 use planesman_msgs::rcl_interfaces::msg::{Log, Parameter, ParameterEvent};
 use planesman_msgs::rcl_interfaces::srv::{
@@ -219,6 +219,12 @@ impl Watch {
         };
         let feed = &self.feeds[index];
         let mut board = locked(&self.board);
+        if feed.type_name == VehicleState::TYPE_NAME
+            && let Ok(state) = cdr::from_bytes::<VehicleState>(&sample.bytes)
+            && state.planes_source == VehicleState::PLANES_RESET
+        {
+            board.begin_anew(time, |channel| self::namespace(channel) == namespace);
+        }
         for (channel, value) in feed.numbers() {
             board.push(channel, time, value);
         }

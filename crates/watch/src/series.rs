@@ -12,6 +12,8 @@ const RESTART: f64 = 1.0;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Series {
     samples: VecDeque<(f64, f64)>,
+    /// When the vehicle was reset, if it was: what is stamped before is of the run before.
+    reset: Option<f64>,
     /// How often time has gone back.
     restarts: u64,
     /// Samples of this start that were dropped because there were too many.
@@ -40,21 +42,27 @@ impl Series {
         if !(time.is_finite() && value.is_finite()) {
             return;
         }
-        if let Some(&(last, _)) = self.samples.back()
-            && time <= last
-        {
-            if last - time < RESTART {
+        let last = self.samples.back().map(|it| it.0);
+        if last.is_some_and(|last| time <= last) || self.reset.is_some_and(|at| time < at) {
+            let newest = last.or(self.reset).unwrap_or(time);
+            if newest - time < RESTART {
                 return;
             }
-            self.samples.clear();
-            self.restarts += 1;
-            self.dropped = 0;
+            self.begin_anew(None);
         }
         if self.samples.len() == KEPT {
             self.samples.pop_front();
             self.dropped += 1;
         }
         self.samples.push_back((time, value));
+    }
+
+    /// Forgets all samples: the vehicle begins anew, at a time (s) where that goes on.
+    pub(crate) fn begin_anew(&mut self, reset: Option<f64>) {
+        self.samples.clear();
+        self.reset = reset;
+        self.restarts += 1;
+        self.dropped = 0;
     }
 
     /// At most `most` samples behind the cursor, which moves on.
@@ -101,6 +109,24 @@ mod tests {
         assert!(news.restarted);
         assert_eq!(news.times, [0.5]);
         assert!(!series.since(&mut cursor, 3).restarted);
+    }
+
+    #[test]
+    fn a_reset_at_a_time_that_goes_on_leaves_nothing_of_the_run_before() {
+        let mut series = Series::default();
+        let mut cursor = Cursor::default();
+        series.push(10.0, 1.0);
+        series.since(&mut cursor, 9);
+        series.begin_anew(Some(10.1));
+        series.push(10.05, 1.0); // late, of the run before
+        assert_eq!(series.since(&mut cursor, 9).times, [0.0; 0]);
+        series.push(10.1, 0.0);
+        series.push(10.2, 0.0);
+        assert_eq!(series.since(&mut cursor, 9).times, [10.1, 10.2]);
+        series.push(0.0, 0.0); // a simulation started again
+        assert_eq!(series.since(&mut cursor, 9).times, [0.0]);
+        series.push(0.1, 0.0);
+        assert_eq!(series.since(&mut cursor, 9).times, [0.1]);
     }
 
     #[test]

@@ -1,8 +1,9 @@
 //! The controller: a vehicle state in, the plane command for the same stamp out.
 //!
 //! **Time** is the states' own: elapsed time and distance run from the first state. A state
-//! with the last stamp again gets the last answer again; one with an earlier stamp begins a new
-//! run, with the elapsed time at zero, nothing in the loops, and the topics' setpoints forgotten.
+//! with the last stamp again gets the last answer again; one with an earlier stamp, or of a vehicle that was reset
+//! (`PLANES_RESET`), begins a new run, with the elapsed time at zero, nothing in the loops, and the topics' setpoints
+//! forgotten.
 //!
 //! **Depth setpoint**: the last command counts. The schedule is followed from its first entry
 //! on, the parameter `depth_setpoint` before it. A setpoint from the topic, or a live
@@ -12,7 +13,7 @@
 //! **Feedback** is the true state, or an [`Estimator`]'s estimate from the instruments, which must be received before
 //! the state of their stamp is answered. **Gains** are the parameters', or follow the vehicle ([`Follower`]).
 //!
-//! A number that is not finite is rejected and changes nothing.
+//! A number that is not finite, and a setpoint that the parameter of its name would not take, is rejected and changes nothing.
 
 use planesman_msgs::Message;
 use planesman_msgs::builtin_interfaces::msg::Time;
@@ -22,6 +23,7 @@ use planesman_msgs::planesman_msgs::msg::{
 };
 use planesman_msgs::sensor_msgs::msg::{FluidPressure, Imu};
 use planesman_msgs::std_msgs::msg::Header;
+use planesman_parameters::Parameters as _;
 
 use crate::autopilot::{Gains, Mode};
 use crate::error::Error;
@@ -193,17 +195,26 @@ impl Controller {
         }
     }
 
-    /// Takes a setpoint from the operator, from the next stamp on.
+    /// Takes a setpoint from the operator, from the next stamp on, and returns it within the bounds in force. What the
+    /// parameter `NAME_setpoint` would not take is not taken here.
     ///
     /// # Errors
-    /// [`Error::Setpoint`].
-    pub fn set_setpoint(&mut self, quantity: Quantity, value: f64) -> Result<(), Error> {
-        if !value.is_finite() {
-            return Err(Error::Setpoint(quantity.name(), value));
+    /// [`Error::Setpoint`]; the last setpoint then stays.
+    pub fn set_setpoint(&mut self, quantity: Quantity, value: f64) -> Result<f64, Error> {
+        let name = quantity.name();
+        let parameter = format!("{name}_setpoint");
+        let declared = ControllerParameters::declarations().into_iter();
+        for declaration in declared.filter(|it| it.name == parameter) {
+            let accepted = declaration.accept(value.into());
+            accepted.map_err(|refusal| Error::Setpoint(name, refusal.reason))?;
         }
         let elapsed = self.run.as_ref().map_or(0, |run| run.last - run.began);
         self.loops.setpoints.of(quantity).command(value, elapsed);
-        Ok(())
+        Ok(match quantity {
+            Quantity::Depth => self.config.depth_bounds.hold(value),
+            Quantity::Pitch => self.config.pitch_bounds.hold(value),
+            Quantity::Course | Quantity::Speed => value,
+        })
     }
 
     /// The silence of the state, s, after which the node calls [`Controller::on_silence`].
@@ -228,7 +239,9 @@ impl Controller {
         let stamp = state.header.stamp.nanos();
         let (began, from, last) = match &self.run {
             Some(run) if stamp == run.last => return Ok(run.answer.clone()),
-            Some(run) if stamp > run.last => (run.began, run.from, run.last),
+            Some(run) if stamp > run.last && state.planes_source != VehicleState::PLANES_RESET => {
+                (run.began, run.from, run.last)
+            }
             _ => {
                 if self.run.is_some() {
                     self.loops = Loops::default();

@@ -12,9 +12,9 @@ pub enum Error {
     /// A number of the vehicle's state is not finite.
     #[error("state refused: {0} is not finite")]
     State(String),
-    /// A setpoint is not finite.
-    #[error("{0} setpoint {1} refused: it must be finite")]
-    Setpoint(&'static str, f64),
+    /// A setpoint that the parameter of its name would not take.
+    #[error("{0} setpoint {1}")]
+    Setpoint(&'static str, String),
     /// No manoeuvre while the controller is off.
     #[error("refused: the controller is switched off (mode off)")]
     SwitchedOff,

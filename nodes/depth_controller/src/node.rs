@@ -1,5 +1,6 @@
 //! The node: a plane command for every vehicle state, setpoints from topics, manoeuvres from an action.
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -42,11 +43,11 @@ enum Event {
 
 /// Runs the node with its command-line arguments until it is stopped.
 #[must_use]
-pub fn main(args: Vec<String>) -> ExitCode {
+pub fn main(args: Vec<OsString>) -> ExitCode {
     planesman_node::exit_code("depth_controller", || run(args))
 }
 
-fn run(args: Vec<String>) -> Result<()> {
+fn run(args: Vec<OsString>) -> Result<()> {
     let (rt, parameters) = Runtime::start(
         NodeSpec {
             name: "depth_controller",
@@ -76,6 +77,7 @@ fn run(args: Vec<String>) -> Result<()> {
         flown: None,
         received: None,
         silent: false,
+        refused: Vec::new(),
     };
     rt.subscribe("state", Qos::reliable(100), Event::State)?;
     rt.subscribe("model", Qos::reliable(10), Event::Model)?;
@@ -133,6 +135,8 @@ struct Node {
     /// When the last state came, by the node's clock (ns): a paused simulation is not silence.
     received: Option<i64>,
     silent: bool,
+    /// The setpoint last sent of each quantity, if it was refused, and why.
+    refused: Vec<(Quantity, String)>,
 }
 
 impl Node {
@@ -180,12 +184,20 @@ impl Node {
             }
             Event::Model(model) => self.controller.on_model(model),
             Event::Setpoint(quantity, value) => {
-                match self.controller.set_setpoint(quantity, value) {
-                    Ok(()) => {
-                        log::info!("{} setpoint {value} {}", quantity.name(), quantity.unit())
+                let (name, unit) = (quantity.name(), quantity.unit());
+                let outcome = self.controller.set_setpoint(quantity, value);
+                self.refused.retain(|(other, _)| *other != quantity);
+                match outcome {
+                    Ok(held) if held == value => log::info!("{name} setpoint {value} {unit}"),
+                    Ok(held) => {
+                        log::warn!("{name} setpoint {value} {unit}: limited to {held} {unit}")
                     }
-                    Err(reason) => log::warn!("{reason}"),
+                    Err(reason) => {
+                        log::warn!("{reason}; the last setpoint stays");
+                        self.refused.push((quantity, reason.to_string()));
+                    }
                 }
+                self.tell_status(rt);
             }
             Event::ResetFault(responder) => self.reset_fault(rt, responder),
             Event::Look => self.look(rt),
@@ -209,6 +221,7 @@ impl Node {
                 self.waiting = Waiting::default();
                 self.received = None;
                 self.silent = false;
+                self.refused.clear();
             }
             Change::Deactivate | Change::ShutDown => {
                 if let Some(flown) = self.flown.take() {
@@ -347,7 +360,10 @@ impl Node {
                 Level::Error,
                 "vehicle state stale: planes neutral".to_owned(),
             ),
-            _ => (Level::Ok, "controlling".to_owned()),
+            _ => match self.refused.last() {
+                Some((_, reason)) => (Level::Warn, format!("controlling; {reason}")),
+                None => (Level::Ok, "controlling".to_owned()),
+            },
         };
         rt.set_status("loop", level, &message, &[]);
     }

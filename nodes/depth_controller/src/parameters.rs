@@ -4,7 +4,7 @@
 //! Kdz = 0.6 rad·s/ft, Kpy = 0.70, Kr = 2 s; the limits those of its ch. II.B. With these defaults the
 //! dive loops are the report's: no integral, no filter, no rate limits.
 
-use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_6, PI};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_6, TAU};
 
 use planesman_parameters::{Choice, Parameters};
 use planesman_units::FOOT;
@@ -35,13 +35,13 @@ pub struct ControllerParameters {
     pub mode: Mode,
     /// Depth setpoint, positive down, until the schedule or the topic gives another; within depth.min and
     /// depth.max.
-    #[parameter(default = 0.0, unit = "m", range = -1e4..=1e4)]
+    #[parameter(default = 0.0, unit = "m", range = 0.0..=1e4)]
     pub depth_setpoint: f64,
     /// Pitch setpoint in mode pitch, positive bow up; limited by depth.pitch_limit.
     #[parameter(default = 0.0, unit = "rad", range = -FRAC_PI_2..=FRAC_PI_2)]
     pub pitch_setpoint: f64,
     /// Course setpoint if course.active, relative to the first course, positive to starboard.
-    #[parameter(default = 0.0, unit = "rad", range = -PI..=PI)]
+    #[parameter(default = 0.0, unit = "rad", range = -TAU..=TAU)]
     pub course_setpoint: f64,
     /// Speed setpoint if speed.active, through the water; default 1 ft/s, the report's reference.
     #[parameter(default = 0.3048, unit = "m/s", range = 0.0..=10.0)]
@@ -120,11 +120,11 @@ pub struct Depth {
     /// Limit of the pitch command to either side, 45 degrees (Brunner 1988, ch. II.B).
     #[parameter(default = FRAC_PI_4, unit = "rad", range = 0.0..=FRAC_PI_2)]
     pub pitch_limit: f64,
-    /// Lower limit of the depth setpoint, from any source.
-    #[parameter(default = -1e4, unit = "m", range = -1e4..=1e4)]
+    /// Least depth setpoint from any source, positive down.
+    #[parameter(default = 0.0, unit = "m", range = 0.0..=1e4)]
     pub min: f64,
-    /// Upper limit of the depth setpoint, from any source.
-    #[parameter(default = 1e4, unit = "m", range = -1e4..=1e4)]
+    /// Largest depth setpoint from any source, positive down.
+    #[parameter(default = 1e4, unit = "m", range = 0.0..=1e4)]
     pub max: f64,
     /// Rate limit of the depth setpoint; 0: none.
     #[parameter(default = 0.0, unit = "m/s", range = 0.0..=1e3)]
@@ -260,7 +260,7 @@ pub struct ScheduleParameters {
     #[parameter(default = Vec::new(), unit = "m", range = 0.0..=1e9)]
     pub distances: Vec<f64>,
     /// Scheduled depths, positive down, one per time or distance; a setpoint from the topic ends the schedule.
-    #[parameter(default = Vec::new(), unit = "m", range = -1e4..=1e4)]
+    #[parameter(default = Vec::new(), unit = "m", range = 0.0..=1e4)]
     pub depths: Vec<f64>,
 }
 

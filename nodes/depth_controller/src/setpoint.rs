@@ -20,6 +20,12 @@ impl Bounds {
         max: f64::MAX,
         rate: 0.0,
     };
+
+    /// The value within the bounds.
+    #[must_use]
+    pub(crate) fn hold(&self, value: f64) -> f64 {
+        value.clamp(self.min, self.max)
+    }
 }
 
 /// The operator's last command.
@@ -95,9 +101,8 @@ impl Setpoint {
 
     /// The setpoint `dt` seconds on, on its way from where it stood, or from `present`, to `target`.
     pub(crate) fn follow(&mut self, target: f64, present: f64, bounds: Bounds, dt: f64) -> f64 {
-        let within = |value: f64| value.clamp(bounds.min, bounds.max);
-        let from = within(self.held.unwrap_or(present));
-        let held = bounded(slewed(from, within(target), bounds.rate, dt));
+        let from = bounds.hold(self.held.unwrap_or(present));
+        let held = bounded(slewed(from, bounds.hold(target), bounds.rate, dt));
         self.held = Some(held);
         held
     }

@@ -281,7 +281,10 @@ fn pitch_is_held_within_the_limit() {
     let (command, control) = controller.on_state(&state(0)).unwrap();
     assert!((command.dive_planes - 0.7 * 0.2).abs() < 1e-15);
     assert_eq!(control.mode, ControlState::MODE_PITCH);
-    controller.set_setpoint(Quantity::Pitch, -3.0).unwrap();
+    assert_eq!(
+        controller.set_setpoint(Quantity::Pitch, -1.5).unwrap(),
+        -std::f64::consts::FRAC_PI_4
+    );
     let (_, control) = controller.on_state(&state(1)).unwrap();
     assert!(control.pitch_command_limited);
     assert_eq!(control.pitch_command, -std::f64::consts::FRAC_PI_4);
@@ -317,6 +320,43 @@ fn what_is_not_finite_is_refused_and_changes_nothing() {
     );
     assert!(controller.set_setpoint(Quantity::Pitch, f64::NAN).is_err());
     assert_eq!(controller.on_state(&state(1)).unwrap(), before);
+}
+
+#[test]
+fn a_setpoint_that_its_parameter_would_refuse_is_refused_and_the_last_one_stays() {
+    let mut controller = controller(&[("depth_setpoint", Value::Double(0.1))]);
+    for (quantity, value, rule) in [
+        (Quantity::Depth, -3.0, "[0, 10000] m, positive down"),
+        (Quantity::Pitch, 30.0, "rad, positive bow up"),
+        (Quantity::Course, 90.0, "rad, positive to starboard"),
+        (Quantity::Speed, -0.5, "[0, 10] m/s"),
+    ] {
+        let refusal = controller.set_setpoint(quantity, value).unwrap_err();
+        let refusal = refusal.to_string();
+        assert!(refusal.contains(rule), "{refusal}");
+        let (_, control) = controller.on_state(&state(1)).unwrap();
+        assert_eq!(control.depth_setpoint, 0.1);
+        assert_eq!(control.course_setpoint, 0.0);
+        assert!(!control.speed_held);
+    }
+}
+
+#[test]
+fn a_vehicle_that_was_reset_begins_a_new_run_though_its_time_goes_on() {
+    let mut controller = controller(&[
+        ("depth.i", Value::Double(0.5)),
+        ("schedule.times", Value::DoubleArray(vec![0.0, 1.0])),
+        ("schedule.depths", Value::DoubleArray(vec![1.0, 3.0])),
+    ]);
+    let first = controller.on_state(&state(0)).unwrap();
+    for tick in 1..40 {
+        controller.on_state(&state(tick)).unwrap();
+    }
+    let mut reset = state(40);
+    reset.planes_source = VehicleState::PLANES_RESET;
+    let (command, control) = controller.on_state(&reset).unwrap();
+    assert_eq!(command.dive_planes, first.0.dive_planes);
+    assert_eq!(control.depth_setpoint, 1.0, "the schedule begins anew");
 }
 
 fn deep(tick: i64, depth: f64) -> VehicleState {

@@ -3,5 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    dha_actuator::main(std::env::args().skip(1).collect())
+    dha_actuator::main(std::env::args_os().skip(1).collect())
 }

@@ -1,5 +1,6 @@
 //! The node: the plane motion for every plane command.
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -26,11 +27,11 @@ enum Event {
 
 /// Runs the node with its command-line arguments until it is stopped.
 #[must_use]
-pub fn main(args: Vec<String>) -> ExitCode {
+pub fn main(args: Vec<OsString>) -> ExitCode {
     planesman_node::exit_code("dha_actuator", || run(args))
 }
 
-fn run(args: Vec<String>) -> Result<()> {
+fn run(args: Vec<OsString>) -> Result<()> {
     let (rt, parameters) = Runtime::start(
         NodeSpec {
             name: "dha_actuator",

@@ -7,10 +7,10 @@
 use planesman_vehicle::vehicle_file::{self, VehicleError};
 
 fn main() -> Result<(), VehicleError> {
-    let name = std::env::args().nth(1).unwrap_or("brunner".to_owned());
+    let name = std::env::args_os().nth(1).unwrap_or("brunner".into());
     print!(
         "{}",
-        plant_sim::robot_description(&vehicle_file::load(&name)?)
+        plant_sim::robot_description(&vehicle_file::load(&name.to_string_lossy())?)
     );
     Ok(())
 }

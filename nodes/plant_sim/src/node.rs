@@ -3,6 +3,7 @@
 //! [`Plant`] moves the vehicle; this module decides when a tick ends, in one of the ways
 //! that ARCHITECTURE.md ("Time") describes.
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
@@ -58,11 +59,11 @@ enum Event {
 
 /// Runs the node with its command-line arguments until it is asked to stop.
 #[must_use]
-pub fn main(args: Vec<String>) -> ExitCode {
+pub fn main(args: Vec<OsString>) -> ExitCode {
     planesman_node::exit_code("plant_sim", || run(args))
 }
 
-fn run(args: Vec<String>) -> Result<()> {
+fn run(args: Vec<OsString>) -> Result<()> {
     let (rt, parameters) = Runtime::start(
         NodeSpec {
             name: "plant_sim",
@@ -140,6 +141,8 @@ struct Node {
     /// The actuator's answers where no tick waits for them.
     answers: Answers,
     paused: bool,
+    /// Whether the vehicle is to be reset before the next tick.
+    reset_due: bool,
     stepping: Option<Stepping>,
     /// Ticks without the actuator's answer, ticks flown on an older one, and ticks that the clock was ahead.
     held: u64,
@@ -212,6 +215,7 @@ impl Node {
             observation: None,
             answers: Answers::new(plant.tick_nanos(), parameters.delay_budget),
             paused: parameters.start_paused,
+            reset_due: false,
             stepping: None,
             held: 0,
             delayed: 0,
@@ -256,7 +260,9 @@ impl Node {
             }
             Event::Step(request, responder) => self.step(rt, &request, responder)?,
             Event::Reset(responder) => {
-                self.plant.reset();
+                // What was published at a stamp stays so: a tick that is on is flown first.
+                self.reset_due = true;
+                self.reset_between_ticks();
                 log::info!("vehicle reset to its initial state; time continues");
                 responder.answer(TriggerResponse {
                     success: true,
@@ -288,6 +294,12 @@ impl Node {
 
     fn stamp(&self) -> Time {
         Time::from_nanos(self.stamp)
+    }
+
+    fn reset_between_ticks(&mut self) {
+        if self.observation.is_none() && std::mem::take(&mut self.reset_due) {
+            self.plant.reset();
+        }
     }
 
     fn on_motion(&mut self, motion: PlaneMotion) {
@@ -498,6 +510,7 @@ impl Node {
             }
         }
         self.observation = None;
+        self.reset_between_ticks();
         self.k += 1;
         self.stamp += self.plant.tick_nanos();
         if self.ticks == Some(self.k) {

@@ -3,5 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    recorder::node::main(std::env::args().skip(1).collect())
+    recorder::node::main(std::env::args_os().skip(1).collect())
 }

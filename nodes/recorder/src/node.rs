@@ -1,6 +1,7 @@
 //! The node: records the topics of the loop, or those that are selected, undecoded, into a bag.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -63,11 +64,11 @@ enum Event {
 
 /// Runs the node with its command-line arguments until it is asked to stop.
 #[must_use]
-pub fn main(args: Vec<String>) -> ExitCode {
+pub fn main(args: Vec<OsString>) -> ExitCode {
     planesman_node::exit_code("recorder", || run(args))
 }
 
-fn run(args: Vec<String>) -> Result<()> {
+fn run(args: Vec<OsString>) -> Result<()> {
     let (rt, parameters) = Runtime::start(
         NodeSpec {
             name: "recorder",

@@ -1,6 +1,7 @@
 //! The node: identifies models from live topics and publishes the estimates.
 
 use std::collections::BTreeMap;
+use std::ffi::OsString;
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -42,11 +43,11 @@ const WATCH: &str = "--watch";
 
 /// Runs the node with its command-line arguments until it is asked to stop.
 #[must_use]
-pub fn main(args: Vec<String>) -> ExitCode {
+pub fn main(args: Vec<OsString>) -> ExitCode {
     planesman_node::exit_code("sysid", || run(args))
 }
 
-fn run(mut args: Vec<String>) -> Result<()> {
+fn run(mut args: Vec<OsString>) -> Result<()> {
     let screen = args
         .first()
         .is_some_and(|first| first == WATCH)

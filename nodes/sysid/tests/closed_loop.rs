@@ -252,6 +252,35 @@ fn a_gap_keeps_the_estimate_and_costs_only_the_rows_it_touches() {
     assert!(last.valid && miss(&identifier) < 0.10);
 }
 
+/// A dive of 300 ticks after which the vehicle is put back to its initial state, time going on, and dives again for a minute.
+fn dive_with_a_reset(flagged: bool) -> Vec<Message> {
+    let first = dive(300, 0.05);
+    let mut second = dive(1200, 0.05);
+    for (tick, (state, motion)) in (300..).zip(&mut second) {
+        state.header.stamp = stamp(tick);
+        motion.header.stamp = stamp(tick);
+    }
+    if flagged {
+        second[0].0.planes_source = VehicleState::PLANES_RESET;
+    }
+    let both = first.into_iter().chain(second);
+    both.flat_map(|(state, motion)| [Message::State(state), Message::Motion(motion)])
+        .collect()
+}
+
+#[test]
+fn a_vehicle_that_is_reset_costs_only_the_rows_that_the_jump_touches() {
+    let mut told = identifier(&[]);
+    estimates(&mut told, &dive_with_a_reset(true));
+    let last = told.estimate(stamp(1500));
+    assert_eq!(last.samples, 1500 - 2 * 3);
+    assert!(last.valid && miss(&told) < 0.10, "{}", miss(&told));
+    // The jump is worth seeing: taken for the vehicle's motion, it is what the model explains.
+    let mut untold = identifier(&[]);
+    estimates(&mut untold, &dive_with_a_reset(false));
+    assert!(miss(&untold) > 0.3, "{}", miss(&untold));
+}
+
 #[test]
 fn time_going_back_begins_the_identification_anew() {
     let messages = in_order(200);

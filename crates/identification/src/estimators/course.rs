@@ -17,6 +17,7 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use super::coloured::whitening;
 use super::rows::impulse;
 use super::stability::held_within;
+use crate::parallel::stop_point;
 use crate::structure::{Layout, Problem, filter};
 
 /// Dampings tried within one step before the search ends.
@@ -256,6 +257,7 @@ impl Course {
         let mut here = self.total(&theta, parts)?;
         let mut damping = 1e-3;
         for _ in 0..search.steps {
+            stop_point();
             let mut better = None;
             for _ in 0..TRIALS {
                 let there = damped(&here.information, &here.gradient, damping)

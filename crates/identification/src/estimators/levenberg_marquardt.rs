@@ -12,6 +12,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::batch::Triangle;
 use crate::error::{IdentificationError, Result};
+use crate::parallel::stop_point;
 
 /// Steps at most; ten are usual.
 const STEPS: usize = 200;
@@ -58,6 +59,7 @@ pub(super) fn minimise(
     }
     let mut damping = 1e-3;
     for _ in 0..STEPS {
+        stop_point();
         let Some(valley) = Valley::of(&here)? else {
             break;
         };

@@ -12,6 +12,7 @@ use super::rows::{freedom, samples_by_run};
 use super::vehicle::{Found, Vehicle};
 use crate::batch::Triangle;
 use crate::error::{IdentificationError, Result};
+use crate::parallel::stop_point;
 use crate::structure::{Problem, Start, variance};
 
 /// Why there is no vehicle.
@@ -338,6 +339,7 @@ impl Estimator for VehicleFilter {
         let mut filter = Filter::new(self.vehicle, problem.sample_time, settings)?;
         let (mut biases, mut residuals) = (Vec::new(), Vec::new());
         for _ in 0..self.passes.max(1) {
+            stop_point();
             filter = Filter::new(self.vehicle, problem.sample_time, settings)?;
             (biases, residuals) = (Vec::new(), Vec::new());
             for run in &problem.runs {
