@@ -4,7 +4,6 @@
 #![allow(clippy::unwrap_used)]
 
 mod browser;
-mod foreign;
 mod stage;
 
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
@@ -12,7 +11,7 @@ use std::net::{Ipv4Addr, TcpStream};
 use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
-use foreign::{root, skip};
+use browser::peers::{root, skip};
 use planesman_msgs::Message as _;
 use planesman_msgs::diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus};
 use planesman_msgs::rcl_interfaces::msg::Log;

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::Command;
 
 #[path = "../foreign/peers.rs"]
-mod peers;
+pub(crate) mod peers;
 
 /// A page as the browser shows it.
 pub(crate) struct Seen {
