@@ -81,7 +81,7 @@ fn a_scenario_with_a_bad_value_is_refused_before_anything_starts() {
     for (parameters, says) in [
         (
             "  depth_controller: {depth.q: 1.0}",
-            vec!["depth_controller", "depth.q", "not declared"],
+            vec!["depth_controller", "depth.q", "has no parameter"],
         ),
         (
             "  depth_controller: {depth: {p: .nan}}",

@@ -97,10 +97,11 @@ mod tests {
         let text = table(&[("", Reading::of(&estimate, 0))]);
         let text = text.text(Format::Csv).unwrap();
         let rows: Vec<&str> = text.lines().skip(1).collect();
-        // dp/da1 = -p/(p - 0.01), dp/da2 = -1/(p - 0.01): 1.9600e-3 sqrt(0.9^2 + 1)/0.89 = 0.0030; of s the same over p T.
+        // dp/da1 = -p/(p - 0.01), dp/da2 = -1/(p - 0.01): 1.9600e-3 sqrt(0.9^2 + 1)/0.89 = 0.0030; of s the same over p T, 0.0329;
+        // of the time constant that over s^2, 0.0297.
         assert_eq!(
             rows[0],
-            "0.9000 ± 0.0030,-1.0536 ± 0.0329,time constant 0.9491 ± 0.0296 s"
+            "0.9000 ± 0.0030,-1.0536 ± 0.0329,time constant 0.9491 ± 0.0297 s"
         );
         assert!(rows[1].starts_with("0.0100 ± 0.0022,-46.05"), "{text}");
         assert!(rows[1].ends_with(ARTEFACT), "{text}");
