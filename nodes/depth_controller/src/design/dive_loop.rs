@@ -384,7 +384,7 @@ impl DiveLoop {
     /// The sampled loop closed, from the depth setpoint to the depth, at the ticks; `None` for a continuous one.
     ///
     /// Beside the vehicle and the commands on their way its states are the filtered rate of the last tick and the integrals, as
-    /// [`crate::autopilot`] keeps them.
+    /// the autopilot keeps them.
     #[must_use]
     pub fn sampled_closed_loop(&self) -> Option<StateSpace> {
         let system = &self.plant.sampled.as_ref()?.system;
