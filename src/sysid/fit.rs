@@ -29,9 +29,33 @@ type IdentificationResult = Result<Analysis, IdentificationError>;
 /// The largest order of a model with poles.
 const MOST: usize = 20;
 
+/// The options that `-h` shows; `--help` shows all.
+const SHORT: [&str; 15] = [
+    "data",
+    "input",
+    "output",
+    "reference",
+    "rate",
+    "window",
+    "validation",
+    "sample_time",
+    "method",
+    "order",
+    "delay",
+    "speed",
+    "json",
+    "model",
+    "html",
+];
+
+fn in_short(argument: clap::Arg) -> clap::Arg {
+    let is_shown = SHORT.contains(&argument.get_id().as_str());
+    argument.hide_short_help(!is_shown)
+}
+
 /// Identify a model between two signals of a bag or CSV file, with uncertainty, tests and a verdict.
 #[derive(Clone, Debug, Parser)]
-#[command(name = "sysid fit")]
+#[command(name = "sysid fit", mut_args = in_short)]
 pub struct FitArgs {
     #[command(flatten)]
     signals: SignalArgs,
