@@ -41,20 +41,27 @@ const EXAMPLES: &str = "\
 Examples:
   planesman                                           fly the built-in dive
   planesman dive --set depth_controller.depth.p=1.2   with another gain
-  planesman sim dive --out dive.csv                   in one process, into a table
-  planesman sysid topics dive.csv                     what there is to identify from
+  planesman sim dive --out dive.csv                   in one process, as a table
+  planesman sysid topics dive.csv                     what can be identified
   planesman sysid fit dive.csv -i dive_planes -o pitch_rate
-  planesman doctor                                    whether nodes find each other here";
+  planesman doctor                                    do nodes find each other?";
 
 /// Sweeps of each kind.
 const SWEEPS: &str = "\
 Examples:
-  planesman sweep dive --vary depth_controller.depth.p=0.4:1.6:0.1 --vary plant_sim.speed=1ft/s,2ft/s --seeds 10
-  planesman sweep dive --vary depth_controller.depth.p=0.4..1.6 --vary depth_controller.depth.d=0..3 --samples 200
-  planesman sweep dive --vary dha_actuator.model=ideal,dha --seeds 1000 --out sweep --shard 1/4";
+  planesman sweep dive --vary plant_sim.speed=1ft/s,2ft/s --seeds 10 \\
+      --vary depth_controller.depth.p=0.4:1.6:0.1
+  planesman sweep dive --vary depth_controller.depth.p=0.4..1.6 \\
+      --vary depth_controller.depth.d=0..3 --samples 200
+  planesman sweep dive --vary dha_actuator.model=ideal,dha --seeds 1000 \\
+      --out sweep --shard 1/4";
 
-/// What follows a dive.
-const AFTER_A_DIVE: &str = "\
+/// Dives, and what follows one.
+const DIVES: &str = "\
+Examples:
+  planesman dive --set depth_controller.depth.p=1.2
+  planesman dive remus_100 --factor 1 --watch
+
 Next:
   planesman report FOLDER             summarise the flight again
   planesman bag info FOLDER/bag       topics, counts, and what the bag lacks
@@ -69,7 +76,7 @@ fn help(parts: &[&str]) -> String {
 /// Without a command it dives: it starts the simulated vehicle, its controller, its hydraulic
 /// actuator, an identifier and a recorder as separate processes over DDS, and prints a summary.
 #[derive(Parser)]
-#[command(name = "planesman", version, args_conflicts_with_subcommands = true, after_help = help(&[EXAMPLES, EXIT_CODES]))]
+#[command(name = "planesman", version, max_term_width = 80, args_conflicts_with_subcommands = true, after_help = help(&[EXAMPLES, EXIT_CODES]))]
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
@@ -80,19 +87,31 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     /// Run a scenario as separate processes over DDS (the default)
-    #[command(after_help = help(&[AFTER_A_DIVE, EXIT_CODES]))]
+    #[command(after_help = help(&[DIVES, EXIT_CODES]))]
     Dive(DiveArgs),
     /// Run a scenario in one process, without DDS, and write a bag or a CSV file
+    #[command(
+        after_help = "Examples:\n  planesman sim dive --out dive.csv\n  planesman sim remus_100 --set plant_sim.speed=2kn --out remus.mcap"
+    )]
     Sim(SimArgs),
     /// Fly a scenario many times with other parameters and seeds, and compare
     #[command(after_help = SWEEPS)]
     Sweep(planesman::sweep::SweepArgs),
     /// Summarise a recorded flight from its folder, or compare several
+    #[command(
+        after_help = "Examples:\n  planesman report runs/dive\n  planesman report before after --html flights.html"
+    )]
     Report(report::ReportArgs),
     /// Run the live identifier on a bag and compare with its published estimates
+    #[command(
+        after_help = "Example:\n  planesman replay runs/dive/bag --params-file runs/dive/parameters.yaml"
+    )]
     Replay(planesman::sysid::replay::ReplayArgs),
     /// Identify models from bags or CSV files: list signals, fit, test estimators, watch
-    #[command(subcommand)]
+    #[command(
+        subcommand,
+        after_help = "Examples:\n  planesman sysid topics dive.csv\n  planesman sysid fit dive.csv -i dive_planes -o pitch_rate"
+    )]
     Sysid(planesman::sysid::Command),
     /// Show the loops of the domain on a page in the browser: charts, parameters, commands, log
     #[command(
@@ -100,11 +119,20 @@ enum Command {
     )]
     Watch(watch::WatchArgs),
     /// Inspect a bag
-    #[command(subcommand)]
+    #[command(
+        subcommand,
+        after_help = "Example:\n  planesman bag info runs/dive/bag"
+    )]
     Bag(BagCommand),
     /// Print a vehicle's transfer functions, continuous and sampled, or as the thesis prints them
+    #[command(
+        after_help = "Examples:\n  planesman tf brunner --output pitch --speed 1ft/s\n  planesman tf model.yaml --speed 2kn"
+    )]
     Tf(tf_command::TfArgs),
     /// List every parameter of every node, with unit, range and default
+    #[command(
+        after_help = "Examples:\n  planesman params depth_controller\n  planesman params --yaml --scenario dive > params.yaml"
+    )]
     Params {
         /// Only the parameters of this node
         node: Option<String>,
@@ -119,16 +147,25 @@ enum Command {
         format: Option<Format>,
     },
     /// Compute a vehicle's coefficients from its geometry, and compare with its file
+    #[command(after_help = "Example:\n  planesman coefficients brunner --speed 1ft/s")]
     Coefficients(CoefficientsArgs),
     /// Design the depth and pitch loops: stability, margins, root locus, pole placement, gains
-    #[command(subcommand)]
+    #[command(
+        subcommand,
+        after_help = "Example:\n  planesman design analyse brunner --speed 1ft/s"
+    )]
     Design(DesignCommand),
     /// Analyse the digital hydraulic actuator: sizes, frequency response, limit cycles, the 1966 tables
-    #[command(subcommand)]
+    #[command(
+        subcommand,
+        after_help = "Examples:\n  planesman dha size auv\n  planesman dha limit-cycles --html limit_cycles.html"
+    )]
     Dha(DhaCommand),
     /// Recompute the numbers of the two historical reports and print which agree
+    #[command(after_help = "Example:\n  planesman reproduce --html book.html")]
     Reproduce(ReproduceArgs),
     /// Say whether nodes find each other here: domain, middleware, multicast, messages, other loops
+    #[command(after_help = "Example:\n  planesman doctor --namespace /auv2")]
     Doctor {
         /// The namespace to look for other loops in
         #[arg(long, default_value = nodes::NAMESPACE, value_parser = NonEmptyStringValueParser::new())]
@@ -136,7 +173,7 @@ enum Command {
     },
     /// Print a script that completes command lines in a shell
     #[command(
-        after_help = "Example:\n  planesman completions bash > ~/.local/share/bash-completion/completions/planesman"
+        after_help = "Example:\n  planesman completions bash \\\n      > ~/.local/share/bash-completion/completions/planesman"
     )]
     Completions {
         /// The shell
@@ -144,13 +181,14 @@ enum Command {
     },
     /// Print the manual page of the program or of a command
     #[command(
-        after_help = "Example:\n  planesman man | man -l -\n  planesman man sysid fit | man -l -"
+        after_help = "Examples:\n  planesman man | man -l -\n  planesman man sysid fit | man -l -"
     )]
     Man {
         /// A command, as sysid fit
         command: Vec<String>,
     },
     /// Run one node in this process, as `ros2 run` does
+    #[command(after_help = "Example:\n  planesman node plant_sim --ros-args -p speed:=0.5")]
     Node(NodeArgs),
 }
 
@@ -209,6 +247,7 @@ struct Changes {
 #[derive(Subcommand)]
 enum BagCommand {
     /// Print topics, counts and times, whether the bag is complete, and which published messages it lacks
+    #[command(after_help = "Example:\n  planesman bag info runs/dive/bag")]
     Info {
         /// A bag folder, a metadata.yaml or an .mcap file
         path: PathBuf,

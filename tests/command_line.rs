@@ -368,3 +368,114 @@ fn a_sweep_goes_on_where_it_was_interrupted_and_its_parts_are_the_whole() {
     parts.sort_by_key(|row| row.split(',').next().unwrap().parse::<usize>().unwrap());
     assert_eq!(parts, rows(&whole));
 }
+
+#[test]
+fn a_slip_of_the_hand_is_answered_with_what_was_meant_and_what_is_taken() {
+    let stage = Stage::new();
+    let set = |change: &'static str| vec!["sim", "dive", "--set", change];
+    for (code, arguments, says) in [
+        (
+            1,
+            set("depth_controller.depth.P=1"),
+            "did you mean 'depth.p'?",
+        ),
+        (
+            1,
+            set("plant_sim.speed=2furlongs"),
+            "a number in m/s is expected, or one with its unit: m/s, ft/s, kn, km/h",
+        ),
+        (
+            1,
+            set("depth_controller.depth_setpoint=-3"),
+            "-3.0 refused: it must lie in [0, 10000] m, positive down",
+        ),
+        (
+            1,
+            set("depth_controller.schedule.depths=[-1.0]"),
+            "must lie in [0, 10000] m, positive down",
+        ),
+        (
+            1,
+            vec!["sim", "dives"],
+            "did you mean 'dive'?; a YAML file or one of dive, ",
+        ),
+        (2, vec!["sim", "dive", "--ot", "x"], "did you mean '--out'?"),
+        (
+            1,
+            vec!["params", "depth_controler"],
+            "did you mean 'depth_controller'?",
+        ),
+        (1, vec!["node", "plant_simm"], "did you mean 'plant_sim'?"),
+        (1, vec!["tf", "brunnr"], "did you mean 'brunner'?"),
+    ] {
+        refused(&stage, code, &arguments, &[says]);
+    }
+    // Knots are a speed.
+    let flown = [
+        "sim",
+        "dive",
+        "--set",
+        "plant_sim.speed=0.5kn",
+        "--out",
+        "knots.csv",
+    ];
+    stage.run(&flown).success();
+}
+
+#[test]
+fn a_file_of_another_kind_is_refused_with_the_command_that_converts_it() {
+    let stage = Stage::new();
+    for (name, kind, command) in [
+        ("log.mat", "a MATLAB file", "scipy.io.loadmat('"),
+        ("log.XLSX", "a spreadsheet", "pandas.read_excel('"),
+        ("log.parquet", "a Parquet file", "pandas.read_parquet('"),
+        ("log.h5", "an HDF5 file", "h5py.File('"),
+        ("log.npz", "an archive of numpy", "numpy.load('"),
+        ("log.pkl", "a pickle of Python", "pandas.read_pickle('"),
+        ("log.tlog", "a telemetry log of MAVLink", "mavlogdump.py "),
+        ("log.bin", "a log of ArduPilot", "mavlogdump.py "),
+        ("log.bag", "a bag of ROS 1", "rosbags-convert --src "),
+    ] {
+        let file = stage.file(name, "something");
+        let says = [kind, "convert it: `", command, file.as_str()];
+        refused(&stage, 1, &["sysid", "topics", &file], &says);
+    }
+}
+
+#[test]
+fn an_argument_that_is_not_utf_8_is_a_word_and_an_exit_status() {
+    use std::ffi::{OsStr, OsString};
+    use std::os::unix::ffi::OsStrExt as _;
+
+    let stage = Stage::new();
+    let bad = OsStr::from_bytes(b"caf\xe9");
+    let run = |arguments: &[&OsStr]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_planesman"));
+        command.current_dir(stage.path(".")).args(arguments);
+        command.output().unwrap()
+    };
+    let [sim, dive, out, node, plant] =
+        ["sim", "dive", "--out", "node", "plant_sim"].map(OsStr::new);
+    let assignment: OsString = [OsStr::new("frame_prefix:="), bad].into_iter().collect();
+    let [ros, p] = ["--ros-args", "-p"].map(OsStr::new);
+    for (code, arguments) in [
+        (2, vec![bad]),
+        (2, vec![dive, bad]),
+        (2, vec![sim, bad]),
+        (1, vec![node, plant, ros, p, &assignment]),
+    ] {
+        let outcome = run(&arguments);
+        let said = String::from_utf8(outcome.stderr).unwrap();
+        assert_eq!(outcome.status.code(), Some(code), "{arguments:?}: {said}");
+        assert!(
+            said.contains("UTF-8") && !said.contains("panicked"),
+            "{said}"
+        );
+        assert_eq!(said.lines().count(), 1, "{said}");
+    }
+    // What is only a path may be called anything.
+    let file: OsString = [bad, OsStr::new(".csv")].into_iter().collect();
+    let outcome = run(&[sim, dive, out, &file]);
+    assert!(outcome.status.success(), "{outcome:?}");
+    assert!(std::path::Path::new(&stage.path(".")).join(&file).is_file());
+}

@@ -284,8 +284,8 @@ fn every_cell_that_is_no_number_is_counted_and_shown() {
     let taken = fit(&table, "-i u -o y --order 1").taken;
     let account = taken.account();
     for note in [
-        "'u': of 200 cells 1 empty",
-        "'y [rad]': of 200 cells 1 empty, 2 no numbers, the first 'n/a\\u001b[2J' in row 31",
+        "'u': of 200 cells 1 empty, the first in line 22",
+        "'y [rad]': of 200 cells 1 empty, the first in line 52, 2 no numbers, the first 'n/a\\u001b[2J' in line 32",
         "'y' is the column 'y [rad]'",
     ] {
         assert!(account.contains(note), "{account}");

@@ -42,10 +42,10 @@ class Columns(dict[str, Any]):
         return of_rows(list(self), list(zip(*self.values())))
 
 
-def of_rows(names: Sequence[str], rows: Sequence[Sequence[Any]], note: str = "") -> str:
-    """A table as HTML; of a long one the first and the last rows."""
+def of_rows(names: Sequence[str], rows: Sequence[Sequence[Any]], note: str = "", *, whole: bool = False) -> str:
+    """A table as HTML; of a long one the first and the last rows, unless it is to be shown whole."""
     shown: list[Sequence[Any] | None] = list(rows)
-    if len(rows) > _HEAD + _TAIL + 1:
+    if not whole and len(rows) > _HEAD + _TAIL + 1:
         shown = [*rows[:_HEAD], None, *rows[-_TAIL:]]
         note = note or f"{len(rows)} rows"
     head = _row("th", names)

@@ -403,7 +403,8 @@ class Model:
             rows.append([_plus_minus(pole.real, off.real), imaginary, means])
         if self.dc_gain is not None:
             rows.append([_plus_minus(self.dc_gain, self.uncertainty.dc_gain or 0.0), "", "steady gain"])
-        table = _tables.of_rows(["pole [1/s], real part", "imaginary part", "what it does"], rows, "± : 95 %")
+        heads = ["pole [1/s], real part", "imaginary part", "what it does"]
+        table = _tables.of_rows(heads, rows, "± : 95 %", whole=True)
         verdict = "".join(f"<li>{html.escape(sentence)}</li>" for sentence in self.verdict)
         return f"<p><b>{html.escape(repr(self))}</b></p>{table}<ul>{verdict}</ul>"
 

@@ -82,7 +82,7 @@ class Flight(Mapping[str, NDArray[np.float64]]):
     def _repr_html_(self) -> str:
         names = ["column", "unit", "first", "least", "most", "last"]
         edges = [(name, self.units[name], of[0], of.min(), of.max(), of[-1]) for name, of in self.items() if len(of)]
-        return _tables.of_rows(names, edges, f"Flight of {len(self['time'])} ticks, {len(self)} columns")
+        return _tables.of_rows(names, edges, f"Flight of {len(self['time'])} ticks, {len(self)} columns", whole=True)
 
     def frame(self) -> pandas.DataFrame:
         """As a pandas DataFrame over `time`."""

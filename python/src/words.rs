@@ -62,6 +62,7 @@ pub(crate) fn in_python(message: &str) -> String {
 fn value<'a>(option: &str, rest: &'a str) -> Option<(String, &'a str)> {
     let rest = rest.strip_prefix(' ')?;
     let end = rest.find([' ', ',', ';', ')', '\'']).unwrap_or(rest.len());
+    let end = rest[..end].trim_end_matches(':').len();
     let (word, behind) = rest.split_at(end);
     let stands = |it: &str| it.len() > 1 && it.chars().all(|c| c.is_ascii_uppercase() || c == ':');
     if let Some((from, to)) = word.split_once("..") {

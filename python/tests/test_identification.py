@@ -126,7 +126,7 @@ def test_what_is_refused_is_refused_in_one_sentence(bag: Path) -> None:
         (lambda: planesman.fit(data, "u", "y", sample_time=0.05, method="magic"), "magic"),
         (lambda: planesman.fit(data, "u", "y", sample_time=-1.0), "-1"),
         (lambda: planesman.fit({**data, "u": data["u"] + 1j}, "u", "y", sample_time=0.05), "'u' is no array of numbers: it is complex"),
-        (lambda: planesman.fit(data, "u", "y", sample_time=0.05, heave_doubt=1.0, method="vehicle"), "heave"),
+        (lambda: planesman.fit(data, "u", "y", sample_time=0.05, heave=(1, 0, 0, 0)), "heave and vehicle are for method='vehicle' and kalman"),
         (lambda: planesman.fit(data, "u", "y", sample_time=0.05, window=(0, 5), validation=(3, 9)), r"window=\(0, 5\) overlaps validation=\(3, 9\)"),
     ]:
         with pytest.raises(planesman.PlanesmanError, match=sentence) as refusal:
@@ -199,9 +199,9 @@ def test_a_folder_of_several_bags_is_refused_and_a_list_is_several_experiments(t
             call()
     both = planesman.fit(bags, *signals, order=3, delay=1)
     one = planesman.fit(bags[0], *signals, order=3, delay=1)
-    assert both.report["samples"] > 1.9 * one.report["samples"]
+    assert both.report["record"]["samples"] > 1.9 * one.report["record"]["samples"]
     for true in TRUE:
-        assert np.abs(both.continuous_poles - true).min() < 0.02
+        assert np.abs(both.continuous_poles - true).min() < 0.03
 
 
 def test_nothing_is_said_beyond_the_nyquist_frequency(model: planesman.Model) -> None:

@@ -25,10 +25,10 @@ pub struct PlaceArgs {
     #[arg(long, default_value_t = 0.3048, value_parser = speed(1e-3, 100.0))]
     speed: f64,
     /// Decay rate of the real pole (1/s)
-    #[arg(long, value_parser = within(1e-4, 100.0))]
+    #[arg(long, value_name = "RATE", value_parser = within(1e-4, 100.0))]
     real: f64,
     /// Natural frequency of the pole pair (rad/s)
-    #[arg(long, value_parser = within(1e-4, 100.0))]
+    #[arg(long, value_name = "W", value_parser = within(1e-4, 100.0))]
     frequency: f64,
     /// Damping ratio of the pole pair
     #[arg(long, default_value_t = 0.7, value_parser = within(0.0, 10.0))]

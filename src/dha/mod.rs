@@ -18,12 +18,18 @@ pub mod size;
 #[derive(Clone, Debug, clap::Subcommand)]
 pub enum DhaCommand {
     /// Simulate the 1966 study's flight-control tests and compare with its tables
+    #[command(after_help = "Example:\n  planesman dha bench --table 4-2")]
     Bench(bench::BenchArgs),
     /// Print the sizes of an actuator, or size one for a load
+    #[command(
+        after_help = "Examples:\n  planesman dha size auv_two_speed\n  planesman dha size --resolution '0.5 deg' --slew '60 deg/s'"
+    )]
     Size(Box<size::SizeArgs>),
     /// Compare the frequency responses of the linear and the full model
+    #[command(after_help = "Example:\n  planesman dha frequency auv --alone")]
     Frequency(frequency::FrequencyArgs),
     /// Print limit cycles of the AUV's depth loop with the actuator, predicted and simulated
+    #[command(after_help = "Example:\n  planesman dha limit-cycles auv --no-prediction")]
     LimitCycles(limit_cycles::LimitCyclesArgs),
 }
 

@@ -238,6 +238,11 @@ impl SignalArgs {
         }
     }
 
+    /// Whether no progress is to be shown.
+    pub(super) fn is_quiet(&self) -> bool {
+        self.data.quiet
+    }
+
     /// The same with columns in memory in place of the data.
     pub(super) fn of_columns(mut self, columns: Columns) -> Self {
         self.data.columns = Some(columns);

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow, bail};
 use clap::Parser;
+use indicatif::ProgressBar;
 use planesman_identification::analysis::{Analysis, Options, analyse, analyse_validated};
 use planesman_identification::estimators::recursive::{Forgetting, Options as Recursion};
 use planesman_identification::estimators::vehicle::{Heave, Vehicle};
@@ -29,9 +30,37 @@ type IdentificationResult = Result<Analysis, IdentificationError>;
 /// The largest order of a model with poles.
 const MOST: usize = 20;
 
+/// The options that `-h` shows; `--help` shows all.
+const SHORT: [&str; 15] = [
+    "data",
+    "input",
+    "output",
+    "reference",
+    "rate",
+    "window",
+    "validation",
+    "sample_time",
+    "method",
+    "order",
+    "delay",
+    "speed",
+    "json",
+    "model",
+    "html",
+];
+
+fn in_short(argument: clap::Arg) -> clap::Arg {
+    let is_shown = SHORT.contains(&argument.get_id().as_str());
+    argument.hide_short_help(!is_shown)
+}
+
 /// Identify a model between two signals of a bag or CSV file, with uncertainty, tests and a verdict.
 #[derive(Clone, Debug, Parser)]
-#[command(name = "sysid fit")]
+#[command(
+    name = "sysid fit",
+    mut_args = in_short,
+    override_usage = "planesman sysid fit [OPTIONS] -i <SIGNAL> -o <SIGNAL> <DATA>..."
+)]
 pub struct FitArgs {
     #[command(flatten)]
     signals: SignalArgs,
@@ -419,7 +448,7 @@ pub fn fit(args: &FitArgs) -> Result<Found> {
     };
     let (analysis, tried) = match options.first() {
         Some(options) => {
-            let working = spinner("models");
+            let working = args.progress(|| spinner("models"));
             let analysis = of(options);
             working.finish_and_clear();
             (analysis?, Vec::new())
@@ -461,10 +490,18 @@ impl FitArgs {
         Ok((taken, validation.transpose()?))
     }
 
+    /// Progress of long work, unless it is not wanted.
+    fn progress(&self, shown: impl FnOnce() -> ProgressBar) -> ProgressBar {
+        match self.signals.is_quiet() {
+            true => ProgressBar::hidden(),
+            false => shown(),
+        }
+    }
+
     /// Every method; those for a vehicle's equations only with what is known of the vehicle.
     fn try_all(&self, analyse: &dyn Fn(&Options) -> IdentificationResult) -> Vec<Trial> {
         let of_vehicle = self.vehicle.heave.is_some() || self.vehicle.vehicle.is_some();
-        let working = bar("methods", Method::ALL.len());
+        let working = self.progress(|| bar("methods", Method::ALL.len()));
         let methods = Method::ALL.into_iter();
         let wanted = methods.filter(|method| of_vehicle || !method.is_of_the_vehicle());
         let tried = wanted.map(|method| {

@@ -24,15 +24,28 @@ mod watch;
 #[derive(Clone, Debug, Subcommand)]
 pub enum Command {
     /// List every numeric field of a bag or CSV file, with rate, gaps, range and time history
+    #[command(
+        after_help = "Examples:\n  planesman sysid topics runs/dive/bag --topic imu\n  planesman sysid topics log.csv --time-unit ms"
+    )]
     Topics(topics::TopicsArgs),
     /// Identify a model between two signals of a bag or CSV file, with uncertainty, tests and a verdict
+    #[command(
+        after_help = "Examples:\n  planesman sysid fit dive.csv -i dive_planes -o pitch_rate --html model.html\n  planesman sysid fit bag -i plane_motion:dive_planes -o state:pitch_rate \\\n      --window 20..90 --order 3 --speed 1ft/s --model model.yaml\n  planesman sysid fit bag -i 'planes:position[ram]' -o imu:angular_velocity.y"
+    )]
     Fit(Box<fit::FitArgs>),
     /// Judge model files on data, beside each other: simulation, predictions, residual tests, poles, frequency response
+    #[command(
+        after_help = "Example:\n  planesman sysid compare first.yaml second.yaml bag --html compare.html"
+    )]
     Compare(Box<compare::CompareArgs>),
     /// Test every estimator by Monte Carlo simulation: bias, spread and coverage on five synthetic runs
-    #[command(name = "montecarlo")]
+    #[command(
+        name = "montecarlo",
+        after_help = "Example:\n  planesman sysid montecarlo --seeds 20"
+    )]
     MonteCarlo(montecarlo::MonteCarloArgs),
     /// Watch the estimates of a running identifier
+    #[command(after_help = "Example:\n  planesman sysid watch --namespace /auv")]
     Watch(watch::WatchArgs),
 }
 
