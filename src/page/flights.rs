@@ -255,7 +255,8 @@ fn modes_table(flights: &[Flown]) -> Markup {
                         td { "no valid model: " (flown.summary.no_model) } td { (truth.join("; ")) }
                     },
                     Some(found) => {
-                        @let found = found.modes();
+                        @let estimate = flown.flight.model.as_ref().and_then(sysid::estimate_of);
+                        @let found = estimate.map_or_else(|| found.modes(), |it| Reading::of(&it, 0).modes());
                         @for i in 0..found.len().max(truth.len()) {
                             tr {
                                 @if flights.len() > 1 { td { (flown.name) } }

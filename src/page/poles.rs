@@ -31,14 +31,11 @@ fn table(models: &[(&str, Reading<'_>)]) -> Table {
     let columns = ["pole in z", "pole in s [1/s]", "what it does"];
     let mut table = Table::of(names.iter().copied().chain(columns));
     for (name, reading) in models {
-        let mut poles = reading.poles().unwrap_or_default();
-        poles.retain(|it| it.value.im >= 0.0);
+        let poles = reading.slowest_first().unwrap_or_default();
         // A finite impulse response has poles at 0 alone.
         if poles.iter().all(|it| it.value.norm() == 0.0) {
             continue;
         }
-        // The slowest first; z = 0 is infinitely fast.
-        poles.sort_by(|p, q| p.value.ln().norm().total_cmp(&q.value.ln().norm()));
         for pole in poles {
             let s = reading.in_s(&pole);
             let does = match &s {

@@ -191,14 +191,24 @@ impl<'a> Reading<'a> {
         })
     }
 
-    /// What the poles do, in words with 95 % intervals, a pair once; without the artefacts of sampling, which are no modes of
-    /// the system.
+    /// The poles in z, the slowest first, a pair once.
+    ///
+    /// # Errors
+    /// As [`Reading::poles`].
+    pub fn slowest_first(&self) -> Result<Vec<Uncertain>> {
+        let mut poles = self.poles()?;
+        poles.retain(|it| it.value.im >= 0.0);
+        // z = 0 is infinitely fast.
+        poles.sort_by(|p, q| p.value.ln().norm().total_cmp(&q.value.ln().norm()));
+        Ok(poles)
+    }
+
+    /// What the poles do, in words with 95 % intervals, the slowest first; without the artefacts of sampling, which are no modes
+    /// of the system.
     #[must_use]
     pub fn modes(&self) -> Vec<String> {
-        let poles = self.poles().unwrap_or_default();
-        let modes = poles
-            .iter()
-            .filter(|it| it.value.im >= 0.0 && !is_sampling_artefact(it.value));
+        let poles = self.slowest_first().unwrap_or_default();
+        let modes = poles.iter().filter(|it| !is_sampling_artefact(it.value));
         modes
             .filter_map(|it| Some(self.in_s(it)?.mode_text()))
             .collect()

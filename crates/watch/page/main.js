@@ -105,6 +105,11 @@ function begin() {
   shown = fleet();
   const list = specifications().map(ofEach);
   charts.show(list, (number) => keep(specifications().filter((_, k) => k !== number)), followed);
+  for (const chart of document.querySelectorAll(".chart")) {
+    const title = chart.querySelector("b").textContent;
+    Object.assign(chart, { role: "figure", ariaLabel: title });
+    Object.assign(chart.querySelector("canvas"), { role: "img", ariaLabel: `${title} over time; the latest values stand above it` });
+  }
   const drawn = list.flatMap((chart) => chart.traces.map((trace) => trace.channel));
   const seen = shown.flatMap((name) => sideView.map((channel) => `${name}/${channel}`));
   channels = [...new Set([...drawn, ...seen])];
