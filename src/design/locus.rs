@@ -174,9 +174,14 @@ impl LocusArgs {
     }
 
     fn drawing<'a>(&self, drive: &Drive, varied: &'a str) -> Result<Plot<'a>> {
-        // Those of the actuator are far to the left and would make the rest small.
+        // Those of the actuator are far to the left and would make the rest small, unless they become unstable.
         let first = self.poles(drive, self.value(0.0))?;
-        let far = 4.0 * first.iter().map(|s| s.norm()).fold(1.0, f64::min).max(1.0);
+        let last = self.poles(drive, self.value(1.0))?;
+        let slowest = first.iter().map(|s| s.norm()).fold(1.0, f64::min).max(1.0);
+        let unstable = last.iter().filter(|s| s.re >= 0.0).map(|s| s.norm());
+        let far = unstable
+            .map(|norm| 1.2 * norm)
+            .fold(4.0 * slowest, f64::max);
         let near = |poles: Vec<Complex<f64>>| -> Vec<(f64, f64)> {
             let near = poles.into_iter().filter(|s| s.norm() < far);
             near.map(|s| (s.re, s.im)).collect()
