@@ -238,6 +238,7 @@ impl Loop {
 
     /// Everybody's answers to the present tick's state, on which the vehicle moves on.
     fn answer(&mut self, state: &VehicleState) -> Result<Answers> {
+        stop_point();
         let (command, control) = self
             .controller
             .on_state(state)
@@ -272,7 +273,6 @@ impl Iterator for Loop {
     type Item = Result<Tick>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        stop_point();
         (!self.is_over()).then(|| self.tick())
     }
 }
