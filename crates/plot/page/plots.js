@@ -318,7 +318,9 @@
       const px = uPlot.pxRatio;
       const side = (k, scale) => chart.valToPos(k, scale, true);
       const [wide, high] = [side(1, "x") - side(0, "x"), side(0, "y") - side(1, "y")];
-      const text = this.told(wide - 6 * px, high, px);
+      // Across, or upwards where the fields are narrow.
+      const across = this.told(wide - 6 * px, high, px);
+      const text = across ?? this.told(high - 6 * px, wide, px);
       ctx.textAlign = "center";
       ctx.textBaseline = "middle";
       data.heat.forEach((row, r) => row.forEach((value, c) => {
@@ -332,7 +334,13 @@
         } else {
           ctx.fillStyle = theme.colour("--muted");
         }
-        if (text) ctx.fillText(text(value, this.isBest(r, c)), a + wide / 2, b + high / 2);
+        if (text) {
+          ctx.save();
+          ctx.translate(a + wide / 2, b + high / 2);
+          if (!across) ctx.rotate(-Math.PI / 2);
+          ctx.fillText(text(value, this.isBest(r, c)), 0, 0);
+          ctx.restore();
+        }
         if (!this.isBest(r, c)) return;
         ctx.setLineDash([]);
         for (const [ink, thick] of [["#000", 5], ["#fff", 2]]) {
@@ -345,7 +353,7 @@
 
     isBest(row, column) { return this.data.best?.[0] === row && this.data.best[1] === column; }
 
-    // How the numbers are written in the fields: in as many digits as have room, at most four; not at all where not even two have.
+    // How the numbers are written in fields of this size: in as many digits as have room, at most four; not at all where not even two have.
     told(wide, high, px) {
       const { chart, data } = this;
       if (high < 13 * px) return null;
