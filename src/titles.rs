@@ -1,5 +1,5 @@
 //! The names of quantities as people read them, for the columns and fields that programs read: `settling_time_5 [s]` is
-//! "Settling time (5 %) [s]" on every page.
+//! `Settling time (5 %) [s]` on every page.
 
 /// Names as columns and fields have them, without their units, and as people read them.
 const TITLES: [(&str, &str); 33] = [
