@@ -127,7 +127,7 @@ fn lives_through(maker: Maker, time: Duration) -> [f64; 2] {
 }
 
 /// Ticks of the vehicle a second, over so long.
-fn rate(operator: &Operator, time: Duration) -> f64 {
+pub(crate) fn rate(operator: &Operator, time: Duration) -> f64 {
     let first = stamp(&operator.state("the loop", |_| true));
     let began = Instant::now();
     let mut last = first;
@@ -142,7 +142,7 @@ fn rate(operator: &Operator, time: Duration) -> f64 {
 }
 
 /// The memory in use by each process, B.
-fn memory(nodes: &BTreeMap<String, Pid>) -> BTreeMap<String, u64> {
+pub(crate) fn memory(nodes: &BTreeMap<String, Pid>) -> BTreeMap<String, u64> {
     let of = |pid: &Pid| {
         let status =
             std::fs::read_to_string(format!("/proc/{}/status", pid.as_raw_nonzero())).ok()?;

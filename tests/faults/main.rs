@@ -1,5 +1,5 @@
 //! Faults, cell by cell of two tables: a process that dies, freezes, comes back or is there twice (`nodes`), and a node
-//! behind a bad link (`links`); then many vehicles at once (`crowd`), packets that nobody should send (`garbage`),
+//! behind a bad link (`links`); then many vehicles at once (`crowd`), packets that nobody should send (`garbage`), messages of any size (`sizes`),
 //! announcements in another's name that it leaves (`farewells`), and networks without multicast (`static_peers`).
 //! Each cell is a test of its own, with a fate that the table names.
 //!
@@ -21,6 +21,7 @@ mod nodes;
 mod pace;
 #[path = "../recorded/mod.rs"]
 mod recorded;
+mod sizes;
 #[path = "../stage/mod.rs"]
 mod stage;
 mod static_peers;
@@ -41,6 +42,7 @@ fn main() -> ExitCode {
     trials.extend(links::trials());
     trials.extend(crowd::trials());
     trials.extend(garbage::trials());
+    trials.extend(sizes::trials());
     trials.extend(farewells::trials());
     trials.extend(static_peers::trials());
     for name in nodes::ALWAYS.iter().chain(&links::ALWAYS) {

@@ -3,16 +3,17 @@
 //! DDS lets any peer on the network make a node store what it sends. The known ways to
 //! make it store without end are patched in RustDDS; the ceiling is for the unknown ones. A node
 //! that reaches it aborts on the failed allocation, and its peers see it lost, instead of
-//! the whole machine swapping. A node of this suite uses some 15 MB; 1 GiB leaves room
-//! for histories of large messages.
+//! the whole machine swapping. A node of this suite uses some 15 MB, and its [`Intake`]
+//! in addition.
 
+use crate::intake::Intake;
 use anyhow::Context as _;
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 
 /// The environment variable that sets another ceiling, in MiB; 0 means none.
 pub const VARIABLE: &str = "PLANESMAN_MEMORY_LIMIT_MB";
 
-/// The ceiling without the variable, MiB.
+/// The ceiling without the variable, MiB, beside what the node's budgets allow.
 const DEFAULT_MIB: u64 = 1024;
 
 /// Limits the process's private writable memory (`RLIMIT_DATA`; address space that is
@@ -20,12 +21,13 @@ const DEFAULT_MIB: u64 = 1024;
 ///
 /// # Errors
 /// When the variable holds no number, or the system refuses.
-pub fn limit() -> anyhow::Result<()> {
+pub fn limit(intake: &Intake) -> anyhow::Result<()> {
+    let budgets = (intake.budget as u64).saturating_mul(4) >> 20;
     let mib = match std::env::var(VARIABLE) {
         Ok(text) => text
             .parse()
             .with_context(|| format!("{VARIABLE}='{text}': a number of MiB is expected"))?,
-        Err(_) => DEFAULT_MIB,
+        Err(_) => DEFAULT_MIB.saturating_add(budgets),
     };
     if mib == 0 {
         return Ok(());

@@ -1,14 +1,14 @@
 //! Raw subscriptions: payloads without decoding, for recording.
 //!
 //! The middleware's subscriptions hand out decoded values only. A "value" whose decoding
-//! takes every byte of the payload in turn gives the bytes back through the same door, so
+//! takes the payload as it is gives the bytes back through the same door, so
 //! that a raw reader is an ordinary ROS subscription, seen by `ros2 node info`.
 
 use std::fmt;
 
 use planesman_msgs::builtin_interfaces::msg::Time;
 use ros2_client::MessageInfo;
-use rustdds::GUID;
+use rustdds::{GUID, RepresentationIdentifier, serialization::payload_at_hand};
 use serde::de::{DeserializeSeed, Deserializer, SeqAccess, Visitor};
 
 /// One sample as it came.
@@ -44,7 +44,26 @@ impl RawSample {
     }
 }
 
-/// "Decodes" a CDR payload as its own bytes.
+/// "Decodes" a CDR payload as its own bytes, at once.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct WholePayload;
+
+impl<'de> DeserializeSeed<'de> for WholePayload {
+    type Value = Vec<u8>;
+
+    fn deserialize<D: Deserializer<'de>>(self, payload: D) -> Result<Vec<u8>, D::Error> {
+        let Some((encoding, body)) = payload_at_hand() else {
+            return Payload.deserialize(payload);
+        };
+        let little_endian = matches!(
+            encoding,
+            RepresentationIdentifier::CDR_LE | RepresentationIdentifier::PL_CDR_LE
+        );
+        Ok([&[0, u8::from(little_endian), 0, 0], &*body].concat())
+    }
+}
+
+/// "Decodes" what is left of a CDR payload as its own bytes, each in turn.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Payload;
 
@@ -80,9 +99,7 @@ impl<'de> Visitor<'de> for Bytes {
 
 #[cfg(test)]
 mod tests {
-    use rustdds::{
-        RepresentationIdentifier, serialization::deserialize_from_cdr_with_decoder_and_rep_id,
-    };
+    use rustdds::serialization::deserialize_from_cdr_with_decoder_and_rep_id;
 
     use super::*;
 

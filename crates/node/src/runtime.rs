@@ -68,13 +68,14 @@ use crate::{
     domain::{Domain, static_peers},
     endpoint::{Direction, Endpoint, TypeNames},
     file_size,
+    intake::{Gate, Intake, Passage},
     lifecycle::{Change, Lifecycle},
     logger_levels, logging, memory,
     names::NodeNames,
     parameters::{ParameterServer, STRICT_PARAMETERS},
     publisher::Publisher,
     qos::Qos,
-    raw::{Payload, RawSample},
+    raw::{RawSample, WholePayload},
     report::ExitReport,
     security::Security,
     service::{self, Client, Responder},
@@ -153,15 +154,39 @@ impl Drop for Timer {
     }
 }
 
-/// An event on its way to the handler; a request's with its turn.
+/// An event on its way to the handler.
 struct Queued<E> {
     event: E,
-    turn: Option<Turn>,
+    hold: Hold,
+}
+
+/// What ends with the handling of an event.
+enum Hold {
+    Nothing,
+    /// A request's.
+    Turn(Turn),
+    /// A large message's.
+    Passage(#[expect(dead_code, reason = "its end is what counts")] Passage),
+}
+
+impl From<Turn> for Hold {
+    fn from(turn: Turn) -> Self {
+        Self::Turn(turn)
+    }
+}
+
+impl From<Option<Passage>> for Hold {
+    fn from(passage: Option<Passage>) -> Self {
+        passage.map_or(Self::Nothing, Self::Passage)
+    }
 }
 
 impl<E> From<E> for Queued<E> {
     fn from(event: E) -> Self {
-        Self { event, turn: None }
+        Self {
+            event,
+            hold: Hold::Nothing,
+        }
     }
 }
 
@@ -175,8 +200,9 @@ pub struct Runtime<E> {
     context: Context,
     sender: Sender<Queued<E>>,
     receiver: Receiver<Queued<E>>,
-    /// The request that is being handled, if one is.
-    turn: RefCell<Option<Turn>>,
+    gate: Rc<Gate>,
+    /// Of the event that is being handled.
+    hold: RefCell<Hold>,
     stop: Receiver<()>,
     /// Why the node cannot go on.
     failed: Receiver<String>,
@@ -207,6 +233,27 @@ impl<E: 'static> Runtime<E> {
         spec: NodeSpec<E, P>,
         arguments: RosArguments,
     ) -> anyhow::Result<(Self, P)> {
+        Self::with_intake(domain, spec, arguments, |_| Intake::small())
+    }
+
+    /// As [`Runtime::start`], for a node that receives other messages than small ones.
+    ///
+    /// # Errors
+    /// As [`Runtime::start`].
+    pub fn start_with_intake<P: Parameters + 'static>(
+        spec: NodeSpec<E, P>,
+        arguments: RosArguments,
+        intake: impl FnOnce(&P) -> Intake,
+    ) -> anyhow::Result<(Self, P)> {
+        Self::with_intake(Domain::from_environment()?, spec, arguments, intake)
+    }
+
+    fn with_intake<P: Parameters + 'static>(
+        domain: Domain,
+        spec: NodeSpec<E, P>,
+        arguments: RosArguments,
+        intake: impl FnOnce(&P) -> Intake,
+    ) -> anyhow::Result<(Self, P)> {
         let names = NodeNames::remapped(spec.name, spec.namespace, &arguments.remaps)?;
         logging::install(&names.logger(), &arguments)?;
         for ignored in &arguments.ignored {
@@ -219,12 +266,13 @@ impl<E: 'static> Runtime<E> {
             log::warn!("{lack}");
         }
         let peers = static_peers(variable)?;
-        memory::limit()?;
         file_size::limit_is_an_error();
         let stop = shutdown::requested()?;
         let strict = variable(STRICT_PARAMETERS).is_some_and(|value| !value.is_empty());
         let parameters = ParameterServer::at_start(spec.validate, &names, &arguments, strict)?;
         let at_start = P::from_values(&parameters.values)?;
+        let intake = intake(&at_start);
+        memory::limit(&intake)?;
         let mapping = service::mapping()?;
 
         // The runtime's own types must be known before their endpoints exist.
@@ -241,6 +289,7 @@ impl<E: 'static> Runtime<E> {
             (true, true) => builder.with_only_networks([Ipv4Addr::LOCALHOST]),
             (local, _) => builder.multicast(!local).static_peers(peers.clone()),
         };
+        let builder = builder.received_bytes(intake.budget, intake.largest);
         let participant = security
             .applied(builder)
             .build()
@@ -291,7 +340,8 @@ impl<E: 'static> Runtime<E> {
             context,
             sender,
             receiver,
-            turn: RefCell::default(),
+            gate: Rc::default(),
+            hold: RefCell::new(Hold::Nothing),
             stop,
             failed,
             failure: RefCell::default(),
@@ -469,11 +519,22 @@ impl<E: 'static> Runtime<E> {
             .with_node(|node| node.create_subscription::<Vec<u8>>(&dds, None))?;
         self.list(&endpoint);
         let (shared, sender) = (Rc::clone(&self.shared), self.sender.clone());
+        let gate = Rc::clone(&self.gate);
         self.shared.spawn(async move {
-            let samples = reader.async_stream_seed(Payload);
-            let deliver = async |bytes, info: &MessageInfo| {
+            let samples = reader.async_stream_seed(WholePayload).boxed_local();
+            let samples = gate
+                .guard(samples, |sample| {
+                    sample.as_ref().map_or(0, |(bytes, _)| bytes.len())
+                })
+                .map(|(sample, passage)| sample.map(|(bytes, info)| ((bytes, passage), info)));
+            let deliver = async |(bytes, passage): (Vec<u8>, Option<Passage>),
+                                 info: &MessageInfo| {
                 let sample = RawSample::new(&topic, bytes, info);
-                let _ = sender.send(event(sample).into()).await;
+                let queued = Queued {
+                    event: event(sample),
+                    hold: passage.into(),
+                };
+                let _ = sender.send(queued).await;
             };
             pump(shared, endpoint, samples, |_, _| None, deliver).await;
         });
@@ -499,7 +560,7 @@ impl<E: 'static> Runtime<E> {
             }
             let queued = Queued {
                 event: event(request, responder),
-                turn: Some(turn),
+                hold: turn.into(),
             };
             // Fails only when the node is shutting down.
             let _ = sender.send(queued).await;
@@ -642,7 +703,7 @@ impl<E: 'static> Runtime<E> {
             async move |goal, turn| {
                 let queued = Queued {
                     event: on_goal(goal),
-                    turn: Some(turn),
+                    hold: turn.into(),
                 };
                 let _ = goals.send(queued).await; // Fails only at shutdown.
             },
@@ -724,7 +785,7 @@ impl<E: 'static> Runtime<E> {
 
     /// Waits for `work` while the node's communication goes on. Events queue up.
     pub fn block_on<T>(&self, work: impl Future<Output = T>) -> T {
-        self.take_up(None);
+        self.take_up(Hold::Nothing);
         self.shared.block_on(self.executor.run(work))
     }
 
@@ -744,7 +805,7 @@ impl<E: 'static> Runtime<E> {
                 }
                 Either::Right((Either::Left((Err(_), _)), _)) => Next::Stop,
                 Either::Right((Either::Left((Ok(queued), _)), _)) => {
-                    self.take_up(queued.turn);
+                    self.take_up(queued.hold);
                     Next::Event(queued.event)
                 }
                 Either::Right((Either::Right(_), _)) => Next::Nothing,
@@ -753,11 +814,11 @@ impl<E: 'static> Runtime<E> {
     }
 
     /// Ends the handling of the last event; if the next one is a request, its handling begins.
-    fn take_up(&self, mut turn: Option<Turn>) {
-        if let Some(turn) = &mut turn {
+    fn take_up(&self, mut hold: Hold) {
+        if let Hold::Turn(turn) = &mut hold {
             turn.begin();
         }
-        drop(self.turn.replace(turn));
+        drop(self.hold.replace(hold));
     }
 
     /// Sets the status `name` in the diagnostics, which go out soon if its level changes.
@@ -793,11 +854,11 @@ impl<E: 'static> Runtime<E> {
                         Either::Right((Ok(queued), _)) => queued,
                     }
                 };
-                self.take_up(queued.turn);
+                self.take_up(queued.hold);
                 if handler(&mut self, queued.event)? == Flow::Stop {
                     return Ok(());
                 }
-                self.take_up(None);
+                self.take_up(Hold::Nothing);
                 // What the handler has published goes out now, not after the next event.
                 smol::future::yield_now().await;
             }
@@ -1057,6 +1118,13 @@ impl<E: 'static> Runtime<E> {
                         fail.try_send(format!("{trouble}: the node receives no messages any more"));
                 }
                 let now = refusals();
+                let samples = |counts: [(&str, u64); 5]| counts[4].1;
+                if samples(now) > samples(before) {
+                    log::warn!(
+                        "{} messages are refused: larger than this node reads, or more bytes than it has room for",
+                        samples(now) - samples(before)
+                    );
+                }
                 diagnostics::set_refusals(&shared, before, now);
                 before = now;
             }

@@ -32,7 +32,7 @@ mod units;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 
 use anyhow::Result;
-use planesman_node::{NodeSpec, RosArguments, Runtime};
+use planesman_node::{Intake, NodeSpec, RosArguments, Runtime};
 
 pub use knowledge::{Knowledge, Named, Pole, Vehicle};
 use node::{Event, Watch};
@@ -67,7 +67,7 @@ pub fn run(options: Options, knowledge: Knowledge, arguments: RosArguments) -> R
     let (requests, asked) = smol::channel::bounded(64);
     let address = SocketAddr::new(options.listen, options.port);
     let server = server::Server::bind(address, board.clone(), requests)?;
-    let (rt, ()) = Runtime::start(
+    let (rt, ()) = Runtime::start_with_intake(
         NodeSpec {
             name: "planesman_watch",
             namespace: "/",
@@ -75,6 +75,7 @@ pub fn run(options: Options, knowledge: Knowledge, arguments: RosArguments) -> R
             on_parameters: |_| Event::Parameters,
         },
         arguments,
+        |()| Intake::any(32 << 20),
     )?;
     let mut watch = Watch::new(&rt, board, asked, knowledge)?;
     let page = server.page();

@@ -18,8 +18,8 @@ use planesman_msgs::rosbag2_interfaces::srv::{
     SnapshotResponse, SplitBagfile, SplitBagfileResponse,
 };
 use planesman_node::{
-    Definition, Definitions, Level, Losses, Next, NodeSpec, Offer, PublishedTopic, Publisher, Qos,
-    RawSample, Responder, Runtime, args,
+    Definition, Definitions, Intake, Level, Losses, Next, NodeSpec, Offer, PublishedTopic,
+    Publisher, Qos, RawSample, Responder, Runtime, args,
 };
 
 use crate::loop_topics::{self, Delivery};
@@ -40,6 +40,8 @@ const REPORTING: Duration = Duration::from_secs(2);
 const MOST_TOPICS: usize = 10_000;
 /// Warnings about single topics.
 const MOST_WARNINGS: usize = 100;
+/// Messages that wait for the disk have this room at least, B.
+const LEAST_CACHE: u64 = 32 << 20;
 /// Offers of a topic that go into the bag.
 const MOST_OFFERS: usize = 100;
 
@@ -69,7 +71,7 @@ pub fn main(args: Vec<OsString>) -> ExitCode {
 }
 
 fn run(args: Vec<OsString>) -> Result<()> {
-    let (rt, parameters) = Runtime::start(
+    let (rt, parameters) = Runtime::start_with_intake(
         NodeSpec {
             name: "recorder",
             namespace: "/auv",
@@ -81,6 +83,10 @@ fn run(args: Vec<OsString>) -> Result<()> {
             on_parameters: |_| Event::Parameters,
         },
         args::only(args)?,
+        |parameters: &RecorderParameters| {
+            let cache = parameters.storage.max_cache_size.max(LEAST_CACHE);
+            Intake::any(usize::try_from(cache).unwrap_or(usize::MAX))
+        },
     )?;
     let output = match parameters.output.as_str() {
         "" => PathBuf::from("bags").join(format!("planesman_{}", names::utc_now())),

@@ -54,7 +54,8 @@ pub struct Storage {
     /// Keep the latest messages in memory, and write them only when the service snapshot is called.
     #[parameter(default = false, read_only)]
     pub snapshot_mode: bool,
-    /// Payloads that are kept in memory in snapshot mode.
+    /// Messages that wait in memory for the disk, at least 33554432; a larger one is not recorded. In snapshot mode, also the
+    /// payloads that are kept.
     #[parameter(default = 100 * 1024 * 1024, unit = "B", range = 1.0..=1e12, read_only)]
     pub max_cache_size: u64,
 }

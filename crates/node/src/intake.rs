@@ -1,0 +1,137 @@
+//! How many bytes of received messages a node holds.
+//!
+//! What nobody has handled yet waits in the middleware, within a budget of bytes; beyond it the oldest go. A message that is
+//! larger than the node has a use for is refused with its first packet. Large messages are handled one at a time.
+
+use std::{
+    cell::{Cell, RefCell},
+    rc::Rc,
+    task::{Context, Poll, Waker},
+};
+
+use futures::{Stream, StreamExt as _};
+
+/// A larger message keeps the others waiting in the middleware until it is handled.
+const LARGE: usize = 256 * 1024;
+
+/// Largest request to a service.
+const REQUEST: usize = 64 * 1024;
+
+/// What a node receives.
+#[derive(Clone, Copy, Debug)]
+pub struct Intake {
+    /// Bytes of messages that wait in the middleware; as many again may wait for the rest of their packets.
+    pub budget: usize,
+    /// Largest message of a topic, by its name in DDS.
+    pub(crate) largest: fn(&str) -> usize,
+}
+
+impl Intake {
+    /// For a node whose messages are the loop's, or as small.
+    #[must_use]
+    pub fn small() -> Self {
+        Self {
+            budget: 32 << 20,
+            largest: |topic| {
+                if is_request(topic) {
+                    REQUEST
+                } else {
+                    256 << 10
+                }
+            },
+        }
+    }
+
+    /// For a node that takes any message which the budget holds.
+    #[must_use]
+    pub fn any(budget: usize) -> Self {
+        Self {
+            budget,
+            largest: |topic| {
+                if is_request(topic) {
+                    REQUEST
+                } else {
+                    usize::MAX
+                }
+            },
+        }
+    }
+}
+
+fn is_request(topic: &str) -> bool {
+    topic.starts_with("rq/")
+}
+
+/// Lets large messages through one at a time.
+#[derive(Debug, Default)]
+pub(crate) struct Gate {
+    is_closed: Cell<bool>,
+    waiting: RefCell<Vec<Waker>>,
+}
+
+/// The handling of a large message, which ends when this is dropped.
+#[derive(Debug)]
+pub(crate) struct Passage(Rc<Gate>);
+
+impl Drop for Passage {
+    fn drop(&mut self) {
+        self.0.is_closed.set(false);
+        self.0.waiting.take().into_iter().for_each(Waker::wake);
+    }
+}
+
+impl Gate {
+    /// Takes nothing of `samples` while a large one is handled. `size` gives bytes.
+    pub(crate) fn guard<T>(
+        self: &Rc<Self>,
+        mut samples: impl Stream<Item = T> + Unpin,
+        size: impl Fn(&T) -> usize,
+    ) -> impl Stream<Item = (T, Option<Passage>)> {
+        let gate = Rc::clone(self);
+        futures::stream::poll_fn(move |context: &mut Context<'_>| {
+            if gate.is_closed.get() {
+                gate.waiting.borrow_mut().push(context.waker().clone());
+                return Poll::Pending;
+            }
+            samples.poll_next_unpin(context).map(|sample| {
+                let sample = sample?;
+                let passage = (size(&sample) > LARGE).then(|| {
+                    gate.is_closed.set(true);
+                    Passage(Rc::clone(&gate))
+                });
+                Some((sample, passage))
+            })
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use futures::{FutureExt as _, stream};
+
+    use super::*;
+
+    #[test]
+    fn a_large_message_keeps_those_of_all_streams_waiting() {
+        let gate = Rc::new(Gate::default());
+        let mut large = gate.guard(stream::iter([LARGE + 1, 10]), |size| *size);
+        let mut small = gate.guard(stream::iter([1, 2]), |size| *size);
+        let (first, passage) = large.next().now_or_never().flatten().expect("open");
+        assert_eq!(first, LARGE + 1);
+        assert!(large.next().now_or_never().is_none());
+        assert!(small.next().now_or_never().is_none());
+        drop(passage);
+        let (next, passage) = small.next().now_or_never().flatten().expect("open again");
+        assert_eq!(next, 1);
+        assert!(passage.is_none());
+        assert!(small.next().now_or_never().flatten().is_some());
+    }
+
+    #[test]
+    fn requests_are_small_whatever_the_node_takes() {
+        for intake in [Intake::small(), Intake::any(1 << 30)] {
+            assert_eq!((intake.largest)("rq/auv/sysid/fitRequest"), REQUEST);
+            assert!((intake.largest)("rt/auv/state") > REQUEST);
+        }
+    }
+}
