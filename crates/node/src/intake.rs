@@ -1,15 +1,18 @@
 //! How many bytes of received messages a node holds.
 //!
 //! What nobody has handled yet waits in the middleware, within a budget of bytes; beyond it the oldest go. A message that is
-//! larger than the node has a use for is refused with its first packet. Large messages are handled one at a time.
+//! larger than the node has a use for is refused with its first packet. Large messages are handled one at a time, and take
+//! half of the node's time at most.
 
 use std::{
     cell::{Cell, RefCell},
     rc::Rc,
     task::{Context, Poll, Waker},
+    time::Instant,
 };
 
-use futures::{Stream, StreamExt as _};
+use futures::{FutureExt as _, Stream, StreamExt as _, ready};
+use smol::Timer;
 
 /// A larger message keeps the others waiting in the middleware until it is handled.
 const LARGE: usize = 256 * 1024;
@@ -66,48 +69,69 @@ fn is_request(topic: &str) -> bool {
 #[derive(Debug, Default)]
 pub(crate) struct Gate {
     is_closed: Cell<bool>,
+    /// A stream that had a large message goes on then.
+    next: Cell<Option<Instant>>,
     waiting: RefCell<Vec<Waker>>,
 }
 
 /// The handling of a large message, which ends when this is dropped.
 #[derive(Debug)]
-pub(crate) struct Passage(Rc<Gate>);
+pub(crate) struct Passage {
+    gate: Rc<Gate>,
+    began: Instant,
+}
 
 impl Drop for Passage {
     fn drop(&mut self) {
-        self.0.is_closed.set(false);
-        self.0.waiting.take().into_iter().for_each(Waker::wake);
+        let now = Instant::now();
+        let gate = &self.gate;
+        gate.next
+            .set(now.checked_add(now.duration_since(self.began)));
+        gate.is_closed.set(false);
+        gate.waiting.take().into_iter().for_each(Waker::wake);
     }
 }
 
 impl Gate {
-    /// Takes nothing of `samples` while a large one is handled. `size` gives bytes.
+    /// Takes nothing of `samples` while a large one, of any stream, is handled; after a large one of its own, for as long
+    /// again. `size` gives bytes.
     pub(crate) fn guard<T>(
         self: &Rc<Self>,
         mut samples: impl Stream<Item = T> + Unpin,
         size: impl Fn(&T) -> usize,
     ) -> impl Stream<Item = (T, Option<Passage>)> {
         let gate = Rc::clone(self);
+        let (mut was_large, mut pause) = (false, None);
         futures::stream::poll_fn(move |context: &mut Context<'_>| {
             if gate.is_closed.get() {
                 gate.waiting.borrow_mut().push(context.waker().clone());
                 return Poll::Pending;
             }
-            samples.poll_next_unpin(context).map(|sample| {
-                let sample = sample?;
-                let passage = (size(&sample) > LARGE).then(|| {
-                    gate.is_closed.set(true);
-                    Passage(Rc::clone(&gate))
-                });
-                Some((sample, passage))
-            })
+            if was_large && let Some(next) = gate.next.get() {
+                let pause = pause.get_or_insert_with(|| Timer::at(next));
+                ready!(pause.poll_unpin(context));
+            }
+            pause = None;
+            let began = Instant::now();
+            let sample = ready!(samples.poll_next_unpin(context));
+            was_large = sample.as_ref().is_some_and(|it| size(it) > LARGE);
+            let passage = was_large.then(|| {
+                gate.is_closed.set(true);
+                Passage {
+                    gate: Rc::clone(&gate),
+                    began,
+                }
+            });
+            Poll::Ready(sample.map(|it| (it, passage)))
         })
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use futures::{FutureExt as _, stream};
+    use std::time::Duration;
+
+    use futures::stream;
 
     use super::*;
 
@@ -120,11 +144,15 @@ mod tests {
         assert_eq!(first, LARGE + 1);
         assert!(large.next().now_or_never().is_none());
         assert!(small.next().now_or_never().is_none());
+        std::thread::sleep(Duration::from_millis(20));
         drop(passage);
         let (next, passage) = small.next().now_or_never().flatten().expect("open again");
         assert_eq!(next, 1);
         assert!(passage.is_none());
         assert!(small.next().now_or_never().flatten().is_some());
+        // After a pause as long as that took.
+        assert!(large.next().now_or_never().is_none());
+        assert!(smol::block_on(large.next()).is_some());
     }
 
     #[test]

@@ -236,19 +236,11 @@ impl<E: 'static> Runtime<E> {
         Self::with_intake(domain, spec, arguments, |_| Intake::small())
     }
 
-    /// As [`Runtime::start`], for a node that receives other messages than small ones.
+    /// Brings the node up in `domain`, for a node that receives other messages than small ones.
     ///
     /// # Errors
     /// As [`Runtime::start`].
-    pub fn start_with_intake<P: Parameters + 'static>(
-        spec: NodeSpec<E, P>,
-        arguments: RosArguments,
-        intake: impl FnOnce(&P) -> Intake,
-    ) -> anyhow::Result<(Self, P)> {
-        Self::with_intake(Domain::from_environment()?, spec, arguments, intake)
-    }
-
-    fn with_intake<P: Parameters + 'static>(
+    pub fn with_intake<P: Parameters + 'static>(
         domain: Domain,
         spec: NodeSpec<E, P>,
         arguments: RosArguments,

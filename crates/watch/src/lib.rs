@@ -32,7 +32,7 @@ mod units;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 
 use anyhow::Result;
-use planesman_node::{Intake, NodeSpec, RosArguments, Runtime};
+use planesman_node::{Domain, Intake, NodeSpec, RosArguments, Runtime};
 
 pub use knowledge::{Knowledge, Named, Pole, Vehicle};
 use node::{Event, Watch};
@@ -67,7 +67,8 @@ pub fn run(options: Options, knowledge: Knowledge, arguments: RosArguments) -> R
     let (requests, asked) = smol::channel::bounded(64);
     let address = SocketAddr::new(options.listen, options.port);
     let server = server::Server::bind(address, board.clone(), requests)?;
-    let (rt, ()) = Runtime::start_with_intake(
+    let (rt, ()) = Runtime::with_intake(
+        Domain::from_environment()?,
         NodeSpec {
             name: "planesman_watch",
             namespace: "/",

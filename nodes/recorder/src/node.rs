@@ -18,7 +18,7 @@ use planesman_msgs::rosbag2_interfaces::srv::{
     SnapshotResponse, SplitBagfile, SplitBagfileResponse,
 };
 use planesman_node::{
-    Definition, Definitions, Intake, Level, Losses, Next, NodeSpec, Offer, PublishedTopic,
+    Definition, Definitions, Domain, Intake, Level, Losses, Next, NodeSpec, Offer, PublishedTopic,
     Publisher, Qos, RawSample, Responder, Runtime, args,
 };
 
@@ -71,7 +71,8 @@ pub fn main(args: Vec<OsString>) -> ExitCode {
 }
 
 fn run(args: Vec<OsString>) -> Result<()> {
-    let (rt, parameters) = Runtime::start_with_intake(
+    let (rt, parameters) = Runtime::with_intake(
+        Domain::from_environment()?,
         NodeSpec {
             name: "recorder",
             namespace: "/auv",
