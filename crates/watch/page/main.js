@@ -9,6 +9,9 @@ import { drawPoles, drawSide } from "./views.js";
 /// Without a message for so long the connection is lost, though nobody has said so, ms.
 const SILENCE = 20_000;
 
+/// Time between two tries to begin the stream, ms.
+const RETRY = 2000;
+
 /// Time between two changes of the texts that move with the samples, and of the side view, ms: a text that changes makes the browser lay out the page.
 const TEXT_PERIOD = 190;
 
@@ -21,6 +24,9 @@ let vehicles = [];
 /// Those of them that are drawn.
 let shown = [];
 let stream;
+/// How often a stream was to begin, and when it is tried again.
+let begun = 0;
+let retry;
 /// The channels of the stream, in its order.
 let channels = [];
 let sections = {};
@@ -100,8 +106,9 @@ function choose(name) {
   refresh(alive);
 }
 
-/// Opens the stream of the channels that are shown.
-function begin() {
+/// Has the channels that are shown kept, and opens their stream.
+async function begin() {
+  clearTimeout(retry);
   shown = fleet();
   const list = specifications().map(ofEach);
   charts.show(list, (number) => keep(specifications().filter((_, k) => k !== number)), followed);
@@ -114,10 +121,19 @@ function begin() {
   const seen = shown.flatMap((name) => sideView.map((channel) => `${name}/${channel}`));
   channels = [...new Set([...drawn, ...seen])];
   stream?.close();
+  const asked = (begun += 1);
+  const kept = await ask({ do: "keep", channels });
+  if (asked !== begun) return;
+  if (!kept.ok) {
+    connected(false, kept.denied ? kept.message : undefined);
+    retry = setTimeout(begin, RETRY);
+    return;
+  }
   const query = channels.map((channel) => `channel=${encodeURIComponent(channel)}`).join("&");
   stream = new EventSource(`events?${query}`);
   stream.onopen = () => {
     charts.reconnected();
+    kept.refused.forEach((reason, k) => { if (reason) charts.refuse(channels[k], reason); });
     tables.clearLog();
     connected(true);
   };
@@ -125,17 +141,17 @@ function begin() {
   stream.onerror = () => {
     connected(false);
     // A browser gives up where the answer was a refusal; the program may come back.
-    if (stream.readyState === EventSource.CLOSED) setTimeout(begin, 2000);
+    if (stream.readyState === EventSource.CLOSED) retry = setTimeout(begin, RETRY);
   };
 }
 
-function connected(is) {
+function connected(is, reason = "No connection to planesman watch") {
   heard = performance.now();
   byId("connection").textContent = is ? "connected" : "no connection; trying again";
   byId("connection").className = is ? "good" : "bad";
   const notice = byId("notice");
   notice.hidden = is;
-  notice.textContent = "No connection to planesman watch: what is shown is old. It goes on by itself once the program runs again.";
+  notice.textContent = `${reason}. What is shown is old. It goes on by itself once the program runs again and its address has been opened in this browser.`;
 }
 
 /// Takes a message of the stream.
@@ -311,4 +327,6 @@ async function start() {
   operate("", setpoints);
   begin();
 }
-start();
+// The token of the first visit is in a cookie now, and need not stand in the address.
+if (location.search) location.replace(`/${location.hash}`);
+else start();
