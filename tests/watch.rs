@@ -453,7 +453,7 @@ fn a_page_whose_program_ended_says_so_and_goes_on_with_the_next_one() {
     // It has another token, which the page has once the browser has been told.
     let next = Page::of(&again);
     assert_ne!(next.token, page.token);
-    browser.until_text("#notice", "needs the token in the address");
+    browser.until_text("#notice", "This page needs the token");
     browser.ask(&json!({"tab": next.address()})).unwrap();
     browser.until_text("#connection", "connected");
     eventually("samples before and after", || {

@@ -1,9 +1,11 @@
 //! What a client does to the server of `planesman watch` over raw sockets: it goes on answering the page, in the memory it has.
 
+use std::collections::VecDeque;
 use std::fs;
-use std::io::Read as _;
+use std::io::{Read as _, Write as _};
 use std::net::TcpStream;
 use std::process::Command;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
 
 use libtest_mimic::Trial;
@@ -23,8 +25,9 @@ const CONNECTIONS: usize = 64;
 const STREAMS: usize = 16;
 
 pub(crate) fn trials() -> Vec<Trial> {
-    let rows: [(&str, fn()); 6] = [
+    let rows: [(&str, fn()); 7] = [
         ("half_sent_requests", half_sent_requests),
+        ("strangers_without_end", strangers_without_end),
         ("streams", streams),
         ("readers_that_never_read", readers_that_never_read),
         ("refused_names", refused_names),
@@ -89,6 +92,56 @@ fn half_sent_requests() {
     late.read_to_string(&mut answer).unwrap();
     assert!(answer.starts_with("HTTP/1.1 408"), "{answer}");
     assert_answers(&page);
+}
+
+/// Others of this machine connect as often as they can: the page's stream goes on, and so do its requests, which a browser repeats.
+fn strangers_without_end() {
+    let stage = Stage::new();
+    let (program, page) = watch(&stage);
+    let mut stream = page.stream(&[]);
+    let mut part = vec![0; 1 << 16];
+    assert!(stream.read(&mut part).unwrap() > 0);
+    let before = memory(&program, "VmRSS");
+    let (came, is_over) = (AtomicUsize::new(0), AtomicBool::new(false));
+    let head = format!("GET / HTTP/1.1\r\nHost: {}", page.host);
+    let connect = |rest: &str| {
+        let (mut open, text) = (VecDeque::new(), format!("{head}{rest}"));
+        while !is_over.load(Ordering::Relaxed) {
+            // One may be closed before it has spoken.
+            if let Ok(mut one) = TcpStream::connect(&page.host) {
+                let _ = one.write_all(text.as_bytes());
+                open.push_back(one);
+                came.fetch_add(1, Ordering::Relaxed);
+            }
+            if open.len() > 200 {
+                open.pop_front();
+            }
+        }
+    };
+    std::thread::scope(|scope| {
+        for rest in ["", "\r\n\r\n"] {
+            scope.spawn(move || connect(rest));
+        }
+        let (mut answered, mut lost) = (0, 0);
+        eventually("answers among a thousand strangers", || {
+            let own = page.own();
+            let answer = page.try_answer("GET /charts", &own.each_ref().map(String::as_str), "");
+            match answer.is_ok_and(|it| it.starts_with("HTTP/1.1 200")) {
+                true => answered += 1,
+                false => lost += 1,
+            }
+            (answered >= 50 && came.load(Ordering::Relaxed) >= 1000).then_some(())
+        });
+        is_over.store(true, Ordering::Relaxed);
+        println!("{came:?} strangers, {answered} requests answered, {lost} lost");
+        assert!(answered > 10 * lost, "{answered} answered, {lost} lost");
+    });
+    for _ in 0..3 {
+        assert!(stream.read(&mut part).unwrap() > 0, "the stream has ended");
+    }
+    let most = memory(&program, "VmHWM");
+    println!("{before} MiB, then at most {most} MiB");
+    assert!(most < before + 16, "{before} MiB, then {most} MiB");
 }
 
 /// The oldest of one address end for those that come after them.
@@ -277,12 +330,8 @@ fn two_servers_of_an_address() {
     }
     for (page, wrong) in [(&one, &other), (&other, &one)] {
         let host = format!("Host: {}", page.host);
-        let (name, _) = page
-            .cookie()
-            .rsplit_once('=')
-            .map(|(a, b)| (a.to_owned(), b.to_owned()))
-            .unwrap();
-        for cookie in [wrong.cookie(), format!("{name}={}", wrong.token)] {
+        let forged = page.cookie().replace(&page.token, &wrong.token);
+        for cookie in [wrong.cookie(), forged] {
             let answer = page.answer("GET /charts", &[&host, &cookie], "");
             assert!(answer.starts_with("HTTP/1.1 401"), "{answer}");
         }

@@ -3,7 +3,7 @@
 // Each test program uses its own part.
 #![allow(dead_code, clippy::unwrap_used)]
 
-use std::io::{Read as _, Write as _};
+use std::io::{self, Read as _, Write as _};
 use std::net::TcpStream;
 
 use crate::stage::{PATIENCE, Process, Stage, eventually};
@@ -60,22 +60,36 @@ impl Page {
 
     /// A connection on which this has been sent.
     pub(crate) fn send(&self, text: &str) -> TcpStream {
-        let mut stream = TcpStream::connect(&self.host).unwrap();
-        stream.set_read_timeout(Some(PATIENCE)).unwrap();
-        stream.write_all(text.as_bytes()).unwrap();
-        stream
+        self.try_send(text).unwrap()
+    }
+
+    fn try_send(&self, text: &str) -> io::Result<TcpStream> {
+        let mut stream = TcpStream::connect(&self.host)?;
+        stream.set_read_timeout(Some(PATIENCE))?;
+        stream.write_all(text.as_bytes())?;
+        Ok(stream)
     }
 
     /// The answer to a request with these headers, and this body if it is a POST.
     pub(crate) fn answer(&self, request: &str, headers: &[&str], body: &str) -> String {
+        self.try_answer(request, headers, body).unwrap()
+    }
+
+    /// As [`answer`](Self::answer), where others may have taken the connection's place.
+    pub(crate) fn try_answer(
+        &self,
+        request: &str,
+        headers: &[&str],
+        body: &str,
+    ) -> io::Result<String> {
         let headers: String = headers.iter().map(|it| format!("{it}\r\n")).collect();
         let length = body.len();
-        let mut stream = self.send(&format!(
+        let mut stream = self.try_send(&format!(
             "{request} HTTP/1.1\r\n{headers}Content-Length: {length}\r\nConnection: close\r\n\r\n{body}"
-        ));
+        ))?;
         let mut answer = Vec::new();
-        stream.read_to_end(&mut answer).unwrap();
-        String::from_utf8_lossy(&answer).into_owned()
+        stream.read_to_end(&mut answer)?;
+        Ok(String::from_utf8_lossy(&answer).into_owned())
     }
 
     /// The answer to what the page itself asks for.

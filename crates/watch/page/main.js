@@ -24,8 +24,8 @@ let vehicles = [];
 /// Those of them that are drawn.
 let shown = [];
 let stream;
-/// How often a stream was to begin, and when it is tried again.
-let begun = 0;
+/// How often it was to be opened, and when that is tried again.
+let attempts = 0;
 let retry;
 /// The channels of the stream, in its order.
 let channels = [];
@@ -106,9 +106,8 @@ function choose(name) {
   refresh(alive);
 }
 
-/// Has the channels that are shown kept, and opens their stream.
-async function begin() {
-  clearTimeout(retry);
+/// Draws the charts that are shown, and connects them.
+function begin() {
   shown = fleet();
   const list = specifications().map(ofEach);
   charts.show(list, (number) => keep(specifications().filter((_, k) => k !== number)), followed);
@@ -120,17 +119,22 @@ async function begin() {
   const drawn = list.flatMap((chart) => chart.traces.map((trace) => trace.channel));
   const seen = shown.flatMap((name) => sideView.map((channel) => `${name}/${channel}`));
   channels = [...new Set([...drawn, ...seen])];
+  connect();
+}
+
+/// Has the channels kept and opens their stream, again and again until there is one.
+async function connect() {
+  clearTimeout(retry);
   stream?.close();
-  const asked = (begun += 1);
+  const attempt = (attempts += 1);
+  const fail = (reason) => {
+    connected(false, reason);
+    retry = setTimeout(connect, RETRY);
+  };
   const kept = await ask({ do: "keep", channels });
-  if (asked !== begun) return;
-  if (!kept.ok) {
-    connected(false, kept.denied ? kept.message : undefined);
-    retry = setTimeout(begin, RETRY);
-    return;
-  }
-  const query = channels.map((channel) => `channel=${encodeURIComponent(channel)}`).join("&");
-  stream = new EventSource(`events?${query}`);
+  if (attempt !== attempts) return;
+  if (!kept.ok) return fail(kept.denied ? kept.message : undefined);
+  stream = new EventSource(`events?${channels.map((channel) => `channel=${encodeURIComponent(channel)}`).join("&")}`);
   stream.onopen = () => {
     charts.reconnected();
     kept.refused.forEach((reason, k) => { if (reason) charts.refuse(channels[k], reason); });
@@ -138,10 +142,10 @@ async function begin() {
     connected(true);
   };
   stream.onmessage = (event) => take(JSON.parse(event.data));
+  // Not by the browser's own means: a program that has been started anew keeps other channels.
   stream.onerror = () => {
-    connected(false);
-    // A browser gives up where the answer was a refusal; the program may come back.
-    if (stream.readyState === EventSource.CLOSED) retry = setTimeout(begin, RETRY);
+    stream.close();
+    fail();
   };
 }
 
@@ -284,7 +288,7 @@ setInterval(() => {
   byId("clock").textContent = end === undefined ? "" : `charts at ${end.toFixed(1)} s`;
   if (stream && performance.now() - heard > SILENCE) {
     connected(false);
-    begin();
+    connect();
   }
 }, 1000);
 

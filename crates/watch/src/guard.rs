@@ -11,7 +11,6 @@ use std::net::IpAddr;
 use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, Uri, header};
 
 /// What a request must show.
-#[derive(Clone, Debug)]
 pub(crate) struct Guard {
     pub(crate) token: String,
     local: bool,
@@ -42,7 +41,7 @@ impl Guard {
         if several || !self.is_own(host) {
             return Err((
                 StatusCode::MISDIRECTED_REQUEST,
-                "ask by the address that planesman watch has printed\n",
+                "Ask by the address that planesman watch has printed\n",
             ));
         }
         let is_known = query_token(uri.query()).is_some_and(|given| same(given, &self.token));
@@ -64,14 +63,14 @@ impl Guard {
         if !(is_visit || is_of_the_page) {
             return Err((
                 StatusCode::FORBIDDEN,
-                "only the page of planesman watch itself may ask; open the address that it has printed\n",
+                "Only the page of planesman watch itself may ask: open the address that it has printed\n",
             ));
         }
         let name = cookie_name(host);
         if !(is_known || cookies(headers, &name).any(|given| same(given, &self.token))) {
             return Err((
                 StatusCode::UNAUTHORIZED,
-                "this page needs the token in the address that planesman watch has printed: open that one\n",
+                "This page needs the token: open the address that planesman watch has printed\n",
             ));
         }
         let cookie = format!("{name}={}; HttpOnly; SameSite=Strict; Path=/", self.token);

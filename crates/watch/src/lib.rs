@@ -107,10 +107,10 @@ fn open(page: &str) -> Option<NamedTempFile> {
         .suffix(".html")
         .tempfile_in(own);
     let mut file = file.ok()?;
-    write!(
+    writeln!(
         file,
         "<!doctype html><meta charset=\"utf-8\"><title>Planesman</title>\
-         <meta http-equiv=\"refresh\" content=\"0; url={page}\"><a href=\"{page}\">Planesman</a>\n"
+         <meta http-equiv=\"refresh\" content=\"0; url={page}\"><a href=\"{page}\">Planesman</a>"
     )
     .ok()?;
     let mut opener = Command::new("xdg-open")
