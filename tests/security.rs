@@ -158,14 +158,6 @@ fn the_page_does_what_its_enclave_may_and_nothing_more() {
         (program, shown)
     };
 
-    // Every topic may be used.
-    let (program, shown) = show();
-    eventually("the vehicle is paused", || {
-        let answer = shown.post(pause);
-        answer.contains("\"ok\":true").then_some(())
-    });
-    drop(program);
-
     // One that only looks (docs/security.md).
     let folder = stage.path("keystore/enclaves/watch");
     let allowed = std::fs::read_to_string(format!("{folder}/permissions.xml")).unwrap();
@@ -196,12 +188,24 @@ fn the_page_does_what_its_enclave_may_and_nothing_more() {
         .current_dir(&folder)
         .status();
     assert!(signed.unwrap().success());
-    let (_program, shown) = show();
-    let answer = shown.post(pause);
-    assert!(answer.contains("not allowed by security"), "{answer}");
+    let (program, shown) = show();
+    eventually("a refusal, once the vehicle's services are known", || {
+        let answer = shown.post(pause);
+        assert!(!answer.contains("\"ok\":true"), "{answer}");
+        answer.contains("not allowed by security").then_some(())
+    });
     let setpoint = r#"{"do":"publish","topic":"/auv/depth_setpoint","text":"2"}"#;
     let answer = shown.post(setpoint);
     assert!(answer.contains("not allowed by security"), "{answer}");
+    drop(program);
+
+    // As the script makes it: every topic may be used.
+    Credentials::make(&stage, "keystore", "/watch");
+    let (_program, shown) = show();
+    eventually("the vehicle is paused", || {
+        let answer = shown.post(pause);
+        answer.contains("\"ok\":true").then_some(())
+    });
 }
 
 #[test]
