@@ -21,7 +21,7 @@ pub struct WatchArgs {
     /// Port of the page; 0: any that is free
     #[arg(long, default_value_t = 0)]
     port: u16,
-    /// Address to listen at; beyond this machine the page needs the token in the printed address
+    /// Address to listen at; the page needs the token in the printed address
     #[arg(long, value_name = "ADDR", default_value_t = IpAddr::V4(Ipv4Addr::LOCALHOST))]
     listen: IpAddr,
     /// Do not open the browser

@@ -6,12 +6,15 @@
 #![allow(clippy::unwrap_used)]
 
 mod foreign;
+mod page;
 mod stage;
 
+use std::io::Read as _;
 use std::process::{Command, Stdio};
 
 use foreign::{CYCLONE, root};
-use stage::{Process, Received, Stage, scenario};
+use page::Page;
+use stage::{Process, Received, Stage, eventually, scenario};
 
 /// A dive that is over soon.
 const DIVE: &str = "  plant_sim: {speed: 0.36576}
@@ -130,6 +133,79 @@ fn a_certificate_that_no_authority_of_the_keystore_has_signed_is_refused() {
     let refused = vehicle(&stage, 0.0, &ours.variables()).finish();
     assert_eq!(refused.status.code(), Some(1), "{refused:?}");
     assert!(refused.stderr.contains("identity"), "{refused:?}");
+}
+
+#[test]
+fn the_page_does_what_its_enclave_may_and_nothing_more() {
+    let stage = Stage::new();
+    let ours = Credentials::make(&stage, "keystore", "/");
+    let page = Credentials::make(&stage, "keystore", "/watch");
+    let _vehicle = vehicle(&stage, 0.0, &ours.variables());
+    let pause = r#"{"do":"set_bool","service":"/auv/plant_sim/pause","data":true}"#;
+    let show = || {
+        let arguments = ["watch", "--no-open"];
+        let launched = [(planesman::nodes::LAUNCHED, "1")];
+        let program = stage.start_as(&arguments, &[&launched[..], &page.variables()].concat());
+        let shown = Page::of(&program);
+        // It draws.
+        let mut stream = shown.stream(&["/auv/state:depth"]);
+        let (mut text, mut part) = (String::new(), [0; 4096]);
+        eventually("samples", || {
+            let count = stream.read(&mut part).unwrap();
+            text += &String::from_utf8_lossy(&part[..count]);
+            text.contains("\"series\":[[0").then_some(())
+        });
+        (program, shown)
+    };
+
+    // One that only looks (docs/security.md).
+    let folder = stage.path("keystore/enclaves/watch");
+    let allowed = std::fs::read_to_string(format!("{folder}/permissions.xml")).unwrap();
+    let (before, rest) = allowed.split_once("<publish>").unwrap();
+    let (_, after) = rest.split_once("</publish>").unwrap();
+    let own = [
+        "ros_discovery_info",
+        "rt/rosout",
+        "rt/diagnostics",
+        "rt/parameter_events",
+        "rr/*Reply",
+    ];
+    let own = own.map(|it| format!("<topic>{it}</topic>")).concat();
+    let looks = format!("{before}<publish><topics>{own}</topics></publish>{after}");
+    std::fs::write(format!("{folder}/permissions.xml"), looks).unwrap();
+    let signed = Command::new("openssl")
+        .args([
+            "smime",
+            "-sign",
+            "-text",
+            "-in",
+            "permissions.xml",
+            "-out",
+            "permissions.p7s",
+        ])
+        .args(["-signer", "../../public/permissions_ca.cert.pem"])
+        .args(["-inkey", "../../private/permissions_ca.key.pem"])
+        .current_dir(&folder)
+        .status();
+    assert!(signed.unwrap().success());
+    let (program, shown) = show();
+    eventually("a refusal, once the vehicle's services are known", || {
+        let answer = shown.post(pause);
+        assert!(!answer.contains("\"ok\":true"), "{answer}");
+        answer.contains("not allowed by security").then_some(())
+    });
+    let setpoint = r#"{"do":"publish","topic":"/auv/depth_setpoint","text":"2"}"#;
+    let answer = shown.post(setpoint);
+    assert!(answer.contains("not allowed by security"), "{answer}");
+    drop(program);
+
+    // As the script makes it: every topic may be used.
+    Credentials::make(&stage, "keystore", "/watch");
+    let (_program, shown) = show();
+    eventually("the vehicle is paused", || {
+        let answer = shown.post(pause);
+        answer.contains("\"ok\":true").then_some(())
+    });
 }
 
 #[test]

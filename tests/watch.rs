@@ -4,14 +4,20 @@
 #![allow(clippy::unwrap_used)]
 
 mod browser;
+mod page;
 mod stage;
 
+use std::fs;
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
-use std::net::{Ipv4Addr, TcpStream};
+use std::net::{Ipv4Addr, TcpListener, TcpStream};
+use std::os::unix::fs::PermissionsExt as _;
 use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::Duration;
 
 use browser::peers::{root, skip};
+use page::{Page, watch};
 use planesman_msgs::Message as _;
 use planesman_msgs::diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus};
 use planesman_msgs::rcl_interfaces::msg::Log;
@@ -20,7 +26,7 @@ use planesman_msgs::std_msgs::msg::Float64;
 use planesman_node::Qos;
 use rustdds::{DomainParticipantBuilder, QosPolicyBuilder, TopicKind};
 use serde_json::{Value, json};
-use stage::{Process, Stage, eventually, scenario};
+use stage::{Process, Received, Stage, eventually, scenario};
 
 /// Chromium, driven by `tests/browser/browser.py`.
 struct Browser {
@@ -121,26 +127,6 @@ impl Drop for Browser {
     }
 }
 
-/// The page's program, and its address.
-fn watch(stage: &Stage) -> (Process, String) {
-    let program = stage.start_as(
-        &["watch", "--no-open"],
-        &[(planesman::nodes::LAUNCHED, "1")],
-    );
-    let address = address(&program);
-    (program, address)
-}
-
-/// The address of the page that the program has printed.
-fn address(program: &Process) -> String {
-    eventually("the page's address", || {
-        let printed = program.stdout();
-        let mut lines = printed.lines();
-        let line = lines.find(|line| line.starts_with("http://") && line.ends_with('/'))?;
-        Some(line.to_owned())
-    })
-}
-
 /// A vehicle in real time with its controller and actuator.
 fn vehicle(stage: &Stage) -> [Process; 3] {
     [
@@ -173,9 +159,9 @@ fn a_page_shows_a_vehicle_sets_a_gain_flies_a_manoeuvre_and_tells_of_a_node_that
     let stage = Stage::new();
     let [_plant, actuator, _controller] = vehicle(&stage);
     let operator = stage.operator();
-    let (_watch, address) = watch(&stage);
+    let (_watch, page) = watch(&stage);
     browser.ask(&json!({"size": [1400, 1000]})).unwrap();
-    browser.open(&address);
+    browser.open(&page.address());
 
     // The charts move.
     browser.until_text("#attitude", "depth ");
@@ -370,9 +356,9 @@ fn two_vehicles_are_shown_by_turns_and_over_each_other_and_do_not_mix() {
     let stage = Stage::new();
     let _first = vehicle_in(&stage, "/north", 1.5);
     let [_plant, actuator, _controller] = vehicle_in(&stage, "/south", 3.5);
-    let (_watch, address) = watch(&stage);
+    let (_watch, page) = watch(&stage);
     browser.ask(&json!({"size": [1400, 1000]})).unwrap();
-    browser.open(&format!("{address}#/south"));
+    browser.open(&format!("{}#/south", page.address()));
     let choose = |browser: &mut Browser, name: &str| {
         eventually(&format!("{name} is listed"), || {
             let script = format!(
@@ -453,17 +439,22 @@ fn a_page_whose_program_ended_says_so_and_goes_on_with_the_next_one() {
     };
     let stage = Stage::new();
     let _nodes = vehicle(&stage);
-    let (watch, address) = watch(&stage);
-    browser.open(&address);
+    let (watch, page) = watch(&stage);
+    browser.open(&page.address());
     browser.until_text("#attitude", "depth ");
     watch.kill();
     browser.until_text("#connection", "no connection");
     let before = browser.run(SAMPLES).as_u64().unwrap();
-    let port = address.trim_end_matches('/').rsplit(':').next().unwrap();
-    let _again = stage.start_as(
+    let (_, port) = page.host.rsplit_once(':').unwrap();
+    let again = stage.start_as(
         &["watch", "--no-open", "--port", port],
         &[(planesman::nodes::LAUNCHED, "1")],
     );
+    // It has another token, which the page has once the browser has been told.
+    let next = Page::of(&again);
+    assert_ne!(next.token, page.token);
+    browser.until_text("#notice", "This page needs the token");
+    browser.ask(&json!({"tab": next.address()})).unwrap();
     browser.until_text("#connection", "connected");
     eventually("samples before and after", || {
         (browser.run(SAMPLES).as_u64()? > before + 10).then_some(())
@@ -495,8 +486,8 @@ fn a_script_in_a_topics_name_in_the_log_or_in_the_diagnostics_stays_text() {
     let stage = Stage::new();
     let operator = stage.operator();
     let _participant = strange_topic(stage.domain(), "rt/<script>window.ran=1</script>");
-    let (_watch, address) = watch(&stage);
-    browser.open(&address);
+    let (_watch, page) = watch(&stage);
+    browser.open(&page.address());
     browser.until_text("#topics", "<script>window.ran=1</script>");
     let log = operator
         .rt
@@ -533,72 +524,253 @@ fn a_script_in_a_topics_name_in_the_log_or_in_the_diagnostics_stays_text() {
     );
 }
 
-/// The answer to a request with these headers, and this body if it is a POST.
-fn answer(address: &str, request: &str, headers: &[&str], body: &str) -> String {
-    let host = address.trim_start_matches("http://").trim_end_matches('/');
-    let mut stream = TcpStream::connect(host).unwrap();
-    let headers: String = headers.iter().map(|it| format!("{it}\r\n")).collect();
-    let length = body.len();
-    write!(
-        stream,
-        "{request} HTTP/1.1\r\n{headers}Content-Length: {length}\r\nConnection: close\r\n\r\n{body}"
-    )
-    .unwrap();
-    let mut text = String::new();
-    stream.read_to_string(&mut text).unwrap();
-    text
-}
-
 #[test]
 fn only_the_page_itself_is_answered() {
     let stage = Stage::new();
-    let (_watch, address) = watch(&stage);
-    let host = address.trim_start_matches("http://").trim_end_matches('/');
-    let own = format!("Host: {host}");
-    let page = answer(&address, "GET /", &[&own], "");
-    assert!(page.starts_with("HTTP/1.1 200"), "{page}");
+    let (_watch, page) = watch(&stage);
+    let [host, cookie, origin] = page.own();
+    let first = page.answer(&format!("GET /?token={}", page.token), &[&host], "");
+    assert!(first.starts_with("HTTP/1.1 200"), "{first}");
+    let value = cookie.strip_prefix("Cookie: ").unwrap();
     for part in [
+        &format!("set-cookie: {value}; HttpOnly; SameSite=Strict; Path=/\r\n"),
         "content-security-policy: default-src 'self'",
         "frame-ancestors 'none'",
         "x-content-type-options: nosniff",
+        "referrer-policy: no-referrer",
+        "cross-origin-resource-policy: same-origin",
+        "cache-control: no-store",
     ] {
-        assert!(page.contains(part), "{part}");
+        assert!(first.contains(part), "{part}: {first}");
     }
     assert!(
-        !page.contains("http://") && !page.contains("https://"),
-        "{page}"
+        !first.contains("http://") && !first.contains("https://"),
+        "{first}"
     );
-    let other = answer(&address, "GET /charts", &["Host: rebound.example"], "");
-    assert!(other.starts_with("HTTP/1.1 421"), "{other}");
 
-    let origin = format!("Origin: http://{host}");
+    // Nothing is answered without the token, to nobody.
+    let routes = [
+        "GET /",
+        "GET /main.js",
+        "GET /charts",
+        "GET /units",
+        "GET /events",
+        "GET /bag?node=/auv/recorder",
+        "HEAD /",
+        "GET /nothing",
+        "POST /do",
+    ];
+    let wrong = format!("{cookie}0");
+    for route in routes {
+        for headers in [&[host.as_str(), &origin][..], &[&host, &origin, &wrong]] {
+            let answer = page.answer(route, headers, "");
+            assert!(answer.starts_with("HTTP/1.1 401"), "{route}: {answer}");
+        }
+        // Nor with it, to a page of another origin.
+        for foreign in [
+            "Sec-Fetch-Site: cross-site",
+            "Sec-Fetch-Site: same-site",
+            "Origin: http://elsewhere.example",
+            "Origin: null",
+        ] {
+            let answer = page.answer(route, &[&host, &cookie, foreign], "");
+            assert!(
+                answer.starts_with("HTTP/1.1 403"),
+                "{route}, {foreign}: {answer}"
+            );
+        }
+        let other = page.answer(route, &["Host: rebound.example", &cookie], "");
+        assert!(other.starts_with("HTTP/1.1 421"), "{route}: {other}");
+    }
+    for headers in [
+        &[host.as_str(), &cookie][..],
+        &[&host, &cookie, "Sec-Fetch-Site: same-origin"],
+        &[&host, &cookie, "Sec-Fetch-Site: none"],
+    ] {
+        let answer = page.answer("GET /charts", headers, "");
+        assert!(answer.starts_with("HTTP/1.1 200"), "{headers:?}: {answer}");
+    }
+
     let json = "Content-Type: application/json";
     let body = r#"{"do":"parameters","node":"/nobody"}"#;
-    let asked = answer(&address, "POST /do", &[&own, &origin, json], body);
+    let asked = page.post(body);
     assert!(asked.starts_with("HTTP/1.1 200"), "{asked}");
     assert!(asked.contains("no node serves /nobody/"), "{asked}");
-    for headers in [
-        &[own.as_str(), json][..],
-        &[&own, json, "Origin: http://elsewhere.example"],
-        &[&own, json, "Origin: null"],
-    ] {
-        let refused = answer(&address, "POST /do", headers, body);
-        assert!(refused.starts_with("HTTP/1.1 403"), "{refused}");
-    }
-    // A form of another page can send no JSON.
-    let form = answer(
-        &address,
-        "POST /do",
-        &[&own, &origin, "Content-Type: text/plain"],
-        body,
+    let without_origin = page.answer("POST /do", &[&host, &cookie, json], body);
+    assert!(
+        without_origin.starts_with("HTTP/1.1 403"),
+        "{without_origin}"
     );
+    // A form of another page can send no JSON.
+    let text = "Content-Type: text/plain";
+    let form = page.answer("POST /do", &[&host, &cookie, &origin, text], body);
     assert!(form.starts_with("HTTP/1.1 415"), "{form}");
     for body in ["", "{", r#"{"do":"shutdown"}"#, &"[".repeat(60_000)] {
-        let refused = answer(&address, "POST /do", &[&own, &origin, json], body);
+        let refused = page.post(body);
         assert!(refused.starts_with("HTTP/1.1 4"), "{refused}");
     }
-    let bag = answer(&address, "GET /bag?node=/auv/recorder", &[&own], "");
+    let bag = page.get("/bag?node=/auv/recorder");
     assert!(bag.starts_with("HTTP/1.1 404"), "{bag}");
+}
+
+#[test]
+fn the_token_is_in_what_the_browser_opens_and_in_no_command_line() {
+    let stage = Stage::new();
+    // What is opened, as a desktop does.
+    let opened = stage.path("opened");
+    let script = format!("#!/bin/sh\necho \"$@\" > {opened}.part; mv {opened}.part {opened}\n");
+    let opener = stage.file("xdg-open", script);
+    fs::set_permissions(&opener, fs::Permissions::from_mode(0o755)).unwrap();
+    let folder = Path::new(&opener).parent().unwrap().to_str().unwrap();
+    let program = stage.start_as(
+        &["watch"],
+        &[
+            (planesman::nodes::LAUNCHED, "1"),
+            ("PATH", &format!("{folder}:/usr/bin:/bin")),
+            ("DISPLAY", ":7"),
+            ("XDG_RUNTIME_DIR", folder),
+        ],
+    );
+    let page = Page::of(&program);
+    let arguments = eventually("the browser", || fs::read_to_string(&opened).ok());
+    let file = Path::new(arguments.trim());
+    assert!(!arguments.contains(&page.token), "{arguments}");
+    let mode = fs::metadata(file).unwrap().permissions().mode();
+    assert_eq!(mode & 0o777, 0o600);
+    let text = fs::read_to_string(file).unwrap();
+    assert!(
+        text.contains(&format!("url={}\"", page.address())),
+        "{text}"
+    );
+    if let Some(mut browser) = Browser::find() {
+        browser.open(&format!("file://{}", file.display()));
+        browser.until_text("#connection", "connected");
+        // The address bar has no token, and a reload needs none.
+        let address = browser.run("return location.href");
+        assert_eq!(address, json!(format!("http://{}/", page.host)));
+        browser.run("location.reload()");
+        browser.until_text("#connection", "connected");
+    }
+    program.press_ctrl_c();
+    let outcome = program.finish().success();
+    assert!(!outcome.stderr.contains(&page.token), "{}", outcome.stderr);
+    assert!(!file.exists(), "the file is still there");
+}
+
+/// A server that answers each request with an empty page, and tells of it.
+fn strange_server() -> (u16, Receiver<String>) {
+    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
+    let port = listener.local_addr().unwrap().port();
+    let (sender, heads) = channel();
+    std::thread::spawn(move || {
+        for stream in listener.incoming() {
+            let (mut stream, sender) = (stream.unwrap(), sender.clone());
+            std::thread::spawn(move || {
+                let reader = BufReader::new(stream.try_clone().unwrap());
+                let lines = reader.lines().map_while(Result::ok);
+                let head: Vec<String> = lines.take_while(|line| !line.is_empty()).collect();
+                let _ = sender.send(head.join("\r\n"));
+                let _ = stream.write_all(
+                    b"HTTP/1.1 200 OK\r\nContent-Type: text/html\r\nConnection: close\r\n\r\n<!doctype html><title>elsewhere</title>",
+                );
+            });
+        }
+    });
+    (port, heads)
+}
+
+/// Everything by which a page can make a browser send a request to another origin; what came of each.
+const ATTACK: &str = "
+    const tried = (begin) => new Promise((done) => { begin(done); setTimeout(() => done('nothing'), 3000); });
+    const element = (tag, properties) => tried((done) => document.head.append(
+        Object.assign(document.createElement(tag), properties, { onload: () => done('loaded'), onerror: () => done('refused') })));
+    const asked = (path, options) => fetch(TARGET + path, { mode: 'no-cors', credentials: 'include', ...options }).then(() => 'sent', () => 'refused');
+    const body = JSON.stringify({ do: 'publish', topic: '/auv/depth_setpoint', text: '2' });
+    const form = document.createElement('form');
+    const frame = Object.assign(document.createElement('iframe'), { name: 'frame' });
+    document.body.append(frame, form);
+    Object.assign(form, { method: 'POST', action: TARGET + '/do', enctype: 'text/plain', target: 'frame' });
+    form.append(Object.assign(document.createElement('input'), { name: body, value: '' }));
+    form.submit();
+    navigator.sendBeacon(TARGET + '/do', body);
+    return Promise.all([
+        element('script', { src: TARGET + '/uPlot.js' }),
+        element('link', { rel: 'stylesheet', href: TARGET + '/watch.css' }),
+        element('img', { src: TARGET + '/bag?node=/auv/recorder' }),
+        tried((done) => { new EventSource(TARGET + '/events?channel=/a:b', { withCredentials: true }).onerror = () => done('refused'); }),
+        asked('/events?channel=/a:b'), asked('/charts'), asked('/'),
+        asked('/do', { method: 'POST', body }),
+        asked('/do', { method: 'POST', body, mode: 'cors', headers: { 'Content-Type': 'application/json' } }),
+    ])";
+
+#[test]
+fn a_page_of_another_origin_in_the_same_browser_gets_nothing_and_does_nothing() {
+    let Some(mut browser) = Browser::find() else {
+        return;
+    };
+    let stage = Stage::new();
+    let operator = stage.operator();
+    let (seen, setpoints) = channel();
+    let on_setpoint = move |it: Float64| {
+        let _ = seen.send(it.data);
+        Received::Parameters
+    };
+    let qos = Qos::reliable(10);
+    operator
+        .rt
+        .subscribe("depth_setpoint", qos, on_setpoint)
+        .unwrap();
+    let (_watch, page) = watch(&stage);
+    browser.open(&page.address());
+    browser.until_text("#connection", "connected");
+
+    // Another port of the same address, to which the browser sends the page's cookie; and another name.
+    let (elsewhere, _) = strange_server();
+    let (mirror, heads) = strange_server();
+    let mut with_cookie = 0;
+    for place in ["127.0.0.1", "localhost"] {
+        browser.open(&format!("http://{place}:{elsewhere}/"));
+        let mut attack =
+            |target: &str| browser.run(&ATTACK.replace("TARGET", &format!("'{target}'")));
+        let came = attack(&format!("http://{}", page.host));
+        println!("from {place}: {came}");
+        for (k, outcome) in came.as_array().unwrap()[..4].iter().enumerate() {
+            assert_eq!(*outcome, json!("refused"), "{k}: {came}");
+        }
+        // What the browser sends to such a target is what is refused, word for word.
+        attack(&format!("http://127.0.0.1:{mirror}"));
+        let own = format!("Host: 127.0.0.1:{mirror}");
+        let sent: Vec<String> = heads.try_iter().filter(|it| !it.is_empty()).collect();
+        assert!(sent.len() > 8, "{sent:?}");
+        for head in sent {
+            assert!(head.contains(&own), "{head}");
+            with_cookie += usize::from(head.contains(&page.cookie()["Cookie: ".len()..]));
+            let again = head.replace(&own, &format!("Host: {}", page.host));
+            let mut stream = page.send(&format!("{again}\r\n\r\n"));
+            let mut status = [0; 12];
+            stream.read_exact(&mut status).unwrap();
+            assert_eq!(&status, b"HTTP/1.1 403", "{again}");
+        }
+        // A link to the page is no way in without the token.
+        browser.run(&format!("location.href = 'http://{}/'", page.host));
+        browser.until_text("body", "open the address that it has printed");
+    }
+    assert!(
+        with_cookie > 8,
+        "the cookie was sent {with_cookie} times only"
+    );
+
+    // Nobody was commanded; the page itself can.
+    browser.open(&format!("http://{}/", page.host));
+    browser.until_text("#connection", "connected");
+    let own = r#"return fetch('/do', { method: 'POST', headers: { 'Content-Type': 'application/json' },
+        body: JSON.stringify({ do: 'publish', topic: '/auv/depth_setpoint', text: '3' }) }).then((it) => it.json())"#;
+    assert_eq!(browser.run(own)["ok"], json!(true));
+    let first = eventually("the page's setpoint", || {
+        let _ = operator.rt.next(Duration::from_millis(10));
+        setpoints.try_recv().ok()
+    });
+    assert_eq!(first, 3.0);
 }
 
 #[test]
@@ -610,12 +782,14 @@ fn a_dive_shows_its_page_and_takes_it_along_when_it_ends() {
     );
     let operator = stage.operator();
     let dive = stage.start(&["dive", &file, "--watch"]);
-    let address = address(&dive);
-    let host = address.trim_start_matches("http://").trim_end_matches('/');
-    let page = answer(&address, "GET /", &[&format!("Host: {host}")], "");
-    assert!(page.starts_with("HTTP/1.1 200"), "{page}");
+    let page = Page::of(&dive);
+    let shown = page.get("/");
+    assert!(shown.starts_with("HTTP/1.1 200"), "{shown}");
     operator.state("the vehicle flies", |state| state.depth > 0.01);
     dive.press_ctrl_c();
     dive.finish().success();
-    assert!(TcpStream::connect(host).is_err(), "the page is still there");
+    assert!(
+        TcpStream::connect(&page.host).is_err(),
+        "the page is still there"
+    );
 }

@@ -1,6 +1,7 @@
 """Drives Chromium without a screen: a JSON object per line in, one per line out.
 
     {"open": ADDRESS}                       the page is loaded; answers how long that took, ms
+    {"tab": ADDRESS}                        the same in another tab, which is closed again
     {"run": SCRIPT, "with": [ARGUMENT...]}  the result of a script's `return`
     {"size": [WIDTH, HEIGHT]}               the window's inner size
     {"drag": [[X, Y], [X, Y]]}              the mouse is pressed, moved and released
@@ -41,6 +42,13 @@ def act(driver, command: dict):
     if "open" in command:
         driver.get(command["open"])
         return driver.execute_script(LOADED)
+    if "tab" in command:
+        first = driver.current_window_handle
+        driver.switch_to.new_window("tab")
+        driver.get(command["tab"])
+        driver.close()
+        driver.switch_to.window(first)
+        return True
     if "run" in command:
         return driver.execute_script(command["run"], *command.get("with", []))
     if "size" in command:

@@ -1,6 +1,7 @@
 //! Faults, cell by cell of two tables: a process that dies, freezes, comes back or is there twice (`nodes`), and a node
-//! behind a bad link (`links`); then many vehicles at once (`crowd`), packets that nobody should send (`garbage`), messages of any size (`sizes`),
-//! announcements in another's name that it leaves (`farewells`), and networks without multicast (`static_peers`).
+//! behind a bad link (`links`); then many vehicles at once (`crowd`), packets that nobody should send (`garbage`), messages
+//! of any size (`sizes`), announcements in another's name that it leaves (`farewells`), networks without multicast
+//! (`static_peers`), and what clients do to the page's server (`page_attacks`).
 //! Each cell is a test of its own, with a fate that the table names.
 //!
 //! A few always run. With `PLANESMAN_FAULTS=all` in the environment all do; a word chooses by name, as with every test.
@@ -19,6 +20,9 @@ mod links;
 mod network;
 mod nodes;
 mod pace;
+#[path = "../page/mod.rs"]
+mod page;
+mod page_attacks;
 #[path = "../recorded/mod.rs"]
 mod recorded;
 mod sizes;
@@ -45,6 +49,7 @@ fn main() -> ExitCode {
     trials.extend(sizes::trials());
     trials.extend(farewells::trials());
     trials.extend(static_peers::trials());
+    trials.extend(page_attacks::trials());
     for name in nodes::ALWAYS.iter().chain(&links::ALWAYS) {
         assert!(
             trials.iter().any(|trial| trial.name() == *name),

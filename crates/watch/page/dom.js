@@ -14,7 +14,7 @@ export function fill(element, ...children) {
   element.replaceChildren(...children);
 }
 
-/// Asks the program to do something; the answer has `ok` and `message`.
+/// Asks the program to do something; the answer has `ok` and `message`, and `denied` where this page may not ask at all.
 export async function ask(command) {
   try {
     const response = await fetch("do", {
@@ -22,7 +22,8 @@ export async function ask(command) {
       headers: { "Content-Type": "application/json" },
       body: JSON.stringify(command),
     });
-    return await response.json();
+    const denied = !response.headers.get("Content-Type")?.includes("json");
+    return denied ? { ok: false, denied, message: (await response.text()).trim() } : await response.json();
   } catch {
     return { ok: false, message: "no connection to planesman watch" };
   }

@@ -9,6 +9,9 @@ import { drawPoles, drawSide } from "./views.js";
 /// Without a message for so long the connection is lost, though nobody has said so, ms.
 const SILENCE = 20_000;
 
+/// Time between two tries to begin the stream, ms.
+const RETRY = 2000;
+
 /// Time between two changes of the texts that move with the samples, and of the side view, ms: a text that changes makes the browser lay out the page.
 const TEXT_PERIOD = 190;
 
@@ -21,6 +24,9 @@ let vehicles = [];
 /// Those of them that are drawn.
 let shown = [];
 let stream;
+/// How often it was to be opened, and when that is tried again.
+let attempts = 0;
+let retry;
 /// The channels of the stream, in its order.
 let channels = [];
 let sections = {};
@@ -100,7 +106,7 @@ function choose(name) {
   refresh(alive);
 }
 
-/// Opens the stream of the channels that are shown.
+/// Draws the charts that are shown, and connects them.
 function begin() {
   shown = fleet();
   const list = specifications().map(ofEach);
@@ -113,29 +119,43 @@ function begin() {
   const drawn = list.flatMap((chart) => chart.traces.map((trace) => trace.channel));
   const seen = shown.flatMap((name) => sideView.map((channel) => `${name}/${channel}`));
   channels = [...new Set([...drawn, ...seen])];
+  connect();
+}
+
+/// Has the channels kept and opens their stream, again and again until there is one.
+async function connect() {
+  clearTimeout(retry);
   stream?.close();
-  const query = channels.map((channel) => `channel=${encodeURIComponent(channel)}`).join("&");
-  stream = new EventSource(`events?${query}`);
+  const attempt = (attempts += 1);
+  const fail = (reason) => {
+    connected(false, reason);
+    retry = setTimeout(connect, RETRY);
+  };
+  const kept = await ask({ do: "keep", channels });
+  if (attempt !== attempts) return;
+  if (!kept.ok) return fail(kept.denied ? kept.message : undefined);
+  stream = new EventSource(`events?${channels.map((channel) => `channel=${encodeURIComponent(channel)}`).join("&")}`);
   stream.onopen = () => {
     charts.reconnected();
+    kept.refused.forEach((reason, k) => { if (reason) charts.refuse(channels[k], reason); });
     tables.clearLog();
     connected(true);
   };
   stream.onmessage = (event) => take(JSON.parse(event.data));
+  // Not by the browser's own means: a program that has been started anew keeps other channels.
   stream.onerror = () => {
-    connected(false);
-    // A browser gives up where the answer was a refusal; the program may come back.
-    if (stream.readyState === EventSource.CLOSED) setTimeout(begin, 2000);
+    stream.close();
+    fail();
   };
 }
 
-function connected(is) {
+function connected(is, reason = "No connection to planesman watch") {
   heard = performance.now();
   byId("connection").textContent = is ? "connected" : "no connection; trying again";
   byId("connection").className = is ? "good" : "bad";
   const notice = byId("notice");
   notice.hidden = is;
-  notice.textContent = "No connection to planesman watch: what is shown is old. It goes on by itself once the program runs again.";
+  notice.textContent = `${reason}. What is shown is old. It goes on by itself once the program runs again and its address has been opened in this browser.`;
 }
 
 /// Takes a message of the stream.
@@ -268,7 +288,7 @@ setInterval(() => {
   byId("clock").textContent = end === undefined ? "" : `charts at ${end.toFixed(1)} s`;
   if (stream && performance.now() - heard > SILENCE) {
     connected(false);
-    begin();
+    connect();
   }
 }, 1000);
 
@@ -311,4 +331,6 @@ async function start() {
   operate("", setpoints);
   begin();
 }
-start();
+// The token of the first visit is in a cookie now, and need not stand in the address.
+if (location.search) location.replace(`/${location.hash}`);
+else start();

@@ -3,17 +3,22 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use serde_json::Value;
 
-use crate::series::{Cursor, Series};
+use crate::series::{Cursor, KEPT, Series};
 
 /// Log lines kept.
 const LINES: usize = 2000;
-/// Samples of a channel in one message to a page; the next message has the next ones.
-const SAMPLES: usize = 20_000;
-/// Log lines in one message.
-const LINES_AT_ONCE: usize = 500;
+/// Samples kept of all channels, 16 bytes each: with more channels than one vehicle has, each keeps fewer than [`KEPT`].
+const KEPT_IN_ALL: usize = 25 * KEPT;
+/// What one message to a page holds: samples of all its channels, the text of its log lines and that of its sections, bytes, each by one
+/// more at most; the next message has the next ones.
+const SAMPLES: usize = 10_000;
+const LOG: usize = 1 << 18;
+const SECTIONS: usize = 1 << 18;
+/// The longest text of a section, bytes: a longer list loses its end.
+const LONGEST_SECTION: usize = 1 << 20;
 
 /// A line of `/rosout`.
 #[derive(Clone, Debug, Serialize)]
@@ -37,6 +42,8 @@ pub(crate) struct Channel {
 struct Section {
     version: u64,
     value: Arc<Value>,
+    /// The length of its text, bytes.
+    length: usize,
 }
 
 /// Everything the pages show.
@@ -69,10 +76,21 @@ impl Board {
 
     /// Takes a sample of a channel.
     pub(crate) fn push(&mut self, name: &str, time: f64, value: f64) {
+        let kept = KEPT.min(KEPT_IN_ALL / self.channels.len().max(1));
         match self.channels.get_mut(name) {
-            Some(channel) => channel.series.push(time, value),
-            None => self.channel(name).series.push(time, value),
+            Some(channel) => channel.series.push(time, value, kept),
+            None => self.channel(name).series.push(time, value, kept),
         }
+    }
+
+    /// Why a channel has no samples, if there is a reason.
+    pub(crate) fn refusal(&self, name: &str) -> Option<&str> {
+        self.channels.get(name)?.refusal.as_deref()
+    }
+
+    /// Forgets the channels that never had a sample.
+    pub(crate) fn forget_empty(&mut self) {
+        self.channels.retain(|_, it| !it.series.is_empty());
     }
 
     /// Begins the channels of a vehicle anew: it was put back to its initial state at that time, s.
@@ -84,7 +102,15 @@ impl Board {
     }
 
     /// Puts up a section in place of what stood there.
-    pub(crate) fn put(&mut self, name: &str, value: Value) {
+    pub(crate) fn put(&mut self, name: &str, mut value: Value) {
+        let length = |value: &Value| value.to_string().len();
+        let mut whole = length(&value);
+        while whole > LONGEST_SECTION {
+            let Some(last) = value.as_array_mut().and_then(Vec::pop) else {
+                return; // Nobody's description of himself is as long.
+            };
+            whole -= length(&last);
+        }
         if self.sections.get(name).is_some_and(|it| *it.value == value) {
             return;
         }
@@ -92,6 +118,7 @@ impl Board {
         let section = Section {
             version: self.version,
             value: Arc::new(value),
+            length: whole,
         };
         self.sections.insert(name.to_owned(), section);
     }
@@ -114,9 +141,22 @@ impl Board {
 /// What one page has been told.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Reader {
-    channels: Vec<(String, Cursor, Option<String>)>,
+    /// Each with its number.
+    channels: Vec<(usize, String, Cursor, Option<String>)>,
     version: u64,
     lines: u64,
+    /// Whether the last message did not hold all.
+    behind: bool,
+}
+
+/// A section as a message has it.
+#[derive(Clone, Debug)]
+struct Told(Arc<Value>);
+
+impl Serialize for Told {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.0.serialize(serializer)
+    }
 }
 
 /// A message to a page: what is new since the last one.
@@ -129,7 +169,7 @@ pub(crate) struct Message {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     refused: Vec<(usize, Option<String>)>,
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
-    sections: BTreeMap<String, Value>,
+    sections: BTreeMap<String, Told>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     log: Vec<Line>,
 }
@@ -145,45 +185,66 @@ impl Message {
 }
 
 impl Reader {
-    /// A page that shows these channels, and has been told nothing yet.
-    pub(crate) fn of(channels: impl Iterator<Item = String>) -> Self {
+    /// A page that shows these channels, each with its number, and has been told nothing yet.
+    pub(crate) fn of(channels: impl Iterator<Item = (usize, String)>) -> Self {
+        let channels = channels.map(|(number, name)| (number, name, Cursor::default(), None));
         Self {
-            channels: channels
-                .map(|name| (name, Cursor::default(), None))
-                .collect(),
-            version: 0,
-            lines: 0,
+            channels: channels.collect(),
+            ..Self::default()
         }
+    }
+
+    /// Whether the last message did not hold all that was new.
+    pub(crate) fn is_behind(&self) -> bool {
+        self.behind
     }
 
     /// What is new for this page.
     pub(crate) fn news(&mut self, board: &Board) -> Message {
         let mut message = Message::default();
-        for (index, (name, cursor, told)) in self.channels.iter_mut().enumerate() {
+        self.behind = false;
+        let most = (SAMPLES / self.channels.len().max(1)).max(1);
+        for (number, name, cursor, told) in &mut self.channels {
             let Some(channel) = board.channels.get(name) else {
                 continue;
             };
-            let news = channel.series.since(cursor, SAMPLES);
+            let news = channel.series.since(cursor, most);
+            self.behind |= news.times.len() == most;
             if news.restarted || !news.times.is_empty() {
-                let one = (index, news.restarted, news.times, news.values);
+                let one = (*number, news.restarted, news.times, news.values);
                 message.series.push(one);
             }
             if *told != channel.refusal {
                 told.clone_from(&channel.refusal);
-                message.refused.push((index, channel.refusal.clone()));
+                message.refused.push((*number, channel.refusal.clone()));
             }
         }
-        for (name, section) in &board.sections {
-            if section.version > self.version {
-                let value = Value::clone(&section.value);
-                message.sections.insert(name.clone(), value);
+        let mut newer: Vec<_> = board.sections.iter().collect();
+        newer.retain(|(_, section)| section.version > self.version);
+        newer.sort_by_key(|(_, section)| section.version);
+        let mut room = SECTIONS;
+        for (name, section) in newer {
+            if room == 0 {
+                self.behind = true;
+                break;
             }
+            room = room.saturating_sub(section.length);
+            let told = Told(Arc::clone(&section.value));
+            message.sections.insert(name.clone(), told);
+            self.version = section.version;
         }
-        self.version = board.version;
         let skipped = usize::try_from(self.lines.saturating_sub(board.forgotten)).unwrap_or(0);
-        let lines = board.lines.iter().skip(skipped).take(LINES_AT_ONCE);
-        message.log = lines.cloned().collect();
-        self.lines = self.lines.max(board.forgotten) + message.log.len() as u64;
+        self.lines = self.lines.max(board.forgotten);
+        let mut room = LOG;
+        for line in board.lines.iter().skip(skipped) {
+            if room == 0 {
+                self.behind = true;
+                break;
+            }
+            room = room.saturating_sub(line.node.len() + line.text.len());
+            message.log.push(line.clone());
+            self.lines += 1;
+        }
         message
     }
 }
@@ -196,7 +257,7 @@ mod tests {
     #[test]
     fn a_page_is_told_what_is_new_and_nothing_twice() {
         let mut board = Board::default();
-        let mut reader = Reader::of(["a".to_owned(), "b".to_owned()].into_iter());
+        let mut reader = Reader::of([(0, "a".to_owned()), (1, "b".to_owned())].into_iter());
         board.push("b", 1.0, 2.0);
         board.push("elsewhere", 1.0, 2.0);
         board.put("graph", json!({"nodes": 1}));
@@ -216,5 +277,46 @@ mod tests {
         assert!(reader.news(&board).is_empty());
         board.channel("a").refusal = None;
         assert_eq!(reader.news(&board).refused, [(0, None)]);
+    }
+
+    #[test]
+    fn a_message_is_bounded_and_the_next_ones_have_the_rest() {
+        let mut board = Board::default();
+        let names = || (0..50).map(|k| (k, format!("channel {k}")));
+        let mut reader = Reader::of(names());
+        for (_, name) in names() {
+            for k in 0..1000 {
+                board.push(&name, f64::from(k), 1.0 / 3.0);
+            }
+        }
+        let text = "x".repeat(4096);
+        for k in 0..LINES + 10 {
+            board.log(Line {
+                time: k as f64,
+                level: 20,
+                node: String::new(),
+                text: text.clone(),
+            });
+        }
+        for k in 0..10 {
+            board.put(&format!("section {k}"), json!(vec![&text; 1000]));
+        }
+        let (mut samples, mut lines, mut sections) = (0, 0, BTreeMap::new());
+        loop {
+            let message = reader.news(&board);
+            let length = serde_json::to_string(&message).expect("JSON").len();
+            assert!(length < 50 * SAMPLES + LOG + SECTIONS + LONGEST_SECTION);
+            samples += message.series.iter().map(|it| it.2.len()).sum::<usize>();
+            lines += message.log.len();
+            sections.extend(message.sections);
+            if !reader.is_behind() {
+                break;
+            }
+        }
+        assert_eq!((samples, lines, sections.len()), (50 * 1000, LINES, 10));
+        // A longer list has lost its end.
+        let told = sections["section 9"].0.as_array().expect("a list").len();
+        assert!((200..1000).contains(&told), "{told}");
+        assert!(reader.news(&board).is_empty());
     }
 }

@@ -1,94 +1,116 @@
-//! Who may ask: the page itself, from an address that the user gave.
+//! Who may ask: the page itself, from an address that the user gave, with the token.
 //!
-//! A page of elsewhere that is open in the same browser can send requests to this server. It cannot read the answers, and
-//! requests that change something are refused by their `Origin`. A name that such a page resolves to this
-//! machine's address (DNS rebinding) is refused by `Host`. Beyond loopback everybody on the network could ask: there a token is needed.
+//! Whoever can connect could command the vehicle: each user of this machine, beyond loopback everybody on the network. So every request
+//! needs the token in the printed address; the first visit puts it into a cookie. Pages of elsewhere that are open in the same browser can
+//! send requests too, with the cookie if they come from another port of the same address. They are refused by what a browser says of a
+//! request's origin: `Sec-Fetch-Site`, which scripts cannot set, and `Origin`. A name that such a page resolves to this machine's address
+//! (DNS rebinding) is refused by `Host`.
 
 use std::net::IpAddr;
 
-use axum::http::{HeaderMap, StatusCode, header};
+use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, Uri, header};
 
 /// What a request must show.
-#[derive(Clone, Debug)]
 pub(crate) struct Guard {
-    /// Needed beyond loopback.
-    pub(crate) token: Option<String>,
+    pub(crate) token: String,
     local: bool,
 }
-
-/// The cookie that holds the token.
-pub(crate) const COOKIE: &str = "planesman_watch";
 
 /// Why a request is not answered.
 pub(crate) type Refusal = (StatusCode, &'static str);
 
 impl Guard {
-    /// The guard of a server at that address, with a new token where one is needed.
+    /// The guard of a server at that address, with a new token.
     pub(crate) fn of(address: IpAddr) -> Result<Self, getrandom::Error> {
-        let local = address.is_loopback();
-        let token = match local {
-            true => None,
-            false => Some(new_token()?),
-        };
-        Ok(Self { token, local })
+        Ok(Self {
+            token: new_token()?,
+            local: address.is_loopback(),
+        })
     }
 
-    /// Whether a request with these headers is answered, apart from the token.
-    pub(crate) fn admit(&self, headers: &HeaderMap, changes: bool) -> Result<(), Refusal> {
-        let text = |name| headers.get(name).and_then(|it| it.to_str().ok());
-        let host = text(header::HOST).unwrap_or_default();
-        if !self.is_own(host) {
+    /// Whether a request is answered; of a first visit the cookie that it gets.
+    pub(crate) fn admit(
+        &self,
+        method: &Method,
+        uri: &Uri,
+        headers: &HeaderMap,
+    ) -> Result<Option<HeaderValue>, Refusal> {
+        let one = |name| headers.get(name).and_then(|it| it.to_str().ok());
+        let host = one(header::HOST).unwrap_or_default();
+        let several = headers.get_all(header::HOST).iter().nth(1).is_some();
+        if several || !self.is_own(host) {
             return Err((
                 StatusCode::MISDIRECTED_REQUEST,
-                "ask by the address that planesman watch has printed\n",
+                "Ask by the address that planesman watch has printed\n",
             ));
         }
-        let origin = text(header::ORIGIN);
-        let own = format!("http://{host}");
-        if origin.is_some_and(|origin| origin != own) || (changes && origin.is_none()) {
+        let is_known = query_token(uri.query()).is_some_and(|given| same(given, &self.token));
+        let is_get = matches!(*method, Method::GET | Method::HEAD);
+        let says_nothing_but = |name: &str, allowed: &[&str]| {
+            let mut given = headers.get_all(name).iter();
+            given.all(|it| allowed.iter().any(|one| it.as_bytes() == one.as_bytes()))
+        };
+        // The printed address may be opened from anywhere: whoever has the token could visit by himself.
+        let is_visit = is_known
+            && is_get
+            && uri.path() == "/"
+            && says_nothing_but("sec-fetch-mode", &["navigate"])
+            && says_nothing_but("sec-fetch-dest", &["document"]);
+        let origin = format!("http://{host}");
+        let is_of_the_page = says_nothing_but("sec-fetch-site", &["same-origin", "none"])
+            && says_nothing_but("origin", &[&origin])
+            && (is_get || headers.contains_key(header::ORIGIN));
+        if !(is_visit || is_of_the_page) {
             return Err((
                 StatusCode::FORBIDDEN,
-                "only the page of planesman watch itself may ask\n",
+                "Only the page of planesman watch itself may ask: open the address that it has printed\n",
             ));
         }
-        Ok(())
+        let name = cookie_name(host);
+        if !(is_known || cookies(headers, &name).any(|given| same(given, &self.token))) {
+            return Err((
+                StatusCode::UNAUTHORIZED,
+                "This page needs the token: open the address that planesman watch has printed\n",
+            ));
+        }
+        let cookie = format!("{name}={}; HttpOnly; SameSite=Strict; Path=/", self.token);
+        Ok(HeaderValue::try_from(cookie).ok().filter(|_| is_visit))
     }
 
     /// Whether the host is an address, of this machine if only this machine is served: a name can be anybody's.
     fn is_own(&self, host: &str) -> bool {
-        let name = match host.rsplit_once(':') {
-            Some((name, port)) if port.bytes().all(|it| it.is_ascii_digit()) => name,
-            _ => host,
-        };
+        let (name, _) = name_and_port(host);
         let name = name.trim_start_matches('[').trim_end_matches(']');
         match name.parse::<IpAddr>() {
             Ok(address) => !self.local || address.is_loopback(),
             Err(_) => name == "localhost",
         }
     }
+}
 
-    /// Whether the token in the address or in the cookie is the right one.
-    pub(crate) fn knows(&self, headers: &HeaderMap, query: Option<&str>) -> bool {
-        let Some(token) = &self.token else {
-            return true;
-        };
-        let in_query = query_token(query);
-        let cookies = headers.get_all(header::COOKIE).iter();
-        let in_cookie = cookies
-            .filter_map(|it| it.to_str().ok())
-            .flat_map(|it| it.split(';'))
-            .filter_map(|it| it.trim().split_once('='))
-            .filter(|(name, _)| *name == COOKIE)
-            .map(|(_, value)| value);
-        in_query
-            .into_iter()
-            .chain(in_cookie)
-            .any(|given| same(given, token))
+fn name_and_port(host: &str) -> (&str, &str) {
+    match host.rsplit_once(':') {
+        Some((name, port)) if port.bytes().all(|it| it.is_ascii_digit()) => (name, port),
+        _ => (host, "80"),
     }
 }
 
+/// The cookie that holds the token. A browser has one jar for all ports of an address, so each port, as the browser knows it, has a name.
+fn cookie_name(host: &str) -> String {
+    format!("planesman_watch_{}", name_and_port(host).1)
+}
+
+/// The values of the cookies of that name.
+fn cookies<'a>(headers: &'a HeaderMap, name: &'a str) -> impl Iterator<Item = &'a str> {
+    let all = headers.get_all(header::COOKIE).iter();
+    all.filter_map(|it| it.to_str().ok())
+        .flat_map(|it| it.split(';'))
+        .filter_map(|it| it.trim().split_once('='))
+        .filter_map(move |(given, value)| (given == name).then_some(value))
+}
+
 /// The token in an address.
-pub(crate) fn query_token(query: Option<&str>) -> Option<&str> {
+fn query_token(query: Option<&str>) -> Option<&str> {
     let mut parts = query?.split('&');
     parts.find_map(|part| part.strip_prefix("token="))
 }
@@ -110,70 +132,119 @@ fn same(given: &str, token: &str) -> bool {
 mod tests {
     use super::*;
 
-    fn headers(list: &[(&str, &str)]) -> HeaderMap {
-        let pairs = list.iter().map(|(name, value)| {
+    /// The status of a request with these headers to a guard whose cookie it has; 200 for an answer.
+    fn status(guard: &Guard, request: &str, given: &[(&str, &str)]) -> u16 {
+        let (method, target) = request.split_once(' ').expect("METHOD TARGET");
+        let (method, uri) = (method.parse().expect("one"), target.parse().expect("one"));
+        let pairs = given.iter().map(|(name, value)| {
             let name: header::HeaderName = name.parse().expect("a header's name");
             (name, value.parse().expect("a header's value"))
         });
-        pairs.collect()
+        let mut headers = HeaderMap::new();
+        for (name, value) in pairs {
+            headers.append(name, value);
+        }
+        match guard.admit(&method, &uri, &headers) {
+            Ok(_) => 200,
+            Err((status, _)) => status.as_u16(),
+        }
     }
 
     #[test]
-    fn on_loopback_only_its_own_page_may_ask() {
-        let guard = Guard::of("127.0.0.1".parse().expect("an address")).expect("random bits");
-        assert!(guard.token.is_none() && guard.knows(&HeaderMap::new(), None));
-        for (given, changes, admitted) in [
-            (&[("host", "127.0.0.1:8080")][..], false, true),
-            (&[("host", "localhost:8080")], false, true),
-            (&[("host", "[::1]:8080")], false, true),
-            (&[("host", "evil.example:8080")], false, false),
-            (&[("host", "127.0.0.1.evil.example")], false, false),
-            (&[("host", "192.168.1.5:8080")], false, false),
-            (&[], false, false),
-            (&[("host", "127.0.0.1:1")], true, false),
-            (
-                &[("host", "127.0.0.1:1"), ("origin", "http://127.0.0.1:1")],
-                true,
-                true,
-            ),
-            (
-                &[("host", "127.0.0.1:1"), ("origin", "http://127.0.0.1:2")],
-                true,
-                false,
-            ),
-            (
-                &[("host", "127.0.0.1:1"), ("origin", "https://evil.example")],
-                false,
-                false,
-            ),
-            (&[("host", "127.0.0.1:1"), ("origin", "null")], true, false),
+    fn what_a_page_of_elsewhere_sends_is_refused_on_every_route_even_with_the_cookie() {
+        let guard = Guard::of([127, 0, 0, 1].into()).expect("random bits");
+        let cookie = format!("a=b; planesman_watch_8080={}", guard.token);
+        let host = ("host", "127.0.0.1:8080");
+        let own = ("origin", "http://127.0.0.1:8080");
+        let site = |it| ("sec-fetch-site", it);
+        for (given, get, post) in [
+            (&[host][..], 200, 403),
+            (&[host, own], 200, 200),
+            (&[host, site("none")], 200, 403),
+            (&[host, own, site("same-origin")], 200, 200),
+            (&[host, site("same-site")], 403, 403),
+            (&[host, site("cross-site")], 403, 403),
+            (&[host, own, site("cross-site")], 403, 403),
+            (&[host, site("none"), site("cross-site")], 403, 403),
+            (&[host, ("origin", "http://127.0.0.1:2")], 403, 403),
+            (&[host, ("origin", "https://evil.example")], 403, 403),
+            (&[host, ("origin", "null")], 403, 403),
+            (&[host, own, ("origin", "http://127.0.0.1:2")], 403, 403),
+            (&[("host", "localhost:8080")], 200, 403),
+            (&[("host", "[::1]:8080")], 200, 403),
+            (&[("host", "evil.example:8080")], 421, 421),
+            (&[("host", "127.0.0.1.evil.example")], 421, 421),
+            (&[("host", "192.168.1.5:8080")], 421, 421),
+            (&[host, ("host", "evil.example")], 421, 421),
+            (&[], 421, 421),
         ] {
-            let outcome = guard.admit(&headers(given), changes);
-            assert_eq!(outcome.is_ok(), admitted, "{given:?}");
+            let given = [given, &[("cookie", cookie.as_str())]].concat();
+            for target in ["/", "/events?channel=a:b", "/bag?node=x", "/main.js"] {
+                let answer = status(&guard, &format!("GET {target}"), &given);
+                assert_eq!(answer, get, "{target} {given:?}");
+            }
+            assert_eq!(status(&guard, "POST /do", &given), post, "{given:?}");
         }
     }
 
     #[test]
-    fn beyond_loopback_the_token_is_needed() {
-        let guard = Guard::of("0.0.0.0".parse().expect("an address")).expect("random bits");
-        let token = guard.token.clone().expect("a token");
-        assert_eq!(token.len(), 32);
-        let other = Guard::of("0.0.0.0".parse().expect("an address")).expect("random bits");
-        assert_ne!(Some(&token), other.token.as_ref());
-        let cookie = format!("a=b; {COOKIE}={token}");
-        assert!(guard.knows(&headers(&[("cookie", &cookie)]), None));
-        assert!(guard.knows(&HeaderMap::new(), Some(&format!("x=1&token={token}"))));
-        for wrong in ["", &token[1..], &format!("{token}0"), &"0".repeat(32)] {
-            let query = format!("token={wrong}");
-            assert!(!guard.knows(&HeaderMap::new(), Some(&query)), "{wrong}");
+    fn nobody_is_answered_without_the_token_of_this_server() {
+        for address in ["127.0.0.1", "::1", "0.0.0.0"] {
+            let guard = Guard::of(address.parse().expect("an address")).expect("random bits");
+            let other = Guard::of(address.parse().expect("an address")).expect("random bits");
+            let token = &guard.token;
+            assert_eq!(token.len(), 32);
+            assert_ne!(*token, other.token);
+            let host = ("host", "127.0.0.1:8080");
+            let target = format!("GET /charts?x=1&token={token}");
+            assert_eq!(status(&guard, &target, &[host]), 200);
+            assert_eq!(status(&other, &target, &[host]), 401);
+            assert_eq!(status(&guard, "GET /charts", &[host]), 401);
+            for wrong in ["", &token[1..], &format!("{token}0"), &"0".repeat(32)] {
+                let target = format!("GET /charts?token={wrong}");
+                assert_eq!(status(&guard, &target, &[host]), 401, "{wrong}");
+            }
+            // A cookie is good for the port that it was given for, though a browser sends it to each.
+            let cookie = format!(
+                "planesman_watch_8080={token}; planesman_watch_9090={}",
+                other.token
+            );
+            for (guard, host, answer) in [
+                (&guard, "127.0.0.1:8080", 200),
+                (&guard, "127.0.0.1:9090", 401),
+                (&other, "127.0.0.1:9090", 200),
+            ] {
+                let given = [("host", host), ("cookie", cookie.as_str())];
+                assert_eq!(status(guard, "GET /charts", &given), answer, "{host}");
+            }
         }
-        assert!(!guard.knows(&HeaderMap::new(), None));
-        let asked = headers(&[("host", "192.168.1.5:8080")]);
-        assert!(guard.admit(&asked, false).is_ok());
-        assert!(
-            guard
-                .admit(&headers(&[("host", "evil.example")]), false)
-                .is_err()
+    }
+
+    #[test]
+    fn the_printed_address_may_be_opened_from_anywhere_and_gives_the_cookie() {
+        let guard = Guard::of([127, 0, 0, 1].into()).expect("random bits");
+        let page = format!("GET /?token={}", guard.token);
+        let navigation = [
+            ("host", "127.0.0.1:8080"),
+            ("sec-fetch-site", "cross-site"),
+            ("sec-fetch-mode", "navigate"),
+            ("sec-fetch-dest", "document"),
+        ];
+        assert_eq!(status(&guard, &page, &navigation), 200);
+        assert_eq!(status(&guard, "GET /?token=0", &navigation), 403);
+        let framed = [&navigation[..3], &[("sec-fetch-dest", "iframe")]].concat();
+        assert_eq!(status(&guard, &page, &framed), 403);
+        let fetched = [&navigation[..2], &[("sec-fetch-mode", "no-cors")]].concat();
+        assert_eq!(status(&guard, &page, &fetched), 403);
+        let headers = [(header::HOST, HeaderValue::from_static("localhost"))];
+        let uri = format!("/?token={}", guard.token)
+            .parse()
+            .expect("a target");
+        let cookie = guard.admit(&Method::GET, &uri, &HeaderMap::from_iter(headers));
+        let text = format!(
+            "planesman_watch_80={}; HttpOnly; SameSite=Strict; Path=/",
+            guard.token
         );
+        assert_eq!(cookie.expect("admitted").expect("a cookie"), text);
     }
 }

@@ -11,12 +11,14 @@
 //! | `charts` | the charts at first |
 //! | `units` | the unit of each quantity on the page |
 //! | [`Knowledge`] | what the program around it knows of models and vehicles |
-//! | `server`, `guard` | HTTP; who may ask |
+//! | `server`, `guard`, `visitors` | HTTP; who may ask; who is connected |
+//! | `bag_file` | the recorder's file, for download |
 //! | `page/` | the page itself: HTML, CSS and JavaScript without a build step |
 //!
 //! The node runs on the thread that calls [`run`], the server on one of its own. The node writes to the board, which each
 //! page's stream of events reads some thirty times a second: a slow page gets larger messages, and holds nobody up.
 
+mod bag_file;
 mod board;
 mod charts;
 mod command;
@@ -28,11 +30,16 @@ mod nodes;
 mod series;
 mod server;
 mod units;
+mod visitors;
 
+use std::io::Write as _;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
 
 use anyhow::Result;
 use planesman_node::{Domain, Intake, NodeSpec, RosArguments, Runtime};
+use tempfile::NamedTempFile;
 
 pub use knowledge::{Knowledge, Named, Pole, Vehicle};
 use node::{Event, Watch};
@@ -40,7 +47,7 @@ use node::{Event, Watch};
 /// How the page is served.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Options {
-    /// The address that is listened at; beyond loopback a page needs the token that is printed.
+    /// The address that is listened at.
     pub listen: IpAddr,
     /// The port; 0 for any that is free.
     pub port: u16,
@@ -82,27 +89,39 @@ pub fn run(options: Options, knowledge: Knowledge, arguments: RosArguments) -> R
     let page = server.page();
     planesman_node::say!("{page}")?;
     server.start()?;
-    if options.open {
-        open(&page);
-    }
+    // It is there as long as the program: a browser may take its time.
+    let _opened = if options.open { open(&page) } else { None };
     rt.run(move |rt, event| Ok(watch.on(rt, event)))
 }
 
 /// Opens the page in the user's browser; where there is none, the address that was printed has to do. Without a display
 /// a browser would be one in the terminal, in place of this program's output.
-fn open(page: &str) {
-    use std::process::{Command, Stdio};
+///
+/// Every user of the machine sees what a program is started with. So the browser gets a file of mode 0600 that leads to the address.
+fn open(page: &str) -> Option<NamedTempFile> {
     let displays = ["DISPLAY", "WAYLAND_DISPLAY"];
     if displays.iter().all(|it| std::env::var_os(it).is_none()) {
-        return;
+        return None;
     }
-    let opener = Command::new("xdg-open")
-        .arg(page)
+    let own = std::env::var_os("XDG_RUNTIME_DIR").map_or_else(std::env::temp_dir, PathBuf::from);
+    let file = tempfile::Builder::new()
+        .prefix("planesman_watch_")
+        .suffix(".html")
+        .tempfile_in(own);
+    let mut file = file.ok()?;
+    writeln!(
+        file,
+        "<!doctype html><meta charset=\"utf-8\"><title>Planesman</title>\
+         <meta http-equiv=\"refresh\" content=\"0; url={page}\"><a href=\"{page}\">Planesman</a>"
+    )
+    .ok()?;
+    let mut opener = Command::new("xdg-open")
+        .arg(file.path())
         .stdin(Stdio::null())
         .stdout(Stdio::null())
         .stderr(Stdio::null())
-        .spawn();
-    if let Ok(mut opener) = opener {
-        std::thread::spawn(move || opener.wait());
-    }
+        .spawn()
+        .ok()?;
+    std::thread::spawn(move || opener.wait());
+    Some(file)
 }

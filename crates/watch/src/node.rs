@@ -34,7 +34,7 @@ use crate::board::{Line, SharedBoard, locked};
 use crate::charts::{self, ERRORS, WARNINGS};
 use crate::command::{Command, Goal, Request, done, parameter_of, refused, text_of};
 use crate::feeds::Feed;
-use crate::knowledge::Knowledge;
+use crate::knowledge::{Knowledge, Vehicle};
 use crate::nodes::{Nodes, bounded, rounded};
 use crate::units;
 
@@ -49,8 +49,10 @@ const MANOEUVRE: Duration = Duration::from_secs(24 * 60 * 60);
 /// Topics and services that are told, and channels that are kept; a hostile peer can make topics up without end.
 const MOST_TOPICS: usize = 1000;
 const MOST_CHANNELS: usize = 1000;
-/// Vehicles whose channels are kept.
+/// Vehicles whose channels are kept, and that are asked for their parameters at once.
 const MOST_VEHICLES: usize = 32;
+/// The longest name of a channel, and of a node whose parameters have changed, bytes.
+const LONGEST_NAME: usize = 512;
 
 /// What happens to the node.
 pub(crate) enum Event {
@@ -64,8 +66,8 @@ pub(crate) enum Event {
     Request(Request),
     /// The server has ended.
     Closed,
-    /// The parameters of the vehicle at that name.
-    Vehicle(String, Result<Vec<Parameter>, String>),
+    /// What the plant_sim of that name flies.
+    Vehicle(String, Result<Vehicle, String>),
     /// Of the action at that name.
     Feedback(String, GoalId, ManoeuvreFeedback),
     Accepted(String, Result<Option<GoalId>, String>),
@@ -124,6 +126,8 @@ pub(crate) struct Watch {
     manoeuvres: BTreeMap<String, Flown>,
     /// How often each node's parameters have changed.
     changes: BTreeMap<String, u64>,
+    /// Vehicles that are asked for their parameters now.
+    asked: usize,
 }
 
 impl Watch {
@@ -160,6 +164,7 @@ impl Watch {
             setpoints: BTreeMap::new(),
             manoeuvres: BTreeMap::new(),
             changes: BTreeMap::new(),
+            asked: 0,
         };
         watch.listen(rt);
         Ok(watch)
@@ -189,7 +194,7 @@ impl Watch {
                 self.listen(rt);
             }
             Event::Closed => return Flow::Stop,
-            Event::Vehicle(node, parameters) => self.vehicle(&node, parameters),
+            Event::Vehicle(node, vehicle) => self.vehicle(&node, vehicle),
             Event::Feedback(action, id, feedback) => self.feedback(&action, id, &feedback),
             Event::Accepted(action, outcome) => self.accepted(rt, action, outcome),
             Event::Ended(action, id, outcome) => self.ended(&action, id, outcome),
@@ -263,7 +268,8 @@ impl Watch {
     }
 
     fn parameters_changed(&mut self, rt: &Runtime<Event>, node: &str) {
-        if self.changes.len() < MOST_TOPICS || self.changes.contains_key(node) {
+        let is_new = !self.changes.contains_key(node);
+        if !is_new || (self.changes.len() < MOST_TOPICS && node.len() <= LONGEST_NAME) {
             *self.changes.entry(node.to_owned()).or_default() += 1;
             locked(&self.board).put("parameters", json!(self.changes));
         }
@@ -312,33 +318,56 @@ impl Watch {
     fn want(&mut self, channel: &str) -> Result<(), String> {
         let (topic, field) = channel
             .split_once(':')
-            .ok_or_else(|| format!("'{channel}' is not written TOPIC:FIELD"))?;
-        let known: usize = self.channels.values().map(BTreeSet::len).sum();
-        let fields = self.channels.entry(topic.to_owned()).or_default();
-        if !fields.contains(field) {
-            if known >= MOST_CHANNELS {
-                return Err(format!("{MOST_CHANNELS} channels are kept already"));
-            }
-            fields.insert(field.to_owned());
+            .ok_or("a channel is written TOPIC:FIELD")?;
+        if channel.len() > LONGEST_NAME {
+            return Err(format!("a channel's name has at most {LONGEST_NAME} bytes"));
         }
-        let state = self.topics.entry(topic.to_owned());
-        let index = match state.or_insert(Wanted::Missing) {
-            Wanted::Open(index) => *index,
-            Wanted::Refused(reason) => return Err(reason.clone()),
-            Wanted::Missing | Wanted::Defining => return Ok(()),
+        let fields = self.channels.get(topic);
+        if fields.is_some_and(|it| it.contains(field)) {
+            return Ok(());
+        }
+        match self.topics.get(topic) {
+            Some(Wanted::Refused(reason)) => return Err(reason.clone()),
+            Some(Wanted::Open(index)) => self.attach(*index, channel, field)?,
+            Some(Wanted::Missing | Wanted::Defining) | None => {}
+        }
+        let count = |channels: &BTreeMap<String, BTreeSet<String>>| {
+            channels.values().map(BTreeSet::len).sum::<usize>()
         };
-        self.attach(index, topic, field)
+        if count(&self.channels) >= MOST_CHANNELS {
+            self.forget_unread();
+        }
+        if count(&self.channels) >= MOST_CHANNELS {
+            return Err(format!("{MOST_CHANNELS} channels are kept already"));
+        }
+        let fields = self.channels.entry(topic.to_owned()).or_default();
+        fields.insert(field.to_owned());
+        let state = self.topics.entry(topic.to_owned());
+        state.or_insert(Wanted::Missing);
+        Ok(())
     }
 
-    /// Reads a field of an open topic.
-    fn attach(&mut self, index: usize, topic: &str, field: &str) -> Result<(), String> {
+    /// Forgets the channels that are not read: of topics that nobody publishes, and those that were refused.
+    fn forget_unread(&mut self) {
+        let mut board = locked(&self.board);
+        self.channels.retain(|topic, fields| {
+            fields.retain(|field| board.refusal(&format!("{topic}:{field}")).is_none());
+            let state = self.topics.get(topic);
+            matches!(state, Some(Wanted::Open(_) | Wanted::Defining)) && !fields.is_empty()
+        });
+        let channels = &self.channels;
+        self.topics.retain(|topic, state| {
+            matches!(state, Wanted::Open(_) | Wanted::Defining) || channels.contains_key(topic)
+        });
+        board.forget_empty();
+    }
+
+    /// Reads a field of an open topic into the channel.
+    fn attach(&mut self, index: usize, channel: &str, field: &str) -> Result<(), String> {
         if field.starts_with('~') {
             return Ok(()); // Computed.
         }
-        let channel = format!("{topic}:{field}");
-        let outcome = self.feeds[index].add(&channel, field);
-        locked(&self.board).channel(&channel).refusal = outcome.clone().err();
-        outcome
+        self.feeds[index].add(channel, field)
     }
 
     /// Subscribes to a topic whose type is defined now.
@@ -370,7 +399,9 @@ impl Watch {
                 self.feeds.push(feed);
                 self.topics.insert(name.clone(), Wanted::Open(index));
                 for field in &fields {
-                    let _ = self.attach(index, name, field); // Told with the channel.
+                    let channel = format!("{name}:{field}");
+                    let refusal = self.attach(index, &channel, field).err();
+                    locked(&self.board).channel(&channel).refusal = refusal;
                 }
             }
             Err(reason) => {
@@ -455,28 +486,32 @@ impl Watch {
 
     /// Asks a vehicle for its parameters, by which its true poles are known.
     fn ask_vehicle(&mut self, rt: &Runtime<Event>, node: &str) {
-        if !node.ends_with("/plant_sim") {
+        if !node.ends_with("/plant_sim") || self.asked >= MOST_VEHICLES {
             return;
         }
         let Ok(asking) = self.ask_parameters(rt, node) else {
             return;
         };
-        let node = node.to_owned();
+        self.asked += 1;
+        let (node, knowledge) = (node.to_owned(), self.knowledge);
         rt.when_done(async move {
-            let outcome = asking.await;
-            let values = outcome.map(|all| all.into_iter().map(|it| it.parameter).collect());
-            Event::Vehicle(node, values)
+            let vehicle = match asking.await {
+                Err(reason) => Err(reason),
+                Ok(all) => {
+                    let values = all.into_iter().map(|it| it.parameter);
+                    let values = values.filter_map(|it| Some((it.name, value_of(it.value)?)));
+                    let values: Vec<_> = values.collect();
+                    // On a thread of its own: its file may lie on a disk that does not answer.
+                    smol::unblock(move || (knowledge.vehicle)(&values)).await
+                }
+            };
+            Event::Vehicle(node, vehicle)
         });
     }
 
-    fn vehicle(&mut self, node: &str, parameters: Result<Vec<Parameter>, String>) {
-        let told = parameters.and_then(|parameters| {
-            let values = parameters
-                .into_iter()
-                .filter_map(|it| Some((it.name, value_of(it.value)?)));
-            (self.knowledge.vehicle)(&values.collect::<Vec<_>>())
-        });
-        let told = match told {
+    fn vehicle(&mut self, node: &str, vehicle: Result<Vehicle, String>) {
+        self.asked -= 1;
+        let told = match vehicle {
             Ok(vehicle) => json!(vehicle),
             Err(reason) => json!({"reason": reason}),
         };
@@ -732,6 +767,7 @@ impl Watch {
             Some(publisher) => publisher.clone(),
             None => match rt.publisher::<Float64>(topic, Qos::reliable(10)) {
                 Ok(publisher) => {
+                    self.setpoints.retain(|_, it| it.readers() > 0);
                     self.setpoints.insert(topic.to_owned(), publisher.clone());
                     publisher
                 }

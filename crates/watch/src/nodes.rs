@@ -10,6 +10,8 @@ use serde_json::{Value, json};
 /// Nodes and statuses that are told; a hostile peer can make them up without end.
 const MOST_NODES: usize = 500;
 const MOST_STATUSES: usize = 2000;
+/// The text of all statuses, bytes: some hundred times that of a vehicle's.
+const MOST_TEXT: usize = 4 << 20;
 
 /// Time without diagnostics of a node that sends them every second, after which it is silent.
 const SILENT: Duration = Duration::from_millis(2500);
@@ -43,6 +45,8 @@ struct Node {
 pub(crate) struct Nodes {
     nodes: BTreeMap<String, Node>,
     statuses: BTreeMap<String, (Instant, DiagnosticStatus)>,
+    /// The text of all of them, bytes.
+    text: usize,
 }
 
 impl Nodes {
@@ -87,8 +91,11 @@ impl Nodes {
             }
         }
         for status in &array.status {
-            let known = self.statuses.contains_key(&status.name);
-            if known || self.statuses.len() < MOST_STATUSES {
+            let before = self.statuses.get(&status.name);
+            let is_new = before.is_none();
+            let text = self.text - before.map_or(0, |(_, it)| text_of(it)) + text_of(status);
+            if text <= MOST_TEXT && !(is_new && self.statuses.len() >= MOST_STATUSES) {
+                self.text = text;
                 let status = status.clone();
                 self.statuses.insert(status.name.clone(), (now, status));
             }
@@ -187,6 +194,13 @@ impl Nodes {
         let pair = status.values.iter().find(|pair| pair.key == key)?;
         Some(&pair.value)
     }
+}
+
+/// The length of a status' text, bytes.
+fn text_of(status: &DiagnosticStatus) -> usize {
+    let values = status.values.iter();
+    let values = values.map(|it| it.key.len() + it.value.len());
+    status.name.len() + status.message.len() + status.hardware_id.len() + values.sum::<usize>()
 }
 
 fn rates(before: &Connections, now: &Connections, seconds: f64) -> BTreeMap<String, f64> {

@@ -5,6 +5,10 @@ use std::collections::VecDeque;
 /// Samples kept of a channel: almost three hours at 20 Hz.
 pub(crate) const KEPT: usize = 200_000;
 
+/// A reader that was level with the last sample and is by more samples behind it goes on with the newest: a connection that is too slow
+/// for all does not show an ever older past.
+const LAG: u64 = 20_000;
+
 /// A time that goes back by less is a message out of order, by more a vehicle that begins anew, s.
 const RESTART: f64 = 1.0;
 
@@ -25,6 +29,8 @@ pub(crate) struct Series {
 pub(crate) struct Cursor {
     restarts: u64,
     next: u64,
+    /// Whether it has been level with the last sample.
+    level: bool,
 }
 
 /// What a reader has not read yet.
@@ -37,8 +43,8 @@ pub(crate) struct News {
 }
 
 impl Series {
-    /// Takes a sample; a second one of the same instant, or a late one, is left out.
-    pub(crate) fn push(&mut self, time: f64, value: f64) {
+    /// Takes a sample and keeps the latest `kept`; a second one of the same instant, or a late one, is left out.
+    pub(crate) fn push(&mut self, time: f64, value: f64, kept: usize) {
         if !(time.is_finite() && value.is_finite()) {
             return;
         }
@@ -50,7 +56,7 @@ impl Series {
             }
             self.begin_anew(None);
         }
-        if self.samples.len() == KEPT {
+        while self.samples.len() >= kept.max(1) {
             self.samples.pop_front();
             self.dropped += 1;
         }
@@ -65,19 +71,29 @@ impl Series {
         self.dropped = 0;
     }
 
+    /// Whether there is no sample.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.samples.is_empty()
+    }
+
     /// At most `most` samples behind the cursor, which moves on.
     pub(crate) fn since(&self, cursor: &mut Cursor, most: usize) -> News {
         let restarted = cursor.restarts != self.restarts;
         if restarted {
             *cursor = Cursor {
                 restarts: self.restarts,
-                next: 0,
+                ..Cursor::default()
             };
+        }
+        let end = self.dropped + self.samples.len() as u64;
+        if cursor.level && end.saturating_sub(cursor.next) > LAG {
+            cursor.next = end.saturating_sub(most as u64);
         }
         let skipped = usize::try_from(cursor.next.saturating_sub(self.dropped)).unwrap_or(0);
         let taken = self.samples.iter().skip(skipped).take(most);
         let (times, values): (Vec<f64>, Vec<f64>) = taken.copied().unzip();
         cursor.next = cursor.next.max(self.dropped) + times.len() as u64;
+        cursor.level |= cursor.next >= end;
         News {
             restarted,
             times,
@@ -95,16 +111,16 @@ mod tests {
         let mut series = Series::default();
         let mut cursor = Cursor::default();
         for k in 0..5 {
-            series.push(f64::from(k), 10.0);
+            series.push(f64::from(k), 10.0, KEPT);
         }
-        series.push(4.0, 11.0); // sent again
-        series.push(3.5, 11.0); // late
-        series.push(f64::NAN, 1.0);
-        series.push(5.0, f64::INFINITY);
+        series.push(4.0, 11.0, KEPT); // sent again
+        series.push(3.5, 11.0, KEPT); // late
+        series.push(f64::NAN, 1.0, KEPT);
+        series.push(5.0, f64::INFINITY, KEPT);
         assert_eq!(series.since(&mut cursor, 3).times, [0.0, 1.0, 2.0]);
         assert_eq!(series.since(&mut cursor, 3).times, [3.0, 4.0]);
         assert_eq!(series.since(&mut cursor, 3), News::default());
-        series.push(0.5, 1.0);
+        series.push(0.5, 1.0, KEPT);
         let news = series.since(&mut cursor, 3);
         assert!(news.restarted);
         assert_eq!(news.times, [0.5]);
@@ -115,17 +131,17 @@ mod tests {
     fn a_reset_at_a_time_that_goes_on_leaves_nothing_of_the_run_before() {
         let mut series = Series::default();
         let mut cursor = Cursor::default();
-        series.push(10.0, 1.0);
+        series.push(10.0, 1.0, KEPT);
         series.since(&mut cursor, 9);
         series.begin_anew(Some(10.1));
-        series.push(10.05, 1.0); // late, of the run before
+        series.push(10.05, 1.0, KEPT); // late, of the run before
         assert_eq!(series.since(&mut cursor, 9).times, [0.0; 0]);
-        series.push(10.1, 0.0);
-        series.push(10.2, 0.0);
+        series.push(10.1, 0.0, KEPT);
+        series.push(10.2, 0.0, KEPT);
         assert_eq!(series.since(&mut cursor, 9).times, [10.1, 10.2]);
-        series.push(0.0, 0.0); // a simulation started again
+        series.push(0.0, 0.0, KEPT); // a simulation started again
         assert_eq!(series.since(&mut cursor, 9).times, [0.0]);
-        series.push(0.1, 0.0);
+        series.push(0.1, 0.0, KEPT);
         assert_eq!(series.since(&mut cursor, 9).times, [0.1]);
     }
 
@@ -134,11 +150,32 @@ mod tests {
         let mut series = Series::default();
         let mut cursor = Cursor::default();
         for k in 0..KEPT + 10 {
-            series.push(k as f64, 0.0);
+            series.push(k as f64, 0.0, KEPT);
         }
         let news = series.since(&mut cursor, KEPT + 10);
         assert_eq!((news.times.len(), news.times[0]), (KEPT, 10.0));
-        series.push(1e9, 0.0);
+        series.push(1e9, 0.0, KEPT);
         assert_eq!(series.since(&mut cursor, 10).times, [1e9]);
+    }
+
+    #[test]
+    fn a_reader_gets_what_was_before_it_came_and_the_newest_once_it_is_too_slow() {
+        let mut series = Series::default();
+        let mut cursor = Cursor::default();
+        let lag = usize::try_from(LAG).expect("a length");
+        for k in 0..2 * lag {
+            series.push(k as f64, 0.0, KEPT);
+        }
+        let mut next = 0.0;
+        while let [first, .., last] = series.since(&mut cursor, 1000).times[..] {
+            assert_eq!(first, next);
+            next = last + 1.0;
+        }
+        assert_eq!(next, 2.0 * LAG as f64);
+        for k in 2 * lag..3 * lag + 1 {
+            series.push(k as f64, 0.0, KEPT);
+        }
+        let news = series.since(&mut cursor, 10).times;
+        assert_eq!((news.len(), news[9]), (10, 3.0 * LAG as f64));
     }
 }

@@ -1,42 +1,63 @@
 //! HTTP: the page, its stream of events, and what it asks for.
 
-use std::io::Read as _;
+use std::collections::BTreeSet;
+use std::io::ErrorKind;
 use std::net::{SocketAddr, TcpListener};
+use std::pin::pin;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result};
 use axum::Router;
 use axum::body::Body;
-use axum::extract::rejection::JsonRejection;
-use axum::extract::{DefaultBodyLimit, Json, RawQuery, Request as HttpRequest, State};
-use axum::http::{HeaderValue, Method, StatusCode, header};
+use axum::extract::{
+    DefaultBodyLimit, Extension, FromRequest as _, Json, RawQuery, Request as HttpRequest, State,
+};
+use axum::http::{HeaderName, HeaderValue, StatusCode, header};
 use axum::middleware::{Next, from_fn_with_state};
 use axum::response::sse::{Event, Sse};
-use axum::response::{IntoResponse, Redirect, Response};
+use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use futures::Stream;
+use futures::future::select;
+use hyper::body::Incoming;
+use hyper::server::conn::http1;
+use hyper::service::{Service as _, service_fn};
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::service::TowerToHyperService;
+use rustix::net::sockopt;
 use serde_json::Value;
-use tokio::sync::{OwnedSemaphorePermit, Semaphore, oneshot};
-use tokio::time::MissedTickBehavior;
+use tokio::net::TcpStream;
+use tokio::sync::{Semaphore, oneshot};
+use tokio::time::{MissedTickBehavior, sleep, timeout};
 
+use crate::bag_file::Disks;
 use crate::board::{Reader, SharedBoard, locked};
 use crate::charts;
 use crate::command::{Command, Request, refused};
-use crate::guard::{COOKIE, Guard, query_token};
+use crate::guard::Guard;
 use crate::units;
+use crate::visitors::{Visitor, Visitors};
 
 /// Time between two messages to a page: thirty a second.
 const FRAME: Duration = Duration::from_millis(33);
 /// Longest time between two messages to a page.
 const QUIET: Duration = Duration::from_secs(5);
-/// Pages that are open at once, and requests under way at once.
-const PAGES: usize = 32;
+/// Requests under way at once.
 const REQUESTS: usize = 64;
 /// Channels of one page.
 const CHANNELS: usize = 256;
-/// The longest request, bytes.
+/// The longest request, bytes: its head, and its body.
 const LONGEST_REQUEST: usize = 1 << 16;
+/// Time in which a request's head must have come, also a connection's first or next one; and its body.
+const HEAD: Duration = Duration::from_secs(10);
+const BODY: Duration = Duration::from_secs(10);
+/// Time for which a connection may take nothing of what it is sent, ms.
+const DEAF: u32 = 30_000;
+/// Bytes on the way to a page that it has not taken: what is older than these does not wait for it.
+const SEND_BUFFER: usize = 1 << 17;
+/// Time for the node to answer: longer than it waits for any other node.
+const ANSWER: Duration = Duration::from_secs(30);
 
 /// Nothing but the page's own files is loaded or run, and no other page shows it within itself.
 const POLICY: &str = "default-src 'self'; img-src 'self' data: blob:; object-src 'none'; base-uri 'none'; \
@@ -73,8 +94,8 @@ struct Shared {
     board: SharedBoard,
     requests: smol::channel::Sender<Request>,
     guard: Arc<Guard>,
-    pages: Arc<Semaphore>,
     under_way: Arc<Semaphore>,
+    disks: Disks,
 }
 
 /// A server that listens, and does not answer yet.
@@ -100,18 +121,15 @@ impl Server {
                 board,
                 requests,
                 guard: Arc::new(Guard::of(address.ip())?),
-                pages: Arc::new(Semaphore::new(PAGES)),
                 under_way: Arc::new(Semaphore::new(REQUESTS)),
+                disks: Disks::default(),
             },
         })
     }
 
-    /// The page's address, with the token if one is needed.
+    /// The page's address, with the token.
     pub(crate) fn page(&self) -> String {
-        match &self.shared.guard.token {
-            Some(token) => format!("http://{}/?token={token}", self.address),
-            None => format!("http://{}/", self.address),
-        }
+        format!("http://{}/?token={}", self.address, self.shared.guard.token)
     }
 
     /// Answers from now on, on a thread of its own.
@@ -121,12 +139,13 @@ impl Server {
             .enable_time()
             .build()?;
         let serve = move || {
-            let served = runtime.block_on(async {
+            let served: std::io::Result<()> = runtime.block_on(async {
                 let listener = tokio::net::TcpListener::from_std(self.listener)?;
-                axum::serve(listener, routes(self.shared)).await
+                serve(listener, &routes(self.shared)).await;
+                Ok(())
             });
             if let Err(error) = served {
-                log::error!("the page is not served any more: {error}");
+                log::error!("the page is not served: {error}");
             }
         };
         std::thread::Builder::new()
@@ -134,6 +153,48 @@ impl Server {
             .spawn(serve)?;
         Ok(())
     }
+}
+
+/// Answers whoever connects, each on a task of its own.
+async fn serve(listener: tokio::net::TcpListener, router: &Router) {
+    let visitors = Visitors::default();
+    loop {
+        match listener.accept().await {
+            Ok((stream, from)) => {
+                let (visitor, closed) = visitors.enter(from.ip());
+                tokio::spawn(attend(stream, router.clone(), visitor, closed));
+                // Its request, which mostly is there already, is read before more take its place.
+                tokio::task::yield_now().await;
+            }
+            Err(error) if error.kind() == ErrorKind::ConnectionAborted => {}
+            // Too many files are open.
+            Err(_) => sleep(Duration::from_millis(100)).await,
+        }
+    }
+}
+
+/// Answers the requests of a connection until either side closes it.
+async fn attend(
+    stream: TcpStream,
+    router: Router,
+    visitor: Visitor,
+    closed: oneshot::Receiver<()>,
+) {
+    // Without them a connection that is not read is held for longer.
+    let _ = sockopt::set_tcp_user_timeout(&stream, DEAF);
+    let _ = sockopt::set_socket_send_buffer_size(&stream, SEND_BUFFER);
+    let (routes, carried) = (TowerToHyperService::new(router), visitor.clone());
+    let service = service_fn(move |mut request: hyper::Request<Incoming>| {
+        request.extensions_mut().insert(carried.clone());
+        routes.call(request)
+    });
+    let connection = http1::Builder::new()
+        .timer(TokioTimer::new())
+        .header_read_timeout(HEAD)
+        .max_buf_size(LONGEST_REQUEST)
+        .serve_connection(TokioIo::new(stream), service);
+    select(pin!(connection), closed).await;
+    visitor.leave();
 }
 
 fn routes(shared: Shared) -> Router {
@@ -156,27 +217,35 @@ fn routes(shared: Shared) -> Router {
 }
 
 /// Answers only who may ask, and says to the browser what the page may do.
-async fn admit(State(shared): State<Shared>, request: HttpRequest, next: Next) -> Response {
-    let (headers, query) = (request.headers(), request.uri().query());
-    let changes = !matches!(*request.method(), Method::GET | Method::HEAD);
-    let mut response = match shared.guard.admit(headers, changes) {
+async fn admit(
+    State(shared): State<Shared>,
+    Extension(visitor): Extension<Visitor>,
+    request: HttpRequest,
+    next: Next,
+) -> Response {
+    let mut response = match shared
+        .guard
+        .admit(request.method(), request.uri(), request.headers())
+    {
         Err(refusal) => refusal.into_response(),
-        Ok(()) if !shared.guard.knows(headers, query) => (
-            StatusCode::UNAUTHORIZED,
-            "this page needs the token in the address that planesman watch has printed\n",
-        )
-            .into_response(),
-        // The token goes into a cookie, and out of the address bar.
-        Ok(()) if query_token(query).is_some() && request.uri().path() == "/" => {
-            with_cookie(Redirect::to("/").into_response(), &shared.guard)
+        Ok(cookie) => {
+            visitor.is_known();
+            let mut response = next.run(request).await;
+            if let Some(cookie) = cookie {
+                response.headers_mut().insert(header::SET_COOKIE, cookie);
+            }
+            response
         }
-        Ok(()) => next.run(request).await,
     };
     for (name, value) in [
         (header::CONTENT_SECURITY_POLICY, POLICY),
         (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
         (header::REFERRER_POLICY, "no-referrer"),
         (header::CACHE_CONTROL, "no-store"),
+        (
+            HeaderName::from_static("cross-origin-resource-policy"),
+            "same-origin",
+        ),
     ] {
         let value = HeaderValue::from_static(value);
         response.headers_mut().insert(name, value);
@@ -184,63 +253,45 @@ async fn admit(State(shared): State<Shared>, request: HttpRequest, next: Next) -
     response
 }
 
-fn with_cookie(mut response: Response, guard: &Guard) -> Response {
-    let token = guard.token.as_deref().unwrap_or_default();
-    let cookie = format!("{COOKIE}={token}; HttpOnly; SameSite=Strict; Path=/");
-    if let Ok(cookie) = HeaderValue::try_from(cookie) {
-        response.headers_mut().insert(header::SET_COOKIE, cookie);
-    }
-    response
-}
-
-/// The stream of a page: what is new of the channels in `?channel=A&channel=B` and of everything else, thirty times a second.
+/// The stream of a page: what is new of the channels in `?channel=A&channel=B`, of those that are kept, and of everything else, thirty
+/// times a second. A channel's number is its first place there.
 async fn events(
     State(shared): State<Shared>,
+    Extension(visitor): Extension<Visitor>,
     RawQuery(query): RawQuery,
-) -> Result<Sse<impl Stream<Item = Result<Event, axum::Error>>>, Response> {
-    let permit = Arc::clone(&shared.pages).try_acquire_owned();
-    let permit = permit.map_err(|_| busy("too many pages are open"))?;
-    let channels: Vec<String> = values(query.as_deref(), "channel").take(CHANNELS).collect();
-    let keep = Command::Keep {
-        channels: channels.clone(),
-    };
-    let told = ask(&shared, keep).await;
-    let refused = told["refused"].as_array().cloned().unwrap_or_default();
-    {
-        let mut board = locked(&shared.board);
-        for (name, reason) in channels.iter().zip(&refused) {
-            if let Some(reason) = reason.as_str() {
-                board.channel(name).refusal = Some(reason.to_owned());
-            }
-        }
-    }
+) -> Sse<impl Stream<Item = Result<Event, axum::Error>>> {
+    visitor.begins_stream();
+    let mut seen = BTreeSet::new();
+    let channels = values(query.as_deref(), "channel").enumerate();
+    let channels = channels.filter(|(_, name)| seen.insert(name.clone()));
+    let reader = Reader::of(channels.take(CHANNELS));
     let mut timer = tokio::time::interval(FRAME);
     timer.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let stream = Streamed {
-        reader: Reader::of(channels.into_iter()),
+        reader,
         board: shared.board,
         timer,
-        _permit: permit,
     };
-    Ok(Sse::new(futures::stream::unfold(stream, async |mut it| {
+    Sse::new(futures::stream::unfold(stream, async |mut it| {
         let event = it.next().await;
         Some((event, it))
-    })))
+    }))
 }
 
-/// One page's stream.
+/// One page's stream. Nothing is queued for it: a message is made when the last one has gone.
 struct Streamed {
     reader: Reader,
     board: SharedBoard,
     timer: tokio::time::Interval,
-    _permit: OwnedSemaphorePermit,
 }
 
 impl Streamed {
     async fn next(&mut self) -> Result<Event, axum::Error> {
         let since = Instant::now();
         loop {
-            self.timer.tick().await;
+            if !self.reader.is_behind() {
+                self.timer.tick().await;
+            }
             let message = self.reader.news(&locked(&self.board));
             // An empty message says that the connection is there.
             if !message.is_empty() || since.elapsed() > QUIET {
@@ -261,56 +312,56 @@ fn values<'a>(query: Option<&'a str>, name: &'a str) -> impl Iterator<Item = Str
 async fn ask(shared: &Shared, command: Command) -> Value {
     let (reply, answered) = oneshot::channel();
     let request = Request { command, reply };
-    if shared.requests.send(request).await.is_err() {
-        return refused("the node has stopped");
+    let asking = async {
+        shared.requests.send(request).await.ok()?;
+        answered.await.ok()
+    };
+    match timeout(ANSWER, asking).await {
+        Ok(answer) => answer.unwrap_or_else(|| refused("the node has stopped")),
+        Err(_) => refused("planesman watch itself does not answer"),
     }
-    answered
-        .await
-        .unwrap_or_else(|_| refused("the node has stopped"))
 }
 
 /// Does what a page asks for.
-async fn execute(
-    State(shared): State<Shared>,
-    body: Result<Json<Command>, JsonRejection>,
-) -> Response {
+async fn execute(State(shared): State<Shared>, request: HttpRequest) -> Response {
     let Ok(_permit) = shared.under_way.try_acquire() else {
         return busy("too many requests are under way");
     };
-    match body {
-        Ok(Json(command)) => Json(ask(&shared, command).await).into_response(),
-        Err(rejection) => {
+    match timeout(BODY, Json::<Command>::from_request(request, &())).await {
+        Ok(Ok(Json(command))) => Json(ask(&shared, command).await).into_response(),
+        Ok(Err(rejection)) => {
             (rejection.status(), Json(refused(rejection.body_text()))).into_response()
+        }
+        Err(_) => {
+            let reason = refused("the request has not come to its end");
+            (StatusCode::REQUEST_TIMEOUT, Json(reason)).into_response()
         }
     }
 }
 
-fn busy(text: &'static str) -> Response {
+fn busy(text: &str) -> Response {
     (StatusCode::SERVICE_UNAVAILABLE, Json(refused(text))).into_response()
 }
 
 /// The file that a recorder writes now, as far as it is written.
 async fn bag(State(shared): State<Shared>, RawQuery(query): RawQuery) -> Response {
-    /// How an MCAP file begins: whatever path a diagnostic names, nothing else is handed out.
-    const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
+    let Ok(permit) = shared.under_way.try_acquire() else {
+        return busy("too many requests are under way");
+    };
     let node = values(query.as_deref(), "node").next().unwrap_or_default();
-    let command = Command::Bag { node };
-    let told = ask(&shared, command).await;
+    let told = ask(&shared, Command::Bag { node }).await;
+    drop(permit);
     let Some(path) = told["file"].as_str() else {
         return (StatusCode::NOT_FOUND, Json(told)).into_response();
     };
-    let opened = std::fs::File::open(path).and_then(|mut file| {
-        let mut magic = [0; MAGIC.len()];
-        file.read_exact(&mut magic)?;
-        let length = file.metadata()?.len();
-        Ok((file, magic == MAGIC, length))
-    });
-    let (file, length) = match opened {
-        Ok((file, true, length)) => (file, length),
-        Ok(_) => return (StatusCode::NOT_FOUND, Json(refused("it is no bag"))).into_response(),
+    let (file, length) = match shared.disks.open(path.to_owned()).await {
+        Ok(opened) => opened,
         Err(error) => {
             let reason = format!("{path} cannot be read from here: {error}");
-            return (StatusCode::NOT_FOUND, Json(refused(reason))).into_response();
+            return match error.kind() {
+                ErrorKind::TimedOut => busy(&reason),
+                _ => (StatusCode::NOT_FOUND, Json(refused(reason))).into_response(),
+            };
         }
     };
     let name: String = std::path::Path::new(path)
@@ -325,31 +376,6 @@ async fn bag(State(shared): State<Shared>, RawQuery(query): RawQuery) -> Respons
         (header::CONTENT_TYPE, "application/octet-stream".to_owned()),
         (header::CONTENT_DISPOSITION, disposition),
     ];
-    (headers, Body::from_stream(parts(file, length))).into_response()
-}
-
-/// A file's first `length` bytes, a part at a time.
-fn parts(
-    file: std::fs::File,
-    length: u64,
-) -> impl Stream<Item = std::io::Result<axum::body::Bytes>> {
-    const PART: u64 = 1 << 16;
-    futures::stream::unfold((file, 0), move |(file, at)| async move {
-        use std::os::unix::fs::FileExt as _;
-        let mut part = vec![0; usize::try_from(PART.min(length - at)).unwrap_or(0)];
-        if part.is_empty() {
-            return None;
-        }
-        let read = file.read_at(&mut part, at);
-        let outcome = read.map(|count| {
-            part.truncate(count);
-            axum::body::Bytes::from(part)
-        });
-        // A file that has become shorter ends there.
-        let end = match &outcome {
-            Ok(part) if !part.is_empty() => at + part.len() as u64,
-            _ => length,
-        };
-        Some((outcome, (file, end)))
-    })
+    let parts = shared.disks.parts(file, length);
+    (headers, Body::from_stream(parts)).into_response()
 }
