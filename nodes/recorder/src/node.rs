@@ -40,6 +40,8 @@ const REPORTING: Duration = Duration::from_secs(2);
 const MOST_TOPICS: usize = 10_000;
 /// Warnings about single topics.
 const MOST_WARNINGS: usize = 100;
+/// A vehicle's state is no larger, B: an answer repeats its header.
+const LARGEST_STATE: usize = 64 << 10;
 /// Messages that wait for the disk have this room at least, B.
 const LEAST_CACHE: u64 = 32 << 20;
 /// Offers of a topic that go into the bag.
@@ -331,7 +333,8 @@ impl Node {
                 if self.is_own(rt, &sample) {
                     return;
                 }
-                let state = (self.state == Some(index)).then(|| sample.bytes.clone());
+                let is_state = self.state == Some(index) && sample.bytes.len() <= LARGEST_STATE;
+                let state = is_state.then(|| sample.bytes.clone());
                 self.take(rt, index, sample);
                 if let Some(state) = state {
                     self.answer(rt, &state);
