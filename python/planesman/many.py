@@ -213,9 +213,7 @@ def _define(folder: Path, fits: _Fits, parts: int) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "fits.json"
     if not path.exists():
-        draft = folder / f".fits.{os.getpid()}.draft"
-        draft.write_text(written)
-        os.replace(draft, path)
+        _parts.put(path, lambda draft: draft.write_text(written))
     elif path.read_text() != written:
         raise _native.PlanesmanError(f"'{folder}' holds other fits; name a new folder")
 
