@@ -124,7 +124,9 @@ impl McapSink {
             },
         )?;
         let (to_writer, batches) = sync_channel(WAITING);
-        let writer = std::thread::Builder::new().spawn(move || write_all(writer, batches))?;
+        let writer = std::thread::Builder::new()
+            .spawn(move || write_all(writer, batches))
+            .context("cannot start the thread that writes the bag")?;
         Ok(Self {
             batch: Batch::default(),
             to_writer,

@@ -101,7 +101,7 @@ pub(crate) fn watched<T: Send>(
                 let _ended = ended;
                 until_stopped(&stop, work)
             });
-            let worker = worker.context("a thread").map_err(raised)?;
+            let worker = worker.context("cannot start a thread").map_err(raised)?;
             let interrupted = loop {
                 match end.recv_timeout(LOOK) {
                     Err(RecvTimeoutError::Timeout) => {

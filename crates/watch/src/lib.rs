@@ -101,6 +101,7 @@ fn open(page: &str) {
         .stderr(Stdio::null())
         .spawn();
     if let Ok(mut opener) = opener {
-        std::thread::spawn(move || opener.wait());
+        // Without a thread nobody takes note of its end.
+        let _ = std::thread::Builder::new().spawn(move || opener.wait());
     }
 }
