@@ -13,8 +13,9 @@ import socket
 import uuid
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, BinaryIO
 
+from planesman._arguments import path_text
 from planesman._native import PlanesmanError
 from planesman._progress import Progress
 
@@ -44,30 +45,33 @@ def is_there(path: Path, rows: int) -> bool:
     import pyarrow.parquet
 
     try:
-        return bool(pyarrow.parquet.read_metadata(path).num_rows == rows)
+        with path.open("rb") as file:
+            return bool(pyarrow.parquet.read_metadata(file).num_rows == rows)
     except (FileNotFoundError, pyarrow.ArrowInvalid):
         return False
 
 
-def put(path: Path, write: Callable[[Path], object]) -> None:
+def put(path: Path, write: Callable[[BinaryIO], object]) -> None:
     """Write a file under a name of its own and put it in its place, on the disk before it has its name there."""
     # Names that begin so are no part for a reader; on any machine no other writes this one.
     draft = path.with_name(f".{uuid.uuid4().hex}.draft")
     try:
-        write(draft)
-        _sync(draft)
+        with draft.open("xb") as file:
+            write(file)
+            file.flush()
+            os.fsync(file.fileno())
         os.replace(draft, path)
         _sync(path.parent)
     finally:
         draft.unlink(missing_ok=True)
 
 
-def _sync(path: Path) -> None:
-    file = os.open(path, os.O_RDONLY)
+def _sync(folder: Path) -> None:
+    file = os.open(folder, os.O_RDONLY)
     try:
         os.fsync(file)
     except OSError as refused:
-        # A folder, on some file systems.
+        # Some file systems cannot.
         if refused.errno != errno.EINVAL:
             raise
     finally:
@@ -131,7 +135,7 @@ def _on_cluster(folder: Path, parts: int, lacking: dict[int, int], work: Work, c
 
 def absolute(folder: str | os.PathLike[str]) -> Path:
     """The folder as workers in other working directories find it."""
-    return Path(os.path.abspath(os.fspath(folder)))
+    return Path(os.path.abspath(path_text(folder)))
 
 
 def numbers(values: Any) -> Any:
