@@ -73,7 +73,7 @@
 //! | `discovery_news` | QoS that does not fit, readers that do not acknowledge |
 //! | [`claim`] | being the only one that does something |
 //! | [`report`] | the account at exit |
-//! | [`memory`], [`file_size`], `threads`, [`shutdown`] | the ceilings; the signals |
+//! | [`memory`], [`file_size`], [`shutdown`], `timers` | the ceilings; the signals; the timers' thread |
 //! | `shared` | what these parts share |
 //! | `watchdog` | whether the middleware still runs |
 //! | [`testing`] | a DDS domain of one's own |
@@ -116,7 +116,7 @@ mod shared;
 pub mod shutdown;
 mod subscription;
 pub mod testing;
-mod threads;
+mod timers;
 mod type_description;
 mod waiting;
 mod watchdog;

@@ -82,7 +82,7 @@ use crate::{
     shared::{Shared, type_parts, types_of},
     shutdown,
     subscription::{Speakers, non_finite, pump},
-    threads, type_description,
+    timers, type_description,
     watchdog::Watchdog,
 };
 
@@ -220,7 +220,7 @@ impl<E: 'static> Runtime<E> {
         }
         let peers = static_peers(variable)?;
         memory::limit()?;
-        threads::check()?;
+        timers::start()?;
         file_size::limit_is_an_error();
         let stop = shutdown::requested()?;
         let strict = variable(STRICT_PARAMETERS).is_some_and(|value| !value.is_empty());
