@@ -220,9 +220,17 @@ fn signal(child: &Child, signal: Signal) {
     }
 }
 
-/// The last lines of a node's log.
+/// The last lines of a node's log, or why there are none.
 fn tail(run: &RunFolder, node: &str) -> String {
-    let text = std::fs::read_to_string(run.log(node)).unwrap_or_default();
+    let log = run.log(node);
+    let text = match std::fs::read(&log) {
+        Ok(text) => String::from_utf8_lossy(&text).into_owned(),
+        Err(_) if !run.path().exists() => {
+            let folder = run.path().display();
+            return format!("the folder '{folder}' was moved or removed during the flight");
+        }
+        Err(error) => return format!("its log '{}' cannot be read: {error}", log.display()),
+    };
     let lines: Vec<&str> = text.lines().collect();
     lines[lines.len().saturating_sub(8)..].join("\n")
 }

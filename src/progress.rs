@@ -71,11 +71,24 @@ fn styled(
     if bar.is_hidden() {
         let target = ProgressDrawTarget::term_like_with_hz(Box::new(Lines::default()), 1);
         bar.set_draw_target(target);
-        bar.enable_steady_tick(Duration::from_secs(1));
+        tick_every(&bar, Duration::from_secs(1));
     } else {
-        bar.enable_steady_tick(Duration::from_millis(200));
+        tick_every(&bar, Duration::from_millis(200));
     }
     bar
+}
+
+/// Draws the bar so often. (The library's own way to do so panics where the system gives no thread.)
+fn tick_every(bar: &ProgressBar, interval: Duration) {
+    let bar = bar.downgrade();
+    // Without a thread it is drawn as it grows.
+    let _ = std::thread::Builder::new().spawn(move || {
+        while let Some(bar) = bar.upgrade().filter(|it| !it.is_finished()) {
+            bar.tick();
+            drop(bar);
+            std::thread::sleep(interval);
+        }
+    });
 }
 
 /// Where there is no terminal: of the bars drawn one becomes a line now and then.

@@ -11,6 +11,7 @@ use planesman_bag::Topic;
 use planesman_bag::writer::{BagWriter, WriteError, WriterOptions};
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::{Message, cdr};
+use planesman_text::Draft;
 use recorder::loop_topics;
 
 use crate::compose::{Sink, Tick};
@@ -25,70 +26,24 @@ pub fn full_name(namespace: &str, topic: &str) -> String {
     }
 }
 
-/// A file that is whole or not there: written beside its place, moved there at the end.
-struct Draft {
-    path: PathBuf,
-    draft: PathBuf,
+/// The draft of a file that is not there yet.
+fn draft_of(path: &Path) -> Result<Draft> {
+    if path.exists() {
+        bail!("'{}' exists already; name another path", path.display());
+    }
+    Draft::of(path).with_context(|| cannot_write(path))
 }
 
-impl Draft {
-    fn new(path: &Path) -> Result<Self> {
-        if path.exists() {
-            bail!("'{}' exists already; name another path", path.display());
-        }
-        Self::over(path)
-    }
-
-    /// The same, in the place of what may be there.
-    fn over(path: &Path) -> Result<Self> {
-        let name = path
-            .file_name()
-            .with_context(|| format!("'{}' names no file", path.display()))?;
-        let mut draft = std::ffi::OsString::from(".");
-        draft.push(name);
-        draft.push(format!(".{}.part", std::process::id()));
-        Ok(Self {
-            path: path.to_owned(),
-            draft: path.with_file_name(draft),
-        })
-    }
-
-    fn finish(self) -> Result<()> {
-        std::fs::rename(&self.draft, &self.path)
-            .with_context(|| format!("cannot put '{}' in its place", self.path.display()))
-    }
+fn cannot_write(path: &Path) -> String {
+    format!("cannot write '{}'", path.display())
 }
 
-/// Writes a file, whole or not at all, in the place of what may be there. `write` gets the path of its draft. A pipe, a
-/// device or a link is written to: nothing may come in its place.
-///
-/// # Errors
-/// When it cannot be written, with its name.
-pub(crate) fn write_whole(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
-    if path
-        .symlink_metadata()
-        .is_ok_and(|there| !there.is_file() && !there.is_dir())
-    {
-        return write(path).with_context(|| format!("cannot write '{}'", path.display()));
-    }
-    let draft = Draft::over(path)?;
-    write(&draft.draft).with_context(|| format!("cannot write '{}'", path.display()))?;
-    draft.finish()
-}
-
-/// Writes such a file's content.
+/// Writes a file's content, whole or not at all.
 ///
 /// # Errors
 /// When it cannot be written, with its name.
 pub(crate) fn write_text(path: &Path, text: impl AsRef<[u8]>) -> Result<()> {
-    write_whole(path, |draft| Ok(std::fs::write(draft, text)?))
-}
-
-impl Drop for Draft {
-    fn drop(&mut self) {
-        // After `finish` nothing is there any more; before, it is a failed run's rest.
-        let _ = std::fs::remove_file(&self.draft);
-    }
+    planesman_text::write_text(path, text).with_context(|| cannot_write(path))
 }
 
 /// Composed messages as one MCAP file. They are serialised where they come from; another thread compresses and writes
@@ -99,6 +54,7 @@ pub struct McapSink {
     /// Gives the writer back at the end; `None` once it has been asked.
     writer: Option<JoinHandle<Result<BagWriter, WriteError>>>,
     draft: Draft,
+    path: PathBuf,
     namespace: String,
     /// The topics that have come, in their order.
     topics: Vec<&'static str>,
@@ -157,22 +113,26 @@ impl McapSink {
     /// # Errors
     /// When the path is taken or cannot be written.
     pub fn create(path: &Path, namespace: &str) -> Result<Self> {
-        let draft = Draft::new(path)?;
-        let writer = BagWriter::create_draft(
-            &draft.draft,
-            &draft.path,
+        let mut draft = draft_of(path)?;
+        let file = draft.file().try_clone()?;
+        let writer = BagWriter::create_in(
+            file,
+            path,
             WriterOptions {
                 flush_interval: None,
                 ..WriterOptions::default()
             },
         )?;
         let (to_writer, batches) = sync_channel(WAITING);
-        let writer = std::thread::Builder::new().spawn(move || write_all(writer, batches))?;
+        let writer = std::thread::Builder::new()
+            .spawn(move || write_all(writer, batches))
+            .context("cannot start the thread that writes the bag")?;
         Ok(Self {
             batch: Batch::default(),
             to_writer,
             writer: Some(writer),
             draft,
+            path: path.to_owned(),
             namespace: namespace.to_owned(),
             topics: Vec::new(),
         })
@@ -186,7 +146,9 @@ impl McapSink {
         self.hand_over()?;
         drop(self.to_writer);
         returned(self.writer)?.close()?;
-        self.draft.finish()
+        self.draft
+            .finish()
+            .with_context(|| cannot_write(&self.path))
     }
 
     /// Gives the writer what has gathered.
@@ -245,6 +207,7 @@ impl Sink for McapSink {
 pub struct CsvSink {
     out: BufWriter<File>,
     draft: Draft,
+    path: PathBuf,
 }
 
 /// A column: its name with unit, and where the number comes from.
@@ -282,13 +245,15 @@ impl CsvSink {
     /// # Errors
     /// When the path is taken or cannot be written.
     pub fn create(path: &Path) -> Result<Self> {
-        let draft = Draft::new(path)?;
-        let file = File::create_new(&draft.draft)
-            .with_context(|| format!("cannot write '{}'", path.display()))?;
-        let mut out = BufWriter::new(file);
+        let mut draft = draft_of(path)?;
+        let mut out = BufWriter::new(draft.file().try_clone()?);
         let names: Vec<&str> = COLUMNS.iter().map(|(name, _)| *name).collect();
         let begun = writeln!(out, "{}", names.join(","));
-        let sink = Self { out, draft };
+        let sink = Self {
+            out,
+            draft,
+            path: path.to_owned(),
+        };
         sink.written(begun)?;
         Ok(sink)
     }
@@ -312,7 +277,7 @@ impl CsvSink {
 
     /// The same, with the name of the file.
     fn written(&self, result: std::io::Result<()>) -> Result<()> {
-        result.with_context(|| format!("cannot write '{}'", self.draft.path.display()))
+        result.with_context(|| cannot_write(&self.path))
     }
 
     /// Ends the table and puts it in its place.
@@ -322,37 +287,8 @@ impl CsvSink {
     pub fn finish(mut self) -> Result<()> {
         let flushed = self.out.flush();
         self.written(flushed)?;
-        self.draft.finish()
-    }
-}
-
-#[cfg(test)]
-#[allow(clippy::unwrap_used)]
-mod tests {
-    use std::os::unix::fs::FileTypeExt as _;
-
-    use super::*;
-
-    #[test]
-    fn a_pipe_is_written_to_and_stays_a_pipe() {
-        let folder = tempfile::tempdir().unwrap();
-        let pipe = folder.path().join("page.html");
-        let made = std::process::Command::new("mkfifo").arg(&pipe).status();
-        assert!(made.unwrap().success());
-        let reads = pipe.clone();
-        let reader = std::thread::spawn(move || std::fs::read(reads).unwrap());
-        write_text(&pipe, "page").unwrap();
-        assert!(std::fs::metadata(&pipe).unwrap().file_type().is_fifo());
-        assert_eq!(reader.join().unwrap(), b"page");
-    }
-
-    #[test]
-    fn what_a_link_leads_to_is_written_and_the_link_stays() {
-        let folder = tempfile::tempdir().unwrap();
-        let [link, page] = ["link.html", "page.html"].map(|name| folder.path().join(name));
-        std::os::unix::fs::symlink(&page, &link).unwrap();
-        write_text(&link, "page").unwrap();
-        assert!(link.is_symlink());
-        assert_eq!(std::fs::read(&page).unwrap(), b"page");
+        self.draft
+            .finish()
+            .with_context(|| cannot_write(&self.path))
     }
 }

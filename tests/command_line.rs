@@ -369,6 +369,49 @@ fn a_sweep_goes_on_where_it_was_interrupted_and_its_parts_are_the_whole() {
     assert_eq!(parts, rows(&whole));
 }
 
+/// Whoever has no thread left (`ulimit -u`): commands work without, or end with a sentence, and nodes end with one.
+#[test]
+fn where_the_system_gives_no_thread_nothing_panics() {
+    let stage = Stage::new();
+    // Root has no such limit; another user needs a folder that it may write to.
+    let everybody = std::os::unix::fs::PermissionsExt::from_mode(0o777);
+    std::fs::set_permissions(stage.path(""), everybody).unwrap();
+    let place = "prlimit --nproc=1 setpriv --reuid=64321 --regid=64321 --clear-groups";
+    let words = if rustix::process::geteuid().is_root() {
+        6
+    } else {
+        2
+    };
+    let place: Vec<String> = place.split(' ').take(words).map(str::to_owned).collect();
+    let works = [
+        "sim dive --out dive.csv",
+        "params",
+        "tf brunner",
+        "sysid topics dive.csv",
+        "sweep dive --vary plant_sim.speed=1ft/s,2ft/s --out sweep",
+    ];
+    let refused = [
+        "sim dive --out dive.mcap",
+        "dive",
+        "watch",
+        "node plant_sim",
+        "node recorder",
+        "node sysid",
+    ];
+    for (code, commands) in [(0, &works[..]), (1, &refused)] {
+        for command in commands {
+            let arguments: Vec<&str> = command.split(' ').collect();
+            let outcome = stage.start_at(&place, &arguments, &[]).finish();
+            assert_eq!(outcome.status.code(), Some(code), "{command}: {outcome:#?}");
+            let says = outcome.complaints();
+            assert!(
+                code == 0 || says.len() == 1 && says[0].contains("thread"),
+                "{command}: {outcome:#?}"
+            );
+        }
+    }
+}
+
 #[test]
 fn a_slip_of_the_hand_is_answered_with_what_was_meant_and_what_is_taken() {
     let stage = Stage::new();

@@ -4,17 +4,24 @@ from __future__ import annotations
 
 import difflib
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
+
+from planesman._native import PlanesmanError
 
 # Options of which each pair is FROM..TO; None is an open end.
 _SPANS = ("window", "prefilter", "validation")
 
 
 def text(value: object) -> str:
-    """A value as the command line writes it. Numbers keep every digit."""
+    """A value as the command line writes it. Numbers keep every digit.
+
+    Bytes are no text: they raise `TypeError`; nor are lone surrogates, as in the name of a file that is not UTF-8: `PlanesmanError`.
+    """
+    if isinstance(value, (bytes, bytearray, memoryview)):
+        raise TypeError(f"text is expected, not {bytes(value)!r}")
     if isinstance(value, (bool, np.bool_)):
         return "true" if value else "false"
     if isinstance(value, (int, np.integer)):
@@ -22,10 +29,23 @@ def text(value: object) -> str:
     if isinstance(value, (float, np.floating)):
         return repr(float(value))
     if isinstance(value, os.PathLike):
-        return str(os.fspath(value))
+        return text(os.fsdecode(value))
     if isinstance(value, Iterable) and not isinstance(value, str):
         return "[" + ", ".join(text(item) for item in value) + "]"
-    return str(value)
+    return _encoded(str(value), str.encode)
+
+
+def path_text(value: str | bytes | os.PathLike[str] | os.PathLike[bytes]) -> str:
+    """A path as `open` takes it, of bytes too. The bytes of a name that are not UTF-8 are surrogates in it, as Python has them."""
+    return _encoded(os.fsdecode(value), os.fsencode)
+
+
+def _encoded(value: str, encode: Callable[[str], bytes]) -> str:
+    try:
+        encode(value)
+    except UnicodeEncodeError as error:
+        raise PlanesmanError(f"{value!r} refused: {error.reason} at position {error.start}") from None
+    return value
 
 
 def arguments(options: Mapping[str, Any]) -> list[str]:
@@ -65,5 +85,5 @@ def check_names(function: str, given: Iterable[str], known: Iterable[str]) -> No
 
 def paths(data: str | os.PathLike[str] | Iterable[str | os.PathLike[str]]) -> list[str]:
     """One path, or several, behind `--`: none is taken for an option."""
-    several = [data] if isinstance(data, (str, os.PathLike)) else data
-    return ["--", *(os.fspath(path) for path in several)]
+    several = [data] if isinstance(data, (str, bytes, bytearray, os.PathLike)) else data
+    return ["--", *map(path_text, several)]

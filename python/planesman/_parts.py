@@ -1,19 +1,21 @@
 """A dataset of Parquet files, a part each: written whole or not at all, here or by the workers of a Dask cluster.
 
-A part is a function of its number alone. A worker that dies loses its part, which another computes again; a part that is there is not
-computed again; and two that compute the same part write the same rows under one name. So nothing is lost and nothing is twice.
+A part is a function of its number alone. A worker that dies loses its part, which another computes again; a part that is there, whole, is
+not computed again; and two that compute the same part write the same rows under one name. So nothing is lost and nothing is twice.
 """
 
 from __future__ import annotations
 
+import errno
 import functools
 import os
 import socket
 import uuid
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, BinaryIO
 
+from planesman._arguments import path_text
 from planesman._native import PlanesmanError
 from planesman._progress import Progress
 
@@ -37,6 +39,45 @@ def path_of(folder: Path, part: int, of: int) -> Path:
     return folder / f"part-{part:0{width}}-of-{of:0{width}}.parquet"
 
 
+def is_there(path: Path, rows: int) -> bool:
+    """Whether the file is a Parquet file of so many rows: its footer, which is written last, says so."""
+    import pyarrow
+    import pyarrow.parquet
+
+    try:
+        with path.open("rb") as file:
+            return bool(pyarrow.parquet.read_metadata(file).num_rows == rows)
+    except (FileNotFoundError, pyarrow.ArrowInvalid):
+        return False
+
+
+def put(path: Path, write: Callable[[BinaryIO], object]) -> None:
+    """Write a file under a name of its own and put it in its place, on the disk before it has its name there."""
+    # Names that begin so are no part for a reader; on any machine no other writes this one.
+    draft = path.with_name(f".{uuid.uuid4().hex}.draft")
+    try:
+        with draft.open("xb") as file:
+            write(file)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(draft, path)
+        _sync(path.parent)
+    finally:
+        draft.unlink(missing_ok=True)
+
+
+def _sync(folder: Path) -> None:
+    file = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(file)
+    except OSError as refused:
+        # Some file systems cannot.
+        if refused.errno != errno.EINVAL:
+            raise
+    finally:
+        os.close(file)
+
+
 def fill(
     folder: Path,
     parts: int,
@@ -49,46 +90,40 @@ def fill(
     if not isinstance(parts, int) or parts < 1:
         raise PlanesmanError(f"parts: {parts} refused: a whole number of 1 or more is expected")
     folder.mkdir(parents=True, exist_ok=True)
-    lacking = [part for part in range(1, parts + 1) if not path_of(folder, part, parts).exists()]
+    lacking = [part for part in range(1, parts + 1) if not is_there(path_of(folder, part, parts), rows(part, parts))]
     with progress or Progress("parts", wanted=False) as told:
         if client is None:
             told.total = sum(rows(part, parts) for part in lacking)
             if progress is not None:
                 work = functools.partial(work, told=told)
             for part in lacking:
-                write(folder, part, parts, work)
+                write(folder, part, parts, work, rows(part, parts))
                 told.settle()
         elif lacking:
             told.what, told.total = "parts", len(lacking)
-            _on_cluster(folder, parts, lacking, work, client, told)
+            _on_cluster(folder, parts, {part: rows(part, parts) for part in lacking}, work, client, told)
     return folder
 
 
-def write(folder: Path, part: int, of: int, work: Work) -> None:
-    """Compute a part, unless it is there, and put it in its place."""
+def write(folder: Path, part: int, of: int, work: Work, rows: int) -> None:
+    """Compute a part of so many rows, unless it is there, and put it in its place."""
     import pyarrow.parquet
 
     path = path_of(folder, part, of)
-    if path.exists():
+    if is_there(path, rows):
         return
     if not folder.is_dir():
         raise PlanesmanError(f"'{folder}' is not on {socket.gethostname()}: name a folder that all machines of the cluster share")
     table = work(part, of)
-    # Names that begin so are no part for a reader; on any machine no other writes this one.
-    draft = folder / f".{uuid.uuid4().hex}.draft"
-    try:
-        pyarrow.parquet.write_table(table, draft)
-        os.replace(draft, path)
-    finally:
-        draft.unlink(missing_ok=True)
+    put(path, functools.partial(pyarrow.parquet.write_table, table))
 
 
-def _on_cluster(folder: Path, parts: int, lacking: list[int], work: Work, client: Client, told: Progress) -> None:
+def _on_cluster(folder: Path, parts: int, lacking: dict[int, int], work: Work, client: Client, told: Progress) -> None:
     from distributed import as_completed
 
     # Sent once to the cluster, not with every part.
     shared = client.scatter(work, broadcast=True, hash=False)
-    futures = client.map(lambda part, work: write(folder, part, parts, work), lacking, work=shared, pure=False)
+    futures = client.map(lambda part, rows, work: write(folder, part, parts, work, rows), *zip(*lacking.items()), work=shared, pure=False)
     try:
         for done, future in enumerate(as_completed(futures), 1):
             future.result()
@@ -100,7 +135,7 @@ def _on_cluster(folder: Path, parts: int, lacking: list[int], work: Work, client
 
 def absolute(folder: str | os.PathLike[str]) -> Path:
     """The folder as workers in other working directories find it."""
-    return Path(os.path.abspath(os.fspath(folder)))
+    return Path(os.path.abspath(path_text(folder)))
 
 
 def numbers(values: Any) -> Any:

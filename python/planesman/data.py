@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planesman import _native
-from planesman._arguments import arguments, paths
+from planesman._arguments import arguments, paths, text
 from planesman._tables import Table
 
 if TYPE_CHECKING:
@@ -83,9 +83,9 @@ def read_bag(
     >>> bag["state:depth"].time, bag["state:depth"].value
     >>> pandas.DataFrame({name: samples.series() for name, samples in bag.items()})
     """
-    names = [fields] if isinstance(fields, str) else list(fields)
+    names = [fields] if isinstance(fields, (str, bytes)) else list(fields)
     options = {"stamp": stamp, "time": time, "time_unit": time_unit, "sample_time": sample_time}
-    args = arguments(options) + [f"--signal={name}" for name in names] + paths(data)
+    args = arguments(options) + [f"--signal={text(name)}" for name in names] + paths(data)
     signals, notes = _native.samples(args)
     for note in notes:
         warnings.warn(note, stacklevel=2)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planesman import _native, _tables
-from planesman._arguments import arguments, check_names, paths
+from planesman._arguments import arguments, check_names, path_text, paths, text
 from planesman._progress import Progress
 from planesman.data import Samples
 from planesman.simulation import Form, of_control
@@ -175,11 +175,11 @@ class Model:
     @classmethod
     def load(cls, path: Path) -> Model:
         """Read a model file, `*.json` or `*.yaml`, of `save` or `planesman sysid fit --model`."""
-        return cls({"model": json.loads(_native.read_model(path))})
+        return cls({"model": json.loads(_native.read_model(path_text(path)))})
 
     def save(self, path: Path) -> None:
         """Write a model file, `*.json` or `*.yaml`, for the simulator, the controller, MATLAB or `load`."""
-        _native.write_model(json.dumps(self._model), path)
+        _native.write_model(json.dumps(self._model), path_text(path))
 
     @property
     def _model(self) -> dict[str, Any]:
@@ -446,7 +446,7 @@ def fit(data: Data, input: str, output: str, *, progress: bool | None = None, **
     args = arguments({"quiet": True, "input": input, "output": output, **options})
     columns = None
     if isinstance(data, Mapping) or hasattr(data, "columns"):
-        columns = [(str(name), _column(name, values)) for name, values in _arrays(data, (input, output, options.get("reference")))]
+        columns = [(text(name), _column(name, values)) for name, values in _arrays(data, (input, output, options.get("reference")))]
         args += ["--", "arrays"]
     else:
         args += paths(data)

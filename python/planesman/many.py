@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 
 from planesman import _native, _parts
-from planesman._arguments import check_names, text
+from planesman._arguments import check_names, path_text, text
 from planesman._progress import Progress
 from planesman._tables import Columns
 from planesman.identification import Model, _keywords, fit
@@ -93,7 +93,7 @@ def sweep(
     >>> cases = sweep("dive", {"depth_controller.depth.p": [0.4, 0.8, 1.2], "plant_sim.speed": "1ft/s,2ft/s"}, seeds=10)
     >>> sweep("dive", {"depth_controller.depth.p": "0.4..1.6"}, samples=100_000, out="/shared/gains", client=Client(cluster))
     """
-    varied = tuple(f"{name}={_values(values)}" for name, values in vary.items())
+    varied = tuple(f"{text(name)}={_values(values)}" for name, values in vary.items())
     known = ["scenario", "vary", "seeds", "samples", "out", "client", "parts", "progress"]
     cases = _Cases(scenario_text(scenario, parameters, function="sweep", known=known), varied, samples, seeds)
     cases.sweep.check()
@@ -116,7 +116,7 @@ def sweep(
 
 
 def _values(values: Any) -> str:
-    if isinstance(values, str) or not isinstance(values, Iterable):
+    if isinstance(values, (str, bytes)) or not isinstance(values, Iterable):
         return text(values)
     return ",".join(text(value) for value in values)
 
@@ -187,10 +187,10 @@ def fit_all(
 
 def _bags(data: str | os.PathLike[str] | Sequence[str | os.PathLike[str]]) -> list[str]:
     """Every bag of a folder; a folder with a metadata.yaml is one."""
-    if not isinstance(data, (str, os.PathLike)):
-        return [os.path.abspath(os.fspath(path)) for path in data]
+    if not isinstance(data, (str, bytes, bytearray, os.PathLike)):
+        return [os.path.abspath(path_text(it)) for it in data]
     found = []
-    for folder, below, files in os.walk(os.path.abspath(os.fspath(data))):
+    for folder, below, files in os.walk(os.path.abspath(path_text(data))):
         below.sort()
         if "metadata.yaml" in files:
             found.append(folder)
@@ -213,9 +213,7 @@ def _define(folder: Path, fits: _Fits, parts: int) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "fits.json"
     if not path.exists():
-        draft = folder / f".fits.{os.getpid()}.draft"
-        draft.write_text(written)
-        os.replace(draft, path)
+        _parts.put(path, lambda file: file.write(written.encode()))
     elif path.read_text() != written:
         raise _native.PlanesmanError(f"'{folder}' holds other fits; name a new folder")
 
@@ -250,12 +248,14 @@ class _Fits:
         return pyarrow.Table.from_pylist(rows, schema)
 
     def _row(self, bag: str) -> dict[str, Any]:
+        # A column of text has no place for bytes that are not.
+        data = bag.encode("utf-8", "backslashreplace").decode()
         try:
             model = fit(bag, self.input, self.output, progress=False, **dict(self.options))
         except _native.PlanesmanError as error:
-            return {"data": bag, "error": str(error)}
+            return {"data": data, "error": str(error)}
         return {
-            "data": bag,
+            "data": data,
             "method": model.method,
             "order": model.order,
             "sample_time": model.sample_time,

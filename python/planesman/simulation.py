@@ -5,14 +5,14 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from os import PathLike, fspath
+from os import PathLike
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planesman import _native, _tables
-from planesman._arguments import arguments, check_names, text
+from planesman._arguments import arguments, check_names, path_text, text
 
 if TYPE_CHECKING:
     import matplotlib.figure
@@ -34,24 +34,28 @@ def scenario_text(
 ) -> str:
     """The text of a scenario with these changes, checked. `known` are the keywords of the function that asks."""
     check_names(function, [name for name, value in parameters.items() if "." not in name and not isinstance(value, Mapping)], known)
-    changes = [f"{name}={text(value)}" for name, value in _flat(parameters)]
+    changes = [f"{text(name)}={text(value)}" for name, value in _flat(parameters)]
     if isinstance(scenario, Mapping):
         # JSON is YAML.
         return _native.scenario(json.dumps(scenario, default=_plain), True, changes, duration, tick, seed)
-    return _native.scenario(fspath(scenario), False, changes, duration, tick, seed)
+    return _native.scenario(text(path_text(scenario)), False, changes, duration, tick, seed)
 
 
 def _flat(parameters: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
     """`depth_controller={"depth.p": 1.2}` and `{"depth_controller.depth.p": 1.2}` alike as the latter."""
     for name, value in parameters.items():
         if isinstance(value, Mapping):
-            yield from ((f"{name}.{below}", found) for below, found in _flat(value))
+            yield from ((f"{text(name)}.{text(below)}", found) for below, found in _flat(value))
         else:
             yield name, value
 
 
 def _plain(value: Any) -> Any:
-    return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else fspath(value)
+    if isinstance(value, (np.ndarray, np.generic)):
+        return value.tolist()
+    if isinstance(value, PathLike):
+        return text(value)
+    raise TypeError(f"{value!r} of a scenario refused: numbers, text, lists and mappings are expected")
 
 
 class Flight(Mapping[str, NDArray[np.float64]]):
@@ -135,9 +139,9 @@ def simulate(
     and more; `Flight.units` has the units.
     """
     known = ["scenario", "duration", "tick", "seed", "bag", "namespace"]
-    text = scenario_text(scenario, parameters, duration, tick, seed, function="simulate", known=known)
+    flown = scenario_text(scenario, parameters, duration, tick, seed, function="simulate", known=known)
     columns, units = {}, {}
-    for name, numbers in _native.fly(text, bag, namespace):
+    for name, numbers in _native.fly(flown, None if bag is None else path_text(bag), text(namespace)):
         name, unit = name.removesuffix("]").split(" [")
         columns[name], units[name] = numbers, unit
     return Flight(columns, units)
@@ -203,17 +207,17 @@ def transfer_function(
     pitch_rate goes with `output` depth only.
     """
     options = {"input": input, "output": output, "speed": speed, "rate": rate, "base": base}
-    about, continuous, sampled = _native.transfer_function([*arguments(options), "--", fspath(vehicle)])
+    about, continuous, sampled = _native.transfer_function([*arguments(options), "--", path_text(vehicle)])
     num, den, sampled_num, sampled_den = map(np.array, continuous + sampled)
     return TransferFunction(num, den, sampled_num, sampled_den, 1.0 / rate, about, input, output)
 
 
 def parameters(node: str | None = None) -> _tables.Table:
     """List every parameter of every node, or of one: `name`, `unit`, `default`, `range`, `choices`, `description`."""
-    return _tables.Table(json.loads(_native.parameters(node)))
+    return _tables.Table(json.loads(_native.parameters(None if node is None else text(node))))
 
 
 def parameter_file(scenario: Scenario = "dive", *, node: str | None = None, **parameters: Any) -> str:
     """The text of a ROS 2 parameter file (`--params-file`) with the values of a scenario and changes as in `simulate`."""
-    text = scenario_text(scenario, parameters, function="parameter_file", known=["scenario", "node"])
-    return _native.parameter_file(text, node)
+    held = scenario_text(scenario, parameters, function="parameter_file", known=["scenario", "node"])
+    return _native.parameter_file(held, None if node is None else text(node))

@@ -1,5 +1,7 @@
 //! Signals and fields of a bag, table or log.
 
+use std::ffi::OsString;
+
 use planesman::sysid::samples::{self as command, SamplesArgs};
 use planesman::sysid::topics::{self, TopicsArgs};
 use pyo3::prelude::*;
@@ -14,7 +16,10 @@ type Pair<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>);
 /// Every sample of the signals: stamps (int64, ns) and numbers (float64, NaN where there is none) of each, in the order of the
 /// data, and notes on what could not be read.
 #[pyfunction]
-pub(crate) fn samples(py: Python<'_>, args: Vec<String>) -> PyResult<(Vec<Pair<'_>>, Vec<String>)> {
+pub(crate) fn samples(
+    py: Python<'_>,
+    args: Vec<OsString>,
+) -> PyResult<(Vec<Pair<'_>>, Vec<String>)> {
     let args: SamplesArgs = parsed(&args)?;
     let (signals, notes) = released(py, || {
         let mut signals = vec![(Vec::new(), Vec::new()); args.signals().len()];
@@ -35,7 +40,7 @@ pub(crate) fn samples(py: Python<'_>, args: Vec<String>) -> PyResult<(Vec<Pair<'
 
 /// Every numeric field, with rate, gaps and range, as JSON.
 #[pyfunction]
-pub(crate) fn fields(py: Python<'_>, args: Vec<String>) -> PyResult<String> {
+pub(crate) fn fields(py: Python<'_>, args: Vec<OsString>) -> PyResult<String> {
     let args: TopicsArgs = parsed(&args)?;
     let survey = released(py, || topics::survey(&args))?;
     serde_json::to_string(&survey).map_err(|error| raised(error.into()))

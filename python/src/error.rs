@@ -1,5 +1,6 @@
 //! Errors as Python's exceptions: one line, in Python's words. And work with the interpreter released, which Ctrl-C ends.
 
+use std::ffi::{OsStr, OsString};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
@@ -36,8 +37,9 @@ pub(crate) fn raised(error: anyhow::Error) -> PyErr {
 ///
 /// # Errors
 /// As the command line refuses them.
-pub(crate) fn parsed<P: Parser>(args: &[String]) -> PyResult<P> {
-    let named = std::iter::once("planesman").chain(args.iter().map(String::as_str));
+pub(crate) fn parsed<P: Parser>(args: &[OsString]) -> PyResult<P> {
+    let named =
+        std::iter::once(OsStr::new("planesman")).chain(args.iter().map(OsString::as_os_str));
     let refused = |error| PlanesmanError::new_err(in_python(&one_line(&error)));
     P::try_parse_from(named).map_err(refused)
 }
@@ -101,7 +103,7 @@ pub(crate) fn watched<T: Send>(
                 let _ended = ended;
                 until_stopped(&stop, work)
             });
-            let worker = worker.context("a thread").map_err(raised)?;
+            let worker = worker.context("cannot start a thread").map_err(raised)?;
             let interrupted = loop {
                 match end.recv_timeout(LOOK) {
                     Err(RecvTimeoutError::Timeout) => {

@@ -1,5 +1,6 @@
 //! Identification, model files, and a vehicle's transfer functions.
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use clap::{CommandFactory as _, Parser};
@@ -25,7 +26,7 @@ const IN_MEMORY: &str = "model.json";
 #[pyo3(signature = (args, columns=None, progress=None))]
 pub(crate) fn fit<'py>(
     py: Python<'py>,
-    args: Vec<String>,
+    args: Vec<OsString>,
     columns: Option<Vec<(String, PyBackedBytes)>>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(String, i64, Vec<Bound<'py, PyAny>>)> {
@@ -119,7 +120,7 @@ type Polynomials = (Vec<f64>, Vec<f64>);
 /// A vehicle's transfer function by the arguments of `planesman tf`: heading and remarks, the model in s and that in z.
 #[pyfunction]
 pub(crate) fn transfer_function(
-    args: Vec<String>,
+    args: Vec<OsString>,
 ) -> PyResult<(Vec<String>, Polynomials, Polynomials)> {
     let Tf { args } = parsed(&args)?;
     let models = tf_command::models(&args).map_err(raised)?;

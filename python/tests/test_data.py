@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import gc
+import os
+import shutil
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas
+import pyarrow.parquet
 import pytest
 
 import planesman
@@ -86,3 +90,58 @@ def test_a_signal_without_a_sample_is_an_empty_array(tmp_path: Path) -> None:
     table.write_text("t,u\n")
     samples = planesman.read_bag(table, "u")["u"]
     assert samples.value.shape == samples.time.shape == (0,)
+
+
+def test_a_path_may_be_bytes_and_its_name_need_not_be_utf_8(bag: Path, tmp_path: Path) -> None:
+    odd = os.fsencode(tmp_path) + b"/dive-\xff.mcap"
+    shutil.copy(bag, odd)
+    fields = planesman.list_fields(bag)
+    assert planesman.list_fields(os.fsencode(bag)) == planesman.list_fields([odd]) == fields  # type: ignore[arg-type, list-item]
+    assert planesman.list_fields(os.fsdecode(odd)) == planesman.list_fields(Path(os.fsdecode(odd))) == fields
+    out = planesman.fit_all([os.fsdecode(odd)], "u", "y", out=os.fsdecode(odd) + "-fits")
+    with next(out.iterdir()).open("rb") as file:
+        rows = pyarrow.parquet.read_table(file).to_pylist()
+    assert rows[0]["data"].endswith("/dive-\\udcff.mcap") and "no ':'" in rows[0]["error"]
+
+
+@pytest.mark.parametrize("path", ["/tmp/\ud800.mcap", "/tmp/a\0b", b"/tmp/\xff.mcap", "", b"", "\udcff"])
+def test_a_path_that_cannot_be_is_refused(path: Any) -> None:
+    for call in [
+        lambda: planesman.list_fields(path),
+        lambda: planesman.read_bag([path], "state:depth"),
+        lambda: planesman.fit(path, "u", "y"),
+        lambda: planesman.simulate(path),
+        lambda: planesman.transfer_function(path),
+        lambda: planesman.Model.load(path),
+    ]:
+        with pytest.raises(planesman.PlanesmanError):
+            call()
+
+
+@pytest.mark.parametrize("path", ["/tmp/\ud800.mcap", "/tmp/a\0b.mcap", ""])
+def test_a_bag_that_cannot_be_is_not_flown(path: str) -> None:
+    with pytest.raises(planesman.PlanesmanError):
+        planesman.simulate("dive", duration=1.0, bag=path)
+
+
+@pytest.mark.parametrize(
+    ("name", "error"),
+    [(b"state:depth", TypeError), (bytearray(b"depth"), TypeError), ("\udcff", planesman.PlanesmanError), ("\ud800", planesman.PlanesmanError)],
+)
+def test_bytes_and_surrogates_are_no_names(name: Any, error: type[Exception], bag: Path) -> None:
+    for call in [
+        lambda: planesman.list_fields(bag, topic=name),
+        lambda: planesman.read_bag(bag, [name]),
+        lambda: planesman.fit(bag, name, "state:depth"),
+        lambda: planesman.fit(bag, "state:depth", "state:pitch", method=name),
+        lambda: planesman.fit({"u": [1.0], "y": [1.0]}, "u", "y", sample_time=name),
+        lambda: planesman.simulate("dive", plant_sim={"vehicle": name}),
+        lambda: planesman.simulate({"description": name, "duration": 1.0}),
+        lambda: planesman.simulate("dive", duration=1.0, namespace=name),
+        lambda: planesman.sweep("dive", {"plant_sim.vehicle": [name]}),
+        lambda: planesman.transfer_function("brunner", output=name),
+        lambda: planesman.parameters(name),
+        lambda: planesman.parameter_file("dive", node=name),
+    ]:
+        with pytest.raises(error):
+            call()

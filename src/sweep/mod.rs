@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context as _, Result, anyhow, bail};
 use clap::Args;
 use planesman_node::in_one_line;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use sysid::IdentifierParameters;
 
 use crate::progress::{bar_with, on_all_cores};
@@ -28,7 +28,7 @@ use crate::scenario::{Scenario, plain};
 use crate::sink::write_text;
 use crate::summary::test_signal;
 use case::Metrics;
-use results::Results;
+use results::{Results, file_of};
 use space::Space;
 
 pub use column::Kind;
@@ -78,16 +78,16 @@ fn shard(text: &str) -> Result<(u64, u64), String> {
 }
 
 /// What a folder's results are of, kept beside them: a folder holds one sweep.
-#[derive(Serialize)]
-struct Definition<'a> {
-    planesman: &'static str,
-    vary: &'a [String],
+#[derive(PartialEq, Serialize, Deserialize)]
+struct Definition {
+    planesman: String,
+    vary: Vec<String>,
     samples: Option<u32>,
     seeds: u32,
-    /// Of a dataset in parts.
+    /// How many parts the cases are in, if they are; in no two ways, where cases would be twice.
     #[serde(skip_serializing_if = "Option::is_none")]
     parts: Option<u64>,
-    scenario: &'a str,
+    scenario: String,
 }
 
 /// Flies the cases that the folder lacks, and writes the page.
@@ -106,12 +106,13 @@ pub fn run(args: &SweepArgs) -> Result<()> {
         let stem = Path::new(&args.scenario).file_stem().unwrap_or_default();
         Path::new("runs").join(format!("sweep-{}", stem.display()))
     });
-    sweep.define(&folder, None)?;
+    let parts = args.shard.map(|(_, parts)| parts);
+    sweep.define(&folder, parts)?;
 
     let part = args.shard.map_or(Part::ALL, |(part, of)| Part { part, of });
     let file = folder.join(match args.shard {
         None => "cases.csv".to_owned(),
-        Some((part, parts)) => format!("cases-{part}-of-{parts}.csv"),
+        Some((part, parts)) => file_of(part, parts),
     });
     let all = sweep.cases(part);
     let results = Results::open(&file, &sweep.header()?)?;
@@ -136,7 +137,7 @@ pub fn run(args: &SweepArgs) -> Result<()> {
              depth_controller.identification.signal=none"
         )?;
     }
-    let page = page::of(&folder, &sweep.scenario, &sweep.space)?;
+    let page = page::of(&folder, parts, &sweep.scenario, &sweep.space)?;
     planesman_node::say!("{}: {} cases", file.display(), all)?;
     if page.failed > 0 {
         planesman_node::say!(
@@ -185,18 +186,37 @@ fn check_these(scenario: &Scenario, space: &Space, combinations: &[u64]) -> Resu
 }
 
 /// Makes the folder, with what its results are of.
-fn define(folder: &Path, definition: &str) -> Result<()> {
+fn define(folder: &Path, definition: &Definition) -> Result<()> {
+    let text = serde_yaml_ng::to_string(definition)?;
     let path = folder.join("sweep.yaml");
     std::fs::create_dir_all(folder).with_context(|| format!("'{}'", folder.display()))?;
     match std::fs::read_to_string(&path) {
-        Ok(there) if there == definition => Ok(()),
-        Ok(_) => bail!(
-            "'{}' holds another sweep; name a new folder with --out",
-            folder.display()
-        ),
+        Ok(there) if there == text => Ok(()),
+        Ok(there) => {
+            let there: Option<Definition> = serde_yaml_ng::from_str(&there).ok();
+            let parts = there.as_ref().and_then(|it| it.parts);
+            let is_same = there.is_some_and(|it| {
+                let parts = definition.parts;
+                Definition { parts, ..it } == *definition
+            });
+            match (is_same, parts) {
+                (false, _) => bail!(
+                    "'{}' holds another sweep; name a new folder with --out",
+                    folder.display()
+                ),
+                (true, None) => bail!(
+                    "'{}' holds this sweep whole, and cases would be there twice; go on without parts, or name a new folder",
+                    folder.display()
+                ),
+                (true, Some(parts)) => bail!(
+                    "'{}' holds this sweep in {parts} parts, and cases would be there twice; go on with {parts} parts, or name a new folder",
+                    folder.display()
+                ),
+            }
+        }
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
             // Whole or not there, also where several parts begin at once.
-            write_text(&path, definition)
+            write_text(&path, text)
         }
         Err(error) => Err(error).with_context(|| format!("'{}'", path.display())),
     }
@@ -309,14 +329,14 @@ impl Sweep {
     /// A folder that holds another sweep or cannot be written.
     pub fn define(&self, folder: &Path, parts: Option<u64>) -> Result<()> {
         let definition = Definition {
-            planesman: env!("CARGO_PKG_VERSION"),
-            vary: &self.vary,
+            planesman: env!("CARGO_PKG_VERSION").to_owned(),
+            vary: self.vary.clone(),
             samples: self.samples,
             seeds: self.space.seeds,
             parts,
-            scenario: &self.scenario.to_yaml(),
+            scenario: self.scenario.to_yaml(),
         };
-        define(folder, &serde_yaml_ng::to_string(&definition)?)
+        define(folder, &definition)
     }
 
     /// The names of the columns, with their units, and what they hold.
@@ -468,6 +488,42 @@ parameters:
         parts.sort_by_key(|row| row.split(',').next().and_then(|it| it.parse::<u64>().ok()));
         assert_eq!(parts, rows.lines().skip(1).collect::<Vec<_>>());
         assert!(text(folder, "parts/report.html").contains("12 of 12 cases"));
+    }
+
+    #[test]
+    fn a_folder_holds_each_case_once_however_a_sweep_is_divided() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let folder = folder.path();
+        let shard = |out: &str, shard| {
+            run(&SweepArgs {
+                shard,
+                ..args(folder, out)
+            })
+        };
+        shard("parts", Some((1, 2))).expect("swept");
+        for (other, part) in [(Some((2, 3)), "in 2 parts"), (None, "in 2 parts")] {
+            let refusal = format!("{:#}", shard("parts", other).expect_err("refused"));
+            assert!(refusal.contains(part), "{refusal}");
+        }
+        shard("whole", None).expect("swept");
+        let refusal = format!("{:#}", shard("whole", Some((1, 1))).expect_err("refused"));
+        assert!(refusal.contains("whole"), "{refusal}");
+        // What somebody has copied there.
+        for (from, to) in [
+            ("parts/cases-1-of-2.csv", "parts/cases-1-of-2 (copy).csv"),
+            ("parts/cases-1-of-2.csv", "parts/cases-01-of-2.csv"),
+            ("whole/cases.csv", "parts/cases.csv"),
+            ("whole/cases.csv", "parts/cases-2-of-3.csv"),
+            ("parts/cases-1-of-2.csv", "whole/cases-1-of-2.csv"),
+        ] {
+            std::fs::copy(folder.join(from), folder.join(to)).expect("copied");
+        }
+        shard("parts", Some((1, 2))).expect("done already");
+        assert!(text(folder, "parts/report.html").contains(">6 of 12 cases"));
+        shard("parts", Some((2, 2))).expect("swept");
+        assert!(text(folder, "parts/report.html").contains(">12 of 12 cases"));
+        shard("whole", None).expect("done already");
+        assert!(text(folder, "whole/report.html").contains(">12 of 12 cases"));
     }
 
     #[test]

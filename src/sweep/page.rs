@@ -11,6 +11,7 @@ use maud::{Markup, html};
 use planesman_plot::{HeatMap, Plot, Style};
 
 use super::case::{COLUMNS, SETTLING, TRAVEL};
+use super::results::file_of;
 use super::space::{Axis, Space};
 use crate::arguments::number;
 use crate::page::{document, figure, heat_map};
@@ -62,14 +63,19 @@ struct Combination {
     unsettled: u32,
 }
 
-/// Reads what the folder holds, of all parts, and writes its page.
+/// Reads what the folder holds, the whole or some of so many parts, and writes its page.
 ///
 /// # Errors
 /// A file that cannot be read or written.
-pub(super) fn of(folder: &Path, scenario: &Scenario, space: &Space) -> Result<Page> {
+pub(super) fn of(
+    folder: &Path,
+    parts: Option<u64>,
+    scenario: &Scenario,
+    space: &Space,
+) -> Result<Page> {
     let mut found = BTreeMap::<u64, Combination>::new();
     let (mut cases, mut failed) = (0_u64, 0_u64);
-    for file in files(folder)? {
+    for file in files(folder, parts)? {
         let mut rows = csv::Reader::from_path(&file)?;
         for row in rows.records() {
             let row = row.with_context(|| format!("'{}'", file.display()))?;
@@ -113,13 +119,17 @@ pub(super) fn of(folder: &Path, scenario: &Scenario, space: &Space) -> Result<Pa
     Ok(Page { path, failed })
 }
 
-/// The results' files of all parts.
-fn files(folder: &Path) -> Result<Vec<PathBuf>> {
+/// The results' files that are there. A copy of one, or a part of another division, has cases a second time: it is left out.
+fn files(folder: &Path, parts: Option<u64>) -> Result<Vec<PathBuf>> {
+    let Some(parts) = parts else {
+        return Ok(vec![folder.join("cases.csv")]);
+    };
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder)? {
         let path = entry?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        if name.starts_with("cases") && name.ends_with(".csv") {
+        let part = || name.strip_prefix("cases-")?.split('-').next()?.parse().ok();
+        if part().is_some_and(|part| name == file_of(part, parts)) {
             files.push(path);
         }
     }

@@ -6,14 +6,14 @@ use std::fs::File;
 use std::path::Path;
 use std::sync::Arc;
 
-use anyhow::{Result, anyhow};
+use anyhow::{Context as _, Result, anyhow};
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::{Type, TypePtr};
+use planesman_text::write_whole;
 
 use super::column::Kind;
-use crate::sink::write_whole;
 
 /// Rows of a group.
 const GROUP: usize = 65_536;
@@ -38,20 +38,19 @@ impl Kind {
 /// # Errors
 /// When a file cannot be read or written.
 pub(super) fn write(csv: &Path, kinds: &[Kind]) -> Result<()> {
-    write_whole(&csv.with_extension("parquet"), |draft| {
-        write_to(csv, kinds, draft)
-    })
+    let path = csv.with_extension("parquet");
+    write_whole(&path, |file| write_to(csv, kinds, file))
+        .with_context(|| format!("cannot write '{}'", path.display()))
 }
 
-fn write_to(csv: &Path, kinds: &[Kind], path: &Path) -> Result<()> {
+fn write_to(csv: &Path, kinds: &[Kind], file: &mut File) -> Result<()> {
     let mut rows = csv::Reader::from_path(csv)?;
     let columns = rows.headers()?.iter().zip(kinds);
     let columns = columns.map(|(name, kind)| kind.column(name));
     let schema = Type::group_type_builder("case")
         .with_fields(columns.collect::<Result<_>>()?)
         .build()?;
-    let mut writer =
-        SerializedFileWriter::new(File::create(path)?, Arc::new(schema), Arc::default())?;
+    let mut writer = SerializedFileWriter::new(file, Arc::new(schema), Arc::default())?;
     let mut records = rows.into_records();
     loop {
         let group = records

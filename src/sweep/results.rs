@@ -18,6 +18,11 @@ use anyhow::{Context as _, Result, anyhow, bail};
 /// Cases begun beyond the first that is not written.
 const AHEAD: u64 = 1024;
 
+/// The name of a part's file.
+pub(super) fn file_of(part: u64, parts: u64) -> String {
+    format!("cases-{part}-of-{parts}.csv")
+}
+
 /// The file, open for the rows that it lacks.
 pub(super) struct Results {
     file: File,

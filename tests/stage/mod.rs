@@ -89,6 +89,11 @@ impl Stage {
         self.domain.id()
     }
 
+    /// What a program in the domain has in its environment.
+    pub(crate) fn variables(&self) -> impl Iterator<Item = (&'static str, String)> + use<> {
+        self.domain.variables().into_iter()
+    }
+
     /// A path in the folder, as an argument.
     pub(crate) fn path(&self, name: &str) -> String {
         let path = self.folder.path().join(name);

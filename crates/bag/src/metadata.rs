@@ -13,7 +13,7 @@ use std::{
 
 use serde::{Deserialize, Deserializer, Serialize};
 
-use planesman_text::yaml;
+use planesman_text::{write_text, yaml};
 
 use crate::OfferedQos;
 
@@ -236,7 +236,6 @@ impl BagMetadata {
     /// When the file system refuses.
     pub fn write(&self, folder: &Path) -> Result<(), MetadataError> {
         let path = folder.join(FILE_NAME);
-        let partial = folder.join(".metadata.yaml.partial");
         let text = serde_yaml_ng::to_string(&Document {
             rosbag2_bagfile_information: self.clone(),
         })
@@ -244,8 +243,6 @@ impl BagMetadata {
             path: path.clone(),
             source: source.into(),
         })?;
-        fs::write(&partial, text)
-            .and_then(|()| fs::rename(&partial, &path))
-            .map_err(|source| MetadataError::Io { path, source })
+        write_text(&path, text).map_err(|source| MetadataError::Io { path, source })
     }
 }

@@ -278,23 +278,19 @@ impl BagWriter {
     /// [`WriteError::Exists`] if anything has that path; [`WriteError::Create`] if the file
     /// system refuses.
     pub fn create_file(file: &Path, options: WriterOptions) -> Result<Self, WriteError> {
-        Self::create_draft(file, file, options)
+        let output = File::create_new(file).map_err(|source| refused(file, source))?;
+        Self::create_in(output, file, options)
     }
 
-    /// Starts a single `.mcap` file at `draft` that is to be moved to `file` once it is closed, and names itself so.
+    /// Starts a single `.mcap` file in `output`, which is to be moved to `file` once it is closed, and names itself so.
     ///
     /// # Errors
-    /// As [`create_file`](Self::create_file), of `draft`.
-    pub fn create_draft(
-        draft: &Path,
+    /// [`WriteError::Failed`] if writing fails.
+    pub fn create_in(
+        output: File,
         file: &Path,
         options: WriterOptions,
     ) -> Result<Self, WriteError> {
-        let output = File::options()
-            .write(true)
-            .create_new(true)
-            .open(draft)
-            .map_err(|source| refused(draft, source))?;
         Self::start(file, Box::new(output), options)
     }
 
@@ -501,10 +497,7 @@ impl BagWriter {
         let name = bag_name(folder).unwrap_or_default();
         let file = folder.join(format!("{name}_{}.mcap", self.closed.len() + 1));
         self.finish()?;
-        let begun = File::options()
-            .write(true)
-            .create_new(true)
-            .open(&file)
+        let begun = File::create_new(&file)
             .map_err(McapError::Io)
             .and_then(|output| begin(Box::new(output), self.options.compression));
         let (mcap, gate) = begun.map_err(|error| {

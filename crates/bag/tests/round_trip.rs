@@ -160,10 +160,14 @@ fn messages_out_of_order_are_put_in_order_within_a_chunk() {
 fn a_draft_names_the_file_that_it_becomes() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = folder.path().join("dive.mcap");
-    let written = [".dive.mcap.1.part", ".dive.mcap.22.part"].map(|draft| {
+    let written = ["1.part", "another.part"].map(|draft| {
         let draft = folder.path().join(draft);
-        let mut writer =
-            BagWriter::create_draft(&draft, &file, WriterOptions::default()).expect("a new file");
+        let mut writer = BagWriter::create_in(
+            fs::File::create_new(&draft).expect("a new file"),
+            &file,
+            WriterOptions::default(),
+        )
+        .expect("room on the disk");
         let depth = writer.add_topic(&topic("/depth")).expect("a new topic");
         writer
             .write_raw(depth, &payload(1.0), 1, 0)

@@ -9,10 +9,9 @@
 //! `*.json` and `*.yaml` hold the same. What is read back has passed [`ModelFile::check`]: every number
 //! finite, `den` beginning with 1, lists of the sizes that belong together.
 
-use std::fs;
 use std::path::Path;
 
-use planesman_text::yaml;
+use planesman_text::{write_text, yaml};
 use serde::{Deserialize, Serialize};
 use serde_yaml_ng::Value as Yaml;
 
@@ -305,17 +304,10 @@ impl ModelFile {
     /// # Errors
     /// When it does not pass [`check`](Self::check), or the file cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), Error> {
-        let unfinished = path.with_extension("unfinished");
         self.check()
             .and_then(|()| Syntax::of(path)?.text(self))
             .and_then(|text| {
-                fs::write(&unfinished, text)
-                    .and_then(|()| fs::rename(&unfinished, path))
-                    .map_err(|reason| {
-                        // The error is on its way; what is left of the file is of no use.
-                        let _ = fs::remove_file(&unfinished);
-                        Refusal::File(reason.to_string())
-                    })
+                write_text(path, text).map_err(|reason| Refusal::File(reason.to_string()))
             })
             .map_err(|reason| Error::of(path, reason))
     }

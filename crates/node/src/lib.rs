@@ -73,7 +73,7 @@
 //! | `discovery_news` | QoS that does not fit, readers that do not acknowledge |
 //! | [`claim`] | being the only one that does something |
 //! | [`report`] | the account at exit |
-//! | [`memory`], [`file_size`], [`shutdown`] | the ceilings; the signals |
+//! | [`memory`], [`file_size`], [`shutdown`], `timers` | the ceilings; the signals; the timers' thread |
 //! | `shared` | what these parts share |
 //! | `watchdog` | whether the middleware still runs |
 //! | [`testing`] | a DDS domain of one's own |
@@ -117,6 +117,7 @@ mod shared;
 pub mod shutdown;
 mod subscription;
 pub mod testing;
+mod timers;
 mod type_description;
 mod waiting;
 mod watchdog;
@@ -213,7 +214,7 @@ pub fn write_complaint(text: std::fmt::Arguments<'_>) {
 }
 
 /// Prints the output of a command, with foreign names and texts made harmless ([`shown`]). A reader that has read
-/// enough (`| head`) is no error.
+/// enough (`| head`) is no error, nor is a terminal that was closed.
 ///
 /// # Errors
 /// When standard output cannot be written, as on a full disk.
@@ -221,9 +222,17 @@ pub fn print(text: impl std::fmt::Display) -> std::io::Result<()> {
     use std::io::Write as _;
     let mut out = std::io::BufWriter::new(std::io::stdout().lock());
     match write!(out, "{}", shown(text)).and_then(|()| out.flush()) {
-        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe || is_gone(&error) => Ok(()),
         result => result,
     }
+}
+
+/// Whether standard output is a terminal that was closed. Of a file the same error is the disk's.
+fn is_gone(error: &std::io::Error) -> bool {
+    use rustix::{fs, io::Errno};
+    let kind = |it: fs::Stat| fs::FileType::from_raw_mode(it.st_mode);
+    error.raw_os_error() == Some(Errno::IO.raw_os_error())
+        && fs::fstat(std::io::stdout()).is_ok_and(|it| kind(it) == fs::FileType::CharacterDevice)
 }
 
 #[cfg(test)]

@@ -44,7 +44,7 @@ pub(crate) fn open(folder: &PathBuf, prefix: &str) -> anyhow::Result<File> {
     );
     let path = folder.join(name);
     create_dir_all(folder)
-        .and_then(|()| File::create(&path))
+        .and_then(|()| File::create_new(&path))
         .with_context(|| format!("cannot write the log file '{}'", path.display()))
 }
 

@@ -1,8 +1,9 @@
 //! A node's exit report, for the launcher.
 
-use std::{collections::BTreeMap, env, fs, path::Path};
+use std::{collections::BTreeMap, env, path::Path};
 
 use anyhow::{Context as _, bail};
+use planesman_text::write_text;
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -65,17 +66,14 @@ impl ExitReport {
         if path.metadata().is_ok_and(|there| !there.is_file()) {
             bail!("{VARIABLE}: {} is no regular file", path.display());
         }
-        let mut unfinished = path.as_os_str().to_owned();
-        unfinished.push(format!(".{}.part", std::process::id()));
-        fs::write(&unfinished, serde_json::to_vec_pretty(self)?)
-            .and_then(|()| fs::rename(&unfinished, path))
+        write_text(path, serde_json::to_vec_pretty(self)?)
             .with_context(|| format!("{VARIABLE}: {}", path.display()))
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use std::os::unix::net::UnixListener;
+    use std::{fs, os::unix::net::UnixListener};
 
     use super::*;
 

@@ -83,7 +83,7 @@ use crate::{
     shared::{Shared, type_parts, types_of},
     shutdown,
     subscription::{Speakers, non_finite, pump},
-    type_description,
+    timers, type_description,
     watchdog::Watchdog,
 };
 
@@ -258,6 +258,7 @@ impl<E: 'static> Runtime<E> {
             log::warn!("{lack}");
         }
         let peers = static_peers(variable)?;
+        timers::start()?;
         file_size::limit_is_an_error();
         let stop = shutdown::requested()?;
         let strict = variable(STRICT_PARAMETERS).is_some_and(|value| !value.is_empty());

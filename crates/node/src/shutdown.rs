@@ -1,9 +1,15 @@
 //! SIGINT, SIGTERM and SIGHUP as events.
+//!
+//! SIGHUP, which comes when a terminal is closed, asks to stop as SIGTERM does. A shell and the system both send it, so it is
+//! no second wish, for haste; and where it was to be ignored, as under `nohup`, it is.
 
+use std::fs;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::Context as _;
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use signal_hook::iterator::Signals;
 use smol::channel::{Receiver, Sender, bounded};
 
 /// Whether nobody waits for a request any more.
@@ -21,7 +27,7 @@ pub fn at_once() {
 /// Becomes ready when the process has been asked to stop.
 ///
 /// # Errors
-/// When the signal handler cannot be installed.
+/// When the signals cannot be waited for.
 pub fn requested() -> anyhow::Result<Receiver<()>> {
     static CHANNEL: OnceLock<(Sender<()>, Receiver<()>)> = OnceLock::new();
     let mut fresh = false;
@@ -30,15 +36,43 @@ pub fn requested() -> anyhow::Result<Receiver<()>> {
         bounded(1)
     });
     if fresh {
-        let sender = sender.clone();
-        // A second signal finds the channel full: the first is already being obeyed.
-        let handler = move || {
-            if AT_ONCE.load(Ordering::Relaxed) {
-                std::process::exit(INTERRUPTED);
-            }
-            let _ = sender.try_send(());
-        };
-        ctrlc::set_handler(handler).context("no handler for SIGINT and SIGTERM")?;
+        listen(sender.clone()).context("cannot wait for SIGINT and SIGTERM")?;
     }
     Ok(receiver.clone())
+}
+
+fn listen(sender: Sender<()>) -> std::io::Result<()> {
+    let mut signals = Signals::new([SIGINT, SIGTERM])?;
+    if !is_ignored(SIGHUP) {
+        signals.add_signal(SIGHUP)?;
+    }
+    let wait = move || {
+        let mut hung_up = false;
+        for signal in signals.forever() {
+            if signal == SIGHUP && std::mem::replace(&mut hung_up, true) {
+                continue;
+            }
+            if AT_ONCE.load(Ordering::Relaxed) {
+                // Nobody waits for an answer at a terminal that is gone; what is being done comes to its end.
+                if signal == SIGHUP {
+                    continue;
+                }
+                std::process::exit(INTERRUPTED);
+            }
+            // A second signal finds the channel full: the first is already being obeyed.
+            let _ = sender.try_send(());
+        }
+    };
+    std::thread::Builder::new()
+        .name("signals".to_owned())
+        .spawn(wait)
+        .map(drop)
+}
+
+/// Whether the process was started with the signal ignored; where `/proc` does not say, not.
+fn is_ignored(signal: i32) -> bool {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let ignored = status.lines().find_map(|it| it.strip_prefix("SigIgn:"));
+    let ignored = ignored.and_then(|it| u64::from_str_radix(it.trim(), 16).ok());
+    ignored.is_some_and(|it| it & (1 << (signal - 1)) != 0)
 }

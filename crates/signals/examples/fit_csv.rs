@@ -16,11 +16,10 @@ use planesman_signals::{CsvSource, Options, Source, TableTime, take};
 const SAMPLE_TIME: f64 = 0.05;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let path = std::env::temp_dir().join(format!("fit_csv-{}.csv", std::process::id()));
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().join("table.csv");
     fs::write(&path, table())?;
-    let found = fit(&path);
-    fs::remove_file(&path)?;
-    println!("{}", found?);
+    println!("{}", fit(&path)?);
     Ok(())
 }
 

@@ -1,18 +1,21 @@
-//! Text that comes from outside: files that people write, and names that anybody may choose.
+//! Text that comes from outside: files that people write, and names that anybody may choose. And files that go outside.
 //!
 //! - [`read()`]: a text file, read within bounds.
 //! - [`decoded`], [`unmarked`]: bytes as UTF-8 text, UTF-16 refused by name.
 //! - [`yaml`]: YAML, its depth and size bounded before it is parsed.
 //! - [`shown()`]: text as it may be shown, on a terminal or a page, whatever it holds.
 //! - [`did_you_mean`]: the name that was probably meant.
+//! - [`Draft`], [`write_whole`], [`write_text`]: files that are whole or not there.
 //!
-//! Whoever reads text of others or shows it does so through this crate: there is one place to mend.
+//! Whoever reads text of others or shows it, or moves a finished file into its place, does so through this crate: there is one place to mend.
 
+mod draft;
 mod read;
 mod shown;
 mod suggestion;
 pub mod yaml;
 
+pub use draft::{Draft, write_text, write_whole};
 pub use read::{LARGEST, decoded, read, unmarked};
 pub use shown::{Shown, shown};
 pub use suggestion::did_you_mean;

@@ -1,6 +1,7 @@
 //! An underwater vehicle: its equations of motion and the models made of them. SI units, no clock, no messages.
 //!
 //! - `dynamics`: the equations of the vertical plane: [`State`], [`Load`]; `vehicle`: [`Vehicle`], its [`Derivatives`].
+//! - `energy`: the most kinetic energy that planes and speed can give.
 //! - `axis`, `propulsion`: roll and course, one axis each: [`Axis`]; thrust and drag: [`Propulsion`].
 //! - `body`, `tick`, `motion`: the whole [`Body`] integrated over a tick; [`Motion`] of the vertical plane alone.
 //! - `attitude`, `planes`: rotations: [`Attitude`]; the plane angle over a tick: [`PlanePath`].
@@ -15,6 +16,7 @@ mod axis;
 mod body;
 pub mod coefficients;
 mod dynamics;
+mod energy;
 mod environment;
 pub mod identified;
 pub mod linearised;

@@ -87,6 +87,12 @@ impl<'a> PlanePath<'a> {
         }
     }
 
+    /// The largest angle's magnitude \[rad\].
+    #[must_use]
+    pub fn largest(&self) -> f64 {
+        self.samples.iter().fold(0.0, |most, it| it.abs().max(most))
+    }
+
     /// The angle \[rad\] at `t` \[s\] from the start of the tick; before it the first, after its
     /// end the last.
     #[inline]

@@ -122,6 +122,7 @@ fn open(page: &str) -> Option<NamedTempFile> {
         .stderr(Stdio::null())
         .spawn()
         .ok()?;
-    std::thread::spawn(move || opener.wait());
+    // Without a thread nobody takes note of its end.
+    let _ = std::thread::Builder::new().spawn(move || opener.wait());
     Some(file)
 }

@@ -72,6 +72,8 @@ pub struct Plant {
     /// The first contact of the tick that ended now, timed from its start.
     contact: Option<Contact>,
     waves: Waves,
+    /// The most kinetic energy of heave and pitch \[J\] that the motion can have been given so far.
+    energy: f64,
     /// The sensors' state for the next tick.
     memory: Memory,
     /// Their readings at the present tick, once somebody has asked for them.
@@ -147,6 +149,7 @@ impl Plant {
             planes_source: VehicleState::PLANES_ANSWERED,
             contact: None,
             waves: Waves::new(settings.seed),
+            energy: 0.0,
             memory: Memory::new(settings.seed),
             readings: None,
             vehicle,
@@ -285,12 +288,14 @@ impl Plant {
             settings
                 .motion
                 .advance(&self.body, &inputs, waves, settings.steps)?;
+        let energy = self.energy_after(&body, settings, &inputs, waves)?;
         let acting = Acting::at_the_end_of(&inputs, waves);
 
         if let Some((_, filter)) = &settings.seaway {
             self.waves.advance(filter);
         }
         self.body = body;
+        self.energy = energy;
         self.acting = acting;
         self.contact = contact;
         self.planes_source = match motion {
@@ -316,6 +321,7 @@ impl Plant {
     pub fn reset(&mut self) {
         self.take_next_settings();
         self.body = self.settings.initial;
+        self.energy = 0.0;
         self.acting = Acting::default();
         self.planes_source = VehicleState::PLANES_RESET;
         self.contact = None;
@@ -382,6 +388,35 @@ impl Plant {
                 Some(Boundary::Bottom) => VehicleState::CONTACT_BOTTOM,
             },
         }
+    }
+
+    /// The most kinetic energy \[J\] that the motion can have been given by the end of a tick.
+    ///
+    /// # Errors
+    /// It has more: only a law of pitch damping that is linear, far outside its range, lets it have that.
+    fn energy_after(
+        &self,
+        body: &Body,
+        settings: &Settings,
+        inputs: &Inputs<'_>,
+        waves: Load,
+    ) -> Result<f64, Error> {
+        let derivatives = settings.motion.derivatives(body);
+        let energy = derivatives.kinetic_energy(&body.plane);
+        let Some(drag) = &settings.drag else {
+            return Ok(energy);
+        };
+        let most = drag.most_energy(&settings.motion, &self.body, inputs, waves);
+        let most = self.energy.max(most);
+        if energy > most {
+            return Err(Error::Damping {
+                law: drag.law,
+                rate: drag.rate,
+                pitch_rate: body.plane.pitch_rate,
+                speed: derivatives.speed,
+            });
+        }
+        Ok(most)
     }
 
     /// The waves' load over the coming tick.
@@ -987,6 +1022,55 @@ mod tests {
         assert!((pitch.to_degrees() + 4.2).abs() < 0.05, "{pitch}");
         let depth = held_for_ten_seconds(&as_printed, FRAC_PI_6, 600).depth;
         assert!((depth / FOOT - 2.61).abs() < 0.015, "{depth}");
+    }
+
+    /// The largest pitch rate \[rad/s\] within so many ticks, planes held at an angle, and why the flight ended before.
+    fn turned(changes: &[(&str, Value)], angle: f64, ticks: i64) -> (f64, Option<Error>) {
+        let mut plant = plant(changes);
+        let mut largest = 0.0_f64;
+        for _ in 0..ticks {
+            if let Err(error) = plant.advance(Some(&motion(angle, angle))) {
+                return (largest, Some(error));
+            }
+            largest = largest.max(plant.body.plane.pitch_rate.abs());
+        }
+        (largest, None)
+    }
+
+    #[test]
+    fn a_linear_pitch_damping_never_turns_the_vehicle_faster_than_its_drag_lets_it() {
+        let law = |law: &'static str, speed: f64| {
+            [
+                ("pitch_damping", Value::from(law)),
+                ("speed", Value::from(speed)),
+                ("initial_depth", Value::from(1000.0)),
+                ("initial_pitch", Value::from(0.1)),
+            ]
+        };
+        for speed in [0.3, 0.6, 1.5, 2.5, 5.0] {
+            for angle in [0.0, 0.1, 0.5] {
+                let (drag, ended) = turned(&law("quadratic", speed), angle, 6000);
+                assert!(ended.is_none(), "{ended:?}");
+                for linear in ["secant", "tangent"] {
+                    let (rate, ended) = turned(&law(linear, speed), angle, 6000);
+                    let case = format!("{linear} {speed} m/s {angle} rad: {rate}, {drag} rad/s");
+                    // The bound takes the signs that help most: it is wider than the drag's own motion.
+                    assert!(rate < 4.0 * drag + 0.5, "{case}");
+                    match ended {
+                        None => assert!(speed < 1.5, "{case}"),
+                        Some(error) => {
+                            let Error::Damping { pitch_rate, .. } = error else {
+                                panic!("{case}: {error}");
+                            };
+                            assert!(pitch_rate.abs() > drag, "{case}");
+                            let cause =
+                                format!("pitch_damping '{linear}' is linear about 0.15 rad/s");
+                            assert!(error.to_string().contains(&cause), "{error}");
+                        }
+                    }
+                }
+            }
+        }
     }
 
     #[test]

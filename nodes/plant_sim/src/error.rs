@@ -32,6 +32,22 @@ pub enum Error {
     /// Another motion, by its name.
     #[error("{0}: {1}")]
     Motion(&'static str, MotionError),
+    /// A law of pitch damping that is linear lets the vehicle turn faster than its drag would.
+    #[error(
+        "step refused: pitch would turn at {pitch_rate:.3} rad/s at {speed:.3} m/s, faster than speed, planes and waves can turn it \
+         against its drag N |q| q: pitch_damping '{law}' is linear about {rate} rad/s (pitch_damping_rate) and damps too little so \
+         far above it; set pitch_damping to quadratic or coefficient"
+    )]
+    Damping {
+        /// Its name.
+        law: &'static str,
+        /// The rate \[rad/s\] about which it is linear.
+        rate: f64,
+        /// Where pitch would have gone \[rad/s\].
+        pitch_rate: f64,
+        /// \[m/s\]
+        speed: f64,
+    },
     /// The vehicle's numbers left their range.
     #[error(transparent)]
     Diverged(#[from] Diverged),

@@ -1,8 +1,9 @@
 //! The parameters, checked and in the models' own types: what a [`Plant`](crate::core::Plant) flies by.
 
+use planesman_parameters::Choice as _;
 use planesman_vehicle::{
-    Body, BodyMotion, Derivatives, Drive, Environment, Motion, PitchDamping, Restoring, Seaway,
-    ShapingFilter, State, Tank, Tether, Variant, Vehicle,
+    Body, BodyMotion, Derivatives, Drive, Environment, Inputs, Load, Motion, PitchDamping,
+    Restoring, Seaway, ShapingFilter, State, Tank, Tether, Variant, Vehicle,
 };
 
 use crate::{
@@ -19,6 +20,8 @@ pub(crate) struct Settings {
     pub(crate) seaway: Option<(Seaway, ShapingFilter)>,
     pub(crate) sensors: Sensors,
     pub(crate) initial: Body,
+    /// Where pitch damping is a straight line in place of the drag `N |q| q`: that drag.
+    pub(crate) drag: Option<Drag>,
     pub(crate) seed: u64,
     pub(crate) tick_nanos: i64,
     pub(crate) steps: u32,
@@ -73,6 +76,7 @@ impl Settings {
             seaway: seaway(&outside.seaway, tick)?,
             sensors: parameters::sensors_of(parameters),
             initial: Body::upright(plane, speed),
+            drag: drag(parameters),
             seed: parameters.seed,
             tick_nanos,
             steps: steps as u32,
@@ -85,6 +89,62 @@ impl Settings {
     pub(crate) fn fixed(&self) -> (&str, i64, u32) {
         (&self.vehicle, self.tick_nanos, self.steps)
     }
+}
+
+/// The drag `N |q| q` behind a law that is linear about one pitch rate.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Drag {
+    /// `N` \[N m s^2/rad^2\]
+    viscous: f64,
+    /// \[rad/s\]
+    pub(crate) rate: f64,
+    /// The law's name.
+    pub(crate) law: &'static str,
+}
+
+impl Drag {
+    /// The most kinetic energy of heave and pitch \[J\] that speed, planes, weight and waves can give against the drag: about
+    /// the state and the inputs of a tick.
+    pub(crate) fn most_energy(
+        &self,
+        motion: &BodyMotion,
+        body: &Body,
+        inputs: &Inputs<'_>,
+        waves: Load,
+    ) -> f64 {
+        let d = Derivatives {
+            m_q: 0.0,
+            m_qq: -self.viscous,
+            ..motion.derivatives(body)
+        };
+        let planes = d.plane_load(
+            inputs.dive_planes.largest(),
+            inputs.bow_stern_differential.largest(),
+        );
+        let lever = match motion.vertical.restoring {
+            Restoring::Sine => 1.0,
+            Restoring::SmallAngle => body.plane.pitch.abs().max(1.0),
+        };
+        let tether = motion.tether.moment(
+            body.plane.depth,
+            d.speed,
+            motion.vertical.environment.density,
+        );
+        d.most_kinetic_energy(
+            planes.heave.abs() + waves.heave.abs() + d.excess_weight.abs(),
+            planes.pitch.abs() + waves.pitch.abs() + d.restoring.abs() * lever + tether.abs(),
+        )
+    }
+}
+
+fn drag(parameters: &PlantParameters) -> Option<Drag> {
+    let law = parameters.pitch_damping;
+    let is_linear = matches!(law, DampingLaw::Secant | DampingLaw::Tangent);
+    is_linear.then(|| Drag {
+        viscous: parameters.pitch_damping_viscous,
+        rate: parameters.pitch_damping_rate,
+        law: law.name(),
+    })
 }
 
 /// The vehicle's derivatives at the speed and in the variant that the parameters ask for.
