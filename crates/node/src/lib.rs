@@ -60,6 +60,7 @@
 //! | [`publisher`], `subscription`, [`raw`] | topics out, in, and undecoded |
 //! | [`service`], `answers`, `waiting` | services served and called; answers on their way |
 //! | `share` | how much of its time a node gives to requests |
+//! | `intake` | how many bytes of messages a node holds, and how much of its time it gives to large ones |
 //! | [`action_server`], [`action_client`], `goals` | actions served and asked; the server's book |
 //! | `endpoint` | one end of a topic: peers and counts |
 //! | `clock`, `clock_source` | wall time or `/clock` |
