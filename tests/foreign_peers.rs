@@ -53,6 +53,7 @@ whichever_peer_tries! {
     a_qos_that_does_not_fit_is_told_in_rclcpps_words
     a_log_line_is_for_late_joiners_no_longer_than_its_lifespan
     a_reader_that_does_not_acknowledge_loses_and_is_named_and_nobody_else
+    messages_and_answers_larger_than_a_datagram_arrive_whatever_their_length
     the_identifier_publishes_its_model_and_forgets_it_when_asked
     a_node_describes_its_types_with_their_sources
     the_levels_of_a_nodes_loggers_are_told_and_set
@@ -745,6 +746,38 @@ fn a_log_line_is_for_late_joiners_no_longer_than_its_lifespan(python: &Python, s
     python.run("peer_params.py", stage.domain(), &set).well();
     let line = first("one that comes after the lifespan");
     assert!(line.contains("depth.p"), "{line}");
+}
+
+fn messages_and_answers_larger_than_a_datagram_arrive_whatever_their_length(
+    python: &Python,
+    stage: &Stage,
+) {
+    let _controller = stage.node("depth_controller", &[]);
+    let names = ["depth.p"; 500];
+    let ask = [&["/auv/depth_controller", "describe"], &names[..]].concat();
+    let described = python.run("peer_params.py", stage.domain(), &ask).well();
+    assert_eq!(described.len(), names.len());
+
+    let operator = stage.operator();
+    let texts = operator
+        .rt
+        .publisher::<std_msgs::msg::String>("texts", Qos::reliable(10))
+        .unwrap();
+    let lengths = [100_000, 100_001, 100_002, 100_003];
+    let echo = ["/auv/texts", std_msgs::msg::String::TYPE_NAME];
+    let echo = [&echo[..], &["--count", "4", "--timeout", "120"]].concat();
+    let mut hears = python.start("peer_echo.py", stage.domain(), &echo);
+    eventually("a reader", || {
+        operator.rt.next(Duration::from_millis(10));
+        (texts.readers() == 1).then_some(())
+    });
+    operator.rt.next(Duration::from_secs(1));
+    for length in lengths {
+        let data = "x".repeat(length);
+        assert!(texts.publish(&std_msgs::msg::String { data }));
+        let heard = hears.next().unwrap();
+        assert_eq!(text(&heard["data"]).len(), length);
+    }
 }
 
 fn a_reader_that_does_not_acknowledge_loses_and_is_named_and_nobody_else(

@@ -93,6 +93,9 @@ const QUEUE: usize = 64;
 /// Time between two diagnostics, s.
 const DIAGNOSTICS_PERIOD: Duration = Duration::from_secs(1);
 
+/// Time between two lines in the log about messages that are refused, s.
+const REFUSALS_PERIOD: Duration = Duration::from_secs(5);
+
 /// Time without further news, or without any more messages, after which the diagnostics go out because of the latest, s.
 /// While there is always more, as where many nodes start at once or in a dive, they go out every [`DIAGNOSTICS_PERIOD`].
 const DIAGNOSTICS_SETTLING: Duration = Duration::from_millis(100);
@@ -1100,6 +1103,7 @@ impl<E: 'static> Runtime<E> {
         self.shared.spawn(async move {
             let mut watchdog = Watchdog::default();
             let mut before = refusals();
+            let (mut told, mut next_word) = (0, Instant::now());
             loop {
                 // A timer of its own: the middleware's may have stopped.
                 SmolTimer::after(DIAGNOSTICS_PERIOD).await;
@@ -1111,12 +1115,14 @@ impl<E: 'static> Runtime<E> {
                         fail.try_send(format!("{trouble}: the node receives no messages any more"));
                 }
                 let now = refusals();
-                let samples = |counts: [(&str, u64); 5]| counts[4].1;
-                if samples(now) > samples(before) {
+                let [.., (_, samples)] = now;
+                if samples > told && next_word <= Instant::now() {
                     log::warn!(
                         "{} messages are refused: larger than this node reads, or more bytes than it has room for",
-                        samples(now) - samples(before)
+                        samples - told
                     );
+                    told = samples;
+                    next_word = Instant::now() + REFUSALS_PERIOD;
                 }
                 diagnostics::set_refusals(&shared, before, now);
                 before = now;
