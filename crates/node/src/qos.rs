@@ -91,7 +91,7 @@ impl Qos {
         self.of_one_publisher_until(Duration::ZERO)
     }
 
-    /// As [`Qos::of_one_publisher`], until that one has left or been silent for so long.
+    /// As [`Qos::of_one_publisher`], and one that spoke beside it is heard once it has been silent for so long.
     #[must_use]
     pub fn of_one_publisher_until(self, silence: Duration) -> Self {
         Self {

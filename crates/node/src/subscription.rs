@@ -2,7 +2,7 @@
 
 use std::{
     cell::RefCell,
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     rc::Rc,
     time::{Duration, Instant},
 };
@@ -76,16 +76,23 @@ pub(crate) async fn pump<M>(
     }
 }
 
-/// The participant that is followed, and when it was last heard.
+/// The participant that is followed.
 #[derive(Default)]
-struct Followed(Option<(ParticipantId, Instant)>);
+struct Followed {
+    /// The one that was heard first, and when it was last heard.
+    first: Option<(ParticipantId, Instant)>,
+    /// Those that spoke beside it.
+    rivals: BTreeSet<ParticipantId>,
+}
 
 impl Followed {
-    /// In a silence of less, nobody asks whether the other is still there.
+    /// In a silence of less nobody else is heard.
     const BRIEF: Duration = Duration::from_secs(1);
+    /// Largest number of rivals that are known.
+    const MOST: usize = 100;
 
-    /// Whether a message of `sender` passes: of the one that was heard first, and of others once that has been silent for so
-    /// long. It is followed again when it goes on, unless it no longer `publishes`.
+    /// Whether a message of `sender` passes: of the one that was heard first; of others once that is silent, of its rivals
+    /// once it has been for so long. It is followed again when it goes on, unless it no longer `publishes`.
     fn passes(
         &mut self,
         sender: ParticipantId,
@@ -93,20 +100,22 @@ impl Followed {
         silence: Duration,
         publishes: impl FnOnce(ParticipantId) -> bool,
     ) -> bool {
-        match self.0 {
-            Some((first, heard)) if first != sender => {
-                let silent = now.duration_since(heard);
-                if silent < Self::BRIEF {
-                    return false;
+        if let Some((first, heard)) = self.first.filter(|(first, _)| *first != sender) {
+            let silent = now.duration_since(heard);
+            if silent < Self::BRIEF {
+                if self.rivals.len() < Self::MOST {
+                    self.rivals.insert(sender);
                 }
-                match publishes(first) {
-                    true if silent < silence => return false,
-                    true => {}
-                    false => self.0 = Some((sender, now)),
-                }
+                return false;
             }
-            _ => self.0 = Some((sender, now)),
+            if silent < silence && self.rivals.contains(&sender) {
+                return false;
+            }
+            if publishes(first) {
+                return true;
+            }
         }
+        self.first = Some((sender, now));
         true
     }
 }

@@ -32,8 +32,8 @@ use crate::selection::Selection;
 const PERIOD: Duration = Duration::from_millis(100);
 /// Without a sample for so long nothing more is on its way.
 const SILENCE: Duration = Duration::from_millis(50);
-/// A publisher of the loop must be silent for so long for another of its topic to be recorded: longer than a vehicle that has
-/// flown to its end is waited for.
+/// A publisher of the loop must be silent for so long for another that spoke beside it to be recorded: longer than a vehicle
+/// that has flown to its end is waited for.
 const OUTLASTED: Duration = Duration::from_secs(10);
 /// Longest that others who go on talking are listened to at the end.
 const LAST_WORDS: Duration = Duration::from_secs(2);
