@@ -125,7 +125,7 @@ pub fn run(scenario: &Scenario, run: &RunFolder, options: &Options) -> Result<Op
         move |_: &VehicleState| vehicle.clone(),
         Event::State,
     )?;
-    rt.subscribe("model", Qos::reliable(1000), |model| {
+    rt.subscribe("model", Qos::reliable(1000).of_one_publisher(), |model| {
         Event::Model(Box::new(model))
     })?;
     let go = rt.client::<SetBool>("plant_sim/pause")?;
@@ -433,7 +433,8 @@ impl Launcher {
                 }
                 Next::Stop => {
                     self.interrupted = true;
-                    if !matches!(self.phase, Phase::Flying) {
+                    // A request to stop would reach the other dive's vehicle too.
+                    if self.met || !matches!(self.phase, Phase::Flying) {
                         return Ok(());
                     }
                     self.stop_the_vehicle(rt);
@@ -477,9 +478,7 @@ impl Launcher {
             Event::Going(outcome) => drop(outcome?),
             Event::Stopped(outcome) => {
                 outcome.context("plant_sim does not stop")?;
-                // Only diagnostics from now on count.
-                self.connections.clear();
-                self.phase = Phase::Landing(Instant::now());
+                self.land();
             }
             Event::Look => return self.look(rt),
         }
@@ -536,7 +535,7 @@ impl Launcher {
             if let Some(rival) = self.claim.rival() {
                 self.met = true;
                 self.say(&format!(
-                    "WARNING: another dive, {rival}, flies in namespace {} too: each hears the other's messages; stop one",
+                    "WARNING: another dive, {rival}, flies in namespace {} too: each vehicle stays with its own nodes, but services and setpoints reach both; stop one",
                     self.options.namespace
                 ));
             }
@@ -544,9 +543,11 @@ impl Launcher {
         self.crew.check()?;
         match self.phase {
             Phase::Gathering { found, since } => self.gather(rt, found, since)?,
-            Phase::Flying if !self.options.keep_running && self.is_flown() => {
-                self.stop_the_vehicle(rt);
-            }
+            Phase::Flying if !self.options.keep_running && self.is_flown() => match self.met {
+                false => self.stop_the_vehicle(rt),
+                // It ends with its last tick; the request would stop the other dive's vehicle too.
+                true => self.land(),
+            },
             Phase::Landing(since) => match self.on_its_way() {
                 None => return Ok(Flow::Stop),
                 Some(missing) if since.elapsed() > self.patience(LANDING) => {
@@ -609,6 +610,13 @@ impl Launcher {
         rt.when_done(async move {
             Event::Stopped(go.call(SetBoolRequest { data: true }, timeout).await)
         });
+    }
+
+    /// The vehicle stands: what is in transit is waited for.
+    fn land(&mut self) {
+        // Only diagnostics from now on count.
+        self.connections.clear();
+        self.phase = Phase::Landing(Instant::now());
     }
 
     fn patience(&self, usual: Duration) -> Duration {

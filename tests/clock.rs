@@ -2,6 +2,7 @@
 //! the processes such a clock; their monotonic clock stays right.
 #![allow(clippy::unwrap_used)]
 
+mod faked;
 mod foreign;
 mod stage;
 
@@ -16,27 +17,13 @@ use stage::{Outcome, Process, Stage, eventually, scenario};
 const SECONDS: f64 = 10.0;
 const TICKS: u64 = 200;
 
-/// Debian's library, where it is installed.
-fn library() -> Option<String> {
-    let folders = std::fs::read_dir("/usr/lib").unwrap();
-    let places = folders.map(|it| it.unwrap().path().join("faketime/libfaketime.so.1"));
-    let found = places.into_iter().find(|it| it.exists());
-    if found.is_none() {
-        foreign::skip("Debian's faketime is not installed");
-    }
-    Some(found?.to_str().unwrap().to_owned())
-}
-
 /// A dive on a clock of which `time`, as faketime writes it, says what it shows.
 fn dive(stage: &Stage, library: &str, time: &str, pace: &[&str]) -> Process {
     let flight = stage.file("flight.yaml", scenario(SECONDS, "  sysid: {start: 1.0}\n"));
-    let clock = stage.file("clock", format!("{time}\n"));
-    let variables = [
-        ("LD_PRELOAD", library),
-        ("FAKETIME_TIMESTAMP_FILE", clock.as_str()),
-        ("FAKETIME_NO_CACHE", "1"),
-        ("FAKETIME_DONT_FAKE_MONOTONIC", "1"),
-    ];
+    let variables = faked::variables(stage, library, time);
+    let variables = variables
+        .each_ref()
+        .map(|(name, value)| (*name, value.as_str()));
     stage.start_as(
         &[&["dive", &flight, "--out", "run"], pace].concat(),
         &variables,
@@ -44,7 +31,7 @@ fn dive(stage: &Stage, library: &str, time: &str, pace: &[&str]) -> Process {
 }
 
 fn ends(time: &str, pace: &[&str]) -> Option<(Stage, Outcome)> {
-    let library = library()?;
+    let library = faked::library()?;
     let stage = Stage::new();
     let outcome = dive(&stage, &library, time, pace).finish();
     Some((stage, outcome))
@@ -91,7 +78,7 @@ fn after_2038_a_flight_in_simulated_time_is_as_ever() {
 
 #[test]
 fn a_clock_that_is_set_in_flight_is_told_and_every_tick_is_flown() {
-    let Some(library) = library() else {
+    let Some(library) = faked::library() else {
         return;
     };
     let stage = Stage::new();

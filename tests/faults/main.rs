@@ -1,7 +1,8 @@
 //! Faults, cell by cell of two tables: a process that dies, freezes, comes back or is there twice (`nodes`), and a node
 //! behind a bad link (`links`); then many vehicles at once (`crowd`), packets that nobody should send (`garbage`), messages
 //! of any size (`sizes`), announcements in another's name that it leaves (`farewells`), networks without multicast
-//! (`static_peers`), and what clients do to the page's server (`page_attacks`).
+//! (`static_peers`), and what clients do to the page's server (`page_attacks`);
+//! two machines that fly apart and are joined (`joined`).
 //! Each cell is a test of its own, with a fate that the table names.
 //!
 //! A few always run. With `PLANESMAN_FAULTS=all` in the environment all do; a word chooses by name, as with every test.
@@ -10,11 +11,14 @@
 mod crew;
 mod crowd;
 mod evidence;
+#[path = "../faked/mod.rs"]
+mod faked;
 mod farewells;
 #[path = "../foreign/mod.rs"]
 mod foreign;
 mod forwarder;
 mod garbage;
+mod joined;
 mod link;
 mod links;
 mod network;
@@ -49,6 +53,7 @@ fn main() -> ExitCode {
     trials.extend(sizes::trials());
     trials.extend(farewells::trials());
     trials.extend(static_peers::trials());
+    trials.extend(joined::trials());
     trials.extend(page_attacks::trials());
     for name in nodes::ALWAYS.iter().chain(&links::ALWAYS) {
         assert!(

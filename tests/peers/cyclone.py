@@ -72,7 +72,8 @@ def security() -> str:
 
 def configuration() -> str:
     """Cyclone's configuration: only `lo`, or the interface that PEER_INTERFACE names; peers found by unicast, at the
-    addresses of ROS_STATIC_PEERS too, and by multicast where the interface has it. A test may freeze it for half a minute."""
+    addresses of ROS_STATIC_PEERS too, and by multicast where the interface has it. A test may freeze it for half a minute, or for
+    as long as PEER_LEASE says."""
     interface = os.environ.get("PEER_INTERFACE", "lo")
     multicast = has_multicast(interface)
     addresses = ["127.0.0.1"] if interface == "lo" else []
@@ -89,7 +90,7 @@ def configuration() -> str:
         <MaxAutoParticipantIndex>40</MaxAutoParticipantIndex>
         <Peers>{peers}</Peers>
         <SPDPInterval>1s</SPDPInterval>
-        <LeaseDuration>30s</LeaseDuration>
+        <LeaseDuration>{os.environ.get("PEER_LEASE", "30s")}</LeaseDuration>
       </Discovery>{security()}
     </Domain></CycloneDDS>"""
 

@@ -21,7 +21,12 @@ pub(crate) fn set_source(shared: &Rc<Shared>, simulated: bool) -> anyhow::Result
     }
     let topic = shared.topic_name("/clock")?;
     let types = types_of::<Clock>();
-    let (endpoint, dds) = shared.endpoint(Direction::Subscription, &topic, types, Qos::sensor())?;
+    let (endpoint, dds) = shared.endpoint(
+        Direction::Subscription,
+        &topic,
+        types,
+        Qos::sensor().of_one_publisher(),
+    )?;
     let reader = shared.with_node(|node| node.create_subscription::<Clock>(&dds, None))?;
     shared.follows_clock.set(true);
     let state = Rc::clone(shared);

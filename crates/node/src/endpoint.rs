@@ -1,6 +1,7 @@
 //! One publisher or subscription of the node: its description, its counters, its peers.
 
 use std::cell::Cell;
+use std::time::Duration;
 
 use ros2_client::Gid;
 use rustdds::{
@@ -46,6 +47,8 @@ pub(crate) struct Endpoint {
     pub(crate) dropped: Cell<u64>,
     /// Whether nobody else is to publish here.
     pub(crate) sole: Cell<bool>,
+    /// Of a subscription that follows one publisher: how long that must be silent for another to be heard.
+    pub(crate) follows_one: Option<Duration>,
 }
 
 impl Endpoint {
@@ -59,11 +62,12 @@ impl Endpoint {
             refused: Cell::new(0),
             dropped: Cell::new(0),
             sole: Cell::new(false),
+            follows_one: qos.follows_one(),
         }
     }
 
     /// The topic's name on DDS: `rt/auv/state`.
-    fn dds_topic(&self) -> String {
+    pub(crate) fn dds_topic(&self) -> String {
         format!("rt{}", self.topic)
     }
 

@@ -14,6 +14,8 @@ pub struct Qos {
     reliable: bool,
     latched: bool,
     depth: usize,
+    /// How long the publisher that is followed must be silent for another to be heard.
+    follows_one: Option<Duration>,
 }
 
 impl Qos {
@@ -24,6 +26,7 @@ impl Qos {
             reliable: false,
             latched: false,
             depth: 5,
+            follows_one: None,
         }
     }
 
@@ -34,6 +37,7 @@ impl Qos {
             reliable: true,
             latched: false,
             depth,
+            follows_one: None,
         }
     }
 
@@ -45,6 +49,7 @@ impl Qos {
             reliable: true,
             latched: true,
             depth,
+            follows_one: None,
         }
     }
 
@@ -62,6 +67,7 @@ impl Qos {
             reliable: false,
             latched: false,
             depth: 10_000,
+            follows_one: None,
         }
     }
 
@@ -76,6 +82,27 @@ impl Qos {
     #[must_use]
     pub fn record_latched() -> Self {
         Self::latched(10_000)
+    }
+
+    /// Of a subscription: whoever publishes first is followed, and another is refused until that one has been silent for 1 s. Nodes
+    /// of two loops that meet in flight so stay with their own.
+    #[must_use]
+    pub fn of_one_publisher(self) -> Self {
+        self.of_one_publisher_until(Duration::ZERO)
+    }
+
+    /// As [`Qos::of_one_publisher`], and one that spoke beside it is heard once it has been silent for so long.
+    #[must_use]
+    pub fn of_one_publisher_until(self, silence: Duration) -> Self {
+        Self {
+            follows_one: Some(silence),
+            ..self
+        }
+    }
+
+    /// How long the publisher that is followed must be silent for another to be heard; `None` where all are.
+    pub(crate) fn follows_one(self) -> Option<Duration> {
+        self.follows_one
     }
 
     /// Whether lost samples are sent again.

@@ -1,6 +1,11 @@
 //! Subscriptions: every sample is validated before the node receives it.
 
-use std::{cell::RefCell, collections::BTreeMap, rc::Rc};
+use std::{
+    cell::RefCell,
+    collections::{BTreeMap, BTreeSet},
+    rc::Rc,
+    time::{Duration, Instant},
+};
 
 use futures::{Stream, StreamExt as _};
 use planesman_msgs::Message;
@@ -8,7 +13,7 @@ use ros2_client::{Gid, MessageInfo, ReadError};
 use rustdds::GUID;
 
 use crate::{
-    discovered::{ParticipantId, homes_of, prefix},
+    discovered::{ParticipantId, homes_of, prefix, writes},
     endpoint::{Endpoint, count},
     shared::Shared,
 };
@@ -33,12 +38,25 @@ pub(crate) async fn pump<M>(
         objections.insert(writer, found.clone());
         Some(found).filter(|objection| !objection.is_empty())
     };
+    let mut followed = Followed::default();
+    let mut is_of_another = |writer: Gid| -> bool {
+        let sender = prefix(GUID::from(writer));
+        let (Some(silence), Some(sender)) = (endpoint.follows_one, sender) else {
+            return false;
+        };
+        let participant = shared.participant();
+        let publishes = |id| participant.is_some_and(|it| writes(&it, &endpoint.dds_topic(), id));
+        !followed.passes(sender, Instant::now(), silence, publishes)
+    };
     futures::pin_mut!(samples);
     while let Some(sample) = samples.next().await {
         let judged = match sample {
             Err(error) => Err(error.to_string()),
             Ok((message, info)) => match objection_to(info.publisher_gid()) {
                 Some(objection) => Err(objection),
+                None if is_of_another(info.publisher_gid()) => {
+                    Err("another node publishes here, and came first".to_owned())
+                }
                 None => match reason_against(&message, &info) {
                     Some(reason) => Err(reason),
                     None => Ok((message, info)),
@@ -55,6 +73,50 @@ pub(crate) async fn pump<M>(
                 shared.warn(&endpoint.topic, &format!("a message is refused: {reason}"));
             }
         }
+    }
+}
+
+/// The participant that is followed.
+#[derive(Default)]
+struct Followed {
+    /// The one that was heard first, and when it was last heard.
+    first: Option<(ParticipantId, Instant)>,
+    /// Those that spoke beside it.
+    rivals: BTreeSet<ParticipantId>,
+}
+
+impl Followed {
+    /// In a silence of less nobody else is heard.
+    const BRIEF: Duration = Duration::from_secs(1);
+    /// Largest number of rivals that are known.
+    const MOST: usize = 100;
+
+    /// Whether a message of `sender` passes: of the one that was heard first; of others once that is silent, of its rivals
+    /// once it has been for so long. It is followed again when it goes on, unless it no longer `publishes`.
+    fn passes(
+        &mut self,
+        sender: ParticipantId,
+        now: Instant,
+        silence: Duration,
+        publishes: impl FnOnce(ParticipantId) -> bool,
+    ) -> bool {
+        if let Some((first, heard)) = self.first.filter(|(first, _)| *first != sender) {
+            let silent = now.duration_since(heard);
+            if silent < Self::BRIEF {
+                if self.rivals.len() < Self::MOST {
+                    self.rivals.insert(sender);
+                }
+                return false;
+            }
+            if silent < silence && self.rivals.contains(&sender) {
+                return false;
+            }
+            if publishes(first) {
+                return true;
+            }
+        }
+        self.first = Some((sender, now));
+        true
     }
 }
 
@@ -83,7 +145,10 @@ impl Speakers {
             let participant = self.shared.participant();
             let homes = participant.map(|it| homes_of(&it, node));
             let homes = homes.unwrap_or_default();
-            if homes.contains(&sender) {
+            // The node of that name that was heard first speaks for it as long as it is there: another machine's may come.
+            let known = self.known.borrow().get(*node).copied();
+            let is_taken = known.is_some_and(|it| homes.contains(&it));
+            if homes.contains(&sender) && !is_taken {
                 self.known.borrow_mut().insert((*node).clone(), sender);
                 return false;
             }
@@ -100,4 +165,29 @@ impl Speakers {
 pub(crate) fn non_finite<M: Message>(message: &M) -> Option<String> {
     let field = message.first_non_finite()?;
     Some(format!("{field} is not finite"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn who_came_first_is_heard_and_another_only_in_its_silence() {
+        let began = Instant::now();
+        let at = |seconds: f64| began + Duration::from_secs_f64(seconds);
+        let [first, other] = [[1; 12], [2; 12]];
+        let mut followed = Followed::default();
+        let mut passes = |sender, seconds, there| {
+            followed.passes(sender, at(seconds), Duration::ZERO, |_| there)
+        };
+        assert!(passes(first, 0.0, true));
+        assert!(!passes(other, 0.9, true), "the first goes on");
+        assert!(passes(first, 0.95, true));
+        assert!(!passes(other, 1.9, true), "it was heard 0.95 s ago");
+        assert!(passes(other, 2.0, true), "the first is silent");
+        assert!(passes(first, 2.5, true), "it is followed again");
+        assert!(!passes(other, 2.6, true));
+        assert!(passes(other, 4.0, false), "the first has gone");
+        assert!(!passes(first, 4.5, true), "the other came first now");
+    }
 }

@@ -79,13 +79,14 @@ fn run(args: Vec<OsString>) -> Result<()> {
         silent: false,
         refused: Vec::new(),
     };
-    rt.subscribe("state", Qos::reliable(100), Event::State)?;
-    rt.subscribe("model", Qos::reliable(10), Event::Model)?;
+    rt.subscribe("state", Qos::reliable(100).of_one_publisher(), Event::State)?;
+    rt.subscribe("model", Qos::reliable(10).of_one_publisher(), Event::Model)?;
     if on_instruments {
         let sensor = match node.parameters.lockstep {
             true => Qos::reliable(100),
             false => Qos::sensor(),
         };
+        let sensor = sensor.of_one_publisher();
         rt.subscribe("imu", sensor, Event::Imu)?;
         rt.subscribe("depth_pressure", sensor, Event::DepthPressure)?;
         rt.subscribe("speed_pressure", sensor, Event::SpeedPressure)?;

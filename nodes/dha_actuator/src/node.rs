@@ -57,9 +57,13 @@ fn run(args: Vec<OsString>) -> Result<()> {
         said: None,
         received: None,
     };
-    rt.subscribe("plane_command", Qos::reliable(100), Event::Command)?;
+    rt.subscribe(
+        "plane_command",
+        Qos::reliable(100).of_one_publisher(),
+        Event::Command,
+    )?;
     if !node.lockstep {
-        rt.subscribe("state", Qos::reliable(100), Event::State)?;
+        rt.subscribe("state", Qos::reliable(100).of_one_publisher(), Event::State)?;
     }
     drop(rt.every(Duration::from_millis(100), || Event::Look));
     rt.run(|rt, event| node.on(rt, event))

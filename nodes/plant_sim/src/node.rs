@@ -76,10 +76,11 @@ fn run(args: Vec<OsString>) -> Result<()> {
         args::only(args)?,
     )?;
     let mut node = Node::new(&rt, &parameters)?;
+    let answers = Qos::reliable(100).of_one_publisher();
     match parameters.actuator_answer {
-        ActuatorAnswer::Planes => rt.subscribe("planes", Qos::reliable(100), Event::Planes)?,
+        ActuatorAnswer::Planes => rt.subscribe("planes", answers, Event::Planes)?,
         ActuatorAnswer::PlaneMotion => {
-            rt.subscribe("plane_motion", Qos::reliable(100), Event::Motion)?;
+            rt.subscribe("plane_motion", answers, Event::Motion)?;
         }
     }
     // A member is a node beside this one, and nobody else answers for it.

@@ -67,6 +67,20 @@ impl LoopTopic {
         }
     }
 
+    /// Whether one node of the loop alone publishes it. What comes of a second one is of another loop.
+    #[must_use]
+    pub fn is_of_one_node(&self) -> bool {
+        let of_many = [
+            "tick_answer",
+            "/tf",
+            "/tf_static",
+            "/diagnostics",
+            "/rosout",
+            "/parameter_events",
+        ];
+        !of_many.contains(&self.name) && !self.name.ends_with("_setpoint")
+    }
+
     /// The QoS that the publishers offer.
     #[must_use]
     pub fn offered_qos(&self) -> OfferedQos {

@@ -32,6 +32,9 @@ use crate::selection::Selection;
 const PERIOD: Duration = Duration::from_millis(100);
 /// Without a sample for so long nothing more is on its way.
 const SILENCE: Duration = Duration::from_millis(50);
+/// A publisher of the loop must be silent for so long for another that spoke beside it to be recorded: longer than a vehicle
+/// that has flown to its end is waited for.
+const OUTLASTED: Duration = Duration::from_secs(10);
 /// Longest that others who go on talking are listened to at the end.
 const LAST_WORDS: Duration = Duration::from_secs(2);
 /// Time for which the error is on `/diagnostics` before the node ends.
@@ -229,6 +232,10 @@ impl Node {
                 Delivery::BestEffort => Qos::record(),
                 Delivery::Reliable => Qos::record_reliable(),
                 Delivery::Latched => Qos::record_latched(),
+            };
+            let qos = match topic.is_of_one_node() {
+                true => qos.of_one_publisher_until(OUTLASTED),
+                false => qos,
             };
             self.found
                 .insert(name.clone(), topic.info.type_name.to_owned());

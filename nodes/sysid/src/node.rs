@@ -86,13 +86,19 @@ fn run(mut args: Vec<OsString>) -> Result<()> {
             reader: reader?,
             trouble: None,
         });
+        let qos = match listened.reliable {
+            true => Qos::record_reliable(),
+            false => Qos::record(),
+        };
+        // Of the loop's own topics one is of one node; on others many may publish.
+        let is_of_the_loop = listened.type_name.starts_with("planesman_msgs/");
         rt.subscribe_raw(
             &topic,
             &listened.type_name,
             Some(&found.hash),
-            match listened.reliable {
-                true => Qos::record_reliable(),
-                false => Qos::record(),
+            match is_of_the_loop {
+                true => qos.of_one_publisher(),
+                false => qos,
             },
             move |sample| Event::Sample(place, sample),
         )?;
