@@ -765,7 +765,18 @@ fn messages_and_answers_larger_than_a_datagram_arrive_whatever_their_length(
         .unwrap();
     let lengths = [100_000, 100_001, 100_002, 100_003];
     let echo = ["/auv/texts", std_msgs::msg::String::TYPE_NAME];
-    let echo = [&echo[..], &["--count", "4", "--timeout", "120"]].concat();
+    let echo = [
+        &echo[..],
+        &[
+            "--count",
+            "4",
+            "--timeout",
+            "60",
+            "--reliability",
+            "reliable",
+        ],
+    ]
+    .concat();
     let mut hears = python.start("peer_echo.py", stage.domain(), &echo);
     eventually("a reader", || {
         operator.rt.next(Duration::from_millis(10));
@@ -775,7 +786,7 @@ fn messages_and_answers_larger_than_a_datagram_arrive_whatever_their_length(
     for length in lengths {
         let data = "x".repeat(length);
         assert!(texts.publish(&std_msgs::msg::String { data }));
-        let heard = hears.next().unwrap();
+        let heard = hears.next().unwrap_or_else(|| panic!("{length}"));
         assert_eq!(text(&heard["data"]).len(), length);
     }
 }
