@@ -29,13 +29,15 @@ const CEILING: u64 = 256 << 20;
 /// The same of a recorder that writes messages of 60 MB: its cache of 100 MiB, and what one message is written from.
 const CEILING_OF_GIANTS: u64 = 400 << 20;
 
+/// What sends one more, and tells whether it was sent; with an answer, whether that came.
+type Send<'a> = Box<dyn FnMut() -> bool + 'a>;
+
 /// Messages, and how many a second.
 struct Flood {
     name: &'static str,
     bytes: usize,
     rate: f64,
-    /// What sends one more, and tells whether it was sent; with an answer, whether that came.
-    sender: fn(&Runtime<()>, usize) -> Box<dyn FnMut() -> bool + '_>,
+    sender: fn(&Runtime<()>, usize) -> Send<'_>,
 }
 
 const FLOODS: [Flood; 9] = [
@@ -103,7 +105,7 @@ pub(crate) fn trials() -> Vec<Trial> {
     cells.collect()
 }
 
-fn log_lines(rt: &Runtime<()>, bytes: usize) -> Box<dyn FnMut() -> bool + '_> {
+fn log_lines(rt: &Runtime<()>, bytes: usize) -> Send<'_> {
     let publisher = rt.publisher::<Log>("/rosout", Qos::latched(10)).unwrap();
     let line = Log {
         msg: "x".repeat(bytes),
@@ -112,7 +114,7 @@ fn log_lines(rt: &Runtime<()>, bytes: usize) -> Box<dyn FnMut() -> bool + '_> {
     Box::new(move || publisher.publish(&line))
 }
 
-fn states(rt: &Runtime<()>, bytes: usize) -> Box<dyn FnMut() -> bool + '_> {
+fn states(rt: &Runtime<()>, bytes: usize) -> Send<'_> {
     let publisher = rt.publisher::<VehicleState>("state", Qos::reliable(10));
     let publisher = publisher.unwrap();
     let state = VehicleState {
@@ -126,7 +128,7 @@ fn states(rt: &Runtime<()>, bytes: usize) -> Box<dyn FnMut() -> bool + '_> {
 }
 
 /// What is as large as an image: no two bytes in a row are alike.
-fn images(rt: &Runtime<()>, bytes: usize) -> Box<dyn FnMut() -> bool + '_> {
+fn images(rt: &Runtime<()>, bytes: usize) -> Send<'_> {
     let publisher = rt.publisher::<Text>(IMAGES, Qos::reliable(10)).unwrap();
     let digits = (0..bytes).map(|place| char::from(b'!' + (place * place % 83) as u8));
     let image = Text {
@@ -138,7 +140,7 @@ fn images(rt: &Runtime<()>, bytes: usize) -> Box<dyn FnMut() -> bool + '_> {
 const IMAGES: &str = "/camera/image";
 
 /// Nobody waits for the answers.
-fn requests(rt: &Runtime<()>, bytes: usize) -> Box<dyn FnMut() -> bool + '_> {
+fn requests(rt: &Runtime<()>, bytes: usize) -> Send<'_> {
     let client = rt.client::<GetParameters>("plant_sim/get_parameters");
     let client = client.unwrap();
     Box::new(move || {
@@ -151,7 +153,7 @@ fn requests(rt: &Runtime<()>, bytes: usize) -> Box<dyn FnMut() -> bool + '_> {
 }
 
 /// One parameter, described some thousand times: the answer is twenty times as long as the request.
-fn long_answers(rt: &Runtime<()>, bytes: usize) -> Box<dyn FnMut() -> bool + '_> {
+fn long_answers(rt: &Runtime<()>, bytes: usize) -> Send<'_> {
     let client = rt.client::<DescribeParameters>("plant_sim/describe_parameters");
     let client = client.unwrap();
     Box::new(move || {
