@@ -23,7 +23,7 @@ use crate::{
     odometry::{self, wrapped},
     parameters::PlantParameters,
     sensors::{self, Memory, Readings, Truth},
-    settings::Settings,
+    settings::{Settings, Supply},
 };
 use planesman_vehicle::{
     Body, BodyMotion, Boundary, Contact, Inputs, Load, PlanePath, Vehicle, Waves, vehicle_file,
@@ -74,6 +74,8 @@ pub struct Plant {
     waves: Waves,
     /// The most kinetic energy of heave and pitch \[J\] that the motion can have been given so far.
     energy: f64,
+    /// What that was last computed for.
+    supply: Option<Supply>,
     /// The sensors' state for the next tick.
     memory: Memory,
     /// Their readings at the present tick, once somebody has asked for them.
@@ -150,6 +152,7 @@ impl Plant {
             contact: None,
             waves: Waves::new(settings.seed),
             energy: 0.0,
+            supply: None,
             memory: Memory::new(settings.seed),
             readings: None,
             vehicle,
@@ -288,7 +291,7 @@ impl Plant {
             settings
                 .motion
                 .advance(&self.body, &inputs, waves, settings.steps)?;
-        let energy = self.energy_after(&body, settings, &inputs, waves)?;
+        let (energy, supply) = self.energy_after(&body, settings, &inputs, waves)?;
         let acting = Acting::at_the_end_of(&inputs, waves);
 
         if let Some((_, filter)) = &settings.seaway {
@@ -296,6 +299,7 @@ impl Plant {
         }
         self.body = body;
         self.energy = energy;
+        self.supply = supply;
         self.acting = acting;
         self.contact = contact;
         self.planes_source = match motion {
@@ -322,6 +326,7 @@ impl Plant {
         self.take_next_settings();
         self.body = self.settings.initial;
         self.energy = 0.0;
+        self.supply = None;
         self.acting = Acting::default();
         self.planes_source = VehicleState::PLANES_RESET;
         self.contact = None;
@@ -390,7 +395,7 @@ impl Plant {
         }
     }
 
-    /// The most kinetic energy \[J\] that the motion can have been given by the end of a tick.
+    /// The most kinetic energy \[J\] that the motion can have been given by the end of a tick, and what it was computed for.
     ///
     /// # Errors
     /// It has more: only a law of pitch damping that is linear, far outside its range, lets it have that.
@@ -400,14 +405,17 @@ impl Plant {
         settings: &Settings,
         inputs: &Inputs<'_>,
         waves: Load,
-    ) -> Result<f64, Error> {
+    ) -> Result<(f64, Option<Supply>), Error> {
         let derivatives = settings.motion.derivatives(body);
         let energy = derivatives.kinetic_energy(&body.plane);
         let Some(drag) = &settings.drag else {
-            return Ok(energy);
+            return Ok((energy, None));
         };
-        let most = drag.most_energy(&settings.motion, &self.body, inputs, waves);
-        let most = self.energy.max(most);
+        let supply = drag.supply(&settings.motion, &self.body, inputs, waves);
+        let (most, supply) = match self.supply.filter(|known| supply.is_within(known)) {
+            Some(known) => (self.energy, known),
+            None => (self.energy.max(supply.most_energy()), supply),
+        };
         if energy > most {
             return Err(Error::Damping {
                 law: drag.law,
@@ -416,7 +424,7 @@ impl Plant {
                 speed: derivatives.speed,
             });
         }
-        Ok(most)
+        Ok((most, Some(supply)))
     }
 
     /// The waves' load over the coming tick.

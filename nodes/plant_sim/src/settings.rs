@@ -103,15 +103,15 @@ pub(crate) struct Drag {
 }
 
 impl Drag {
-    /// The most kinetic energy of heave and pitch \[J\] that speed, planes, weight and waves can give against the drag: about
-    /// the state and the inputs of a tick.
-    pub(crate) fn most_energy(
+    /// What can give heave and pitch energy against the drag: speed, planes, weight and waves about the state and the inputs
+    /// of a tick.
+    pub(crate) fn supply(
         &self,
         motion: &BodyMotion,
         body: &Body,
         inputs: &Inputs<'_>,
         waves: Load,
-    ) -> f64 {
+    ) -> Supply {
         let d = Derivatives {
             m_q: 0.0,
             m_qq: -self.viscous,
@@ -130,10 +130,37 @@ impl Drag {
             d.speed,
             motion.vertical.environment.density,
         );
-        d.most_kinetic_energy(
-            planes.heave.abs() + waves.heave.abs() + d.excess_weight.abs(),
-            planes.pitch.abs() + waves.pitch.abs() + d.restoring.abs() * lever + tether.abs(),
-        )
+        Supply {
+            force: planes.heave.abs() + waves.heave.abs() + d.excess_weight.abs(),
+            moment: planes.pitch.abs()
+                + waves.pitch.abs()
+                + d.restoring.abs() * lever
+                + tether.abs(),
+            derivatives: d,
+        }
+    }
+}
+
+/// At most such a force \[N\] and moment \[N m\] on a hull.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Supply {
+    derivatives: Derivatives,
+    force: f64,
+    moment: f64,
+}
+
+impl Supply {
+    /// The most kinetic energy of heave and pitch \[J\] that it can give.
+    pub(crate) fn most_energy(&self) -> f64 {
+        self.derivatives
+            .most_kinetic_energy(self.force, self.moment)
+    }
+
+    /// Whether it gives no more than another: the energy grows with force and moment.
+    pub(crate) fn is_within(&self, other: &Self) -> bool {
+        self.force <= other.force
+            && self.moment <= other.moment
+            && self.derivatives == other.derivatives
     }
 }
 
