@@ -53,6 +53,7 @@ whichever_peer_tries! {
     a_qos_that_does_not_fit_is_told_in_rclcpps_words
     a_log_line_is_for_late_joiners_no_longer_than_its_lifespan
     a_reader_that_does_not_acknowledge_loses_and_is_named_and_nobody_else
+    a_reader_that_comes_late_costs_nobody_a_sample
     messages_and_answers_larger_than_a_datagram_arrive_whatever_their_length
     the_identifier_publishes_its_model_and_forgets_it_when_asked
     a_node_describes_its_types_with_their_sources
@@ -847,6 +848,38 @@ fn a_reader_that_does_not_acknowledge_loses_and_is_named_and_nobody_else(
     });
     named.join().unwrap();
     drop(deaf);
+}
+
+fn a_reader_that_comes_late_costs_nobody_a_sample(python: &Python, stage: &Stage) {
+    /// Twice the number of samples that the middleware keeps for its readers.
+    const SAMPLES: u32 = 2 * 8192;
+
+    let operator = stage.operator();
+    let numbers = operator
+        .rt
+        .publisher::<Float64>("numbers", Qos::reliable(10))
+        .unwrap();
+    for number in 0..SAMPLES {
+        let data = f64::from(number);
+        eventually("room for the next sample", || {
+            numbers.publish(&Float64 { data }).then_some(())
+        });
+    }
+    let echo = ["/auv/numbers", Float64::TYPE_NAME, "--timeout", "90"];
+    let echo = [&echo[..], &["--reliability", "reliable"]].concat();
+    let mut reader = python.start("peer_echo.py", stage.domain(), &echo);
+    let publish = |data| {
+        assert!(numbers.publish(&Float64 { data }), "there is room");
+        operator.rt.next(Duration::from_millis(1));
+    };
+    eventually("a reader", || {
+        publish(1.0);
+        (numbers.readers() == 1).then_some(())
+    });
+    for _ in 0..1000 {
+        publish(2.0);
+    }
+    assert!(reader.next().is_some());
 }
 
 fn the_identifier_publishes_its_model_and_forgets_it_when_asked(python: &Python, stage: &Stage) {
