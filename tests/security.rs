@@ -7,13 +7,31 @@
 
 mod foreign;
 mod page;
+mod recorded;
 mod stage;
 
 use std::io::Read as _;
+use std::net::Ipv4Addr;
+use std::path::Path;
 use std::process::{Command, Stdio};
+use std::thread;
+use std::time::Duration;
 
 use foreign::{CYCLONE, root};
 use page::Page;
+use planesman::flight::Flight;
+use planesman::run_folder::RunFolder;
+use planesman_msgs::Message;
+use planesman_msgs::diagnostic_msgs::msg::DiagnosticArray;
+use planesman_msgs::planesman_msgs::msg::VehicleState;
+use planesman_msgs::rcl_interfaces::msg::Log;
+use rustdds::no_key::DataWriterCdr;
+use rustdds::policy::{Durability, History};
+use rustdds::{
+    DomainParticipant, DomainParticipantBuilder, DomainParticipantSecurityConfigFiles,
+    QosPolicyBuilder, TopicKind,
+};
+use serde_json::json;
 use stage::{Process, Received, Stage, eventually, scenario};
 
 /// A dive that is over soon.
@@ -42,6 +60,40 @@ impl Credentials {
             .unwrap();
         assert!(status.success());
         made
+    }
+
+    /// Permits these topics alone to be published, as DDS names them.
+    fn may_publish(&self, topics: &[&str]) {
+        let folder = format!("{}/enclaves{}", self.keystore, self.enclave);
+        let file = format!("{folder}/permissions.xml");
+        let allowed = std::fs::read_to_string(&file).unwrap();
+        let (before, rest) = allowed.split_once("<publish>").unwrap();
+        let (_, after) = rest.split_once("</publish>").unwrap();
+        let topics = topics.iter().map(|it| format!("<topic>{it}</topic>"));
+        let topics: String = topics.collect();
+        let less = format!("{before}<publish><topics>{topics}</topics></publish>{after}");
+        std::fs::write(file, less).unwrap();
+        let of_authority = |file| format!("{}/{file}", self.keystore);
+        let signed = Command::new("openssl")
+            .args(["smime", "-sign", "-text", "-in", "permissions.xml"])
+            .args(["-out", "permissions.p7s"])
+            .args(["-signer", &of_authority("public/permissions_ca.cert.pem")])
+            .args(["-inkey", &of_authority("private/permissions_ca.key.pem")])
+            .current_dir(&folder)
+            .status();
+        assert!(signed.unwrap().success());
+    }
+
+    /// A participant with this identity in the test's own process.
+    fn participant(&self, stage: &Stage) -> DomainParticipant {
+        let folder = format!("{}/enclaves{}", self.keystore, self.enclave);
+        let files =
+            DomainParticipantSecurityConfigFiles::with_ros_default_names(folder, String::new());
+        DomainParticipantBuilder::new(stage.domain())
+            .with_only_networks([Ipv4Addr::LOCALHOST])
+            .builtin_security(files)
+            .build()
+            .unwrap()
     }
 
     fn variables(&self) -> [(&'static str, &str); 4] {
@@ -90,6 +142,124 @@ fn a_dive_is_flown_among_strangers_who_neither_hear_it_nor_are_heard() {
     let printed = dive.finish().success().stdout;
     assert!(printed.contains("6 processes over DDS"), "{printed}");
     assert!(in_the_clear.is_running() && of_another_authority.is_running());
+}
+
+/// A writer of a participant, as rcl offers the log; why there is none otherwise.
+fn writer<M: Message>(
+    participant: &DomainParticipant,
+    topic: &str,
+) -> Result<DataWriterCdr<M>, String> {
+    let qos = QosPolicyBuilder::new()
+        .reliable(rustdds::Duration::from_millis(5))
+        .durability(Durability::TransientLocal)
+        .history(History::KeepLast { depth: 10 })
+        .build();
+    let (name, type_name) = (format!("rt{topic}"), M::DDS_TYPE_NAME.to_owned());
+    let topic = participant
+        .create_topic(name, type_name, &qos, TopicKind::NoKey)
+        .unwrap();
+    let publisher = participant.create_publisher(&qos).unwrap();
+    let writer = publisher.create_datawriter_no_key_cdr(&topic, None);
+    writer.map_err(|error| error.to_string())
+}
+
+#[test]
+fn a_dive_is_flown_among_forged_claims_and_floods_with_keys_and_without() {
+    /// Of the dive, s and ticks.
+    const SECONDS: f64 = 60.0;
+    const TICKS: u64 = 1200;
+    /// Memory of each node, KiB.
+    const CEILING: u64 = 256 << 10;
+
+    let Some(peer) = CYCLONE.found() else { return };
+    let stage = Stage::with(peer.middleware);
+    let ours = Credentials::make(&stage, "keystore", "/");
+    let logs_only = Credentials::make(&stage, "keystore", "/logs_only");
+    logs_only.may_publish(&["ros_discovery_info", "rt/rosout"]);
+
+    // Who has no keys, in a DDS of its own, claims to be the vehicle and floods its topic. Others without keys hear it.
+    let claim = json!({"status": [{"name": "x: claim to /auv/state", "values": [
+        {"key": "stage", "value": "used"}, {"key": "since", "value": "0"},
+        {"key": "id", "value": "0"}, {"key": "who", "value": "nobody"}]}]});
+    let state = json!({"header": {"frame_id": "x".repeat(100_000)}});
+    let outside = stage.operator();
+    let send = |topic: &str, type_name: &str, message: String, rate: &str| {
+        let message = [topic, type_name, "--json", &message];
+        let always = ["--rate", rate, "--duration", "600", "--timeout", "90"];
+        let arguments = [&message[..], &always].concat();
+        peer.start("peer_pub.py", stage.domain(), &arguments)
+    };
+    let _intruders = [
+        send(
+            "/diagnostics",
+            DiagnosticArray::TYPE_NAME,
+            claim.to_string(),
+            "20",
+        ),
+        send(
+            "/auv/state",
+            VehicleState::TYPE_NAME,
+            state.to_string(),
+            "50",
+        ),
+    ];
+    outside.until("the claim", |received| {
+        received.status("x: claim to /auv/state").map(|_| ())
+    });
+    outside.until("the flood", |received| match received {
+        Received::State(state) => (state.header.frame_id.len() == 100_000).then_some(()),
+        _ => None,
+    });
+
+    // Who may write log lines alone can neither claim anything nor be a vehicle.
+    let inside = logs_only.participant(&stage);
+    for refused in [
+        writer::<DiagnosticArray>(&inside, "/diagnostics").err(),
+        writer::<VehicleState>(&inside, "/auv/state").err(),
+    ] {
+        let refused = refused.unwrap();
+        assert!(refused.contains("Not allowed"), "{refused}");
+    }
+
+    let file = stage.file("dive.yaml", scenario(SECONDS, DIVE));
+    let out = stage.path("out");
+    let mut dive = stage.start_as(&["dive", &file, "--out", &out], &ours.variables());
+    // In one datagram, and in fragments, of which a debug build does not send a whole one in time.
+    let lines = [60_000, 1_000_000].map(|length| Log {
+        msg: "x".repeat(length),
+        ..Log::default()
+    });
+    let writers = [(); 2].map(|()| writer(&inside, "/rosout").unwrap());
+    let mut most = 0;
+    while dive.is_running() {
+        for (writer, line) in writers.iter().zip(&lines) {
+            let _ = writer.write(line.clone(), None); // Where it has no room, it is fast enough.
+        }
+        thread::sleep(Duration::from_millis(20));
+        for pid in dive.nodes().into_values() {
+            most = most.max(peak_memory(pid.as_raw_nonzero().get()));
+        }
+    }
+    dive.finish().success();
+    assert!(most < CEILING, "{most} KiB");
+    let run = RunFolder::open(Path::new(&out)).unwrap();
+    assert_eq!(
+        Flight::read(&run.bag()).unwrap().counts["/auv/state"],
+        TICKS
+    );
+    let said: Vec<DiagnosticArray> = recorded::messages(&run.bag(), "/diagnostics").unwrap();
+    let mut said = said.iter().flat_map(|it| &it.status);
+    assert!(!said.any(|it| it.name.starts_with("x: claim")));
+    let said: Vec<Log> = recorded::messages(&run.bag(), "/rosout").unwrap();
+    assert!(said.iter().any(|it| it.msg == lines[0].msg));
+}
+
+/// The most memory that a process had, KiB; 0 once it has ended.
+fn peak_memory(pid: i32) -> u64 {
+    let status = std::fs::read_to_string(format!("/proc/{pid}/status")).unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let kib = line.and_then(|it| it.trim_end_matches("kB").trim().parse().ok());
+    kib.unwrap_or(0)
 }
 
 #[test]
@@ -159,35 +329,13 @@ fn the_page_does_what_its_enclave_may_and_nothing_more() {
     };
 
     // One that only looks (docs/security.md).
-    let folder = stage.path("keystore/enclaves/watch");
-    let allowed = std::fs::read_to_string(format!("{folder}/permissions.xml")).unwrap();
-    let (before, rest) = allowed.split_once("<publish>").unwrap();
-    let (_, after) = rest.split_once("</publish>").unwrap();
-    let own = [
+    page.may_publish(&[
         "ros_discovery_info",
         "rt/rosout",
         "rt/diagnostics",
         "rt/parameter_events",
         "rr/*Reply",
-    ];
-    let own = own.map(|it| format!("<topic>{it}</topic>")).concat();
-    let looks = format!("{before}<publish><topics>{own}</topics></publish>{after}");
-    std::fs::write(format!("{folder}/permissions.xml"), looks).unwrap();
-    let signed = Command::new("openssl")
-        .args([
-            "smime",
-            "-sign",
-            "-text",
-            "-in",
-            "permissions.xml",
-            "-out",
-            "permissions.p7s",
-        ])
-        .args(["-signer", "../../public/permissions_ca.cert.pem"])
-        .args(["-inkey", "../../private/permissions_ca.key.pem"])
-        .current_dir(&folder)
-        .status();
-    assert!(signed.unwrap().success());
+    ]);
     let (program, shown) = show();
     eventually("a refusal, once the vehicle's services are known", || {
         let answer = shown.post(pause);
