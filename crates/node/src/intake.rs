@@ -104,7 +104,10 @@ impl Gate {
         let (mut was_large, mut pause) = (false, None);
         futures::stream::poll_fn(move |context: &mut Context<'_>| {
             if gate.is_closed.get() {
-                gate.waiting.borrow_mut().push(context.waker().clone());
+                let mut waiting = gate.waiting.borrow_mut();
+                if !waiting.iter().any(|it| it.will_wake(context.waker())) {
+                    waiting.push(context.waker().clone());
+                }
                 return Poll::Pending;
             }
             if was_large && let Some(next) = gate.next.get() {

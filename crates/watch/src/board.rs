@@ -68,18 +68,33 @@ pub(crate) fn locked(board: &SharedBoard) -> MutexGuard<'_, Board> {
 impl Board {
     /// The channel of that name, which is made if need be.
     pub(crate) fn channel(&mut self, name: &str) -> &mut Channel {
-        if !self.channels.contains_key(name) {
-            self.channels.insert(name.to_owned(), Channel::default());
-        }
+        self.make(name);
         self.channels.entry(name.to_owned()).or_default()
+    }
+
+    /// Makes a channel if there is none of that name; the others then keep less.
+    fn make(&mut self, name: &str) {
+        if self.channels.contains_key(name) {
+            return;
+        }
+        self.channels.insert(name.to_owned(), Channel::default());
+        let kept = self.kept();
+        for channel in self.channels.values_mut() {
+            channel.series.keep(kept);
+        }
+    }
+
+    /// Samples kept of each channel.
+    fn kept(&self) -> usize {
+        KEPT.min(KEPT_IN_ALL / self.channels.len().max(1))
     }
 
     /// Takes a sample of a channel.
     pub(crate) fn push(&mut self, name: &str, time: f64, value: f64) {
-        let kept = KEPT.min(KEPT_IN_ALL / self.channels.len().max(1));
-        match self.channels.get_mut(name) {
-            Some(channel) => channel.series.push(time, value, kept),
-            None => self.channel(name).series.push(time, value, kept),
+        self.make(name);
+        let kept = self.kept();
+        if let Some(channel) = self.channels.get_mut(name) {
+            channel.series.push(time, value, kept);
         }
     }
 
@@ -277,6 +292,22 @@ mod tests {
         assert!(reader.news(&board).is_empty());
         board.channel("a").refusal = None;
         assert_eq!(reader.news(&board).refused, [(0, None)]);
+    }
+
+    #[test]
+    fn many_channels_keep_no_more_in_all_than_a_few_though_nothing_comes_for_them() {
+        let mut board = Board::default();
+        for k in 0..KEPT {
+            board.push("silent from now on", k as f64, 1.0);
+        }
+        let full = KEPT_IN_ALL / KEPT;
+        for k in 1..2 * full {
+            board.push(&k.to_string(), 0.0, 1.0);
+        }
+        let series = &board.channels["silent from now on"].series;
+        let times = series.since(&mut Cursor::default(), usize::MAX).times;
+        assert_eq!(times.len(), KEPT / 2);
+        assert_eq!(times.last(), Some(&(KEPT as f64 - 1.0)));
     }
 
     #[test]

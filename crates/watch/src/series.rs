@@ -56,11 +56,18 @@ impl Series {
             }
             self.begin_anew(None);
         }
-        while self.samples.len() >= kept.max(1) {
-            self.samples.pop_front();
-            self.dropped += 1;
-        }
+        self.keep(kept.saturating_sub(1));
         self.samples.push_back((time, value));
+    }
+
+    /// Drops the oldest samples beyond the latest `kept`, with their memory once that is more than twice theirs.
+    pub(crate) fn keep(&mut self, kept: usize) {
+        let excess = self.samples.len().saturating_sub(kept);
+        self.samples.drain(..excess);
+        self.dropped += excess as u64;
+        if self.samples.capacity() / 2 > kept {
+            self.samples.shrink_to(kept + 1);
+        }
     }
 
     /// Forgets all samples: the vehicle begins anew, at a time (s) where that goes on.
