@@ -21,7 +21,7 @@ use crate::run_folder::{Loss, RunFolder};
 /// When there is no bag that can be read.
 pub fn info(path: &Path) -> Result<()> {
     let bag = BagReader::open(path)?;
-    planesman_node::say!("{}", BagInfo::of(&bag))?;
+    planesman_console::out!("{}", BagInfo::of(&bag))?;
     if let Some(run) = run_of(path) {
         let silent = NODES
             .iter()
@@ -29,7 +29,7 @@ pub fn info(path: &Path) -> Result<()> {
             .copied();
         let silent: Vec<&str> = silent.collect();
         let counts = run.counts(&recorded(&bag), &run.scenario()?)?;
-        planesman_node::say!("{}", lack(&counts, &silent))?;
+        planesman_console::out!("{}", lack(&counts, &silent))?;
     }
     Ok(())
 }

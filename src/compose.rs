@@ -7,9 +7,10 @@ use std::fmt::Display;
 use std::sync::Arc;
 
 use anyhow::{Result, anyhow};
-use depth_controller::Controller;
-use dha_actuator::{Actuator, Group, Output};
+use planesman_control::Controller;
+use planesman_hydraulics::{Actuator, Group, Output};
 use planesman_identification::stop_point;
+use planesman_identifier::{Due, Identifier};
 use planesman_msgs::Message;
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::{
@@ -17,8 +18,7 @@ use planesman_msgs::planesman_msgs::msg::{
 };
 use planesman_msgs::rosgraph_msgs::msg::Clock;
 use planesman_msgs::sensor_msgs::msg::{FluidPressure, Imu, JointState};
-use plant_sim::{Facts, Instruments, Observation, Plant};
-use sysid::{Due, Identifier};
+use planesman_plant::{Facts, Instruments, Observation, Plant};
 
 use crate::scenario::Scenario;
 

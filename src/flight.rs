@@ -8,8 +8,8 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use anyhow::Result;
-use depth_controller::gains::{FIRST_PAIR, is_of_pitch};
 use planesman_bag::reader::{BagReader, Messages, Order};
+use planesman_control::gains::{FIRST_PAIR, is_of_pitch};
 use planesman_linear::{StepMeter, StepMetrics};
 use planesman_msgs::planesman_msgs::msg::{
     ControlState, DhaState, ModelEstimate, PlaneCommand, PlaneMotion, VehicleState,

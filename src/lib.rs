@@ -27,7 +27,7 @@ pub mod in_order;
 pub mod nodes;
 pub mod page;
 pub mod params_command;
-pub mod progress;
+
 pub mod report;
 pub mod reproduce;
 pub mod run_folder;
@@ -37,7 +37,6 @@ pub mod sink;
 pub mod summary;
 pub mod sweep;
 pub mod sysid;
-pub mod table;
 pub mod tf_command;
 pub mod titles;
 pub mod watch;

@@ -3,14 +3,14 @@
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-use depth_controller::{Controller, ControllerParameters};
-use dha_actuator::{Actuator, ActuatorParameters};
+use planesman_control::{Controller, ControllerParameters};
+use planesman_hydraulics::{Actuator, ActuatorParameters};
+use planesman_identifier::{Identifier, IdentifierParameters};
 use planesman_parameters::{Declaration, Parameters, Values};
+use planesman_plant::{Plant, PlantParameters};
+use planesman_recording::parameters::{RecorderParameters, writer_options};
 use planesman_text::did_you_mean;
-use plant_sim::{Plant, PlantParameters};
-use recorder::parameters::{RecorderParameters, writer_options};
 use rustix::process::{Signal, set_parent_process_death_signal};
-use sysid::{Identifier, IdentifierParameters};
 
 /// The nodes whose parameters a scenario sets, in the order in which they are started.
 pub const NODES: [&str; 5] = [
@@ -38,7 +38,7 @@ pub fn run(name: &str, args: Vec<OsString>) -> ExitCode {
         "sysid" => sysid::main(args),
         "recorder" => recorder::node::main(args),
         other => {
-            planesman_node::complain!(
+            planesman_console::err!(
                 "planesman: there is no node '{other}'{}; there are {}",
                 did_you_mean(other, NODES),
                 NODES.join(", ")
@@ -60,7 +60,7 @@ pub(crate) fn end_with_launcher() {
     if std::env::var_os(LAUNCHED).is_some()
         && let Err(error) = set_parent_process_death_signal(Some(Signal::TERM))
     {
-        planesman_node::complain!("this node will outlive its launcher if that is killed: {error}");
+        planesman_console::err!("this node will outlive its launcher if that is killed: {error}");
     }
 }
 

@@ -6,10 +6,10 @@ use std::{fmt, fs};
 
 use anyhow::{Context, Result, bail};
 use planesman_bag::reader::BagReader;
-use planesman_node::in_one_line;
-use recorder::loop_topics;
-use recorder::parameters::RecorderParameters;
-use recorder::selection::Selection;
+use planesman_recording::loop_topics;
+use planesman_recording::parameters::RecorderParameters;
+use planesman_recording::selection::Selection;
+use planesman_text::in_one_line;
 
 use crate::flight::{Flight, recorded};
 use crate::nodes::NODES;
@@ -37,7 +37,8 @@ impl RunFolder {
                     .file_stem()
                     .and_then(|s| s.to_str())
                     .unwrap_or("dive");
-                PathBuf::from("runs").join(format!("{stem}-{}", recorder::names::utc_now()))
+                PathBuf::from("runs")
+                    .join(format!("{stem}-{}", planesman_recording::names::utc_now()))
             },
             Path::to_owned,
         );
@@ -70,7 +71,10 @@ impl RunFolder {
     /// Writes into the folder that the flight failed, with the reason.
     pub fn note_failure(&self, error: &anyhow::Error) {
         // The error is on its way to the terminal; a full disk must not hide it.
-        let _ = fs::write(self.path.join("failed.txt"), in_one_line(error) + "\n");
+        let _ = fs::write(
+            self.path.join("failed.txt"),
+            in_one_line(error.as_ref()) + "\n",
+        );
     }
 
     /// A folder that a flight left.

@@ -608,7 +608,7 @@ fn read(path: &Path) -> Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use depth_controller::ControllerParameters;
+    use planesman_control::ControllerParameters;
 
     #[test]
     fn the_built_in_scenarios_are_valid() {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Result, bail};
-use indicatif::ProgressBar;
+use planesman_console::progress::ProgressBar;
 
 use crate::compose::Loop;
 use crate::scenario::Scenario;

@@ -11,8 +11,8 @@ use planesman_bag::Topic;
 use planesman_bag::writer::{BagWriter, WriteError, WriterOptions};
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::{Message, cdr};
+use planesman_recording::loop_topics;
 use planesman_text::Draft;
-use recorder::loop_topics;
 
 use crate::compose::{Sink, Tick};
 

@@ -3,10 +3,10 @@
 use std::fmt;
 
 use anyhow::{Result, anyhow};
-use depth_controller::ControllerParameters;
+use planesman_control::ControllerParameters;
 use planesman_linear::{Complex, StepMetrics, TransferFunction, pole_text};
 use planesman_parameters::Choice as _;
-use plant_sim::PlantParameters;
+use planesman_plant::PlantParameters;
 
 use crate::fingerprint::{Fingerprint, identified, slowest_first};
 use crate::flight::Flight;
@@ -135,9 +135,9 @@ fn truth(scenario: &Scenario) -> Result<Fingerprint> {
 
 /// The same of the vehicle with these parameters.
 pub(crate) fn truth_of(parameters: &PlantParameters, tick: f64) -> Result<Fingerprint> {
-    let vehicle = plant_sim::vehicle(parameters).map_err(|e| anyhow!("{e}"))?;
+    let vehicle = planesman_plant::vehicle(parameters).map_err(|e| anyhow!("{e}"))?;
     let model = planesman_vehicle::linearised::true_model_of(
-        &plant_sim::derivatives(parameters, &vehicle),
+        &planesman_plant::derivatives(parameters, &vehicle),
         tick,
     )
     .map_err(|e| anyhow!("{e}"))?;

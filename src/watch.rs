@@ -9,8 +9,8 @@ use planesman_linear::{Complex, is_sampling_artefact};
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 use planesman_node::args;
 use planesman_parameters::{Parameters as _, Value};
+use planesman_plant::PlantParameters;
 use planesman_watch::{Knowledge, Named, Options, Pole, Vehicle};
-use plant_sim::PlantParameters;
 
 use crate::nodes::end_with_launcher;
 use crate::summary::truth_of;
@@ -49,7 +49,7 @@ pub fn run(watch: &WatchArgs) -> Result<()> {
 
 /// The poles of an estimate, slowest first, with their deviations where its covariance tells them.
 fn poles(model: &ModelEstimate) -> Vec<Pole> {
-    let estimate = sysid::estimate_of(model);
+    let estimate = planesman_identifier::estimate_of(model);
     let uncertain = estimate.and_then(|it| Reading::of(&it, 0).continuous_poles().ok());
     let mut poles: Vec<Pole> = match uncertain {
         Some(poles) => poles

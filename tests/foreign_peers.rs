@@ -10,9 +10,9 @@ mod stage;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use depth_controller::ControllerParameters;
 use foreign::{CYCLONE, Python, RCLPY, Running, full_name, root};
 use planesman::nodes::NODES;
+use planesman_control::ControllerParameters;
 use planesman_msgs::{
     Message,
     diagnostic_msgs::msg::DiagnosticArray,
@@ -25,7 +25,7 @@ use planesman_msgs::{
 };
 use planesman_node::Qos;
 use planesman_parameters::Parameters as _;
-use recorder::loop_topics::{self, Delivery};
+use planesman_recording::loop_topics::{self, Delivery};
 use rustix::process::Pid;
 use serde_json::{Value, json};
 use stage::{Process, Signal, Stage, eventually, freeze, scenario};

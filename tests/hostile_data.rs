@@ -16,13 +16,13 @@ use std::time::{Duration, Instant};
 
 use bags::{FLOAT, IMU, Maker, float, imu};
 use planesman_decode::schema as schemas;
+use planesman_identifier::{Identifier, IdentifierParameters};
 use planesman_msgs::Message as _;
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_testing::hostile::{self, mutated};
 use planesman_testing::mcap::{self, beginning, channel, end, lying_record, message, schema};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
-use sysid::{Identifier, IdentifierParameters};
 
 /// Address space for one run, KiB: less than the 300 MB that a bag of a gigabyte may take, and what the program's own
 /// file takes.

@@ -7,15 +7,15 @@
 #[path = "foreign/peers.rs"]
 mod peers;
 
-use depth_controller::design::dive_loop::Memory;
-use depth_controller::gains::LoopGains;
-use depth_controller::{Controller, ControllerParameters};
-use dha_actuator::{Actuator, ActuatorParameters, Model, actuator_file, linearised};
 use peers::program;
 use planesman::design::subject::{Subject, default_gains};
+use planesman_control::design::dive_loop::Memory;
+use planesman_control::gains::LoopGains;
+use planesman_control::{Controller, ControllerParameters};
+use planesman_hydraulics::{Actuator, ActuatorParameters, Model, actuator_file, linearised};
 use planesman_msgs::builtin_interfaces::msg::Time;
+use planesman_plant::{Plant, PlantParameters};
 use planesman_units::{DEGREE, FOOT};
-use plant_sim::{Plant, PlantParameters};
 
 /// Ticks with the gains as they are, until the vehicle is in trim, and then with the loop's gain changed.
 const TRIMMED: i64 = 1600;

@@ -11,7 +11,7 @@ use clap::Parser;
 use planesman::sysid::compare::{self, CompareArgs, Comparison};
 use planesman::sysid::compared::Compared;
 use planesman::sysid::fit::{self, FitArgs, Found};
-use planesman::table::Format;
+use planesman_console::Format;
 use planesman_identification::{filter, noise};
 use planesman_model_file::ModelFile;
 use planesman_testing::{content, hostile::mutated};
@@ -183,7 +183,7 @@ fn an_unstable_model_is_judged_by_its_predictions() {
     assert_eq!(found.models[0].judgement.fit, None);
     assert!(ahead(&found.models[0], 1) > 80.0);
     let tables = found.tables();
-    assert!(tables[0].text(Format::Csv).unwrap().contains(",-,"));
+    assert!(tables[0].text(Format::Csv).contains(",-,"));
     let page = page_of(&folder.path().join("page.html"), &[&model, &data]);
     assert!(!content(&page.unwrap()).contains("NaN"));
 }
@@ -213,7 +213,7 @@ fn a_vehicles_own_equations_are_judged_like_any_model() {
         "{ours} {:?}",
         said.fit
     );
-    let table = found.tables()[2].text(Format::Csv).unwrap();
+    let table = found.tables()[2].text(Format::Csv);
     for pole in said.continuous_poles.iter().filter(|it| it.im >= 0.0) {
         assert!(table.contains(&format!("{:.5}", pole.re)), "{table}");
     }
@@ -227,10 +227,7 @@ fn tables_say_everything_within_eighty_columns_and_in_every_format() {
     let second = written(&data, "second.yaml", "--method fir");
     let found = try_compare(&[&first, &second, &data], "").unwrap();
     let tables = found.tables();
-    let texts: Vec<String> = tables
-        .iter()
-        .map(|it| it.text(Format::Table).unwrap())
-        .collect();
+    let texts: Vec<String> = tables.iter().map(|it| it.text(Format::Table)).collect();
     let text = texts.join("\n");
     assert!(
         text.lines().all(|line| line.chars().count() <= 80),
@@ -248,7 +245,7 @@ fn tables_say_everything_within_eighty_columns_and_in_every_format() {
     }
     // The plant's pole is (0.75 +- 0.37i) in z: ln / T = -1.78 +- 4.59i.
     assert!(texts[2].contains("first  -1."), "{text}");
-    let json = found.numbers().text(Format::Json).unwrap();
+    let json = found.numbers().text(Format::Json);
     let rows: Vec<serde_json::Value> = serde_json::from_str(&json).unwrap();
     let of = |name: &str| rows.iter().find(|it| it["quantity"] == name).unwrap();
     assert!((of("pole 1 imaginary, 1/s")["value"].as_f64().unwrap() - 4.59).abs() < 0.2);

@@ -13,8 +13,8 @@ use super::{document, figures, poles};
 use crate::flight::{Flight, Points};
 use crate::scenario::Scenario;
 use crate::summary::{Summary, distance_text};
-use crate::table::Table;
 use crate::titles;
+use planesman_console::Table;
 
 /// Messages of one topic, as sent and as recorded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -255,7 +255,7 @@ fn modes_table(flights: &[Flown]) -> Markup {
                         td { "no valid model: " (flown.summary.no_model) } td { (truth.join("; ")) }
                     },
                     Some(found) => {
-                        @let estimate = flown.flight.model.as_ref().and_then(sysid::estimate_of);
+                        @let estimate = flown.flight.model.as_ref().and_then(planesman_identifier::estimate_of);
                         @let found = estimate.map_or_else(|| found.modes(), |it| Reading::of(&it, 0).modes());
                         @for i in 0..found.len().max(truth.len()) {
                             tr {
@@ -281,7 +281,11 @@ fn poles_table(flown: &Flown) -> Markup {
     let true_poles: Vec<String> = (truth.poles.iter().filter(|it| it.im >= 0.0))
         .map(|it| pair_text(*it, 4))
         .collect();
-    let estimate = flown.flight.model.as_ref().and_then(sysid::estimate_of);
+    let estimate = flown
+        .flight
+        .model
+        .as_ref()
+        .and_then(planesman_identifier::estimate_of);
     html! {
         details {
             summary { "Poles and gains of plane angle to pitch rate" }

@@ -1,11 +1,11 @@
 //! One case: the flight of a scenario in this process, and the numbers that are kept of it.
 
 use anyhow::Result;
-use depth_controller::gains::FIRST_PAIR;
+use planesman_control::gains::FIRST_PAIR;
 use planesman_linear::{Complex, StepMeter, StepMetrics};
 use planesman_msgs::planesman_msgs::msg::{ControlState, ModelEstimate};
 
-use sysid::Due;
+use planesman_identifier::Due;
 
 use crate::compose::{Answers, Loop, Step};
 use crate::fingerprint::identified;

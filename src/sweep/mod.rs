@@ -19,15 +19,15 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, anyhow, bail};
 use clap::Args;
-use planesman_node::in_one_line;
+use planesman_identifier::IdentifierParameters;
+use planesman_text::in_one_line;
 use serde::{Deserialize, Serialize};
-use sysid::IdentifierParameters;
 
-use crate::progress::{bar_with, on_all_cores};
 use crate::scenario::{Scenario, plain};
 use crate::sink::write_text;
 use crate::summary::test_signal;
 use case::Metrics;
+use planesman_console::progress::{bar_with, on_all_cores};
 use results::{Results, file_of};
 use space::Space;
 
@@ -118,7 +118,7 @@ pub fn run(args: &SweepArgs) -> Result<()> {
     let results = Results::open(&file, &sweep.header()?)?;
     let there = results.there;
     if there > 0 {
-        planesman_node::say!("{there} of {all} cases are in {} already", file.display())?;
+        planesman_console::out!("{there} of {all} cases are in {} already", file.display())?;
     }
     let jobs = args
         .jobs
@@ -132,20 +132,20 @@ pub fn run(args: &SweepArgs) -> Result<()> {
     #[cfg(feature = "parquet")]
     parquet::write(&file, &sweep.kinds())?;
     if let Some(signal) = test_signal(&sweep.scenario)? {
-        planesman_node::say!(
+        planesman_console::out!(
             "flown with a test signal, {signal}, which disturbs every response; without it: --set \
              depth_controller.identification.signal=none"
         )?;
     }
     let page = page::of(&folder, parts, &sweep.scenario, &sweep.space)?;
-    planesman_node::say!("{}: {} cases", file.display(), all)?;
+    planesman_console::out!("{}: {} cases", file.display(), all)?;
     if page.failed > 0 {
-        planesman_node::say!(
+        planesman_console::out!(
             "{} cases broke off; the column 'error' says why",
             page.failed
         )?;
     }
-    planesman_node::say!("{}", page.path.display())?;
+    planesman_console::out!("{}", page.path.display())?;
     Ok(())
 }
 
@@ -175,7 +175,11 @@ fn check_these(scenario: &Scenario, space: &Space, combinations: &[u64]) -> Resu
         let values: Vec<String> = values
             .map(|(axis, value)| format!("{}={value}", axis.parameter))
             .collect();
-        format!("{}: {}", values.join(" "), in_one_line(reason).trim_end())
+        format!(
+            "{}: {}",
+            values.join(" "),
+            in_one_line(reason.as_ref()).trim_end()
+        )
     });
     bail!(
         "{} of {} combinations are refused; {}",
@@ -383,7 +387,7 @@ impl Sweep {
             Ok(metrics) => (metrics.numbers(self.poles), String::new()),
             Err(error) => {
                 let count = case::COLUMNS.len() + 2 * self.poles;
-                (vec![None; count], in_one_line(&error))
+                (vec![None; count], in_one_line(error.as_ref()))
             }
         };
         let values = self.space.values(combination);
