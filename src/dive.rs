@@ -27,12 +27,12 @@ use planesman_recording::loop_topics;
 use recorder::node::BAG;
 
 use crate::crew::Crew;
-use crate::fingerprint::identified;
-use crate::nodes::NODES;
 use crate::run_folder::{Loss, RunFolder};
-use crate::scenario::{Scenario, difference};
-use crate::sink::full_name;
 use planesman_console::print_wrapped;
+use planesman_flight::fingerprint::identified;
+use planesman_flight::nodes::NODES;
+use planesman_flight::scenario::{Scenario, difference};
+use planesman_flight::sink::full_name;
 
 /// Timeout of discovery without a new match, and of an answer.
 const GATHERING: Duration = Duration::from_secs(30);

@@ -17,9 +17,12 @@ use planesman::dha::{self, DhaCommand};
 use planesman::dive::{self, Pace};
 use planesman::reproduce::{self, ReproduceArgs};
 use planesman::run_folder::{Loss, RunFolder};
-use planesman::scenario::{BUILTIN, Scenario};
-use planesman::{bag_command, doctor, nodes, params_command, report, sim, tf_command, watch};
+use planesman::{bag_command, doctor, nodes, params_command, report, tf_command, watch};
 use planesman_console::Format;
+use planesman_console::progress::Bars;
+use planesman_flight::fly;
+use planesman_flight::nodes::NAMESPACE;
+use planesman_flight::scenario::{BUILTIN, Scenario};
 use planesman_parameters::Parameters as _;
 use planesman_plant::PlantParameters;
 use planesman_text::in_one_line;
@@ -168,7 +171,7 @@ enum Command {
     #[command(after_help = "Example:\n  planesman doctor --namespace /auv2")]
     Doctor {
         /// The namespace to look for other loops in
-        #[arg(long, default_value = nodes::NAMESPACE, value_parser = NonEmptyStringValueParser::new())]
+        #[arg(long, default_value = NAMESPACE, value_parser = NonEmptyStringValueParser::new())]
         namespace: String,
     },
     /// Print a script that completes command lines in a shell
@@ -218,7 +221,7 @@ struct DiveArgs {
     #[arg(long)]
     watch: bool,
     /// Namespace of all nodes; if it is not the default, simulated time is on NAMESPACE/clock
-    #[arg(long, default_value = nodes::NAMESPACE, value_parser = NonEmptyStringValueParser::new())]
+    #[arg(long, default_value = NAMESPACE, value_parser = NonEmptyStringValueParser::new())]
     namespace: String,
 }
 
@@ -232,7 +235,7 @@ struct SimArgs {
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Namespace of the topics in the bag
-    #[arg(long, default_value = nodes::NAMESPACE, value_parser = NonEmptyStringValueParser::new())]
+    #[arg(long, default_value = NAMESPACE, value_parser = NonEmptyStringValueParser::new())]
     namespace: String,
 }
 
@@ -455,7 +458,7 @@ fn simulate(args: &SimArgs) -> Result<()> {
         let stem = Path::new(&args.scenario).file_stem().unwrap_or_default();
         Path::new(stem).with_extension("mcap")
     });
-    let ticks = sim::run(&scenario, &out, &args.namespace)?;
+    let ticks = fly(&scenario, &out, &args.namespace, &Bars::default())?;
     planesman_console::out!(
         "{}: {ticks} ticks, {:.2} s of vehicle time",
         out.display(),

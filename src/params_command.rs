@@ -6,9 +6,9 @@ use anyhow::{Result, bail};
 use planesman_parameters::{Declaration, Value};
 use planesman_text::did_you_mean;
 
-use crate::nodes::{NODES, declarations};
-use crate::scenario::Scenario;
 use planesman_console::{Format, Table, print_wrapped};
+use planesman_flight::nodes::{NODES, declarations};
+use planesman_flight::scenario::Scenario;
 
 /// Prints the parameters of one node, or of all, as a list or in a table's format.
 ///

@@ -8,8 +8,8 @@ use clap::Args;
 use crate::arguments::output_file;
 use crate::page::flights::{Flown, comparison, difference_note, page};
 use crate::run_folder::RunFolder;
-use crate::sink::write_text;
 use planesman_console::{Format, print_wrapped};
+use planesman_flight::sink::write_text;
 
 /// The flights.
 #[derive(Args)]

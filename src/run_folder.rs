@@ -11,12 +11,12 @@ use planesman_recording::parameters::RecorderParameters;
 use planesman_recording::selection::Selection;
 use planesman_text::in_one_line;
 
-use crate::flight::{Flight, recorded};
-use crate::nodes::NODES;
 use crate::page::flights::{self, Count, Flown};
-use crate::scenario::Scenario;
-use crate::sink::{full_name, write_text};
-use crate::summary::Summary;
+use planesman_flight::flight::{Flight, recorded};
+use planesman_flight::nodes::NODES;
+use planesman_flight::scenario::Scenario;
+use planesman_flight::sink::{full_name, write_text};
+use planesman_flight::summary::Summary;
 
 /// The folder of one flight.
 #[derive(Clone, Debug)]
@@ -380,7 +380,7 @@ mod tests {
         let text = "description: A test\nduration: 1.0\n";
         let scenario = Scenario::parse(text).expect("a scenario");
         run.create(&scenario, "").expect("made");
-        crate::sim::run(&scenario, &run.path.join("flown.mcap"), "/auv").expect("flown");
+        planesman_flight::fly(&scenario, &run.path.join("flown.mcap"), "/auv", &()).expect("flown");
         fs::create_dir(run.bag()).expect("made");
         fs::rename(run.path.join("flown.mcap"), run.bag().join("bag_0.mcap")).expect("moved");
         let tell = |published: u64, dropped: u64| {

@@ -13,7 +13,7 @@ use planesman_plant::PlantParameters;
 use planesman_watch::{Knowledge, Named, Options, Pole, Vehicle};
 
 use crate::nodes::end_with_launcher;
-use crate::summary::truth_of;
+use planesman_flight::summary::truth_of;
 
 /// The arguments of `planesman watch`.
 #[derive(Args, Clone, Debug)]

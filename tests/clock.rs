@@ -8,8 +8,8 @@ mod stage;
 
 use std::path::Path;
 
-use planesman::flight::Flight;
 use planesman::run_folder::RunFolder;
+use planesman_flight::flight::Flight;
 
 use stage::{Outcome, Process, Stage, eventually, scenario};
 

@@ -14,7 +14,7 @@ use std::{
 };
 
 use foreign::root;
-use planesman::nodes::NODES;
+use planesman_flight::nodes::NODES;
 use planesman_node::testing::OwnDomain;
 use rustix::process::{Pid, Signal, kill_process};
 

@@ -7,12 +7,12 @@ mod stage;
 
 use std::path::Path;
 
-use planesman::flight::Flight;
-use planesman::nodes::NODES;
 use planesman::run_folder::RunFolder;
-use planesman::scenario::Scenario;
-use planesman::summary::{POLE_TOLERANCE, Summary};
 use planesman_bag::BagReader;
+use planesman_flight::flight::Flight;
+use planesman_flight::nodes::NODES;
+use planesman_flight::scenario::Scenario;
+use planesman_flight::summary::{POLE_TOLERANCE, Summary};
 use planesman_msgs::planesman_msgs::msg::VehicleState;
 use planesman_node::ExitReport;
 use planesman_testing::content;

@@ -2,8 +2,8 @@
 //! not at three. The scenario `too_fast`, flown in one process with each source of gains.
 #![allow(clippy::unwrap_used)]
 
-use planesman::compose::{Loop, Tick};
-use planesman::scenario::Scenario;
+use planesman_flight::compose::{Loop, Tick};
+use planesman_flight::scenario::Scenario;
 
 const SETPOINT: f64 = 10.3048;
 

@@ -10,8 +10,9 @@ mod stage;
 use std::{collections::BTreeMap, fs, path::Path};
 
 use foreign::{Python, full_name};
-use planesman::{nodes::NODES, run_folder::RunFolder};
+use planesman::run_folder::RunFolder;
 use planesman_bag::BagReader;
+use planesman_flight::nodes::NODES;
 use planesman_node::ExitReport;
 use serde_json::Value;
 use stage::{Stage, eventually, scenario};

@@ -11,8 +11,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use foreign::{CYCLONE, Python, RCLPY, Running, full_name, root};
-use planesman::nodes::NODES;
 use planesman_control::ControllerParameters;
+use planesman_flight::nodes::NODES;
 use planesman_msgs::{
     Message,
     diagnostic_msgs::msg::DiagnosticArray,

@@ -5,8 +5,8 @@ mod stage;
 
 use std::path::Path;
 
-use planesman::flight::Flight;
 use planesman::run_folder::RunFolder;
+use planesman_flight::flight::Flight;
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus, KeyValue};
 use planesman_msgs::planesman_msgs::msg::{TickAnswer, VehicleState};

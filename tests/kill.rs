@@ -7,8 +7,8 @@ mod stage;
 
 use std::path::Path;
 
-use planesman::flight::Flight;
 use planesman_bag::BagReader;
+use planesman_flight::flight::Flight;
 use planesman_msgs::diagnostic_msgs::msg::DiagnosticStatus;
 use planesman_msgs::planesman_msgs::msg::VehicleState;
 use stage::{Operator, Process, Received, Signal, Stage, eventually, scenario};

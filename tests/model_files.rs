@@ -10,8 +10,8 @@ mod stage;
 use std::path::Path;
 
 use foreign::Python;
-use planesman::compose::Loop;
-use planesman::scenario::Scenario;
+use planesman_flight::compose::Loop;
+use planesman_flight::scenario::Scenario;
 use planesman_linear::Complex;
 use planesman_model_file::{ModelFile, Place};
 use planesman_vehicle::Vehicle;

@@ -1,10 +1,10 @@
 //! The committed parameter file is what the program prints, so it cannot drift from the
 //! declarations; and what it prints, the nodes read.
 
-use planesman::nodes::NODES;
-use planesman::nodes::declarations;
 use planesman::params_command::parameter_file;
-use planesman::scenario::Scenario;
+use planesman_flight::nodes::NODES;
+use planesman_flight::nodes::declarations;
+use planesman_flight::scenario::Scenario;
 use planesman_parameters::{Values, file};
 
 const COMMITTED: &str = include_str!("../launch-scripts/params/params.yaml");

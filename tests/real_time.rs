@@ -7,9 +7,9 @@ mod stage;
 
 use std::path::Path;
 
-use planesman::flight::Flight;
-use planesman::nodes::NODES;
 use planesman::run_folder::RunFolder;
+use planesman_flight::flight::Flight;
+use planesman_flight::nodes::NODES;
 use planesman_msgs::builtin_interfaces::msg::{Duration, Time};
 use planesman_msgs::planesman_msgs::msg::{PlaneMotion, VehicleState};
 use planesman_msgs::rosgraph_msgs::msg::Clock;

@@ -1,9 +1,9 @@
 //! Another vehicle in the whole loop: the scenario `remus_100`, composed in one process.
 #![allow(clippy::unwrap_used)]
 
-use planesman::compose::{Loop, Tick};
-use planesman::fingerprint::{Fingerprint, identified};
-use planesman::scenario::Scenario;
+use planesman_flight::compose::{Loop, Tick};
+use planesman_flight::fingerprint::{Fingerprint, identified};
+use planesman_flight::scenario::Scenario;
 use planesman_linear::Complex;
 use planesman_vehicle::{linearised, vehicle_file};
 

@@ -7,12 +7,12 @@ mod recorded;
 use std::fs;
 use std::path::PathBuf;
 
-use planesman::flight::Flight;
 use planesman::run_folder::RunFolder;
-use planesman::scenario::Scenario;
-use planesman::sim;
-use planesman::summary::Summary;
 use planesman_bag::{BagReader, BagWriter, Message, OfferedQos, Order, Topic, WriterOptions};
+use planesman_flight::flight::Flight;
+use planesman_flight::fly;
+use planesman_flight::scenario::Scenario;
+use planesman_flight::summary::Summary;
 use planesman_linear::StepMetrics;
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::cdr;
@@ -39,7 +39,7 @@ impl Rewritten {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join("scenario.yaml"), SCENARIO).unwrap();
         let plain = folder.path().join("plain.mcap");
-        sim::run(&scenario(), &plain, "/auv").unwrap();
+        fly(&scenario(), &plain, "/auv", &()).unwrap();
         let rewritten = Self { folder };
         let mut writer = BagWriter::create(&rewritten.bag(), WriterOptions::default()).unwrap();
         let bag = BagReader::open(&plain).unwrap();

@@ -6,7 +6,7 @@ mod stage;
 
 use std::path::Path;
 
-use planesman::flight::Flight;
+use planesman_flight::flight::Flight;
 use planesman_msgs::diagnostic_msgs::msg::DiagnosticStatus;
 use planesman_msgs::planesman_msgs::msg::VehicleState;
 use stage::{Process, Received, Stage, eventually, scenario};

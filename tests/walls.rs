@@ -103,7 +103,7 @@ fn identification_knows_no_file_no_message_and_no_command_line() {
     let own = reached.into_iter().filter(|it| members.contains_key(*it));
     assert_eq!(
         own.collect::<Vec<_>>(),
-        ["planesman_linear", "planesman_pitch"]
+        ["planesman_linear", "planesman_parallel", "planesman_pitch"]
     );
     let direct = &members["planesman_identification"].dependencies;
     assert!(

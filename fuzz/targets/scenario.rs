@@ -2,7 +2,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use planesman::scenario::Scenario;
+use planesman_flight::scenario::Scenario;
 
 fuzz_target!(|data: &[u8]| {
     let Ok(text) = planesman_text::decoded(data) else {

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use planesman::compose::Loop;
-use planesman::scenario::Scenario;
-use planesman::sink::{COLUMNS, McapSink};
+use planesman_flight::compose::Loop;
+use planesman_flight::scenario::Scenario;
+use planesman_flight::sink::{COLUMNS, McapSink};
 use pyo3::prelude::*;
 
 use crate::array::array;

@@ -19,8 +19,8 @@ use super::subject::{
 };
 use crate::arguments::{output_file, speed, within};
 use crate::page::{document, figures};
-use crate::sink::write_text;
 use planesman_console::print_wrapped;
+use planesman_flight::sink::write_text;
 
 /// The loop, the speeds and the observation time.
 #[derive(Args)]

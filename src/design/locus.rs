@@ -14,8 +14,8 @@ use super::analyse::{FAST, heading};
 use super::subject::{Drive, GainArgs, Subject, Varied, law_text, poles_text, speed_text};
 use crate::arguments::{number, output_file, speed, within};
 use crate::page::{document, figures};
-use crate::sink::write_text;
 use planesman_console::{Table, print_wrapped, wrapped};
+use planesman_flight::sink::write_text;
 
 /// Points of the drawing.
 const DOTS: u32 = 600;

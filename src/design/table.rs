@@ -19,12 +19,12 @@ use planesman_units::FOOT;
 
 use super::subject::{Subject, default_gains};
 use crate::arguments::{length, number, output_file, speed, within};
-use crate::compose::Loop;
 use crate::page::{document, figures};
-use crate::scenario::Scenario;
-use crate::sink::write_text;
 use planesman_console::progress::{end_with_reader, on_all_cores};
 use planesman_console::{Format, Table};
+use planesman_flight::compose::Loop;
+use planesman_flight::scenario::Scenario;
+use planesman_flight::sink::write_text;
 
 /// The flights to simulate.
 #[derive(Args)]

@@ -10,11 +10,11 @@ use planesman_plot::{Plot, Series, Style};
 use serde_json::json;
 
 use super::{document, figures, poles};
-use crate::flight::{Flight, Points};
-use crate::scenario::Scenario;
-use crate::summary::{Summary, distance_text};
 use crate::titles;
 use planesman_console::Table;
+use planesman_flight::flight::{Flight, Points};
+use planesman_flight::scenario::Scenario;
+use planesman_flight::summary::{Summary, distance_text};
 
 /// Messages of one topic, as sent and as recorded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -10,9 +10,9 @@ use anyhow::{Result, bail};
 use planesman_book::{Line, Reckoning, Verdict};
 
 use crate::arguments::output_file;
-use crate::sink::write_text;
 use planesman_console::print_wrapped;
 use planesman_console::progress::{end_with_reader, spinner};
+use planesman_flight::sink::write_text;
 
 pub mod listing;
 pub mod page;

@@ -12,8 +12,8 @@ use super::arguments::{DataArgs, GridArgs, PreparationArgs, SignalArgs};
 use super::compared::{Compared, fits, frequency_responses};
 use super::{compare_page, model_file};
 use crate::arguments::output_file;
-use crate::sink::write_text;
 use planesman_console::{Format, Table, print_wrapped};
+use planesman_flight::sink::write_text;
 
 /// Frequencies in the table, of a frequency response.
 const FREQUENCIES: usize = 6;

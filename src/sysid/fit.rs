@@ -21,9 +21,9 @@ use super::arguments::{Columns, SignalArgs, Validation, validation};
 use super::trial::{self, Trial};
 use super::{compare_page, model_file, page};
 use crate::arguments::{choice_also_known, output_file, speed, within};
-use crate::sink::write_text;
 use planesman_console::print_wrapped;
 use planesman_console::progress::{bar, spinner};
+use planesman_flight::sink::write_text;
 
 type IdentificationResult = Result<Analysis, IdentificationError>;
 

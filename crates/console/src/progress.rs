@@ -2,13 +2,14 @@
 //!
 //! On a terminal progress is a bar with the time left; elsewhere, as in a log, it is a line every ten seconds.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use std::{fmt, io};
 
 use indicatif::style::TemplateError;
 use indicatif::{HumanDuration, ProgressDrawTarget, ProgressState, TermLike};
 pub use indicatif::{ProgressBar, ProgressStyle};
+use planesman_parallel::Progress;
 use rustix::event::{PollFd, PollFlags, poll};
 
 /// Time between two lines of progress where there is no terminal.
@@ -31,6 +32,34 @@ pub fn bar_with(what: &'static str, steps: u64, done: u64) -> ProgressBar {
     // What was done before says nothing of the time left.
     bar.reset_eta();
     styled(bar, what, style.map(with_time_left))
+}
+
+/// Work drawn as a bar while it goes on.
+#[derive(Debug, Default)]
+pub struct Bars(Mutex<Option<ProgressBar>>);
+
+impl Progress for Bars {
+    fn begin(&self, what: &'static str, steps: u64, done: u64) {
+        *self.held() = Some(bar_with(what, steps, done));
+    }
+
+    fn step(&self) {
+        if let Some(bar) = &*self.held() {
+            bar.inc(1);
+        }
+    }
+
+    fn end(&self) {
+        if let Some(bar) = self.held().take() {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+impl Bars {
+    fn held(&self) -> MutexGuard<'_, Option<ProgressBar>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 /// The time that work of unknown length has taken, on standard error.

@@ -22,6 +22,18 @@ impl Stop {
     }
 }
 
+/// Who is told how far long work has come. `()` is nobody.
+pub trait Progress: Sync {
+    /// Work of so many steps begins, of which so many were done before.
+    fn begin(&self, _what: &'static str, _steps: u64, _done: u64) {}
+    /// A step is done.
+    fn step(&self) {}
+    /// The work has ended.
+    fn end(&self) {}
+}
+
+impl Progress for () {}
+
 /// What unwinds from a [`stop_point`].
 struct Stopped;
 

@@ -19,13 +19,15 @@ const MOST_CASES: u64 = 1_000_000_000;
 
 /// A parameter that is varied, and its values.
 #[derive(Clone, Debug)]
-pub(super) struct Axis {
-    pub(super) parameter: ParameterName,
+pub struct Axis {
+    /// What is varied.
+    pub parameter: ParameterName,
     /// Its unit, as declared.
-    pub(super) unit: &'static str,
-    pub(super) values: Vec<Value>,
+    pub unit: &'static str,
+    /// Its values.
+    pub values: Vec<Value>,
     /// Whether the values belong together with those of the others that are sampled.
-    pub(super) is_sampled: bool,
+    pub is_sampled: bool,
 }
 
 impl Axis {
@@ -87,7 +89,7 @@ impl Axis {
     }
 
     /// Its name, with the unit.
-    pub(super) fn name(&self) -> String {
+    pub fn name(&self) -> String {
         match self.unit {
             "" => self.parameter.to_string(),
             unit => format!("{} [{unit}]", self.parameter),
@@ -95,7 +97,7 @@ impl Axis {
     }
 
     /// The numbers on it; `None` for words.
-    pub(super) fn numbers(&self) -> Option<Vec<f64>> {
+    pub fn numbers(&self) -> Option<Vec<f64>> {
         let number = |value: &Value| match value {
             Value::Integer(it) => Some(*it as f64),
             Value::Double(it) => Some(*it),
@@ -142,12 +144,13 @@ fn items(text: &str) -> Vec<&str> {
 
 /// All cases.
 #[derive(Clone, Debug)]
-pub(super) struct Space {
-    pub(super) axes: Vec<Axis>,
+pub struct Space {
+    /// What is varied, the slowest first.
+    pub axes: Vec<Axis>,
     /// Of a Latin hypercube; 1 without.
     samples: u64,
     /// From the scenario's on.
-    pub(super) seeds: u32,
+    pub seeds: u32,
 }
 
 impl Space {
@@ -155,7 +158,7 @@ impl Space {
     ///
     /// # Errors
     /// One that is not of its form, or a value that the parameter's declaration refuses.
-    pub(super) fn new(vary: &[String], samples: u32, seeds: u32, seed: u32) -> Result<Self> {
+    pub fn new(vary: &[String], samples: u32, seeds: u32, seed: u32) -> Result<Self> {
         let axis = |(place, text): (usize, &String)| {
             Axis::read(text, place, samples, seed).with_context(|| format!("--vary {text}"))
         };
@@ -191,13 +194,13 @@ impl Space {
     }
 
     /// Combinations of values.
-    pub(super) fn combinations(&self) -> u64 {
+    pub fn combinations(&self) -> u64 {
         let sizes = self.axes.iter().filter(|axis| !axis.is_sampled);
         sizes.fold(self.samples, |all, axis| all * axis.values.len() as u64)
     }
 
     /// The place of each axis' value in a combination.
-    pub(super) fn places(&self, combination: u64) -> Vec<usize> {
+    pub fn places(&self, combination: u64) -> Vec<usize> {
         let sample = (combination % self.samples) as usize;
         let mut rest = combination / self.samples;
         let mut places = vec![sample; self.axes.len()];
@@ -212,7 +215,7 @@ impl Space {
     }
 
     /// The values of a combination, in the order of the axes.
-    pub(super) fn values(&self, combination: u64) -> impl Iterator<Item = (&Axis, &Value)> {
+    pub fn values(&self, combination: u64) -> impl Iterator<Item = (&Axis, &Value)> {
         let places = self.places(combination).into_iter();
         let axes = self.axes.iter().zip(places);
         axes.map(|(axis, place)| (axis, &axis.values[place]))
@@ -222,7 +225,7 @@ impl Space {
     ///
     /// # Errors
     /// A value that the parameter's declaration refuses.
-    pub(super) fn scenario(&self, base: &Scenario, combination: u64) -> Result<Scenario> {
+    pub fn scenario(&self, base: &Scenario, combination: u64) -> Result<Scenario> {
         let mut scenario = base.clone();
         for (axis, value) in self.values(combination) {
             scenario.put(&axis.parameter, value.clone())?;

@@ -1,9 +1,9 @@
-//! `planesman sim`: a scenario simulated in one process, as fast as possible.
+//! A scenario simulated in one process, as fast as possible, into a file.
 
 use std::path::Path;
 
 use anyhow::{Result, bail};
-use planesman_console::progress::ProgressBar;
+use planesman_parallel::Progress;
 
 use crate::compose::Loop;
 use crate::scenario::Scenario;
@@ -13,31 +13,34 @@ use crate::sink::{CsvSink, McapSink};
 ///
 /// # Errors
 /// When the file's kind is unknown, the path is taken, or a part of the loop refuses.
-pub fn run(scenario: &Scenario, out: &Path, namespace: &str) -> Result<u64> {
+pub fn fly(
+    scenario: &Scenario,
+    out: &Path,
+    namespace: &str,
+    progress: &dyn Progress,
+) -> Result<u64> {
     enum Out {
         Mcap(Box<McapSink>),
         Csv(CsvSink),
     }
-    let flight = Loop::new(scenario)?;
+    let mut flight = Loop::new(scenario)?;
     let mut sink = match out.extension().and_then(|e| e.to_str()) {
         Some("mcap") => Out::Mcap(Box::new(McapSink::create(out, namespace)?)),
         Some("csv") => Out::Csv(CsvSink::create(out)?),
         _ => bail!("'{}': the output is named *.mcap or *.csv", out.display()),
     };
-    let bar = ProgressBar::new(scenario.ticks());
-    let mut ticks = 0;
-    for tick in flight {
+    progress.begin("ticks", scenario.ticks(), 0);
+    let flown = flight.try_fold(0, |ticks, tick| -> Result<u64> {
         let tick = tick?;
         match &mut sink {
             Out::Mcap(sink) => tick.put_into(sink.as_mut())?,
             Out::Csv(sink) => sink.put(&tick)?,
         }
-        ticks += 1;
-        if ticks % 64 == 0 {
-            bar.set_position(ticks);
-        }
-    }
-    bar.finish_and_clear();
+        progress.step();
+        Ok(ticks + 1)
+    });
+    progress.end();
+    let ticks = flown?;
     match sink {
         Out::Mcap(sink) => sink.finish()?,
         Out::Csv(sink) => sink.finish()?,

@@ -32,19 +32,19 @@ const FILES: [(&str, &str); 8] = [
 pub const BUILTIN: [(&str, &str); 4] = [
     (
         "dive",
-        include_str!("../launch-scripts/scenarios/dive.yaml"),
+        include_str!("../../../launch-scripts/scenarios/dive.yaml"),
     ),
     (
         "open_loop",
-        include_str!("../launch-scripts/scenarios/open_loop.yaml"),
+        include_str!("../../../launch-scripts/scenarios/open_loop.yaml"),
     ),
     (
         "remus_100",
-        include_str!("../launch-scripts/scenarios/remus_100.yaml"),
+        include_str!("../../../launch-scripts/scenarios/remus_100.yaml"),
     ),
     (
         "way_depths",
-        include_str!("../launch-scripts/scenarios/way_depths.yaml"),
+        include_str!("../../../launch-scripts/scenarios/way_depths.yaml"),
     ),
 ];
 
@@ -270,7 +270,7 @@ impl Scenario {
     ///
     /// # Errors
     /// When the parameter is not declared, or its declaration refuses the value.
-    pub(crate) fn put(&mut self, parameter: &ParameterName, value: Value) -> Result<()> {
+    pub fn put(&mut self, parameter: &ParameterName, value: Value) -> Result<()> {
         let ParameterName { node, name } = parameter;
         let value = parameter.declaration()?.accept(value)?;
         match (*node, name.as_str(), &value) {
@@ -286,12 +286,12 @@ impl Scenario {
     }
 
     /// The value that the scenario gives a parameter; `None` where the declared default holds.
-    pub(crate) fn given(&self, node: &str, name: &str) -> Option<&Value> {
+    pub fn given(&self, node: &str, name: &str) -> Option<&Value> {
         self.parameters.get(node)?.get(name)
     }
 
     /// Whether a parameter was set after the file was written.
-    pub(crate) fn is_changed(&self, parameter: &ParameterName) -> bool {
+    pub fn is_changed(&self, parameter: &ParameterName) -> bool {
         self.changed.contains(parameter)
     }
 
@@ -322,7 +322,7 @@ impl Scenario {
     ///
     /// # Errors
     /// The refusal of the first that refuses.
-    pub(crate) fn check(&self) -> Result<()> {
+    pub fn check(&self) -> Result<()> {
         self.check_times()?;
         for node in NODES {
             nodes::validate(node, &self.values(node)?)
@@ -498,11 +498,7 @@ impl Scenario {
     ///
     /// # Errors
     /// When a value breaks its declaration.
-    pub(crate) fn launched_values(
-        &self,
-        node: &str,
-        extra: &[(&str, &str, Value)],
-    ) -> Result<Values> {
+    pub fn launched_values(&self, node: &str, extra: &[(&str, &str, Value)]) -> Result<Values> {
         let changes = extra
             .iter()
             .filter(|(n, _, _)| *n == node)
@@ -515,7 +511,7 @@ impl Scenario {
     ///
     /// # Errors
     /// The parameter that is kept with another value.
-    pub(crate) fn check_kept(
+    pub fn check_kept(
         &self,
         parameter_file: &str,
         namespace: &str,
@@ -569,7 +565,7 @@ impl Scenario {
 }
 
 /// A value as a cell or label: words without quotes, the shortest digits of a number.
-pub(crate) fn plain(value: &Value) -> String {
+pub fn plain(value: &Value) -> String {
     match value {
         Value::String(text) => shown(text).to_string(),
         Value::Double(number) => number.to_string(),
@@ -578,10 +574,7 @@ pub(crate) fn plain(value: &Value) -> String {
 }
 
 /// The first parameter with another value than the one it is to have, and both.
-pub(crate) fn difference(
-    values: &Values,
-    actual: impl Fn(&str) -> Option<Value>,
-) -> Option<String> {
+pub fn difference(values: &Values, actual: impl Fn(&str) -> Option<Value>) -> Option<String> {
     values.declarations().iter().find_map(|declaration| {
         let name = &declaration.name;
         let (right, actual) = (values.get(name)?, actual(name));
@@ -827,7 +820,7 @@ mod tests {
             std::fs::write(&path, text).expect("written");
             path.display().to_string()
         };
-        let vehicle = include_str!("../crates/vehicle/vehicles/brunner.yaml");
+        let vehicle = include_str!("../../vehicle/vehicles/brunner.yaml");
         let beside = write("vehicles/own.yaml", vehicle);
         let text =
             "{description: d, duration: 1, parameters: {plant_sim: {vehicle: vehicles/own.yaml}}}";

@@ -42,7 +42,7 @@ fn cannot_write(path: &Path) -> String {
 ///
 /// # Errors
 /// When it cannot be written, with its name.
-pub(crate) fn write_text(path: &Path, text: impl AsRef<[u8]>) -> Result<()> {
+pub fn write_text(path: &Path, text: impl AsRef<[u8]>) -> Result<()> {
     planesman_text::write_text(path, text).with_context(|| cannot_write(path))
 }
 

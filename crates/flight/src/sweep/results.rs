@@ -19,15 +19,15 @@ use anyhow::{Context as _, Result, anyhow, bail};
 const AHEAD: u64 = 1024;
 
 /// The name of a part's file.
-pub(super) fn file_of(part: u64, parts: u64) -> String {
+pub fn file_of(part: u64, parts: u64) -> String {
     format!("cases-{part}-of-{parts}.csv")
 }
 
 /// The file, open for the rows that it lacks.
-pub(super) struct Results {
+pub struct Results {
     file: File,
     /// Rows that it had.
-    pub(super) there: u64,
+    pub there: u64,
 }
 
 impl Results {
@@ -35,7 +35,7 @@ impl Results {
     ///
     /// # Errors
     /// When it cannot be written, another process is writing it, or it has another header.
-    pub(super) fn open(path: &Path, header: &str) -> Result<Self> {
+    pub fn open(path: &Path, header: &str) -> Result<Self> {
         let named = || format!("'{}'", path.display());
         let mut options = File::options();
         let mut file = options
@@ -77,7 +77,7 @@ impl Results {
     ///
     /// # Errors
     /// When a row cannot be computed or written. The file then ends with the row before it.
-    pub(super) fn fill(
+    pub fn fill(
         self,
         all: u64,
         jobs: NonZero<usize>,

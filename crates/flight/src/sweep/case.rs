@@ -28,8 +28,8 @@ pub(super) struct Metrics {
     model: Option<ModelEstimate>,
 }
 
-/// The columns of [`Metrics::numbers`], before those of the poles.
-pub(super) const COLUMNS: [&str; 14] = [
+/// The columns of a case's numbers, before those of the poles.
+pub const COLUMNS: [&str; 14] = [
     "depth_setpoint [m]",
     "rise_time [s]",
     "overshoot [%]",
@@ -46,9 +46,10 @@ pub(super) const COLUMNS: [&str; 14] = [
     "gain_over_one_sample",
 ];
 
-/// Of the columns the one that says how well the vehicle dives, and the one that says at what cost.
-pub(super) const SETTLING: usize = 4;
-pub(super) const TRAVEL: usize = 7;
+/// The place of the settling time in [`COLUMNS`].
+pub const SETTLING: usize = 4;
+/// The place of the plane travel.
+pub const TRAVEL: usize = 7;
 
 /// Estimates that are kept until the last valid one of them is made.
 const MOST_DUE: usize = 100;
@@ -176,7 +177,7 @@ parameters:
         let metrics = Metrics::of(&scenario).expect("flown");
         let folder = tempfile::tempdir().expect("a folder");
         let bag = folder.path().join("flight.mcap");
-        crate::sim::run(&scenario, &bag, "/auv").expect("flown");
+        crate::fly(&scenario, &bag, "/auv", &()).expect("flown");
         let flight = Flight::read(&bag).expect("a flight");
         let step = flight.step.expect("a step");
         assert_eq!(metrics.setpoint, Some(0.5));

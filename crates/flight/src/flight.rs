@@ -121,7 +121,7 @@ impl Flight {
 }
 
 /// The messages that a bag holds, by topic.
-pub(crate) fn recorded(bag: &BagReader) -> BTreeMap<String, u64> {
+pub fn recorded(bag: &BagReader) -> BTreeMap<String, u64> {
     let mut counts = BTreeMap::new();
     for count in bag.topics() {
         *counts.entry(count.topic.name.clone()).or_insert(0) += count.messages;

@@ -47,7 +47,8 @@ pub fn identified(model: &ModelEstimate) -> Fingerprint {
     }
 }
 
-pub(crate) fn slowest_first(mut poles: Vec<Complex<f64>>) -> Vec<Complex<f64>> {
+/// Poles by their magnitude, of a pair the one above the real axis first.
+pub fn slowest_first(mut poles: Vec<Complex<f64>>) -> Vec<Complex<f64>> {
     poles.sort_by(|a, b| {
         a.norm()
             .total_cmp(&b.norm())

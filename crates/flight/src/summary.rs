@@ -118,7 +118,7 @@ impl Summary {
 ///
 /// # Errors
 /// When the scenario's parameters are refused.
-pub(crate) fn test_signal(scenario: &Scenario) -> Result<Option<String>> {
+pub fn test_signal(scenario: &Scenario) -> Result<Option<String>> {
     let controller: ControllerParameters = scenario.parameters_of("depth_controller")?;
     let (signal, amplitude) = (
         controller.identification.signal.name(),
@@ -134,7 +134,7 @@ fn truth(scenario: &Scenario) -> Result<Fingerprint> {
 }
 
 /// The same of the vehicle with these parameters.
-pub(crate) fn truth_of(parameters: &PlantParameters, tick: f64) -> Result<Fingerprint> {
+pub fn truth_of(parameters: &PlantParameters, tick: f64) -> Result<Fingerprint> {
     let vehicle = planesman_plant::vehicle(parameters).map_err(|e| anyhow!("{e}"))?;
     let model = planesman_vehicle::linearised::true_model_of(
         &planesman_plant::derivatives(parameters, &vehicle),
@@ -286,7 +286,7 @@ parameters:
         .expect("a scenario");
         let folder = tempfile::tempdir().expect("a folder");
         let bag = folder.path().join("flight.mcap");
-        crate::sim::run(&scenario, &bag, "/auv").expect("flown");
+        crate::fly(&scenario, &bag, "/auv", &()).expect("flown");
         let flight = Flight::read(&bag).expect("a flight");
         let summary = Summary::of(&flight, &scenario).expect("a summary");
         let depth = summary.depth.expect("a step");

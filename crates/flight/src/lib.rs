@@ -1,0 +1,23 @@
+//! Flies a vehicle in this process: scenario, loop, bag, summary, sweep.
+//!
+//! - [`Scenario`]: what is flown, from a file or a built-in one, checked as the nodes check it ([`nodes`]).
+//! - [`compose`]: the loop of plant, controller, actuator and identifier, tick by tick. Its messages equal those of the nodes over DDS
+//!   bit for bit.
+//! - [`fly()`]: a scenario flown into a bag or a CSV file ([`sink`]).
+//! - [`flight`], [`summary`]: what happened, from a bag.
+//! - [`sweep`]: a scenario flown many times, with other parameters and seeds.
+
+pub mod compose;
+pub mod fingerprint;
+pub mod flight;
+mod fly;
+pub mod in_order;
+pub mod nodes;
+pub mod scenario;
+pub mod sink;
+pub mod summary;
+pub mod sweep;
+
+pub use compose::Loop;
+pub use fly::fly;
+pub use scenario::Scenario;
