@@ -811,7 +811,7 @@ mod tests {
         for part in [
             "export ROS_DOMAIN_ID=7 ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST",
             "ros2 topic echo /second/state",
-            "--namespace /second",
+            "planesman watch",
         ] {
             assert!(lines.contains(part), "{lines}");
         }

@@ -20,9 +20,9 @@ use planesman::run_folder::{Loss, RunFolder};
 use planesman::{bag_command, doctor, nodes, params_command, report, tf_command, watch};
 use planesman_console::Format;
 use planesman_console::progress::Bars;
-use planesman_flight::fly;
 use planesman_flight::nodes::NAMESPACE;
 use planesman_flight::scenario::{BUILTIN, Scenario};
+use planesman_flight::{Parts, fly};
 use planesman_parameters::Parameters as _;
 use planesman_plant::PlantParameters;
 use planesman_text::in_one_line;
@@ -458,7 +458,13 @@ fn simulate(args: &SimArgs) -> Result<()> {
         let stem = Path::new(&args.scenario).file_stem().unwrap_or_default();
         Path::new(stem).with_extension("mcap")
     });
-    let ticks = fly(&scenario, &out, &args.namespace, &Bars::default())?;
+    let ticks = fly(
+        &scenario,
+        &Parts::default(),
+        &out,
+        &args.namespace,
+        &Bars::default(),
+    )?;
     planesman_console::out!(
         "{}: {ticks} ticks, {:.2} s of vehicle time",
         out.display(),

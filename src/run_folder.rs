@@ -380,7 +380,14 @@ mod tests {
         let text = "description: A test\nduration: 1.0\n";
         let scenario = Scenario::parse(text).expect("a scenario");
         run.create(&scenario, "").expect("made");
-        planesman_flight::fly(&scenario, &run.path.join("flown.mcap"), "/auv", &()).expect("flown");
+        planesman_flight::fly(
+            &scenario,
+            &planesman_flight::Parts::default(),
+            &run.path.join("flown.mcap"),
+            "/auv",
+            &(),
+        )
+        .expect("flown");
         fs::create_dir(run.bag()).expect("made");
         fs::rename(run.path.join("flown.mcap"), run.bag().join("bag_0.mcap")).expect("moved");
         let tell = |published: u64, dropped: u64| {

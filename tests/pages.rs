@@ -9,8 +9,8 @@ use std::process::{Command, Output};
 
 use browser::{assert_alive, assert_prints_lines};
 use planesman::run_folder::RunFolder;
-use planesman_flight::fly;
 use planesman_flight::scenario::Scenario;
+use planesman_flight::{Parts, fly};
 use planesman_testing::content;
 
 fn planesman(folder: &Path, arguments: &[&str]) -> Output {
@@ -34,7 +34,7 @@ fn flown(folder: &Path, name: &str, gain: f64) -> PathBuf {
     let scenario = Scenario::parse(&scenario).unwrap();
     run.create(&scenario, "").unwrap();
     let bag = folder.join(format!("{name}.mcap"));
-    fly(&scenario, &bag, "/auv", &()).unwrap();
+    fly(&scenario, &Parts::default(), &bag, "/auv", &()).unwrap();
     std::fs::create_dir(run.bag()).unwrap();
     std::fs::rename(bag, run.bag().join("bag_0.mcap")).unwrap();
     path

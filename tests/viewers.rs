@@ -7,8 +7,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use planesman_flight::fly;
 use planesman_flight::scenario::Scenario;
+use planesman_flight::{Parts, fly};
 use planesman_msgs::sensor_msgs::msg::JointState;
 use planesman_msgs::std_msgs::msg::String as Text;
 use planesman_msgs::tf2_msgs::msg::TFMessage;
@@ -26,7 +26,14 @@ impl Flight {
     fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let bag = folder.path().join("dive.mcap");
-        fly(&Scenario::load("dive").unwrap(), &bag, "/auv", &()).unwrap();
+        fly(
+            &Scenario::load("dive").unwrap(),
+            &Parts::default(),
+            &bag,
+            "/auv",
+            &(),
+        )
+        .unwrap();
         Self {
             _folder: folder,
             bag,

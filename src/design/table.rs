@@ -323,7 +323,7 @@ parameters:
                 pitch_rate: tick.control.gain_pitch_rate,
             };
             squares += (fed_back - state.pitch).powi(2);
-            for angle in &tick.actuator.motion.dive_planes {
+            for angle in &tick.actuator.motion().dive_planes {
                 travel += f64::abs(angle - stood);
                 stood = *angle;
             }

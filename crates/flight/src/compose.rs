@@ -3,23 +3,21 @@
 //! It does per tick what ARCHITECTURE.md says the processes do, with the same messages,
 //! so its trajectories equal those of the lockstep loop over DDS bit for bit.
 
-use std::fmt::Display;
 use std::sync::Arc;
 
 use anyhow::{Result, anyhow};
-use planesman_control::Controller;
-use planesman_hydraulics::{Actuator, Group, Output};
-use planesman_identification::stop_point;
-use planesman_identifier::{Due, Identifier};
+use planesman_hydraulics::Group;
 use planesman_msgs::Message;
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::{
     ControlState, DhaState, ModelEstimate, MotionEstimate, PlaneCommand, VehicleState,
 };
 use planesman_msgs::rosgraph_msgs::msg::Clock;
-use planesman_msgs::sensor_msgs::msg::{FluidPressure, Imu, JointState};
-use planesman_plant::{Facts, Instruments, Observation, Plant};
+use planesman_msgs::sensor_msgs::msg::JointState;
+use planesman_parallel::stop_point;
+use planesman_plant::Facts;
 
+use crate::parts::{Actuator, Estimator, Law, Model, Motion, Observation, PartError, Parts, Plant};
 use crate::scenario::Scenario;
 
 /// Every message of the loop in one tick.
@@ -38,9 +36,9 @@ pub struct Tick {
     /// The estimated motion, when the controller does not use the true state.
     pub estimate: Option<MotionEstimate>,
     /// The motion of the actuator until the next stamp.
-    pub actuator: Arc<Output>,
+    pub actuator: Arc<dyn Motion>,
     /// Planes and rams.
-    pub planes: JointState,
+    pub planes: Option<JointState>,
     /// The planes it moves, a state each.
     pub groups: &'static [Group],
     /// The actuators inside.
@@ -66,9 +64,9 @@ pub struct Answers {
     /// As of [`Tick::control`].
     pub control: ControlState,
     /// As of [`Tick::actuator`].
-    pub actuator: Arc<Output>,
+    pub actuator: Arc<dyn Motion>,
     /// The identified model, when one is due.
-    pub models: Vec<Due>,
+    pub models: Vec<Model>,
 }
 
 /// Something that takes messages by topic.
@@ -94,19 +92,27 @@ impl Tick {
             sink.put("robot_description", t, &facts.description)?;
         }
         sink.put("state", t, &o.state)?;
-        sink.put("odom", t, &o.odometry)?;
-        sink.put("/tf", t, &o.transforms)?;
-        sink.put("imu", t, &o.imu)?;
-        sink.put("depth_pressure", t, &o.depth_pressure)?;
-        sink.put("speed_pressure", t, &o.speed_pressure)?;
-        sink.put("daq", t, &o.daq)?;
+        if let Some((odometry, transforms)) = &o.frames {
+            sink.put("odom", t, odometry)?;
+            sink.put("/tf", t, transforms)?;
+        }
+        if let Some(instruments) = &o.instruments {
+            sink.put("imu", t, &instruments.imu)?;
+            sink.put("depth_pressure", t, &instruments.depth_pressure)?;
+            sink.put("speed_pressure", t, &instruments.speed_pressure)?;
+        }
+        if let Some(daq) = &o.daq {
+            sink.put("daq", t, daq)?;
+        }
         sink.put("plane_command", t, &self.command)?;
         sink.put("control_state", t, &self.control)?;
         if let Some(estimate) = &self.estimate {
             sink.put("estimate", t, estimate)?;
         }
-        sink.put("plane_motion", t, &self.actuator.motion)?;
-        sink.put("planes", t, &self.planes)?;
+        sink.put("plane_motion", t, self.actuator.motion())?;
+        if let Some(planes) = &self.planes {
+            sink.put("planes", t, planes)?;
+        }
         for (group, state) in self.groups.iter().zip(&self.states) {
             sink.put(group.topic(), t, state)?;
         }
@@ -119,10 +125,10 @@ impl Tick {
 
 /// The composed loop.
 pub struct Loop {
-    plant: Plant,
-    controller: Controller,
-    actuator: Actuator,
-    identifier: Identifier,
+    plant: Box<dyn Plant>,
+    law: Box<dyn Law>,
+    actuator: Box<dyn Actuator>,
+    estimator: Box<dyn Estimator>,
     tick_nanos: i64,
     /// The next tick.
     k: i64,
@@ -130,9 +136,9 @@ pub struct Loop {
     ticks: u64,
 }
 
-/// The error of a node, with its name.
-fn of<E: Display>(node: &'static str) -> impl Fn(E) -> anyhow::Error {
-    move |e| anyhow!("node {node}: {e}")
+/// A refusal, with the name of the node in whose place the part is.
+fn of(node: &'static str) -> impl Fn(PartError) -> anyhow::Error {
+    move |e| anyhow!("{node}: {e}")
 }
 
 impl Loop {
@@ -141,16 +147,20 @@ impl Loop {
     /// # Errors
     /// When a vehicle, actuator or parameter set is refused.
     pub fn new(scenario: &Scenario) -> Result<Self> {
-        let plant = Plant::new(&scenario.parameters_of("plant_sim")?).map_err(of("plant_sim"))?;
-        let tick_nanos = plant.tick_nanos();
+        Self::of_parts(&Parts::default(), scenario)
+    }
+
+    /// As [`Loop::new`], of these parts.
+    ///
+    /// # Errors
+    /// As [`Loop::new`], and what a part's maker refuses.
+    pub fn of_parts(parts: &Parts, scenario: &Scenario) -> Result<Self> {
         Ok(Self {
-            controller: Controller::new(&scenario.parameters_of("depth_controller")?)
-                .map_err(of("depth_controller"))?,
-            actuator: Actuator::new(&scenario.parameters_of("dha_actuator")?, tick_nanos)
-                .map_err(of("dha_actuator"))?,
-            identifier: Identifier::new(&scenario.parameters_of("sysid")?).map_err(of("sysid"))?,
-            plant,
-            tick_nanos,
+            plant: parts.plant(scenario)?,
+            law: parts.law(scenario)?,
+            actuator: parts.actuator(scenario)?,
+            estimator: parts.estimator(scenario)?,
+            tick_nanos: scenario.tick_nanos(),
             k: 0,
             ticks: scenario.ticks(),
         })
@@ -162,22 +172,20 @@ impl Loop {
     /// When a part refuses what another said, or the vehicle's state would blow up.
     pub fn tick(&mut self) -> Result<Tick> {
         let stamp = self.stamp();
-        let facts = (self.k == 0).then(|| self.plant.facts());
+        let facts = (self.k == 0).then(|| self.plant.facts()).flatten();
         let observation = self.plant.observe(stamp.clone());
-        self.show(
-            &observation.imu,
-            &observation.depth_pressure,
-            &observation.speed_pressure,
-        );
+        if let Some(instruments) = &observation.instruments {
+            self.law.on_instruments(instruments);
+        }
         let Answers {
             command,
             control,
             actuator,
             models,
         } = self.answer(&observation.state)?;
-        let models: Vec<_> = models.iter().filter_map(Due::estimate).collect();
+        let models: Vec<_> = models.iter().filter_map(Model::estimate).collect();
         for model in &models {
-            self.controller.on_model(model.clone());
+            self.law.on_model(model.clone());
         }
         Ok(Tick {
             facts,
@@ -185,7 +193,7 @@ impl Loop {
             observation,
             command,
             control,
-            estimate: self.controller.estimate().cloned(),
+            estimate: self.law.estimate().cloned(),
             planes: actuator.planes(),
             groups: self.actuator.groups(),
             states: actuator.states(),
@@ -200,19 +208,16 @@ impl Loop {
     /// Those of [`Loop::tick`].
     pub fn step(&mut self) -> Result<Step> {
         let stamp = self.stamp();
-        if self.controller.reads_instruments() {
-            let Instruments {
-                imu,
-                depth_pressure,
-                speed_pressure,
-            } = self.plant.instruments(stamp.clone());
-            self.show(&imu, &depth_pressure, &speed_pressure);
+        if self.law.reads_instruments()
+            && let Some(instruments) = self.plant.instruments(stamp.clone())
+        {
+            self.law.on_instruments(&instruments);
         }
         let state = self.plant.state(stamp);
         let answers = self.answer(&state)?;
-        if self.controller.reads_models() {
-            for model in answers.models.iter().filter_map(Due::estimate) {
-                self.controller.on_model(model);
+        if self.law.reads_models() {
+            for model in answers.models.iter().filter_map(Model::estimate) {
+                self.law.on_model(model);
             }
         }
         Ok(Step { state, answers })
@@ -224,41 +229,32 @@ impl Loop {
         self.k.unsigned_abs() >= self.ticks
     }
 
+    /// The state at the present tick.
+    #[must_use]
+    pub fn state(&self) -> VehicleState {
+        self.plant.state(self.stamp())
+    }
+
     /// The present tick's.
     fn stamp(&self) -> Time {
         Time::from_nanos(self.k * self.tick_nanos)
     }
 
-    /// Gives the controller the instruments' readings, before the state of their stamp.
-    fn show(&mut self, imu: &Imu, depth_pressure: &FluidPressure, speed_pressure: &FluidPressure) {
-        self.controller.on_imu(imu);
-        self.controller.on_depth_pressure(depth_pressure);
-        self.controller.on_speed_pressure(speed_pressure);
-    }
-
     /// Everybody's answers to the present tick's state, on which the vehicle moves on.
     fn answer(&mut self, state: &VehicleState) -> Result<Answers> {
         stop_point();
-        let (command, control) = self
-            .controller
-            .on_state(state)
-            .map_err(|e| anyhow!("depth_controller: {e}"))?;
+        let (command, control) = self.law.on_state(state).map_err(of("depth_controller"))?;
         let actuator = self
             .actuator
             .on_command(&command)
-            .map_err(|e| anyhow!("dha_actuator: {e}"))?;
-        let mut models = Vec::new();
-        for learnt in [
-            self.identifier
-                .learn("state", state.header.stamp.clone(), state),
-            self.identifier
-                .learn("plane_motion", state.header.stamp.clone(), &actuator.motion),
-        ] {
-            models.extend(learnt.map_err(|e| anyhow!("sysid: {e}"))?);
-        }
+            .map_err(of("dha_actuator"))?;
+        let models = self
+            .estimator
+            .learn(state, actuator.motion())
+            .map_err(of("sysid"))?;
         self.plant
-            .advance(Some(&actuator.motion))
-            .map_err(|e| anyhow!("plant_sim: {e}"))?;
+            .advance(actuator.motion())
+            .map_err(of("plant_sim"))?;
         self.k += 1;
         Ok(Answers {
             command,

@@ -6,6 +6,7 @@ use anyhow::{Result, bail};
 use planesman_parallel::Progress;
 
 use crate::compose::Loop;
+use crate::parts::Parts;
 use crate::scenario::Scenario;
 use crate::sink::{CsvSink, McapSink};
 
@@ -15,6 +16,7 @@ use crate::sink::{CsvSink, McapSink};
 /// When the file's kind is unknown, the path is taken, or a part of the loop refuses.
 pub fn fly(
     scenario: &Scenario,
+    parts: &Parts,
     out: &Path,
     namespace: &str,
     progress: &dyn Progress,
@@ -23,7 +25,7 @@ pub fn fly(
         Mcap(Box<McapSink>),
         Csv(CsvSink),
     }
-    let mut flight = Loop::new(scenario)?;
+    let mut flight = Loop::of_parts(parts, scenario)?;
     let mut sink = match out.extension().and_then(|e| e.to_str()) {
         Some("mcap") => Out::Mcap(Box::new(McapSink::create(out, namespace)?)),
         Some("csv") => Out::Csv(CsvSink::create(out)?),

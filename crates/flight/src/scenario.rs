@@ -459,6 +459,12 @@ impl Scenario {
         (self.duration / self.tick).round() as u64
     }
 
+    /// The sampling time, ns.
+    #[must_use]
+    pub fn tick_nanos(&self) -> i64 {
+        (self.tick * 1e9).round() as i64
+    }
+
     /// The declared parameters of `node`, with this scenario's values.
     ///
     /// # Errors
@@ -838,9 +844,9 @@ mod tests {
             );
         }
         // From the working directory, where it is not beside the scenario.
-        let text = text.replace("vehicles/own.yaml", "crates/vehicle/vehicles/brunner.yaml");
+        let text = text.replace("vehicles/own.yaml", "../vehicle/vehicles/brunner.yaml");
         let scenario = Scenario::load(&write("other.yaml", &text)).expect("found");
-        let here = std::path::absolute("crates/vehicle/vehicles/brunner.yaml").expect("a path");
+        let here = std::path::absolute("../vehicle/vehicles/brunner.yaml").expect("a path");
         let vehicle = scenario.values("plant_sim").expect("values");
         assert_eq!(
             vehicle.get("vehicle"),

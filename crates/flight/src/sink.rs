@@ -10,7 +10,9 @@ use anyhow::{Context, Result, bail};
 use planesman_bag::Topic;
 use planesman_bag::writer::{BagWriter, WriteError, WriterOptions};
 use planesman_msgs::builtin_interfaces::msg::Time;
+use planesman_msgs::planesman_msgs::msg::DhaState;
 use planesman_msgs::{Message, cdr};
+use planesman_plant::Instruments;
 use planesman_recording::loop_topics;
 use planesman_text::Draft;
 
@@ -213,6 +215,16 @@ pub struct CsvSink {
 /// A column: its name with unit, and where the number comes from.
 pub type Column = (&'static str, fn(&Tick) -> f64);
 
+/// Of the first actuator; NaN where there is none.
+fn first(tick: &Tick, of: fn(&DhaState) -> f64) -> f64 {
+    tick.states.first().map_or(f64::NAN, of)
+}
+
+/// Of the instruments; NaN where there are none.
+fn read(tick: &Tick, of: fn(&Instruments) -> f64) -> f64 {
+    tick.observation.instruments.as_ref().map_or(f64::NAN, of)
+}
+
 /// The columns of the table of a flight.
 pub const COLUMNS: &[Column] = &[
     ("time [s]", |t| t.stamp.nanos() as f64 * 1e-9),
@@ -228,14 +240,14 @@ pub const COLUMNS: &[Column] = &[
     ("depth_setpoint [m]", |t| t.control.depth_setpoint),
     ("pitch_command [rad]", |t| t.control.pitch_command),
     ("identification [rad]", |t| t.control.identification),
-    ("ram [m]", |t| t.states[0].ram),
-    ("pressure [Pa]", |t| t.states[0].pressure),
-    ("pulses [1]", |t| t.states[0].pulses as f64),
+    ("ram [m]", |t| first(t, |it| it.ram)),
+    ("pressure [Pa]", |t| first(t, |it| it.pressure)),
+    ("pulses [1]", |t| first(t, |it| it.pulses as f64)),
     ("depth_pressure [Pa]", |t| {
-        t.observation.depth_pressure.fluid_pressure
+        read(t, |it| it.depth_pressure.fluid_pressure)
     }),
     ("gyro_pitch_rate [rad/s]", |t| {
-        -t.observation.imu.angular_velocity.y
+        read(t, |it| -it.imu.angular_velocity.y)
     }),
 ];
 

@@ -286,7 +286,7 @@ parameters:
         .expect("a scenario");
         let folder = tempfile::tempdir().expect("a folder");
         let bag = folder.path().join("flight.mcap");
-        crate::fly(&scenario, &bag, "/auv", &()).expect("flown");
+        crate::fly(&scenario, &crate::Parts::default(), &bag, "/auv", &()).expect("flown");
         let flight = Flight::read(&bag).expect("a flight");
         let summary = Summary::of(&flight, &scenario).expect("a summary");
         let depth = summary.depth.expect("a step");

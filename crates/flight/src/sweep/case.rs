@@ -5,10 +5,9 @@ use planesman_control::gains::FIRST_PAIR;
 use planesman_linear::{Complex, StepMeter, StepMetrics};
 use planesman_msgs::planesman_msgs::msg::{ControlState, ModelEstimate};
 
-use planesman_identifier::Due;
-
 use crate::compose::{Answers, Loop, Step};
 use crate::fingerprint::identified;
+use crate::parts::{Model, Parts};
 use crate::scenario::Scenario;
 
 /// The numbers of a flight. Response and model are those of `planesman report`.
@@ -59,14 +58,14 @@ impl Metrics {
     ///
     /// # Errors
     /// A vehicle or parameter that is refused, or a flight that breaks off.
-    pub(super) fn of(scenario: &Scenario) -> Result<Self> {
-        let mut flight = Loop::new(scenario)?;
+    pub(super) fn of(parts: &Parts, scenario: &Scenario) -> Result<Self> {
+        let mut flight = Loop::of_parts(parts, scenario)?;
         let mut metrics = Self::default();
         let mut depths = Vec::with_capacity(scenario.ticks() as usize);
         // The depth held, and since which tick.
         let mut held: Option<(f64, usize)> = None;
         let mut stood = 0.0;
-        let mut due: Vec<Due> = Vec::new();
+        let mut due: Vec<Model> = Vec::new();
         while !flight.is_over() {
             let Step { state, answers } = flight.step()?;
             let Answers {
@@ -81,7 +80,7 @@ impl Metrics {
                     .unwrap_or((target, depths.len()))
             });
             depths.push(state.depth);
-            for angle in &actuator.motion.dive_planes {
+            for angle in &actuator.motion().dive_planes {
                 metrics.travel += (angle - stood).abs();
                 stood = *angle;
             }
@@ -133,7 +132,7 @@ impl Metrics {
 }
 
 /// The last of the estimates that is valid; it takes them all.
-fn last_valid(due: &mut Vec<Due>) -> Option<ModelEstimate> {
+fn last_valid(due: &mut Vec<Model>) -> Option<ModelEstimate> {
     let mut newest_first = due.drain(..).rev().filter_map(|due| due.estimate());
     newest_first.find(|model| model.valid)
 }
@@ -174,10 +173,10 @@ parameters:
 ",
         )
         .expect("a scenario");
-        let metrics = Metrics::of(&scenario).expect("flown");
+        let metrics = Metrics::of(&Parts::default(), &scenario).expect("flown");
         let folder = tempfile::tempdir().expect("a folder");
         let bag = folder.path().join("flight.mcap");
-        crate::fly(&scenario, &bag, "/auv", &()).expect("flown");
+        crate::fly(&scenario, &crate::Parts::default(), &bag, "/auv", &()).expect("flown");
         let flight = Flight::read(&bag).expect("a flight");
         let step = flight.step.expect("a step");
         assert_eq!(metrics.setpoint, Some(0.5));

@@ -21,6 +21,7 @@ use planesman_parallel::{Progress, on_all_cores};
 use planesman_text::in_one_line;
 use serde::{Deserialize, Serialize};
 
+use crate::parts::Parts;
 use crate::scenario::{Scenario, plain};
 use crate::sink::write_text;
 use case::Metrics;
@@ -167,6 +168,7 @@ pub struct Flown {
 #[derive(Debug)]
 pub struct Sweep {
     scenario: Scenario,
+    parts: Parts,
     space: Space,
     poles: usize,
     /// As given, for the definition.
@@ -208,10 +210,17 @@ impl Sweep {
         Ok(Self {
             poles: poles(&scenario, &space)?,
             scenario,
+            parts: Parts::default(),
             space,
             vary: vary.to_vec(),
             samples,
         })
+    }
+
+    /// The same, flown with these parts.
+    #[must_use]
+    pub fn with_parts(self, parts: Parts) -> Self {
+        Self { parts, ..self }
     }
 
     /// Checks every combination as the nodes would at their start.
@@ -343,7 +352,7 @@ impl Sweep {
         let seed = (place % seeds) as u32;
         let mut scenario = self.space.scenario(&self.scenario, combination)?;
         scenario.seed = self.scenario.seed.wrapping_add(seed);
-        let (numbers, error) = match Metrics::of(&scenario) {
+        let (numbers, error) = match Metrics::of(&self.parts, &scenario) {
             Ok(metrics) => (metrics.numbers(self.poles), String::new()),
             Err(error) => {
                 let count = case::COLUMNS.len() + 2 * self.poles;
