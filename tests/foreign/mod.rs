@@ -5,7 +5,7 @@
 // Each test program uses its own part.
 #![allow(dead_code, clippy::unwrap_used)]
 
-mod peers;
+pub(crate) mod peers;
 
 use std::{
     io::{BufRead as _, BufReader},
