@@ -14,7 +14,7 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 
-use browser::peers::{root, skip};
+use crate::foreign::peers::{root, skip};
 use page::{Page, watch};
 use planesman_msgs::Message as _;
 use planesman_msgs::diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus};

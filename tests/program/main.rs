@@ -10,6 +10,8 @@ mod bags;
 mod browser;
 mod command_line;
 mod following_gains;
+#[path = "../foreign/mod.rs"]
+mod foreign;
 mod help;
 mod hostile_data;
 mod limit_cycles;
