@@ -12,15 +12,24 @@ use quote::ToTokens;
 use serde_json::Value;
 use syn::{Attribute, Item, UseTree, Visibility};
 
-/// What nothing depends on but tests, and the Python package on the program's library.
-const UPPERMOST: [&str; 3] = ["planesman", "planesman_python", "planesman_testing"];
-const REPORTS: [&str; 3] = ["planesman_book", "brunner_1988", "ibm_1966"];
-const NODES: [&str; 5] = [
-    "depth_controller",
-    "dha_actuator",
-    "plant_sim",
-    "recorder",
-    "sysid",
+/// What is not ours, and which members may reach it; the others may not, through whatever.
+const OUTSIDE: [(&[&str], &[&str]); 2] = [
+    (
+        &["rustdds", "ros2-client", "axum", "tokio"],
+        &[
+            "rustdds",
+            "planesman_node",
+            "planesman_watch",
+            "plant_sim",
+            "depth_controller",
+            "dha_actuator",
+            "sysid",
+            "recorder",
+            "planesman",
+            "planesman_python",
+        ],
+    ),
+    (&["clap"], &["planesman", "planesman_python"]),
 ];
 
 /// A member of the workspace: its folder, and what it depends on apart from its tests.
@@ -76,41 +85,66 @@ fn reach<'a>(members: &'a BTreeMap<String, Member>, name: &'a str) -> BTreeSet<&
     reached
 }
 
-#[test]
-fn no_crate_reaches_over_the_walls() {
-    let members = members();
-    for (name, member) in &members {
-        let folder = member.folder.iter().next().and_then(|it| it.to_str());
-        let forbidden: &[&[&str]] = match folder {
-            Some("msgs" | "crates" | "nodes") => &[&UPPERMOST, &REPORTS, &NODES],
-            // The Python package is the program's library for others.
-            Some("python") => &[&["planesman_testing"]],
-            _ => &[&UPPERMOST],
+/// The rows of ARCHITECTURE.md's table: a folder, and the members that it stands on, without their prefix.
+fn table() -> Vec<(String, Vec<String>)> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let text = fs::read_to_string(root.join("ARCHITECTURE.md")).expect("the architecture");
+    let rows = text
+        .lines()
+        .skip_while(|line| !line.contains("| stands on |"));
+    let rows = rows.skip(2).take_while(|line| line.starts_with('|'));
+    let row = |line: &str| {
+        let cells: Vec<&str> = line.trim_matches('|').split(" | ").map(str::trim).collect();
+        let [folder, _, on] = cells[..] else {
+            panic!("{line}");
         };
-        let reached = reach(&members, name);
-        let found = forbidden
-            .concat()
-            .into_iter()
-            .find(|it| reached.contains(it));
-        assert_eq!(found, None, "{name} depends on it");
+        let folder = folder.trim_matches(['`', '/']).replace("src", "");
+        let on = on.split(", ").filter(|it| !it.is_empty());
+        (folder, on.map(str::to_owned).collect())
+    };
+    rows.map(row).collect()
+}
+
+#[test]
+fn each_crate_stands_on_those_that_the_architecture_names_and_all_of_them_are_above_it() {
+    let members = members();
+    let short = |name: &str| name.trim_start_matches("planesman_").to_owned();
+    let table = table();
+    assert_eq!(table.len(), members.len(), "a row for each member");
+    let mut above = Vec::new();
+    for (folder, named) in table {
+        let (name, member) = members
+            .iter()
+            .find(|(_, it)| it.folder == Path::new(&folder))
+            .unwrap_or_else(|| panic!("no member is in '{folder}'"));
+        let own = member.dependencies.iter();
+        let own = own.filter(|it| members.contains_key(*it));
+        let own: BTreeSet<String> = own.map(|it| short(it)).collect();
+        assert_eq!(own, named.into_iter().collect(), "{folder}");
+        let over = own.iter().find(|it| !above.contains(*it));
+        assert_eq!(over, None, "{folder} stands on what is below it");
+        above.push(short(name));
     }
 }
 
 #[test]
-fn identification_knows_no_file_no_message_and_no_command_line() {
+fn only_nodes_reach_dds_and_only_the_program_the_command_line() {
     let members = members();
-    let reached = reach(&members, "planesman_identification");
-    let own = reached.into_iter().filter(|it| members.contains_key(*it));
-    assert_eq!(
-        own.collect::<Vec<_>>(),
-        ["planesman_linear", "planesman_parallel", "planesman_pitch"]
-    );
-    let direct = &members["planesman_identification"].dependencies;
-    assert!(
-        !direct
-            .iter()
-            .any(|it| ["clap", "csv", "mcap", "serde_json", "anyhow"].contains(&it.as_str()))
-    );
+    for (forbidden, allowed) in OUTSIDE {
+        for name in members.keys().filter(|it| !allowed.contains(&it.as_str())) {
+            let reached = reach(&members, name);
+            let found = forbidden.iter().find(|it| reached.contains(*it));
+            assert_eq!(found, None, "{name} reaches it");
+        }
+    }
+}
+
+#[test]
+fn estimators_know_no_file_and_no_format() {
+    let direct = &members()["planesman_identification"].dependencies;
+    for forbidden in ["csv", "mcap", "serde_json", "anyhow", "planesman_text"] {
+        assert!(!direct.iter().any(|it| it == forbidden), "{forbidden}");
+    }
 }
 
 #[test]
