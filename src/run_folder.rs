@@ -139,7 +139,7 @@ impl RunFolder {
     /// # Errors
     /// When the scenario cannot be read.
     pub(crate) fn scenario(&self) -> Result<Scenario> {
-        Scenario::parse(&fs::read_to_string(self.scenario_file())?)
+        Ok(Scenario::parse(&fs::read_to_string(self.scenario_file())?)?)
     }
 
     /// The flight as its bag has it.

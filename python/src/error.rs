@@ -26,8 +26,8 @@ create_exception!(
 );
 
 /// An error as an exception; one that is an exception already, as Ctrl-C's, is passed on.
-pub(crate) fn raised(error: anyhow::Error) -> PyErr {
-    match error.downcast::<PyErr>() {
+pub(crate) fn raised(error: impl Into<anyhow::Error>) -> PyErr {
+    match error.into().downcast::<PyErr>() {
         Ok(exception) => exception,
         Err(error) => PlanesmanError::new_err(in_python(&in_one_line(error.as_ref()))),
     }

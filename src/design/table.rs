@@ -263,7 +263,7 @@ impl Choice {
         120.0 / (self.speed / FOOT).min(1.0)
     }
 
-    fn scenario(&self, args: &TableArgs) -> Result<Scenario> {
+    fn scenario(&self, args: &TableArgs) -> planesman_flight::Result<Scenario> {
         Scenario::parse(&format!(
             "
 description: {text}

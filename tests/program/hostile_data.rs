@@ -93,7 +93,9 @@ fn sysid(case: &str, arguments: &str, data: &[&Path]) -> Ended {
     assert!(!acts(&printed) && !acts(&complaint), "{case}");
     if status.success() {
         assert!(!printed.is_empty(), "{case}");
-        assert!(complaint.is_empty(), "{case}");
+        // On a busy machine it says how long it has worked.
+        let is_progress = |line: &str| line.starts_with("models, ");
+        assert!(complaint.lines().all(is_progress), "{case}");
     } else {
         assert!(complaint.starts_with("planesman: "), "{case}");
         assert!(complaint.len() < 3000, "{case}");

@@ -38,7 +38,7 @@ fn main() -> Result<()> {
     let scenario = Scenario::load("dive")?;
     for rate in [0.05, 0.2, 1.0] {
         let parts = Parts::default().with_actuator(move |scenario| {
-            Ok(Servo {
+            anyhow::Ok(Servo {
                 angle: 0.0,
                 most_per_tick: rate * scenario.tick,
                 tick: scenario.tick,
@@ -46,7 +46,7 @@ fn main() -> Result<()> {
         });
         let deepest = Loop::of_parts(&parts, &scenario)?
             .map(|tick| tick.map(|it| it.observation.state.depth))
-            .collect::<Result<Vec<f64>>>()?
+            .collect::<Result<Vec<f64>, _>>()?
             .into_iter()
             .reduce(f64::max)
             .context("no tick")?;

@@ -56,12 +56,12 @@ impl Estimator for LeastSquares {
 fn main() -> Result<()> {
     let scenario = Scenario::load("dive")?;
     let parts = Parts::default().with_estimator(|scenario| {
-        Ok(LeastSquares {
+        anyhow::Ok(LeastSquares {
             tick: scenario.tick,
             ..LeastSquares::default()
         })
     });
-    let ticks = Loop::of_parts(&parts, &scenario)?.collect::<Result<Vec<_>>>()?;
+    let ticks = Loop::of_parts(&parts, &scenario)?.collect::<Result<Vec<_>, _>>()?;
     let model = ticks.iter().rev().find_map(|it| it.models.last());
     let model = model.context("no model")?;
     let pole = (-model.a[0]).ln() / model.sample_time;

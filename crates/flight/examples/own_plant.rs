@@ -49,7 +49,7 @@ impl Plant for Glider {
 fn main() -> Result<()> {
     let scenario = Scenario::load("dive")?;
     let parts = Parts::default().with_plant(|scenario| {
-        Ok(Glider {
+        anyhow::Ok(Glider {
             speed: 0.3048,
             tick: scenario.tick,
             pitch_rate: 0.0,

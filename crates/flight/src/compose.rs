@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use anyhow::{Result, anyhow};
+use crate::error::{Error, Result};
 use planesman_hydraulics::Group;
 use planesman_msgs::Message;
 use planesman_msgs::builtin_interfaces::msg::Time;
@@ -137,8 +137,8 @@ pub struct Loop {
 }
 
 /// A refusal, with the name of the node in whose place the part is.
-fn of(node: &'static str) -> impl Fn(PartError) -> anyhow::Error {
-    move |e| anyhow!("{node}: {e}")
+fn of(node: &'static str) -> impl Fn(PartError) -> Error {
+    move |reason| Error::Part { node, reason }
 }
 
 impl Loop {

@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use anyhow::Result;
+use crate::error::Result;
 use planesman_bag::reader::{BagReader, Messages, Order};
 use planesman_control::gains::{FIRST_PAIR, is_of_pitch};
 use planesman_linear::{StepMeter, StepMetrics};

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use anyhow::{Result, bail};
+use crate::error::{Result, refuse};
 use planesman_parallel::Progress;
 
 use crate::compose::Loop;
@@ -29,7 +29,7 @@ pub fn fly(
     let mut sink = match out.extension().and_then(|e| e.to_str()) {
         Some("mcap") => Out::Mcap(Box::new(McapSink::create(out, namespace)?)),
         Some("csv") => Out::Csv(CsvSink::create(out)?),
-        _ => bail!("'{}': the output is named *.mcap or *.csv", out.display()),
+        _ => refuse!("'{}': the output is named *.mcap or *.csv", out.display()),
     };
     progress.begin("ticks", scenario.ticks(), 0);
     let flown = flight.try_fold(0, |ticks, tick| -> Result<u64> {

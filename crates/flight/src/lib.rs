@@ -6,9 +6,11 @@
 //! - [`parts`]: a plant, law, actuator or estimator of one's own in their places.
 //! - [`fly()`]: a scenario flown into a bag or a CSV file ([`sink`]).
 //! - [`flight`], [`summary`]: what happened, from a bag.
+//! - [`Error`]: what is refused, and what breaks off.
 //! - [`sweep`]: a scenario flown many times, with other parameters and seeds.
 
 pub mod compose;
+mod error;
 pub mod fingerprint;
 pub mod flight;
 mod fly;
@@ -21,6 +23,7 @@ pub mod summary;
 pub mod sweep;
 
 pub use compose::Loop;
+pub use error::{Error, Result};
 pub use fly::fly;
 pub use parts::Parts;
 pub use scenario::Scenario;

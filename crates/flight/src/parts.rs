@@ -9,7 +9,8 @@
 use std::fmt;
 use std::sync::Arc;
 
-use anyhow::{Result, anyhow};
+pub use crate::error::PartError;
+use crate::error::{Error, Result, refused};
 use planesman_control::Controller;
 use planesman_hydraulics::{Actuator as Hydraulic, Group, Output};
 use planesman_identifier::{Due, Identifier};
@@ -24,9 +25,6 @@ use planesman_msgs::tf2_msgs::msg::TFMessage;
 use planesman_plant::{Facts, Instruments, Plant as Simulated};
 
 use crate::scenario::Scenario;
-
-/// Why a part refuses; the flight ends with it.
-pub type PartError = Box<dyn std::error::Error + Send + Sync>;
 
 /// A plant at one stamp.
 #[derive(Clone, Debug, PartialEq)]
@@ -348,8 +346,16 @@ impl fmt::Debug for Parts {
 }
 
 /// A refusal, with the node's name.
-fn of<E: fmt::Display>(node: &'static str) -> impl Fn(E) -> anyhow::Error {
-    move |e| anyhow!("node {node}: {e}")
+fn of<E: fmt::Display>(node: &'static str) -> impl Fn(E) -> Error {
+    move |e| refused!("node {node}: {e}")
+}
+
+/// What the maker of a part refuses.
+fn own<R: Into<PartError>>(node: &'static str) -> impl Fn(R) -> Error {
+    move |reason| Error::Part {
+        node,
+        reason: reason.into(),
+    }
 }
 
 impl Default for Parts {
@@ -385,41 +391,53 @@ impl Default for Parts {
 impl Parts {
     /// The same with another plant, made anew for each flight.
     #[must_use]
-    pub fn with_plant<P: Plant + 'static>(
+    pub fn with_plant<P: Plant + 'static, R: Into<PartError>>(
         self,
-        make: impl Fn(&Scenario) -> Result<P> + Send + Sync + 'static,
+        make: impl Fn(&Scenario) -> Result<P, R> + Send + Sync + 'static,
     ) -> Self {
-        let plant: Make<dyn Plant> = Arc::new(move |it| Ok(Box::new(make(it)?)));
+        let plant: Make<dyn Plant> = Arc::new(move |it| {
+            let made = make(it).map_err(own("plant_sim"))?;
+            Ok(Box::new(made))
+        });
         Self { plant, ..self }
     }
 
     /// The same with another law, made anew for each flight.
     #[must_use]
-    pub fn with_law<L: Law + 'static>(
+    pub fn with_law<L: Law + 'static, R: Into<PartError>>(
         self,
-        make: impl Fn(&Scenario) -> Result<L> + Send + Sync + 'static,
+        make: impl Fn(&Scenario) -> Result<L, R> + Send + Sync + 'static,
     ) -> Self {
-        let law: Make<dyn Law> = Arc::new(move |it| Ok(Box::new(make(it)?)));
+        let law: Make<dyn Law> = Arc::new(move |it| {
+            let made = make(it).map_err(own("depth_controller"))?;
+            Ok(Box::new(made))
+        });
         Self { law, ..self }
     }
 
     /// The same with another actuator, made anew for each flight.
     #[must_use]
-    pub fn with_actuator<A: Actuator + 'static>(
+    pub fn with_actuator<A: Actuator + 'static, R: Into<PartError>>(
         self,
-        make: impl Fn(&Scenario) -> Result<A> + Send + Sync + 'static,
+        make: impl Fn(&Scenario) -> Result<A, R> + Send + Sync + 'static,
     ) -> Self {
-        let actuator: Make<dyn Actuator> = Arc::new(move |it| Ok(Box::new(make(it)?)));
+        let actuator: Make<dyn Actuator> = Arc::new(move |it| {
+            let made = make(it).map_err(own("dha_actuator"))?;
+            Ok(Box::new(made))
+        });
         Self { actuator, ..self }
     }
 
     /// The same with another estimator, made anew for each flight.
     #[must_use]
-    pub fn with_estimator<E: Estimator + 'static>(
+    pub fn with_estimator<E: Estimator + 'static, R: Into<PartError>>(
         self,
-        make: impl Fn(&Scenario) -> Result<E> + Send + Sync + 'static,
+        make: impl Fn(&Scenario) -> Result<E, R> + Send + Sync + 'static,
     ) -> Self {
-        let estimator: Make<dyn Estimator> = Arc::new(move |it| Ok(Box::new(make(it)?)));
+        let estimator: Make<dyn Estimator> = Arc::new(move |it| {
+            let made = make(it).map_err(own("sysid"))?;
+            Ok(Box::new(made))
+        });
         Self { estimator, ..self }
     }
 

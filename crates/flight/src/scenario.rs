@@ -4,11 +4,10 @@
 //! in-process composition, through the same declarations and the same checks.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt::Write as _;
 use std::path::Path;
 use std::str::FromStr;
 
-use anyhow::{Context, Result, anyhow, bail};
+use crate::error::{During, Error, Result, refuse, refused};
 use planesman_parameters::{Declaration, Parameters, Value, Values, file};
 use planesman_text::{did_you_mean, shown, yaml};
 use planesman_units::{Dimension, Quantity};
@@ -110,7 +109,7 @@ impl ParameterName {
         let (name, text) = change
             .split_once('=')
             .filter(|(name, _)| name.contains('.'))
-            .ok_or_else(|| anyhow!("NODE.PARAMETER=VALUE is expected"))?;
+            .ok_or_else(|| refused!("NODE.PARAMETER=VALUE is expected"))?;
         Ok((name.parse()?, text))
     }
 
@@ -123,7 +122,7 @@ impl ParameterName {
         let names = declared.iter().map(|it| it.name.as_str());
         let meant = did_you_mean(&self.name, names);
         let declaration = declared.into_iter().find(|it| it.name == self.name);
-        declaration.ok_or_else(|| anyhow!("{} has no parameter '{}'{meant}", self.node, self.name))
+        declaration.ok_or_else(|| refused!("{} has no parameter '{}'{meant}", self.node, self.name))
     }
 
     /// A value as the command line writes it: as in a scenario, or a number with a unit of the parameter's dimension
@@ -144,7 +143,7 @@ impl ParameterName {
                         "a number in {} is expected, or one with its unit",
                         symbols[0]
                     );
-                    anyhow!("'{text}' refused: {rule}: {units}")
+                    refused!("'{text}' refused: {rule}: {units}")
                 })?)
             }
             _ => value,
@@ -154,12 +153,12 @@ impl ParameterName {
 }
 
 impl FromStr for ParameterName {
-    type Err = anyhow::Error;
+    type Err = Error;
 
     fn from_str(text: &str) -> Result<Self> {
         let (node, name) = text
             .split_once('.')
-            .ok_or_else(|| anyhow!("NODE.PARAMETER is expected, not '{text}'"))?;
+            .ok_or_else(|| refused!("NODE.PARAMETER is expected, not '{text}'"))?;
         Ok(Self {
             node: known_node(node)?,
             name: name.to_owned(),
@@ -171,7 +170,7 @@ impl FromStr for ParameterName {
 fn known_node(name: &str) -> Result<&'static str> {
     let known = NODES.into_iter().find(|it| *it == name);
     known.ok_or_else(|| {
-        anyhow!(
+        refused!(
             "there is no node '{name}'{}; there are {}",
             did_you_mean(name, NODES),
             NODES.join(", ")
@@ -224,15 +223,13 @@ impl Scenario {
     /// # Errors
     /// As [`Scenario::load_with`].
     pub fn parse_with(text: &str, folder: &Path, changes: &[String], name: &str) -> Result<Self> {
-        let mut scenario = Self::parse(text).with_context(|| name.to_owned())?;
+        let mut scenario = Self::parse(text).during(|| name.to_owned())?;
         scenario.find_files(folder)?;
         for change in changes {
-            scenario
-                .set(change)
-                .with_context(|| format!("--set {change}"))?;
+            scenario.set(change).during(|| format!("--set {change}"))?;
         }
         scenario.find_files(Path::new(""))?;
-        scenario.check().with_context(|| name.to_owned())?;
+        scenario.check().during(|| name.to_owned())?;
         Ok(scenario)
     }
 
@@ -276,7 +273,9 @@ impl Scenario {
         match (*node, name.as_str(), &value) {
             ("plant_sim", "duration", Value::Double(duration)) => self.duration = *duration,
             ("plant_sim" | "dha_actuator", "tick", Value::Double(tick)) => self.tick = *tick,
-            ("plant_sim", "seed", Value::Integer(seed)) => self.seed = u32::try_from(*seed)?,
+            ("plant_sim", "seed", Value::Integer(seed)) => {
+                self.seed = u32::try_from(*seed).map_err(|it| refused!("{it}"))?
+            }
             _ => {
                 let given = self.parameters.entry(node).or_default();
                 given.insert(name.clone(), value);
@@ -326,7 +325,7 @@ impl Scenario {
         self.check_times()?;
         for node in NODES {
             nodes::validate(node, &self.values(node)?)
-                .map_err(|reason| anyhow!("node {node}: {reason}"))?;
+                .map_err(|reason| refused!("node {node}: {reason}"))?;
         }
         Ok(())
     }
@@ -334,11 +333,11 @@ impl Scenario {
     fn check_times(&self) -> Result<()> {
         for (name, value) in [("duration", self.duration), ("tick", self.tick)] {
             if !(value.is_finite() && value > 0.0) {
-                bail!("{name}: {value} refused: it must be positive and finite, in s");
+                refuse!("{name}: {value} refused: it must be positive and finite, in s");
             }
         }
         if self.duration > 86_400.0 {
-            bail!(
+            refuse!(
                 "duration: {} refused: at most a day, 86400 s",
                 self.duration
             );
@@ -362,16 +361,16 @@ impl Scenario {
         };
         scenario.check_times()?;
         for (node, section) in &file.parameters {
-            let node = known_node(node).context("parameters")?;
+            let node = known_node(node).during(|| "parameters")?;
             scenario
                 .take(node, section)
-                .with_context(|| format!("node {node}"))?;
+                .during(|| format!("node {node}"))?;
         }
         for node in NODES {
             scenario.values(node)?;
         }
         let changed = file.changed.iter().map(|it| it.parse());
-        scenario.changed = changed.collect::<Result<_>>().context("changed")?;
+        scenario.changed = changed.collect::<Result<_>>().during(|| "changed")?;
         Ok(scenario)
     }
 
@@ -380,7 +379,7 @@ impl Scenario {
         let mut there = BTreeSet::new();
         for (name, value) in file::flatten(section)? {
             if !there.insert(name.clone()) {
-                bail!("parameter '{name}' is given twice");
+                refuse!("parameter '{name}' is given twice");
             }
             let own = (self.duration, self.tick, self.seed);
             self.put(
@@ -391,7 +390,7 @@ impl Scenario {
                 value,
             )?;
             if own != (self.duration, self.tick, self.seed) {
-                bail!("parameter '{name}' is the scenario's own '{name}': give it there");
+                refuse!("parameter '{name}' is the scenario's own '{name}': give it there");
             }
         }
         Ok(())
@@ -420,7 +419,7 @@ impl Scenario {
         let values = self.values(parameter.node)?;
         let value = values.get(&parameter.name).cloned();
         Ok((
-            value.ok_or_else(|| anyhow!("{parameter} is not declared"))?,
+            value.ok_or_else(|| refused!("{parameter} is not declared"))?,
             parameter.declaration()?.unit,
         ))
     }
@@ -471,7 +470,7 @@ impl Scenario {
     /// When a value breaks its declaration.
     pub fn values(&self, node: &str) -> Result<Values> {
         let Some(declarations) = nodes::declarations(node) else {
-            bail!("there is no node '{node}'");
+            refuse!("there is no node '{node}'");
         };
         let own: Vec<(&str, Value)> = match node {
             "plant_sim" => vec![
@@ -489,7 +488,7 @@ impl Scenario {
         let given = self.parameters.get(node).cloned().unwrap_or_default();
         Values::defaults(declarations)
             .with(own.chain(given))
-            .with_context(|| format!("node {node}"))
+            .during(|| format!("node {node}"))
     }
 
     /// The parameters of `node` as the struct that it declares.
@@ -523,7 +522,7 @@ impl Scenario {
         namespace: &str,
         extra: &[(&str, &str, Value)],
     ) -> Result<()> {
-        let kept = Self::parse(&self.to_yaml()).context("the text of the scenario")?;
+        let kept = Self::parse(&self.to_yaml()).during(|| "the text of the scenario")?;
         for node in NODES {
             let flown = self.launched_values(node, extra)?;
             let in_file = file::overrides_for(parameter_file, &format!("{namespace}/{node}"))?;
@@ -534,7 +533,7 @@ impl Scenario {
                 ("parameters.yaml", in_file),
             ] {
                 if let Some(difference) = difference(&flown, |name| other.get(name).cloned()) {
-                    bail!("{place} does not hold what is flown: {node}.{difference}");
+                    refuse!("{place} does not hold what is flown: {node}.{difference}");
                 }
             }
         }
@@ -556,13 +555,13 @@ impl Scenario {
         let mut text = format!("# {}\n", shown(self.description().replace('\n', " ")));
         for node in NODES {
             let values = self.launched_values(node, extra)?;
-            writeln!(text, "{namespace}/{node}:\n  ros__parameters:")?;
+            text += &format!("{namespace}/{node}:\n  ros__parameters:\n");
             if node != "plant_sim" {
-                writeln!(text, "    use_sim_time: {sim_time}")?;
+                text += &format!("    use_sim_time: {sim_time}\n");
             }
             for declaration in values.declarations() {
                 if let Some(value) = values.get(&declaration.name) {
-                    writeln!(text, "    {}: {value}", declaration.name)?;
+                    text += &format!("    {}: {value}\n", declaration.name);
                 }
             }
         }
@@ -595,7 +594,7 @@ pub fn difference(values: &Values, actual: impl Fn(&str) -> Option<Value>) -> Op
 fn read(path: &Path) -> Result<String> {
     let names: Vec<&str> = BUILTIN.iter().map(|(name, _)| *name).collect();
     let meant = did_you_mean(&path.to_string_lossy(), names.iter().copied());
-    file::read(path).with_context(|| {
+    file::read(path).during(|| {
         format!(
             "no scenario '{}'{meant}; a YAML file or one of {} is expected",
             path.display(),
@@ -606,6 +605,8 @@ fn read(path: &Path) -> Result<String> {
 
 #[cfg(test)]
 mod tests {
+    use planesman_text::in_one_line;
+
     use super::*;
     use planesman_control::ControllerParameters;
 
@@ -643,7 +644,7 @@ mod tests {
                 "the scenario's own 'seed'",
             ),
         ] {
-            let error = format!("{:#}", Scenario::parse(text).expect_err(text));
+            let error = in_one_line(&Scenario::parse(text).expect_err(text));
             assert!(error.contains(expected), "{text}: {error}");
         }
     }
@@ -670,7 +671,7 @@ mod tests {
             ("depth_controller.depht.p=1", "did you mean 'depth.p'"),
             ("depth_controller.depth.p=-1", "[0, 1000]"),
         ] {
-            let refusal = format!("{:#}", set(change).expect_err(change));
+            let refusal = in_one_line(&set(change).expect_err(change));
             assert!(refusal.contains(reason), "{refusal}");
         }
     }
@@ -807,10 +808,7 @@ mod tests {
             "identification.signal: none",
         );
         assert_ne!(other, text);
-        let refusal = format!(
-            "{:#}",
-            scenario.check_kept(&other, "/auv", &[]).expect_err("other")
-        );
+        let refusal = in_one_line(&scenario.check_kept(&other, "/auv", &[]).expect_err("other"));
         assert!(
             refusal.contains("identification.signal is \"none\", not \"prbs\""),
             "{refusal}"

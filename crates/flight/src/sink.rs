@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 
-use anyhow::{Context, Result, bail};
+use crate::error::{During, Result, refuse};
 use planesman_bag::Topic;
 use planesman_bag::writer::{BagWriter, WriteError, WriterOptions};
 use planesman_msgs::builtin_interfaces::msg::Time;
@@ -31,9 +31,9 @@ pub fn full_name(namespace: &str, topic: &str) -> String {
 /// The draft of a file that is not there yet.
 fn draft_of(path: &Path) -> Result<Draft> {
     if path.exists() {
-        bail!("'{}' exists already; name another path", path.display());
+        refuse!("'{}' exists already; name another path", path.display());
     }
-    Draft::of(path).with_context(|| cannot_write(path))
+    Draft::of(path).during(|| cannot_write(path))
 }
 
 fn cannot_write(path: &Path) -> String {
@@ -45,7 +45,7 @@ fn cannot_write(path: &Path) -> String {
 /// # Errors
 /// When it cannot be written, with its name.
 pub fn write_text(path: &Path, text: impl AsRef<[u8]>) -> Result<()> {
-    planesman_text::write_text(path, text).with_context(|| cannot_write(path))
+    planesman_text::write_text(path, text).during(|| cannot_write(path))
 }
 
 /// Composed messages as one MCAP file. They are serialised where they come from; another thread compresses and writes
@@ -128,7 +128,7 @@ impl McapSink {
         let (to_writer, batches) = sync_channel(WAITING);
         let writer = std::thread::Builder::new()
             .spawn(move || write_all(writer, batches))
-            .context("cannot start the thread that writes the bag")?;
+            .during(|| "cannot start the thread that writes the bag")?;
         Ok(Self {
             batch: Batch::default(),
             to_writer,
@@ -148,9 +148,7 @@ impl McapSink {
         self.hand_over()?;
         drop(self.to_writer);
         returned(self.writer)?.close()?;
-        self.draft
-            .finish()
-            .with_context(|| cannot_write(&self.path))
+        self.draft.finish().during(|| cannot_write(&self.path))
     }
 
     /// Gives the writer what has gathered.
@@ -173,7 +171,7 @@ fn returned(writer: Option<JoinHandle<Result<BagWriter, WriteError>>>) -> Result
     match writer.map(JoinHandle::join) {
         Some(Ok(outcome)) => Ok(outcome?),
         Some(Err(panic)) => std::panic::resume_unwind(panic),
-        None => bail!("the bag has failed before"),
+        None => refuse!("the bag has failed before"),
     }
 }
 
@@ -183,7 +181,7 @@ impl Sink for McapSink {
             Some(place) => place,
             None => {
                 let Some(known) = loop_topics::ALL.iter().find(|t| t.name == topic) else {
-                    bail!("'{topic}' is not a topic of the loop");
+                    refuse!("'{topic}' is not a topic of the loop");
                 };
                 let in_bag = known.in_bag(&full_name(&self.namespace, topic));
                 self.batch.entries.push(Entry::Topic(Box::new(in_bag)));
@@ -289,7 +287,7 @@ impl CsvSink {
 
     /// The same, with the name of the file.
     fn written(&self, result: std::io::Result<()>) -> Result<()> {
-        result.with_context(|| cannot_write(&self.path))
+        result.during(|| cannot_write(&self.path))
     }
 
     /// Ends the table and puts it in its place.
@@ -299,8 +297,6 @@ impl CsvSink {
     pub fn finish(mut self) -> Result<()> {
         let flushed = self.out.flush();
         self.written(flushed)?;
-        self.draft
-            .finish()
-            .with_context(|| cannot_write(&self.path))
+        self.draft.finish().during(|| cannot_write(&self.path))
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use anyhow::{Result, anyhow};
+use crate::error::{Result, refused};
 use planesman_control::ControllerParameters;
 use planesman_linear::{Complex, StepMetrics, TransferFunction, pole_text};
 use planesman_parameters::Choice as _;
@@ -49,7 +49,7 @@ impl Summary {
     /// When the flight holds no states or the scenario's vehicle cannot be linearised.
     pub fn of(flight: &Flight, scenario: &Scenario) -> Result<Self> {
         let Some(step) = &flight.step else {
-            return Err(anyhow!("the bag holds no vehicle states"));
+            return Err(refused!("the bag holds no vehicle states"));
         };
         let model = flight.model.as_ref();
         Ok(Self {
@@ -135,12 +135,12 @@ fn truth(scenario: &Scenario) -> Result<Fingerprint> {
 
 /// The same of the vehicle with these parameters.
 pub fn truth_of(parameters: &PlantParameters, tick: f64) -> Result<Fingerprint> {
-    let vehicle = planesman_plant::vehicle(parameters).map_err(|e| anyhow!("{e}"))?;
+    let vehicle = planesman_plant::vehicle(parameters).map_err(|e| refused!("{e}"))?;
     let model = planesman_vehicle::linearised::true_model_of(
         &planesman_plant::derivatives(parameters, &vehicle),
         tick,
     )
-    .map_err(|e| anyhow!("{e}"))?;
+    .map_err(|e| refused!("{e}"))?;
     Ok(Fingerprint {
         poles: slowest_first(model.continuous_poles),
         dc_gain: model.dc_gain,

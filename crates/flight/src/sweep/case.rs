@@ -1,6 +1,6 @@
 //! One case: the flight of a scenario in this process, and the numbers that are kept of it.
 
-use anyhow::Result;
+use crate::error::Result;
 use planesman_control::gains::FIRST_PAIR;
 use planesman_linear::{Complex, StepMeter, StepMetrics};
 use planesman_msgs::planesman_msgs::msg::{ControlState, ModelEstimate};

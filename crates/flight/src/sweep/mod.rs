@@ -15,7 +15,7 @@ pub mod space;
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context as _, Result, anyhow, bail};
+use crate::error::{During, Result, refuse, refused};
 use planesman_identifier::IdentifierParameters;
 use planesman_parallel::{Progress, on_all_cores};
 use planesman_text::in_one_line;
@@ -72,13 +72,9 @@ fn check_these(
         let values: Vec<String> = values
             .map(|(axis, value)| format!("{}={value}", axis.parameter))
             .collect();
-        format!(
-            "{}: {}",
-            values.join(" "),
-            in_one_line(reason.as_ref()).trim_end()
-        )
+        format!("{}: {}", values.join(" "), in_one_line(reason).trim_end())
     });
-    bail!(
+    refuse!(
         "{} of {} combinations are refused; {}",
         refused.len(),
         combinations.len(),
@@ -88,9 +84,9 @@ fn check_these(
 
 /// Makes the folder, with what its results are of.
 fn define(folder: &Path, definition: &Definition) -> Result<()> {
-    let text = serde_yaml_ng::to_string(definition)?;
+    let text = serde_yaml_ng::to_string(definition).map_err(|it| refused!("{it}"))?;
     let path = folder.join("sweep.yaml");
-    std::fs::create_dir_all(folder).with_context(|| format!("'{}'", folder.display()))?;
+    std::fs::create_dir_all(folder).during(|| format!("'{}'", folder.display()))?;
     match std::fs::read_to_string(&path) {
         Ok(there) if there == text => Ok(()),
         Ok(there) => {
@@ -101,15 +97,15 @@ fn define(folder: &Path, definition: &Definition) -> Result<()> {
                 Definition { parts, ..it } == *definition
             });
             match (is_same, parts) {
-                (false, _) => bail!(
+                (false, _) => refuse!(
                     "'{}' holds another sweep; name a new folder with --out",
                     folder.display()
                 ),
-                (true, None) => bail!(
+                (true, None) => refuse!(
                     "'{}' holds this sweep whole, and cases would be there twice; go on without parts, or name a new folder",
                     folder.display()
                 ),
-                (true, Some(parts)) => bail!(
+                (true, Some(parts)) => refuse!(
                     "'{}' holds this sweep in {parts} parts, and cases would be there twice; go on with {parts} parts, or name a new folder",
                     folder.display()
                 ),
@@ -119,7 +115,7 @@ fn define(folder: &Path, definition: &Definition) -> Result<()> {
             // Whole or not there, also where several parts begin at once.
             write_text(&path, text)
         }
-        Err(error) => Err(error).with_context(|| format!("'{}'", path.display())),
+        Err(error) => Err(error).during(|| format!("'{}'", path.display())),
     }
 }
 
@@ -205,7 +201,7 @@ impl Sweep {
         let space = Space::new(vary, samples.unwrap_or(0), seeds, scenario.seed)?;
         let parameters = || space.axes.iter().map(|axis| &axis.parameter);
         if let Some(parameter) = parameters().find(|it| scenario.is_changed(it)) {
-            bail!("{parameter} is set and varied: one of the two");
+            refuse!("{parameter} is set and varied: one of the two");
         }
         Ok(Self {
             poles: poles(&scenario, &space)?,
@@ -294,7 +290,7 @@ impl Sweep {
         let row = |number: u64| self.case(part, number)?.row();
         let filled = results.fill(all, jobs, row, || progress.step());
         progress.end();
-        filled.with_context(|| format!("'{}'; the same command again goes on", file.display()))?;
+        filled.during(|| format!("'{}'; the same command again goes on", file.display()))?;
         #[cfg(feature = "parquet")]
         parquet::write(&file, &self.kinds())?;
         Ok(Flown { file, all, there })
@@ -332,7 +328,7 @@ impl Sweep {
 
     fn header(&self) -> Result<String> {
         let names: Vec<String> = self.columns().into_iter().map(|(name, _)| name).collect();
-        Ok(String::from_utf8(row_of(&names)?)?)
+        String::from_utf8(row_of(&names)?).map_err(|it| refused!("{it}"))
     }
 
     /// What the columns hold.
@@ -356,7 +352,7 @@ impl Sweep {
             Ok(metrics) => (metrics.numbers(self.poles), String::new()),
             Err(error) => {
                 let count = case::COLUMNS.len() + 2 * self.poles;
-                (vec![None; count], in_one_line(error.as_ref()))
+                (vec![None; count], in_one_line(&error))
             }
         };
         let values = self.space.values(combination);
@@ -388,5 +384,5 @@ fn row_of(cells: &[String]) -> Result<Vec<u8>> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     // A row is a line: that is how an interrupted file is read again.
     writer.write_record(cells.iter().map(|it| it.replace(['\n', '\r'], " ")))?;
-    writer.into_inner().map_err(|error| anyhow!("{error}"))
+    writer.into_inner().map_err(|error| refused!("{error}"))
 }

@@ -6,7 +6,7 @@ use std::fs::File;
 use std::path::Path;
 use std::sync::Arc;
 
-use anyhow::{Context as _, Result, anyhow};
+use crate::error::{During, Result, refused};
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::file::writer::SerializedFileWriter;
@@ -40,7 +40,7 @@ impl Kind {
 pub(super) fn write(csv: &Path, kinds: &[Kind]) -> Result<()> {
     let path = csv.with_extension("parquet");
     write_whole(&path, |file| write_to(csv, kinds, file))
-        .with_context(|| format!("cannot write '{}'", path.display()))
+        .during(|| format!("cannot write '{}'", path.display()))
 }
 
 fn write_to(csv: &Path, kinds: &[Kind], file: &mut File) -> Result<()> {
@@ -68,7 +68,7 @@ fn write_to(csv: &Path, kinds: &[Kind], file: &mut File) -> Result<()> {
             let full = cells.iter().filter(|it| !it.is_empty());
             let mut column = of_group
                 .next_column()?
-                .ok_or_else(|| anyhow!("a row has more cells than the header"))?;
+                .ok_or_else(|| refused!("a row has more cells than the header"))?;
             let levels = Some(there.as_slice());
             match kind {
                 Kind::Whole => {

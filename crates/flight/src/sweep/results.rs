@@ -13,7 +13,7 @@ use std::num::NonZero;
 use std::path::Path;
 use std::sync::{Condvar, Mutex, PoisonError};
 
-use anyhow::{Context as _, Result, anyhow, bail};
+use crate::error::{During, Error, Result, refuse, refused};
 
 /// Cases begun beyond the first that is not written.
 const AHEAD: u64 = 1024;
@@ -44,11 +44,11 @@ impl Results {
             .create(true)
             .truncate(false)
             .open(path)
-            .with_context(named)?;
+            .during(named)?;
         match file.try_lock() {
             Ok(()) => {}
-            Err(TryLockError::WouldBlock) => bail!("{}: another sweep is writing it", named()),
-            Err(TryLockError::Error(error)) => return Err(error).with_context(named),
+            Err(TryLockError::WouldBlock) => refuse!("{}: another sweep is writing it", named()),
+            Err(TryLockError::Error(error)) => return Err(error).during(named),
         }
         let mut whole = 0;
         let mut rows = 0_u64;
@@ -56,16 +56,16 @@ impl Results {
         let mut lines = BufReader::new(&file);
         while lines.read_until(b'\n', &mut line)? > 0 && line.ends_with(b"\n") {
             if rows == 0 && line != header.as_bytes() {
-                bail!("{}: the file has other columns; name a new folder", named());
+                refuse!("{}: the file has other columns; name a new folder", named());
             }
             whole += line.len() as u64;
             rows += 1;
             line.clear();
         }
-        file.set_len(whole).with_context(named)?;
+        file.set_len(whole).during(named)?;
         file.seek(SeekFrom::End(0))?;
         if rows == 0 {
-            file.write_all(header.as_bytes()).with_context(named)?;
+            file.write_all(header.as_bytes()).during(named)?;
         }
         Ok(Self {
             file,
@@ -110,7 +110,7 @@ impl Results {
                 // A panic of a row is a failure of the sweep, not a wait without end.
                 let outcome =
                     std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| row(number)))
-                        .unwrap_or_else(|_| Err(anyhow!("case {number} broke off")));
+                        .unwrap_or_else(|_| Err(refused!("case {number} broke off")));
                 let mut state = locked();
                 let outcome = outcome.and_then(|row| state.put(number, row));
                 match outcome {
@@ -149,7 +149,7 @@ struct Shared {
     written: u64,
     /// Rows that wait for one in front of them.
     ready: BTreeMap<u64, Vec<u8>>,
-    failure: Option<anyhow::Error>,
+    failure: Option<Error>,
 }
 
 impl Shared {
@@ -160,7 +160,7 @@ impl Shared {
         while let Some(row) = self.ready.remove(&self.written) {
             self.file
                 .write_all(&row)
-                .context("cannot write the results")?;
+                .during(|| "cannot write the results")?;
             self.written += 1;
         }
         Ok(self.written - before)
@@ -180,7 +180,7 @@ mod tests {
             computed.fetch_add(1, Ordering::Relaxed);
             std::thread::sleep(std::time::Duration::from_micros(number * 7919 % 200));
             match fails_at == Some(number) {
-                true => bail!("a fault"),
+                true => refuse!("a fault"),
                 false => Ok(format!("{number}\n").into_bytes()),
             }
         };

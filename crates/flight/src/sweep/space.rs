@@ -3,7 +3,7 @@
 //! A case is a combination of values and a seed. Its number alone says which: the first parameter named varies slowest,
 //! a Latin hypercube's samples faster than all of a grid, the seed fastest. No list of cases is kept.
 
-use anyhow::{Context as _, Result, anyhow, bail};
+use crate::error::{During, Result, refuse, refused};
 use planesman_parameters::Value;
 use rand::RngExt as _;
 use rand::seq::SliceRandom as _;
@@ -36,7 +36,7 @@ impl Axis {
     fn read(text: &str, place: usize, samples: u32, seed: u32) -> Result<Self> {
         let (parameter, values) = ParameterName::split(text)?;
         if parameter.node == "plant_sim" && parameter.name == "seed" {
-            bail!("seeds are varied by --seeds");
+            refuse!("seeds are varied by --seeds");
         }
         let declaration = parameter.declaration()?;
         let is_number = matches!(declaration.default, Value::Double(_) | Value::Integer(_));
@@ -47,7 +47,7 @@ impl Axis {
                 Value::Integer(number) => Some(number as f64),
                 _ => None,
             };
-            number.ok_or_else(|| anyhow!("'{text}' is not a number"))
+            number.ok_or_else(|| refused!("'{text}' is not a number"))
         };
         let typed = |number: f64| match is_whole {
             true => Value::Integer(number.round() as i64),
@@ -59,10 +59,10 @@ impl Axis {
             (Some((from, to)), _) => {
                 let (from, to) = (number(from)?, number(to)?);
                 if samples == 0 {
-                    bail!("a range FROM..TO is drawn from: say how often, --samples N");
+                    refuse!("a range FROM..TO is drawn from: say how often, --samples N");
                 }
                 if from >= to {
-                    bail!("a range begins below its end");
+                    refuse!("a range begins below its end");
                 }
                 let shares = strata(samples, place, seed);
                 let at = |share: f64| typed(rounded(from + share * (to - from)));
@@ -111,7 +111,7 @@ impl Axis {
 fn steps(from: f64, to: f64, step: f64) -> Result<Vec<f64>> {
     let count = ((to - from) / step + 1e-9).floor();
     if !(0.0..MOST_VALUES).contains(&count) {
-        bail!("FROM:TO:STEP leads from FROM to TO in at most {MOST_VALUES} steps");
+        refuse!("FROM:TO:STEP leads from FROM to TO in at most {MOST_VALUES} steps");
     }
     let at = |i: u64| rounded(from + i as f64 * step);
     Ok((0..=count as u64).map(at).collect())
@@ -160,20 +160,20 @@ impl Space {
     /// One that is not of its form, or a value that the parameter's declaration refuses.
     pub fn new(vary: &[String], samples: u32, seeds: u32, seed: u32) -> Result<Self> {
         let axis = |(place, text): (usize, &String)| {
-            Axis::read(text, place, samples, seed).with_context(|| format!("--vary {text}"))
+            Axis::read(text, place, samples, seed).during(|| format!("--vary {text}"))
         };
         let axes = vary.iter().enumerate().map(axis);
         let axes = axes.collect::<Result<Vec<_>>>()?;
         let is_sampled = axes.iter().any(|axis| axis.is_sampled);
         if samples > 0 && !is_sampled {
-            bail!("--samples: there is no --vary NODE.PARAMETER=FROM..TO to draw from");
+            refuse!("--samples: there is no --vary NODE.PARAMETER=FROM..TO to draw from");
         }
         for (place, axis) in axes.iter().enumerate() {
             if axes[..place]
                 .iter()
                 .any(|other| other.parameter == axis.parameter)
             {
-                bail!("--vary: {} is there twice", axis.parameter);
+                refuse!("--vary: {} is there twice", axis.parameter);
             }
         }
         let space = Self {
@@ -189,7 +189,7 @@ impl Space {
             .filter(|all| *all <= MOST_CASES);
         match all {
             Some(_) => Ok(space),
-            None => bail!("more than {MOST_CASES} cases"),
+            None => refuse!("more than {MOST_CASES} cases"),
         }
     }
 
@@ -236,6 +236,8 @@ impl Space {
 
 #[cfg(test)]
 mod tests {
+    use planesman_text::in_one_line;
+
     use super::*;
 
     fn space(vary: &[&str], samples: u32, seeds: u32) -> Result<Space> {
@@ -317,7 +319,7 @@ mod tests {
             ("dha_actuator.model=ideal,perfect", 0, "one of"),
         ] {
             let refusal = space(&[vary], samples, 1).expect_err(vary);
-            let text = format!("{refusal:#}");
+            let text = in_one_line(&refusal);
             assert!(text.contains(part), "{vary}: {text}");
         }
     }
