@@ -29,7 +29,7 @@ use recorder::node::BAG;
 use crate::crew::Crew;
 use crate::run_folder::{Loss, RunFolder};
 use planesman_console::print_wrapped;
-use planesman_flight::fingerprint::identified;
+use planesman_flight::model_summary::identified;
 use planesman_flight::nodes::NODES;
 use planesman_flight::scenario::{Scenario, difference};
 use planesman_flight::sink::full_name;

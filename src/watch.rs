@@ -5,7 +5,7 @@ use std::net::{IpAddr, Ipv4Addr};
 use anyhow::Result;
 use clap::Args;
 use planesman_identification::Reading;
-use planesman_linear::{Complex, is_sampling_artefact};
+use planesman_linear::{Complex, by_decay, is_sampling_artefact};
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 use planesman_node::args;
 use planesman_parameters::{Parameters as _, Value};
@@ -71,7 +71,11 @@ fn poles(model: &ModelEstimate) -> Vec<Pole> {
         let z = (Complex::new(pole.re, pole.im) * model.sample_time).exp();
         pole.artefact = model.sample_time > 0.0 && is_sampling_artefact(z);
     }
-    poles.sort_by(|a, b| a.re.hypot(a.im).total_cmp(&b.re.hypot(b.im)));
+    let place = |pole: &Pole| Complex::new(pole.re, pole.im);
+    poles.sort_by(|a, b| {
+        let is_artefact = a.artefact.cmp(&b.artefact);
+        is_artefact.then(by_decay(&place(a), &place(b)))
+    });
     poles
 }
 

@@ -296,8 +296,8 @@ fn poles_table(flown: &Flown) -> Markup {
             p { "True poles in s [1/s]: " (true_poles.join(", ")) "." }
             div.scroll { table {
                 thead { tr { td {} th { "identified" } th { "true" } } }
-                tr { td { "gain over one sample [1/s]" } td { (format!("{:.5}", found.first_response)) } td { (format!("{:.5}", truth.first_response)) } }
-                tr { td { "gain at rest [1/s]" } td { (gain(found.dc_gain)) } td { (gain(truth.dc_gain)) } }
+                tr { td { "first Markov parameter [1/s]" } td { (format!("{:.5}", found.first_markov_parameter)) } td { (format!("{:.5}", truth.first_markov_parameter)) } }
+                tr { td { "steady-state gain [1/s]" } td { (gain(found.steady_state_gain)) } td { (gain(truth.steady_state_gain)) } }
             } }
             @if let Some(error) = summary.pole_error() {
                 p { "The dominant pole lies " (distance_text(error)) " of its magnitude from the true one ("

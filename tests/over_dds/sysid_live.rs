@@ -339,31 +339,3 @@ fn what_is_no_number_or_of_another_type_is_refused_and_said_and_silence_too() {
         }
     }
 }
-
-#[test]
-fn a_watcher_without_a_terminal_tells_each_estimate_in_a_line() {
-    let mut rig = Rig::new(&[]);
-    let printed = rig.folder.path().join("printed");
-    let _watcher = Sysid(
-        Command::new(env!("CARGO_BIN_EXE_planesman"))
-            .args(["sysid", "watch"])
-            .envs(rig.domain.variables())
-            .stdout(fs::File::create(&printed).unwrap())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap(),
-    );
-    let line = rig.until("a line of the watcher's", |_| {
-        let text = fs::read_to_string(&printed).unwrap();
-        let line = text.lines().find(|line| line.ends_with("valid"))?;
-        Some(line.to_owned())
-    });
-    // ln(0.9) / 0.05
-    for part in [
-        "model least_squares: ",
-        "fit 100.00 %",
-        "slowest pole -2.1072 1/s",
-    ] {
-        assert!(line.contains(part), "{line}");
-    }
-}

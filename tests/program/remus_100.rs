@@ -1,6 +1,6 @@
 //! Another vehicle in the whole loop: the scenario `remus_100`, composed in one process.
 use planesman_flight::compose::{Loop, Tick};
-use planesman_flight::fingerprint::{Fingerprint, identified};
+use planesman_flight::model_summary::{ModelSummary, identified};
 use planesman_flight::scenario::Scenario;
 use planesman_linear::Complex;
 use planesman_vehicle::{linearised, vehicle_file};
@@ -15,7 +15,7 @@ fn flown(amplitude: &str) -> Vec<Tick> {
         .collect()
 }
 
-fn last_model(ticks: &[Tick]) -> Fingerprint {
+fn last_model(ticks: &[Tick]) -> ModelSummary {
     let mut models = ticks.iter().rev().flat_map(|t| t.models.iter().rev());
     identified(models.find(|model| model.valid).unwrap())
 }

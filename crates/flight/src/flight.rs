@@ -17,8 +17,8 @@ use planesman_msgs::planesman_msgs::msg::{
 use planesman_msgs::{Message, cdr};
 use planesman_plot::Course;
 
-use crate::fingerprint::identified;
 use crate::in_order::{InOrder, Met, Next};
+use crate::model_summary::identified;
 
 /// Points over time: s since the first state, and the quantity.
 pub type Points = Vec<(f64, f64)>;

@@ -11,10 +11,10 @@
 
 pub mod compose;
 mod error;
-pub mod fingerprint;
 pub mod flight;
 mod fly;
 pub mod in_order;
+pub mod model_summary;
 pub mod nodes;
 pub mod parts;
 pub mod scenario;

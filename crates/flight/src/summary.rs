@@ -8,8 +8,8 @@ use planesman_linear::{Complex, StepMetrics, TransferFunction, pole_text};
 use planesman_parameters::Choice as _;
 use planesman_plant::PlantParameters;
 
-use crate::fingerprint::{Fingerprint, identified, slowest_first};
 use crate::flight::Flight;
+use crate::model_summary::{ModelSummary, identified, slowest_first};
 use crate::scenario::Scenario;
 
 /// Tolerance of the dominant pole, relative to its magnitude.
@@ -25,7 +25,7 @@ pub struct Summary {
     /// The test signal on the planes, which disturbs that response; `None` when the flight had none.
     pub test_signal: Option<String>,
     /// The identified model, `None` while none is valid.
-    pub identified: Option<Fingerprint>,
+    pub identified: Option<ModelSummary>,
     /// Regression rows behind it.
     pub samples: u64,
     /// One-step fit, %.
@@ -33,7 +33,7 @@ pub struct Summary {
     /// Why there is no identified model.
     pub no_model: String,
     /// The vehicle's own model at its speed.
-    pub truth: Fingerprint,
+    pub truth: ModelSummary,
     /// Ticks without the actuator's answer.
     pub held_ticks: u64,
     /// Pulses that all actuators issued.
@@ -129,27 +129,27 @@ pub fn test_signal(scenario: &Scenario) -> Result<Option<String>> {
 }
 
 /// The vehicle's own sampled model between plane angle and pitch rate.
-fn truth(scenario: &Scenario) -> Result<Fingerprint> {
+fn truth(scenario: &Scenario) -> Result<ModelSummary> {
     truth_of(&scenario.parameters_of("plant_sim")?, scenario.tick)
 }
 
 /// The same of the vehicle with these parameters.
-pub fn truth_of(parameters: &PlantParameters, tick: f64) -> Result<Fingerprint> {
+pub fn truth_of(parameters: &PlantParameters, tick: f64) -> Result<ModelSummary> {
     let vehicle = planesman_plant::vehicle(parameters).map_err(|e| refused!("{e}"))?;
     let model = planesman_vehicle::linearised::true_model_of(
         &planesman_plant::derivatives(parameters, &vehicle),
         tick,
     )
     .map_err(|e| refused!("{e}"))?;
-    Ok(Fingerprint {
-        poles: slowest_first(model.continuous_poles),
-        dc_gain: model.dc_gain,
-        first_response: first_response(&model.transfer_function),
+    Ok(ModelSummary {
+        poles: slowest_first(model.continuous_poles, 0.0),
+        steady_state_gain: model.dc_gain,
+        first_markov_parameter: first_markov_parameter(&model.transfer_function),
     })
 }
 
 /// `b1` of `(b0 z^n + b1 z^(n-1) + ...)/(z^n + ...)`: nothing comes through at once, b0 = 0.
-fn first_response(model: &TransferFunction) -> f64 {
+fn first_markov_parameter(model: &TransferFunction) -> f64 {
     let missing = model.den.len() - model.num.len().min(model.den.len());
     match missing {
         0 => model.num.get(1),
@@ -221,14 +221,14 @@ impl fmt::Display for Summary {
                     |g: Option<f64>| g.map_or_else(|| "none".to_owned(), |g| format!("{g:.5}"));
                 writeln!(
                     f,
-                    "  gain over one sample      {:>22.5}  {:>22.5}",
-                    found.first_response, self.truth.first_response
+                    "  first Markov parameter    {:>22.5}  {:>22.5}",
+                    found.first_markov_parameter, self.truth.first_markov_parameter
                 )?;
                 writeln!(
                     f,
-                    "  gain at rest              {:>22}  {:>22}",
-                    gain(found.dc_gain),
-                    gain(self.truth.dc_gain)
+                    "  steady-state gain         {:>22}  {:>22}",
+                    gain(found.steady_state_gain),
+                    gain(self.truth.steady_state_gain)
                 )?;
                 if let Some(error) = self.pole_error() {
                     writeln!(

@@ -6,7 +6,7 @@ use planesman_linear::{Complex, StepMeter, StepMetrics};
 use planesman_msgs::planesman_msgs::msg::{ControlState, ModelEstimate};
 
 use crate::compose::{Answers, Loop, Step};
-use crate::fingerprint::identified;
+use crate::model_summary::identified;
 use crate::parts::{Model, Parts};
 use crate::scenario::Scenario;
 
@@ -41,8 +41,8 @@ pub const COLUMNS: [&str; 14] = [
     "hydraulic_work [J]",
     "samples [1]",
     "fit [%]",
-    "gain_at_rest",
-    "gain_over_one_sample",
+    "steady_state_gain",
+    "first_markov_parameter",
 ];
 
 /// The place of the settling time in [`COLUMNS`].
@@ -117,8 +117,8 @@ impl Metrics {
             Some(self.work),
             model(|it| it.samples as f64),
             model(|it| it.fit),
-            found.as_ref().and_then(|it| it.dc_gain),
-            found.as_ref().map(|it| it.first_response),
+            found.as_ref().and_then(|it| it.steady_state_gain),
+            found.as_ref().map(|it| it.first_markov_parameter),
         ];
         for place in 0..poles {
             let pole = found.as_ref().and_then(|it| it.poles.get(place));
