@@ -66,7 +66,8 @@ struct Rig {
     k: i64,
     y: f64,
     _sysid: Sysid,
-    folder: tempfile::TempDir,
+    /// What the node finds the types in.
+    _folder: tempfile::TempDir,
     domain: OwnDomain,
 }
 
@@ -118,7 +119,7 @@ impl Rig {
             k: 0,
             y: 0.0,
             _sysid: sysid,
-            folder,
+            _folder: folder,
             domain,
         }
     }
