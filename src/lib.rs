@@ -21,7 +21,6 @@ pub mod doctor;
 pub mod nodes;
 pub mod page;
 pub mod params_command;
-
 pub mod report;
 pub mod reproduce;
 pub mod run_folder;
