@@ -5,8 +5,8 @@
 
 use std::time::Instant;
 
-use planesman::compose::Loop;
-use planesman::scenario::Scenario;
+use planesman_flight::compose::Loop;
+use planesman_flight::scenario::Scenario;
 
 const ROUNDS: usize = 15;
 

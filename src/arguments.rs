@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use planesman_console::Format;
 use planesman_units::{Dimension, Quantity};
 use rustix::fs::{Access, access};
 
@@ -105,6 +107,41 @@ pub fn one_line(error: &clap::Error) -> String {
         Some(tip) => format!("{wrong}; {tip}"),
         None => wrong,
     }
+}
+
+/// A parser for one of several values, each with its name and its help line.
+pub fn choice<T: Copy + Send + Sync + 'static>(
+    all: &'static [T],
+    described: fn(T) -> (&'static str, &'static str),
+) -> impl TypedValueParser<Value = T> {
+    choice_also_known(all, described, |_| &[])
+}
+
+/// The same, some of them with other names too.
+pub fn choice_also_known<T: Copy + Send + Sync + 'static>(
+    all: &'static [T],
+    described: fn(T) -> (&'static str, &'static str),
+    also: fn(T) -> &'static [&'static str],
+) -> impl TypedValueParser<Value = T> {
+    let values = all.iter().map(move |value| {
+        let (name, about) = described(*value);
+        let about = match also(*value) {
+            [] => about.to_owned(),
+            names => format!("{about} [also: {}]", names.join(", ")),
+        };
+        PossibleValue::new(name).help(about).aliases(also(*value))
+    });
+    PossibleValuesParser::new(values).try_map(move |name| {
+        let is_it =
+            |value: &T| described(*value).0 == name || also(*value).contains(&name.as_str());
+        let mut values = all.iter().copied();
+        values.find(is_it).ok_or("not one of the values")
+    })
+}
+
+/// A parser for the format of a table.
+pub fn format() -> impl TypedValueParser<Value = Format> {
+    choice(&Format::ALL, Format::described)
 }
 
 #[cfg(test)]

@@ -10,10 +10,10 @@ use std::path::Path;
 use anyhow::Result;
 use planesman_bag::{BagInfo, BagReader, is_bag_file};
 
-use crate::flight::recorded;
-use crate::nodes::NODES;
 use crate::page::flights::Count;
 use crate::run_folder::{Loss, RunFolder};
+use planesman_flight::flight::recorded;
+use planesman_flight::nodes::NODES;
 
 /// Prints what the bag at `path` holds and lacks.
 ///
@@ -21,7 +21,7 @@ use crate::run_folder::{Loss, RunFolder};
 /// When there is no bag that can be read.
 pub fn info(path: &Path) -> Result<()> {
     let bag = BagReader::open(path)?;
-    planesman_node::say!("{}", BagInfo::of(&bag))?;
+    planesman_console::out!("{}", BagInfo::of(&bag))?;
     if let Some(run) = run_of(path) {
         let silent = NODES
             .iter()
@@ -29,7 +29,7 @@ pub fn info(path: &Path) -> Result<()> {
             .copied();
         let silent: Vec<&str> = silent.collect();
         let counts = run.counts(&recorded(&bag), &run.scenario()?)?;
-        planesman_node::say!("{}", lack(&counts, &silent))?;
+        planesman_console::out!("{}", lack(&counts, &silent))?;
     }
     Ok(())
 }

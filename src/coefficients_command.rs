@@ -9,7 +9,7 @@ use planesman_vehicle::coefficients::Table;
 use planesman_vehicle::vehicle_file;
 
 use crate::arguments::{number, speed};
-use crate::table::{self, Format};
+use planesman_console::Format;
 
 /// Compute a vehicle's coefficients from its geometry, and compare with its file.
 #[derive(Clone, Debug, clap::Args)]
@@ -24,7 +24,7 @@ pub struct CoefficientsArgs {
     #[arg(long, default_value_t = FOOT, value_parser = speed(0.001, 100.0))]
     speed: f64,
     /// As one table in this format [default: two tables with the speed above them]
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = crate::arguments::format())]
     format: Option<Format>,
 }
 
@@ -43,16 +43,16 @@ pub fn run(args: &CoefficientsArgs) -> Result<()> {
     };
     let found = Table::of(&vehicle, &geometry, args.speed);
     let text = match args.format {
-        Some(format) => in_one(&found).text(format)?,
+        Some(format) => in_one(&found).text(format),
         None if std::io::stdout().is_terminal() => narrow(&found, &vehicle.name, args.speed)?,
         None => text(&found, &vehicle.name, args.speed),
     };
-    Ok(planesman_node::print(text)?)
+    Ok(planesman_console::print(text)?)
 }
 
 /// Coefficients and quantities in one table.
-fn in_one(found: &Table) -> table::Table {
-    let mut table = table::Table::new([
+fn in_one(found: &Table) -> planesman_console::Table {
+    let mut table = planesman_console::Table::new([
         "quantity", "method", "computed", "file", "off, %", "imperial", "unit", "SI", "SI unit",
     ]);
     let written = |value: Option<f64>| value.map_or_else(String::new, number);
@@ -99,7 +99,7 @@ fn narrow(found: &Table, name: &str, speed: f64) -> Result<String> {
         "imperial",
         "SI",
     ];
-    let mut coefficients = table::Table::new(columns);
+    let mut coefficients = planesman_console::Table::new(columns);
     for row in &found.rows {
         coefficients.row([
             row.coefficient.to_string(),
@@ -112,7 +112,7 @@ fn narrow(found: &Table, name: &str, speed: f64) -> Result<String> {
             both(row.si(), row.unit.si),
         ]);
     }
-    let mut figures = table::Table::new(["quantity", "method", "imperial", "SI", "+-"]);
+    let mut figures = planesman_console::Table::new(["quantity", "method", "imperial", "SI", "+-"]);
     for figure in &found.figures {
         figures.row([
             figure.quantity.to_string(),
@@ -129,9 +129,9 @@ fn narrow(found: &Table, name: &str, speed: f64) -> Result<String> {
     Ok(format!(
         "{name} at {speed:.4} m/s ({:.3} ft/s)\n\n{}\n{}{}",
         speed / FOOT,
-        coefficients.text(Format::Table)?,
-        figures.text(Format::Table)?,
-        table::wrapped(&missing.collect::<String>())
+        coefficients.text(Format::Table),
+        figures.text(Format::Table),
+        planesman_console::wrapped(&missing.collect::<String>())
     ))
 }
 

@@ -9,8 +9,9 @@ use anyhow::{Context, Result, bail};
 use planesman_node::STRICT_PARAMETERS;
 use rustix::process::{Pid, Signal, kill_process};
 
-use crate::nodes::{LAUNCHED, NAMESPACE};
+use crate::nodes::LAUNCHED;
 use crate::run_folder::RunFolder;
+use planesman_flight::nodes::NAMESPACE;
 
 /// Timeout for a node to stop cleanly.
 const STOP_TIMEOUT: Duration = Duration::from_secs(10);

@@ -9,8 +9,9 @@ use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result, bail};
-use depth_controller::gains::is_of_pitch;
-use indicatif::{ProgressBar, ProgressStyle};
+use planesman_console::progress::{ProgressBar, ProgressStyle};
+use planesman_console::sparkline;
+use planesman_control::gains::is_of_pitch;
 use planesman_linear::pole_text;
 use planesman_msgs::diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus};
 use planesman_msgs::planesman_msgs::msg::{ModelEstimate, VehicleState};
@@ -22,17 +23,16 @@ use planesman_node::{
     value_of,
 };
 use planesman_parameters::{Value, Values};
-use recorder::loop_topics;
+use planesman_recording::loop_topics;
 use recorder::node::BAG;
-use sysid::sparkline;
 
 use crate::crew::Crew;
-use crate::fingerprint::identified;
-use crate::nodes::NODES;
 use crate::run_folder::{Loss, RunFolder};
-use crate::scenario::{Scenario, difference};
-use crate::sink::full_name;
-use crate::table::print_wrapped;
+use planesman_console::print_wrapped;
+use planesman_flight::model_summary::identified;
+use planesman_flight::nodes::NODES;
+use planesman_flight::scenario::{Scenario, difference};
+use planesman_flight::sink::full_name;
 
 /// Timeout of discovery without a new match, and of an answer.
 const GATHERING: Duration = Duration::from_secs(30);
@@ -143,7 +143,7 @@ pub fn run(scenario: &Scenario, run: &RunFolder, options: &Options) -> Result<Op
     // All that can be refused has been: now there is something to keep.
     run.create(scenario, &parameters)?;
     if options.keep_running {
-        planesman_node::say!(
+        planesman_console::out!(
             "{}",
             other_terminal(Domain::from_environment()?, &options.namespace)
         )?;
@@ -198,12 +198,12 @@ fn fly(
     // The bag is closed. A report can be made again, with `planesman report`.
     shutdown::at_once();
     if launcher.interrupted {
-        planesman_node::say!(
+        planesman_console::out!(
             "Interrupted after {} ticks; the bag is closed.",
             launcher.ticks
         )?;
     } else {
-        planesman_node::say!(
+        planesman_console::out!(
             "Flew {:.1} s of vehicle time in {:.1} s, {} processes over DDS.\n",
             launcher.ticks as f64 * scenario.tick,
             launcher.flown.as_secs_f64(),
@@ -223,7 +223,7 @@ fn other_terminal(domain: Domain, namespace: &str) -> String {
          \x20 export ROS_DOMAIN_ID={} ROS_AUTOMATIC_DISCOVERY_RANGE={range}\n\
          \x20 ros2 topic list\n\
          \x20 ros2 topic echo {namespace}/state\n\
-         \x20 planesman sysid watch --namespace {namespace}\n",
+         \x20 planesman watch\n",
         domain.id
     )
 }
@@ -628,7 +628,7 @@ impl Launcher {
             self.bar.println(text);
         } else {
             // The summary at the end is checked; this line need not be.
-            let _ = planesman_node::say!("{text}");
+            let _ = planesman_console::out!("{text}");
         }
     }
 
@@ -811,7 +811,7 @@ mod tests {
         for part in [
             "export ROS_DOMAIN_ID=7 ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST",
             "ros2 topic echo /second/state",
-            "--namespace /second",
+            "planesman watch",
         ] {
             assert!(lines.contains(part), "{lines}");
         }

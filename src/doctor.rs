@@ -9,7 +9,7 @@ use planesman_msgs::planesman_msgs::msg::VehicleState;
 use planesman_node::{Domain, NodeSpec, Qos, Runtime, args};
 
 use crate::dive::find_no_other_loop;
-use crate::table::wrapped;
+use planesman_console::wrapped;
 
 /// Where DDS participants look for each other.
 const GROUP: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);
@@ -50,7 +50,7 @@ pub fn run(namespace: &str) -> Result<()> {
 }
 
 fn line(text: &str) -> std::io::Result<()> {
-    planesman_node::say!("{}", wrapped(text).trim_end())
+    planesman_console::out!("{}", wrapped(text).trim_end())
 }
 
 fn described(domain: Domain) -> String {

@@ -1,11 +1,9 @@
 //! Planesman: simulates, controls and identifies an underwater vehicle.
 //!
-//! This package is the program around the nodes. From a [`scenario`] it flies the vehicle two
+//! This package is the program around the nodes and the libraries. From a scenario it flies the vehicle two
 //! ways that agree bit for bit: as separate processes over DDS ([`dive`]), or in one process
-//! ([`sim`], through [`compose`]). Either way a bag remains, from which [`flight`], [`summary`] and
-//! [`page`] tell what happened.
-//!
-//! [`sweep`] flies a scenario many times, with other parameters and seeds.
+//! ([`planesman_flight`]). Either way a bag remains, from which [`page`] tells what happened. [`sweep`] flies a scenario many
+//! times.
 //!
 //! Beside flying: [`coefficients_command`] computes a vehicle's coefficients from its geometry, [`dha`] puts
 //! the actuator on the bench of its 1966 study, and
@@ -15,29 +13,19 @@
 pub mod arguments;
 pub mod bag_command;
 pub mod coefficients_command;
-pub mod compose;
 pub mod crew;
 pub mod design;
 pub mod dha;
 pub mod dive;
 pub mod doctor;
-pub mod fingerprint;
-pub mod flight;
-pub mod in_order;
 pub mod nodes;
 pub mod page;
 pub mod params_command;
-pub mod progress;
 pub mod report;
 pub mod reproduce;
 pub mod run_folder;
-pub mod scenario;
-pub mod sim;
-pub mod sink;
-pub mod summary;
 pub mod sweep;
 pub mod sysid;
-pub mod table;
 pub mod tf_command;
 pub mod titles;
 pub mod watch;

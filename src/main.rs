@@ -17,13 +17,16 @@ use planesman::dha::{self, DhaCommand};
 use planesman::dive::{self, Pace};
 use planesman::reproduce::{self, ReproduceArgs};
 use planesman::run_folder::{Loss, RunFolder};
-use planesman::scenario::{BUILTIN, Scenario};
-use planesman::table::Format;
-use planesman::{bag_command, doctor, nodes, params_command, report, sim, tf_command, watch};
-use planesman_node::in_one_line;
+use planesman::{bag_command, doctor, nodes, params_command, report, tf_command, watch};
+use planesman_console::Format;
+use planesman_console::progress::Bars;
+use planesman_flight::nodes::NAMESPACE;
+use planesman_flight::scenario::{BUILTIN, Scenario};
+use planesman_flight::{Parts, fly};
 use planesman_parameters::Parameters as _;
+use planesman_plant::PlantParameters;
+use planesman_text::in_one_line;
 use planesman_text::{did_you_mean, shown};
-use plant_sim::PlantParameters;
 
 /// Exit status of a dive whose bag lacks messages.
 const LOST: u8 = 3;
@@ -143,7 +146,7 @@ enum Command {
         #[arg(long, requires = "yaml")]
         scenario: Option<String>,
         /// As a table [default: a list]
-        #[arg(long, value_enum, conflicts_with = "yaml")]
+        #[arg(long, value_parser = planesman::arguments::format(), conflicts_with = "yaml")]
         format: Option<Format>,
     },
     /// Compute a vehicle's coefficients from its geometry, and compare with its file
@@ -168,7 +171,7 @@ enum Command {
     #[command(after_help = "Example:\n  planesman doctor --namespace /auv2")]
     Doctor {
         /// The namespace to look for other loops in
-        #[arg(long, default_value = nodes::NAMESPACE, value_parser = NonEmptyStringValueParser::new())]
+        #[arg(long, default_value = NAMESPACE, value_parser = NonEmptyStringValueParser::new())]
         namespace: String,
     },
     /// Print a script that completes command lines in a shell
@@ -218,7 +221,7 @@ struct DiveArgs {
     #[arg(long)]
     watch: bool,
     /// Namespace of all nodes; if it is not the default, simulated time is on NAMESPACE/clock
-    #[arg(long, default_value = nodes::NAMESPACE, value_parser = NonEmptyStringValueParser::new())]
+    #[arg(long, default_value = NAMESPACE, value_parser = NonEmptyStringValueParser::new())]
     namespace: String,
 }
 
@@ -232,7 +235,7 @@ struct SimArgs {
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Namespace of the topics in the bag
-    #[arg(long, default_value = nodes::NAMESPACE, value_parser = NonEmptyStringValueParser::new())]
+    #[arg(long, default_value = NAMESPACE, value_parser = NonEmptyStringValueParser::new())]
     namespace: String,
 }
 
@@ -315,7 +318,7 @@ fn main() -> ExitCode {
             _ => {
                 let (name, command) = command_of(std::env::args_os().skip(1));
                 let reason = refusal(&error, &command);
-                planesman_node::complain!("planesman: {} (see {name} --help)", shown(reason));
+                planesman_console::err!("planesman: {} (see {name} --help)", shown(reason));
                 return ExitCode::from(2);
             }
         },
@@ -328,7 +331,7 @@ fn main() -> ExitCode {
             let commands = program.get_subcommands().map(|it| it.get_name().to_owned());
             let scenarios = BUILTIN.iter().map(|(name, _)| (*name).to_owned());
             let known: Vec<String> = commands.chain(scenarios).collect();
-            planesman_node::complain!(
+            planesman_console::err!(
                 "planesman: '{}' is neither a command nor a scenario{} (see planesman --help)",
                 shown(&cli.dive.scenario),
                 did_you_mean(&cli.dive.scenario, known.iter().map(String::as_str)),
@@ -341,7 +344,7 @@ fn main() -> ExitCode {
         Command::Dive(args) => match dive(&args) {
             Ok(None) => Ok(()),
             Ok(Some(loss)) => {
-                planesman_node::complain!("planesman: {loss}");
+                planesman_console::err!("planesman: {loss}");
                 return ExitCode::from(LOST);
             }
             Err(error) => Err(error),
@@ -350,9 +353,6 @@ fn main() -> ExitCode {
         Command::Sweep(args) => planesman::sweep::run(&args),
         Command::Report(args) => report::run(&args),
         Command::Replay(args) => planesman::sysid::replay::run(&args),
-        Command::Sysid(command @ planesman::sysid::Command::Watch(_)) => {
-            stay_local().and_then(|()| command.run())
-        }
         Command::Sysid(command) => command.run(),
         Command::Watch(args) => stay_local().and_then(|()| watch::run(&args)),
         Command::Tf(args) => tf_command::run(&args),
@@ -382,7 +382,7 @@ fn main() -> ExitCode {
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            planesman_node::complain!("planesman: {}", shown(in_one_line(&error)));
+            planesman_console::err!("planesman: {}", shown(in_one_line(error.as_ref())));
             ExitCode::FAILURE
         }
     }
@@ -408,7 +408,7 @@ fn manual(names: &[String]) -> Result<Vec<u8>> {
 }
 
 fn written(text: Vec<u8>) -> Result<()> {
-    Ok(planesman_node::print(String::from_utf8(text)?)?)
+    Ok(planesman_console::print(String::from_utf8(text)?)?)
 }
 
 /// Discovery stays on this machine unless the user's environment says otherwise. The variable
@@ -458,8 +458,14 @@ fn simulate(args: &SimArgs) -> Result<()> {
         let stem = Path::new(&args.scenario).file_stem().unwrap_or_default();
         Path::new(stem).with_extension("mcap")
     });
-    let ticks = sim::run(&scenario, &out, &args.namespace)?;
-    planesman_node::say!(
+    let ticks = fly(
+        &scenario,
+        &Parts::default(),
+        &out,
+        &args.namespace,
+        &Bars::default(),
+    )?;
+    planesman_console::out!(
         "{}: {ticks} ticks, {:.2} s of vehicle time",
         out.display(),
         ticks as f64 * scenario.tick
@@ -469,7 +475,7 @@ fn simulate(args: &SimArgs) -> Result<()> {
 
 fn parameter_file(node: Option<&str>, scenario: Option<&str>) -> Result<()> {
     let scenario = scenario.map(Scenario::load).transpose()?;
-    planesman_node::print(format_args!(
+    planesman_console::print(format_args!(
         "{}",
         params_command::parameter_file(node, scenario.as_ref())?
     ))?;

@@ -1,29 +1,11 @@
-//! The nodes by name: run in this process, their parameters declared and checked.
+//! The nodes, run in this process by their name.
 
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-use depth_controller::{Controller, ControllerParameters};
-use dha_actuator::{Actuator, ActuatorParameters};
-use planesman_parameters::{Declaration, Parameters, Values};
+use planesman_flight::nodes::NODES;
 use planesman_text::did_you_mean;
-use plant_sim::{Plant, PlantParameters};
-use recorder::parameters::{RecorderParameters, writer_options};
 use rustix::process::{Signal, set_parent_process_death_signal};
-use sysid::{Identifier, IdentifierParameters};
-
-/// The nodes whose parameters a scenario sets, in the order in which they are started.
-pub const NODES: [&str; 5] = [
-    "recorder",
-    "sysid",
-    "dha_actuator",
-    "depth_controller",
-    "plant_sim",
-];
-
-/// The default namespace. Its time is on `/clock`; other namespaces have a clock topic of their own, so that several
-/// vehicles can run in one domain.
-pub const NAMESPACE: &str = "/auv";
 
 /// Set for a node that a launcher started: it stops when the launcher is gone.
 pub const LAUNCHED: &str = "PLANESMAN_LAUNCHED";
@@ -38,7 +20,7 @@ pub fn run(name: &str, args: Vec<OsString>) -> ExitCode {
         "sysid" => sysid::main(args),
         "recorder" => recorder::node::main(args),
         other => {
-            planesman_node::complain!(
+            planesman_console::err!(
                 "planesman: there is no node '{other}'{}; there are {}",
                 did_you_mean(other, NODES),
                 NODES.join(", ")
@@ -60,52 +42,6 @@ pub(crate) fn end_with_launcher() {
     if std::env::var_os(LAUNCHED).is_some()
         && let Err(error) = set_parent_process_death_signal(Some(Signal::TERM))
     {
-        planesman_node::complain!("this node will outlive its launcher if that is killed: {error}");
+        planesman_console::err!("this node will outlive its launcher if that is killed: {error}");
     }
-}
-
-/// The parameters that the node `name` declares, `None` when there is no such node.
-#[must_use]
-pub fn declarations(name: &str) -> Option<Vec<Declaration>> {
-    Some(match name {
-        "plant_sim" => PlantParameters::declarations(),
-        "depth_controller" => ControllerParameters::declarations(),
-        "dha_actuator" => ActuatorParameters::declarations(),
-        "sysid" => IdentifierParameters::declarations(),
-        "recorder" => RecorderParameters::declarations(),
-        _ => return None,
-    })
-}
-
-/// Whether the node `name` would start with these parameters; true of an unknown node.
-///
-/// # Errors
-/// The refusal, with its reason.
-pub fn validate(name: &str, values: &Values) -> Result<(), String> {
-    match name {
-        "plant_sim" => Plant::new(&read(values)?)
-            .map(drop)
-            .map_err(|e| e.to_string()),
-        "depth_controller" => Controller::new(&read(values)?)
-            .map(drop)
-            .map_err(|e| e.to_string()),
-        "dha_actuator" => {
-            let parameters: ActuatorParameters = read(values)?;
-            let tick = (parameters.tick * 1e9).round() as i64;
-            Actuator::new(&parameters, tick)
-                .map(drop)
-                .map_err(|e| e.to_string())
-        }
-        "sysid" => Identifier::new(&read(values)?)
-            .map(drop)
-            .map_err(|e| e.to_string()),
-        "recorder" => writer_options(&read(values)?)
-            .map(drop)
-            .map_err(|e| e.to_string()),
-        _ => Ok(()),
-    }
-}
-
-fn read<P: Parameters>(values: &Values) -> Result<P, String> {
-    P::from_values(values).map_err(|refusal| refusal.to_string())
 }

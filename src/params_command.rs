@@ -6,9 +6,9 @@ use anyhow::{Result, bail};
 use planesman_parameters::{Declaration, Value};
 use planesman_text::did_you_mean;
 
-use crate::nodes::{NODES, declarations};
-use crate::scenario::Scenario;
-use crate::table::{Format, Table, print_wrapped};
+use planesman_console::{Format, Table, print_wrapped};
+use planesman_flight::nodes::{NODES, declarations};
+use planesman_flight::scenario::Scenario;
 
 /// Prints the parameters of one node, or of all, as a list or in a table's format.
 ///
@@ -31,10 +31,10 @@ pub fn list_parameters(node: Option<&str>, format: Option<Format>) -> Result<()>
                 ]);
             }
         }
-        return Ok(planesman_node::print(table.text(format)?)?);
+        return Ok(planesman_console::print(table.text(format))?);
     }
     for name in nodes {
-        planesman_node::say!("{name}:")?;
+        planesman_console::out!("{name}:")?;
         for d in declarations(name).unwrap_or_default() {
             let range = d
                 .range

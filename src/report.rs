@@ -8,8 +8,8 @@ use clap::Args;
 use crate::arguments::output_file;
 use crate::page::flights::{Flown, comparison, difference_note, page};
 use crate::run_folder::RunFolder;
-use crate::sink::write_text;
-use crate::table::{Format, print_wrapped};
+use planesman_console::{Format, print_wrapped};
+use planesman_flight::sink::write_text;
 
 /// The flights.
 #[derive(Args)]
@@ -42,11 +42,11 @@ pub fn run(args: &ReportArgs) -> Result<()> {
     }
     tell_apart(&mut flights, &args.folders);
     write_text(&path, page(&flights))?;
-    planesman_node::print(comparison(&flights).text(Format::Table)?)?;
+    planesman_console::print(comparison(&flights).text(Format::Table))?;
     if let Some(note) = difference_note(&flights) {
-        planesman_node::say!("\n{note}")?;
+        planesman_console::out!("\n{note}")?;
     }
-    Ok(planesman_node::say!("\nPage:  {}", path.display())?)
+    Ok(planesman_console::out!("\nPage:  {}", path.display())?)
 }
 
 /// Names flights by their whole path where the folders' own names are the same.

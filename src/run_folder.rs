@@ -6,17 +6,17 @@ use std::{fmt, fs};
 
 use anyhow::{Context, Result, bail};
 use planesman_bag::reader::BagReader;
-use planesman_node::in_one_line;
-use recorder::loop_topics;
-use recorder::parameters::RecorderParameters;
-use recorder::selection::Selection;
+use planesman_recording::loop_topics;
+use planesman_recording::parameters::RecorderParameters;
+use planesman_recording::selection::Selection;
+use planesman_text::in_one_line;
 
-use crate::flight::{Flight, recorded};
-use crate::nodes::NODES;
 use crate::page::flights::{self, Count, Flown};
-use crate::scenario::Scenario;
-use crate::sink::{full_name, write_text};
-use crate::summary::Summary;
+use planesman_flight::flight::{Flight, recorded};
+use planesman_flight::nodes::NODES;
+use planesman_flight::scenario::Scenario;
+use planesman_flight::sink::{full_name, write_text};
+use planesman_flight::summary::Summary;
 
 /// The folder of one flight.
 #[derive(Clone, Debug)]
@@ -37,7 +37,8 @@ impl RunFolder {
                     .file_stem()
                     .and_then(|s| s.to_str())
                     .unwrap_or("dive");
-                PathBuf::from("runs").join(format!("{stem}-{}", recorder::names::utc_now()))
+                PathBuf::from("runs")
+                    .join(format!("{stem}-{}", planesman_recording::names::utc_now()))
             },
             Path::to_owned,
         );
@@ -70,7 +71,10 @@ impl RunFolder {
     /// Writes into the folder that the flight failed, with the reason.
     pub fn note_failure(&self, error: &anyhow::Error) {
         // The error is on its way to the terminal; a full disk must not hide it.
-        let _ = fs::write(self.path.join("failed.txt"), in_one_line(error) + "\n");
+        let _ = fs::write(
+            self.path.join("failed.txt"),
+            in_one_line(error.as_ref()) + "\n",
+        );
     }
 
     /// A folder that a flight left.
@@ -135,7 +139,7 @@ impl RunFolder {
     /// # Errors
     /// When the scenario cannot be read.
     pub(crate) fn scenario(&self) -> Result<Scenario> {
-        Scenario::parse(&fs::read_to_string(self.scenario_file())?)
+        Ok(Scenario::parse(&fs::read_to_string(self.scenario_file())?)?)
     }
 
     /// The flight as its bag has it.
@@ -376,7 +380,14 @@ mod tests {
         let text = "description: A test\nduration: 1.0\n";
         let scenario = Scenario::parse(text).expect("a scenario");
         run.create(&scenario, "").expect("made");
-        crate::sim::run(&scenario, &run.path.join("flown.mcap"), "/auv").expect("flown");
+        planesman_flight::fly(
+            &scenario,
+            &planesman_flight::Parts::default(),
+            &run.path.join("flown.mcap"),
+            "/auv",
+            &(),
+        )
+        .expect("flown");
         fs::create_dir(run.bag()).expect("made");
         fs::rename(run.path.join("flown.mcap"), run.bag().join("bag_0.mcap")).expect("moved");
         let tell = |published: u64, dropped: u64| {

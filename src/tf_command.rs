@@ -15,7 +15,7 @@ use planesman_vehicle::linearised::{self, Output};
 use planesman_vehicle::vehicle_file;
 
 use crate::arguments::{number, speed, within};
-use crate::table::print_wrapped;
+use planesman_console::print_wrapped;
 
 /// The vehicle, the pair of signals and the sampling.
 #[derive(Args)]

@@ -17,8 +17,8 @@ const TITLES: [(&str, &str); 33] = [
     ("hydraulic_work", "hydraulic work"),
     ("samples", "samples of the model"),
     ("fit", "one-step fit"),
-    ("gain_at_rest", "gain at rest"),
-    ("gain_over_one_sample", "gain over one sample"),
+    ("steady_state_gain", "steady-state gain"),
+    ("first_markov_parameter", "first Markov parameter"),
     ("held_ticks", "ticks without the actuator's answer"),
     ("pole_error", "dominant pole off by"),
     // Its signals, as `planesman sim --out FLIGHT.csv` names them.
@@ -77,7 +77,7 @@ mod tests {
         assert_eq!(title("settling_time_5 [s]"), "Settling time (5 %) [s]");
         assert_eq!(name("plane_travel [rad]"), "plane travel [rad]");
         assert_eq!(title("pulses [1]"), "Actuator pulses");
-        assert_eq!(title("gain_at_rest"), "Gain at rest");
+        assert_eq!(title("steady_state_gain"), "Steady-state gain");
     }
 
     #[test]
@@ -89,7 +89,7 @@ mod tests {
 
     #[test]
     fn every_column_of_a_flights_table_has_a_name() {
-        for (column, _) in crate::sink::COLUMNS {
+        for (column, _) in planesman_flight::sink::COLUMNS {
             let field = column.split(" [").next().unwrap_or_default();
             assert!(TITLES.iter().any(|(it, _)| *it == field), "{column}");
         }

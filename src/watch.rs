@@ -5,15 +5,15 @@ use std::net::{IpAddr, Ipv4Addr};
 use anyhow::Result;
 use clap::Args;
 use planesman_identification::Reading;
-use planesman_linear::{Complex, is_sampling_artefact};
+use planesman_linear::{Complex, by_decay, is_sampling_artefact};
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 use planesman_node::args;
 use planesman_parameters::{Parameters as _, Value};
+use planesman_plant::PlantParameters;
 use planesman_watch::{Knowledge, Named, Options, Pole, Vehicle};
-use plant_sim::PlantParameters;
 
 use crate::nodes::end_with_launcher;
-use crate::summary::truth_of;
+use planesman_flight::summary::truth_of;
 
 /// The arguments of `planesman watch`.
 #[derive(Args, Clone, Debug)]
@@ -49,7 +49,7 @@ pub fn run(watch: &WatchArgs) -> Result<()> {
 
 /// The poles of an estimate, slowest first, with their deviations where its covariance tells them.
 fn poles(model: &ModelEstimate) -> Vec<Pole> {
-    let estimate = sysid::estimate_of(model);
+    let estimate = planesman_identifier::estimate_of(model);
     let uncertain = estimate.and_then(|it| Reading::of(&it, 0).continuous_poles().ok());
     let mut poles: Vec<Pole> = match uncertain {
         Some(poles) => poles
@@ -71,7 +71,11 @@ fn poles(model: &ModelEstimate) -> Vec<Pole> {
         let z = (Complex::new(pole.re, pole.im) * model.sample_time).exp();
         pole.artefact = model.sample_time > 0.0 && is_sampling_artefact(z);
     }
-    poles.sort_by(|a, b| a.re.hypot(a.im).total_cmp(&b.re.hypot(b.im)));
+    let place = |pole: &Pole| Complex::new(pole.re, pole.im);
+    poles.sort_by(|a, b| {
+        let is_artefact = a.artefact.cmp(&b.artefact);
+        is_artefact.then(by_decay(&place(a), &place(b)))
+    });
     poles
 }
 

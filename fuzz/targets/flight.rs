@@ -4,10 +4,10 @@
 use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
-use planesman::flight::Flight;
+use planesman_flight::flight::Flight;
 use planesman::page::flights::{Flown, page};
-use planesman::scenario::Scenario;
-use planesman::summary::Summary;
+use planesman_flight::scenario::Scenario;
+use planesman_flight::summary::Summary;
 use planesman_fuzz::InMemory;
 
 static SCENARIO: LazyLock<Scenario> = LazyLock::new(|| Scenario::load("dive").expect("built in"));

@@ -2,7 +2,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use planesman::scenario::Scenario;
+use planesman_flight::scenario::Scenario;
 
 fuzz_target!(|data: &[u8]| {
     let Ok(text) = planesman_text::decoded(data) else {
@@ -15,5 +15,5 @@ fuzz_target!(|data: &[u8]| {
             .expect("a scenario that was taken can be written");
     }
     let _ = planesman_vehicle::vehicle_file::parse("fuzz", text);
-    let _ = dha_actuator::actuator_file::parse("fuzz", text);
+    let _ = planesman_hydraulics::actuator_file::parse("fuzz", text);
 });

@@ -1,7 +1,7 @@
 """A bag replayed into sysid by `ros2 bag play`; at its end the estimate is printed.
 
     ros2 launch planesman replay.launch.py bag:=runs/dive-TIME/bag params_file:=runs/dive-TIME/parameters.yaml
-    planesman sysid watch     # in another terminal: the estimate as it grows
+    planesman watch     # in another terminal: the estimate as it grows
 """
 
 from pathlib import Path

@@ -2,7 +2,7 @@
 identified from any bag.
 
 - data: `read_bag`, `list_fields`, `Samples`
-- simulation: `simulate`, `Flight`, `transfer_function`, `TransferFunction`, `parameters`, `parameter_file`
+- simulation: `simulate`, `Flight`, `Loop` (tick by tick, by a law of your own), `STATES`, `transfer_function`, `TransferFunction`, `parameters`, `parameter_file`
 - identification: `fit`, `Model`, `Uncertainty`, `FrequencyResponse`
 - many at a time, on one machine or a cluster: `sweep`, `fit_all`
 - the two historical reports: `reproduce`
@@ -19,14 +19,16 @@ from planesman.data import Samples, list_fields, read_bag
 from planesman.identification import FitOptions, FrequencyResponse, Model, Uncertainty, fit
 from planesman.many import fit_all, sweep
 from planesman.reports import reproduce
-from planesman.simulation import Flight, TransferFunction, parameter_file, parameters, simulate, transfer_function
+from planesman.simulation import STATES, Flight, Loop, TransferFunction, parameter_file, parameters, simulate, transfer_function
 
 __version__ = _version("planesman")
 
 __all__ = [
+    "STATES",
     "FitOptions",
     "Flight",
     "FrequencyResponse",
+    "Loop",
     "Model",
     "PlanesmanError",
     "Samples",

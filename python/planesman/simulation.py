@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from typing import TYPE_CHECKING, Any, Literal
@@ -145,6 +145,79 @@ def simulate(
         name, unit = name.removesuffix("]").split(" [")
         columns[name], units[name] = numbers, unit
     return Flight(columns, units)
+
+
+Controller = Callable[[float, NDArray[np.float64]], "float | Sequence[float]"]
+"""A control law: time (s) and state in the order of `STATES`, to the angle of the dive planes (rad, positive to dive), or to that
+with `bow_stern_differential`, `roll_differential`, `rudder` (rad) and `thrust` (share of full thrust)."""
+
+STATES: dict[str, str] = dict(name.removesuffix("]").split(" [") for name in _native.states())
+"""The numbers of a state in their order, with their units."""
+
+
+class Loop:
+    """A scenario flown tick by tick in this process, with a control law of your own in the place of `depth_controller`.
+
+    >>> def law(time, state):
+    ...     depth, pitch, rate = state[0], state[6], state[7]
+    ...     return np.clip(1.7 * (pitch - 0.5 * (depth - 0.9144)) + 0.6 * rate, -0.4, 0.4)
+    >>> with Loop("dive", controller=law, bag="own.mcap") as loop:
+    ...     depths = [state[0] for state in loop]
+
+    Scenario, changes and `bag` are those of `simulate`; without `controller` the loop is that which `simulate` flies. An exception of the
+    controller ends the step and is passed on.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario = "dive",
+        *,
+        controller: Controller | None = None,
+        duration: float | None = None,
+        tick: float | None = None,
+        seed: int | None = None,
+        bag: str | PathLike[str] | None = None,
+        namespace: str = "/auv",
+        **parameters: Any,
+    ) -> None:
+        known = ["scenario", "controller", "duration", "tick", "seed", "bag", "namespace"]
+        flown = scenario_text(scenario, parameters, duration, tick, seed, function="Loop", known=known)
+        self._loop = _native.Loop(flown, controller, None if bag is None else path_text(bag), text(namespace))
+
+    @property
+    def state(self) -> NDArray[np.float64]:
+        """The true state at the present tick, in the order of `STATES`, shape (13,)."""
+        return self._loop.state()
+
+    @property
+    def time(self) -> float:
+        """The present time, s."""
+        return self._loop.time()
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the scenario's duration has passed; the loop can be stepped on."""
+        return self._loop.is_over()
+
+    def step(self) -> NDArray[np.float64]:
+        """Fly one tick; the state after it."""
+        self._loop.step()
+        return self._loop.state()
+
+    def __iter__(self) -> Iterator[NDArray[np.float64]]:
+        """The state after each tick, to the end of the scenario."""
+        while not self.is_over:
+            yield self.step()
+
+    def close(self) -> None:
+        """Put the bag in its place."""
+        self._loop.close()
+
+    def __enter__(self) -> Loop:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
 
 @dataclass(frozen=True)

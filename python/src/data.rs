@@ -43,5 +43,5 @@ pub(crate) fn samples(
 pub(crate) fn fields(py: Python<'_>, args: Vec<OsString>) -> PyResult<String> {
     let args: TopicsArgs = parsed(&args)?;
     let survey = released(py, || topics::survey(&args))?;
-    serde_json::to_string(&survey).map_err(|error| raised(error.into()))
+    serde_json::to_string(&survey).map_err(raised)
 }

@@ -9,7 +9,7 @@ use anyhow::Context as _;
 use clap::Parser;
 use planesman::arguments::one_line;
 use planesman_identification::{Stop, until_stopped};
-use planesman_node::in_one_line;
+use planesman_text::in_one_line;
 use pyo3::exceptions::PyValueError;
 use pyo3::{Py, PyAny, PyErr, PyResult, Python, create_exception};
 
@@ -26,10 +26,10 @@ create_exception!(
 );
 
 /// An error as an exception; one that is an exception already, as Ctrl-C's, is passed on.
-pub(crate) fn raised(error: anyhow::Error) -> PyErr {
-    match error.downcast::<PyErr>() {
+pub(crate) fn raised(error: impl Into<anyhow::Error>) -> PyErr {
+    match error.into().downcast::<PyErr>() {
         Ok(exception) => exception,
-        Err(error) => PlanesmanError::new_err(in_python(&in_one_line(&error))),
+        Err(error) => PlanesmanError::new_err(in_python(&in_one_line(error.as_ref()))),
     }
 }
 

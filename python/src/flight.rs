@@ -1,14 +1,18 @@
-//! Scenarios, and their flight in this process.
+//! Scenarios, and their flight in this process: whole, or tick by tick, by a controller of the caller's too.
 
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
 
-use planesman::compose::Loop;
-use planesman::scenario::Scenario;
-use planesman::sink::{COLUMNS, McapSink};
+use planesman_flight::compose::Loop as Composed;
+use planesman_flight::parts::{Law, PartError, Parts, dive};
+use planesman_flight::scenario::Scenario;
+use planesman_flight::sink::{COLUMNS, McapSink};
+use planesman_msgs::planesman_msgs::msg::{ControlState, PlaneCommand, VehicleState};
+use planesman_parameters::Value;
 use pyo3::prelude::*;
 
 use crate::array::array;
-use crate::error::{raised, released};
+use crate::error::{PlanesmanError, raised, released};
 
 /// A column of the table of a flight.
 type Column<'py> = (&'static str, Bound<'py, PyAny>);
@@ -47,7 +51,7 @@ pub(crate) fn fly<'py>(
         let mut sink = bag
             .map(|path| McapSink::create(&path, namespace))
             .transpose()?;
-        for tick in Loop::new(&scenario)? {
+        for tick in Composed::new(&scenario)? {
             let tick = tick?;
             for (column, (_, of)) in columns.iter_mut().zip(COLUMNS) {
                 column.push(of(&tick));
@@ -63,4 +67,179 @@ pub(crate) fn fly<'py>(
     named
         .map(|((name, _), numbers)| Ok((*name, array(py, numbers)?)))
         .collect()
+}
+
+/// A number of a state: its name with unit, and where it comes from.
+type State = (&'static str, fn(&VehicleState) -> f64);
+
+/// The numbers of a state, in the order of the arrays.
+pub(crate) const STATES: [State; 13] = [
+    ("depth [m]", |it| it.depth),
+    ("depth_rate [m/s]", |it| it.depth_rate),
+    ("distance [m]", |it| it.distance),
+    ("cross_track [m]", |it| it.cross_track),
+    ("roll [rad]", |it| it.roll),
+    ("roll_rate [rad/s]", |it| it.roll_rate),
+    ("pitch [rad]", |it| it.pitch),
+    ("pitch_rate [rad/s]", |it| it.pitch_rate),
+    ("yaw [rad]", |it| it.yaw),
+    ("yaw_rate [rad/s]", |it| it.yaw_rate),
+    ("surge [m/s]", |it| it.surge),
+    ("heave [m/s]", |it| it.heave),
+    ("dive_planes [rad]", |it| it.dive_planes),
+];
+
+fn numbers<'py>(py: Python<'py>, state: &VehicleState) -> PyResult<Bound<'py, PyAny>> {
+    array(py, STATES.iter().map(|(_, of)| of(state)).collect())
+}
+
+/// The names of [`STATES`].
+#[pyfunction]
+pub(crate) fn states() -> Vec<&'static str> {
+    STATES.iter().map(|(name, _)| *name).collect()
+}
+
+/// A function of time and state in the place of a law.
+struct Function {
+    function: Py<PyAny>,
+    depth_setpoint: f64,
+    /// What it has raised.
+    raised: Arc<Mutex<Option<PyErr>>>,
+}
+
+impl Law for Function {
+    fn on_state(
+        &mut self,
+        state: &VehicleState,
+    ) -> Result<(PlaneCommand, ControlState), PartError> {
+        let time = state.header.stamp.nanos() as f64 * 1e-9;
+        let planes = Python::attach(|py| -> PyResult<Vec<f64>> {
+            let answer = self.function.bind(py).call1((time, numbers(py, state)?))?;
+            match answer.extract::<f64>() {
+                Ok(planes) => Ok(vec![planes]),
+                Err(_) => answer.extract(),
+            }
+        });
+        let planes = planes.map_err(|error| {
+            let text = error.to_string();
+            *self.raised.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
+            text
+        })?;
+        let [dive_planes, rest @ ..] = &planes[..] else {
+            return Err("the controller gives no plane angle".into());
+        };
+        if rest.len() > 4 {
+            return Err(
+                "the controller gives more than dive_planes, bow_stern_differential, roll_differential, rudder, thrust"
+                    .into(),
+            );
+        }
+        let (mut command, mut control) = dive(state, *dive_planes, self.depth_setpoint);
+        let of = |place: usize| rest.get(place).copied().unwrap_or(0.0);
+        command.bow_stern_differential = of(0);
+        command.roll_differential = of(1);
+        command.rudder = of(2);
+        command.thrust = of(3);
+        control.bow_stern_differential = of(0);
+        control.roll_differential = of(1);
+        control.rudder = of(2);
+        control.thrust = of(3);
+        Ok((command, control))
+    }
+}
+
+/// A loop, tick by tick.
+#[pyclass(frozen, module = "planesman._native")]
+pub(crate) struct Loop {
+    inner: Mutex<(Composed, Option<McapSink>)>,
+    raised: Arc<Mutex<Option<PyErr>>>,
+}
+
+impl Loop {
+    /// Works on the loop, which its own controller cannot do.
+    fn with<T>(
+        &self,
+        work: impl FnOnce(&mut (Composed, Option<McapSink>)) -> planesman_flight::Result<T>,
+    ) -> PyResult<T> {
+        let mut inner = self.inner.try_lock().map_err(|_| {
+            PlanesmanError::new_err("the loop is under way; a controller cannot step it")
+        })?;
+        work(&mut inner).map_err(|error| {
+            let own = self
+                .raised
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .take();
+            own.unwrap_or_else(|| raised(error))
+        })
+    }
+}
+
+#[pymethods]
+impl Loop {
+    #[new]
+    fn new(
+        scenario: &str,
+        controller: Option<Py<PyAny>>,
+        bag: Option<PathBuf>,
+        namespace: &str,
+    ) -> PyResult<Self> {
+        let seen = Arc::new(Mutex::new(None));
+        let begun = || -> planesman_flight::Result<_> {
+            let scenario = Scenario::parse(scenario)?;
+            let mut parts = Parts::default();
+            if let Some(function) = controller {
+                let values = scenario.values("depth_controller")?;
+                let depth_setpoint = match values.get("depth_setpoint") {
+                    Some(Value::Double(setpoint)) => *setpoint,
+                    _ => 0.0,
+                };
+                let seen = Arc::clone(&seen);
+                parts = parts.with_law(move |_| {
+                    Ok::<_, PartError>(Function {
+                        function: Python::attach(|py| function.clone_ref(py)),
+                        depth_setpoint,
+                        raised: Arc::clone(&seen),
+                    })
+                });
+            }
+            let composed = Composed::of_parts(&parts, &scenario)?;
+            let sink = bag.map(|path| McapSink::create(&path, namespace));
+            Ok((composed, sink.transpose()?))
+        };
+        let inner = Mutex::new(begun().map_err(raised)?);
+        Ok(Self {
+            inner,
+            raised: seen,
+        })
+    }
+
+    /// The numbers of the present state.
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let state = self.with(|(composed, _)| Ok(composed.state()))?;
+        numbers(py, &state)
+    }
+
+    /// The present time, s.
+    fn time(&self) -> PyResult<f64> {
+        self.with(|(composed, _)| Ok(composed.state().header.stamp.nanos() as f64 * 1e-9))
+    }
+
+    /// Whether the scenario's duration has passed.
+    fn is_over(&self) -> PyResult<bool> {
+        self.with(|(composed, _)| Ok(composed.is_over()))
+    }
+
+    /// One tick.
+    fn step(&self) -> PyResult<()> {
+        self.with(|(composed, sink)| match sink {
+            Some(sink) => composed.tick()?.put_into(sink),
+            None => composed.step().map(drop),
+        })
+    }
+
+    /// Puts the bag in its place.
+    fn close(&self) -> PyResult<()> {
+        self.with(|(_, sink)| sink.take().map_or(Ok(()), McapSink::finish))
+    }
 }

@@ -32,7 +32,7 @@ mod _native {
     #[pymodule_export]
     use crate::error::PlanesmanError;
     #[pymodule_export]
-    use crate::flight::{fly, scenario};
+    use crate::flight::{Loop, fly, scenario, states};
     #[pymodule_export]
     use crate::listing::{parameter_file, parameters, reproduced};
     #[pymodule_export]

@@ -1,9 +1,9 @@
 //! Parameters of the nodes, numbers of the reports.
 
-use planesman::nodes::{NODES, declarations};
 use planesman::params_command;
 use planesman::reproduce::rows;
-use planesman::scenario::Scenario;
+use planesman_flight::nodes::{NODES, declarations};
+use planesman_flight::scenario::Scenario;
 use planesman_parameters::Value as Parameter;
 use planesman_text::did_you_mean;
 use pyo3::prelude::*;

@@ -65,8 +65,8 @@ pub(crate) fn fit_options() -> Vec<(String, Vec<String>)> {
 /// A model file, as JSON.
 #[pyfunction]
 pub(crate) fn read_model(path: PathBuf) -> PyResult<String> {
-    let model = ModelFile::read(&path).map_err(|error| raised(error.into()))?;
-    serde_json::to_string(&model).map_err(|error| raised(error.into()))
+    let model = ModelFile::read(&path).map_err(raised)?;
+    serde_json::to_string(&model).map_err(raised)
 }
 
 /// Writes a model, given as JSON, to a `*.json` or `*.yaml` file.

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
-use planesman::scenario::Scenario;
-use planesman::sweep::{self, Case, Kind, Part};
+use planesman_flight::scenario::Scenario;
+use planesman_flight::sweep::{self, Case, Kind, Part};
 use planesman_identification::{on_all_cores, stop_point};
 use pyo3::prelude::*;
 
@@ -26,7 +26,7 @@ impl Sweep {
 
     /// Checks every combination as the nodes would at their start.
     fn check(&self, py: Python<'_>) -> PyResult<()> {
-        released(py, || self.0.check())
+        released(py, || Ok(self.0.check(&())?))
     }
 
     /// Combinations of values; each is flown with every seed.
@@ -65,10 +65,11 @@ impl Sweep {
                 watch.done.fetch_add(1, Ordering::Relaxed);
                 case
             };
-            match all_cores {
+            let flown: planesman_flight::Result<Vec<_>> = match all_cores {
                 true => on_all_cores(&places, case).into_iter().collect(),
-                false => places.iter().map(case).collect::<anyhow::Result<Vec<_>>>(),
-            }
+                false => places.iter().map(case).collect(),
+            };
+            Ok(flown?)
         })?;
         columns(py, self.0.columns(), &cases)
     }

@@ -156,3 +156,49 @@ def test_the_reports_numbers_are_recomputed() -> None:
 def test_a_flight_is_drawn(flight: planesman.Flight) -> None:
     figure = flight.plot()
     assert [axes.get_ylabel() for axes in figure.axes] == ["depth [m]", "pitch [rad]", "dive_planes [rad]"]
+
+
+def law(time: float, state: planesman.simulation.NDArray[np.float64]) -> float:
+    """Depth to pitch to planes, by program T6's gains and limits."""
+    depth, rate, pitch, pitch_rate = state[0], state[1], state[6], state[7]
+    command = np.clip(-1.0 * (0.9144 - depth) + 1.5 * rate, -0.3, 0.3)
+    return float(np.clip(1.5 * (pitch - command) + 1.0 * pitch_rate, -0.4, 0.4))
+
+
+def test_a_law_of_ones_own_dives_and_its_bag_is_read_as_any_other(tmp_path: Path) -> None:
+    bag = tmp_path / "own.mcap"
+    with planesman.Loop("dive", controller=law, bag=bag) as loop:
+        states = np.array(list(loop))
+        assert loop.is_over and loop.time == pytest.approx(90.0)
+    assert states.shape == (1800, len(planesman.STATES)) and states.dtype == np.float64
+    assert states[-1, 0] == pytest.approx(0.9144, abs=0.03)
+    read = planesman.read_bag(bag, ["state:depth", "plane_command:dive_planes"])
+    assert np.array_equal(read["state:depth"].value[1:], states[:-1, 0])
+    assert np.abs(read["plane_command:dive_planes"].value).max() <= 0.4
+
+
+def test_without_a_law_the_loop_is_the_one_that_simulate_flies() -> None:
+    flown = planesman.simulate("dive", duration=5.0)
+    loop = planesman.Loop("dive", duration=5.0)
+    depths = [loop.state[0]] + [state[0] for state in loop]
+    assert np.array_equal(depths[:-1], flown["depth"])
+
+
+def test_what_a_law_raises_is_raised_and_what_it_gives_is_checked() -> None:
+    def fails(time: float, state: object) -> float:
+        raise KeyError("mine")
+
+    with pytest.raises(KeyError, match="mine"):
+        planesman.Loop("dive", controller=fails).step()
+    with pytest.raises(planesman.PlanesmanError, match="not finite|finite"):
+        planesman.Loop("dive", controller=lambda time, state: float("nan")).step()
+    with pytest.raises(planesman.PlanesmanError, match="no plane angle"):
+        planesman.Loop("dive", controller=lambda time, state: []).step()
+    with pytest.raises(planesman.PlanesmanError, match="did you mean"):
+        planesman.Loop("dvie")
+
+
+def test_rudder_and_thrust_are_given_beside_the_planes() -> None:
+    loop = planesman.Loop("remus_100", controller=lambda time, state: (0.0, 0.0, 0.0, 0.1, 0.5), duration=10.0)
+    *_, last = loop
+    assert last[list(planesman.STATES).index("yaw")] > 0.05

@@ -8,8 +8,8 @@ use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
 use clap::Args;
-use depth_controller::design::dive_loop::{DiveLoop, Judgement};
 use maud::html;
+use planesman_control::design::dive_loop::{DiveLoop, Judgement};
 use planesman_linear::frequency::{Response, grid};
 use planesman_linear::{Complex, StepMetrics, unwrapped_phases};
 use planesman_plot::{Plot, Series, Style};
@@ -19,8 +19,8 @@ use super::subject::{
 };
 use crate::arguments::{output_file, speed, within};
 use crate::page::{document, figures};
-use crate::sink::write_text;
-use crate::table::print_wrapped;
+use planesman_console::print_wrapped;
+use planesman_flight::sink::write_text;
 
 /// The loop, the speeds and the observation time.
 #[derive(Args)]
@@ -57,7 +57,7 @@ pub fn run(args: &AnalyseArgs) -> Result<()> {
     print_wrapped(text(args)?)?;
     if let Some(file) = &args.html {
         write_text(file, page(args)?)?;
-        planesman_node::say!("{}", file.display())?;
+        planesman_console::out!("{}", file.display())?;
     }
     Ok(())
 }

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use anyhow::{Result, bail};
 use clap::{Args, ValueEnum as _};
-use depth_controller::design::dive_loop::DiveLoop;
-use depth_controller::gains::LoopGains;
 use maud::html;
+use planesman_control::design::dive_loop::DiveLoop;
+use planesman_control::gains::LoopGains;
 use planesman_linear::{Complex, discrete_to_continuous};
 use planesman_plot::{Plot, Series, Style};
 
@@ -14,8 +14,8 @@ use super::analyse::{FAST, heading};
 use super::subject::{Drive, GainArgs, Subject, Varied, law_text, poles_text, speed_text};
 use crate::arguments::{number, output_file, speed, within};
 use crate::page::{document, figures};
-use crate::sink::write_text;
-use crate::table::{Table, print_wrapped, wrapped};
+use planesman_console::{Table, print_wrapped, wrapped};
+use planesman_flight::sink::write_text;
 
 /// Points of the drawing.
 const DOTS: u32 = 600;
@@ -82,11 +82,11 @@ pub fn run(args: &LocusArgs) -> Result<()> {
     print_wrapped(heading(&args.subject, &drive))?;
     for value in args.values() {
         let line = format!("{value:12.5}  {}", args.poles_text(&drive, value)?);
-        planesman_node::say!("{}", wrapped(&line).trim_end())?;
+        planesman_console::out!("{}", wrapped(&line).trim_end())?;
     }
     if let Some(file) = &args.html {
         write_text(file, args.page(&drive)?)?;
-        planesman_node::say!("{}", file.display())?;
+        planesman_console::out!("{}", file.display())?;
     }
     Ok(())
 }

@@ -7,7 +7,7 @@
 //! - [`table`]: depth steps simulated with every actuator, feedback and gain source.
 //!
 //! All judge the sampled loop: the command at the ticks, held, and the actuator's own motion behind it.
-//! The tools are [`depth_controller::design`]; here they meet vehicles and actuators.
+//! The tools are [`planesman_control::design`]; here they meet vehicles and actuators.
 
 pub mod analyse;
 pub mod locus;

@@ -2,12 +2,12 @@
 
 use anyhow::{Result, bail};
 use clap::Args;
-use depth_controller::design::optimise::Wishes;
+use planesman_control::design::optimise::Wishes;
 
 use super::analyse::{described, heading};
 use super::subject::{GainArgs, Subject, gains_text, speed_text};
 use crate::arguments::{length, speed, within};
-use crate::table::print_wrapped;
+use planesman_console::print_wrapped;
 
 /// The requirements.
 #[derive(Args)]
@@ -76,7 +76,7 @@ pub fn run(args: &OptimiseArgs) -> Result<()> {
         );
     };
     print_wrapped(heading(&args.subject, &drive) + &gains_text(&found.gains) + "\n")?;
-    planesman_node::say!(
+    planesman_console::out!(
         "worst ITAE {:.2} m^2 (times the speed squared)",
         found.worst
     )?;

@@ -6,14 +6,14 @@
 use anyhow::Result;
 use brunner_1988::controllers::pitch;
 use clap::Args;
-use depth_controller::design::dive_loop::Memory;
-use depth_controller::design::placement::{self, Poles};
-use depth_controller::gains::PitchModel;
+use planesman_control::design::dive_loop::Memory;
+use planesman_control::design::placement::{self, Poles};
+use planesman_control::gains::PitchModel;
 
 use super::analyse::{described, heading};
 use super::subject::{Subject, TABLE_3, gains_text, speed_text};
 use crate::arguments::{speed, within};
-use crate::table::print_wrapped;
+use planesman_console::print_wrapped;
 
 /// The vehicle and the wanted poles.
 #[derive(Args)]
@@ -55,7 +55,7 @@ pub fn run(args: &PlaceArgs) -> Result<()> {
     );
     print_wrapped(gains_text(&gains) + "\n")?;
     if gains.depth_d < 0.0 || gains.pitch_rate < 0.0 {
-        planesman_node::say!(
+        planesman_console::out!(
             "A gain is negative: these poles are slower or less damped than the vehicle with this Kpy."
         )?;
     }

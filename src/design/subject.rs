@@ -3,11 +3,11 @@
 use anyhow::{Context as _, Result, anyhow, bail};
 use brunner_1988::controllers::pitch;
 use clap::{Args, ValueEnum};
-use depth_controller::ControllerParameters;
-use depth_controller::design::dive_loop::{DiveLoop, DivePlant, Memory, Path};
-use depth_controller::gains::LoopGains;
-use dha_actuator::ActuatorParameters;
-use dha_actuator::linearised as actuator_model;
+use planesman_control::ControllerParameters;
+use planesman_control::design::dive_loop::{DiveLoop, DivePlant, Memory, Path};
+use planesman_control::gains::LoopGains;
+use planesman_hydraulics::ActuatorParameters;
+use planesman_hydraulics::linearised as actuator_model;
 use planesman_linear::sampled::AT_ONCE;
 use planesman_linear::{Complex, DMatrix, StateSpace, pair_text};
 use planesman_units::FOOT;
@@ -231,7 +231,8 @@ impl Subject {
                 );
             }
             name => {
-                let set = dha_actuator::actuator_file::load(name).map_err(|e| anyhow!("{e}"))?;
+                let set =
+                    planesman_hydraulics::actuator_file::load(name).map_err(|e| anyhow!("{e}"))?;
                 delay = actuator_model::dead_time(&set);
                 if let Some(tick) = tick {
                     motion = actuator_model::slew_response(&set, tick).with_context(|| {

@@ -9,22 +9,22 @@ use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
 use clap::Args;
-use depth_controller::design::dive_loop::Memory;
-use depth_controller::gains::LoopGains;
-use dha_actuator::ActuatorParameters;
 use maud::html;
+use planesman_control::design::dive_loop::Memory;
+use planesman_control::gains::LoopGains;
+use planesman_hydraulics::ActuatorParameters;
 use planesman_linear::step_metrics;
 use planesman_plot::{Plot, Series, Style};
 use planesman_units::FOOT;
 
 use super::subject::{Subject, default_gains};
 use crate::arguments::{length, number, output_file, speed, within};
-use crate::compose::Loop;
 use crate::page::{document, figures};
-use crate::progress::{end_with_reader, on_all_cores};
-use crate::scenario::Scenario;
-use crate::sink::write_text;
-use crate::table::{Format, Table};
+use planesman_console::progress::{end_with_reader, on_all_cores};
+use planesman_console::{Format, Table};
+use planesman_flight::compose::Loop;
+use planesman_flight::scenario::Scenario;
+use planesman_flight::sink::write_text;
 
 /// The flights to simulate.
 #[derive(Args)]
@@ -46,7 +46,7 @@ pub struct TableArgs {
     #[arg(long, default_value_t = 1)]
     seed: u32,
     /// How to print the table [default: table on a terminal, md elsewhere]
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = crate::arguments::format())]
     format: Option<Format>,
     /// Also write an HTML page with plots
     #[arg(long, value_name = "FILE", value_parser = output_file)]
@@ -131,19 +131,19 @@ pub fn run(args: &TableArgs) -> Result<()> {
     }
     let format = Format::or_by_output(args.format);
     if matches!(format, Format::Table | Format::Md) {
-        planesman_node::say!(
+        planesman_console::out!(
             "{}, seed {}; one flight a row. {}\n",
             args.vehicle,
             args.seed,
             explained(args)
         )?;
     }
-    planesman_node::print(table.text(format)?)?;
+    planesman_console::print(table.text(format))?;
     if let Some(file) = &args.html {
         let page = page(args, &choices, &outcomes, &table);
         write_text(file, page)?;
         if matches!(format, Format::Table | Format::Md) {
-            planesman_node::say!("{}", file.display())?;
+            planesman_console::out!("{}", file.display())?;
         }
     }
     Ok(())
@@ -263,7 +263,7 @@ impl Choice {
         120.0 / (self.speed / FOOT).min(1.0)
     }
 
-    fn scenario(&self, args: &TableArgs) -> Result<Scenario> {
+    fn scenario(&self, args: &TableArgs) -> planesman_flight::Result<Scenario> {
         Scenario::parse(&format!(
             "
 description: {text}
@@ -323,7 +323,7 @@ parameters:
                 pitch_rate: tick.control.gain_pitch_rate,
             };
             squares += (fed_back - state.pitch).powi(2);
-            for angle in &tick.actuator.motion.dive_planes {
+            for angle in &tick.actuator.motion().dive_planes {
                 travel += f64::abs(angle - stood);
                 stood = *angle;
             }

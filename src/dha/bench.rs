@@ -13,8 +13,8 @@ use planesman_book::{Book, Verdict};
 use planesman_units::DEGREE;
 
 use crate::arguments::number;
-use crate::progress::{end_with_reader, on_all_cores};
-use crate::table::{self, Format, print_wrapped};
+use planesman_console::progress::{end_with_reader, on_all_cores};
+use planesman_console::{Format, print_wrapped};
 
 /// The arguments.
 #[derive(Clone, Debug, clap::Args)]
@@ -26,7 +26,7 @@ pub struct BenchArgs {
     #[arg(long, value_enum, default_value = "ps-2")]
     plant: Plant,
     /// As one table in this format, a row per number [default: the report's tables]
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = crate::arguments::format())]
     format: Option<Format>,
 }
 
@@ -99,7 +99,7 @@ pub fn run(args: &BenchArgs) -> Result<()> {
         }
         return Ok(());
     };
-    let mut all = table::Table::new([
+    let mut all = planesman_console::Table::new([
         "table",
         "case",
         "quantity",
@@ -112,7 +112,7 @@ pub fn run(args: &BenchArgs) -> Result<()> {
             all.row(row);
         }
     }
-    Ok(planesman_node::print(all.text(format)?)?)
+    Ok(planesman_console::print(all.text(format))?)
 }
 
 /// A table as text, and its numbers one by one.

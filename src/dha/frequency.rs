@@ -4,15 +4,15 @@ use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
 use anyhow::{Result, anyhow};
-use dha_actuator::frequency_response::{self, Periods};
-use dha_actuator::linearised::{self, Ram};
-use dha_actuator::{ActuatorSet, Demand, actuator_file};
 use ibm_1966::flight_control::{self, FlightControl};
 use ibm_1966::{Case, Gains, PULSE, Start, Surrogate};
+use planesman_hydraulics::frequency_response::{self, Periods};
+use planesman_hydraulics::linearised::{self, Ram};
+use planesman_hydraulics::{ActuatorSet, Demand, actuator_file};
 use planesman_linear::Complex;
 use planesman_units::DEGREE;
 
-use crate::table::print_wrapped;
+use planesman_console::print_wrapped;
 
 /// The arguments.
 #[derive(Clone, Debug, clap::Args)]

@@ -11,9 +11,9 @@ use planesman_units::INCH;
 use super::depth_loop::{Case, Figure, LimitCycle, MOST_RESIDUAL, Prediction, cases};
 use crate::arguments::output_file;
 use crate::page::{document, figures};
-use crate::progress::{end_with_reader, on_all_cores};
-use crate::sink::write_text;
-use crate::table::{Format, Table, wrapped};
+use planesman_console::progress::{end_with_reader, on_all_cores};
+use planesman_console::{Format, Table, wrapped};
+use planesman_flight::sink::write_text;
 
 /// The arguments.
 #[derive(Clone, Debug, clap::Args)]
@@ -24,7 +24,7 @@ pub struct LimitCyclesArgs {
     #[arg(long)]
     pub no_prediction: bool,
     /// How to print the table [default: table on a terminal, md elsewhere]
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = crate::arguments::format())]
     pub format: Option<Format>,
     /// Also write an HTML page with plots
     #[arg(long, value_name = "FILE", value_parser = output_file)]
@@ -57,11 +57,11 @@ pub fn run(args: &LimitCyclesArgs) -> Result<()> {
     let rows = on_all_cores("limit cycles", &cases, row);
     let rows = rows.into_iter().collect::<Result<Vec<_>>>()?;
     let format = Format::or_by_output(args.format);
-    planesman_node::print(format_args!("{}", text(&rows, format)?))?;
+    planesman_console::print(format_args!("{}", text(&rows, format)?))?;
     if let Some(file) = &args.html {
         write_text(file, page(&rows))?;
         if matches!(format, Format::Table | Format::Md) {
-            planesman_node::say!("{}", file.display())?;
+            planesman_console::out!("{}", file.display())?;
         }
     }
     Ok(())
@@ -134,7 +134,7 @@ pub struct Row {
 /// Those of [`Table::text`].
 pub fn text(rows: &[Row], format: Format) -> Result<String> {
     let (table, compared, deviating) = table(rows);
-    let mut text = table.text(format)?;
+    let mut text = table.text(format);
     if matches!(format, Format::Table | Format::Md) {
         text += &wrapped(&format!(
             "\nFound (expected by an independent simulation); {deviating} of {compared} figures deviate by more than 15 % (*).\n\

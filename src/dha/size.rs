@@ -4,18 +4,18 @@ use std::f64::consts::PI;
 use std::fmt::Write as _;
 
 use anyhow::{Result, anyhow};
-use dha_actuator::describing_function::toggling;
-use dha_actuator::linearised::Ram;
-use dha_actuator::sizing::{Load, for_load, sizes};
-use dha_actuator::{ActuatorSet, Demand, actuator_file};
 use ibm_1966::flight_control::FlightControl;
 use ibm_1966::{Gains, Surrogate};
+use planesman_hydraulics::describing_function::toggling;
+use planesman_hydraulics::linearised::Ram;
+use planesman_hydraulics::sizing::{Load, for_load, sizes};
+use planesman_hydraulics::{ActuatorSet, Demand, actuator_file};
 use planesman_linear::Complex;
 use planesman_units::{DEGREE, Dimension, INCH, Quantity};
 
 use super::depth_loop::{Loop, MOST_RESIDUAL};
 use crate::arguments::number;
-use crate::table::{Format, Table, print_wrapped};
+use planesman_console::{Format, Table, print_wrapped};
 
 /// The arguments. A quantity is a number and its unit, as in an actuator file.
 #[derive(Clone, Debug, clap::Args)]
@@ -58,7 +58,7 @@ pub struct SizeArgs {
     #[arg(long, requires = "resolution", help_heading = "Load")]
     valve_time: Option<String>,
     /// Print the sizes alone, as a table in this format [default: a list, and the limit cycles foreseen]
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = crate::arguments::format())]
     format: Option<Format>,
 }
 
@@ -75,7 +75,7 @@ pub fn run(args: &SizeArgs) -> Result<()> {
         }
     };
     let text = match args.format {
-        Some(format) => table(&set).text(format)?,
+        Some(format) => table(&set).text(format),
         None => text(&set),
     };
     Ok(print_wrapped(text)?)

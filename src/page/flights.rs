@@ -10,11 +10,11 @@ use planesman_plot::{Plot, Series, Style};
 use serde_json::json;
 
 use super::{document, figures, poles};
-use crate::flight::{Flight, Points};
-use crate::scenario::Scenario;
-use crate::summary::{Summary, distance_text};
-use crate::table::Table;
 use crate::titles;
+use planesman_console::Table;
+use planesman_flight::flight::{Flight, Points};
+use planesman_flight::scenario::Scenario;
+use planesman_flight::summary::{Summary, distance_text};
 
 /// Messages of one topic, as sent and as recorded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -255,7 +255,7 @@ fn modes_table(flights: &[Flown]) -> Markup {
                         td { "no valid model: " (flown.summary.no_model) } td { (truth.join("; ")) }
                     },
                     Some(found) => {
-                        @let estimate = flown.flight.model.as_ref().and_then(sysid::estimate_of);
+                        @let estimate = flown.flight.model.as_ref().and_then(planesman_identifier::estimate_of);
                         @let found = estimate.map_or_else(|| found.modes(), |it| Reading::of(&it, 0).modes());
                         @for i in 0..found.len().max(truth.len()) {
                             tr {
@@ -281,7 +281,11 @@ fn poles_table(flown: &Flown) -> Markup {
     let true_poles: Vec<String> = (truth.poles.iter().filter(|it| it.im >= 0.0))
         .map(|it| pair_text(*it, 4))
         .collect();
-    let estimate = flown.flight.model.as_ref().and_then(sysid::estimate_of);
+    let estimate = flown
+        .flight
+        .model
+        .as_ref()
+        .and_then(planesman_identifier::estimate_of);
     html! {
         details {
             summary { "Poles and gains of plane angle to pitch rate" }
@@ -292,8 +296,8 @@ fn poles_table(flown: &Flown) -> Markup {
             p { "True poles in s [1/s]: " (true_poles.join(", ")) "." }
             div.scroll { table {
                 thead { tr { td {} th { "identified" } th { "true" } } }
-                tr { td { "gain over one sample [1/s]" } td { (format!("{:.5}", found.first_response)) } td { (format!("{:.5}", truth.first_response)) } }
-                tr { td { "gain at rest [1/s]" } td { (gain(found.dc_gain)) } td { (gain(truth.dc_gain)) } }
+                tr { td { "first Markov parameter [1/s]" } td { (format!("{:.5}", found.first_markov_parameter)) } td { (format!("{:.5}", truth.first_markov_parameter)) } }
+                tr { td { "steady-state gain [1/s]" } td { (gain(found.steady_state_gain)) } td { (gain(truth.steady_state_gain)) } }
             } }
             @if let Some(error) = summary.pole_error() {
                 p { "The dominant pole lies " (distance_text(error)) " of its magnitude from the true one ("

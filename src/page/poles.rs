@@ -4,7 +4,7 @@ use maud::{Markup, html};
 use planesman_identification::{Reading, SIGMAS_95, Uncertain};
 use planesman_linear::is_sampling_artefact;
 
-use crate::table::Table;
+use planesman_console::Table;
 
 /// What stands beside a pole that samples cannot tell.
 pub(crate) const ARTEFACT: &str = "artefact of sampling";
@@ -75,7 +75,7 @@ mod tests {
     use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 
     use super::*;
-    use crate::table::Format;
+    use planesman_console::Format;
 
     #[test]
     fn a_pole_near_zero_is_an_artefact_and_each_has_its_interval() {
@@ -90,9 +90,9 @@ mod tests {
         for place in 0..4 {
             model.covariance[5 * place] = 1e-6;
         }
-        let estimate = sysid::estimate_of(&model).unwrap();
+        let estimate = planesman_identifier::estimate_of(&model).unwrap();
         let text = table(&[("", Reading::of(&estimate, 0))]);
-        let text = text.text(Format::Csv).unwrap();
+        let text = text.text(Format::Csv);
         let rows: Vec<&str> = text.lines().skip(1).collect();
         // dp/da1 = -p/(p - 0.01), dp/da2 = -1/(p - 0.01): 1.9600e-3 sqrt(0.9^2 + 1)/0.89 = 0.0030; of s the same over p T, 0.0329;
         // of the time constant that over s^2, 0.0297.

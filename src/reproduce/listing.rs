@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use anyhow::Result;
 
 use crate::arguments::number;
-use crate::table::{Format, Table, is_terminal, wrapped};
 use planesman_book::{Book, Line, Reckoning, Verdict};
+use planesman_console::{Format, Table, is_terminal, wrapped};
 
 /// The entries that `told` picks, and the errata that they name; within the terminal if standard output is one.
 ///
@@ -57,7 +57,7 @@ pub fn text(
         }
     }
     if is_terminal() {
-        text = table.text(Format::Table)? + &all_news;
+        text = table.text(Format::Table) + &all_news;
     }
     let named = |number: &str| {
         let mut errata = lines.iter().map(|line| line.entry.erratum.as_deref());

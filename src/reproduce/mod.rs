@@ -10,9 +10,9 @@ use anyhow::{Result, bail};
 use planesman_book::{Line, Reckoning, Verdict};
 
 use crate::arguments::output_file;
-use crate::progress::{end_with_reader, spinner};
-use crate::sink::write_text;
-use crate::table::print_wrapped;
+use planesman_console::print_wrapped;
+use planesman_console::progress::{end_with_reader, spinner};
+use planesman_flight::sink::write_text;
 
 pub mod listing;
 pub mod page;
@@ -59,11 +59,11 @@ pub fn run(args: &ReproduceArgs) -> Result<()> {
         let (book, names) = ((report.book)()?, (report.names)()?);
         let reckoning = Reckoning::of(&book, values.iter().map(|(id, v)| (id.as_str(), *v)));
         print_wrapped(format_args!("{}\n", report.citation))?;
-        planesman_node::print(listing::totals(&reckoning))?;
+        planesman_console::print(listing::totals(&reckoning))?;
         let told = |line: &&Line<'_>| {
             args.all || line.verdict == Some(Verdict::Contradicts) || line.news().is_some()
         };
-        planesman_node::say!("{}", listing::text(&book, &reckoning, told)?)?;
+        planesman_console::out!("{}", listing::text(&book, &reckoning, told)?)?;
         let account = match args.all || args.html.is_some() {
             true => report.account.map(|account| account()).transpose()?,
             false => None,
@@ -79,19 +79,19 @@ pub fn run(args: &ReproduceArgs) -> Result<()> {
         }
     }
     if !args.all {
-        planesman_node::say!("Every number: --all, or --html, --json, --csv FILE.")?;
+        planesman_console::out!("Every number: --all, or --html, --json, --csv FILE.")?;
     }
     if let Some(path) = &args.html {
         write_text(path, page.text())?;
-        planesman_node::say!("{}: the numbers and the redrawn figures", path.display())?;
+        planesman_console::out!("{}: the numbers and the redrawn figures", path.display())?;
     }
     if let Some(path) = &args.json {
         write_text(path, rows::json(&all_rows)?)?;
-        planesman_node::say!("{}: {} numbers", path.display(), all_rows.len())?;
+        planesman_console::out!("{}: {} numbers", path.display(), all_rows.len())?;
     }
     if let Some(path) = &args.csv {
         write_text(path, rows::csv(&all_rows)?)?;
-        planesman_node::say!("{}: {} numbers", path.display(), all_rows.len())?;
+        planesman_console::out!("{}: {} numbers", path.display(), all_rows.len())?;
     }
     match news {
         0 => Ok(()),

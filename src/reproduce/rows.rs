@@ -5,7 +5,7 @@ use planesman_book::{Book, Names, Reckoning, Recomputed, Report};
 use serde::Serialize;
 
 use super::listing::verdict;
-use crate::progress::on_all_cores;
+use planesman_console::progress::on_all_cores;
 
 /// The reports.
 pub(super) const REPORTS: [Report; 2] = [brunner_1988::REPORT, ibm_1966::REPORT];

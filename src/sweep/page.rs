@@ -10,15 +10,15 @@ use anyhow::{Context as _, Result};
 use maud::{Markup, html};
 use planesman_plot::{HeatMap, Plot, Style};
 
-use super::case::{COLUMNS, SETTLING, TRAVEL};
-use super::results::file_of;
-use super::space::{Axis, Space};
 use crate::arguments::number;
 use crate::page::{document, figure, heat_map};
-use crate::scenario::{Scenario, plain};
-use crate::sink::write_text;
-use crate::summary::test_signal;
 use crate::titles::title;
+use planesman_flight::scenario::{Scenario, plain};
+use planesman_flight::sink::write_text;
+use planesman_flight::summary::test_signal;
+use planesman_flight::sweep::case::{COLUMNS, SETTLING, TRAVEL};
+use planesman_flight::sweep::results::file_of;
+use planesman_flight::sweep::space::{Axis, Space};
 
 /// Points of the Pareto plot that are not on its front; of more, one in so many is drawn.
 const DRAWN: usize = 4000;

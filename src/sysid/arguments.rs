@@ -5,9 +5,8 @@ use std::path::PathBuf;
 
 use anyhow::{Result, anyhow, bail};
 use clap::Args;
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use indicatif::{ProgressBar, ProgressStyle};
 use planesman_bag::{is_bag_file, metadata, sorted_into_bags};
+use planesman_console::progress::{ProgressBar, ProgressStyle};
 use planesman_identification::stop_point;
 use planesman_model_file::ModelFile;
 use planesman_signals::{
@@ -16,40 +15,10 @@ use planesman_signals::{
 };
 use planesman_units::Dimension;
 
-use crate::arguments::quantity;
+use crate::arguments::{choice, quantity};
 
 /// Half the shortest sampling interval, s.
 const EDGE: f64 = 0.5e-6;
-
-/// A parser for one of several values, each with its name and its help line.
-pub(super) fn choice<T: Copy + Send + Sync + 'static>(
-    all: &'static [T],
-    described: fn(T) -> (&'static str, &'static str),
-) -> impl TypedValueParser<Value = T> {
-    choice_also_known(all, described, |_| &[])
-}
-
-/// The same, some of them with other names too.
-pub(super) fn choice_also_known<T: Copy + Send + Sync + 'static>(
-    all: &'static [T],
-    described: fn(T) -> (&'static str, &'static str),
-    also: fn(T) -> &'static [&'static str],
-) -> impl TypedValueParser<Value = T> {
-    let values = all.iter().map(move |value| {
-        let (name, about) = described(*value);
-        let about = match also(*value) {
-            [] => about.to_owned(),
-            names => format!("{about} [also: {}]", names.join(", ")),
-        };
-        PossibleValue::new(name).help(about).aliases(also(*value))
-    });
-    PossibleValuesParser::new(values).try_map(move |name| {
-        let is_it =
-            |value: &T| described(*value).0 == name || also(*value).contains(&name.as_str());
-        let mut values = all.iter().copied();
-        values.find(is_it).ok_or("not one of the values")
-    })
-}
 
 /// The data that a command is given.
 #[derive(Clone, Debug, Args)]

@@ -12,8 +12,8 @@ use super::arguments::{DataArgs, GridArgs, PreparationArgs, SignalArgs};
 use super::compared::{Compared, fits, frequency_responses};
 use super::{compare_page, model_file};
 use crate::arguments::output_file;
-use crate::sink::write_text;
-use crate::table::{Format, Table, print_wrapped};
+use planesman_console::{Format, Table, print_wrapped};
+use planesman_flight::sink::write_text;
 
 /// Frequencies in the table, of a frequency response.
 const FREQUENCIES: usize = 6;
@@ -49,7 +49,7 @@ pub struct CompareArgs {
         value_parser = clap::value_parser!(u16).range(1..=1000), help_heading = "Judgement")]
     ahead: Vec<u16>,
     /// As one table in this format, a row per number [default: a table for each question]
-    #[arg(long, value_enum, help_heading = "Output")]
+    #[arg(long, value_parser = crate::arguments::format(), help_heading = "Output")]
     format: Option<Format>,
     /// Write an HTML page: simulated outputs, frequency and step responses, poles, residual tests
     #[arg(long, value_name = "FILE", value_parser = output_file, help_heading = "Output")]
@@ -165,18 +165,18 @@ fn names(paths: &[PathBuf]) -> Vec<String> {
 pub fn run(args: &CompareArgs) -> Result<()> {
     let found = compare(args)?;
     match args.format {
-        Some(format) => planesman_node::print(found.numbers().text(format)?)?,
+        Some(format) => planesman_console::print(found.numbers().text(format))?,
         None => {
             print_wrapped(found.taken.account())?;
             for table in found.tables() {
-                planesman_node::print(format!("\n{}", table.text(Format::Table)?))?;
+                planesman_console::print(format!("\n{}", table.text(Format::Table)))?;
             }
         }
     }
     if let Some(path) = &args.html {
         let page = compare_page::page(&found.models, &found.taken);
         write_text(path, page)?;
-        planesman_node::complain!("{}: the page", path.display());
+        planesman_console::err!("{}: the page", path.display());
     }
     Ok(())
 }

@@ -5,7 +5,7 @@ use planesman_identification::validation::residuals::Correlation;
 use planesman_identification::{Judgement, Reading, Uncertain};
 
 use super::page::{Response, frequency_response};
-use crate::table::Table;
+use planesman_console::Table;
 
 /// A model and the judgement on it.
 #[derive(Clone, Debug)]

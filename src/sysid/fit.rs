@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow, bail};
 use clap::Parser;
-use indicatif::ProgressBar;
+use planesman_console::progress::ProgressBar;
 use planesman_identification::analysis::{Analysis, Options, analyse, analyse_validated};
 use planesman_identification::estimators::recursive::{Forgetting, Options as Recursion};
 use planesman_identification::estimators::vehicle::{Heave, Vehicle};
@@ -17,13 +17,13 @@ use planesman_signals::Taken;
 use planesman_vehicle::{pitch, vehicle_file};
 use serde_json::{Value, json};
 
-use super::arguments::{Columns, SignalArgs, Validation, choice_also_known, validation};
+use super::arguments::{Columns, SignalArgs, Validation, validation};
 use super::trial::{self, Trial};
 use super::{compare_page, model_file, page};
-use crate::arguments::{output_file, speed, within};
-use crate::progress::{bar, spinner};
-use crate::sink::write_text;
-use crate::table::print_wrapped;
+use crate::arguments::{choice_also_known, output_file, speed, within};
+use planesman_console::print_wrapped;
+use planesman_console::progress::{bar, spinner};
+use planesman_flight::sink::write_text;
 
 type IdentificationResult = Result<Analysis, IdentificationError>;
 
@@ -546,21 +546,21 @@ pub fn run(args: &FitArgs) -> Result<()> {
     let found = fit(args)?;
     if args.json {
         let text = serde_json::to_string_pretty(&found.as_json()?)? + "\n";
-        planesman_node::print(text)?;
+        planesman_console::print(text)?;
     } else {
         print_wrapped(found.taken.account())?;
         if let Some(validation) = &found.validation {
             print_wrapped(format!("validation data\n{}", validation.account()))?;
         }
         if !found.tried.is_empty() {
-            planesman_node::print(format!("\n{}", trial::table(&found.tried)?))?;
+            planesman_console::print(format!("\n{}", trial::table(&found.tried)?))?;
             print_wrapped(trial::notes(&found.tried))?;
         }
         print_wrapped(format!("\n{}", found.analysis.text()))?;
     }
     if let Some(path) = &args.model {
         found.model_file()?.write(path)?;
-        planesman_node::complain!("{}: the model", path.display());
+        planesman_console::err!("{}: the model", path.display());
     }
     if let Some(path) = &args.html {
         let page = match &found.tried[..] {
@@ -576,7 +576,7 @@ pub fn run(args: &FitArgs) -> Result<()> {
             }
         };
         write_text(path, page)?;
-        planesman_node::complain!("{}: the page", path.display());
+        planesman_console::err!("{}: the page", path.display());
     }
     Ok(())
 }

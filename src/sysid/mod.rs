@@ -18,9 +18,8 @@ pub mod samples;
 pub mod simulated;
 pub mod topics;
 mod trial;
-mod watch;
 
-/// Identify models from recorded data, or watch a running identifier.
+/// Identify models from recorded data.
 #[derive(Clone, Debug, Subcommand)]
 pub enum Command {
     /// List every numeric field of a bag or CSV file, with rate, gaps, range and time history
@@ -44,9 +43,6 @@ pub enum Command {
         after_help = "Example:\n  planesman sysid montecarlo --seeds 20"
     )]
     MonteCarlo(montecarlo::MonteCarloArgs),
-    /// Watch the estimates of a running identifier
-    #[command(after_help = "Example:\n  planesman sysid watch --namespace /auv")]
-    Watch(watch::WatchArgs),
 }
 
 impl Command {
@@ -60,7 +56,6 @@ impl Command {
             Self::Fit(args) => fit::run(args),
             Self::Compare(args) => compare::run(args),
             Self::MonteCarlo(args) => montecarlo::run(args),
-            Self::Watch(args) => watch::run(args),
         }
     }
 }

@@ -5,7 +5,7 @@ use brunner_1988::identification::montecarlo::{contenders, failures_markdown, ta
 use brunner_1988::identification::synthetic::Run;
 use clap::Parser;
 
-use crate::progress::{bar, end_with_reader};
+use planesman_console::progress::{bar, end_with_reader};
 
 /// Test every estimator by Monte Carlo simulation: bias, spread and coverage on five synthetic runs.
 #[derive(Clone, Debug, Parser)]
@@ -27,15 +27,15 @@ pub(super) fn run(args: &MonteCarloArgs) -> Result<()> {
     let progress = bar("estimators on runs", contenders.len() * Run::ALL.len());
     let table = table(&contenders, seeds, &|| progress.inc(1));
     progress.finish_and_clear();
-    planesman_node::say!("{}\n{}", table.markdown(), failures_markdown(seeds))?;
-    planesman_node::say!(
+    planesman_console::out!("{}\n{}", table.markdown(), failures_markdown(seeds))?;
+    planesman_console::out!(
         "Under 2 % bias and 90 to 98 % coverage of the dominant pole on every run:"
     )?;
     match table.trustworthy()[..] {
-        [] => planesman_node::say!("- none")?,
+        [] => planesman_console::out!("- none")?,
         ref names => names
             .iter()
-            .try_for_each(|name| planesman_node::say!("- {name}"))?,
+            .try_for_each(|name| planesman_console::out!("- {name}"))?,
     }
     Ok(())
 }

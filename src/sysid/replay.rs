@@ -13,16 +13,16 @@ use std::sync::Arc;
 use anyhow::{Context, Result, anyhow, bail};
 use clap::Parser;
 use planesman_bag::{BagReader, Order, Topic};
+use planesman_identifier::{Change, Identifier, IdentifierParameters, Scheduled, TopicReader};
 use planesman_linear::{Complex, pole_text};
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 use planesman_msgs::{Message, cdr};
 use planesman_parameters::{Parameters as _, Values, file};
 use planesman_signals as signals;
-use sysid::{Change, Identifier, IdentifierParameters, Scheduled, TopicReader};
 
-use crate::progress::spinner;
-use crate::table::print_wrapped;
+use planesman_console::print_wrapped;
+use planesman_console::progress::spinner;
 
 /// Run the live identifier on a bag and compare with its published estimates.
 #[derive(Clone, Debug, Parser)]

@@ -8,16 +8,16 @@ use anyhow::Result;
 use clap::Parser;
 use planesman_bag::reader::TopicCount;
 use planesman_bag::{Order, Topic, TopicKind};
+use planesman_console::sparkline;
 use planesman_decode::{Catalogue, Decoder, FieldPath, Values};
 use planesman_identification::stop_point;
 use planesman_signals::{
     self as signals, BagSource, Clock, Meter, Reading, Request, Source, Take, Timing, UlogSource,
 };
 use serde::Serialize;
-use sysid::sparkline;
 
 use super::arguments::DataArgs;
-use crate::table::{Format, Table, terminal, wrapped};
+use planesman_console::{Format, Table, terminal, wrapped};
 
 /// Fields of a topic that are looked at, and of all topics together.
 const FIELDS_OF_TOPIC: usize = 1000;
@@ -45,7 +45,7 @@ pub struct TopicsArgs {
     #[arg(long)]
     json: bool,
     /// Print one table of all fields in this format [default: a list by topic, with each field's course]
-    #[arg(long, value_enum, conflicts_with = "json")]
+    #[arg(long, value_parser = crate::arguments::format(), conflicts_with = "json")]
     format: Option<Format>,
 }
 
@@ -101,11 +101,11 @@ pub fn run(args: &TopicsArgs) -> Result<()> {
     let text = if args.json {
         serde_json::to_string_pretty(&survey)? + "\n"
     } else if let Some(format) = args.format {
-        of_fields(&survey).text(format)?
+        of_fields(&survey).text(format)
     } else {
         wrapped(&table_within(&survey, terminal().map(usize::from)))
     };
-    Ok(planesman_node::print(text)?)
+    Ok(planesman_console::print(text)?)
 }
 
 /// Looks through the data.

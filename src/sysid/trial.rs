@@ -8,7 +8,7 @@ use planesman_signals::Taken;
 use serde_json::{Value, json};
 
 use super::compared::{Compared, order, percent};
-use crate::table::{Format, Table};
+use planesman_console::{Format, Table};
 
 /// Methods drawn on a page.
 const DRAWN: usize = 5;
@@ -101,7 +101,7 @@ pub(super) fn table(tried: &[Trial]) -> Result<String> {
             if best == Some(trial.method) { "<-" } else { "" }.to_owned(),
         ]);
     }
-    table.text(Format::Table)
+    Ok(table.text(Format::Table))
 }
 
 /// What is to be said of the table.

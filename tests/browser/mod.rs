@@ -6,8 +6,7 @@
 use std::path::Path;
 use std::process::Command;
 
-#[path = "../foreign/peers.rs"]
-pub(crate) mod peers;
+use crate::foreign::peers;
 
 /// A page as the browser shows it.
 pub(crate) struct Seen {

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use planesman::nodes::LAUNCHED;
-use planesman::nodes::NODES;
 use planesman_bag::BagReader;
+use planesman_flight::nodes::NODES;
 
 use super::evidence::{self, Flight, Part};
 use super::network::Place;

@@ -6,9 +6,9 @@ use std::fs;
 use std::ops::RangeInclusive;
 use std::path::Path;
 
-use planesman::nodes::NODES;
 use planesman::run_folder::RunFolder;
 use planesman_bag::BagReader;
+use planesman_flight::nodes::NODES;
 use planesman_msgs::Message;
 use planesman_msgs::planesman_msgs::msg::{ControlState, DhaState, ModelEstimate, VehicleState};
 use planesman_node::ExitReport;

@@ -4,7 +4,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use libtest_mimic::Trial;
-use planesman::nodes::NODES;
+use planesman_flight::nodes::NODES;
 use planesman_msgs::planesman_msgs::msg::VehicleState;
 
 use super::crew::Crew;

@@ -1,7 +1,8 @@
 //! A network without multicast: who is named in `ROS_STATIC_PEERS` is found there, by unicast.
 
 use libtest_mimic::Trial;
-use planesman::nodes::{LAUNCHED, NODES};
+use planesman::nodes::LAUNCHED;
+use planesman_flight::nodes::NODES;
 use serde_json::Value;
 
 use super::crew::Crew;

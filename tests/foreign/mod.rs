@@ -5,7 +5,7 @@
 // Each test program uses its own part.
 #![allow(dead_code, clippy::unwrap_used)]
 
-mod peers;
+pub(crate) mod peers;
 
 use std::{
     io::{BufRead as _, BufReader},
@@ -17,7 +17,7 @@ use std::{
 pub(crate) use peers::{are_required, root, skip};
 use serde_json::Value;
 
-/// The full name of a topic that `recorder::loop_topics` names within the vehicle's namespace.
+/// The full name of a topic that `planesman_recording::loop_topics` names within the vehicle's namespace.
 pub(crate) fn full_name(topic: &str) -> String {
     if topic.starts_with('/') {
         topic.to_owned()

@@ -1,4 +1,4 @@
-"""The layouts of launch-scripts have the form that their programs read; `tests/viewers.rs` holds them to what a flight records."""
+"""The layouts of launch-scripts have the form that their programs read; `tests/with_peers/viewers.rs` holds them to what a flight records."""
 
 import json
 import unittest

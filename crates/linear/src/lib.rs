@@ -31,7 +31,9 @@ pub use dormand_prince::{DORMAND_PRINCE_NODES, dormand_prince_step};
 pub use error::Error;
 pub use frequency::{DelayedLoop, unwrapped_phases};
 pub use nalgebra::{Complex, DMatrix};
-pub use poles::{discrete_to_continuous, is_sampling_artefact, mode_text, pair_text, pole_text};
+pub use poles::{
+    by_decay, discrete_to_continuous, is_sampling_artefact, mode_text, pair_text, pole_text,
+};
 pub use routh::RouthColumn;
 pub use runge_kutta::runge_kutta_step;
 pub use sampled::Sampled;

@@ -2,6 +2,8 @@
 //!
 //! A mode `exp(s t)` sampled every `dt` is `z^k` with `z = exp(s dt)`.
 
+use std::cmp::Ordering;
+
 use nalgebra::{Complex, DMatrix, Schur, linalg::balancing::balance_parlett_reinsch};
 
 use crate::{Error, error::finite};
@@ -33,6 +35,13 @@ pub fn continuous_to_discrete(s: Complex<f64>, dt: f64) -> Complex<f64> {
 pub fn is_sampling_artefact(z: Complex<f64>) -> bool {
     // ln 0 has an infinite norm.
     z.ln().norm() >= (1.0 - 1e-9) * std::f64::consts::PI
+}
+
+/// The order of poles in s, the slowest first: the one whose mode decays least, with the largest real part; of a pair the upper
+/// one. The first is the dominant pole.
+#[must_use]
+pub fn by_decay(a: &Complex<f64>, b: &Complex<f64>) -> Ordering {
+    b.re.total_cmp(&a.re).then(b.im.total_cmp(&a.im))
 }
 
 /// A pole as people write it, with so many decimals: `-0.3550 + 0.1260i`.

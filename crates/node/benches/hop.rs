@@ -40,7 +40,7 @@ fn main() -> ExitCode {
         ["pub", rate] => publish(rate.parse()?),
         ["sub"] => subscribe(),
         // What `cargo bench` runs.
-        [] => planesman_node::say!("benches/peers/run --only hop").context("stdout"),
+        [] => planesman_console::out!("benches/peers/run --only hop").context("stdout"),
         _ => bail!("expected: ping SECONDS, pong, pub RATE or sub"),
     })
 }
@@ -89,7 +89,7 @@ fn ping(duration: Duration) -> anyhow::Result<()> {
                 let hop = hops[(share * (hops.len() - 1) as f64) as usize];
                 hop.as_secs_f64() * 1e6
             };
-            planesman_node::say!(
+            planesman_console::out!(
                 "{{\"count\": {}, \"median\": {:.2}, \"p99\": {:.2}}}",
                 hops.len(),
                 at(0.5),
@@ -135,7 +135,7 @@ fn subscribe() -> anyhow::Result<()> {
     rt.run(|_, event| {
         match event {
             Event::Message(_) => total += 1,
-            Event::Look => planesman_node::say!("total {total}")?,
+            Event::Look => planesman_console::out!("total {total}")?,
             Event::Parameters => {}
         }
         Ok(Flow::Continue)

@@ -125,7 +125,7 @@ mod watchdog;
 
 use std::process::ExitCode;
 
-use planesman_text::shown;
+use planesman_text::{in_one_line, shown};
 
 pub use action_client::ActionClient;
 pub use action_server::{Goal, GoalId, GoalStatus};
@@ -153,110 +153,8 @@ pub fn exit_code(program: &str, run: impl FnOnce() -> anyhow::Result<()>) -> Exi
     match run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            complain!("{program}: {}", shown(in_one_line(&error)));
+            planesman_console::err!("{program}: {}", shown(in_one_line(error.as_ref())));
             ExitCode::FAILURE
         }
-    }
-}
-
-/// What an error has to say at most, in characters: a value of a file is quoted whole, however long it is.
-const ERROR: usize = 4000;
-
-/// An error with its causes, each said once: many a message ends with its cause already. Of more than 4,000
-/// characters the middle is left out.
-#[must_use]
-pub fn in_one_line(error: &anyhow::Error) -> String {
-    let said = error
-        .chain()
-        .map(ToString::to_string)
-        .fold(String::new(), |said, cause| {
-            if said.is_empty() {
-                cause
-            } else if said.ends_with(&cause) {
-                said
-            } else {
-                format!("{said}: {cause}")
-            }
-        });
-    let omitted = said.chars().count().saturating_sub(ERROR);
-    if omitted == 0 {
-        return said;
-    }
-    let place = |character: usize| {
-        said.char_indices()
-            .nth(character)
-            .map_or(said.len(), |(at, _)| at)
-    };
-    let (end, start) = (place(ERROR / 2), place(ERROR / 2 + omitted));
-    format!("{} [{omitted} characters] {}", &said[..end], &said[start..])
-}
-
-/// Prints a line of what a command has to say, as [`print()`] does.
-#[macro_export]
-macro_rules! say {
-    ($($argument:tt)*) => {
-        $crate::print(format_args!("{}\n", format_args!($($argument)*)))
-    };
-}
-
-/// Writes a line to standard error, as `eprintln!` does; where that cannot be written, as on a full
-/// disk, nobody is left to tell, and the program goes on.
-#[macro_export]
-macro_rules! complain {
-    ($($argument:tt)*) => {
-        $crate::write_complaint(format_args!("{}\n", format_args!($($argument)*)))
-    };
-}
-
-/// Writes to standard error what [`complain!`] has to say.
-pub fn write_complaint(text: std::fmt::Arguments<'_>) {
-    use std::io::Write as _;
-    let _ = std::io::stderr().write_fmt(text);
-}
-
-/// Prints the output of a command, with foreign names and texts made harmless ([`shown`]). A reader that has read
-/// enough (`| head`) is no error, nor is a terminal that was closed.
-///
-/// # Errors
-/// When standard output cannot be written, as on a full disk.
-pub fn print(text: impl std::fmt::Display) -> std::io::Result<()> {
-    use std::io::Write as _;
-    let mut out = std::io::BufWriter::new(std::io::stdout().lock());
-    match write!(out, "{}", shown(text)).and_then(|()| out.flush()) {
-        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe || is_gone(&error) => Ok(()),
-        result => result,
-    }
-}
-
-/// Whether standard output is a terminal that was closed. Of a file the same error is the disk's.
-fn is_gone(error: &std::io::Error) -> bool {
-    use rustix::{fs, io::Errno};
-    let kind = |it: fs::Stat| fs::FileType::from_raw_mode(it.st_mode);
-    error.raw_os_error() == Some(Errno::IO.raw_os_error())
-        && fs::fstat(std::io::stdout()).is_ok_and(|it| kind(it) == fs::FileType::CharacterDevice)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::in_one_line;
-    use anyhow::anyhow;
-
-    #[test]
-    fn a_cause_that_the_message_ends_with_is_said_once() {
-        let twice = anyhow!("missing field")
-            .context("file: missing field")
-            .context("scenario");
-        assert_eq!(in_one_line(&twice), "scenario: file: missing field");
-        assert_eq!(in_one_line(&anyhow!("b").context("a")), "a: b");
-    }
-
-    #[test]
-    fn of_a_long_error_its_start_and_its_end_are_said() {
-        let value = "ü".repeat(100_000);
-        let error = anyhow!("{value}, expected f64").context("file");
-        let said = in_one_line(&error);
-        assert!(said.starts_with("file: ü"), "{said}");
-        assert!(said.ends_with("ü, expected f64"), "{said}");
-        assert!(said.contains(" [96020 characters] "), "{said}");
     }
 }

@@ -87,7 +87,7 @@ pub fn run(options: Options, knowledge: Knowledge, arguments: RosArguments) -> R
     )?;
     let mut watch = Watch::new(&rt, board, asked, knowledge)?;
     let page = server.page();
-    planesman_node::say!("{page}")?;
+    planesman_console::out!("{page}")?;
     server.start()?;
     // It is there as long as the program: a browser may take its time.
     let _opened = if options.open { open(&page) } else { None };

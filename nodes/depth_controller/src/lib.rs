@@ -1,52 +1,9 @@
-//! Control of depth, pitch, roll, course and speed, after Brunner (*Experimental Verification of AUV Performance*,
-//! NPS thesis, March 1988, ch. II and program T6).
+//! The node `depth_controller`: [`planesman_control`] over DDS.
 //!
-//! - [`Controller`]: a vehicle state in, a plane command out (`core`), by its [`ControllerParameters`];
-//!   [`main`]: the node around it.
-//! - `loops`: all loops at a tick. [`DepthLoop`], [`PitchLoop`], `autopilot`: the dive loops, with integrals, filters and bumpless transfer.
-//! - `angle_loop`, `speed_loop`: roll, course, speed. `allocation`: one angle to bow and stern planes.
-//! - `setpoint`, `schedule`, `manoeuvre`, `runs`, `goal`: setpoints and test signals.
-//! - [`Source`], `estimator`: pitch, depth rate and gyro bias from the instruments.
-//! - [`gains`]: fixed, scheduled over speed, or adapted to an identified model.
-//! - [`Fault`], `safety`: the envelope and the reaction to leaving it.
-//! - [`design`]: margins, pole placement and optimisation of the dive loops.
+//! - `node`: messages, parameters, services and the action between DDS and [`planesman_control::Controller`]; [`main`].
+//! - `waiting`: states that wait for the instruments' readings of their stamp.
 
-mod allocation;
-mod angle_loop;
-mod autopilot;
-mod core;
-mod depth_loop;
-pub mod design;
-mod error;
-mod estimator;
-mod fault;
-mod feedback;
-pub mod gains;
-mod goal;
-mod integral;
-mod lag;
-mod limits;
-mod loops;
-mod manoeuvre;
 mod node;
-pub mod parameters;
-mod pitch_loop;
-mod runs;
-mod safety;
-mod schedule;
-mod setpoint;
-mod speed_loop;
 mod waiting;
 
-pub use crate::core::Controller;
-pub use autopilot::Mode;
-pub use depth_loop::DepthLoop;
-pub use error::Error;
-pub use estimator::Source;
-pub use fault::Fault;
-pub use limits::{Limit, LimitError};
-pub use loops::Answer;
 pub use node::main;
-pub use parameters::ControllerParameters;
-pub use pitch_loop::PitchLoop;
-pub use setpoint::Quantity;

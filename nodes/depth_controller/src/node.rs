@@ -18,11 +18,8 @@ use planesman_node::{
 };
 use planesman_parameters::Parameters as _;
 
-use crate::core::Controller;
-use crate::loops::Answer;
-use crate::parameters::ControllerParameters;
-use crate::setpoint::Quantity;
 use crate::waiting::Waiting;
+use planesman_control::{Answer, Controller, ControllerParameters, Quantity};
 
 enum Event {
     State(VehicleState),

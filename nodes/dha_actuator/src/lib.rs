@@ -1,55 +1,7 @@
-//! A digital hydraulic actuator (DHA): a ram moved in metered volumes of oil by two latching valves, after G. W.
-//! Scott, *Digital Hydraulic Actuator Study, Phase III Final Report* (IBM 66-L03-005, November 1966).
+//! The node `dha_actuator`: [`planesman_hydraulics`] over DDS.
 //!
-//! ```text
-//! plane command -> [position loop] -> [pulse logic] -> [valves] -> [metering] -> [ram] -> planes
-//!                       ^                                                         |
-//!                       +---------------------------------------------------------+
-//! ```
-//! - [`Dha`]: all of that, on its clock of valve cycles; [`Hydraulics`]: from the valves on; [`Condition`]: faults.
-//! - [`ActuatorSet`], [`actuator_file`]: an actuator's constants, and where they are read; [`sizing`]: for a load.
-//! - [`linearised`], [`frequency_response`], [`describing_function`]: small signals, sinusoids, limit cycles.
-//! - [`Actuator`]: a plane command in, a tick of plane motion out; [`main`]: the node around it.
+//! `node`: messages and parameters between DDS and [`planesman_hydraulics::Actuator`]; [`main`].
 
-pub mod actuator_file;
-mod actuator_model;
-mod actuator_set;
-mod closed_form;
-mod condition;
-mod core;
-mod cycle_clock;
-pub mod describing_function;
-mod dha;
-mod error;
-mod events;
-mod first_order;
-pub mod frequency_response;
-mod groups;
-mod hydraulics;
-mod limit_cycle;
-pub mod linearised;
-mod metering;
-mod modes;
 mod node;
-pub mod parameters;
-mod position_loop;
-mod pulse_logic;
-mod pulse_train;
-mod ram;
-pub mod sizing;
-mod valves;
 
-pub use crate::core::{Actuator, Output};
-pub use actuator_model::Model;
-pub use actuator_set::ActuatorSet;
-pub use condition::{Condition, Encoder, Leakages, Sound, StuckValve};
-pub use dha::{Demand, Dha};
-pub use error::Error;
-pub use events::break_away_force;
-pub use groups::Group;
-pub use hydraulics::{Hydraulics, Reading};
-pub use modes::{Constants, Load};
 pub use node::main;
-pub use parameters::ActuatorParameters;
-pub use pulse_logic::{Command, DriftOption, Options, PulseLogic, SignChange, Volume};
-pub use pulse_train::PulseTrain;

@@ -10,10 +10,7 @@ use planesman_msgs::planesman_msgs::msg::{DhaState, PlaneCommand, PlaneMotion, V
 use planesman_msgs::sensor_msgs::msg::JointState;
 use planesman_node::{Change, Flow, Level, Lifecycle, NodeSpec, Publisher, Qos, Runtime, args};
 
-use crate::core::{Actuator, Output};
-use crate::error::Error;
-use crate::groups::Group;
-use crate::parameters::ActuatorParameters;
+use planesman_hydraulics::{Actuator, ActuatorParameters, Error, Group, Output};
 
 enum Event {
     Command(PlaneCommand),

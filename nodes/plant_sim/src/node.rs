@@ -24,9 +24,8 @@ use planesman_node::logging::Throttle;
 use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, Responder, Runtime, args};
 
 use crate::answers::Answers;
-use crate::core::{Facts, Observation, Plant};
 use crate::lockstep::Lockstep;
-use crate::parameters::{ActuatorAnswer, PlantParameters, TimeSource};
+use planesman_plant::{ActuatorAnswer, Facts, Observation, Plant, PlantParameters, TimeSource};
 use planesman_vehicle::Boundary;
 
 /// In lockstep, everything is said again after this long without all answers: a member that

@@ -22,11 +22,11 @@ use planesman_node::{
     Publisher, Qos, RawSample, Responder, Runtime, args,
 };
 
-use crate::loop_topics::{self, Delivery};
-use crate::names;
-use crate::parameters::{RecorderParameters, writer_options};
 use crate::ring::{Kept, Ring};
-use crate::selection::Selection;
+use planesman_recording::loop_topics::{self, Delivery};
+use planesman_recording::names;
+use planesman_recording::parameters::{RecorderParameters, writer_options};
+use planesman_recording::selection::Selection;
 
 /// Time between two looks for what is to be flushed.
 const PERIOD: Duration = Duration::from_millis(100);

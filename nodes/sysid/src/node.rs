@@ -14,12 +14,10 @@ use planesman_msgs::std_srvs::srv::{SetBool, SetBoolResponse, Trigger, TriggerRe
 use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, RawSample, Responder, Runtime, args};
 use planesman_parameters::Choice as _;
 
-use crate::core::Identifier;
-use crate::message_types;
-use crate::pair::{self, Change, Pair};
-use crate::parameters::{Config, IdentifierParameters, Reliability};
-use crate::reader::TopicReader;
-use crate::screen::{DRAW, Screen};
+use planesman_identifier::parameters::{Config, Reliability};
+use planesman_identifier::{
+    Change, Identifier, IdentifierParameters, Pair, TopicReader, message_types, pair,
+};
 
 /// Time between two looks at who has fallen silent.
 const LOOK: Duration = Duration::from_millis(500);
@@ -34,12 +32,8 @@ enum Event {
     Freeze(bool, Responder<SetBool>),
     Fit(FitRequest, Responder<Fit>),
     Look,
-    Draw,
     Parameters(Box<IdentifierParameters>),
 }
-
-/// The argument, before ROS's, that asks for the view of [`Screen`].
-const WATCH: &str = "--watch";
 
 /// Runs the node with its command-line arguments until it is asked to stop.
 #[must_use]
@@ -47,13 +41,7 @@ pub fn main(args: Vec<OsString>) -> ExitCode {
     planesman_node::exit_code("sysid", || run(args))
 }
 
-fn run(mut args: Vec<OsString>) -> Result<()> {
-    let screen = args
-        .first()
-        .is_some_and(|first| first == WATCH)
-        .then(Screen::new);
-    let mut arguments = args::only(args.split_off(usize::from(screen.is_some())))?;
-    arguments.console &= !screen.as_ref().is_some_and(Screen::is_drawn);
+fn run(args: Vec<OsString>) -> Result<()> {
     let (rt, parameters) = Runtime::start(
         NodeSpec {
             name: "sysid",
@@ -65,7 +53,7 @@ fn run(mut args: Vec<OsString>) -> Result<()> {
             },
             on_parameters: |parameters| Event::Parameters(Box::new(parameters)),
         },
-        arguments,
+        args::only(args)?,
     )?;
     let mut node = Node {
         identifier: Identifier::new(&parameters)?,
@@ -77,7 +65,6 @@ fn run(mut args: Vec<OsString>) -> Result<()> {
         answered: None,
         last_message: rt.now(),
         topics: Vec::new(),
-        screen,
     };
     for (place, (topic, listened)) in topics(&parameters)?.into_iter().enumerate() {
         let found = message_types::find(&listened.type_name).map_err(|e| anyhow!(e))?;
@@ -109,10 +96,6 @@ fn run(mut args: Vec<OsString>) -> Result<()> {
     })?;
     rt.serve::<Fit>("~/fit", Event::Fit)?;
     let _looks = rt.every(LOOK, || Event::Look);
-    let _drawings = node
-        .screen
-        .is_some()
-        .then(|| rt.every(DRAW, || Event::Draw));
     rt.run(|rt, event| node.on(rt, event))
 }
 
@@ -167,8 +150,6 @@ struct Node {
     /// When a message last came.
     last_message: Time,
     topics: Vec<Topic>,
-    /// The live view, if it was asked for.
-    screen: Option<Screen>,
 }
 
 /// A topic that is listened to.
@@ -211,12 +192,6 @@ impl Node {
             }
             Event::Fit(request, responder) => responder.answer(self.fit(rt, &request.name)),
             Event::Look => {}
-            Event::Draw => {
-                if let Some(screen) = &mut self.screen {
-                    screen.draw(&rt.full_name());
-                }
-                return Ok(Flow::Continue);
-            }
             Event::Parameters(parameters) => {
                 self.identifier.set_parameters(&parameters)?;
                 log::info!("parameters changed");
@@ -229,9 +204,6 @@ impl Node {
     fn publish(&mut self, estimates: &[ModelEstimate]) {
         for estimate in estimates {
             self.model.publish(estimate);
-            if let Some(screen) = &mut self.screen {
-                screen.take(estimate);
-            }
         }
     }
 

@@ -6,7 +6,7 @@
 #![allow(clippy::unwrap_used)]
 
 use brunner_1988::controllers::program_t6::{Motion, Plant, Program};
-use depth_controller::{Controller, ControllerParameters, Quantity};
+use planesman_control::{Controller, ControllerParameters, Quantity};
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::VehicleState;
 use planesman_units::FOOT;

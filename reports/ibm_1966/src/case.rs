@@ -2,7 +2,7 @@
 
 use crate::autopilot::Gains;
 use crate::missile::Surrogate;
-use dha_actuator::{ActuatorSet, Condition, Options};
+use planesman_hydraulics::{ActuatorSet, Condition, Options};
 
 /// A digital flight control to be tested.
 #[derive(Clone, Debug, PartialEq)]

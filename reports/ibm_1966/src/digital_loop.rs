@@ -8,7 +8,7 @@
 use crate::autopilot::DigitalAutopilot;
 use crate::case::Case;
 use crate::missile::{Yaw, YawPlant};
-use dha_actuator::{Hydraulics, PulseLogic};
+use planesman_hydraulics::{Hydraulics, PulseLogic};
 
 /// Runge-Kutta steps of the missile in a valve cycle. The missile's poles are two orders of
 /// magnitude below the sampling frequency; it is the ram's motion, at 50 Hz, that has to be resolved.

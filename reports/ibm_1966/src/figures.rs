@@ -14,9 +14,9 @@ use crate::flight_control::{self, FlightControl};
 use crate::missile::Surrogate;
 use crate::tables::{Row, TABLE_3_2, TABLE_4_2};
 use anyhow::Result;
-use dha_actuator::frequency_response::Periods;
-use dha_actuator::linearised::Ram;
-use dha_actuator::{Condition, PulseTrain};
+use planesman_hydraulics::frequency_response::Periods;
+use planesman_hydraulics::linearised::Ram;
+use planesman_hydraulics::{Condition, PulseTrain};
 use planesman_units::{DEGREE, INCH};
 
 use planesman_book::Chapter;

@@ -13,9 +13,9 @@
 
 use std::f64::consts::TAU;
 
-use dha_actuator::ActuatorSet;
-use dha_actuator::frequency_response::{Harmonic, Periods};
-use dha_actuator::linearised::{Ram, actuator};
+use planesman_hydraulics::ActuatorSet;
+use planesman_hydraulics::frequency_response::{Harmonic, Periods};
+use planesman_hydraulics::linearised::{Ram, actuator};
 use planesman_linear::{Complex, DelayedLoop, Error, TransferFunction, polynomial};
 
 use crate::autopilot::{Gains, PULSE};
@@ -146,8 +146,8 @@ pub fn full_response(case: &Case, pulses: f64, frequency: f64, periods: Periods)
 mod tests {
     use super::*;
     use crate::missile::Surrogate;
-    use dha_actuator::actuator_file::load;
-    use dha_actuator::describing_function::toggling;
+    use planesman_hydraulics::actuator_file::load;
+    use planesman_hydraulics::describing_function::toggling;
     use planesman_testing::near;
     use planesman_units::DEGREE;
     use std::f64::consts::PI;

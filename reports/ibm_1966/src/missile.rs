@@ -16,7 +16,7 @@ use std::fmt;
 
 use planesman_linear::{Error, TransferFunction, runge_kutta_step};
 
-use dha_actuator::ActuatorSet;
+use planesman_hydraulics::ActuatorSet;
 use planesman_units::{DEGREE, INCH};
 
 /// The constants of a yaw plant.

@@ -11,7 +11,7 @@
 
 use crate::case::Case;
 use crate::missile::Surrogate;
-use dha_actuator::actuator_file::{self, ActuatorFileError};
+use planesman_hydraulics::actuator_file::{self, ActuatorFileError};
 use planesman_units::{INCH, POUND_FORCE as POUND, PSI};
 
 /// A row of a table.

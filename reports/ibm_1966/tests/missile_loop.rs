@@ -2,8 +2,8 @@
 //! around the missile's surrogate (IBM 66-L03-005, Figures 2-4 and 2-5), against another simulation
 //! of the same loop.
 
-use dha_actuator::{Options, SignChange};
 use ibm_1966::{Case, DigitalLoop, Start, Surrogate};
+use planesman_hydraulics::{Options, SignChange};
 use planesman_units::{DEGREE, INCH};
 use serde_json::Value;
 

@@ -12,10 +12,10 @@ use serde::Serialize;
 
 use crate::error::{IdentificationError, Result};
 use crate::estimators::{Error, Estimate, Estimator, whitening};
-use crate::parallel::on_all_cores;
 use crate::prediction;
 use crate::structure::{Problem, Run, filter, monic};
 use crate::uncertainty::Reading;
+use planesman_parallel::on_all_cores;
 
 /// Samples by which simulated noise begins before the record.
 const LEAD: usize = 500;

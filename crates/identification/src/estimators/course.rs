@@ -17,8 +17,8 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use super::coloured::whitening;
 use super::rows::impulse;
 use super::stability::held_within;
-use crate::parallel::stop_point;
 use crate::structure::{Layout, Problem, filter};
+use planesman_parallel::stop_point;
 
 /// Dampings tried within one step before the search ends.
 const TRIALS: usize = 12;

@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::batch::Triangle;
 use crate::error::{IdentificationError, Result};
-use crate::parallel::stop_point;
+use planesman_parallel::stop_point;
 
 /// Steps at most; ten are usual.
 const STEPS: usize = 200;

@@ -12,8 +12,8 @@ use super::rows::{freedom, samples_by_run};
 use super::vehicle::{Found, Vehicle};
 use crate::batch::Triangle;
 use crate::error::{IdentificationError, Result};
-use crate::parallel::stop_point;
 use crate::structure::{Problem, Start, variance};
+use planesman_parallel::stop_point;
 
 /// Why there is no vehicle.
 const UNDETERMINED: IdentificationError =

@@ -25,11 +25,11 @@ use crate::estimators::{
     Course, Estimator, LeastSquares, Near, Search, held_within, independent_share, lies_within,
     radius_of_memory,
 };
-use crate::parallel::on_all_cores;
 use crate::states::poles_of_states;
 use crate::structure::{Problem, Run, Start, Structure, monic};
 use folds::{Fold, Folds};
 use lagged::Lagged;
+use planesman_parallel::on_all_cores;
 
 /// Largest lag of the regressions.
 const LAGS: usize = 40;

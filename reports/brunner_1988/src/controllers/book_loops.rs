@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_4, TAU};
 
 use planesman_linear::{Domain, Error, StepMetrics, TransferFunction};
 
-use depth_controller::design::step;
+use planesman_control::design::step;
 
 use super::axis::{DampedInertia, Gains, damping_for_ratio, damping_ratio};
 use super::depth::{DepthDesign, p_for_limit};

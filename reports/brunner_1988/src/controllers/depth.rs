@@ -132,8 +132,8 @@ impl DepthDesign {
 mod tests {
     use super::*;
     use crate::controllers::pitch;
-    use depth_controller::design::dive_loop::{DiveLoop, DivePlant, Memory, Path};
-    use depth_controller::gains::LoopGains;
+    use planesman_control::design::dive_loop::{DiveLoop, DivePlant, Memory, Path};
+    use planesman_control::gains::LoopGains;
 
     fn design() -> DepthDesign {
         DepthDesign {

@@ -7,7 +7,7 @@
 //! ```
 //! The report leaves the restoring moment out until p. 48.
 
-use depth_controller::gains::PitchModel;
+use planesman_control::gains::PitchModel;
 
 use super::axis::{DampedInertia, Gains};
 

@@ -11,7 +11,7 @@
 //! The integrator is the classical fourth-order Runge-Kutta, every [`STEP`]. The program codes no
 //! limits; the report states them in prose.
 
-use depth_controller::{DepthLoop, Limit, LimitError, PitchLoop};
+use planesman_control::{DepthLoop, Limit, LimitError, PitchLoop};
 use planesman_linear::runge_kutta_step;
 use planesman_units::FOOT;
 

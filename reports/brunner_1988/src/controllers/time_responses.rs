@@ -6,7 +6,7 @@
 //! report names the first, the last and the best.
 
 use anyhow::Result;
-use depth_controller::design::step;
+use planesman_control::design::step;
 use planesman_linear::Error;
 
 use planesman_plot::Plot;

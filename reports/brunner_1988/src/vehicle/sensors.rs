@@ -7,11 +7,11 @@ use std::f64::consts::PI;
 use super::numbers::{BOOK, Recomputed};
 use planesman_units::{FOOT, INCH};
 
-use planesman_vehicle::Port;
-use plant_sim::{
+use planesman_plant::{
     gyro, plane_signal,
     pressure_cell::{self, BOTTOM_PORT, FULL_SCALE, MANOMETER_WATER, SIDE_PORTS, TANK_WATER},
 };
+use planesman_vehicle::Port;
 
 use crate::plane_forces;
 

@@ -2,9 +2,9 @@
 
 use crate::autopilot::{COMPENSATION, PULSE};
 use crate::missile::Surrogate;
-use dha_actuator::ActuatorSet;
-use dha_actuator::actuator_file::{ActuatorFileError, load};
 use planesman_book::Recomputed;
+use planesman_hydraulics::ActuatorSet;
+use planesman_hydraulics::actuator_file::{ActuatorFileError, load};
 use planesman_units::{DEGREE, INCH, POUND_FORCE as POUND, PSI};
 
 const CUBIC_INCH: f64 = INCH * INCH * INCH;

@@ -6,8 +6,8 @@ use crate::procedure::{
     ANALOG_GAIN_TESTS, GAIN_STEP, LimitCycle, analog_gain_limit, analog_step_limit,
 };
 use crate::tables::{Outcome, Row, TABLE_2_1, TABLE_3_2, TABLE_4_2};
-use dha_actuator::actuator_file::ActuatorFileError;
 use planesman_book::Recomputed;
+use planesman_hydraulics::actuator_file::ActuatorFileError;
 use planesman_units::DEGREE;
 
 /// Every value of the tables, and the limit cycles.

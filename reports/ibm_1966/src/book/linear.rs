@@ -4,8 +4,8 @@ use planesman_linear::Error;
 
 use crate::case::Case;
 use crate::flight_control::FlightControl;
-use dha_actuator::linearised::Ram;
 use planesman_book::Recomputed;
+use planesman_hydraulics::linearised::Ram;
 use planesman_units::DEGREE;
 
 /// Frequencies, rad/s, between which both gain limits lie,

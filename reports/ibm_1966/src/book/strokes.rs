@@ -1,8 +1,8 @@
 //! One calibrated volume alone, and drift against friction: by simulation.
 
-use dha_actuator::actuator_file::{ActuatorFileError, load};
-use dha_actuator::{ActuatorSet, PulseTrain};
 use planesman_book::Recomputed;
+use planesman_hydraulics::actuator_file::{ActuatorFileError, load};
+use planesman_hydraulics::{ActuatorSet, PulseTrain};
 use planesman_units::INCH;
 
 /// Every value of the families `quantum` and `drift`.

@@ -1,0 +1,696 @@
+//! A flight read from its bag: the data of the summary and the page.
+//!
+//! The bag is streamed: what is kept of a flight does not grow with its length. The same
+//! irregularities are tolerated as in the loop: a repeated tick counts once, a message that does not decode or whose
+//! stamp is out of order is skipped, a restart of the vehicle begins a new flight. [`Flight::notes`] lists each.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use crate::error::Result;
+use planesman_bag::reader::{BagReader, Messages, Order};
+use planesman_control::gains::{FIRST_PAIR, is_of_pitch};
+use planesman_linear::{StepMeter, StepMetrics};
+use planesman_msgs::planesman_msgs::msg::{
+    ControlState, DhaState, ModelEstimate, PlaneCommand, PlaneMotion, VehicleState,
+};
+use planesman_msgs::{Message, cdr};
+use planesman_plot::Course;
+
+use crate::in_order::{InOrder, Met, Next};
+use crate::model_summary::identified;
+
+/// Points over time: s since the first state, and the quantity.
+pub type Points = Vec<(f64, f64)>;
+
+/// The time that the close-up of the planes shows, s.
+const CLOSE_UP: f64 = 5.0;
+/// Of a tick's plane motion one sample in so many is drawn.
+const DRAWN_SAMPLES: usize = 5;
+/// More actuators than any vehicle has.
+const ACTUATORS: usize = 16;
+/// Topics with lost messages that a note names.
+const LOST_SHOWN: usize = 10;
+
+/// One flight; the last one of a bag with several.
+#[derive(Clone, Debug, Default)]
+pub struct Flight {
+    /// Messages per topic.
+    pub counts: BTreeMap<String, u64>,
+    /// Why the bag is not whole, `None` when it is.
+    pub truncated: Option<String>,
+    /// Irregularities of the bag, a sentence each.
+    pub notes: Vec<String>,
+    /// Ticks, each counted once.
+    pub ticks: u64,
+    /// Ticks without the actuator's answer.
+    pub held_ticks: u64,
+    /// The last change of the depth setpoint; `None` without a state.
+    pub step: Option<Step>,
+    /// The actuators, by the planes they move.
+    pub actuators: BTreeMap<String, Actuator>,
+    /// The last model of pitch rate over plane angle that calls itself valid; of several pairs' that of
+    /// sysid's first, or that which was published first.
+    pub model: Option<ModelEstimate>,
+    /// Why the last of those models was not valid.
+    pub no_model: String,
+    /// The courses that are drawn.
+    pub courses: Courses,
+}
+
+/// The last change of the depth setpoint, and the response.
+#[derive(Clone, Debug)]
+pub struct Step {
+    /// The last depth setpoint, m; without depth control that reached.
+    pub setpoint: f64,
+    /// The response; `None` when there was no step to respond to.
+    pub response: Option<StepMetrics>,
+}
+
+/// The data of one actuator.
+#[derive(Clone, Debug, Default)]
+pub struct Actuator {
+    /// Pulses issued.
+    pub pulses: u64,
+    /// Differential pressure across the ram, Pa.
+    pub pressure: Points,
+}
+
+/// Courses over time, as finely as a page can show them.
+#[derive(Clone, Debug, Default)]
+pub struct Courses {
+    /// The true depth, m.
+    pub depth: Points,
+    /// The depth setpoint, m.
+    pub depth_setpoint: Points,
+    /// The true pitch, rad.
+    pub pitch: Points,
+    /// The pitch command, rad.
+    pub pitch_command: Points,
+    /// The plane angle as the actuator moved it, rad: of the whole flight and of its first seconds.
+    pub planes: [Points; 2],
+    /// The plane command, rad, likewise.
+    pub plane_command: [Points; 2],
+    /// The dominant pole's real and imaginary part as it was identified, 1/s.
+    pub pole: [Points; 2],
+}
+
+impl Flight {
+    /// The flight in a bag. Topics are recognised by their last name; of several vehicles' those in the
+    /// namespace with the most states are taken.
+    ///
+    /// # Errors
+    /// When the path is no bag.
+    pub fn read(path: &Path) -> Result<Self> {
+        let bag = BagReader::open(path)?;
+        let mut account = Account::of(&bag);
+        let damage = account.read_all(&bag);
+        let mut flight = account.flight();
+        flight.step = account.step(&bag, &mut flight.notes);
+        flight.counts = recorded(&bag);
+        if bag.dropped() > 0 {
+            let of = |(topic, lost): (&str, u64)| format!("{lost} of {topic}");
+            let lost: Vec<_> = bag.dropped_by_topic().take(LOST_SHOWN).map(of).collect();
+            let note = format!("messages lost while recording: {}", lost.join(", "));
+            flight.notes.push(note);
+        }
+        let whole = bag.completeness().is_whole();
+        flight.truncated = damage.or_else(|| (!whole).then(|| bag.completeness().to_string()));
+        Ok(flight)
+    }
+}
+
+/// The messages that a bag holds, by topic.
+pub fn recorded(bag: &BagReader) -> BTreeMap<String, u64> {
+    let mut counts = BTreeMap::new();
+    for count in bag.topics() {
+        *counts.entry(count.topic.name.clone()).or_insert(0) += count.messages;
+    }
+    counts
+}
+
+/// A message with a stamp.
+trait Stamped: Message {
+    /// Nanoseconds.
+    fn stamp(&self) -> i64;
+}
+
+macro_rules! stamped {
+    ($($message:ty),*) => {
+        $(impl Stamped for $message {
+            fn stamp(&self) -> i64 {
+                self.header.stamp.nanos()
+            }
+        })*
+    };
+}
+
+stamped!(
+    VehicleState,
+    ControlState,
+    PlaneCommand,
+    PlaneMotion,
+    DhaState,
+    ModelEstimate
+);
+
+/// Data collected from one topic's messages, in their order.
+trait Collected: Default {
+    type Message: Stamped;
+
+    /// Takes the next message; `t` is its stamp, s.
+    fn take(&mut self, t: f64, message: &Self::Message);
+}
+
+/// One topic's messages, and the data collected from them.
+#[derive(Default)]
+struct Line<T: Collected> {
+    order: InOrder<T::Message>,
+    data: T,
+}
+
+impl<T: Collected> Line<T> {
+    fn push(&mut self, origin: i64, message: T::Message) {
+        let next = self.order.take(message.stamp(), message);
+        self.take(origin, next);
+    }
+
+    fn finish(&mut self, origin: i64) {
+        let next = self.order.finish();
+        self.take(origin, next);
+    }
+
+    fn take(&mut self, origin: i64, next: Option<Next<T::Message>>) {
+        let (stamp, message) = match next {
+            None => return,
+            Some(Next::On(stamp, message)) => (stamp, message),
+            Some(Next::Anew(stamp, message)) => {
+                self.data = T::default();
+                (stamp, message)
+            }
+        };
+        self.data.take(seconds(origin, stamp), &message);
+    }
+}
+
+/// Seconds from `origin` to `stamp`, both in ns.
+fn seconds(origin: i64, stamp: i64) -> f64 {
+    (stamp - origin) as f64 * 1e-9
+}
+
+/// The vehicle's true states.
+#[derive(Default)]
+struct States {
+    /// The first and the last, ns.
+    span: Option<(i64, i64)>,
+    ticks: u64,
+    held: u64,
+    last_depth: f64,
+    depth: Course,
+    pitch: Course,
+}
+
+impl Collected for States {
+    type Message = VehicleState;
+
+    fn take(&mut self, t: f64, state: &VehicleState) {
+        let stamp = state.stamp();
+        let (first, _) = self.span.unwrap_or((stamp, stamp));
+        self.span = Some((first, stamp));
+        self.ticks += 1;
+        self.held += u64::from(state.planes_source == VehicleState::PLANES_HELD);
+        self.last_depth = state.depth;
+        self.depth.take(t, state.depth);
+        self.pitch.take(t, state.pitch);
+    }
+}
+
+/// The state of the controller.
+#[derive(Default)]
+struct Controls {
+    /// The depth held (m), and since when (ns); `None` where none is.
+    held: Option<(f64, i64)>,
+    depth_setpoint: Course,
+    pitch_command: Course,
+}
+
+impl Collected for Controls {
+    type Message = ControlState;
+
+    fn take(&mut self, t: f64, control: &ControlState) {
+        self.depth_setpoint.take(t, control.depth_setpoint);
+        self.pitch_command.take(t, control.pitch_command);
+        if control.feedback_stale {
+            return;
+        }
+        let (target, stamp) = (control.depth_target, control.stamp());
+        self.held = (control.mode == ControlState::MODE_DEPTH).then(|| {
+            self.held
+                .filter(|(held, _)| *held == target)
+                .unwrap_or((target, stamp))
+        });
+    }
+}
+
+/// A plane angle over the flight, and over its first seconds.
+#[derive(Default)]
+struct Angle {
+    began: Option<f64>,
+    all: Course,
+    first: Course,
+}
+
+impl Angle {
+    fn take(&mut self, t: f64, angle: f64) {
+        self.all.take(t, angle);
+        if t <= *self.began.get_or_insert(t) + CLOSE_UP {
+            self.first.take(t, angle);
+        }
+    }
+
+    fn points(&self, shift: f64) -> [Points; 2] {
+        let mut first = points(&self.first, shift);
+        first.retain(|(t, _)| *t <= CLOSE_UP);
+        [points(&self.all, shift), first]
+    }
+}
+
+#[derive(Default)]
+struct Commands(Angle);
+
+impl Collected for Commands {
+    type Message = PlaneCommand;
+
+    fn take(&mut self, t: f64, command: &PlaneCommand) {
+        self.0.take(t, command.dive_planes);
+    }
+}
+
+/// The plane angle as the actuator moved it, several points a tick.
+#[derive(Default)]
+struct Motions(Angle);
+
+impl Collected for Motions {
+    type Message = PlaneMotion;
+
+    fn take(&mut self, t: f64, motion: &PlaneMotion) {
+        let duration = motion.duration.nanos() as f64 * 1e-9;
+        let last = motion.dive_planes.len().saturating_sub(1).max(1) as f64;
+        for (i, angle) in motion.dive_planes.iter().enumerate().step_by(DRAWN_SAMPLES) {
+            self.0.take(t + duration * i as f64 / last, *angle);
+        }
+    }
+}
+
+#[derive(Default)]
+struct Rams {
+    pulses: u64,
+    pressure: Course,
+}
+
+impl Collected for Rams {
+    type Message = DhaState;
+
+    fn take(&mut self, t: f64, state: &DhaState) {
+        self.pulses = state.pulses;
+        self.pressure.take(t, state.pressure);
+    }
+}
+
+/// The estimates of one pair of signals.
+#[derive(Default)]
+struct Models {
+    valid: Option<ModelEstimate>,
+    reason: String,
+    pole: [Course; 2],
+}
+
+impl Collected for Models {
+    type Message = ModelEstimate;
+
+    fn take(&mut self, t: f64, model: &ModelEstimate) {
+        self.reason.clone_from(&model.reason);
+        if !model.valid {
+            return;
+        }
+        if let Some(pole) = identified(model).dominant() {
+            self.pole[0].take(t, pole.re);
+            self.pole[1].take(t, pole.im);
+        }
+        self.valid = Some(model.clone());
+    }
+}
+
+/// The data of all topics of a flight.
+struct Account {
+    /// The namespace of the topics.
+    namespace: String,
+    /// The stamp of the first message, ns; the origin of the times.
+    origin: Option<i64>,
+    states: Line<States>,
+    controls: Line<Controls>,
+    commands: Line<Commands>,
+    motions: Line<Motions>,
+    rams: BTreeMap<String, Line<Rams>>,
+    /// The first pair's models, and those of the first other pair that spoke, with its name.
+    models: Line<Models>,
+    other_models: Option<(String, Line<Models>)>,
+    /// By topic: messages that are left out, and what is wrong with the first.
+    refused: BTreeMap<String, (u64, String)>,
+}
+
+impl Account {
+    fn of(bag: &BagReader) -> Self {
+        let of_states = bag
+            .topics()
+            .iter()
+            .filter(|count| count.topic.kind.type_name == VehicleState::TYPE_NAME)
+            .filter_map(|count| Some((count.topic.name.strip_suffix("state")?, count.messages)))
+            .filter(|(namespace, _)| namespace.is_empty() || namespace.ends_with('/'));
+        Self {
+            namespace: of_states
+                .max_by_key(|(_, messages)| *messages)
+                .map_or("/", |(namespace, _)| namespace)
+                .to_owned(),
+            origin: None,
+            states: Line::default(),
+            controls: Line::default(),
+            commands: Line::default(),
+            motions: Line::default(),
+            rams: BTreeMap::new(),
+            models: Line::default(),
+            other_models: None,
+            refused: BTreeMap::new(),
+        }
+    }
+
+    /// Reads the whole bag; returns the reason if it ends early.
+    fn read_all(&mut self, bag: &BagReader) -> Option<String> {
+        let namespace = self.namespace.clone();
+        let mut messages = bag.messages_of(|topic| concerns(&namespace, &topic.name), Order::File);
+        let damage = each(&mut messages, |message| {
+            let topic = &message.topic;
+            let name = topic.name.strip_prefix(&namespace).unwrap_or_default();
+            let taken = self.take_one(name, &topic.kind.type_name, &message.payload);
+            if let Err(reason) = taken {
+                let (count, _) = self
+                    .refused
+                    .entry(topic.name.clone())
+                    .or_insert((0, reason));
+                *count += 1;
+            }
+        });
+        let origin = self.origin.unwrap_or(0);
+        self.states.finish(origin);
+        self.controls.finish(origin);
+        self.commands.finish(origin);
+        self.motions.finish(origin);
+        self.rams.values_mut().for_each(|ram| ram.finish(origin));
+        self.models.finish(origin);
+        if let Some((_, models)) = &mut self.other_models {
+            models.finish(origin);
+        }
+        damage
+    }
+
+    fn take_one(&mut self, name: &str, type_name: &str, payload: &[u8]) -> Result<(), String> {
+        let Self { origin, .. } = self;
+        match name {
+            "state" => {
+                let state = decode(type_name, payload)?;
+                self.states.push(begun(origin, &state), state);
+            }
+            "control_state" => {
+                let control = decode(type_name, payload)?;
+                self.controls.push(begun(origin, &control), control);
+            }
+            "plane_command" => {
+                let command = decode(type_name, payload)?;
+                self.commands.push(begun(origin, &command), command);
+            }
+            "plane_motion" => {
+                let motion = decode(type_name, payload)?;
+                self.motions.push(begun(origin, &motion), motion);
+            }
+            "model" => {
+                let model: ModelEstimate = decode(type_name, payload)?;
+                let origin = begun(origin, &model);
+                if !is_of_pitch(&model) {
+                    return Ok(());
+                }
+                if model.name == FIRST_PAIR {
+                    self.models.push(origin, model);
+                    return Ok(());
+                }
+                let (name, line) = self
+                    .other_models
+                    .get_or_insert_with(|| (model.name.clone(), Line::default()));
+                if *name == model.name {
+                    line.push(origin, model);
+                }
+            }
+            _ => {
+                let state: DhaState = decode(type_name, payload)?;
+                if !self.rams.contains_key(&state.group) && self.rams.len() == ACTUATORS {
+                    return Err(format!("more than {ACTUATORS} actuators"));
+                }
+                let ram = self.rams.entry(state.group.clone()).or_default();
+                ram.push(begun(origin, &state), state);
+            }
+        }
+        Ok(())
+    }
+
+    /// The last change of the depth setpoint. Its response needs the times of its start and end, so the states
+    /// are read a second time.
+    fn step(&self, bag: &BagReader, notes: &mut Vec<String>) -> Option<Step> {
+        let states = &self.states.data;
+        let (start, end) = states.span?;
+        let (setpoint, since) = self
+            .controls
+            .data
+            .held
+            .unwrap_or((states.last_depth, start));
+        let mut order = InOrder::default();
+        let mut response = Response {
+            start,
+            since,
+            end,
+            setpoint,
+            measured: Measured::NotBegun,
+        };
+        let name = format!("{}state", self.namespace);
+        let mut messages = bag.messages_of(|topic| topic.name == name, Order::File);
+        // What ends it early has ended the first reading too.
+        let _ = each(&mut messages, |message| {
+            let state = decode::<VehicleState>(&message.topic.kind.type_name, &message.payload);
+            if let Ok(state) = state {
+                response.take(order.take(state.stamp(), state.depth));
+            }
+        });
+        response.take(order.finish());
+        let response = response.metrics().unwrap_or_else(|error| {
+            notes.push(format!("no depth response: {error}"));
+            None
+        });
+        Some(Step { setpoint, response })
+    }
+
+    fn flight(&self) -> Flight {
+        let states = &self.states.data;
+        let controls = &self.controls.data;
+        let start = states.span.map_or(0, |(start, _)| start);
+        let shift = seconds(self.origin.unwrap_or(start), start);
+        let other = self.other_models.as_ref().map(|(_, line)| line);
+        let spoken = |line: &&Line<Models>| line.order.has_begun();
+        let models = Some(&self.models).filter(spoken).or(other);
+        let no_model = match models {
+            None => "no model was published".to_owned(),
+            Some(models) => models.data.reason.clone(),
+        };
+        let pole =
+            |part: usize| models.map_or_else(Vec::new, |line| points(&line.data.pole[part], shift));
+        let actuator = |(group, line): (&String, &Line<Rams>)| {
+            let actuator = Actuator {
+                pulses: line.data.pulses,
+                pressure: points(&line.data.pressure, shift),
+            };
+            (group.clone(), actuator)
+        };
+        Flight {
+            notes: self.notes(),
+            ticks: states.ticks,
+            held_ticks: states.held,
+            actuators: self.rams.iter().map(actuator).collect(),
+            model: models.and_then(|line| line.data.valid.clone()),
+            no_model,
+            courses: Courses {
+                depth: points(&states.depth, shift),
+                depth_setpoint: points(&controls.depth_setpoint, shift),
+                pitch: points(&states.pitch, shift),
+                pitch_command: points(&controls.pitch_command, shift),
+                planes: self.motions.data.0.points(shift),
+                plane_command: self.commands.data.0.points(shift),
+                pole: [pole(0), pole(1)],
+            },
+            ..Flight::default()
+        }
+    }
+
+    /// The irregularities of the bag.
+    fn notes(&self) -> Vec<String> {
+        let mut notes = Vec::new();
+        let refused = self.refused.iter();
+        notes.extend(refused.map(|(topic, (count, reason))| {
+            format!("{topic}: {count} skipped, the first because {reason}")
+        }));
+        let lines = [
+            ("state", self.states.order.met),
+            ("control_state", self.controls.order.met),
+            ("plane_command", self.commands.order.met),
+            ("plane_motion", self.motions.order.met),
+            ("model", self.models.order.met),
+        ];
+        let rams = self.rams.iter();
+        let rams = rams.map(|(group, line)| (format!("dha_state of {group}"), line.order.met));
+        let lines = lines.map(|(name, met)| (name.to_owned(), met));
+        for (name, met) in lines.into_iter().chain(rams) {
+            let Met {
+                repeated,
+                out_of_line,
+                restarts,
+            } = met;
+            for (count, what) in [
+                (repeated, "with a repeated stamp, counted once"),
+                (out_of_line, "skipped, with stamps out of order"),
+            ] {
+                if count > 0 {
+                    notes.push(format!("{}{name}: {count} {what}", self.namespace));
+                }
+            }
+            if restarts > 0 {
+                notes.push(format!(
+                    "{}{name}: time went back {restarts} times; only the flight after that is shown",
+                    self.namespace
+                ));
+            }
+        }
+        notes
+    }
+}
+
+/// The response to a step, from the states read again.
+struct Response {
+    /// The first and the last state, and the step, ns.
+    start: i64,
+    end: i64,
+    since: i64,
+    /// m
+    setpoint: f64,
+    measured: Measured,
+}
+
+/// The progress of measuring a response.
+enum Measured {
+    NotBegun,
+    /// The vehicle was at its setpoint.
+    NoStep,
+    By(Box<StepMeter>),
+    Failed(planesman_linear::Error),
+}
+
+impl Response {
+    fn take(&mut self, next: Option<Next<f64>>) {
+        let (stamp, depth) = match next {
+            None => return,
+            Some(Next::On(stamp, depth)) => (stamp, depth),
+            Some(Next::Anew(stamp, depth)) => {
+                self.measured = Measured::NotBegun;
+                (stamp, depth)
+            }
+        };
+        if stamp < self.since {
+            return;
+        }
+        if matches!(self.measured, Measured::NotBegun) {
+            self.measured = self.begun(depth).unwrap_or_else(Measured::Failed);
+        }
+        if let Measured::By(meter) = &mut self.measured
+            && let Err(error) = meter.take(seconds(self.start, stamp), depth)
+        {
+            self.measured = Measured::Failed(error);
+        }
+    }
+
+    fn begun(&self, depth: f64) -> Result<Measured, planesman_linear::Error> {
+        if (self.setpoint - depth).abs() <= 1e-6 {
+            return Ok(Measured::NoStep);
+        }
+        let end = seconds(self.start, self.end);
+        let meter = StepMeter::new(depth, self.setpoint, end)?;
+        Ok(Measured::By(Box::new(meter)))
+    }
+
+    fn metrics(self) -> Result<Option<StepMetrics>, planesman_linear::Error> {
+        match self.measured {
+            Measured::NotBegun | Measured::NoStep => Ok(None),
+            Measured::By(meter) => meter.metrics().map(Some),
+            Measured::Failed(error) => Err(error),
+        }
+    }
+}
+
+/// Hands every message to `take`; returns what ended them early.
+fn each(
+    messages: &mut Messages<'_>,
+    mut take: impl FnMut(&planesman_bag::Message),
+) -> Option<String> {
+    for message in messages {
+        match message {
+            Ok(message) => take(&message),
+            Err(error) => return Some(error.to_string()),
+        }
+    }
+    None
+}
+
+/// The origin, which the first message of all sets.
+fn begun(origin: &mut Option<i64>, message: &impl Stamped) -> i64 {
+    *origin.get_or_insert(message.stamp())
+}
+
+/// Whether a topic of this name has data of a flight in the namespace.
+fn concerns(namespace: &str, topic: &str) -> bool {
+    let names = [
+        "state",
+        "control_state",
+        "plane_command",
+        "plane_motion",
+        "model",
+    ];
+    topic
+        .strip_prefix(namespace)
+        .is_some_and(|name| names.contains(&name) || is_of_a_ram(name))
+}
+
+fn is_of_a_ram(name: &str) -> bool {
+    name.strip_prefix("dha_state")
+        .is_some_and(|group| !group.contains('/'))
+}
+
+/// A course's points, `shift` seconds earlier.
+fn points(course: &Course, shift: f64) -> Points {
+    course.points().map(|(t, y)| (t - shift, y)).collect()
+}
+
+/// The message in a payload of messages called `type_name`, if it is one that a node would take.
+fn decode<M: Message>(type_name: &str, payload: &[u8]) -> Result<M, String> {
+    if type_name != M::TYPE_NAME {
+        return Err(format!("it is a {type_name}, not a {}", M::TYPE_NAME));
+    }
+    let message: M = cdr::from_bytes(payload).map_err(|error| error.to_string())?;
+    match message.first_non_finite() {
+        None => Ok(message),
+        Some(field) => Err(format!("{field} is not finite")),
+    }
+}

@@ -1,0 +1,51 @@
+//! A scenario simulated in one process, as fast as possible, into a file.
+
+use std::path::Path;
+
+use crate::error::{Result, refuse};
+use planesman_parallel::Progress;
+
+use crate::compose::Loop;
+use crate::parts::Parts;
+use crate::scenario::Scenario;
+use crate::sink::{CsvSink, McapSink};
+
+/// Flies `scenario` into `out`, an `.mcap` or a `.csv` file; returns the ticks flown.
+///
+/// # Errors
+/// When the file's kind is unknown, the path is taken, or a part of the loop refuses.
+pub fn fly(
+    scenario: &Scenario,
+    parts: &Parts,
+    out: &Path,
+    namespace: &str,
+    progress: &dyn Progress,
+) -> Result<u64> {
+    enum Out {
+        Mcap(Box<McapSink>),
+        Csv(CsvSink),
+    }
+    let mut flight = Loop::of_parts(parts, scenario)?;
+    let mut sink = match out.extension().and_then(|e| e.to_str()) {
+        Some("mcap") => Out::Mcap(Box::new(McapSink::create(out, namespace)?)),
+        Some("csv") => Out::Csv(CsvSink::create(out)?),
+        _ => refuse!("'{}': the output is named *.mcap or *.csv", out.display()),
+    };
+    progress.begin("ticks", scenario.ticks(), 0);
+    let flown = flight.try_fold(0, |ticks, tick| -> Result<u64> {
+        let tick = tick?;
+        match &mut sink {
+            Out::Mcap(sink) => tick.put_into(sink.as_mut())?,
+            Out::Csv(sink) => sink.put(&tick)?,
+        }
+        progress.step();
+        Ok(ticks + 1)
+    });
+    progress.end();
+    let ticks = flown?;
+    match sink {
+        Out::Mcap(sink) => sink.finish()?,
+        Out::Csv(sink) => sink.finish()?,
+    }
+    Ok(ticks)
+}

@@ -1,0 +1,889 @@
+//! A scenario file: duration, sampling time, seed, and parameters per node.
+//!
+//! The same file feeds the processes over DDS (as a ROS 2 parameter file) and the
+//! in-process composition, through the same declarations and the same checks.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+use std::str::FromStr;
+
+use crate::error::{During, Error, Result, refuse, refused};
+use planesman_parameters::{Declaration, Parameters, Value, Values, file};
+use planesman_text::{did_you_mean, shown, yaml};
+use planesman_units::{Dimension, Quantity};
+use serde::Deserialize;
+
+use crate::nodes::{self, NODES};
+
+/// The parameters that name a file, or something built in.
+const FILES: [(&str, &str); 8] = [
+    ("plant_sim", "vehicle"),
+    ("plant_sim", "vehicle_base"),
+    ("depth_controller", "gains.file"),
+    ("dha_actuator", "actuator"),
+    ("dha_actuator", "bow.actuator"),
+    ("dha_actuator", "stern.actuator"),
+    ("dha_actuator", "roll.actuator"),
+    ("dha_actuator", "rudder.actuator"),
+];
+
+/// The scenarios that come with the program: name and text.
+pub const BUILTIN: [(&str, &str); 4] = [
+    (
+        "dive",
+        include_str!("../../../launch-scripts/scenarios/dive.yaml"),
+    ),
+    (
+        "open_loop",
+        include_str!("../../../launch-scripts/scenarios/open_loop.yaml"),
+    ),
+    (
+        "remus_100",
+        include_str!("../../../launch-scripts/scenarios/remus_100.yaml"),
+    ),
+    (
+        "way_depths",
+        include_str!("../../../launch-scripts/scenarios/way_depths.yaml"),
+    ),
+];
+
+/// What is flown: duration, sampling time, seed, and a value for each parameter that is not at its declared default.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scenario {
+    description: String,
+    /// Duration, s of vehicle time.
+    pub duration: f64,
+    /// The sampling time of the loop, s.
+    pub tick: f64,
+    /// The seed of everything random.
+    pub seed: u32,
+    /// Per node the parameters that are given, by their full names, in the types that are declared.
+    parameters: BTreeMap<&'static str, BTreeMap<String, Value>>,
+    /// The parameters that were set after the file was written, each once.
+    changed: Vec<ParameterName>,
+}
+
+/// A scenario as its file has it.
+#[derive(Deserialize)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "a mapping with a description, a duration and parameters"
+)]
+struct ScenarioFile {
+    description: String,
+    duration: f64,
+    #[serde(default = "default_tick")]
+    tick: f64,
+    #[serde(default = "default_seed")]
+    seed: u32,
+    #[serde(default)]
+    parameters: BTreeMap<String, serde_yaml_ng::Value>,
+    /// `NODE.PARAMETER`, as [`Scenario::changed`].
+    #[serde(default)]
+    changed: Vec<String>,
+}
+
+fn default_tick() -> f64 {
+    0.05
+}
+
+fn default_seed() -> u32 {
+    1
+}
+
+/// A parameter of a node, as the command line names it: `NODE.PARAMETER`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ParameterName {
+    /// The node.
+    pub node: &'static str,
+    /// The parameter, dots between levels.
+    pub name: String,
+}
+
+impl ParameterName {
+    /// The parameter and the text behind it, of `NODE.PARAMETER=TEXT`.
+    ///
+    /// # Errors
+    /// When it is not of that form, or there is no such node.
+    pub fn split(change: &str) -> Result<(Self, &str)> {
+        let (name, text) = change
+            .split_once('=')
+            .filter(|(name, _)| name.contains('.'))
+            .ok_or_else(|| refused!("NODE.PARAMETER=VALUE is expected"))?;
+        Ok((name.parse()?, text))
+    }
+
+    /// Its declaration.
+    ///
+    /// # Errors
+    /// When the node declares no such parameter.
+    pub fn declaration(&self) -> Result<Declaration> {
+        let declared = nodes::declarations(self.node).unwrap_or_default();
+        let names = declared.iter().map(|it| it.name.as_str());
+        let meant = did_you_mean(&self.name, names);
+        let declaration = declared.into_iter().find(|it| it.name == self.name);
+        declaration.ok_or_else(|| refused!("{} has no parameter '{}'{meant}", self.node, self.name))
+    }
+
+    /// A value as the command line writes it: as in a scenario, or a number with a unit of the parameter's dimension
+    /// (`1ft/s`).
+    ///
+    /// # Errors
+    /// When the text is no YAML value of a ROS type, or the parameter's declaration refuses it.
+    pub fn value(&self, text: &str) -> Result<Value> {
+        let declaration = self.declaration()?;
+        let value = file::parse_value(&self.name, text)?;
+        let value = match (&value, Dimension::of_si_unit(declaration.unit)) {
+            (Value::String(text), Some(dimension)) => {
+                let Ok(quantity) = text.parse::<Quantity>();
+                let symbols: Vec<&str> = dimension.units().iter().map(|it| it.symbol).collect();
+                let units = symbols.join(", ");
+                Value::Double(quantity.argument(dimension).map_err(|_| {
+                    let rule = format!(
+                        "a number in {} is expected, or one with its unit",
+                        symbols[0]
+                    );
+                    refused!("'{text}' refused: {rule}: {units}")
+                })?)
+            }
+            _ => value,
+        };
+        Ok(declaration.accept(value)?)
+    }
+}
+
+impl FromStr for ParameterName {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let (node, name) = text
+            .split_once('.')
+            .ok_or_else(|| refused!("NODE.PARAMETER is expected, not '{text}'"))?;
+        Ok(Self {
+            node: known_node(node)?,
+            name: name.to_owned(),
+        })
+    }
+}
+
+/// The node of this name.
+fn known_node(name: &str) -> Result<&'static str> {
+    let known = NODES.into_iter().find(|it| *it == name);
+    known.ok_or_else(|| {
+        refused!(
+            "there is no node '{name}'{}; there are {}",
+            did_you_mean(name, NODES),
+            NODES.join(", ")
+        )
+    })
+}
+
+impl std::fmt::Display for ParameterName {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}.{}", self.node, self.name)
+    }
+}
+
+impl Scenario {
+    /// Whether there is a built-in scenario of this name, or a file at this path.
+    #[must_use]
+    pub fn is_there(name_or_path: &str) -> bool {
+        BUILTIN.iter().any(|(name, _)| *name == name_or_path) || Path::new(name_or_path).exists()
+    }
+
+    /// A built-in scenario by its name, or a scenario file by its path.
+    ///
+    /// # Errors
+    /// When there is neither, the text is not a valid scenario, or a node would refuse its
+    /// parameters; the message names the source, the value and the rule.
+    pub fn load(name_or_path: &str) -> Result<Self> {
+        Self::load_with(name_or_path, &[])
+    }
+
+    /// As [`Scenario::load`], with parameters set as `NODE.PARAMETER=VALUE`.
+    ///
+    /// # Errors
+    /// As [`Scenario::load`], and when a change is not of that form.
+    pub fn load_with(name_or_path: &str, changes: &[String]) -> Result<Self> {
+        let text = match BUILTIN.iter().find(|(name, _)| *name == name_or_path) {
+            Some((_, text)) => (*text).to_owned(),
+            None => read(Path::new(name_or_path))?,
+        };
+        let folder = Path::new(name_or_path).parent().unwrap_or(Path::new(""));
+        Self::parse_with(
+            &text,
+            folder,
+            changes,
+            &format!("scenario '{name_or_path}'"),
+        )
+    }
+
+    /// As [`Scenario::load_with`], from the YAML text of a scenario in `folder`; errors call it `name`.
+    ///
+    /// # Errors
+    /// As [`Scenario::load_with`].
+    pub fn parse_with(text: &str, folder: &Path, changes: &[String], name: &str) -> Result<Self> {
+        let mut scenario = Self::parse(text).during(|| name.to_owned())?;
+        scenario.find_files(folder)?;
+        for change in changes {
+            scenario.set(change).during(|| format!("--set {change}"))?;
+        }
+        scenario.find_files(Path::new(""))?;
+        scenario.check().during(|| name.to_owned())?;
+        Ok(scenario)
+    }
+
+    /// The same with another duration (s), tick (s) or seed.
+    ///
+    /// # Errors
+    /// A value that is refused; a node that refuses its parameters with it.
+    pub fn timed(
+        &self,
+        duration: Option<f64>,
+        tick: Option<f64>,
+        seed: Option<u32>,
+    ) -> Result<Self> {
+        let scenario = Self {
+            duration: duration.unwrap_or(self.duration),
+            tick: tick.unwrap_or(self.tick),
+            seed: seed.unwrap_or(self.seed),
+            ..self.clone()
+        };
+        scenario.check()?;
+        Ok(scenario)
+    }
+
+    /// Sets a parameter as `NODE.PARAMETER=VALUE`; the description says so.
+    fn set(&mut self, change: &str) -> Result<()> {
+        let (parameter, text) = ParameterName::split(change)?;
+        let value = parameter.value(text)?;
+        self.put(&parameter, value)?;
+        self.changed.retain(|other| *other != parameter);
+        self.changed.push(parameter);
+        Ok(())
+    }
+
+    /// Gives a parameter a value. The plant's duration and seed, and the tick of whoever has one, are the scenario's own.
+    ///
+    /// # Errors
+    /// When the parameter is not declared, or its declaration refuses the value.
+    pub fn put(&mut self, parameter: &ParameterName, value: Value) -> Result<()> {
+        let ParameterName { node, name } = parameter;
+        let value = parameter.declaration()?.accept(value)?;
+        match (*node, name.as_str(), &value) {
+            ("plant_sim", "duration", Value::Double(duration)) => self.duration = *duration,
+            ("plant_sim" | "dha_actuator", "tick", Value::Double(tick)) => self.tick = *tick,
+            ("plant_sim", "seed", Value::Integer(seed)) => {
+                self.seed = u32::try_from(*seed).map_err(|it| refused!("{it}"))?
+            }
+            _ => {
+                let given = self.parameters.entry(node).or_default();
+                given.insert(name.clone(), value);
+            }
+        }
+        Ok(())
+    }
+
+    /// The value that the scenario gives a parameter; `None` where the declared default holds.
+    pub fn given(&self, node: &str, name: &str) -> Option<&Value> {
+        self.parameters.get(node)?.get(name)
+    }
+
+    /// Whether a parameter was set after the file was written.
+    pub fn is_changed(&self, parameter: &ParameterName) -> bool {
+        self.changed.contains(parameter)
+    }
+
+    /// Makes the relative paths of files absolute: those in `folder`, where the scenario's file is, before those in the
+    /// working directory. So they are also in the text that is kept with the flight.
+    fn find_files(&mut self, folder: &Path) -> Result<()> {
+        for (node, parameter) in FILES {
+            let Some(Value::String(name)) = self.given(node, parameter).cloned() else {
+                continue;
+            };
+            // A built-in name is no path.
+            let is_relative = Path::new(&name).is_relative() && name.contains(['.', '/']);
+            let places = [folder.join(&name), name.clone().into()];
+            let found = places.iter().find(|place| place.is_file());
+            if let (true, Some(place)) = (is_relative, found) {
+                let path = std::path::absolute(place)?;
+                let parameter = ParameterName {
+                    node,
+                    name: parameter.to_owned(),
+                };
+                self.put(&parameter, Value::String(path.display().to_string()))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The rules for duration and tick, each node's own for its parameters, and the files they name.
+    ///
+    /// # Errors
+    /// The refusal of the first that refuses.
+    pub fn check(&self) -> Result<()> {
+        self.check_times()?;
+        for node in NODES {
+            nodes::validate(node, &self.values(node)?)
+                .map_err(|reason| refused!("node {node}: {reason}"))?;
+        }
+        Ok(())
+    }
+
+    fn check_times(&self) -> Result<()> {
+        for (name, value) in [("duration", self.duration), ("tick", self.tick)] {
+            if !(value.is_finite() && value > 0.0) {
+                refuse!("{name}: {value} refused: it must be positive and finite, in s");
+            }
+        }
+        if self.duration > 86_400.0 {
+            refuse!(
+                "duration: {} refused: at most a day, 86400 s",
+                self.duration
+            );
+        }
+        Ok(())
+    }
+
+    /// A scenario from its YAML text.
+    ///
+    /// # Errors
+    /// When the text is no scenario, gives a parameter twice, or a parameter breaks its declaration.
+    pub fn parse(text: &str) -> Result<Self> {
+        let file: ScenarioFile = yaml::from_str(text)?;
+        let mut scenario = Self {
+            description: file.description,
+            duration: file.duration,
+            tick: file.tick,
+            seed: file.seed,
+            parameters: BTreeMap::new(),
+            changed: Vec::new(),
+        };
+        scenario.check_times()?;
+        for (node, section) in &file.parameters {
+            let node = known_node(node).during(|| "parameters")?;
+            scenario
+                .take(node, section)
+                .during(|| format!("node {node}"))?;
+        }
+        for node in NODES {
+            scenario.values(node)?;
+        }
+        let changed = file.changed.iter().map(|it| it.parse());
+        scenario.changed = changed.collect::<Result<_>>().during(|| "changed")?;
+        Ok(scenario)
+    }
+
+    /// The parameters that a file gives `node`, nested or by full names.
+    fn take(&mut self, node: &'static str, section: &serde_yaml_ng::Value) -> Result<()> {
+        let mut there = BTreeSet::new();
+        for (name, value) in file::flatten(section)? {
+            if !there.insert(name.clone()) {
+                refuse!("parameter '{name}' is given twice");
+            }
+            let own = (self.duration, self.tick, self.seed);
+            self.put(
+                &ParameterName {
+                    node,
+                    name: name.clone(),
+                },
+                value,
+            )?;
+            if own != (self.duration, self.tick, self.seed) {
+                refuse!("parameter '{name}' is the scenario's own '{name}': give it there");
+            }
+        }
+        Ok(())
+    }
+
+    /// The sentence of the file, and what was set since.
+    #[must_use]
+    pub fn description(&self) -> String {
+        let mut text = self.description.clone();
+        for parameter in &self.changed {
+            let Ok((value, unit)) = self.value_of(parameter) else {
+                continue;
+            };
+            let unit = if unit.is_empty() {
+                ""
+            } else {
+                &format!(" {unit}")
+            };
+            text += &format!("; {parameter}={}{unit}", plain(&value));
+        }
+        text
+    }
+
+    /// The value of a parameter, with its unit.
+    fn value_of(&self, parameter: &ParameterName) -> Result<(Value, &'static str)> {
+        let values = self.values(parameter.node)?;
+        let value = values.get(&parameter.name).cloned();
+        Ok((
+            value.ok_or_else(|| refused!("{parameter} is not declared"))?,
+            parameter.declaration()?.unit,
+        ))
+    }
+
+    /// The scenario as the text of a file: all that it gives, nothing that is at its default.
+    #[must_use]
+    pub fn to_yaml(&self) -> String {
+        let mut text = format!(
+            "description: {}\nduration: {}\ntick: {}\nseed: {}\n",
+            Value::from(self.description.as_str()),
+            Value::Double(self.duration),
+            Value::Double(self.tick),
+            self.seed
+        );
+        if !self.changed.is_empty() {
+            text += "changed: # by --set, after the file was written\n";
+        }
+        for parameter in &self.changed {
+            text += &format!("  - {parameter}\n");
+        }
+        if !self.parameters.is_empty() {
+            text += "parameters:\n";
+        }
+        for (node, given) in &self.parameters {
+            text += &format!("  {node}:\n");
+            for (name, value) in given {
+                text += &format!("    {name}: {value}\n");
+            }
+        }
+        text
+    }
+
+    /// The number of ticks flown.
+    #[must_use]
+    pub fn ticks(&self) -> u64 {
+        (self.duration / self.tick).round() as u64
+    }
+
+    /// The sampling time, ns.
+    #[must_use]
+    pub fn tick_nanos(&self) -> i64 {
+        (self.tick * 1e9).round() as i64
+    }
+
+    /// The declared parameters of `node`, with this scenario's values.
+    ///
+    /// # Errors
+    /// When a value breaks its declaration.
+    pub fn values(&self, node: &str) -> Result<Values> {
+        let Some(declarations) = nodes::declarations(node) else {
+            refuse!("there is no node '{node}'");
+        };
+        let own: Vec<(&str, Value)> = match node {
+            "plant_sim" => vec![
+                ("tick", self.tick.into()),
+                ("duration", self.duration.into()),
+                ("seed", i64::from(self.seed).into()),
+            ],
+            "dha_actuator" => vec![("tick", self.tick.into())],
+            "sysid" => vec![("sample_time", self.tick.into())],
+            _ => Vec::new(),
+        };
+        let own = own
+            .into_iter()
+            .map(|(name, value)| (name.to_owned(), value));
+        let given = self.parameters.get(node).cloned().unwrap_or_default();
+        Values::defaults(declarations)
+            .with(own.chain(given))
+            .during(|| format!("node {node}"))
+    }
+
+    /// The parameters of `node` as the struct that it declares.
+    ///
+    /// # Errors
+    /// When a value breaks its declaration, or the node declares another struct.
+    pub fn parameters_of<P: Parameters>(&self, node: &str) -> Result<P> {
+        Ok(P::from_values(&self.values(node)?)?)
+    }
+
+    /// As [`Scenario::values`], with `extra` changes per node that only the launcher knows.
+    ///
+    /// # Errors
+    /// When a value breaks its declaration.
+    pub fn launched_values(&self, node: &str, extra: &[(&str, &str, Value)]) -> Result<Values> {
+        let changes = extra
+            .iter()
+            .filter(|(n, _, _)| *n == node)
+            .map(|(_, name, value)| ((*name).to_owned(), value.clone()));
+        Ok(self.values(node)?.with(changes)?)
+    }
+
+    /// Checks what is kept with a flight: this scenario's text and its parameter file for the namespace, each read anew, give
+    /// what is flown.
+    ///
+    /// # Errors
+    /// The parameter that is kept with another value.
+    pub fn check_kept(
+        &self,
+        parameter_file: &str,
+        namespace: &str,
+        extra: &[(&str, &str, Value)],
+    ) -> Result<()> {
+        let kept = Self::parse(&self.to_yaml()).during(|| "the text of the scenario")?;
+        for node in NODES {
+            let flown = self.launched_values(node, extra)?;
+            let in_file = file::overrides_for(parameter_file, &format!("{namespace}/{node}"))?;
+            let in_file = in_file.into_iter().filter(|it| it.0 != "use_sim_time");
+            let in_file = Values::defaults(flown.declarations().to_vec()).with(in_file)?;
+            for (place, other) in [
+                ("scenario.yaml", kept.launched_values(node, extra)?),
+                ("parameters.yaml", in_file),
+            ] {
+                if let Some(difference) = difference(&flown, |name| other.get(name).cloned()) {
+                    refuse!("{place} does not hold what is flown: {node}.{difference}");
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// All nodes' parameters as one ROS 2 parameter file for the namespace, with
+    /// `extra` changes per node that only the launcher knows. With `sim_time`, whoever does not
+    /// make `/clock` follows it.
+    ///
+    /// # Errors
+    /// When a value breaks its declaration.
+    pub fn parameter_file(
+        &self,
+        namespace: &str,
+        extra: &[(&str, &str, Value)],
+        sim_time: bool,
+    ) -> Result<String> {
+        let mut text = format!("# {}\n", shown(self.description().replace('\n', " ")));
+        for node in NODES {
+            let values = self.launched_values(node, extra)?;
+            text += &format!("{namespace}/{node}:\n  ros__parameters:\n");
+            if node != "plant_sim" {
+                text += &format!("    use_sim_time: {sim_time}\n");
+            }
+            for declaration in values.declarations() {
+                if let Some(value) = values.get(&declaration.name) {
+                    text += &format!("    {}: {value}\n", declaration.name);
+                }
+            }
+        }
+        Ok(text)
+    }
+}
+
+/// A value as a cell or label: words without quotes, the shortest digits of a number.
+pub fn plain(value: &Value) -> String {
+    match value {
+        Value::String(text) => shown(text).to_string(),
+        Value::Double(number) => number.to_string(),
+        other => other.to_string(),
+    }
+}
+
+/// The first parameter with another value than the one it is to have, and both.
+pub fn difference(values: &Values, actual: impl Fn(&str) -> Option<Value>) -> Option<String> {
+    values.declarations().iter().find_map(|declaration| {
+        let name = &declaration.name;
+        let (right, actual) = (values.get(name)?, actual(name));
+        let shown = |it: &Value| it.to_string();
+        (actual.as_ref() != Some(right)).then(|| {
+            let actual = actual.as_ref().map_or("not set".to_owned(), shown);
+            format!("{name} is {actual}, not {right}")
+        })
+    })
+}
+
+fn read(path: &Path) -> Result<String> {
+    let names: Vec<&str> = BUILTIN.iter().map(|(name, _)| *name).collect();
+    let meant = did_you_mean(&path.to_string_lossy(), names.iter().copied());
+    file::read(path).during(|| {
+        format!(
+            "no scenario '{}'{meant}; a YAML file or one of {} is expected",
+            path.display(),
+            names.join(", ")
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use planesman_text::in_one_line;
+
+    use super::*;
+    use planesman_control::ControllerParameters;
+
+    #[test]
+    fn the_built_in_scenarios_are_valid() {
+        for (name, _) in BUILTIN {
+            Scenario::load(name).expect(name);
+        }
+    }
+
+    #[test]
+    fn a_bad_scenario_names_the_value_and_the_rule() {
+        for (text, expected) in [
+            ("{description: d, duration: -1}", "duration: -1"),
+            ("{description: d, duration: .nan}", "duration: NaN"),
+            ("{description: d, duration: 1, speed: 2}", "speed"),
+            (
+                "{description: d, duration: 1, parameters: {rudder: {}}}",
+                "no node 'rudder'",
+            ),
+            (
+                "{description: d, duration: 1, parameters: {plant_sim: {speed: fast}}}",
+                "speed",
+            ),
+            (
+                "{description: d, duration: 1, parameters: {depth_controller: {depth.p: .nan}}}",
+                "finite",
+            ),
+            (
+                "{description: d, duration: 1, parameters: {depth_controller: {depth.p: 1, depth: {p: 2}}}}",
+                "'depth.p' is given twice",
+            ),
+            (
+                "{description: d, duration: 1, parameters: {plant_sim: {seed: 2}}}",
+                "the scenario's own 'seed'",
+            ),
+        ] {
+            let error = in_one_line(&Scenario::parse(text).expect_err(text));
+            assert!(error.contains(expected), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn a_parameter_is_set_from_the_command_line_and_kept_in_the_text() {
+        let set = |change: &str| Scenario::load_with("dive", &[change.to_owned()]);
+        let changed = set("depth_controller.depth.p=1.5").expect("set");
+        for scenario in [
+            &changed,
+            &Scenario::parse(&changed.to_yaml()).expect("kept"),
+        ] {
+            let controller: ControllerParameters = scenario
+                .parameters_of("depth_controller")
+                .expect("declared");
+            assert_eq!(controller.depth.p, 1.5);
+            assert_eq!(scenario.duration, 90.0);
+            let description = scenario.description();
+            assert!(description.ends_with("; depth_controller.depth.p=1.5 rad/m"));
+        }
+        for (change, reason) in [
+            ("depth_controller.depth.p", "NODE.PARAMETER=VALUE"),
+            ("depth_control.depth.p=1", "did you mean 'depth_controller'"),
+            ("depth_controller.depht.p=1", "did you mean 'depth.p'"),
+            ("depth_controller.depth.p=-1", "[0, 1000]"),
+        ] {
+            let refusal = in_one_line(&set(change).expect_err(change));
+            assert!(refusal.contains(reason), "{refusal}");
+        }
+    }
+
+    /// A value of the parameter other than that, where its declaration has one that needs no file.
+    fn another(declaration: &Declaration, than: &Value) -> Option<Value> {
+        let texts = declaration.choices.iter();
+        let candidates: Vec<Value> = match than {
+            Value::Bool(value) => vec![Value::Bool(!value)],
+            Value::Integer(value) => vec![Value::Integer(value + 1), Value::Integer(value - 1)],
+            Value::Double(value) => [value * 0.75, value + 0.5, value - 0.5]
+                .map(Value::Double)
+                .into(),
+            Value::String(_) => texts.map(|text| Value::from(&**text)).collect(),
+            Value::DoubleArray(list) => {
+                vec![Value::DoubleArray([list.as_slice(), &[1.0]].concat())]
+            }
+            Value::StringArray(_) => [["one"], ["other"]].map(|it| it.as_slice().into()).into(),
+            _ => Vec::new(),
+        };
+        let accepted = candidates.into_iter();
+        let mut accepted = accepted.filter_map(|value| declaration.accept(value).ok());
+        accepted.find(|value| value != than)
+    }
+
+    /// Every parameter of every node, with two values other than the scenario's.
+    fn settings(scenario: &Scenario) -> Vec<(ParameterName, [Value; 2])> {
+        let mut settings = Vec::new();
+        for node in NODES {
+            let values = scenario.values(node).expect("values");
+            for declaration in values.declarations() {
+                let has = values.get(&declaration.name).expect("declared");
+                let Some(first) = another(declaration, has) else {
+                    continue;
+                };
+                let second = another(declaration, &first).expect("as many");
+                let name = declaration.name.clone();
+                // The tick of the loop, which plant_sim.tick is already.
+                if (node, name.as_str()) != ("dha_actuator", "tick") {
+                    settings.push((ParameterName { node, name }, [first, second]));
+                }
+            }
+        }
+        settings
+    }
+
+    /// Puts each value, as `--set` does, and finds the last one of each parameter: in the values that the nodes are given, in the
+    /// text that is kept, and in the description.
+    fn last_values_hold(scenario: &Scenario, puts: &[(&ParameterName, &Value)]) {
+        let mut scenario = scenario.clone();
+        let mut last: Vec<(&ParameterName, &Value)> = Vec::new();
+        for (parameter, value) in puts {
+            let change = format!("{parameter}={value}");
+            scenario.set(&change).expect(&change);
+            last.retain(|it| it.0 != *parameter);
+            last.push((parameter, value));
+        }
+        let kept = Scenario::parse(&scenario.to_yaml()).expect("kept");
+        assert_eq!(kept, scenario);
+        let description = scenario.description();
+        for (parameter, value) in last {
+            let values = kept.values(parameter.node).expect("values");
+            assert_eq!(values.get(&parameter.name), Some(value), "{puts:?}");
+            let told = format!("; {parameter}={}", plain(value));
+            assert_eq!(description.matches(&told).count(), 1, "{description}");
+        }
+    }
+
+    #[test]
+    fn of_any_settings_in_any_order_the_last_value_of_each_parameter_holds() {
+        use proptest::prelude::*;
+        for (name, _) in BUILTIN {
+            let scenario = Scenario::load(name).expect(name);
+            let settings = settings(&scenario);
+            assert!(settings.len() > 200, "{}", settings.len());
+            let setting = || (0..settings.len(), 0..2_usize);
+            let config = ProptestConfig {
+                cases: 300,
+                failure_persistence: None,
+                rng_seed: proptest::test_runner::RngSeed::Fixed(31),
+                ..ProptestConfig::default()
+            };
+            let mut runner = proptest::test_runner::TestRunner::new(config);
+            let triples = [setting(), setting(), setting()];
+            let outcome = runner.run(&triples, |chosen| {
+                let puts = chosen.map(|(place, which)| {
+                    let (parameter, values) = &settings[place];
+                    (parameter, &values[which])
+                });
+                last_values_hold(&scenario, &puts);
+                Ok(())
+            });
+            outcome.expect(name);
+        }
+    }
+
+    /// The parameters that a scenario gives are those that once were nested in its file.
+    #[test]
+    fn every_pair_of_a_parameter_that_a_scenario_gives_and_any_other_holds_in_both_orders() {
+        for (name, _) in BUILTIN {
+            let scenario = Scenario::load(name).expect(name);
+            let settings = settings(&scenario);
+            let mut pairs = 0;
+            for (given, [value, _]) in &settings {
+                if scenario.given(given.node, &given.name).is_none() {
+                    continue;
+                }
+                for (other, [first, _]) in settings.iter().filter(|it| it.0 != *given) {
+                    let puts = [(given, value), (other, first)];
+                    for order in [[0, 1], [1, 0]] {
+                        let mut scenario = scenario.clone();
+                        for (parameter, value) in order.map(|place| puts[place]) {
+                            scenario.put(parameter, value.clone()).expect("declared");
+                        }
+                        for (parameter, value) in puts {
+                            let values = scenario.values(parameter.node).expect("values");
+                            assert_eq!(values.get(&parameter.name), Some(value), "{puts:?}");
+                        }
+                        pairs += 1;
+                    }
+                }
+            }
+            assert!(pairs > 1000, "{pairs}");
+        }
+    }
+
+    #[test]
+    fn a_text_that_is_kept_with_another_value_than_is_flown_is_named() {
+        let scenario = Scenario::load("dive").expect("scenario");
+        let text = scenario.parameter_file("/auv", &[], false).expect("text");
+        scenario.check_kept(&text, "/auv", &[]).expect("the same");
+        let other = text.replace(
+            "identification.signal: \"prbs\"",
+            "identification.signal: none",
+        );
+        assert_ne!(other, text);
+        let refusal = in_one_line(&scenario.check_kept(&other, "/auv", &[]).expect_err("other"));
+        assert!(
+            refusal.contains("identification.signal is \"none\", not \"prbs\""),
+            "{refusal}"
+        );
+    }
+
+    #[test]
+    fn a_file_is_looked_for_beside_the_scenario_and_kept_by_its_absolute_path() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let write = |name: &str, text: &str| {
+            let path = folder.path().join(name);
+            std::fs::create_dir_all(path.parent().expect("a folder")).expect("made");
+            std::fs::write(&path, text).expect("written");
+            path.display().to_string()
+        };
+        let vehicle = include_str!("../../vehicle/vehicles/brunner.yaml");
+        let beside = write("vehicles/own.yaml", vehicle);
+        let text =
+            "{description: d, duration: 1, parameters: {plant_sim: {vehicle: vehicles/own.yaml}}}";
+        let scenario = Scenario::load(&write("flight.yaml", text)).expect("found");
+        for scenario in [
+            &scenario,
+            &Scenario::parse(&scenario.to_yaml()).expect("kept"),
+        ] {
+            let vehicle = scenario.values("plant_sim").expect("values");
+            assert_eq!(vehicle.get("vehicle"), Some(&Value::String(beside.clone())));
+            let actuator = scenario.values("dha_actuator").expect("values");
+            assert_eq!(
+                actuator.get("actuator"),
+                Some(&Value::String("auv".to_owned()))
+            );
+        }
+        // From the working directory, where it is not beside the scenario.
+        let text = text.replace("vehicles/own.yaml", "../vehicle/vehicles/brunner.yaml");
+        let scenario = Scenario::load(&write("other.yaml", &text)).expect("found");
+        let here = std::path::absolute("../vehicle/vehicles/brunner.yaml").expect("a path");
+        let vehicle = scenario.values("plant_sim").expect("values");
+        assert_eq!(
+            vehicle.get("vehicle"),
+            Some(&Value::String(here.display().to_string()))
+        );
+    }
+
+    #[test]
+    fn the_parameter_file_reads_back_to_the_same_values() {
+        let scenario = Scenario::load("dive").expect("scenario");
+        let text = scenario
+            .parameter_file("/auv", &[], false)
+            .expect("written");
+        for node in NODES {
+            let read = file::overrides_for(&text, &format!("/auv/{node}")).expect("read");
+            let values = scenario.values(node).expect("values");
+            let declared = read.into_iter().filter(|(name, _)| name != "use_sim_time");
+            assert_eq!(values.with(declared).expect("valid"), values);
+        }
+    }
+
+    #[test]
+    fn no_text_breaks_the_parameter_file_or_adds_to_it() {
+        let scenario = Scenario::parse(
+            r#"{description: "\e[31m\a\n/auv/sysid: 1\r/auv/sysid: 2\N/auv/sysid: 3\L\uFEFF\uFFFF", duration: 1}"#,
+        )
+        .expect("a scenario");
+        let output =
+            "\u{1b} \u{ad}e\u{301}\u{200b}\u{feff}\u{ffff}\u{1f980}\t\r\n\u{85}\u{2028}\"'\\ü";
+        for value in [Value::from(output), Value::from(&[output, "b"][..])] {
+            let name = match value {
+                Value::String(_) => "output",
+                _ => "topics",
+            };
+            let text = scenario
+                .parameter_file("/auv", &[("recorder", name, value.clone())], false)
+                .expect("written");
+            let read = file::overrides_for(&text, "/auv/recorder").expect("read");
+            assert!(read.contains(&(name.to_owned(), value)), "{text}");
+        }
+    }
+}

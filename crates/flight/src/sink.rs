@@ -1,0 +1,302 @@
+//! The outputs of the composition: a bag, or a CSV file.
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread::JoinHandle;
+
+use crate::error::{During, Result, refuse};
+use planesman_bag::Topic;
+use planesman_bag::writer::{BagWriter, WriteError, WriterOptions};
+use planesman_msgs::builtin_interfaces::msg::Time;
+use planesman_msgs::planesman_msgs::msg::DhaState;
+use planesman_msgs::{Message, cdr};
+use planesman_plant::Instruments;
+use planesman_recording::loop_topics;
+use planesman_text::Draft;
+
+use crate::compose::{Sink, Tick};
+
+/// The full name of a loop topic in a namespace.
+#[must_use]
+pub fn full_name(namespace: &str, topic: &str) -> String {
+    if topic.starts_with('/') {
+        topic.to_owned()
+    } else {
+        format!("{}/{topic}", namespace.trim_end_matches('/'))
+    }
+}
+
+/// The draft of a file that is not there yet.
+fn draft_of(path: &Path) -> Result<Draft> {
+    if path.exists() {
+        refuse!("'{}' exists already; name another path", path.display());
+    }
+    Draft::of(path).during(|| cannot_write(path))
+}
+
+fn cannot_write(path: &Path) -> String {
+    format!("cannot write '{}'", path.display())
+}
+
+/// Writes a file's content, whole or not at all.
+///
+/// # Errors
+/// When it cannot be written, with its name.
+pub fn write_text(path: &Path, text: impl AsRef<[u8]>) -> Result<()> {
+    planesman_text::write_text(path, text).during(|| cannot_write(path))
+}
+
+/// Composed messages as one MCAP file. They are serialised where they come from; another thread compresses and writes
+/// them, in the same order, so that the file is the same.
+pub struct McapSink {
+    batch: Batch,
+    to_writer: SyncSender<Batch>,
+    /// Gives the writer back at the end; `None` once it has been asked.
+    writer: Option<JoinHandle<Result<BagWriter, WriteError>>>,
+    draft: Draft,
+    path: PathBuf,
+    namespace: String,
+    /// The topics that have come, in their order.
+    topics: Vec<&'static str>,
+}
+
+/// Messages on their way to the writer.
+#[derive(Default)]
+struct Batch {
+    entries: Vec<Entry>,
+    /// Their payloads, one after the other.
+    bytes: Vec<u8>,
+}
+
+enum Entry {
+    /// The next topic.
+    Topic(Box<Topic>),
+    /// A message, with its topic's number and its length.
+    Message {
+        topic: usize,
+        stamp: i64,
+        length: usize,
+    },
+}
+
+/// Bytes after which a batch goes to the writer.
+const BATCH: usize = 128 * 1024;
+/// Batches that may wait for the writer.
+const WAITING: usize = 8;
+
+/// Writes what comes, until no more does.
+fn write_all(mut writer: BagWriter, batches: Receiver<Batch>) -> Result<BagWriter, WriteError> {
+    let mut topics = Vec::new();
+    for Batch { entries, bytes } in batches {
+        let mut rest = bytes.as_slice();
+        for entry in entries {
+            match entry {
+                Entry::Topic(topic) => topics.push(writer.add_topic(&topic)?),
+                Entry::Message {
+                    topic,
+                    stamp,
+                    length,
+                } => {
+                    let (payload, after) = rest.split_at(length);
+                    writer.write_raw(topics[topic], payload, stamp, stamp)?;
+                    rest = after;
+                }
+            }
+        }
+    }
+    Ok(writer)
+}
+
+impl McapSink {
+    /// Begins the file.
+    ///
+    /// # Errors
+    /// When the path is taken or cannot be written.
+    pub fn create(path: &Path, namespace: &str) -> Result<Self> {
+        let mut draft = draft_of(path)?;
+        let file = draft.file().try_clone()?;
+        let writer = BagWriter::create_in(
+            file,
+            path,
+            WriterOptions {
+                flush_interval: None,
+                ..WriterOptions::default()
+            },
+        )?;
+        let (to_writer, batches) = sync_channel(WAITING);
+        let writer = std::thread::Builder::new()
+            .spawn(move || write_all(writer, batches))
+            .during(|| "cannot start the thread that writes the bag")?;
+        Ok(Self {
+            batch: Batch::default(),
+            to_writer,
+            writer: Some(writer),
+            draft,
+            path: path.to_owned(),
+            namespace: namespace.to_owned(),
+            topics: Vec::new(),
+        })
+    }
+
+    /// Ends the file and puts it in its place.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn finish(mut self) -> Result<()> {
+        self.hand_over()?;
+        drop(self.to_writer);
+        returned(self.writer)?.close()?;
+        self.draft.finish().during(|| cannot_write(&self.path))
+    }
+
+    /// Gives the writer what has gathered.
+    fn hand_over(&mut self) -> Result<()> {
+        let next = Batch {
+            entries: Vec::with_capacity(self.batch.entries.len()),
+            bytes: Vec::with_capacity(2 * BATCH),
+        };
+        let full = std::mem::replace(&mut self.batch, next);
+        if self.to_writer.send(full).is_err() {
+            // It takes no more only after an error, which it returns.
+            returned(self.writer.take())?;
+        }
+        Ok(())
+    }
+}
+
+/// What the writing thread returns when it ends.
+fn returned(writer: Option<JoinHandle<Result<BagWriter, WriteError>>>) -> Result<BagWriter> {
+    match writer.map(JoinHandle::join) {
+        Some(Ok(outcome)) => Ok(outcome?),
+        Some(Err(panic)) => std::panic::resume_unwind(panic),
+        None => refuse!("the bag has failed before"),
+    }
+}
+
+impl Sink for McapSink {
+    fn put<M: Message>(&mut self, topic: &str, stamp: &Time, message: &M) -> Result<()> {
+        let place = match self.topics.iter().position(|known| *known == topic) {
+            Some(place) => place,
+            None => {
+                let Some(known) = loop_topics::ALL.iter().find(|t| t.name == topic) else {
+                    refuse!("'{topic}' is not a topic of the loop");
+                };
+                let in_bag = known.in_bag(&full_name(&self.namespace, topic));
+                self.batch.entries.push(Entry::Topic(Box::new(in_bag)));
+                self.topics.push(known.name);
+                self.topics.len() - 1
+            }
+        };
+        let before = self.batch.bytes.len();
+        cdr::append(&mut self.batch.bytes, message);
+        self.batch.entries.push(Entry::Message {
+            topic: place,
+            stamp: stamp.nanos(),
+            length: self.batch.bytes.len() - before,
+        });
+        if self.batch.bytes.len() >= BATCH {
+            self.hand_over()?;
+        }
+        Ok(())
+    }
+}
+
+/// The flight as one row a tick, SI units in the header.
+pub struct CsvSink {
+    out: BufWriter<File>,
+    draft: Draft,
+    path: PathBuf,
+}
+
+/// A column: its name with unit, and where the number comes from.
+pub type Column = (&'static str, fn(&Tick) -> f64);
+
+/// Of the first actuator; NaN where there is none.
+fn first(tick: &Tick, of: fn(&DhaState) -> f64) -> f64 {
+    tick.states.first().map_or(f64::NAN, of)
+}
+
+/// Of the instruments; NaN where there are none.
+fn read(tick: &Tick, of: fn(&Instruments) -> f64) -> f64 {
+    tick.observation.instruments.as_ref().map_or(f64::NAN, of)
+}
+
+/// The columns of the table of a flight.
+pub const COLUMNS: &[Column] = &[
+    ("time [s]", |t| t.stamp.nanos() as f64 * 1e-9),
+    ("depth [m]", |t| t.observation.state.depth),
+    ("depth_rate [m/s]", |t| t.observation.state.depth_rate),
+    ("distance [m]", |t| t.observation.state.distance),
+    ("pitch [rad]", |t| t.observation.state.pitch),
+    ("pitch_rate [rad/s]", |t| t.observation.state.pitch_rate),
+    ("surge [m/s]", |t| t.observation.state.surge),
+    ("heave [m/s]", |t| t.observation.state.heave),
+    ("dive_planes [rad]", |t| t.observation.state.dive_planes),
+    ("plane_command [rad]", |t| t.command.dive_planes),
+    ("depth_setpoint [m]", |t| t.control.depth_setpoint),
+    ("pitch_command [rad]", |t| t.control.pitch_command),
+    ("identification [rad]", |t| t.control.identification),
+    ("ram [m]", |t| first(t, |it| it.ram)),
+    ("pressure [Pa]", |t| first(t, |it| it.pressure)),
+    ("pulses [1]", |t| first(t, |it| it.pulses as f64)),
+    ("depth_pressure [Pa]", |t| {
+        read(t, |it| it.depth_pressure.fluid_pressure)
+    }),
+    ("gyro_pitch_rate [rad/s]", |t| {
+        read(t, |it| -it.imu.angular_velocity.y)
+    }),
+];
+
+impl CsvSink {
+    /// Begins the table with its header row.
+    ///
+    /// # Errors
+    /// When the path is taken or cannot be written.
+    pub fn create(path: &Path) -> Result<Self> {
+        let mut draft = draft_of(path)?;
+        let mut out = BufWriter::new(draft.file().try_clone()?);
+        let names: Vec<&str> = COLUMNS.iter().map(|(name, _)| *name).collect();
+        let begun = writeln!(out, "{}", names.join(","));
+        let sink = Self {
+            out,
+            draft,
+            path: path.to_owned(),
+        };
+        sink.written(begun)?;
+        Ok(sink)
+    }
+
+    /// Takes one tick. Numbers are written so that they read back to the same bits.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn put(&mut self, tick: &Tick) -> Result<()> {
+        let row = self.row(tick);
+        self.written(row)
+    }
+
+    fn row(&mut self, tick: &Tick) -> std::io::Result<()> {
+        for (place, (_, of)) in COLUMNS.iter().enumerate() {
+            let comma = if place > 0 { "," } else { "" };
+            write!(self.out, "{comma}{}", of(tick))?;
+        }
+        writeln!(self.out)
+    }
+
+    /// The same, with the name of the file.
+    fn written(&self, result: std::io::Result<()>) -> Result<()> {
+        result.during(|| cannot_write(&self.path))
+    }
+
+    /// Ends the table and puts it in its place.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn finish(mut self) -> Result<()> {
+        let flushed = self.out.flush();
+        self.written(flushed)?;
+        self.draft.finish().during(|| cannot_write(&self.path))
+    }
+}

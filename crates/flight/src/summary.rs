@@ -1,0 +1,298 @@
+//! The summary of a flight: the depth response, and the identified model beside the true one.
+
+use std::fmt;
+
+use crate::error::{Result, refused};
+use planesman_control::ControllerParameters;
+use planesman_linear::{Complex, StepMetrics, TransferFunction, pole_text};
+use planesman_parameters::Choice as _;
+use planesman_plant::PlantParameters;
+
+use crate::flight::Flight;
+use crate::model_summary::{ModelSummary, identified, slowest_first};
+use crate::scenario::Scenario;
+
+/// Tolerance of the dominant pole, relative to its magnitude.
+pub const POLE_TOLERANCE: f64 = 0.10;
+
+/// The summary of a flight.
+#[derive(Clone, Debug)]
+pub struct Summary {
+    /// The last depth setpoint, m.
+    pub depth_setpoint: f64,
+    /// The response to the last change of the depth setpoint, `None` when the flight has no depth step.
+    pub depth: Option<StepMetrics>,
+    /// The test signal on the planes, which disturbs that response; `None` when the flight had none.
+    pub test_signal: Option<String>,
+    /// The identified model, `None` while none is valid.
+    pub identified: Option<ModelSummary>,
+    /// Regression rows behind it.
+    pub samples: u64,
+    /// One-step fit, %.
+    pub fit: f64,
+    /// Why there is no identified model.
+    pub no_model: String,
+    /// The vehicle's own model at its speed.
+    pub truth: ModelSummary,
+    /// Ticks without the actuator's answer.
+    pub held_ticks: u64,
+    /// Pulses that all actuators issued.
+    pub pulses: u64,
+    /// Irregularities of the bag, a sentence each.
+    pub notes: Vec<String>,
+}
+
+impl Summary {
+    /// The summary of `flight`, a run of `scenario`.
+    ///
+    /// # Errors
+    /// When the flight holds no states or the scenario's vehicle cannot be linearised.
+    pub fn of(flight: &Flight, scenario: &Scenario) -> Result<Self> {
+        let Some(step) = &flight.step else {
+            return Err(refused!("the bag holds no vehicle states"));
+        };
+        let model = flight.model.as_ref();
+        Ok(Self {
+            depth_setpoint: step.setpoint,
+            depth: step.response,
+            test_signal: test_signal(scenario)?,
+            identified: model.map(identified),
+            samples: model.map_or(0, |m| m.samples),
+            fit: model.map_or(0.0, |m| m.fit),
+            no_model: flight.no_model.clone(),
+            truth: truth(scenario)?,
+            held_ticks: flight.held_ticks,
+            pulses: flight
+                .actuators
+                .values()
+                .fold(0, |sum, actuator| actuator.pulses.saturating_add(sum)),
+            notes: flight.notes.clone(),
+        })
+    }
+
+    /// The distance of the identified dominant pole from the true one, relative to its magnitude.
+    #[must_use]
+    pub fn pole_error(&self) -> Option<f64> {
+        let found = self.identified.as_ref()?.dominant()?;
+        let truth = self.truth.dominant()?;
+        Some((found - truth).norm() / truth.norm())
+    }
+
+    /// What is to be known first, a sentence each.
+    #[must_use]
+    pub fn conclusions(&self) -> Vec<String> {
+        let depth = self.depth.as_ref().map(|depth| {
+            let settles = match (depth.settling_time, depth.settling_time_5) {
+                (Some(t), _) => format!("settles within 2 % after {t:.1} s"),
+                (None, Some(t)) => format!("settles within 5 % after {t:.1} s, not within 2 %"),
+                (None, None) => "does not settle within 5 %".to_owned(),
+            };
+            let disturbed = match self.test_signal {
+                Some(_) => ", with the test signal on the planes",
+                None => "",
+            };
+            format!(
+                "Depth {:.3} m: {settles}, overshoot {:.1} %, steady error {:+.1} mm{disturbed}.",
+                self.depth_setpoint,
+                depth.overshoot,
+                1e3 * depth.steady_error
+            )
+        });
+        let model = match (&self.identified, self.pole_error()) {
+            (Some(found), Some(error)) => {
+                let within = if error <= POLE_TOLERANCE { "" } else { "NOT " };
+                format!(
+                    "Pitch response identified {within}within {:.0} %: {}. The dominant pole is {} from the true one.",
+                    100.0 * POLE_TOLERANCE,
+                    found.modes().join("; "),
+                    distance_text(error)
+                )
+            }
+            _ => format!("No valid model of the pitch response: {}.", self.no_model),
+        };
+        depth.into_iter().chain([model]).collect()
+    }
+}
+
+/// The test signal of a scenario, with its amplitude; it disturbs every response to a step.
+///
+/// # Errors
+/// When the scenario's parameters are refused.
+pub fn test_signal(scenario: &Scenario) -> Result<Option<String>> {
+    let controller: ControllerParameters = scenario.parameters_of("depth_controller")?;
+    let (signal, amplitude) = (
+        controller.identification.signal.name(),
+        controller.identification.amplitude.to_degrees(),
+    );
+    let is_on = signal != "none" && amplitude != 0.0;
+    Ok(is_on.then(|| format!("{signal} of {amplitude:.2} deg on the planes")))
+}
+
+/// The vehicle's own sampled model between plane angle and pitch rate.
+fn truth(scenario: &Scenario) -> Result<ModelSummary> {
+    truth_of(&scenario.parameters_of("plant_sim")?, scenario.tick)
+}
+
+/// The same of the vehicle with these parameters.
+pub fn truth_of(parameters: &PlantParameters, tick: f64) -> Result<ModelSummary> {
+    let vehicle = planesman_plant::vehicle(parameters).map_err(|e| refused!("{e}"))?;
+    let model = planesman_vehicle::linearised::true_model_of(
+        &planesman_plant::derivatives(parameters, &vehicle),
+        tick,
+    )
+    .map_err(|e| refused!("{e}"))?;
+    Ok(ModelSummary {
+        poles: slowest_first(model.continuous_poles, 0.0),
+        steady_state_gain: model.dc_gain,
+        first_markov_parameter: first_markov_parameter(&model.transfer_function),
+    })
+}
+
+/// `b1` of `(b0 z^n + b1 z^(n-1) + ...)/(z^n + ...)`: nothing comes through at once, b0 = 0.
+fn first_markov_parameter(model: &TransferFunction) -> f64 {
+    let missing = model.den.len() - model.num.len().min(model.den.len());
+    match missing {
+        0 => model.num.get(1),
+        1 => model.num.first(),
+        _ => None,
+    }
+    .copied()
+    .unwrap_or(0.0)
+}
+
+/// A distance relative to the true pole's magnitude, %; beyond ten times that its number says nothing.
+#[must_use]
+pub fn distance_text(distance: f64) -> String {
+    if distance <= 10.0 {
+        format!("{:.1} %", 100.0 * distance)
+    } else {
+        "more than 1000 %".to_owned()
+    }
+}
+
+fn seconds(value: Option<f64>) -> String {
+    value.map_or_else(|| "not reached".to_owned(), |v| format!("{v:.2} s"))
+}
+
+impl fmt::Display for Summary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(depth) = &self.depth {
+            writeln!(f, "Depth response to {:.3} m", self.depth_setpoint)?;
+            writeln!(f, "  rise time (10-90 %)     {}", seconds(depth.rise_time))?;
+            writeln!(f, "  overshoot               {:.2} %", depth.overshoot)?;
+            writeln!(
+                f,
+                "  settling time (2 %)     {}",
+                seconds(depth.settling_time)
+            )?;
+            writeln!(
+                f,
+                "  settling time (5 %)     {}",
+                seconds(depth.settling_time_5)
+            )?;
+            writeln!(f, "  steady error            {:+.4} m", depth.steady_error)?;
+            if let Some(signal) = &self.test_signal {
+                writeln!(f, "  test signal             {signal}")?;
+            }
+            writeln!(f)?;
+        }
+        writeln!(
+            f,
+            "Plane angle -> pitch rate   {:>22}  {:>22}",
+            "identified", "true"
+        )?;
+        match &self.identified {
+            None => writeln!(f, "  no valid model: {}", self.no_model)?,
+            Some(found) => {
+                let rows = found.poles.len().max(self.truth.poles.len());
+                let text = |poles: &[Complex<f64>], i: usize| {
+                    poles.get(i).map_or_else(String::new, |p| pole_text(*p, 4))
+                };
+                for i in 0..rows {
+                    writeln!(
+                        f,
+                        "  pole {} [1/s]              {:>22}  {:>22}",
+                        i + 1,
+                        text(&found.poles, i),
+                        text(&self.truth.poles, i)
+                    )?;
+                }
+                let gain =
+                    |g: Option<f64>| g.map_or_else(|| "none".to_owned(), |g| format!("{g:.5}"));
+                writeln!(
+                    f,
+                    "  first Markov parameter    {:>22.5}  {:>22.5}",
+                    found.first_markov_parameter, self.truth.first_markov_parameter
+                )?;
+                writeln!(
+                    f,
+                    "  steady-state gain         {:>22}  {:>22}",
+                    gain(found.steady_state_gain),
+                    gain(self.truth.steady_state_gain)
+                )?;
+                if let Some(error) = self.pole_error() {
+                    writeln!(
+                        f,
+                        "  dominant pole {} of the true one (distance {} of its magnitude, {} samples, one-step fit {:.2} %)",
+                        if error <= POLE_TOLERANCE {
+                            format!("within {:.0} %", 100.0 * POLE_TOLERANCE)
+                        } else {
+                            format!("NOT within {:.0} %", 100.0 * POLE_TOLERANCE)
+                        },
+                        distance_text(error),
+                        self.samples,
+                        self.fit
+                    )?;
+                }
+            }
+        }
+        write!(
+            f,
+            "\nActuator: {} pulses; ticks without its answer: {}",
+            self.pulses, self.held_ticks
+        )?;
+        for note in &self.notes {
+            write!(f, "\nNote: {note}")?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_distance_beyond_all_sense_is_not_counted_out() {
+        assert_eq!(distance_text(0.0234), "2.3 %");
+        for far in [22_519_660_479_084.685, f64::INFINITY, f64::NAN] {
+            assert_eq!(distance_text(far), "more than 1000 %");
+        }
+    }
+
+    /// Setpoints one after the other: what is shown is the response to the last.
+    #[test]
+    fn of_several_depths_the_last_is_the_step() {
+        let scenario = Scenario::parse(
+            "
+description: two depths
+duration: 80.0
+parameters:
+  depth_controller:
+    schedule.times: [0.0, 40.0]
+    schedule.depths: [1.0, 0.5]
+",
+        )
+        .expect("a scenario");
+        let folder = tempfile::tempdir().expect("a folder");
+        let bag = folder.path().join("flight.mcap");
+        crate::fly(&scenario, &crate::Parts::default(), &bag, "/auv", &()).expect("flown");
+        let flight = Flight::read(&bag).expect("a flight");
+        let summary = Summary::of(&flight, &scenario).expect("a summary");
+        let depth = summary.depth.expect("a step");
+        assert_eq!(summary.depth_setpoint, 0.5);
+        assert!(depth.overshoot < 10.0, "{depth:?}");
+        // Not that from the beginning, which it would have reached at once and left again.
+        assert!(depth.rise_time.is_some_and(|t| t < 40.0), "{depth:?}");
+    }
+}

@@ -1,0 +1,193 @@
+//! One case: the flight of a scenario in this process, and the numbers that are kept of it.
+
+use crate::error::Result;
+use planesman_control::gains::FIRST_PAIR;
+use planesman_linear::{Complex, StepMeter, StepMetrics};
+use planesman_msgs::planesman_msgs::msg::{ControlState, ModelEstimate};
+
+use crate::compose::{Answers, Loop, Step};
+use crate::model_summary::identified;
+use crate::parts::{Model, Parts};
+use crate::scenario::Scenario;
+
+/// The numbers of a flight. Response and model are those of `planesman report`.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Metrics {
+    /// The last depth setpoint, m.
+    setpoint: Option<f64>,
+    /// The response to its last change.
+    response: Option<StepMetrics>,
+    /// Plane travel, both ways added, rad.
+    travel: f64,
+    /// Volumes that all actuators moved.
+    pulses: u64,
+    /// Their hydraulic work, J.
+    work: f64,
+    /// The last valid model of the first pair.
+    model: Option<ModelEstimate>,
+}
+
+/// The columns of a case's numbers, before those of the poles.
+pub const COLUMNS: [&str; 14] = [
+    "depth_setpoint [m]",
+    "rise_time [s]",
+    "overshoot [%]",
+    "settling_time_2 [s]",
+    "settling_time_5 [s]",
+    "steady_error [m]",
+    "itae [s^2]",
+    "plane_travel [rad]",
+    "pulses [1]",
+    "hydraulic_work [J]",
+    "samples [1]",
+    "fit [%]",
+    "steady_state_gain",
+    "first_markov_parameter",
+];
+
+/// The place of the settling time in [`COLUMNS`].
+pub const SETTLING: usize = 4;
+/// The place of the plane travel.
+pub const TRAVEL: usize = 7;
+
+/// Estimates that are kept until the last valid one of them is made.
+const MOST_DUE: usize = 100;
+
+impl Metrics {
+    /// Flies the scenario.
+    ///
+    /// # Errors
+    /// A vehicle or parameter that is refused, or a flight that breaks off.
+    pub(super) fn of(parts: &Parts, scenario: &Scenario) -> Result<Self> {
+        let mut flight = Loop::of_parts(parts, scenario)?;
+        let mut metrics = Self::default();
+        let mut depths = Vec::with_capacity(scenario.ticks() as usize);
+        // The depth held, and since which tick.
+        let mut held: Option<(f64, usize)> = None;
+        let mut stood = 0.0;
+        let mut due: Vec<Model> = Vec::new();
+        while !flight.is_over() {
+            let Step { state, answers } = flight.step()?;
+            let Answers {
+                control,
+                actuator,
+                models,
+                ..
+            } = answers;
+            let target = control.depth_target;
+            held = (control.mode == ControlState::MODE_DEPTH).then(|| {
+                held.filter(|(held, _)| *held == target)
+                    .unwrap_or((target, depths.len()))
+            });
+            depths.push(state.depth);
+            for angle in &actuator.motion().dive_planes {
+                metrics.travel += (angle - stood).abs();
+                stood = *angle;
+            }
+            metrics.work += actuator.hydraulic_power() * scenario.tick;
+            metrics.pulses = actuator.pulses();
+            due.extend(models.into_iter().filter(|due| due.name() == FIRST_PAIR));
+            if due.len() >= MOST_DUE {
+                metrics.model = last_valid(&mut due).or(metrics.model);
+            }
+        }
+        metrics.model = last_valid(&mut due).or(metrics.model);
+        if let Some((setpoint, since)) = held {
+            metrics.setpoint = Some(setpoint);
+            metrics.response = response(&depths, since, setpoint, scenario.tick)?;
+        }
+        Ok(metrics)
+    }
+
+    /// The numbers of [`COLUMNS`], then real and imaginary part of so many poles, 1/s, slowest first.
+    pub(super) fn numbers(&self, poles: usize) -> Vec<Option<f64>> {
+        let response = |of: fn(&StepMetrics) -> Option<f64>| self.response.as_ref().and_then(of);
+        let found = self.model.as_ref().map(identified);
+        let model = |of: fn(&ModelEstimate) -> f64| self.model.as_ref().map(of);
+        let mut numbers = vec![
+            self.setpoint,
+            response(|it| it.rise_time),
+            response(|it| Some(it.overshoot)),
+            response(|it| it.settling_time),
+            response(|it| it.settling_time_5),
+            response(|it| Some(it.steady_error)),
+            response(|it| Some(it.itae)),
+            Some(self.travel),
+            Some(self.pulses as f64),
+            Some(self.work),
+            model(|it| it.samples as f64),
+            model(|it| it.fit),
+            found.as_ref().and_then(|it| it.steady_state_gain),
+            found.as_ref().map(|it| it.first_markov_parameter),
+        ];
+        for place in 0..poles {
+            let pole = found.as_ref().and_then(|it| it.poles.get(place));
+            numbers.extend([
+                pole.map(|pole: &Complex<f64>| pole.re),
+                pole.map(|pole: &Complex<f64>| pole.im),
+            ]);
+        }
+        numbers
+    }
+}
+
+/// The last of the estimates that is valid; it takes them all.
+fn last_valid(due: &mut Vec<Model>) -> Option<ModelEstimate> {
+    let mut newest_first = due.drain(..).rev().filter_map(|due| due.estimate());
+    newest_first.find(|model| model.valid)
+}
+
+/// The response to a depth that is held from the tick `since` on; `None` where the vehicle was there already.
+fn response(depths: &[f64], since: usize, setpoint: f64, tick: f64) -> Result<Option<StepMetrics>> {
+    let nanos = (tick * 1e9).round() as i64;
+    let time = |k: usize| (k as i64 * nanos) as f64 * 1e-9;
+    let Some(from) = depths.get(since) else {
+        return Ok(None);
+    };
+    if (setpoint - from).abs() <= 1e-6 {
+        return Ok(None);
+    }
+    let mut meter = StepMeter::new(*from, setpoint, time(depths.len() - 1))?;
+    for (k, depth) in depths.iter().enumerate().skip(since) {
+        meter.take(time(k), *depth)?;
+    }
+    Ok(Some(meter.metrics()?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::flight::Flight;
+
+    #[test]
+    fn the_numbers_of_a_case_are_those_of_the_report_on_its_bag() {
+        let scenario = Scenario::parse(
+            "
+description: two depths
+duration: 40.0
+parameters:
+  depth_controller:
+    schedule.times: [0.0, 12.0]
+    schedule.depths: [0.3, 0.5]
+    identification: {signal: prbs, amplitude: 0.0349, period: 1.0}
+",
+        )
+        .expect("a scenario");
+        let metrics = Metrics::of(&Parts::default(), &scenario).expect("flown");
+        let folder = tempfile::tempdir().expect("a folder");
+        let bag = folder.path().join("flight.mcap");
+        crate::fly(&scenario, &crate::Parts::default(), &bag, "/auv", &()).expect("flown");
+        let flight = Flight::read(&bag).expect("a flight");
+        let step = flight.step.expect("a step");
+        assert_eq!(metrics.setpoint, Some(0.5));
+        assert_eq!(metrics.setpoint, Some(step.setpoint));
+        assert!(metrics.response.is_some());
+        assert_eq!(metrics.response, step.response);
+        assert!(metrics.model.is_some());
+        assert_eq!(metrics.model, flight.model);
+        let pulses: u64 = flight.actuators.values().map(|it| it.pulses).sum();
+        assert_eq!(metrics.pulses, pulses);
+        assert!(metrics.travel > 0.0 && metrics.work > 0.0);
+        assert_eq!(metrics.numbers(3).len(), COLUMNS.len() + 6);
+    }
+}

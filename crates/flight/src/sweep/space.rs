@@ -1,0 +1,326 @@
+//! What is varied, and the cases that follow from it.
+//!
+//! A case is a combination of values and a seed. Its number alone says which: the first parameter named varies slowest,
+//! a Latin hypercube's samples faster than all of a grid, the seed fastest. No list of cases is kept.
+
+use crate::error::{During, Result, refuse, refused};
+use planesman_parameters::Value;
+use rand::RngExt as _;
+use rand::seq::SliceRandom as _;
+use rand_pcg::Pcg64;
+
+use crate::scenario::{ParameterName, Scenario};
+
+/// The most values of one parameter.
+const MOST_VALUES: f64 = 1e6;
+
+/// The most cases.
+const MOST_CASES: u64 = 1_000_000_000;
+
+/// A parameter that is varied, and its values.
+#[derive(Clone, Debug)]
+pub struct Axis {
+    /// What is varied.
+    pub parameter: ParameterName,
+    /// Its unit, as declared.
+    pub unit: &'static str,
+    /// Its values.
+    pub values: Vec<Value>,
+    /// Whether the values belong together with those of the others that are sampled.
+    pub is_sampled: bool,
+}
+
+impl Axis {
+    /// An axis as `NODE.PARAMETER=VALUES` on the command line. VALUES is a list, or of a number `FROM:TO:STEP`, or
+    /// `FROM..TO` to draw `samples` from.
+    fn read(text: &str, place: usize, samples: u32, seed: u32) -> Result<Self> {
+        let (parameter, values) = ParameterName::split(text)?;
+        if parameter.node == "plant_sim" && parameter.name == "seed" {
+            refuse!("seeds are varied by --seeds");
+        }
+        let declaration = parameter.declaration()?;
+        let is_number = matches!(declaration.default, Value::Double(_) | Value::Integer(_));
+        let is_whole = matches!(declaration.default, Value::Integer(_));
+        let number = |text: &str| -> Result<f64> {
+            let number = match parameter.value(text)? {
+                Value::Double(number) => Some(number),
+                Value::Integer(number) => Some(number as f64),
+                _ => None,
+            };
+            number.ok_or_else(|| refused!("'{text}' is not a number"))
+        };
+        let typed = |number: f64| match is_whole {
+            true => Value::Integer(number.round() as i64),
+            false => Value::Double(number),
+        };
+        let range = values.split_once("..").filter(|_| is_number);
+        let parts: Vec<&str> = values.split(':').collect();
+        let (values, is_sampled) = match (range, parts.as_slice()) {
+            (Some((from, to)), _) => {
+                let (from, to) = (number(from)?, number(to)?);
+                if samples == 0 {
+                    refuse!("a range FROM..TO is drawn from: say how often, --samples N");
+                }
+                if from >= to {
+                    refuse!("a range begins below its end");
+                }
+                let shares = strata(samples, place, seed);
+                let at = |share: f64| typed(rounded(from + share * (to - from)));
+                (shares.into_iter().map(at).collect(), true)
+            }
+            (None, [from, to, step]) if is_number => {
+                let found = steps(number(from)?, number(to)?, number(step)?)?;
+                (found.into_iter().map(typed).collect(), false)
+            }
+            _ => {
+                let items = items(values).into_iter().map(|it| parameter.value(it));
+                (items.collect::<Result<Vec<_>>>()?, false)
+            }
+        };
+        let values = values
+            .into_iter()
+            .map(|value| Ok(declaration.accept(value)?));
+        Ok(Self {
+            values: values.collect::<Result<_>>()?,
+            unit: declaration.unit,
+            parameter,
+            is_sampled,
+        })
+    }
+
+    /// Its name, with the unit.
+    pub fn name(&self) -> String {
+        match self.unit {
+            "" => self.parameter.to_string(),
+            unit => format!("{} [{unit}]", self.parameter),
+        }
+    }
+
+    /// The numbers on it; `None` for words.
+    pub fn numbers(&self) -> Option<Vec<f64>> {
+        let number = |value: &Value| match value {
+            Value::Integer(it) => Some(*it as f64),
+            Value::Double(it) => Some(*it),
+            _ => None,
+        };
+        self.values.iter().map(number).collect()
+    }
+}
+
+/// From one number to another, both included where the step leads there.
+fn steps(from: f64, to: f64, step: f64) -> Result<Vec<f64>> {
+    let count = ((to - from) / step + 1e-9).floor();
+    if !(0.0..MOST_VALUES).contains(&count) {
+        refuse!("FROM:TO:STEP leads from FROM to TO in at most {MOST_VALUES} steps");
+    }
+    let at = |i: u64| rounded(from + i as f64 * step);
+    Ok((0..=count as u64).map(at).collect())
+}
+
+/// In twelve digits: 0.4 and three times 0.1 are 0.7.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.11e}").parse().unwrap_or(value)
+}
+
+/// A number in each of `samples` equal parts of [0, 1), in random order: one axis of a Latin hypercube (McKay, Beckman
+/// and Conover 1979).
+fn strata(samples: u32, place: usize, seed: u32) -> Vec<f64> {
+    let mut random = Pcg64::new(u128::from(seed), place as u128);
+    let mut parts: Vec<u32> = (0..samples).collect();
+    parts.shuffle(&mut random);
+    let within = |part: u32| (f64::from(part) + random.random::<f64>()) / f64::from(samples);
+    parts.into_iter().map(within).collect()
+}
+
+/// The items of a list, separated by commas outside brackets.
+fn items(text: &str) -> Vec<&str> {
+    let mut depth = 0;
+    let is_between = |c: char| {
+        depth += i32::from(c == '[') - i32::from(c == ']');
+        c == ',' && depth == 0
+    };
+    text.split(is_between).collect()
+}
+
+/// All cases.
+#[derive(Clone, Debug)]
+pub struct Space {
+    /// What is varied, the slowest first.
+    pub axes: Vec<Axis>,
+    /// Of a Latin hypercube; 1 without.
+    samples: u64,
+    /// From the scenario's on.
+    pub seeds: u32,
+}
+
+impl Space {
+    /// The cases of these `--vary`.
+    ///
+    /// # Errors
+    /// One that is not of its form, or a value that the parameter's declaration refuses.
+    pub fn new(vary: &[String], samples: u32, seeds: u32, seed: u32) -> Result<Self> {
+        let axis = |(place, text): (usize, &String)| {
+            Axis::read(text, place, samples, seed).during(|| format!("--vary {text}"))
+        };
+        let axes = vary.iter().enumerate().map(axis);
+        let axes = axes.collect::<Result<Vec<_>>>()?;
+        let is_sampled = axes.iter().any(|axis| axis.is_sampled);
+        if samples > 0 && !is_sampled {
+            refuse!("--samples: there is no --vary NODE.PARAMETER=FROM..TO to draw from");
+        }
+        for (place, axis) in axes.iter().enumerate() {
+            if axes[..place]
+                .iter()
+                .any(|other| other.parameter == axis.parameter)
+            {
+                refuse!("--vary: {} is there twice", axis.parameter);
+            }
+        }
+        let space = Self {
+            axes,
+            samples: if is_sampled { samples.into() } else { 1 },
+            seeds,
+        };
+        let sizes = space.axes.iter().filter(|axis| !axis.is_sampled);
+        let all = sizes
+            .map(|axis| axis.values.len() as u64)
+            .chain([space.samples, seeds.into()])
+            .try_fold(1_u64, |all, some| all.checked_mul(some))
+            .filter(|all| *all <= MOST_CASES);
+        match all {
+            Some(_) => Ok(space),
+            None => refuse!("more than {MOST_CASES} cases"),
+        }
+    }
+
+    /// Combinations of values.
+    pub fn combinations(&self) -> u64 {
+        let sizes = self.axes.iter().filter(|axis| !axis.is_sampled);
+        sizes.fold(self.samples, |all, axis| all * axis.values.len() as u64)
+    }
+
+    /// The place of each axis' value in a combination.
+    pub fn places(&self, combination: u64) -> Vec<usize> {
+        let sample = (combination % self.samples) as usize;
+        let mut rest = combination / self.samples;
+        let mut places = vec![sample; self.axes.len()];
+        for (axis, place) in self.axes.iter().zip(&mut places).rev() {
+            if !axis.is_sampled {
+                let size = axis.values.len() as u64;
+                *place = (rest % size) as usize;
+                rest /= size;
+            }
+        }
+        places
+    }
+
+    /// The values of a combination, in the order of the axes.
+    pub fn values(&self, combination: u64) -> impl Iterator<Item = (&Axis, &Value)> {
+        let places = self.places(combination).into_iter();
+        let axes = self.axes.iter().zip(places);
+        axes.map(|(axis, place)| (axis, &axis.values[place]))
+    }
+
+    /// The scenario of a combination, with the scenario's own seed.
+    ///
+    /// # Errors
+    /// A value that the parameter's declaration refuses.
+    pub fn scenario(&self, base: &Scenario, combination: u64) -> Result<Scenario> {
+        let mut scenario = base.clone();
+        for (axis, value) in self.values(combination) {
+            scenario.put(&axis.parameter, value.clone())?;
+        }
+        Ok(scenario)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use planesman_text::in_one_line;
+
+    use super::*;
+
+    fn space(vary: &[&str], samples: u32, seeds: u32) -> Result<Space> {
+        let vary: Vec<String> = vary.iter().map(|it| (*it).to_owned()).collect();
+        Space::new(&vary, samples, seeds, 1)
+    }
+
+    #[test]
+    fn a_range_a_list_and_units_are_read_as_written() {
+        let space = space(
+            &[
+                "depth_controller.depth.p=0.4:1.6:0.1",
+                "plant_sim.speed=1ft/s,2ft/s",
+                "dha_actuator.model=ideal,dha",
+            ],
+            0,
+            3,
+        )
+        .expect("a space");
+        let gains = space.axes[0].numbers().expect("numbers");
+        assert_eq!(gains.len(), 13);
+        assert_eq!(gains[3], 0.7);
+        assert_eq!(gains[12], 1.6);
+        assert_eq!(space.axes[1].numbers().expect("numbers"), [0.3048, 0.6096]);
+        assert_eq!(space.axes[2].numbers(), None);
+        assert_eq!(space.combinations(), 13 * 2 * 2);
+        assert_eq!(space.places(0), [0, 0, 0]);
+        assert_eq!(space.places(51), [12, 1, 1]);
+        assert_eq!(space.places(2), [0, 1, 0]);
+    }
+
+    #[test]
+    fn a_latin_hypercube_has_one_sample_in_each_part_of_each_axis() {
+        let sampled = space(
+            &[
+                "depth_controller.depth.p=0..1",
+                "dha_actuator.model=ideal,dha",
+                "plant_sim.speed=1ft/s..2ft/s",
+            ],
+            50,
+            1,
+        )
+        .expect("a space");
+        assert_eq!(sampled.combinations(), 100);
+        let gains = sampled.axes[0].numbers().expect("numbers");
+        let mut parts: Vec<u64> = gains.iter().map(|it| (it * 50.0) as u64).collect();
+        assert!(!parts.is_sorted());
+        parts.sort_unstable();
+        assert_eq!(parts, (0..50).collect::<Vec<_>>());
+        let speeds = sampled.axes[2].numbers().expect("numbers");
+        assert!(speeds.iter().all(|it| (0.3048..0.6096).contains(it)));
+        // The axes are not in one order, and the samples of a seed are always the same.
+        assert_ne!(
+            gains
+                .iter()
+                .map(|it| (it * 50.0) as u64)
+                .collect::<Vec<_>>(),
+            parts
+        );
+        let again = space(&["depth_controller.depth.p=0..1"], 50, 1).expect("a space");
+        assert_eq!(again.axes[0].numbers().expect("numbers"), gains);
+    }
+
+    #[test]
+    fn what_is_refused_is_refused_by_name() {
+        for (vary, samples, part) in [
+            ("plant_sim.sped=1,2", 0, "did you mean"),
+            ("rudder.depth.p=1,2", 0, "no node 'rudder'"),
+            ("depth_controller.depth.p", 0, "NODE.PARAMETER=VALUE"),
+            ("depth_controller.depth.p=1:2", 0, "number"),
+            ("depth_controller.depth.p=2:1:0.1", 0, "FROM:TO:STEP"),
+            ("depth_controller.depth.p=1:2:0", 0, "FROM:TO:STEP"),
+            ("depth_controller.depth.p=0..1", 0, "--samples"),
+            ("depth_controller.depth.p=1..0", 5, "below"),
+            ("depth_controller.depth.p=1,2", 5, "--samples"),
+            ("plant_sim.speed=1ft/s,-1", 0, "must lie in"),
+            ("plant_sim.speed=1ft", 0, "number"),
+            ("plant_sim.seed=1,2", 0, "--seeds"),
+            ("dha_actuator.model=ideal,perfect", 0, "one of"),
+        ] {
+            let refusal = space(&[vary], samples, 1).expect_err(vary);
+            let text = in_one_line(&refusal);
+            assert!(text.contains(part), "{vary}: {text}");
+        }
+    }
+}

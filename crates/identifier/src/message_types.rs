@@ -1,0 +1,168 @@
+//! Message types by name: those that are compiled in, else those of the ROS installation.
+//!
+//! An installation lists its packages in the ament index: each prefix in `AMENT_PREFIX_PATH` holds
+//! `share/PACKAGE/msg/TYPE.msg` (REP 122). The type hash, by which DDS peers know each other's types, is computed
+//! from the definitions found.
+
+use std::fs;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use planesman_decode::{Types, schema};
+use planesman_rosidl::definition::Kind;
+use planesman_rosidl::{Library, TypeName, parse_message};
+
+/// The longest definition file taken, bytes, and the most files of one type.
+const LONGEST: u64 = 1 << 20;
+const MOST: usize = 1000;
+
+/// A message type known at run time.
+#[derive(Clone, Debug)]
+pub struct MessageType {
+    /// Its definition, with all it refers to.
+    pub types: Types,
+    /// Its hash, `RIHS01_...`.
+    pub hash: String,
+}
+
+/// The message type of that name (`sensor_msgs/msg/Imu`).
+///
+/// # Errors
+/// A sentence, when it is neither compiled in nor in the ament index, or cannot be read there.
+pub fn find(type_name: &str) -> Result<MessageType, String> {
+    if let Some(info) = planesman_msgs::type_info(type_name) {
+        return Ok(MessageType {
+            types: schema::read(info.type_name, "ros2msg", info.definition)
+                .map_err(|error| error.to_string())?,
+            hash: info.type_hash.to_owned(),
+        });
+    }
+    let index = std::env::var_os("AMENT_PREFIX_PATH").unwrap_or_default();
+    let prefixes: Vec<PathBuf> = std::env::split_paths(&index)
+        .filter(|prefix| !prefix.as_os_str().is_empty())
+        .collect();
+    in_index(type_name, &prefixes)
+}
+
+/// The type as installed below the first prefix that has it.
+fn in_index(type_name: &str, prefixes: &[PathBuf]) -> Result<MessageType, String> {
+    let root = TypeName::parse(type_name)
+        .filter(|name| name.kind == Kind::Msg)
+        .ok_or_else(|| format!("'{type_name}' is not a message type; write package/msg/Type"))?;
+    let mut library = Library::new();
+    let mut wanted = vec![root.clone()];
+    while let Some(name) = wanted.pop() {
+        if library.message(&name).is_some() {
+            continue;
+        }
+        if library.messages().count() == MOST {
+            return Err(format!("{type_name} refers to more than {MOST} types"));
+        }
+        let text = definition(&name, prefixes)?;
+        let message =
+            parse_message(&name.package, &name.name, &text).map_err(|error| error.to_string())?;
+        wanted.extend(
+            message
+                .references()
+                .into_iter()
+                .map(|(name, _)| name.clone()),
+        );
+        library
+            .add_message(message)
+            .map_err(|error| error.to_string())?;
+    }
+    let hash = library
+        .type_hash(&root)
+        .map_err(|error| error.to_string())?;
+    let types = Types::of(library, type_name).map_err(|error| error.to_string())?;
+    Ok(MessageType { types, hash })
+}
+
+fn definition(name: &TypeName, prefixes: &[PathBuf]) -> Result<String, String> {
+    let file = Path::new("share")
+        .join(&name.package)
+        .join("msg")
+        .join(format!("{}.msg", name.name));
+    let Some(path) = prefixes
+        .iter()
+        .map(|it| it.join(&file))
+        .find(|it| it.is_file())
+    else {
+        return Err(format!(
+            "no message type '{name}' is compiled in, and {}",
+            if prefixes.is_empty() {
+                "AMENT_PREFIX_PATH names no ROS installation".to_owned()
+            } else {
+                format!("no prefix in AMENT_PREFIX_PATH has {}", file.display())
+            }
+        ));
+    };
+    let mut text = String::new();
+    fs::File::open(&path)
+        .and_then(|file| file.take(LONGEST).read_to_string(&mut text))
+        .map_err(|error| format!("{}: {error}", path.display()))?;
+    Ok(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The project's own definitions, laid out as an installation.
+    fn installed(folder: &Path) {
+        let standard = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../msgs/standard");
+        for package in [
+            "sensor_msgs",
+            "std_msgs",
+            "geometry_msgs",
+            "builtin_interfaces",
+        ] {
+            let target = folder.join("share").join(package).join("msg");
+            fs::create_dir_all(&target).unwrap();
+            for file in fs::read_dir(standard.join(package).join("msg")).unwrap() {
+                let file = file.unwrap();
+                fs::copy(file.path(), target.join(file.file_name())).unwrap();
+            }
+        }
+    }
+
+    #[test]
+    fn a_type_read_from_the_index_is_the_one_compiled_in() {
+        let folder = tempfile::tempdir().unwrap();
+        installed(folder.path());
+        let prefixes = [PathBuf::from("/nowhere"), folder.path().to_owned()];
+        for name in ["sensor_msgs/msg/Imu", "std_msgs/msg/Float64"] {
+            assert_eq!(
+                in_index(name, &prefixes).unwrap().hash,
+                find(name).unwrap().hash
+            );
+        }
+    }
+
+    #[test]
+    fn a_type_that_cannot_be_had_is_refused_with_the_place_looked_at() {
+        let folder = tempfile::tempdir().unwrap();
+        let package = folder.path().join("share/odd/msg");
+        fs::create_dir_all(&package).unwrap();
+        fs::write(package.join("Loop.msg"), "Loop again\n").unwrap();
+        fs::write(package.join("Broken.msg"), "float64\n").unwrap();
+        fs::write(package.join("Away.msg"), "far/Away x\n").unwrap();
+        let prefixes = [folder.path().to_owned()];
+        for (name, reason) in [
+            ("odd/msg/None", "share/odd/msg/None.msg"),
+            ("odd/srv/None", "package/msg/Type"),
+            ("../odd/msg/Loop", "package/msg/Type"),
+            ("odd/msg/Loop", "contains itself"),
+            ("odd/msg/Broken", "odd/msg/Broken:1"),
+            ("odd/msg/Away", "far/msg/Away"),
+        ] {
+            let refusal = in_index(name, &prefixes).unwrap_err();
+            assert!(refusal.contains(reason), "{refusal}");
+        }
+        assert!(
+            in_index("a/msg/A", &[])
+                .unwrap_err()
+                .contains("AMENT_PREFIX_PATH")
+        );
+    }
+}

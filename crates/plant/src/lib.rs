@@ -1,0 +1,24 @@
+//! The vehicle simulated tick by tick, its sensors, and their messages.
+//!
+//! - `core`: messages in, messages out, one tick at a time: [`Plant`], [`Observation`], [`Instruments`].
+//! - [`PlantParameters`]: the declared parameters; `settings`: the same as the models' own types.
+//! - `sensors`: [`gyro`], accelerometers, [`pressure_cell`], [`plane_signal`], their errors and their volts.
+//! - `odometry`, `messages`: the state in ROS frames (REP 103, REP 105), and as messages. [`robot_description`]: the vehicle's URDF.
+//!
+//! The equations of motion are those of [`planesman_vehicle`].
+
+mod core;
+mod description;
+mod error;
+mod messages;
+mod odometry;
+mod parameters;
+mod sensors;
+mod settings;
+
+pub use core::{Facts, Instruments, Observation, Plant, vehicle};
+pub use description::of as robot_description;
+pub use error::Error;
+pub use parameters::{ActuatorAnswer, PlantParameters, TimeSource};
+pub use sensors::{gyro, plane_signal, pressure_cell, specific_force};
+pub use settings::derivatives;

@@ -1,0 +1,135 @@
+//! One Ctrl-C ends a dive, whatever becomes of its nodes, and says which of them does not listen.
+
+use crate::stage;
+use std::fs::File;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use stage::{Stage, eventually, freeze};
+
+#[test]
+fn one_ctrl_c_ends_a_dive_with_a_frozen_vehicle_and_names_it() {
+    ends_with_a_frozen("plant_sim");
+}
+
+#[test]
+fn one_ctrl_c_ends_a_dive_with_a_frozen_identifier_and_names_it() {
+    ends_with_a_frozen("sysid");
+}
+
+fn ends_with_a_frozen(node: &str) {
+    let stage = Stage::new();
+    let out = stage.path("out");
+    let launcher = stage.start(&["dive", "--keep-running", "--out", &out]);
+    eventually("a flight", || {
+        launcher.stdout().contains("diving").then_some(())
+    });
+    let nodes = launcher.nodes();
+    freeze(nodes[node]);
+    launcher.press_ctrl_c();
+    let outcome = launcher.finish();
+    assert_eq!(outcome.status.code(), Some(1), "{outcome:#?}");
+    let complaint = outcome.complaints().join("\n");
+    assert!(complaint.contains(node), "{complaint}");
+    for (name, pid) in nodes {
+        assert!(!stage::runs(pid), "{name} is left behind");
+    }
+}
+
+/// A flight at a terminal of its own, which `script` makes, behind these commands; and the terminal closed in flight.
+fn at_a_terminal_that_is_closed(
+    stage: &Stage,
+    before: &str,
+    arguments: &str,
+    out: &str,
+    flies: &str,
+) {
+    let program = env!("CARGO_BIN_EXE_planesman");
+    let command = format!("exec {before} {program} {arguments} --out out");
+    let mut script = Command::new("script")
+        .args(["--quiet", "--command", &command, "/dev/null"])
+        .current_dir(stage.path(""))
+        .envs(stage.variables())
+        .stdin(Stdio::piped())
+        .stdout(File::create(stage.path("terminal")).unwrap())
+        .spawn()
+        .unwrap();
+    eventually("a flight", || {
+        let said = std::fs::read(stage.path(out)).unwrap_or_default();
+        String::from_utf8_lossy(&said).contains(flies).then_some(())
+    });
+    script.kill().unwrap();
+    script.wait().unwrap();
+}
+
+#[test]
+fn a_closed_terminal_ends_a_dive_as_ctrl_c_does() {
+    let stage = Stage::new();
+    at_a_terminal_that_is_closed(&stage, "", "dive --keep-running", "terminal", "s  depth");
+    let out = stage.path("out");
+    eventually("the report", || {
+        Path::new(&out).join("report.html").exists().then_some(())
+    });
+    assert!(Path::new(&out).join("bag/metadata.yaml").exists());
+    assert!(!Path::new(&out).join("failed.txt").exists());
+}
+
+#[test]
+fn under_nohup_a_dive_goes_on_when_its_terminal_is_closed() {
+    let stage = Stage::new();
+    at_a_terminal_that_is_closed(&stage, "nohup", "dive --lockstep", "nohup.out", "diving");
+    let said = stage.path("nohup.out");
+    eventually("the end of the flight", || {
+        let said = std::fs::read_to_string(&said).unwrap_or_default();
+        said.contains("Page: ").then_some(())
+    });
+    let said = std::fs::read_to_string(said).unwrap();
+    assert!(said.contains("Flew 90.0 s"), "{said}");
+}
+
+#[test]
+fn a_folder_moved_or_removed_in_flight_is_the_reason_that_is_given() {
+    let stage = Stage::new();
+    for remove in [false, true] {
+        let out = stage.path("out");
+        let launcher = stage.start(&["dive", "--keep-running", "--out", &out]);
+        eventually("a flight", || {
+            launcher.stdout().contains("diving").then_some(())
+        });
+        match remove {
+            true => std::fs::remove_dir_all(&out).unwrap(),
+            false => std::fs::rename(&out, stage.path("elsewhere")).unwrap(),
+        }
+        launcher.press_ctrl_c();
+        let outcome = launcher.finish();
+        assert_eq!(outcome.status.code(), Some(1), "{outcome:#?}");
+        let complaint = outcome.complaints().join("\n");
+        assert!(complaint.contains("was moved or removed"), "{complaint}");
+    }
+}
+
+#[test]
+fn ctrl_c_ends_a_dive_that_writes_its_report_too() {
+    let stage = Stage::new();
+    let out = stage.path("out");
+    let launcher = stage.start(&["dive", "--lockstep", "--out", &out]);
+    eventually("the dive's folder", || {
+        Path::new(&out).join("log").exists().then_some(())
+    });
+    // The page goes into a pipe that nobody reads: it is never written.
+    let page = Path::new(&out).join("report.html");
+    assert!(
+        Command::new("mkfifo")
+            .arg(&page)
+            .status()
+            .unwrap()
+            .success()
+    );
+    eventually("the end of the flight", || {
+        launcher.stdout().contains("Flew").then_some(())
+    });
+    launcher.press_ctrl_c();
+    let outcome = launcher.finish();
+    assert_eq!(outcome.status.code(), Some(130), "{outcome:#?}");
+    assert!(Path::new(&out).join("bag/metadata.yaml").exists());
+}

@@ -1,0 +1,31 @@
+//! The program and its library: commands, files, pages, reports, identification.
+
+#![allow(clippy::unwrap_used)]
+
+mod actuator_faults;
+mod bad_input;
+#[path = "../bags/mod.rs"]
+mod bags;
+#[path = "../browser/mod.rs"]
+mod browser;
+mod command_line;
+mod following_gains;
+#[path = "../foreign/mod.rs"]
+mod foreign;
+mod help;
+mod hostile_data;
+mod limit_cycles;
+mod messy;
+mod pages;
+mod params_file;
+#[path = "../recorded/mod.rs"]
+mod recorded;
+mod remus_100;
+mod reports;
+mod reproduce;
+#[path = "../stage/mod.rs"]
+mod stage;
+mod sysid_compare;
+mod sysid_data;
+mod sysid_fit;
+mod walls;

@@ -1,0 +1,218 @@
+//! The report's numbers, computed again by the program as a user starts it.
+
+use crate::browser;
+use std::collections::BTreeMap;
+use std::process::{Command, Output};
+
+use brunner_1988::REPORT;
+use planesman_book::Verdict;
+use planesman_testing::content;
+
+fn planesman(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_planesman"))
+        .args(args)
+        .output()
+        .expect("run")
+}
+
+/// The count in front of `what` among the totals.
+fn total(text: &str, what: &str) -> usize {
+    text.lines()
+        .find_map(|l| l.trim().strip_suffix(what)?.trim().parse().ok())
+        .unwrap_or_else(|| panic!("no total '{what}' in\n{text}"))
+}
+
+/// How many recomputed numbers the book has with each verdict.
+fn verdicts() -> BTreeMap<Verdict, usize> {
+    let book = (REPORT.book)().expect("a book");
+    let recomputed: BTreeMap<_, _> = (REPORT.recomputed)().into_iter().collect();
+    let mut counts = BTreeMap::new();
+    for entry in book.entries() {
+        if let Some(verdict) = entry.verdict
+            && recomputed.contains_key(entry.id.as_str())
+        {
+            *counts.entry(verdict).or_default() += 1;
+        }
+    }
+    counts
+}
+
+#[test]
+fn every_number_of_the_report_has_the_verdict_that_stands_in_the_book() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let page = folder.path().join("page.html");
+    let path = page.to_str().expect("UTF-8");
+    let run = planesman(&["reproduce", "--all", "--html", path]);
+    let text = String::from_utf8(run.stdout).expect("UTF-8");
+    assert!(run.status.success(), "{text}");
+
+    assert_eq!(total(&text, "not as they stand in the book"), 0);
+    let expected = verdicts();
+    for (what, verdict) in [
+        ("printed, agree to their rounding", Verdict::Agrees),
+        ("printed, agree approximately", Verdict::Approximate),
+        ("printed, contradicted", Verdict::Contradicts),
+    ] {
+        assert_eq!(total(&text, what), expected[&verdict], "{what}");
+    }
+    // What the parts of the book came to when this was written.
+    assert!(expected[&Verdict::Agrees] >= 203);
+    assert!(expected[&Verdict::Approximate] >= 43);
+    assert!(expected[&Verdict::Contradicts] >= 10);
+    assert!(total(&text, "not printed, recomputed") >= 448);
+    for (number, erratum) in [
+        ("ind.aft_W", "E12"),
+        ("pow.cd02", "E13"),
+        ("depth.Kpz_limit_U1", "E3"),
+        ("depth.Ucrit_B.34", "E4"),
+        ("roll.wn", "E5"),
+        ("Tab9.9/1.zd4.a4", "E19"),
+    ] {
+        let line = text
+            .lines()
+            .find(|l| l.split_whitespace().next() == Some(number))
+            .expect(number);
+        assert!(
+            line.contains("contradicts") && line.ends_with(erratum),
+            "{line}"
+        );
+    }
+
+    assert!(text.contains("Run 9/2, gyro to plane command") && text.contains("6) compare"));
+
+    let html = std::fs::read_to_string(&page).expect("written");
+    assert!(html.len() < 3_000_000, "{} bytes", html.len());
+    let html = content(&html);
+    assert_eq!(
+        html.matches("<figure class=\"plot\">").count(),
+        13 + 11 + 12 + 12 + 42,
+        "figures B1 to B10, the loci, the time responses, the runs, and the actuator's"
+    );
+    for part in [
+        "Fig. B1",
+        "Fig. B10",
+        "Fig. 21",
+        "Fig. 56",
+        "id=\"E25\"",
+        "pow.cd02",
+        "Fig. 3-1",
+        "Fig. 4-11",
+        "Fig. 5-7",
+        "surrogate missile",
+        "id=\"D1\"",
+        "T4-2.base.Kg_stable",
+    ] {
+        assert!(html.contains(part), "{part}");
+    }
+    browser::assert_alive(&page, 13 + 11 + 12 + 12 + 42);
+    browser::assert_prints_lines(&page);
+}
+
+/// What the models are given and only read back is counted apart: Tables 3-1 and 4-1 of 1966.
+#[test]
+fn the_summary_has_the_contradictions_and_the_files_have_every_number() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let (csv, json) = (path("book.csv"), path("book.json"));
+    let run = planesman(&["reproduce", "--csv", &csv, "--json", &json]);
+    let text = String::from_utf8(run.stdout).expect("UTF-8");
+    assert!(run.status.success(), "{text}");
+    assert!(
+        text.contains("plane.F2_30") && !text.contains("Tab1.Zw.dim"),
+        "{text}"
+    );
+
+    let rows = std::fs::read_to_string(&json).expect("written");
+    let rows: Vec<serde_json::Value> = serde_json::from_str(&rows).expect("JSON");
+    let read_back = rows.iter().filter(|row| row["verdict"] == "read back");
+    let of_1966: Vec<_> = read_back.map(|row| row["family"].as_str()).collect();
+    assert_eq!(of_1966.len(), 39);
+    assert!(
+        of_1966
+            .iter()
+            .flatten()
+            .all(|it| it.starts_with("Table 3-1") || it.starts_with("Table 4-1"))
+    );
+    let unnamed = rows
+        .iter()
+        .filter(|row| row["name"].is_null() || row["family"].is_null());
+    assert_eq!(unnamed.count(), 0);
+    let mut table = csv::Reader::from_path(&csv).expect("written");
+    assert_eq!(table.records().count(), rows.len());
+}
+
+#[test]
+fn the_theory_beside_the_identified_models_is_that_of_the_plant() {
+    let values: BTreeMap<_, _> = (REPORT.recomputed)().into_iter().collect();
+    for (run, speed) in [("9/2", 1.8), ("7/3", 1.2), ("8/1", 2.1)] {
+        for (identified, plant) in [("dc_pred", "gain_norest"), ("pole_pred", "BJ")] {
+            let theory = values[format!("Tab9.{run}.qd2.{identified}").as_str()];
+            let plant = values[format!("P2.U{speed}.{plant}").as_str()];
+            assert!((theory - plant).abs() < 1e-12, "{run}: {theory}, {plant}");
+        }
+    }
+}
+
+#[test]
+fn a_page_that_cannot_be_written_is_refused_in_one_line_before_anything_is_computed() {
+    let run = planesman(&["reproduce", "--html", "/no/such/folder/page.html"]);
+    let error = String::from_utf8_lossy(&run.stderr);
+    assert_eq!(run.status.code(), Some(2));
+    assert!(run.stdout.is_empty());
+    assert_eq!(error.lines().count(), 1, "{error}");
+    assert!(error.contains("/no/such/folder/page.html"), "{error}");
+}
+
+#[test]
+fn coefficients_are_shown_beside_the_file_s_in_both_systems() {
+    let run = planesman(&["coefficients", "brunner"]);
+    let text = String::from_utf8(run.stdout).expect("UTF-8");
+    assert!(run.status.success());
+    let line = text
+        .lines()
+        .find(|l| l.starts_with("M'delta"))
+        .expect("there");
+    for part in [
+        "-0.1848",
+        "-0.1840",
+        "ft lbf/rad",
+        "-0.2844",
+        "N m/rad",
+        "-0.3856",
+    ] {
+        assert!(line.contains(part), "{part} in {line}");
+    }
+}
+
+#[test]
+fn a_vehicle_without_geometry_and_one_that_is_none_are_refused_in_one_line() {
+    let whole = include_str!("../../crates/vehicle/vehicles/brunner.yaml");
+    let at = whole.find("\ngeometry:").expect("there");
+    let folder = tempfile::tempdir().expect("a folder");
+    let refusal = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).expect("written");
+        let run = planesman(&["coefficients", path.to_str().expect("UTF-8")]);
+        assert!(!run.status.success());
+        let error = String::from_utf8(run.stderr).expect("UTF-8");
+        assert_eq!(error.lines().count(), 1, "{error}");
+        error
+    };
+    assert!(refusal("bare.yaml", &whole[..at]).contains("no section 'geometry'"));
+    let wrong_unit = whole.replace("span: 2.5 in", "span: 2.5 kg");
+    assert!(refusal("unit.yaml", &wrong_unit).contains("one of the units m, cm, mm, in, ft"));
+    let no_chord = whole.replace("chord: 1.9 in, ", "");
+    assert!(refusal("chord.yaml", &no_chord).contains("missing field `chord`"));
+    let flat = whole.replace("depth: 3.5 in", "depth: 0 in");
+    assert!(refusal("flat.yaml", &flat).contains("0 in refused: it must be above zero"));
+    assert!(
+        !planesman(&["coefficients", "no/such.yaml"])
+            .status
+            .success()
+    );
+    assert!(
+        !planesman(&["coefficients", "brunner", "--speed", "-1"])
+            .status
+            .success()
+    );
+}

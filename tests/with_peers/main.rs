@@ -1,0 +1,20 @@
+//! Foreign peers: Cyclone DDS, rclpy, rosbags, colcon, python-control, viewers.
+
+#![allow(clippy::unwrap_used)]
+
+mod colcon_builds_msgs;
+mod colcon_builds_planesman;
+#[path = "../foreign/mod.rs"]
+mod foreign;
+mod foreign_bags;
+mod foreign_peers;
+mod margins;
+mod model_files;
+#[path = "../recorded/mod.rs"]
+mod recorded;
+#[path = "../stage/mod.rs"]
+mod stage;
+mod sysid_foreign_bags;
+mod tutorials;
+mod type_hashes;
+mod viewers;
