@@ -2,7 +2,7 @@
 //! interrupted.
 //!
 //! Workers take cases in order. A row that is ready before those in front of it waits in memory; no worker is more than
-//! [`AHEAD`] cases ahead, so memory does not grow with the number of cases. The file is therefore a run of whole rows
+//! 1024 cases ahead, so memory does not grow with the number of cases. The file is therefore a run of whole rows
 //! from the first case on, but for a piece of a row when the machine is lost while one is written. That is all that has
 //! to be known to go on: the number of its whole rows.
 
