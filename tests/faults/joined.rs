@@ -65,7 +65,9 @@ impl Machine {
         let out = PathBuf::from(stage.path(&name));
         eventually("a flight", || {
             assert!(dive.is_running(), "{}", dive.stderr());
-            (recorded(&out) >= BEFORE).then_some(())
+            // Of a topic on which nobody has published yet the first publisher would be followed, whichever that is.
+            (recorded(&out, "/auv/state") >= BEFORE && recorded(&out, "/auv/model") > 0)
+                .then_some(())
         });
         Self { dive, out, depth }
     }
@@ -103,13 +105,13 @@ impl Machine {
     }
 }
 
-/// Vehicle states in a bag so far.
-fn recorded(out: &Path) -> u64 {
+/// Messages of a topic in a bag so far.
+fn recorded(out: &Path, topic: &str) -> u64 {
     let Ok(bag) = BagReader::open(&out.join("bag")) else {
         return 0; // It is not begun yet.
     };
-    let states = bag.topics().iter().find(|it| it.topic.name == "/auv/state");
-    states.map_or(0, |it| it.messages)
+    let of_topic = bag.topics().iter().find(|it| it.topic.name == topic);
+    of_topic.map_or(0, |it| it.messages)
 }
 
 fn both_fly_on(pace: Pace, seconds: f64) {
