@@ -4,17 +4,18 @@
 use std::cmp::Reverse;
 
 use maud::html;
+use planesman_fit::{Compared, Response, frequency_responses};
 use planesman_identification::Reading;
 use planesman_identification::validation::residuals::{Correlation, ResidualTests};
 use planesman_linear::is_sampling_artefact;
 use planesman_plot::{Plot, Series, Style};
 use planesman_signals::Taken;
 
-use super::compared::{Compared, fits, frequency_responses};
 use super::page::{
-    FAR, FREQUENCY, LAG, MAGNITUDE, PHASE, RECORD, Response, SINCE_STEP, STEP, TIME, bound,
-    is_near, line, range, settling, timed, unit_circle,
+    FAR, FREQUENCY, LAG, MAGNITUDE, PHASE, RECORD, SINCE_STEP, STEP, TIME, bound, is_near, line,
+    range, settling, timed, unit_circle,
 };
+use super::tables::fits;
 use crate::page::{document, figures, poles};
 use crate::titles;
 

@@ -3,21 +3,15 @@
 use anyhow::Result;
 use clap::Subcommand;
 
-pub use arguments::Columns;
-
 mod arguments;
 pub mod compare;
 mod compare_page;
-pub mod compared;
 pub mod fit;
-pub mod model_file;
 mod montecarlo;
 mod page;
 pub mod replay;
-pub mod samples;
-pub mod simulated;
+pub mod tables;
 pub mod topics;
-mod trial;
 
 /// Identify models from recorded data.
 #[derive(Clone, Debug, Subcommand)]

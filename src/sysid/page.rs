@@ -6,20 +6,18 @@ use std::f64::consts::{PI, TAU};
 
 use anyhow::Result;
 use maud::{Markup, html};
+use planesman_fit::{Response, Simulated, frequency_response};
 use planesman_identification::analysis::Analysis;
 use planesman_identification::estimators::{Estimate, StepResponse};
 use planesman_identification::validation::residuals::Correlation;
 use planesman_identification::{Problem, Reading, Record, SIGMAS_95, Structure, Uncertain};
-use planesman_linear::{is_sampling_artefact, unwrapped_phases};
+use planesman_linear::is_sampling_artefact;
 use planesman_plot::{Plot, Series, Style};
 
-use super::simulated::Simulated;
 use crate::page::poles::{self, ARTEFACT};
 use crate::page::{document, figures};
 use crate::titles;
 
-/// Frequencies drawn.
-const FREQUENCIES: usize = 200;
 /// Points of an ellipse.
 const ELLIPSE: usize = 60;
 /// Poles and zeros farther from 0 are not drawn.
@@ -328,44 +326,6 @@ fn map(analysis: &Analysis) -> Result<Plot<'static>> {
                     .then(|| Series::new(Style::Crosses, ARTEFACT, at(&artefacts))),
             ),
     )
-}
-
-/// A frequency response at one frequency.
-pub(super) struct Response {
-    /// The frequency, rad/s.
-    pub(super) omega: f64,
-    /// Output unit per input unit.
-    pub(super) value: Uncertain,
-    /// Its phase, unwrapped from the lowest frequency on, degrees.
-    pub(super) phase: f64,
-}
-
-impl Response {
-    /// The magnitude, so many standard deviations up, dB.
-    pub(super) fn magnitude(&self, sigmas: f64) -> f64 {
-        let size = self.value.value.norm();
-        let size = (size + sigmas * self.value.magnitude_deviation()).max(1e-3 * size);
-        20.0 * size.max(1e-12).log10()
-    }
-}
-
-/// The response at frequencies from 1/3000 of the Nyquist frequency up to it; those where it is 0 or has no bound left
-/// out.
-pub(super) fn frequency_response(reading: &Reading<'_>, sample_time: f64) -> Vec<Response> {
-    let nyquist = PI / sample_time;
-    let responses: Vec<(f64, Uncertain)> = (0..FREQUENCIES)
-        .map(|i| nyquist * 10f64.powf(-3.5 * (1.0 - i as f64 / (FREQUENCIES - 1) as f64)))
-        .filter_map(|omega| Some((omega, reading.response(omega)?)))
-        .filter(|(_, it)| it.value.norm() > 0.0)
-        .collect();
-    let phases = unwrapped_phases(responses.iter().map(|(_, it)| it.value));
-    let each = responses.into_iter().zip(phases);
-    each.map(|((omega, value), phase)| Response {
-        omega,
-        value,
-        phase: phase.to_degrees(),
-    })
-    .collect()
 }
 
 fn bode(analysis: &Analysis) -> [Plot<'static>; 2] {

@@ -6,7 +6,8 @@
 use std::fs;
 
 use clap::Parser as _;
-use planesman::sysid::fit::{self, FitArgs, Found};
+use planesman::sysid::fit::FitArgs;
+use planesman_fit::FitResult;
 use planesman_identification::{SIGMAS_95, Uncertain, filter};
 use planesman_linear::Complex;
 use planesman_linear::TransferFunction;
@@ -433,7 +434,7 @@ fn told(found: &Uncertain) -> String {
 }
 
 /// One row of the table, and what is wrong with the case.
-fn judged(case: &Case, found: Result<Found, String>) -> (String, Option<String>) {
+fn judged(case: &Case, found: Result<FitResult, String>) -> (String, Option<String>) {
     let (num, den) = &case.plant;
     let plant = TransferFunction::new(num.clone(), den.clone()).unwrap();
     let truth = num.last().unwrap() / den.last().unwrap();
@@ -531,7 +532,7 @@ fn messy_data_gives_the_truth_or_a_warning() {
         .unwrap();
         let args = format!("fit {} -i u -o y {}", path.display(), case.options);
         let args = FitArgs::try_parse_from(args.split_whitespace()).unwrap();
-        let found = fit::fit(&args).map_err(|error| format!("{error:#}"));
+        let found = planesman_fit::fit(&(&args).into(), &()).map_err(|error| error.in_one_line());
         let text = found
             .as_ref()
             .map_or(String::new(), |it| it.taken.account() + &it.analysis.text());

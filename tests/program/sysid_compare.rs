@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 
 use brunner_1988::identification::synthetic::{BIAS, NOISE, Run, SAMPLE_TIME};
 use clap::Parser;
-use planesman::sysid::compare::{self, CompareArgs, Comparison};
-use planesman::sysid::compared::Compared;
-use planesman::sysid::fit::{self, FitArgs, Found};
+use planesman::sysid::compare::{self, CompareArgs};
+use planesman::sysid::fit::FitArgs;
+use planesman::sysid::tables::{numbers, tables};
 use planesman_console::Format;
+use planesman_fit::{CompareOptions, Compared, Comparison, FitResult};
 use planesman_identification::{filter, noise};
 use planesman_model_file::ModelFile;
 use planesman_testing::{content, hostile::mutated};
@@ -33,14 +34,14 @@ fn table(folder: &Path, name: &str, seed: u32, b: &[f64], size: f64) -> PathBuf 
     path
 }
 
-fn try_fit(data: &Path, more: &str) -> Result<Found, String> {
+fn try_fit(data: &Path, more: &str) -> Result<FitResult, String> {
     let args = ["fit", "-i", "u", "-o", "y", data.to_str().unwrap()];
     let args = FitArgs::try_parse_from(args.into_iter().chain(more.split_whitespace()));
     let args = args.map_err(|error| error.to_string())?;
-    fit::fit(&args).map_err(|error| format!("{error:#}"))
+    planesman_fit::fit(&(&args).into(), &()).map_err(|error| error.in_one_line())
 }
 
-fn fit(data: &Path, more: &str) -> Found {
+fn fit(data: &Path, more: &str) -> FitResult {
     try_fit(data, more).unwrap()
 }
 
@@ -56,7 +57,8 @@ fn try_compare(files: &[&Path], more: &str) -> Result<Comparison, String> {
     let args = ["compare"].into_iter().chain(files);
     let args = CompareArgs::try_parse_from(args.chain(more.split_whitespace()));
     let args = args.map_err(|error| error.to_string())?;
-    compare::compare(&args).map_err(|error| format!("{error:#}"))
+    let options = CompareOptions::try_from(&args).map_err(|error| format!("{error:#}"))?;
+    planesman_fit::compare(&options, &()).map_err(|error| error.in_one_line())
 }
 
 /// The page of a comparison, by the command as it is run.
@@ -180,7 +182,7 @@ fn an_unstable_model_is_judged_by_its_predictions() {
     let found = try_compare(&[&model, &data], "").unwrap();
     assert_eq!(found.models[0].judgement.fit, None);
     assert!(ahead(&found.models[0], 1) > 80.0);
-    let tables = found.tables();
+    let tables = tables(&found.models);
     assert!(tables[0].text(Format::Csv).contains(",-,"));
     let page = page_of(&folder.path().join("page.html"), &[&model, &data]);
     assert!(!content(&page.unwrap()).contains("NaN"));
@@ -211,7 +213,7 @@ fn a_vehicles_own_equations_are_judged_like_any_model() {
         "{ours} {:?}",
         said.fit
     );
-    let table = found.tables()[2].text(Format::Csv);
+    let table = tables(&found.models)[2].text(Format::Csv);
     for pole in said.continuous_poles.iter().filter(|it| it.im >= 0.0) {
         assert!(table.contains(&format!("{:.5}", pole.re)), "{table}");
     }
@@ -224,7 +226,7 @@ fn tables_say_everything_within_eighty_columns_and_in_every_format() {
     let first = written(&data, "first.yaml", "--method oe --order 2");
     let second = written(&data, "second.yaml", "--method fir");
     let found = try_compare(&[&first, &second, &data], "").unwrap();
-    let tables = found.tables();
+    let tables = tables(&found.models);
     let texts: Vec<String> = tables.iter().map(|it| it.text(Format::Table)).collect();
     let text = texts.join("\n");
     assert!(
@@ -243,7 +245,7 @@ fn tables_say_everything_within_eighty_columns_and_in_every_format() {
     }
     // The plant's pole is (0.75 +- 0.37i) in z: ln / T = -1.78 +- 4.59i.
     assert!(texts[2].contains("first  -1."), "{text}");
-    let json = found.numbers().text(Format::Json);
+    let json = numbers(&found.models).text(Format::Json);
     let rows: Vec<serde_json::Value> = serde_json::from_str(&json).unwrap();
     let of = |name: &str| rows.iter().find(|it| it["quantity"] == name).unwrap();
     assert!((of("pole 1 imaginary, 1/s")["value"].as_f64().unwrap() - 4.59).abs() < 0.2);

@@ -7,29 +7,28 @@ use std::process::{Command, Stdio};
 
 use bags::{FLOAT, IMU, Maker, float, imu};
 use clap::Parser;
-use planesman::sysid::fit::{self, FitArgs, Found};
-use planesman::sysid::topics::{self, Survey, TopicsArgs};
+use planesman::sysid::fit::FitArgs;
 use planesman_bag::BagReader;
+use planesman_fit::{DataOptions, FitResult, Survey};
 use planesman_testing::hostile::mutated;
 use planesman_testing::ulog;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
 
-fn try_fit(data: &Path, more: &str) -> Result<Found, String> {
+fn try_fit(data: &Path, more: &str) -> Result<FitResult, String> {
     let data = data.to_str().unwrap();
     let args = ["fit", data].into_iter().chain(more.split_whitespace());
     let args = FitArgs::try_parse_from(args).map_err(|error| error.to_string())?;
-    fit::fit(&args).map_err(|error| format!("{error:#}"))
+    planesman_fit::fit(&(&args).into(), &()).map_err(|error| error.in_one_line())
 }
 
-fn fit(data: &Path, more: &str) -> Found {
+fn fit(data: &Path, more: &str) -> FitResult {
     try_fit(data, more).unwrap()
 }
 
 fn survey(data: &Path) -> Result<Survey, String> {
-    let args = ["topics", data.to_str().unwrap()];
-    let args = TopicsArgs::try_parse_from(args).unwrap();
-    topics::survey(&args).map_err(|error| format!("{error:#}"))
+    planesman_fit::survey(&DataOptions::files([data]), None, &())
+        .map_err(|error| error.in_one_line())
 }
 
 /// The first-order response y_k = 0.9 y_(k-1) + 0.2 u_(k-1) to a square wave, at 20 Hz.
@@ -78,7 +77,7 @@ fn bag(path: &Path, count: usize) {
     maker.close();
 }
 
-fn is_the_response(found: &Found) {
+fn is_the_response(found: &FitResult) {
     let model = found.analysis.model();
     assert!((model.a[0] + 0.9).abs() < 1e-12, "{model:?}");
     assert!((model.b[0] - 0.2).abs() < 1e-12, "{model:?}");
@@ -114,7 +113,8 @@ fn a_table_and_a_bag_of_the_same_samples_give_the_same_record() {
             "--method=least_squares",
             "--no-offset",
         ];
-        let found = fit::fit(&FitArgs::try_parse_from(args).unwrap()).unwrap();
+        let found =
+            planesman_fit::fit(&(&FitArgs::try_parse_from(args).unwrap()).into(), &()).unwrap();
         is_the_response(&found);
         assert_eq!(
             found.taken.resampled.record.segments,

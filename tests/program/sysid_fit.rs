@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 
 use brunner_1988::identification::synthetic::{BIAS, NOISE, Run, SAMPLE_TIME};
 use clap::Parser;
-use planesman::sysid::fit::{self, FitArgs, Found};
+use planesman::sysid::fit::FitArgs;
+use planesman_fit::FitResult;
 use planesman_identification::{PART, filter, noise, with_noise};
 
 /// Columns at 20 Hz, the first of them named so, in a table of that name.
@@ -26,19 +27,19 @@ fn table(folder: &Path, name: &str, columns: &[(&str, &[f64])]) -> PathBuf {
     path
 }
 
-fn try_fit(data: &[PathBuf], more: &str) -> Result<Found, String> {
+fn try_fit(data: &[PathBuf], more: &str) -> Result<FitResult, String> {
     let data = data.iter().map(|path| path.to_str().unwrap());
     let args = ["fit", "-i", "u", "-o", "y"].into_iter().chain(data);
     let args = FitArgs::try_parse_from(args.chain(more.split_whitespace()));
     let args = args.map_err(|error| error.to_string())?;
-    fit::fit(&args).map_err(|error| format!("{error:#}"))
+    planesman_fit::fit(&(&args).into(), &()).map_err(|error| error.in_one_line())
 }
 
-fn fit(data: &[PathBuf], more: &str) -> Found {
+fn fit(data: &[PathBuf], more: &str) -> FitResult {
     try_fit(data, more).unwrap()
 }
 
-fn says(found: &Found, phrase: &str) -> bool {
+fn says(found: &FitResult, phrase: &str) -> bool {
     let sentences = &found.analysis.verdict;
     sentences.iter().any(|sentence| sentence.contains(phrase))
 }
@@ -80,7 +81,7 @@ fn a_loop_is_noticed_and_its_reference_sets_the_model_right() {
         "{text}"
     );
     assert!(!says(&staged, "closed-loop"), "{text}");
-    let off = |found: &Found| {
+    let off = |found: &FitResult| {
         let gain = found.analysis.reading().dc_gain().unwrap();
         (gain.value.re - 2.0).abs() / gain.real_deviation()
     };

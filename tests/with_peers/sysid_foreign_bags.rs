@@ -6,10 +6,11 @@ use crate::foreign::peers;
 use std::path::{Path, PathBuf};
 
 use clap::Parser;
-use planesman::sysid::fit::{self, FitArgs, Found};
-use planesman::sysid::topics::{self, TopicsArgs};
+use planesman::sysid::fit::FitArgs;
+use planesman::sysid::topics;
 use planesman_bag::{BagReader, Message, Order};
 use planesman_decode::{Catalogue, Decoder, FieldPath, Values};
+use planesman_fit::{DataOptions, FitResult};
 use serde_json::Value;
 
 /// The output of a peer; `None` where there is no Python with `rosbags`.
@@ -26,12 +27,12 @@ fn make_bag(bag: &Path, compression: &str) -> Option<Value> {
     Some(serde_json::from_str(&printed).unwrap())
 }
 
-fn fit(data: &[PathBuf], output: &str) -> Found {
+fn fit(data: &[PathBuf], output: &str) -> FitResult {
     let data = data.iter().map(|path| path.to_str().unwrap());
     let args = ["sysid fit"].into_iter().chain(data);
     let args = args.chain(["--input", "cmd:data", "--output", output, "--rate", "20"]);
     let args = args.chain(["--method", "least_squares", "--order", "2", "--no-offset"]);
-    fit::fit(&FitArgs::try_parse_from(args).unwrap()).unwrap()
+    planesman_fit::fit(&(&FitArgs::try_parse_from(args).unwrap()).into(), &()).unwrap()
 }
 
 #[test]
@@ -47,7 +48,7 @@ fn the_model_of_any_split_bag_is_numpys() {
             .collect();
         for data in [std::slice::from_ref(&bag), &parts] {
             for field in ["angular_velocity.y", "orientation.pitch"] {
-                let Found {
+                let FitResult {
                     taken, analysis, ..
                 } = fit(data, &format!("/imu:{field}"));
                 let model = analysis.model();
@@ -83,8 +84,7 @@ fn every_field_is_listed_with_its_range() {
     let Some(expected) = make_bag(&bag, "zstd") else {
         return;
     };
-    let args = ["sysid topics", bag.to_str().unwrap()];
-    let survey = topics::survey(&TopicsArgs::try_parse_from(args).unwrap()).unwrap();
+    let survey = planesman_fit::survey(&DataOptions::files([&bag]), None, &()).unwrap();
     assert!(survey.notes.is_empty(), "{:?}", survey.notes);
     let names: Vec<&str> = survey.topics.iter().map(|it| it.name.as_str()).collect();
     assert_eq!(names, ["/cmd", "/imu"]);

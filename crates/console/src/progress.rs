@@ -2,6 +2,7 @@
 //!
 //! On a terminal progress is a bar with the time left; elsewhere, as in a log, it is a line every ten seconds.
 
+use std::io::IsTerminal as _;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use std::{fmt, io};
@@ -34,19 +35,40 @@ pub fn bar_with(what: &'static str, steps: u64, done: u64) -> ProgressBar {
     styled(bar, what, style.map(with_time_left))
 }
 
-/// Work drawn as a bar while it goes on.
+/// A bar of bytes that are read, on a terminal alone.
+fn bar_of_bytes(bytes: u64) -> ProgressBar {
+    if !io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let style = "{bar:40} {bytes}/{total_bytes} {bytes_per_sec} {eta}";
+    match ProgressStyle::with_template(style) {
+        Ok(style) => ProgressBar::new(bytes).with_style(style),
+        Err(_) => ProgressBar::new(bytes),
+    }
+}
+
+/// Work drawn as a bar while it goes on, or as the time it takes where nobody knows how long it is.
 #[derive(Debug, Default)]
 pub struct Bars(Mutex<Option<ProgressBar>>);
 
 impl Progress for Bars {
     fn begin(&self, what: &'static str, steps: u64, done: u64) {
-        *self.held() = Some(bar_with(what, steps, done));
+        *self.held() = Some(match steps {
+            0 => spinner(what),
+            _ => bar_with(what, steps, done),
+        });
     }
 
     fn step(&self) {
         if let Some(bar) = &*self.held() {
             bar.inc(1);
         }
+    }
+
+    fn read(&self, bytes: u64, of: u64) {
+        let mut held = self.held();
+        let bar = held.get_or_insert_with(|| bar_of_bytes(of));
+        bar.set_position(bytes);
     }
 
     fn end(&self) {

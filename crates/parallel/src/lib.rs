@@ -24,10 +24,12 @@ impl Stop {
 
 /// Who is told how far long work has come. `()` is nobody.
 pub trait Progress: Sync {
-    /// Work of so many steps begins, of which so many were done before.
+    /// Work of so many steps begins, of which so many were done before; 0 steps where their number is not known.
     fn begin(&self, _what: &'static str, _steps: u64, _done: u64) {}
     /// A step is done.
     fn step(&self) {}
+    /// So many bytes of a source are read; 0 as that begins.
+    fn read(&self, _bytes: u64, _of: u64) {}
     /// The work has ended.
     fn end(&self) {}
 }

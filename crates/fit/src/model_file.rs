@@ -1,17 +1,16 @@
 //! A model as a file that other programs load.
 
-use anyhow::Result;
 use planesman_identification::analysis::Analysis;
 use planesman_identification::estimators::{Error, Method, Physical, UNKNOWNS};
 use planesman_identification::selection::Kind;
-use planesman_identification::{GivenModel, Uncertain, continuous};
+use planesman_identification::{GivenModel, IdentificationError, Uncertain, continuous};
 use planesman_model_file::{Continuous, Format, Heave, ModelFile, Physical as PhysicalFile, Place};
 
 /// The model file: what other programs load.
 ///
 /// # Errors
-/// A sentence, when poles or zeros cannot be found.
-pub fn of(analysis: &Analysis) -> Result<ModelFile> {
+/// When poles or zeros cannot be found.
+pub fn of(analysis: &Analysis) -> Result<ModelFile, IdentificationError> {
     let model = analysis.model();
     let reading = analysis.reading();
     let places = |found: Vec<Uncertain>| -> Vec<Place> { found.iter().map(place).collect() };

@@ -1,8 +1,7 @@
 //! The longest run of a model, measured and simulated.
 
-use anyhow::{Result, anyhow};
-use planesman_identification::Record;
 use planesman_identification::analysis::Analysis;
+use planesman_identification::{IdentificationError, Record};
 
 /// A run, measured and simulated.
 #[derive(Clone, Debug)]
@@ -22,15 +21,16 @@ impl<'a> Simulated<'a> {
     ///
     /// # Errors
     /// When the record is another one.
-    pub fn of(analysis: &Analysis, record: &'a Record) -> Result<Self> {
+    pub fn of(analysis: &Analysis, record: &'a Record) -> Result<Self, IdentificationError> {
+        let refused = |reason: &str| IdentificationError::Record(reason.to_owned());
         let segment = analysis
             .segments
             .get(analysis.longest)
             .and_then(|number| record.segments.get(*number))
-            .ok_or_else(|| anyhow!("the record does not hold the segment of the model"))?;
+            .ok_or_else(|| refused("the record does not hold the segment of the model"))?;
         let (Some(input), Some(measured)) = (segment.inputs.first(), segment.outputs.first())
         else {
-            return Err(anyhow!("the record has no input or no output"));
+            return Err(refused("the record has no input or no output"));
         };
         Ok(Self {
             start: segment.start,

@@ -1,0 +1,256 @@
+//! Model files of any origin judged on data, beside each other.
+
+use std::f64::consts::PI;
+use std::path::{Path, PathBuf};
+
+use planesman_identification::validation::residuals::Correlation;
+use planesman_identification::{Judgement, Reading, Uncertain};
+use planesman_linear::unwrapped_phases;
+use planesman_model_file::ModelFile;
+use planesman_parallel::Progress;
+use planesman_signals::Taken;
+
+use crate::data::DataOptions;
+use crate::error::FitError;
+use crate::model_file;
+use crate::options::{GridOptions, PreparationOptions, SignalOptions};
+use crate::rules::{AHEAD, count};
+
+/// Frequencies of a response.
+const FREQUENCIES: usize = 200;
+
+/// The options of [`compare`].
+///
+/// Each is the option of that name of `planesman sysid compare`; docs/sysid.md says more.
+#[derive(Clone, Debug)]
+pub struct CompareOptions {
+    /// The models, each by its file's path, or by any name.
+    pub models: Vec<(PathBuf, ModelFile)>,
+    /// The data.
+    pub data: DataOptions,
+    /// The input signal; `None` for that of the models.
+    pub input: Option<String>,
+    /// The output signal; `None` for that of the models.
+    pub output: Option<String>,
+    /// The grid; without a rate that of the first model.
+    pub grid: GridOptions,
+    /// How the record is prepared.
+    pub preparation: PreparationOptions,
+    /// How many samples ahead predictions are judged, 1 to 1000 each.
+    pub ahead: Vec<usize>,
+}
+
+impl Default for CompareOptions {
+    fn default() -> Self {
+        Self {
+            models: Vec::new(),
+            data: DataOptions::default(),
+            input: None,
+            output: None,
+            grid: GridOptions::default(),
+            preparation: PreparationOptions::default(),
+            ahead: vec![1, 10],
+        }
+    }
+}
+
+/// Models on one record.
+#[derive(Clone, Debug)]
+pub struct Comparison {
+    /// The record, and how it was made.
+    pub taken: Taken,
+    /// The models, in the order in which they were given.
+    pub models: Vec<Compared>,
+}
+
+/// A model and the judgement on it.
+#[derive(Clone, Debug)]
+pub struct Compared {
+    /// Its name in the tables.
+    pub name: String,
+    /// The method that found it.
+    pub method: String,
+    /// What it does on the data.
+    pub judgement: Judgement,
+}
+
+/// Reads the data and judges the models on it. `progress` is told how far it has come.
+///
+/// # Errors
+/// Models of different signals, data without the signals, a model of another sampling interval.
+pub fn compare(options: &CompareOptions, progress: &dyn Progress) -> Result<Comparison, FitError> {
+    let models = &options.models;
+    let (path, first) = models.first().ok_or(FitError::NoModel)?;
+    for ahead in &options.ahead {
+        count("ahead", Some(*ahead), &AHEAD)?;
+    }
+    let signals = SignalOptions {
+        input: signal(models, options.input.as_ref(), "input", |it| &it.input)?,
+        output: signal(models, options.output.as_ref(), "output", |it| &it.output)?,
+        grid: options.grid.clone(),
+        preparation: options.preparation,
+        ..SignalOptions::default()
+    };
+    signals.check()?;
+    let sample_time = first.sample_time;
+    let read = |grid: &GridOptions| {
+        let grid = grid.clone().at_rate(1.0 / sample_time);
+        let record = signals.record(&options.data, &grid, 0, false, progress);
+        record.map_err(|source| FitError::Grid {
+            model: path.clone(),
+            sample_time,
+            source: Box::new(source),
+        })
+    };
+    let mut taken = read(&options.grid)?;
+    // A model of decimated data is of means.
+    if let Some(averaged) = options.grid.averaged_where_decimated(&taken) {
+        taken = read(&averaged)?;
+    }
+    let judged = |(path, file): &(PathBuf, ModelFile)| {
+        let model = model_file::given(file);
+        let judgement = model.on(&taken.resampled.record, &options.ahead);
+        Ok(Compared {
+            name: name(path, models),
+            method: file.method.clone(),
+            judgement: judgement.map_err(|source| FitError::Judgement {
+                model: path.clone(),
+                rate: 1.0 / file.sample_time,
+                source,
+            })?,
+        })
+    };
+    let judged: Result<_, FitError> = models.iter().map(judged).collect();
+    Ok(Comparison {
+        models: judged?,
+        taken,
+    })
+}
+
+/// A signal that was asked for, or else that of the models.
+fn signal(
+    models: &[(PathBuf, ModelFile)],
+    asked: Option<&String>,
+    option: &'static str,
+    of: fn(&ModelFile) -> &String,
+) -> Result<String, FitError> {
+    let own = |(path, file): &(PathBuf, ModelFile)| (path.clone(), of(file).clone());
+    let first = models.first().map(own).ok_or(FitError::NoModel)?;
+    match (asked, models.iter().find(|(_, file)| *of(file) != first.1)) {
+        (Some(name), _) => Ok(name.clone()),
+        (None, None) => Ok(first.1),
+        (None, Some(other)) => Err(FitError::Signals {
+            option,
+            first,
+            other: own(other),
+        }),
+    }
+}
+
+/// A name as short as it can be: the file's without folder and ending, or its path where two are the same.
+fn name(path: &Path, models: &[(PathBuf, ModelFile)]) -> String {
+    let same = |(it, _): &&(PathBuf, ModelFile)| it.file_stem() == path.file_stem();
+    match models.iter().filter(same).count() {
+        1 => path.file_stem().unwrap_or_default().display().to_string(),
+        _ => path.display().to_string(),
+    }
+}
+
+impl Compared {
+    /// Its numbers, with their standard errors.
+    #[must_use]
+    pub fn reading(&self) -> Reading<'_> {
+        Reading::of(&self.judgement.estimate, self.judgement.longest)
+    }
+
+    /// Its delay, samples.
+    #[must_use]
+    pub fn delay(&self) -> usize {
+        self.judgement.estimate.layout.structure.delay
+    }
+
+    /// The poles in s, the slowest first, of a pair the upper one.
+    #[must_use]
+    pub fn poles(&self) -> Vec<Uncertain> {
+        let mut poles = self.reading().continuous_poles().unwrap_or_default();
+        poles.retain(|pole| pole.value.im >= 0.0);
+        poles.sort_by(|p, q| p.value.norm().total_cmp(&q.value.norm()));
+        poles
+    }
+
+    /// The tests of the residual: what it should be, and the correlations.
+    #[must_use]
+    pub fn tests(&self) -> Vec<(&'static str, Correlation)> {
+        let tests = self.judgement.residuals.iter();
+        tests
+            .flat_map(|it| {
+                [
+                    ("white", it.whiteness.clone()),
+                    ("free of earlier inputs", it.of_earlier_inputs()),
+                    ("free of later inputs", it.of_later_inputs()),
+                ]
+            })
+            .collect()
+    }
+}
+
+/// A frequency response at one frequency.
+#[derive(Clone, Copy, Debug)]
+pub struct Response {
+    /// The frequency, rad/s.
+    pub omega: f64,
+    /// Output unit per input unit.
+    pub value: Uncertain,
+    /// Its phase, unwrapped from the lowest frequency on, degrees.
+    pub phase: f64,
+}
+
+impl Response {
+    /// The magnitude, so many standard deviations up, dB.
+    #[must_use]
+    pub fn magnitude(&self, sigmas: f64) -> f64 {
+        let size = self.value.value.norm();
+        let size = (size + sigmas * self.value.magnitude_deviation()).max(1e-3 * size);
+        20.0 * size.max(1e-12).log10()
+    }
+}
+
+/// The response at frequencies from 1/3000 of the Nyquist frequency up to it; those where it is 0 or has no bound left
+/// out.
+#[must_use]
+pub fn frequency_response(reading: &Reading<'_>, sample_time: f64) -> Vec<Response> {
+    let nyquist = PI / sample_time;
+    let responses: Vec<(f64, Uncertain)> = (0..FREQUENCIES)
+        .map(|i| nyquist * 10f64.powf(-3.5 * (1.0 - i as f64 / (FREQUENCIES - 1) as f64)))
+        .filter_map(|omega| Some((omega, reading.response(omega)?)))
+        .filter(|(_, it)| it.value.norm() > 0.0)
+        .collect();
+    let phases = unwrapped_phases(responses.iter().map(|(_, it)| it.value));
+    let each = responses.into_iter().zip(phases);
+    each.map(|((omega, value), phase)| Response {
+        omega,
+        value,
+        phase: phase.to_degrees(),
+    })
+    .collect()
+}
+
+/// The frequency response of each; the phases of all begin within half a turn of the first's.
+#[must_use]
+pub fn frequency_responses(models: &[Compared]) -> Vec<Vec<Response>> {
+    let mut first: Option<f64> = None;
+    models
+        .iter()
+        .map(|model| {
+            let sample_time = model.judgement.estimate.sample_time;
+            let mut responses = frequency_response(&model.reading(), sample_time);
+            if let Some(begins) = responses.first().map(|it| it.phase) {
+                let turns = ((begins - *first.get_or_insert(begins)) / 360.0).round();
+                responses
+                    .iter_mut()
+                    .for_each(|it| it.phase -= 360.0 * turns);
+            }
+            responses
+        })
+        .collect()
+}

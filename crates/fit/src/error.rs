@@ -1,0 +1,162 @@
+//! Why there is no model, or no comparison.
+//!
+//! A sentence names an option as the command line does, `--order`; each is a field of the options, `order`. So there is one
+//! sentence for the command line and for the verdicts, and who shows it elsewhere translates all of them alike.
+
+use std::error::Error;
+use std::fmt::Display;
+use std::path::PathBuf;
+
+use planesman_identification::IdentificationError;
+use planesman_identification::estimators::Method;
+use planesman_vehicle::vehicle_file::VehicleError;
+
+use crate::options::MOST;
+
+/// Why there is no model, or no comparison.
+#[derive(Debug, thiserror::Error)]
+pub enum FitError {
+    /// A value that an option does not take.
+    #[error("invalid value '{value}' for '--{}': {rule}", dashed(option))]
+    Value {
+        /// The option.
+        option: &'static str,
+        /// Its value.
+        value: String,
+        /// What it takes.
+        rule: String,
+    },
+    /// An option without another that it needs.
+    #[error("the following required arguments were not provided: --{}", dashed(.1))]
+    Needs(&'static str, &'static str),
+    /// Two options that exclude each other.
+    #[error("the argument '--{}' cannot be used with '--{}'", dashed(.0), dashed(.1))]
+    Excludes(&'static str, &'static str),
+    /// A structure for a method whose structure is the vehicle's.
+    #[error("--method {}: order, delay and zeros are given by the vehicle's equations", .0.name())]
+    StructureOfVehicle(Method),
+    /// Coefficients of a vehicle for a method that has no use for them.
+    #[error("--heave and --vehicle are for --method vehicle and kalman")]
+    NoVehicle,
+    /// A numerator of a model without a denominator.
+    #[error("--method fir has no denominator: --order is the number of its coefficients")]
+    NumeratorOfFir,
+    /// An order that only a finite impulse response has.
+    #[error("--order: {MOST} at most, but for --method fir")]
+    Order,
+    /// Options of the recursive methods for another.
+    #[error(
+        "--forgetting and --initial-covariance are for the recursive methods, as --method recursive_least_squares; {} uses \
+         all samples at once", .0.name()
+    )]
+    NotRecursive(Method),
+    /// A window to fit with samples of the one to validate.
+    #[error("--window {}..{} overlaps --validation {}..{}: samples that were fitted validate nothing",
+        window.0, window.1, validation.0, validation.1)]
+    Overlap {
+        /// To fit, s.
+        window: (f64, f64),
+        /// To validate, s.
+        validation: (f64, f64),
+    },
+    /// A vehicle that is refused.
+    #[error(transparent)]
+    Vehicle(#[from] VehicleError),
+    /// A vehicle without linear equations.
+    #[error("vehicle '{vehicle}' at {speed} m/s")]
+    NotLinear {
+        /// Its name.
+        vehicle: String,
+        /// Its speed, m/s.
+        speed: f64,
+        /// Why.
+        source: planesman_linear::Error,
+    },
+    /// No data was given.
+    #[error("no data")]
+    NoData,
+    /// Data that cannot be read.
+    #[error(transparent)]
+    Data(Box<dyn Error + Send + Sync>),
+    /// A record without dynamics, or one that cannot be filtered.
+    #[error("{0}")]
+    Record(String),
+    /// No validation.
+    #[error("the validation data")]
+    Validation(#[source] Box<Self>),
+    /// A record that determines no model.
+    #[error(transparent)]
+    Identification(#[from] IdentificationError),
+    /// All methods were tried.
+    #[error("no method finds a model")]
+    NoMethod,
+    /// Nothing to compare.
+    #[error("a model file is needed, *.json or *.yaml, as sysid fit --model writes it")]
+    NoModel,
+    /// Models of different signals.
+    #[error("{} is of '{}', {} of '{}': --{option} SIGNAL says which of the data's signals they are judged on",
+        first.0.display(), first.1, other.0.display(), other.1)]
+    Signals {
+        /// The option that says which.
+        option: &'static str,
+        /// A model and its signal.
+        first: (PathBuf, String),
+        /// Another.
+        other: (PathBuf, String),
+    },
+    /// Data that a model's grid does not suit.
+    #[error("{} asks for a grid of {sample_time} s", model.display())]
+    Grid {
+        /// The model.
+        model: PathBuf,
+        /// Its sampling interval, s.
+        sample_time: f64,
+        /// Why.
+        source: Box<Self>,
+    },
+    /// A model that cannot be judged on the data.
+    #[error("{} (--rate {rate} makes a grid for it)", model.display())]
+    Judgement {
+        /// The model.
+        model: PathBuf,
+        /// Its sampling rate, Hz.
+        rate: f64,
+        /// Why.
+        source: IdentificationError,
+    },
+}
+
+impl FitError {
+    pub(crate) fn value(option: &'static str, value: impl Display, rule: String) -> Self {
+        Self::Value {
+            option,
+            value: value.to_string(),
+            rule,
+        }
+    }
+
+    pub(crate) fn data(error: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
+        Self::Data(error.into())
+    }
+
+    /// The error with its causes, in one line.
+    #[must_use]
+    pub fn in_one_line(&self) -> String {
+        let mut said = self.to_string();
+        let mut cause = self.source();
+        while let Some(error) = cause {
+            let reason = error.to_string();
+            // Many a sentence ends with its cause already.
+            if !said.ends_with(&reason) {
+                said += &format!(": {reason}");
+            }
+            cause = error.source();
+        }
+        said
+    }
+}
+
+/// A field as an option is written.
+fn dashed(field: &str) -> String {
+    field.replace('_', "-")
+}

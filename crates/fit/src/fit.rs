@@ -1,0 +1,206 @@
+//! A model from data, with uncertainty, tests and a verdict.
+
+use std::time::Instant;
+
+use planesman_identification::IdentificationError;
+use planesman_identification::analysis::{Analysis, Options, analyse, analyse_validated};
+use planesman_identification::estimators::Method;
+use planesman_identification::selection::Candidate;
+use planesman_model_file::ModelFile;
+use planesman_parallel::Progress;
+use planesman_signals::Taken;
+use serde_json::{Value, json};
+
+use crate::error::FitError;
+use crate::model_file;
+use crate::options::{FitOptions, MethodChoice, Validation};
+use crate::simulated::Simulated;
+use crate::trial::{Trial, ranked};
+
+/// A model and its record.
+#[derive(Debug)]
+pub struct FitResult {
+    /// The record, and how it was made.
+    pub taken: Taken,
+    /// The record it was judged on, where one was given.
+    pub validation: Option<Taken>,
+    /// The model with its uncertainty, tests and verdict.
+    pub analysis: Analysis,
+    /// All methods that were tried, where all were asked for.
+    pub tried: Vec<Trial>,
+}
+
+/// Reads the data and identifies the model. `progress` is told how far it has come.
+///
+/// # Errors
+/// Options that do not go together, a vehicle that is refused, data that cannot be read, a record that determines no model.
+pub fn fit(options: &FitOptions, progress: &dyn Progress) -> Result<FitResult, FitError> {
+    // Refused before anything is read.
+    options.check()?;
+    let of_method = match options.method {
+        MethodChoice::One(method) => Some(options.analysis(method)?),
+        MethodChoice::All => None,
+    };
+    let (taken, validation) = options.read(progress)?;
+    let record = &taken.resampled.record;
+    let analyse = |options: &Options| match &validation {
+        None => analyse(record, options),
+        Some(validation) => analyse_validated(record, options, &validation.resampled.record),
+    };
+    let (analysis, tried) = match &of_method {
+        Some(options) => {
+            progress.begin("models", 0, 0);
+            let analysis = analyse(options);
+            progress.end();
+            (analysis?, Vec::new())
+        }
+        None => {
+            let tried = options.try_all(&analyse, progress);
+            let best = ranked(&tried).first().and_then(|it| it.found().cloned());
+            (best.ok_or(FitError::NoMethod)?, tried)
+        }
+    };
+    Ok(FitResult {
+        taken,
+        validation,
+        analysis,
+        tried,
+    })
+}
+
+impl FitOptions {
+    /// The record to fit, and the one to judge the model on.
+    fn read(&self, progress: &dyn Progress) -> Result<(Taken, Option<Taken>), FitError> {
+        let signals = &self.signals;
+        let ways = match self.validation {
+            Some(Validation::Window(from, to)) => signals.grid.outside((from, to))?,
+            _ => vec![signals.grid.clone()],
+        };
+        let zeros = self.structure.zeros_in_front();
+        // A named method is given the data as it is.
+        let automatic = MethodChoice::One(Method::Automatic);
+        let decimate = [MethodChoice::All, automatic].contains(&self.method);
+        let record = |grid| signals.record(&signals.data, grid, zeros, decimate, progress);
+        let mut found = ways.iter().map(record);
+        let taken = match found.next().ok_or(FitError::NoData)? {
+            Ok(taken) => taken,
+            Err(reason) => found.find_map(Result::ok).ok_or(reason)?,
+        };
+        let validation = self.validation.as_ref();
+        let validation = validation.map(|given| signals.validation(given, &taken, progress));
+        Ok((taken, validation.transpose()?))
+    }
+
+    /// Every method.
+    fn try_all(
+        &self,
+        analyse: &dyn Fn(&Options) -> Result<Analysis, IdentificationError>,
+        progress: &dyn Progress,
+    ) -> Vec<Trial> {
+        let methods = self.tried();
+        progress.begin("methods", methods.len() as u64, 0);
+        let tried = methods.into_iter().map(|method| {
+            let start = Instant::now();
+            let options = self.analysis(method);
+            let outcome = options.and_then(|options| Ok(analyse(&options)?));
+            progress.step();
+            Trial {
+                method,
+                outcome,
+                seconds: start.elapsed().as_secs_f64(),
+            }
+        });
+        let tried = tried.collect();
+        progress.end();
+        tried
+    }
+}
+
+impl FitResult {
+    /// Everything but the record's numbers, as `--json` prints it.
+    ///
+    /// # Errors
+    /// As [`FitResult::model_file`].
+    pub fn as_json(&self) -> Result<Value, FitError> {
+        let Self {
+            taken,
+            validation,
+            analysis,
+            tried,
+        } = self;
+        let record = &taken.resampled.record;
+        let named = |(name, value, deviation): (&str, f64, f64)| json!({"name": name, "value": value, "deviation": deviation});
+        let physical: Vec<Value> = analysis
+            .physical()
+            .iter()
+            .flat_map(|it| {
+                let by_inertia = analysis
+                    .options
+                    .inertia
+                    .map(|inertia| it.with_inertia(inertia));
+                it.named()
+                    .into_iter()
+                    .chain(by_inertia.into_iter().flatten())
+            })
+            .map(named)
+            .collect();
+        Ok(json!({
+            "model": self.model_file()?,
+            "parameters": physical,
+            "candidates": analysis.candidates,
+            "selected": analysis.selected.iter().map(selected).collect::<Vec<_>>(),
+            "attainable_fit": analysis.attainable_fit,
+            "predicted_fit": analysis.predicted_fit,
+            "share_of_input": analysis.share,
+            "delay": analysis.lag.map(|it| json!({"best": it.best, "interval": it.interval})),
+            "bootstrap": analysis.bootstrap,
+            "residuals": analysis.residuals,
+            "record": {
+                "sample_time": record.sample_time,
+                "samples": record.samples(),
+                "segments": record.segments.iter().map(|it| (it.start, it.len())).collect::<Vec<_>>(),
+                "inputs": taken.resampled.inputs,
+                "outputs": taken.resampled.outputs,
+            },
+            "reading": taken.reading,
+            "preparation": taken.steps,
+            "validation": validation.as_ref().map(|it| json!({
+                "samples": it.resampled.record.samples(),
+                "reading": it.reading,
+                "preparation": it.steps,
+            })),
+            "methods": tried.iter().map(Trial::as_json).collect::<Vec<_>>(),
+        }))
+    }
+
+    /// The model as a file that other programs load.
+    ///
+    /// # Errors
+    /// When poles or zeros cannot be found.
+    pub fn model_file(&self) -> Result<ModelFile, FitError> {
+        Ok(ModelFile {
+            preparation: self.taken.steps.iter().map(|it| it.text.clone()).collect(),
+            ..model_file::of(&self.analysis)?
+        })
+    }
+
+    /// The longest run, measured and simulated.
+    ///
+    /// # Errors
+    /// None of a result of [`fit`].
+    pub fn simulated(&self) -> Result<Simulated<'_>, FitError> {
+        Ok(Simulated::of(&self.analysis, &self.taken.resampled.record)?)
+    }
+}
+
+/// A candidate of the default method and its fit by cross-validation, %.
+fn selected(of: &Candidate) -> Value {
+    json!({
+        "kind": of.kind.name(),
+        "order": of.order(),
+        "integrators": of.integrators(),
+        "delay": of.structure.delay,
+        "parameters": of.parameters(),
+        "fit": of.fit(),
+    })
+}

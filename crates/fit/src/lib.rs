@@ -1,0 +1,62 @@
+//! Models from data, as a library: what `planesman sysid` computes, without a command line, without printing.
+//!
+//! ```text
+//! FitOptions     -> fit     -> FitResult     CompareOptions -> compare -> Comparison
+//! SamplesOptions -> samples -> every sample  DataOptions    -> survey  -> Survey
+//! ```
+//! - [`FitOptions`], [`DataOptions`]: plain values with defaults; [`fit`] refuses what does not go together ([`FitError`]).
+//! - [`FitResult`], [`model_file`], [`Simulated`]: the model, as a file that other programs load, and on its data.
+//! - [`Comparison`], [`Compared`]: model files of any origin judged on data.
+//! - [`rules`]: the values that options take.
+//!
+//! Each is told to a [`Progress`](planesman_parallel::Progress), which may be `()`, and ends at its next stop point when it is
+//! asked to ([`until_stopped`](planesman_parallel::until_stopped)).
+//!
+//! ```
+//! use planesman_fit::{DataOptions, FitOptions, SignalOptions, StructureOptions, fit};
+//! // y[k] = 0.9 y[k-1] + 0.2 u[k-1], a sample every 0.1 s.
+//! let u: Vec<f64> = (0..400).map(|k| f64::from(u8::from(k / 15 % 2 == 0)) + 0.1 * f64::from(k).sin()).collect();
+//! let mut y = vec![0.0];
+//! for k in 1..400 {
+//!     y.push(0.9 * y[k - 1] + 0.2 * u[k - 1]);
+//! }
+//! let mut data = DataOptions::columns(vec![("u".to_owned(), u), ("y".to_owned(), y)]);
+//! data.time.sample_time = Some(0.1);
+//! let options = FitOptions {
+//!     signals: SignalOptions { data, input: "u".to_owned(), output: "y".to_owned(), ..Default::default() },
+//!     structure: StructureOptions { order: Some(1), ..Default::default() },
+//!     ..Default::default()
+//! };
+//! let found = fit(&options, &())?;
+//! assert!((found.analysis.model().a[0] + 0.9).abs() < 1e-6);
+//! # Ok::<(), planesman_fit::FitError>(())
+//! ```
+
+mod compare;
+mod data;
+mod error;
+mod fit;
+pub mod model_file;
+mod options;
+mod record;
+pub mod rules;
+mod samples;
+mod simulated;
+mod survey;
+mod trial;
+
+pub use compare::{
+    CompareOptions, Compared, Comparison, Response, compare, frequency_response,
+    frequency_responses,
+};
+pub use data::{Columns, DataOptions, Sources};
+pub use error::FitError;
+pub use fit::{FitResult, fit};
+pub use options::{
+    FitOptions, GridOptions, MethodChoice, PreparationOptions, RecursionOptions, SignalOptions,
+    StructureOptions, Validation, VehicleOptions,
+};
+pub use samples::{SamplesOptions, samples};
+pub use simulated::Simulated;
+pub use survey::{FieldSurvey, SPARKS, Survey, TopicSurvey, survey};
+pub use trial::{Trial, compared, order, ranked};

@@ -1,0 +1,445 @@
+//! The options of a fit, and which of them go together.
+
+use std::path::PathBuf;
+
+use planesman_identification::Start;
+use planesman_identification::analysis::Options;
+use planesman_identification::estimators::recursive::{Forgetting, Options as Recursion};
+use planesman_identification::estimators::vehicle::{Heave, Vehicle};
+use planesman_identification::estimators::{Knowledge, Method};
+use planesman_signals::{Band, Method as Resampling, Outliers, SegmentChoice, Trend};
+use planesman_vehicle::{pitch, vehicle_file};
+
+use crate::data::DataOptions;
+use crate::error::FitError;
+use crate::rules::{
+    ABOVE_ZERO, AT_ONE, BAND, BOOTSTRAP, DELAY, FINITE, FORGETTING, MAX_GAP, NOT_NEGATIVE,
+    NUMERATOR, ORDER, RATE, SPEED, WINDOW, count, number, span, together,
+};
+
+/// The largest order of a model with poles.
+pub(crate) const MOST: usize = 20;
+
+/// The options of [`fit`](crate::fit).
+///
+/// Each is the option of that name of `planesman sysid fit`; docs/sysid.md says more.
+#[derive(Clone, Debug, Default)]
+pub struct FitOptions {
+    /// The signals of some data, on one grid.
+    pub signals: SignalOptions,
+    /// Data to judge the model on, of which nothing is fitted; `None` for the last three tenths of the record.
+    pub validation: Option<Validation>,
+    /// The estimator.
+    pub method: MethodChoice,
+    /// The model's structure.
+    pub structure: StructureOptions,
+    /// Known values of the vehicle.
+    pub vehicle: VehicleOptions,
+    /// How the recursive methods learn.
+    pub recursion: RecursionOptions,
+    /// Simulated records of a bootstrap for 95 % intervals of poles and gain, 100 to 100,000; `None` for none.
+    pub bootstrap: Option<usize>,
+}
+
+/// Signals of some data, on one grid.
+#[derive(Clone, Debug, Default)]
+pub struct SignalOptions {
+    /// The data.
+    pub data: DataOptions,
+    /// The input: `TOPIC:FIELD`, or a column.
+    pub input: String,
+    /// The output.
+    pub output: String,
+    /// The reference (setpoint) of the control loop, for closed-loop data: the model is then fitted in two stages.
+    pub reference: Option<String>,
+    /// The grid.
+    pub grid: GridOptions,
+    /// How the record is prepared.
+    pub preparation: PreparationOptions,
+}
+
+/// How samples are put on a grid.
+#[derive(Clone, Debug)]
+pub struct GridOptions {
+    /// Sampling rate, Hz; `None` for that of the slowest output.
+    pub rate: Option<f64>,
+    /// The times that are used, in seconds from the first output's first sample, infinite where open; several are runs of one
+    /// model, none is all.
+    pub window: Vec<(f64, f64)>,
+    /// Resampling of inputs.
+    pub input_method: Resampling,
+    /// Resampling of outputs.
+    pub output_method: Resampling,
+    /// The longest interval between two samples that is not a gap, s; `None` for five sample intervals, and for none of a held
+    /// input.
+    pub max_gap: Option<f64>,
+}
+
+impl Default for GridOptions {
+    fn default() -> Self {
+        Self {
+            rate: None,
+            window: Vec::new(),
+            input_method: Resampling::Mean,
+            output_method: Resampling::Linear,
+            max_gap: None,
+        }
+    }
+}
+
+/// How a record is prepared before a model is fitted.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PreparationOptions {
+    /// What becomes of samples far from the median of those around them.
+    pub outliers: Outliers,
+    /// The band of frequencies that is used, of every signal, Hz; 0 or infinity for an open edge.
+    pub prefilter: Option<Band>,
+    /// Which data is used.
+    pub segment: SegmentChoice,
+    /// What is subtracted from each signal.
+    pub detrend: Trend,
+}
+
+/// Data to judge a model on.
+#[derive(Clone, Debug)]
+pub enum Validation {
+    /// A file or folder of its own.
+    Data(PathBuf),
+    /// Between two times, s, of the data given.
+    Window(f64, f64),
+}
+
+/// The method that is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MethodChoice {
+    /// One.
+    One(Method),
+    /// Each of them, beside the others.
+    All,
+}
+
+impl Default for MethodChoice {
+    fn default() -> Self {
+        Self::One(Method::default())
+    }
+}
+
+impl MethodChoice {
+    /// Every method, and all of them.
+    pub const ALL: [Self; Method::ALL.len() + 1] = {
+        let mut all = [Self::All; Method::ALL.len() + 1];
+        let mut i = 0;
+        while i < Method::ALL.len() {
+            all[i] = Self::One(Method::ALL[i]);
+            i += 1;
+        }
+        all
+    };
+
+    /// Its name and its help line.
+    #[must_use]
+    pub fn described(self) -> (&'static str, &'static str) {
+        match self {
+            Self::One(method) => method.described(),
+            Self::All => (
+                "all",
+                "Every method beside the others; the one that simulates held-out data best is printed and written",
+            ),
+        }
+    }
+
+    /// The names by which it is known elsewhere.
+    #[must_use]
+    pub fn also_known(self) -> &'static [&'static str] {
+        let Self::One(method) = self else {
+            return &[];
+        };
+        match method {
+            Method::OutputError => &["oe"],
+            Method::BoxJenkins => &["bj"],
+            Method::Instruments => &["iv"],
+            Method::LeastSquares => &["arx"],
+            Method::N4sid => &["subspace"],
+            Method::RecursiveLeastSquares => &["rls", "rarx"],
+            Method::ExtendedLeastSquares => &["els"],
+            Method::RecursivePredictionError => &["rpem", "rml"],
+            Method::RecursiveOutputError => &["roe"],
+            _ => &[],
+        }
+    }
+}
+
+/// The model's structure.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct StructureOptions {
+    /// The order, known poles not counted; for a finite impulse response the number of its coefficients. `None` to search it.
+    pub order: Option<usize>,
+    /// Coefficients of the numerator, known zeros not counted; `None` for as many as the order.
+    pub numerator: Option<usize>,
+    /// Samples from the input to its first effect; `None` to search it.
+    pub delay: Option<usize>,
+    /// Zeros known to be at z = 1.
+    pub zeros_at_one: usize,
+    /// Poles known to be at z = 1.
+    pub integrators: usize,
+    /// The output has no offset.
+    pub no_offset: bool,
+    /// The data begins at rest; else the initial state is estimated.
+    pub at_rest: bool,
+    /// Input and output are zero before each segment (the thesis' start): zeros are put in front of it.
+    pub prewindow: bool,
+    /// Each segment has its own numerator; only the poles are common.
+    pub own_numerators: bool,
+}
+
+impl StructureOptions {
+    /// Zeros that go in front of each segment, as many as a row of the difference equation looks back.
+    pub(crate) fn zeros_in_front(&self) -> usize {
+        match self.order.filter(|_| self.prewindow) {
+            None => 0,
+            Some(order) => {
+                let numerator = self.numerator.unwrap_or(order);
+                let inputs = self.delay.unwrap_or(1) + numerator + self.zeros_at_one;
+                inputs.saturating_sub(1).max(order + self.integrators)
+            }
+        }
+    }
+
+    fn is_given(&self) -> bool {
+        self.order.is_some()
+            || self.numerator.is_some()
+            || self.delay.is_some()
+            || self.zeros_at_one + self.integrators > 0
+            || self.own_numerators
+    }
+}
+
+/// Known values of the vehicle.
+#[derive(Clone, Debug, Default)]
+pub struct VehicleOptions {
+    /// For the methods vehicle and kalman: nu, zeta, eta and epsilon of `q_dot = K/J u - B/J q - M_theta/J theta + nu w`,
+    /// `w_dot = epsilon u + eta q - zeta w`, with w in the output's unit times m.
+    pub heave: Option<[f64; 4]>,
+    /// The same from a built-in vehicle or a vehicle file, at `speed`: for planes in rad, a rate in rad/s.
+    pub vehicle: Option<String>,
+    /// Standard deviation of the heave coefficients, % of each.
+    pub heave_doubt: f64,
+    /// The vehicle's speed, m/s, for `vehicle` and the model file.
+    pub speed: Option<f64>,
+    /// Moment of inertia J: turns K/J into K.
+    pub inertia: Option<f64>,
+    /// For kalman: standard deviation of the noise, output unit; `None` for that of second differences.
+    pub noise: Option<f64>,
+    /// For kalman: standard deviation of the sensor's bias drift in one second, output unit.
+    pub bias_drift: f64,
+    /// For kalman: standard deviation of the output's change by disturbances in one second, output unit.
+    pub disturbance: f64,
+}
+
+/// How the recursive methods learn.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RecursionOptions {
+    /// Forgetting factor per sample; `None` for 1, none.
+    pub forgetting: Option<f64>,
+    /// Initial covariance of each parameter; `None` for 1e8.
+    pub initial_covariance: Option<f64>,
+}
+
+impl RecursionOptions {
+    fn options(&self, asked: MethodChoice) -> Result<Recursion, FitError> {
+        let given = self.forgetting.or(self.initial_covariance);
+        match asked {
+            MethodChoice::One(method) if given.is_some() && !is_recursive(method) => {
+                return Err(FitError::NotRecursive(method));
+            }
+            _ => {}
+        }
+        let defaults = Recursion::default();
+        Ok(Recursion {
+            forgetting: self
+                .forgetting
+                .map_or(defaults.forgetting, Forgetting::Constant),
+            initial_covariance: self
+                .initial_covariance
+                .unwrap_or(defaults.initial_covariance),
+            ..defaults
+        })
+    }
+}
+
+/// Whether a method learns a sample at a time, by forgetting factor and covariance.
+fn is_recursive(method: Method) -> bool {
+    matches!(
+        method,
+        Method::RecursiveLeastSquares
+            | Method::ExtendedLeastSquares
+            | Method::RecursivePredictionError
+            | Method::RecursiveOutputError
+    )
+}
+
+impl SignalOptions {
+    /// Checks grid and preparation.
+    pub(crate) fn check(&self) -> Result<(), FitError> {
+        let grid = &self.grid;
+        number("rate", grid.rate, &RATE)?;
+        number("max_gap", grid.max_gap, &MAX_GAP)?;
+        for window in &grid.window {
+            span("window", *window, &WINDOW)?;
+        }
+        let band = self.preparation.prefilter;
+        band.map_or(Ok(()), |band| span("prefilter", band, &BAND))
+    }
+}
+
+impl FitOptions {
+    /// Checks each value.
+    pub(crate) fn check(&self) -> Result<(), FitError> {
+        self.signals.check()?;
+        let (structure, vehicle) = (&self.structure, &self.vehicle);
+        if let Some(Validation::Window(from, to)) = self.validation {
+            span("validation", (from, to), &WINDOW)?;
+        }
+        for (option, value, range) in [
+            ("order", structure.order, ORDER),
+            ("numerator", structure.numerator, NUMERATOR),
+            ("delay", structure.delay, DELAY),
+            ("zeros_at_one", Some(structure.zeros_at_one), AT_ONE),
+            ("integrators", Some(structure.integrators), AT_ONE),
+            ("bootstrap", self.bootstrap, BOOTSTRAP),
+        ] {
+            count(option, value, &range)?;
+        }
+        let covariance = self.recursion.initial_covariance;
+        for (option, value, rule) in [
+            ("heave_doubt", Some(vehicle.heave_doubt), NOT_NEGATIVE),
+            ("speed", vehicle.speed, SPEED),
+            ("inertia", vehicle.inertia, ABOVE_ZERO),
+            ("noise", vehicle.noise, ABOVE_ZERO),
+            ("bias_drift", Some(vehicle.bias_drift), NOT_NEGATIVE),
+            ("disturbance", Some(vehicle.disturbance), NOT_NEGATIVE),
+            ("forgetting", self.recursion.forgetting, FORGETTING),
+            ("initial_covariance", covariance, ABOVE_ZERO),
+        ] {
+            number(option, value, &rule)?;
+        }
+        for coefficient in vehicle.heave.into_iter().flatten() {
+            number("heave", Some(coefficient), &FINITE)?;
+        }
+        together(|option| match option {
+            "order" => structure.order.is_some(),
+            "numerator" => structure.numerator.is_some(),
+            "prewindow" => structure.prewindow,
+            "vehicle" => vehicle.vehicle.is_some(),
+            "heave" => vehicle.heave.is_some(),
+            "speed" => vehicle.speed.is_some(),
+            _ => false,
+        })
+    }
+
+    /// The options of the analysis by a method.
+    pub(crate) fn analysis(&self, method: Method) -> Result<Options, FitError> {
+        let (structure, vehicle) = (&self.structure, &self.vehicle);
+        let is_alone = self.method != MethodChoice::All;
+        let of_vehicle = match (&vehicle.vehicle, vehicle.speed) {
+            (Some(name), Some(speed)) => Some(heave_of(name, speed)?),
+            _ => None,
+        };
+        let coefficients = vehicle.heave.or(of_vehicle);
+        if method.is_of_the_vehicle() {
+            if structure.is_given() {
+                return Err(FitError::StructureOfVehicle(method));
+            }
+        } else if coefficients.is_some() && is_alone {
+            return Err(FitError::NoVehicle);
+        }
+        let is_fir = method == Method::Fir;
+        if is_fir && structure.numerator.is_some() && is_alone {
+            return Err(FitError::NumeratorOfFir);
+        }
+        if structure.order.is_some_and(|order| order > MOST) && !is_fir {
+            return Err(FitError::Order);
+        }
+        let heave = coefficients.map(|[to_pitch, damping, from_rate, from_input]| Heave {
+            to_pitch,
+            damping,
+            from_rate,
+            from_input,
+            doubt: vehicle.heave_doubt / 100.0,
+        });
+        Ok(Options {
+            method,
+            knowledge: Knowledge {
+                vehicle: Vehicle { heave },
+                noise: vehicle.noise,
+                bias_drift: vehicle.bias_drift,
+                disturbance: vehicle.disturbance,
+                // Beside other methods the criterion chooses: an order is none of coefficients.
+                length: structure.order.filter(|_| is_fir && is_alone),
+                recursion: self.recursion.options(self.method)?,
+            },
+            order: structure.order.filter(|_| !is_fir),
+            numerator: structure.numerator.filter(|_| !is_fir),
+            delay: structure.delay,
+            zeros_at_one: structure.zeros_at_one,
+            integrators: structure.integrators,
+            offset: !structure.no_offset,
+            start: if structure.at_rest || structure.prewindow {
+                Start::Rest
+            } else {
+                Start::Motion
+            },
+            own_numerators: structure.own_numerators,
+            inertia: vehicle.inertia,
+            speed: vehicle.speed,
+            bootstrap: self.bootstrap,
+        })
+    }
+
+    /// The methods of the vehicle's equations are tried only with what is known of it.
+    pub(crate) fn tried(&self) -> Vec<Method> {
+        let of_vehicle = self.vehicle.heave.is_some() || self.vehicle.vehicle.is_some();
+        let methods = Method::ALL.into_iter();
+        methods
+            .filter(|method| of_vehicle || !method.is_of_the_vehicle())
+            .collect()
+    }
+}
+
+/// nu, zeta, eta and epsilon of a vehicle about level flight: pitch acceleration per heave, 1/(m s); damping of
+/// heave, 1/s; heave acceleration per pitch rate, m/s, and per plane angle, m/s^2 per rad.
+fn heave_of(vehicle: &str, speed: f64) -> Result<[f64; 4], FitError> {
+    let vehicle = vehicle_file::load(vehicle)?;
+    let coefficients = pitch::coefficients(&vehicle.derivatives(speed));
+    let [_, _, _, heave @ ..] = coefficients.map_err(|source| FitError::NotLinear {
+        vehicle: vehicle.name,
+        speed,
+        source,
+    })?;
+    Ok(heave)
+}
+
+#[cfg(test)]
+mod tests {
+    use planesman_units::{FOOT, INCH};
+
+    use super::*;
+
+    #[test]
+    fn heave_of_the_thesis_vehicle_is_that_of_its_coefficients() {
+        // Brunner 1988, Table 1 (p. 41): Z'w -1.295, Z'q + m' 0.196, Z'delta 0.095, M'w 0.088, m' - Z'w_dot 1.046,
+        // I'y 0.072 with M'q_dot; 28 in long.
+        let (speed, length) = (2.1 * FOOT, 28.0 * INCH);
+        let rate = speed / length;
+        let expected = [
+            0.088 / 0.072 * rate / length,
+            1.295 / 1.046 * rate,
+            0.196 / 1.046 * rate * length,
+            0.095 / 1.046 * rate * speed,
+        ];
+        let found = heave_of("brunner", speed).unwrap();
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found / expected - 1.0).abs() < 0.02, "{found} {expected}");
+        }
+    }
+}

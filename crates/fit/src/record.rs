@@ -1,0 +1,161 @@
+//! The record that the options name.
+
+use planesman_parallel::Progress;
+use planesman_signals::{
+    DECIMATION, Method, Options, Preparation, Taken, take, unreachable, without_dynamics,
+};
+
+use crate::data::{DataOptions, reading};
+use crate::error::FitError;
+use crate::options::{GridOptions, SignalOptions, Validation};
+
+/// Half the shortest sampling interval, s.
+const EDGE: f64 = 0.5e-6;
+
+/// Two times, s.
+type Window = (f64, f64);
+
+impl GridOptions {
+    /// The options of each window; `rate` where none was asked for.
+    fn of_windows(&self, rate: Option<f64>) -> Vec<Options> {
+        let all = [(f64::NEG_INFINITY, f64::INFINITY)];
+        let windows = match &self.window[..] {
+            [] => &all[..],
+            windows => windows,
+        };
+        let of = |(from, to): &Window| Options {
+            rate: self.rate.or(rate),
+            window: *from..=*to,
+            input_method: self.input_method,
+            output_method: self.output_method,
+            max_gap: self.max_gap,
+        };
+        windows.iter().map(of).collect()
+    }
+
+    /// The same within other windows.
+    pub(crate) fn within(&self, window: Vec<Window>) -> Self {
+        Self {
+            window,
+            ..self.clone()
+        }
+    }
+
+    /// The same on a grid of that rate, Hz, where none was asked for.
+    pub(crate) fn at_rate(mut self, rate: f64) -> Self {
+        self.rate.get_or_insert(rate);
+        self
+    }
+
+    /// The same with means of the outputs about each instant, if a record was decimated though no rate was asked for.
+    pub(crate) fn averaged_where_decimated(&self, record: &Taken) -> Option<Self> {
+        let decimated = record.steps.iter().any(|it| it.name == DECIMATION);
+        let linear = self.rate.is_none() && self.output_method == Method::Linear;
+        (decimated && linear).then(|| Self {
+            output_method: Method::Centred,
+            ..self.clone()
+        })
+    }
+
+    /// The grid without a window for validation, in the ways to read it of which the first that finds samples counts:
+    /// from before it and behind it, or from one of both.
+    pub(crate) fn outside(&self, (from, to): Window) -> Result<Vec<Self>, FitError> {
+        let windows = &self.window;
+        if let Some(window) = windows.iter().find(|(a, b)| *a < to && from < *b) {
+            return Err(FitError::Overlap {
+                window: *window,
+                validation: (from, to),
+            });
+        }
+        // Samples on the window's edges are in it.
+        let (before, behind) = ((f64::NEG_INFINITY, from - EDGE), (to + EDGE, f64::INFINITY));
+        let ways = match (windows.is_empty(), from > 0.0) {
+            (false, _) => vec![windows.clone()],
+            (true, true) => vec![vec![before, behind], vec![before], vec![behind]],
+            (true, false) => vec![vec![behind]],
+        };
+        Ok(ways.into_iter().map(|it| self.within(it)).collect())
+    }
+}
+
+impl SignalOptions {
+    /// The validation data on the grid of the data that was fitted, decimated as that was.
+    pub(crate) fn validation(
+        &self,
+        given: &Validation,
+        fitted: &Taken,
+        progress: &dyn Progress,
+    ) -> Result<Taken, FitError> {
+        let own = match given {
+            Validation::Window(..) => None,
+            Validation::Data(path) => Some(DataOptions {
+                stamp: self.data.stamp,
+                time: self.data.time.clone(),
+                ..DataOptions::files([path])
+            }),
+        };
+        let grid = self.grid.within(match given {
+            Validation::Window(from, to) => vec![(*from, *to)],
+            Validation::Data(_) => Vec::new(),
+        });
+        let averaged = grid.averaged_where_decimated(fitted);
+        let rate = 1.0 / fitted.resampled.record.sample_time;
+        let grid = averaged.unwrap_or(grid).at_rate(rate);
+        let data = own.as_ref().unwrap_or(&self.data);
+        let record = self.record(data, &grid, 0, false, progress);
+        record.map_err(|error| FitError::Validation(Box::new(error)))
+    }
+
+    /// Reads the signals of `data` as a record on `grid`: the input, then the reference if there is one. Each window of each
+    /// source is a segment, or several. So many zeros are put in front of each. If it may be decimated, it is where it is sampled
+    /// far faster than it moves, unless a rate was asked for.
+    ///
+    /// # Errors
+    /// Data that cannot be read, a signal that is not in it, signals that have no instant in common or are never of one time, a
+    /// grid finer than the data, signals without dynamics.
+    pub(crate) fn record(
+        &self,
+        data: &DataOptions,
+        grid: &GridOptions,
+        prewindow: usize,
+        decimate: bool,
+        progress: &dyn Progress,
+    ) -> Result<Taken, FitError> {
+        let inputs: Vec<String> = std::iter::once(&self.input)
+            .chain(&self.reference)
+            .cloned()
+            .collect();
+        let outputs = [self.output.clone()];
+        let mut taken: Option<Taken> = None;
+        for source in data.each() {
+            let source = source?;
+            let rate = taken
+                .as_ref()
+                .map(|taken| 1.0 / taken.resampled.record.sample_time);
+            let windows = grid.of_windows(rate.or(source.sample_time().map(f64::recip)));
+            let next = reading(source.bytes(), progress, |told| {
+                take(&source, &inputs, &outputs, &windows, told)
+            });
+            let next = next.map_err(FitError::data)?;
+            taken = Some(match taken {
+                None => next,
+                Some(before) => before.followed_by(next),
+            });
+        }
+        let taken = taken.ok_or(FitError::NoData)?;
+        let record = &taken.resampled.record;
+        let preparation = &self.preparation;
+        let unfit = (preparation.prefilter).and_then(|band| unreachable(record, band));
+        if let Some(reason) = without_dynamics(record).or(unfit) {
+            return Err(FitError::Record(reason));
+        }
+        Ok(taken.prepared(&Preparation {
+            decimate: decimate && grid.rate.is_none(),
+            outliers: preparation.outliers,
+            band: preparation.prefilter,
+            segment: preparation.segment,
+            trend: preparation.detrend,
+            prewindow,
+        }))
+    }
+}

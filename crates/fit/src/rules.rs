@@ -1,0 +1,188 @@
+//! The values that options take, each rule stated once: the command line's parsers and the library's checks use it.
+
+use std::ops::RangeInclusive;
+
+use crate::error::FitError;
+
+/// Numbers that an option takes.
+#[derive(Clone, Copy, Debug)]
+pub struct Rule {
+    /// The least; no NaN.
+    pub least: f64,
+    /// The greatest; no infinite number.
+    pub most: f64,
+    /// The rule in words.
+    pub text: &'static str,
+}
+
+impl Rule {
+    const fn new(least: f64, most: f64, text: &'static str) -> Self {
+        Self { least, most, text }
+    }
+
+    /// The number, written so, if the rule lets it.
+    ///
+    /// # Errors
+    /// The rule in words.
+    pub fn check(&self, written: &str, value: f64) -> Result<f64, String> {
+        if (self.least..=self.most).contains(&value) {
+            Ok(value)
+        } else if self.most == f64::MAX && !value.is_finite() {
+            Err(format!("'{written}' is not finite"))
+        } else {
+            Err(self.text.to_owned())
+        }
+    }
+}
+
+/// The least number above 0.
+const LEAST: f64 = f64::from_bits(1);
+
+/// Sampling rates, Hz.
+pub const RATE: Rule = Rule::new(1e-6, 1e6, "expected a rate between 1e-6 and 1e6 Hz");
+/// The interval between two rows, s.
+pub const SAMPLE_TIME: Rule =
+    Rule::new(1e-6, 1e6, "a number from 0.000001 to 1000000 s is expected");
+/// The longest interval that is no gap, s.
+pub const MAX_GAP: Rule = Rule::new(LEAST, 1e9, "expected a time between 0 and 1e9 s");
+/// Forgetting factors per sample.
+pub const FORGETTING: Rule = Rule::new(1e-3, 1.0, "a number from 0.001 to 1 is expected");
+/// A vehicle's speed, m/s.
+pub const SPEED: Rule = Rule::new(1e-3, 100.0, "a number from 0.001 to 100 m/s is expected");
+/// Numbers above 0.
+pub const ABOVE_ZERO: Rule = Rule::new(LEAST, f64::MAX, "expected a number above 0");
+/// Numbers of 0 or more.
+pub const NOT_NEGATIVE: Rule = Rule::new(0.0, f64::MAX, "expected a number of 0 or more");
+/// Numbers that are not infinite.
+pub const FINITE: Rule = Rule::new(f64::MIN, f64::MAX, "expected a finite number");
+
+/// Pairs of edges that an option takes, the lower one first.
+#[derive(Clone, Copy, Debug)]
+pub struct Span {
+    /// The edges that stand for none; none is below the first.
+    pub open: (f64, f64),
+    /// Whether both may be open.
+    pub may_be_open: bool,
+    /// The rule in words.
+    pub text: &'static str,
+}
+
+impl Span {
+    /// The rule in words, for what is written so.
+    #[must_use]
+    pub fn refusal(&self, written: &str) -> String {
+        format!("'{written}' {}", self.text)
+    }
+
+    /// The edges, written so, if the rule lets them.
+    ///
+    /// # Errors
+    /// The rule in words.
+    pub fn check(&self, written: &str, (from, to): (f64, f64)) -> Result<(f64, f64), String> {
+        let is_open = !self.may_be_open && (from, to) == self.open;
+        if from > to {
+            Err(format!("'{written}' is reversed; write {to}..{from}"))
+        } else if from < to && from >= self.open.0 && !is_open {
+            Ok((from, to))
+        } else {
+            Err(self.refusal(written))
+        }
+    }
+}
+
+/// Windows, s.
+pub const WINDOW: Span = Span {
+    open: (f64::NEG_INFINITY, f64::INFINITY),
+    may_be_open: true,
+    text: "is not a window; write FROM..TO, as 10..60, 10.. or ..60",
+};
+/// Bands of frequency, Hz.
+pub const BAND: Span = Span {
+    open: (0.0, f64::INFINITY),
+    may_be_open: false,
+    text: "is not a band; write LOW..HIGH in Hz, as 0.01..2, 0.01.. or ..2",
+};
+
+/// Options that need another.
+pub const NEEDS: [(&str, &str); 3] = [
+    ("numerator", "order"),
+    ("prewindow", "order"),
+    ("vehicle", "speed"),
+];
+/// Options that exclude each other.
+pub const EXCLUDES: [(&str, &str); 3] = [
+    ("vehicle", "heave"),
+    ("time", "sample_time"),
+    ("time_unit", "sample_time"),
+];
+
+/// Orders of a model; above 20 of a finite impulse response alone.
+pub const ORDER: RangeInclusive<i64> = 1..=64;
+/// Coefficients of a numerator.
+pub const NUMERATOR: RangeInclusive<i64> = 1..=40;
+/// Delays, samples.
+pub const DELAY: RangeInclusive<i64> = 0..=40;
+/// Zeros and poles known to be at z = 1.
+pub const AT_ONE: RangeInclusive<i64> = 0..=4;
+/// Records of a bootstrap.
+pub const BOOTSTRAP: RangeInclusive<i64> = 100..=100_000;
+/// Samples ahead at which predictions are judged.
+pub const AHEAD: RangeInclusive<i64> = 1..=1000;
+
+/// Checks a number that may be given.
+pub(crate) fn number(
+    option: &'static str,
+    value: Option<f64>,
+    rule: &Rule,
+) -> Result<(), FitError> {
+    let Some(value) = value else {
+        return Ok(());
+    };
+    let checked = rule.check(&value.to_string(), value);
+    checked
+        .map(drop)
+        .map_err(|rule| FitError::value(option, value, rule))
+}
+
+/// Checks a count that may be given.
+pub(crate) fn count(
+    option: &'static str,
+    value: Option<usize>,
+    range: &RangeInclusive<i64>,
+) -> Result<(), FitError> {
+    match value {
+        Some(value) if !i64::try_from(value).is_ok_and(|it| range.contains(&it)) => {
+            let rule = format!("{value} is not in {range:?}");
+            Err(FitError::value(option, value, rule))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Checks two edges.
+pub(crate) fn span(
+    option: &'static str,
+    (from, to): (f64, f64),
+    rule: &Span,
+) -> Result<(), FitError> {
+    let written = format!("{from}..{to}");
+    let checked = rule.check(&written, (from, to));
+    checked
+        .map(drop)
+        .map_err(|rule| FitError::value(option, written, rule))
+}
+
+/// Checks which options are given together.
+pub(crate) fn together(is_given: impl Fn(&str) -> bool) -> Result<(), FitError> {
+    for (option, needed) in NEEDS {
+        if is_given(option) && !is_given(needed) {
+            return Err(FitError::Needs(option, needed));
+        }
+    }
+    for (option, other) in EXCLUDES {
+        if is_given(option) && is_given(other) {
+            return Err(FitError::Excludes(option, other));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,33 @@
+//! Signals as they lie in a bag, CSV file or PX4 log: every sample with its stamp, on no grid.
+
+use planesman_parallel::stop_point;
+use planesman_signals::{Reading, Request, Role, Take};
+
+use crate::data::DataOptions;
+use crate::error::FitError;
+
+/// The signals of some data.
+#[derive(Clone, Debug, Default)]
+pub struct SamplesOptions {
+    /// The data.
+    pub data: DataOptions,
+    /// Each signal: `TOPIC:FIELD`, or a column.
+    pub signals: Vec<String>,
+}
+
+/// Hands every sample of the signals to `take`. Of a field that is a list the first element is taken, unless one is named.
+///
+/// # Errors
+/// A signal that is not there, or data of which nothing can be read.
+pub fn samples(options: &SamplesOptions, take: &mut Take<'_>) -> Result<Reading, FitError> {
+    let request = |name: &String| Request {
+        name: name.clone(),
+        role: Role::Output,
+    };
+    let requests: Vec<Request> = options.signals.iter().map(request).collect();
+    let reading = options
+        .data
+        .open()?
+        .read(&requests, take, &|_| stop_point());
+    reading.map_err(FitError::data)
+}
