@@ -1,4 +1,4 @@
-"""Python values as arguments of the command line, whose parser has names, defaults, units and checks."""
+"""Python values as the native half takes them, which has names, defaults, units and checks."""
 
 from __future__ import annotations
 
@@ -55,22 +55,39 @@ def arguments(options: Mapping[str, Any]) -> list[str]:
         option = "--" + name.replace("_", "-")
         if value is None or value is False:
             continue
-        if value is True:
-            arguments.append(option)
-        elif name in _SPANS and isinstance(value, (tuple, list)):
-            spans = value if value and isinstance(value[0], (tuple, list)) else [value]
-            arguments += [f"{option}={_span(name, span)}" for span in spans]
-        elif name == "heave" and not isinstance(value, str):
-            arguments.append(f"{option}={','.join(map(text, value))}")
-        else:
-            arguments.append(f"{option}={text(value)}")
+        arguments.append(option if value is True else f"{option}={text(value)}")
     return arguments
 
 
-def _span(name: str, span: object) -> str:
-    if not isinstance(span, (tuple, list)) or len(span) != 2:
-        raise TypeError(f"{name}: (from, to) is expected, or a list of such; None is an open end")
-    return "..".join("" if edge is None else text(edge) for edge in span)
+def keywords(options: Mapping[str, Any]) -> dict[str, Any]:
+    """The options that are given, numbers as numbers, anything else as text."""
+    found: dict[str, Any] = {}
+    for name, value in options.items():
+        if value is None or value is False:
+            continue
+        if name in _SPANS and isinstance(value, (tuple, list)):
+            spans = value if value and isinstance(value[0], (tuple, list)) else [value]
+            found[name] = _spans(name, spans)
+        elif name == "heave" and not isinstance(value, str):
+            values = list(value)
+            found[name] = values if all(map(_is_number, values)) else ",".join(map(text, values))
+        else:
+            found[name] = value if isinstance(value, (bool, np.bool_)) or _is_number(value) else text(value)
+    return found
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
+
+
+def _spans(name: str, spans: Iterable[Any]) -> Any:
+    """Pairs of edges; as text where an edge is no number."""
+    for span in spans:
+        if not isinstance(span, (tuple, list)) or len(span) != 2:
+            raise TypeError(f"{name}: (from, to) is expected, or a list of such; None is an open end")
+        if not all(edge is None or _is_number(edge) for edge in span):
+            return "..".join("" if edge is None else text(edge) for edge in span)
+    return [tuple(span) for span in spans]
 
 
 def check_names(function: str, given: Iterable[str], known: Iterable[str]) -> None:
@@ -84,6 +101,6 @@ def check_names(function: str, given: Iterable[str], known: Iterable[str]) -> No
 
 
 def paths(data: str | os.PathLike[str] | Iterable[str | os.PathLike[str]]) -> list[str]:
-    """One path, or several, behind `--`: none is taken for an option."""
+    """One path, or several."""
     several = [data] if isinstance(data, (str, bytes, bytearray, os.PathLike)) else data
-    return ["--", *map(path_text, several)]
+    return list(map(path_text, several))

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planesman import _native
-from planesman._arguments import arguments, paths, text
+from planesman._arguments import keywords, paths, text
 from planesman._tables import Table
 
 if TYPE_CHECKING:
@@ -85,8 +85,7 @@ def read_bag(
     """
     names = [fields] if isinstance(fields, (str, bytes)) else list(fields)
     options = {"stamp": stamp, "time": time, "time_unit": time_unit, "sample_time": sample_time}
-    args = arguments(options) + [f"--signal={text(name)}" for name in names] + paths(data)
-    signals, notes = _native.samples(args)
+    signals, notes = _native.samples(paths(data), [text(name) for name in names], keywords(options))
     for note in notes:
         warnings.warn(note, stacklevel=2)
     origin = min((int(stamps.min()) for stamps, _ in signals if len(stamps)), default=0)
@@ -99,7 +98,7 @@ def list_fields(data: Path | Sequence[Path], *, topic: str | None = None) -> Tab
     A row has `field` (as `read_bag` and `fit` take it), `type` of the message, `rate` (Hz), `count`, `not_finite`, `min`, `max`.
     `topic` keeps the topics whose name contains it. `list_fields(bag).frame()` is a data frame.
     """
-    survey = json.loads(_native.fields(arguments({"quiet": True, "topic": topic}) + paths(data)))
+    survey = json.loads(_native.fields(paths(data), None if topic is None else text(topic)))
     for note in survey["notes"]:
         warnings.warn(_native.in_python(note), stacklevel=2)
     rows = Table()

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planesman import _native, _tables
-from planesman._arguments import arguments, check_names, path_text, paths, text
+from planesman._arguments import check_names, keywords, path_text, paths, text
 from planesman._progress import Progress
 from planesman.data import Samples
 from planesman.simulation import Form, of_control
@@ -443,15 +443,14 @@ def fit(data: Data, input: str, output: str, *, progress: bool | None = None, **
     `progress` shows how long it has taken: on a terminal and in a notebook without, nowhere with False.
     """
     check_names("fit", options, _keywords())
-    args = arguments({"quiet": True, "input": input, "output": output, **options})
-    columns = None
+    named = {"input": text(input), "output": text(output), **keywords(options)}
+    columns, files = None, []
     if isinstance(data, Mapping) or hasattr(data, "columns"):
         columns = [(text(name), _column(name, values)) for name, values in _arrays(data, (input, output, options.get("reference")))]
-        args += ["--", "arrays"]
     else:
-        args += paths(data)
+        files = paths(data)
     with Progress("fit", wanted=progress) as told:
-        report, _, (inputs, measured, simulated) = _native.fit(args, columns, told)
+        report, _, (inputs, measured, simulated) = _native.fit(files, named, columns, told)
     document = json.loads(report)
     time = np.arange(len(measured)) * document["model"]["sample_time"]
     return Model(document, {"time": time, "input": inputs, "measured": measured, "simulated": simulated})

@@ -1,13 +1,14 @@
 //! Signals and fields of a bag, table or log.
 
-use std::ffi::OsString;
+use std::collections::HashMap;
+use std::path::PathBuf;
 
-use planesman::sysid::samples::{self as command, SamplesArgs};
-use planesman::sysid::topics::{self, TopicsArgs};
+use planesman_fit::{DataOptions, SamplesOptions, Sources, survey};
 use pyo3::prelude::*;
 
 use crate::array::array;
-use crate::error::{parsed, raised, released};
+use crate::error::{raised, released};
+use crate::options::{Keyword, Keywords};
 use crate::words::in_python;
 
 /// Stamps, ns, and numbers.
@@ -18,30 +19,35 @@ type Pair<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>);
 #[pyfunction]
 pub(crate) fn samples(
     py: Python<'_>,
-    args: Vec<OsString>,
+    data: Vec<PathBuf>,
+    signals: Vec<String>,
+    options: HashMap<String, Keyword>,
 ) -> PyResult<(Vec<Pair<'_>>, Vec<String>)> {
-    let args: SamplesArgs = parsed(&args)?;
-    let (signals, notes) = released(py, || {
-        let mut signals = vec![(Vec::new(), Vec::new()); args.signals().len()];
-        let reading = command::read(&args, &mut |signal, stamp, value| {
-            let (stamps, values): &mut (Vec<i64>, Vec<f64>) = &mut signals[signal];
+    let data = Keywords(options).only_data(Sources::Files(data));
+    let data = data.map_err(raised)?;
+    let mut read = vec![(Vec::new(), Vec::new()); signals.len()];
+    let options = SamplesOptions { data, signals };
+    let (read, notes) = released(py, || {
+        let reading = planesman_fit::samples(&options, &mut |signal, stamp, value| {
+            let (stamps, values): &mut (Vec<i64>, Vec<f64>) = &mut read[signal];
             stamps.push(stamp);
             values.push(value.unwrap_or(f64::NAN));
             true
         });
-        Ok((signals, reading?.notes))
+        let notes = reading?.notes;
+        Ok((read, notes))
     })?;
     let notes = notes.iter().map(|note| in_python(note)).collect();
-    let arrays = signals
+    let arrays = read
         .into_iter()
         .map(|(stamps, values)| Ok((array(py, stamps)?, array(py, values)?)));
     Ok((arrays.collect::<PyResult<_>>()?, notes))
 }
 
-/// Every numeric field, with rate, gaps and range, as JSON.
+/// Every numeric field, with rate, gaps and range, as JSON; of topics whose name contains `topic`.
 #[pyfunction]
-pub(crate) fn fields(py: Python<'_>, args: Vec<OsString>) -> PyResult<String> {
-    let args: TopicsArgs = parsed(&args)?;
-    let survey = released(py, || topics::survey(&args))?;
+pub(crate) fn fields(py: Python<'_>, data: Vec<PathBuf>, topic: Option<&str>) -> PyResult<String> {
+    let data = DataOptions::files(data);
+    let survey = released(py, || Ok(survey(&data, topic, &())?))?;
     serde_json::to_string(&survey).map_err(raised)
 }

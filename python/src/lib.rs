@@ -1,11 +1,12 @@
 //! The native half of the Python package `planesman`, which is in `planesman/` beside it and is what people import.
 //!
-//! Functions here take what the command line takes, as a list of its arguments, so that names, defaults, units, checks and
-//! errors are the same; the Python half gives them types and docstrings.
+//! Functions here take what the libraries take, so that names, defaults, units, checks and errors are those of the program; the Python
+//! half gives them types and docstrings.
 //!
 //! - `data`: signals and fields of a bag, table or log.
 //! - `flight`: scenarios, and their flight in this process.
 //! - `model`: identification, model files, a vehicle's transfer functions.
+//! - `options`: keywords as the options of fits and of their data.
 //! - `sweep`: the cases of a sweep, part by part.
 //! - `listing`: parameters of the nodes, numbers of the reports.
 //! - `array`: numbers as numpy arrays.
@@ -21,6 +22,7 @@ mod error;
 mod flight;
 mod listing;
 mod model;
+mod options;
 mod sweep;
 mod words;
 

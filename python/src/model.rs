@@ -1,13 +1,14 @@
 //! Identification, model files, and a vehicle's transfer functions.
 
+use std::collections::HashMap;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use clap::{CommandFactory as _, Parser};
-use planesman::sysid::fit::{self as command, FitArgs};
-use planesman::sysid::model_file::given;
-use planesman::sysid::simulated::Simulated;
+use planesman::sysid::fit::FitArgs;
 use planesman::tf_command::{self, TfArgs};
+use planesman_fit::Sources;
+use planesman_fit::model_file::given;
 use planesman_identification::{Reading, Uncertain};
 use planesman_linear::TransferFunction;
 use planesman_model_file::ModelFile;
@@ -16,32 +17,34 @@ use pyo3::pybacked::PyBackedBytes;
 
 use crate::array::{array, numbers};
 use crate::error::{Watch, parsed, raised, released, watched};
+use crate::options::{Keyword, Keywords};
 
 /// The name by which a model that is in memory is refused.
 const IN_MEMORY: &str = "model.json";
 
-/// A model by the arguments of `planesman sysid fit`: its JSON, and of the longest run the first stamp, input, measured and
+/// A model by the options of `planesman sysid fit`: its JSON, and of the longest run the first stamp, input, measured and
 /// simulated output. With columns in memory, float64 as bytes, they are the data. `progress` is called now and then.
 #[pyfunction]
-#[pyo3(signature = (args, columns=None, progress=None))]
+#[pyo3(signature = (data, options, columns=None, progress=None))]
 pub(crate) fn fit<'py>(
     py: Python<'py>,
-    args: Vec<OsString>,
+    data: Vec<PathBuf>,
+    options: HashMap<String, Keyword>,
     columns: Option<Vec<(String, PyBackedBytes)>>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(String, i64, Vec<Bound<'py, PyAny>>)> {
-    let mut args: FitArgs = parsed(&args)?;
-    if let Some(columns) = columns {
-        let copied = columns
-            .into_iter()
-            .map(|(name, bytes)| (name, numbers(&bytes)));
-        args = args.of_columns(copied.collect());
-    }
+    let sources = match columns {
+        None => Sources::Files(data),
+        Some(columns) => {
+            let columns = columns.into_iter();
+            Sources::Columns(columns.map(|(name, it)| (name, numbers(&it))).collect())
+        }
+    };
+    let options = Keywords(options).fit(sources).map_err(raised)?;
     let watch = Watch::new(progress);
     let (json, start, run) = watched(py, &watch, || {
-        let found = command::fit(&args)?;
-        let record = &found.taken.resampled.record;
-        let run = Simulated::of(&found.analysis, record)?;
+        let found = planesman_fit::fit(&options, &())?;
+        let run = found.simulated()?;
         let (input, measured) = (run.input.to_vec(), run.measured.to_vec());
         let json = serde_json::to_string(&found.as_json()?)?;
         Ok((json, run.start, [input, measured, run.simulated]))

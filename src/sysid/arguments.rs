@@ -5,9 +5,7 @@ use std::path::PathBuf;
 use clap::{Arg, Args};
 use planesman_console::progress::Bars;
 use planesman_fit::rules::{self, EXCLUDES, NEEDS, Rule, Span};
-use planesman_fit::{
-    DataOptions, GridOptions, PreparationOptions, SignalOptions, Sources, Validation,
-};
+use planesman_fit::{DataOptions, GridOptions, PreparationOptions, SignalOptions, Sources};
 use planesman_parallel::Progress;
 use planesman_signals::{Band, Clock, Method, Outliers, SegmentChoice, TableTime, TimeUnit, Trend};
 use planesman_units::Dimension;
@@ -107,7 +105,7 @@ pub(super) struct PreparationArgs {
     outliers: Outliers,
     /// Band of frequencies that is used, of every signal: LOW..HIGH, or LOW.. against drift, or ..HIGH against noise (Hz)
     /// [default: all]
-    #[arg(long, value_name = "LOW..HIGH", value_parser = band)]
+    #[arg(long, value_name = "LOW..HIGH", value_parser = span(rules::BAND))]
     prefilter: Option<Band>,
     /// Which data is used
     #[arg(long, value_parser = choice(&SegmentChoice::ALL, SegmentChoice::described), default_value = "all")]
@@ -115,21 +113,6 @@ pub(super) struct PreparationArgs {
     /// What is subtracted from each signal
     #[arg(long, value_parser = choice(&Trend::ALL, Trend::described), default_value = "none")]
     detrend: Trend,
-}
-
-/// A file, a folder or a window.
-pub(super) fn validation(text: &str) -> Result<Validation, String> {
-    let path = PathBuf::from(text);
-    if path.exists() {
-        return Ok(Validation::Data(path));
-    }
-    match window(text) {
-        Ok((from, to)) => Ok(Validation::Window(from, to)),
-        Err(rule) if text.contains("..") && !text.contains('/') => Err(rule),
-        Err(_) => Err(format!(
-            "there is no file or folder '{text}', and it is no window FROM..TO either"
-        )),
-    }
 }
 
 impl From<&SignalArgs> for SignalOptions {
@@ -165,7 +148,7 @@ pub(super) struct GridArgs {
     rate: Option<f64>,
     /// Use only data between these times, in seconds from the first output's first sample; several windows are
     /// runs of one model
-    #[arg(long, value_name = "FROM..TO", value_parser = window, allow_hyphen_values = true)]
+    #[arg(long, value_name = "FROM..TO", value_parser = span(rules::WINDOW), allow_hyphen_values = true)]
     window: Vec<(f64, f64)>,
     /// Resampling of inputs
     #[arg(long, value_parser = choice(&Method::ALL, Method::described), default_value = "mean")]
@@ -190,31 +173,12 @@ impl From<&GridArgs> for GridOptions {
     }
 }
 
-fn number(text: &str) -> Result<f64, String> {
-    text.parse()
-        .map_err(|_| format!("'{text}' is not a number"))
-}
-
 /// A parser of numbers that a rule lets.
 pub(super) fn by(rule: Rule) -> impl Fn(&str) -> Result<f64, String> + Clone {
-    move |text| rule.check(text, number(text.trim())?)
+    move |text| rule.parse(text)
 }
 
-fn window(text: &str) -> Result<(f64, f64), String> {
-    span(text, &rules::WINDOW)
-}
-
-fn band(text: &str) -> Result<Band, String> {
-    span(text, &rules::BAND)
-}
-
-/// Two edges that a rule lets, those that are not written open.
-fn span(text: &str, rule: &Span) -> Result<(f64, f64), String> {
-    let refusal = || rule.refusal(text);
-    let (from, to) = text.split_once("..").ok_or_else(refusal)?;
-    let edge = |text: &str, open: f64| match text {
-        "" => Ok(open),
-        text => number(text).map_err(|_| refusal()),
-    };
-    rule.check(text, (edge(from, rule.open.0)?, edge(to, rule.open.1)?))
+/// A parser of pairs of edges that a rule lets.
+fn span(rule: Span) -> impl Fn(&str) -> Result<(f64, f64), String> + Clone {
+    move |text| rule.parse(text)
 }

@@ -1,6 +1,6 @@
 //! `planesman sysid compare`: model files of any origin judged on data, beside each other.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use clap::Parser;
@@ -60,7 +60,7 @@ impl TryFrom<&CompareArgs> for CompareOptions {
     /// Reads the model files.
     fn try_from(args: &CompareArgs) -> Result<Self> {
         let (paths, data): (Vec<PathBuf>, Vec<PathBuf>) =
-            args.data.data.iter().cloned().partition(is_model);
+            args.data.data.iter().cloned().partition(|it| is_model(it));
         let read = |path: PathBuf| Ok((path.clone(), ModelFile::read(&path)?));
         let models: Vec<_> = paths.into_iter().map(read).collect::<Result<_>>()?;
         if data.is_empty() && !models.is_empty() {
@@ -79,7 +79,7 @@ impl TryFrom<&CompareArgs> for CompareOptions {
 }
 
 /// Whether it is a model file: *.json and *.yaml, but for a bag's metadata.yaml.
-fn is_model(path: &PathBuf) -> bool {
+fn is_model(path: &Path) -> bool {
     let is_metadata = path.file_name().is_some_and(|it| it == metadata::FILE_NAME);
     ModelFile::takes_name(path).is_ok() && !is_metadata
 }

@@ -13,7 +13,7 @@ use planesman_fit::{
 use planesman_identification::estimators::Method;
 use planesman_model_file::ModelFile;
 
-use super::arguments::{SignalArgs, by, together, validation};
+use super::arguments::{SignalArgs, by, together};
 use super::tables::{notes, tried};
 use super::{compare_page, page};
 use crate::arguments::{choice_also_known, output_file, speed, within};
@@ -55,7 +55,7 @@ pub struct FitArgs {
     signals: SignalArgs,
     /// Data to judge the model on, of which nothing is fitted: a file or folder with the same signals, or a window of the data as in
     /// --window, which is then left out of the fit [default: a model of the first seven tenths is judged on the rest]
-    #[arg(long, value_name = "DATA|FROM..TO", value_parser = validation, allow_hyphen_values = true, help_heading = "Data")]
+    #[arg(long, value_name = "DATA|FROM..TO", value_parser = |text: &str| text.parse::<Validation>(), allow_hyphen_values = true, help_heading = "Data")]
     validation: Option<Validation>,
     /// The estimator
     #[arg(long, value_parser = choice_also_known(&MethodChoice::ALL, MethodChoice::described, MethodChoice::also_known),
@@ -122,7 +122,7 @@ struct StructureArgs {
 struct VehicleArgs {
     /// For vehicle and kalman, q_dot = K/J u - B/J q - M_theta/J theta + NU w, w_dot = EPSILON u + ETA q - ZETA w:
     /// NU,ZETA,ETA,EPSILON, with w in the output's unit times m [default: no heave]
-    #[arg(long, value_name = "NU,ZETA,ETA,EPSILON", value_parser = heave, allow_hyphen_values = true)]
+    #[arg(long, value_name = "NU,ZETA,ETA,EPSILON", value_parser = rules::heave, allow_hyphen_values = true)]
     heave: Option<[f64; 4]>,
     /// The same from a built-in vehicle or a vehicle file, at --speed: for planes in rad, a rate in rad/s
     #[arg(long, value_name = "NAME|FILE")]
@@ -157,16 +157,6 @@ struct RecursionArgs {
     /// For recursive methods: initial covariance of each parameter [default: 1e8]
     #[arg(long, value_name = "P0", value_parser = by(ABOVE_ZERO))]
     initial_covariance: Option<f64>,
-}
-
-fn heave(text: &str) -> Result<[f64; 4], String> {
-    let numbers: Vec<f64> = text
-        .split(',')
-        .map(by(rules::FINITE))
-        .collect::<Result<_, _>>()?;
-    numbers
-        .try_into()
-        .map_err(|_| "expected four numbers: NU,ZETA,ETA,EPSILON".to_owned())
 }
 
 impl From<&FitArgs> for FitOptions {

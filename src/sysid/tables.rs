@@ -5,6 +5,7 @@ use planesman_fit::{Compared, Trial, frequency_responses, ranked};
 use planesman_identification::analysis::{AHEAD, Analysis};
 use planesman_identification::estimators::Estimate;
 use planesman_identification::{SIGMAS_95, Uncertain};
+use planesman_text::in_one_line;
 
 /// Frequencies in the table, of a frequency response.
 const FREQUENCIES: usize = 6;
@@ -47,7 +48,7 @@ pub(super) fn notes(tried: &[Trial]) -> String {
     let mut text = String::new();
     for trial in tried {
         if let Err(reason) = &trial.outcome {
-            text += &format!("{}: {}\n", trial.method.name(), reason.in_one_line());
+            text += &format!("{}: {}\n", trial.method.name(), in_one_line(reason));
         }
     }
     if !tried.iter().any(|it| it.method.is_of_the_vehicle()) {

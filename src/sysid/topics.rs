@@ -213,9 +213,16 @@ mod tests {
     use super::*;
 
     fn field(path: &str, values: &[f64]) -> FieldSurvey {
-        let mut field = Field::default();
-        values.iter().for_each(|value| field.take(*value));
-        field.survey(path.to_owned())
+        let finite = values.iter().copied().filter(|it| it.is_finite());
+        let count = finite.clone().count();
+        FieldSurvey {
+            path: path.to_owned(),
+            count: count as u64,
+            not_finite: (values.len() - count) as u64,
+            min: finite.clone().reduce(f64::min).unwrap_or(0.0),
+            max: finite.clone().reduce(f64::max).unwrap_or(0.0),
+            course: finite.take(SPARKS).collect(),
+        }
     }
 
     #[test]

@@ -11,6 +11,7 @@ use planesman_fit::FitResult;
 use planesman_identification::{SIGMAS_95, Uncertain, filter};
 use planesman_linear::Complex;
 use planesman_linear::TransferFunction;
+use planesman_text::in_one_line;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
 
@@ -532,7 +533,7 @@ fn messy_data_gives_the_truth_or_a_warning() {
         .unwrap();
         let args = format!("fit {} -i u -o y {}", path.display(), case.options);
         let args = FitArgs::try_parse_from(args.split_whitespace()).unwrap();
-        let found = planesman_fit::fit(&(&args).into(), &()).map_err(|error| error.in_one_line());
+        let found = planesman_fit::fit(&(&args).into(), &()).map_err(|error| in_one_line(&error));
         let text = found
             .as_ref()
             .map_or(String::new(), |it| it.taken.account() + &it.analysis.text());

@@ -14,6 +14,7 @@ use planesman_fit::{CompareOptions, Compared, Comparison, FitResult};
 use planesman_identification::{filter, noise};
 use planesman_model_file::ModelFile;
 use planesman_testing::{content, hostile::mutated};
+use planesman_text::in_one_line;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
 
@@ -38,7 +39,7 @@ fn try_fit(data: &Path, more: &str) -> Result<FitResult, String> {
     let args = ["fit", "-i", "u", "-o", "y", data.to_str().unwrap()];
     let args = FitArgs::try_parse_from(args.into_iter().chain(more.split_whitespace()));
     let args = args.map_err(|error| error.to_string())?;
-    planesman_fit::fit(&(&args).into(), &()).map_err(|error| error.in_one_line())
+    planesman_fit::fit(&(&args).into(), &()).map_err(|error| in_one_line(&error))
 }
 
 fn fit(data: &Path, more: &str) -> FitResult {
@@ -58,7 +59,7 @@ fn try_compare(files: &[&Path], more: &str) -> Result<Comparison, String> {
     let args = CompareArgs::try_parse_from(args.chain(more.split_whitespace()));
     let args = args.map_err(|error| error.to_string())?;
     let options = CompareOptions::try_from(&args).map_err(|error| format!("{error:#}"))?;
-    planesman_fit::compare(&options, &()).map_err(|error| error.in_one_line())
+    planesman_fit::compare(&options, &()).map_err(|error| in_one_line(&error))
 }
 
 /// The page of a comparison, by the command as it is run.

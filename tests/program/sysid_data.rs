@@ -12,6 +12,7 @@ use planesman_bag::BagReader;
 use planesman_fit::{DataOptions, FitResult, Survey};
 use planesman_testing::hostile::mutated;
 use planesman_testing::ulog;
+use planesman_text::in_one_line;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
 
@@ -19,7 +20,7 @@ fn try_fit(data: &Path, more: &str) -> Result<FitResult, String> {
     let data = data.to_str().unwrap();
     let args = ["fit", data].into_iter().chain(more.split_whitespace());
     let args = FitArgs::try_parse_from(args).map_err(|error| error.to_string())?;
-    planesman_fit::fit(&(&args).into(), &()).map_err(|error| error.in_one_line())
+    planesman_fit::fit(&(&args).into(), &()).map_err(|error| in_one_line(&error))
 }
 
 fn fit(data: &Path, more: &str) -> FitResult {
@@ -28,7 +29,7 @@ fn fit(data: &Path, more: &str) -> FitResult {
 
 fn survey(data: &Path) -> Result<Survey, String> {
     planesman_fit::survey(&DataOptions::files([data]), None, &())
-        .map_err(|error| error.in_one_line())
+        .map_err(|error| in_one_line(&error))
 }
 
 /// The first-order response y_k = 0.9 y_(k-1) + 0.2 u_(k-1) to a square wave, at 20 Hz.

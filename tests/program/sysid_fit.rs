@@ -9,6 +9,7 @@ use clap::Parser;
 use planesman::sysid::fit::FitArgs;
 use planesman_fit::FitResult;
 use planesman_identification::{PART, filter, noise, with_noise};
+use planesman_text::in_one_line;
 
 /// Columns at 20 Hz, the first of them named so, in a table of that name.
 fn table(folder: &Path, name: &str, columns: &[(&str, &[f64])]) -> PathBuf {
@@ -32,7 +33,7 @@ fn try_fit(data: &[PathBuf], more: &str) -> Result<FitResult, String> {
     let args = ["fit", "-i", "u", "-o", "y"].into_iter().chain(data);
     let args = FitArgs::try_parse_from(args.chain(more.split_whitespace()));
     let args = args.map_err(|error| error.to_string())?;
-    planesman_fit::fit(&(&args).into(), &()).map_err(|error| error.in_one_line())
+    planesman_fit::fit(&(&args).into(), &()).map_err(|error| in_one_line(&error))
 }
 
 fn fit(data: &[PathBuf], more: &str) -> FitResult {

@@ -107,6 +107,9 @@ impl DataOptions {
             Sources::Columns(columns) => {
                 ColumnSource::new(columns.clone(), time).map(Source::Columns)
             }
+            Sources::Files(_) if paths.iter().all(|it| it.as_os_str().is_empty()) => {
+                return Err(FitError::NoData);
+            }
             Sources::Files(_) => Source::open(&Data {
                 paths,
                 stamp: self.stamp,

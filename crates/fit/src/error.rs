@@ -11,8 +11,6 @@ use planesman_identification::IdentificationError;
 use planesman_identification::estimators::Method;
 use planesman_vehicle::vehicle_file::VehicleError;
 
-use crate::options::MOST;
-
 /// Why there is no model, or no comparison.
 #[derive(Debug, thiserror::Error)]
 pub enum FitError {
@@ -41,9 +39,9 @@ pub enum FitError {
     /// A numerator of a model without a denominator.
     #[error("--method fir has no denominator: --order is the number of its coefficients")]
     NumeratorOfFir,
-    /// An order that only a finite impulse response has.
-    #[error("--order: {MOST} at most, but for --method fir")]
-    Order,
+    /// An order above the largest of a model with poles, which only a finite impulse response has.
+    #[error("--order: {0} at most, but for --method fir")]
+    Order(usize),
     /// Options of the recursive methods for another.
     #[error(
         "--forgetting and --initial-covariance are for the recursive methods, as --method recursive_least_squares; {} uses \
@@ -75,6 +73,9 @@ pub enum FitError {
     /// No data was given.
     #[error("no data")]
     NoData,
+    /// No signal was named.
+    #[error("the following required arguments were not provided: --signal")]
+    NoSignal,
     /// Data that cannot be read.
     #[error(transparent)]
     Data(Box<dyn Error + Send + Sync>),
@@ -137,22 +138,6 @@ impl FitError {
 
     pub(crate) fn data(error: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
         Self::Data(error.into())
-    }
-
-    /// The error with its causes, in one line.
-    #[must_use]
-    pub fn in_one_line(&self) -> String {
-        let mut said = self.to_string();
-        let mut cause = self.source();
-        while let Some(error) = cause {
-            let reason = error.to_string();
-            // Many a sentence ends with its cause already.
-            if !said.ends_with(&reason) {
-                said += &format!(": {reason}");
-            }
-            cause = error.source();
-        }
-        said
     }
 }
 

@@ -204,3 +204,126 @@ fn selected(of: &Candidate) -> Value {
         "fit": of.fit(),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use std::fmt::Write as _;
+    use std::sync::Mutex;
+
+    use planesman_parallel::{Stop, until_stopped};
+
+    use super::*;
+    use crate::data::DataOptions;
+    use crate::samples::{SamplesOptions, samples};
+    use crate::survey::survey;
+
+    const SAMPLE_TIME: f64 = 0.1;
+
+    /// y = 0.9 y before + 0.2 u before, u a square wave and a sine.
+    fn columns() -> Vec<(String, Vec<f64>)> {
+        let square = |k: u32| f64::from(u8::from(k / 15 % 2 == 0));
+        let u: Vec<f64> = (0..400)
+            .map(|k| square(k) + 0.1 * f64::from(k).sin())
+            .collect();
+        let mut y = vec![0.0];
+        for k in 1..u.len() {
+            y.push(0.9 * y[k - 1] + 0.2 * u[k - 1]);
+        }
+        vec![("u".to_owned(), u), ("y".to_owned(), y)]
+    }
+
+    fn options(data: DataOptions) -> FitOptions {
+        let mut options = FitOptions::default();
+        options.signals.data = data;
+        options.signals.data.time.sample_time = Some(SAMPLE_TIME);
+        options.signals.input = "u".to_owned();
+        options.signals.output = "y".to_owned();
+        options.structure.order = Some(1);
+        options
+    }
+
+    #[test]
+    fn columns_and_a_table_of_them_are_one_record_and_the_model_is_what_made_them() {
+        let columns = columns();
+        let mut text = String::from("u,y");
+        for (u, y) in columns[0].1.iter().zip(&columns[1].1) {
+            let _ = write!(text, "\n{u},{y}");
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let table = folder.path().join("a.csv");
+        std::fs::write(&table, text).unwrap();
+        let sources = [
+            DataOptions::columns(columns.clone()),
+            DataOptions::files([table]),
+        ];
+        let found = sources.map(|data| {
+            let options = options(data);
+            let data = &options.signals.data;
+            let mut values = Vec::new();
+            let signals = vec!["y".to_owned()];
+            let of = SamplesOptions {
+                data: data.clone(),
+                signals,
+            };
+            samples(&of, &mut |_, _, value| {
+                values.extend(value);
+                true
+            })
+            .unwrap();
+            assert_eq!(values, columns[1].1);
+            let fields = survey(data, None, &()).unwrap().topics.remove(0).fields;
+            assert_eq!(
+                fields.iter().map(|it| it.count).collect::<Vec<_>>(),
+                [400, 400]
+            );
+            let found = fit(&options, &()).unwrap();
+            let model = found.analysis.model();
+            assert!(
+                (model.a[0] + 0.9).abs() < 1e-6 && (model.b[0] - 0.2).abs() < 1e-6,
+                "{model:?}"
+            );
+            found
+        });
+        let [columns, table] = found.map(|it| it.taken.resampled.record.segments);
+        assert_eq!(columns, table);
+    }
+
+    #[derive(Default)]
+    struct Told(Mutex<Vec<String>>);
+
+    impl Told {
+        fn note(&self, what: String) {
+            self.0.lock().unwrap().push(what);
+        }
+    }
+
+    impl Progress for Told {
+        fn begin(&self, what: &'static str, steps: u64, done: u64) {
+            self.note(format!("{what} {done}/{steps}"));
+        }
+        fn step(&self) {
+            self.note("step".to_owned());
+        }
+        fn end(&self) {
+            self.note("end".to_owned());
+        }
+    }
+
+    #[test]
+    fn progress_is_told_of_each_method_and_a_fit_ends_when_it_is_asked_to() {
+        let mut options = options(DataOptions::columns(columns()));
+        let told = Told::default();
+        fit(&options, &told).unwrap();
+        assert_eq!(*told.0.lock().unwrap(), ["end", "models 0/0", "end"]);
+        options.method = MethodChoice::All;
+        let told = Told::default();
+        let found = fit(&options, &told).unwrap();
+        let told = told.0.into_inner().unwrap();
+        let steps = told.iter().filter(|it| *it == "step").count();
+        assert_eq!(steps, found.tried.len());
+        assert!(told.contains(&format!("methods 0/{steps}")), "{told:?}");
+        let stop = Stop::default();
+        stop.ask();
+        assert!(until_stopped(&stop, || fit(&options, &())).is_none());
+    }
+}

@@ -1,6 +1,7 @@
 //! The options of a fit, and which of them go together.
 
 use std::path::PathBuf;
+use std::str::FromStr;
 
 use planesman_identification::Start;
 use planesman_identification::analysis::Options;
@@ -18,7 +19,7 @@ use crate::rules::{
 };
 
 /// The largest order of a model with poles.
-pub(crate) const MOST: usize = 20;
+const MOST: usize = 20;
 
 /// The options of [`fit`](crate::fit).
 ///
@@ -107,6 +108,25 @@ pub enum Validation {
     Data(PathBuf),
     /// Between two times, s, of the data given.
     Window(f64, f64),
+}
+
+impl FromStr for Validation {
+    type Err = String;
+
+    /// A file or folder that is there, else a window.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let path = PathBuf::from(text);
+        if path.exists() {
+            return Ok(Self::Data(path));
+        }
+        match WINDOW.parse(text) {
+            Ok((from, to)) => Ok(Self::Window(from, to)),
+            Err(rule) if text.contains("..") && !text.contains('/') => Err(rule),
+            Err(_) => Err(format!(
+                "there is no file or folder '{text}', and it is no window FROM..TO either"
+            )),
+        }
+    }
 }
 
 /// The method that is asked for.
@@ -358,7 +378,7 @@ impl FitOptions {
             return Err(FitError::NumeratorOfFir);
         }
         if structure.order.is_some_and(|order| order > MOST) && !is_fir {
-            return Err(FitError::Order);
+            return Err(FitError::Order(MOST));
         }
         let heave = coefficients.map(|[to_pitch, damping, from_rate, from_input]| Heave {
             to_pitch,
@@ -424,6 +444,76 @@ mod tests {
     use planesman_units::{FOOT, INCH};
 
     use super::*;
+
+    #[test]
+    fn options_that_do_not_go_together_are_refused_before_data_is_read() {
+        let refusal = |change: &dyn Fn(&mut FitOptions)| {
+            let mut options = FitOptions {
+                method: MethodChoice::One(Method::LeastSquares),
+                ..FitOptions::default()
+            };
+            options.signals.data = DataOptions::files(["/no/such/bag"]);
+            change(&mut options);
+            crate::fit(&options, &()).expect_err("refused").to_string()
+        };
+        let unread = refusal(&|_| ());
+        assert!(unread.contains("/no/such/bag"), "{unread}");
+        let cases: [(&dyn Fn(&mut FitOptions), &str); 12] = [
+            (
+                &|it| it.structure.numerator = Some(2),
+                "not provided: --order",
+            ),
+            (&|it| it.structure.prewindow = true, "not provided: --order"),
+            (
+                &|it| it.vehicle.vehicle = Some("brunner".to_owned()),
+                "not provided: --speed",
+            ),
+            (
+                &|it| {
+                    it.vehicle.vehicle = Some("brunner".to_owned());
+                    it.vehicle.speed = Some(0.3);
+                    it.vehicle.heave = Some([1.0; 4]);
+                },
+                "'--vehicle' cannot be used with '--heave'",
+            ),
+            (
+                &|it| it.vehicle.heave = Some([1.0; 4]),
+                "--method vehicle and kalman",
+            ),
+            (
+                &|it| it.vehicle.heave = Some([f64::NAN; 4]),
+                "'NaN' is not finite",
+            ),
+            (
+                &|it| it.structure.order = Some(65),
+                "'65' for '--order': 65 is not in 1..=64",
+            ),
+            (&|it| it.structure.order = Some(21), "--order: 20 at most"),
+            (
+                &|it| it.recursion.forgetting = Some(0.9),
+                "for the recursive methods",
+            ),
+            (
+                &|it| it.signals.grid.window = vec![(6.0, 5.0)],
+                "'6..5' is reversed; write 5..6",
+            ),
+            (
+                &|it| it.signals.preparation.prefilter = Some((0.0, f64::INFINITY)),
+                "is not a band",
+            ),
+            (
+                &|it| {
+                    it.signals.grid.window = vec![(0.0, 20.0)];
+                    it.validation = Some(Validation::Window(10.0, 30.0));
+                },
+                "--window 0..20 overlaps --validation 10..30",
+            ),
+        ];
+        for (change, said) in cases {
+            let refusal = refusal(change);
+            assert!(refusal.contains(said), "{said}: {refusal}");
+        }
+    }
 
     #[test]
     fn heave_of_the_thesis_vehicle_is_that_of_its_coefficients() {

@@ -33,6 +33,19 @@ impl Rule {
             Err(self.text.to_owned())
         }
     }
+
+    /// The number that is written so, if the rule lets it.
+    ///
+    /// # Errors
+    /// The rule in words.
+    pub fn parse(&self, text: &str) -> Result<f64, String> {
+        self.check(text, parsed(text.trim())?)
+    }
+}
+
+fn parsed(text: &str) -> Result<f64, String> {
+    text.parse()
+        .map_err(|_| format!("'{text}' is not a number"))
 }
 
 /// The least number above 0.
@@ -56,6 +69,25 @@ pub const NOT_NEGATIVE: Rule = Rule::new(0.0, f64::MAX, "expected a number of 0 
 /// Numbers that are not infinite.
 pub const FINITE: Rule = Rule::new(f64::MIN, f64::MAX, "expected a finite number");
 
+/// The four coefficients of heave that are written `NU,ZETA,ETA,EPSILON`.
+///
+/// # Errors
+/// The rule in words.
+pub fn heave(text: &str) -> Result<[f64; 4], String> {
+    let numbers = text.split(',').map(|it| FINITE.parse(it));
+    four(&numbers.collect::<Result<Vec<_>, _>>()?)
+}
+
+/// The four coefficients of heave.
+///
+/// # Errors
+/// The rule in words.
+pub fn four(numbers: &[f64]) -> Result<[f64; 4], String> {
+    numbers
+        .try_into()
+        .map_err(|_| "expected four numbers: NU,ZETA,ETA,EPSILON".to_owned())
+}
+
 /// Pairs of edges that an option takes, the lower one first.
 #[derive(Clone, Copy, Debug)]
 pub struct Span {
@@ -68,9 +100,21 @@ pub struct Span {
 }
 
 impl Span {
-    /// The rule in words, for what is written so.
-    #[must_use]
-    pub fn refusal(&self, written: &str) -> String {
+    /// The edges that are written `FROM..TO`, if the rule lets them; one that is not written is open.
+    ///
+    /// # Errors
+    /// The rule in words.
+    pub fn parse(&self, text: &str) -> Result<(f64, f64), String> {
+        let refusal = || self.refusal(text);
+        let (from, to) = text.split_once("..").ok_or_else(refusal)?;
+        let edge = |text: &str, open: f64| match text {
+            "" => Ok(open),
+            text => parsed(text).map_err(|_| refusal()),
+        };
+        self.check(text, (edge(from, self.open.0)?, edge(to, self.open.1)?))
+    }
+
+    fn refusal(&self, written: &str) -> String {
         format!("'{written}' {}", self.text)
     }
 

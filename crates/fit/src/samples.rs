@@ -20,6 +20,9 @@ pub struct SamplesOptions {
 /// # Errors
 /// A signal that is not there, or data of which nothing can be read.
 pub fn samples(options: &SamplesOptions, take: &mut Take<'_>) -> Result<Reading, FitError> {
+    if options.signals.is_empty() {
+        return Err(FitError::NoSignal);
+    }
     let request = |name: &String| Request {
         name: name.clone(),
         role: Role::Output,

@@ -4,6 +4,7 @@ use planesman_identification::GivenModel;
 use planesman_identification::analysis::{AHEAD, Analysis};
 use planesman_identification::estimators::{Estimate, Method};
 use planesman_signals::Taken;
+use planesman_text::in_one_line;
 use serde_json::{Value, json};
 
 use crate::compare::Compared;
@@ -48,7 +49,7 @@ impl Trial {
             "predicted_fit": self.found().and_then(|it| it.predicted_fit),
             "white": self.is_white(),
             "seconds": self.seconds,
-            "refused": self.outcome.as_ref().err().map(FitError::in_one_line),
+            "refused": self.outcome.as_ref().err().map(|it| in_one_line(it)),
         })
     }
 }
