@@ -7,7 +7,7 @@ use std::sync::Arc;
 use anyhow::{Result, anyhow, bail};
 use planesman_bag::{BagReader, Message, Order, Topic};
 use planesman_decode::{Decoder, FieldPath, Types, Values, schema};
-use planesman_identification::Input;
+use planesman_record::Input;
 use planesman_text::did_you_mean;
 
 use crate::request::{Clock, Reading, Request, Role, Take, distinct};

@@ -4,7 +4,7 @@
 //! then lie so close to z = 1 that rounding and noise decide them. Every sample of the new record is a mean: an input's
 //! over the interval it acts over, an output's over as many samples about its instant, so that neither is delayed.
 
-use planesman_identification::{Record, Segment};
+use planesman_record::{Record, Segment};
 
 /// The share of the autocovariance that marks how long an output stays as it is.
 const STAYS: f64 = 0.9;
@@ -80,7 +80,7 @@ fn means(segment: &Segment, factor: usize, sample_time: f64) -> Segment {
 
 #[cfg(test)]
 mod tests {
-    use planesman_identification::{filter, with_noise};
+    use planesman_record::{filter, with_noise};
 
     use super::*;
 

@@ -6,7 +6,7 @@
 //! - [`Signal`]: `TOPIC:FIELD`, one number of one message.
 //! - [`Source`], [`BagSource`], [`CsvSource`], [`UlogSource`], [`ColumnSource`]: samples of any signals, streamed.
 //! - [`Meter`], [`Timing`]: rate, jitter, gaps and duplicates of stamps.
-//! - [`Resampler`], [`take`]: samples on a grid, as a record of `planesman_identification`.
+//! - [`Resampler`], [`take`]: samples on a grid, as a record of `planesman_record`.
 //! - [`prepare`]: outliers, segments by excitation, trends and zeros in front, each a [`Step`] that says what was done.
 //! - [`LiveGrid`], [`Aligner`]: the same for samples that arrive, inputs and outputs paired by stamp.
 //!

@@ -14,7 +14,7 @@
 
 use std::collections::VecDeque;
 
-use planesman_identification::Input;
+use planesman_record::Input;
 
 use crate::align::WINDOW;
 use crate::channel::Method;

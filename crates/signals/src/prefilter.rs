@@ -3,7 +3,7 @@
 //! Each edge is a filter of second order (bilinear transform, its edge kept), forwards in time: 3 dB less at the edge, 40 dB
 //! per decade beyond. The filters begin in the steady state of the first sample, and what they need to settle is left out.
 
-use planesman_identification::{Record, filter};
+use planesman_record::{Record, filter};
 
 /// The part of 1/f until the transient of a filter with the edge f has fallen to a twentieth.
 const SETTLED: f64 = 0.7;

@@ -10,7 +10,7 @@
 //! - **Prewindowing** puts zeros in front of each segment: rows of the difference equation then begin with its first sample
 //!   (Brunner 1988, ch. V.F).
 
-use planesman_identification::{Record, Segment, StraightLine};
+use planesman_record::{Record, Segment, StraightLine};
 use serde::Serialize;
 
 use crate::decimation::decimate;
@@ -589,7 +589,7 @@ fn prewindow(record: &mut Record, count: usize) -> Step {
 
 #[cfg(test)]
 mod tests {
-    use planesman_identification::{filter, noise, with_noise};
+    use planesman_record::{filter, noise, with_noise};
 
     use super::*;
 

@@ -18,7 +18,7 @@
 use std::collections::VecDeque;
 use std::ops::RangeInclusive;
 
-use planesman_identification::{Record, Segment};
+use planesman_record::{Record, Segment};
 use thiserror::Error;
 
 use crate::channel::{Channel, Method};

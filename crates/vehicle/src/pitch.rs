@@ -1,7 +1,7 @@
 //! The pitch equation of a vehicle, and the coefficients in it.
 
-use planesman_linear::{Error, StateSpace};
 pub use planesman_linear::pitch::*;
+use planesman_linear::{Error, StateSpace};
 
 use crate::{linearised::state_space_of, vehicle::Derivatives};
 

@@ -29,15 +29,15 @@ use crate::error::{IdentificationError, Result};
 use crate::estimators::{
     Error, Estimate, Estimator, Knowledge, LeastSquares, Method, Near, Physical, TwoStages,
 };
-use crate::fit::StraightLine;
 use crate::model::Model;
 use crate::prediction;
-use crate::record::{Record, Segment};
 use crate::selection::{self, Kind, select};
 use crate::structure::{Problem, Start, Structure};
 use crate::uncertainty::Reading;
 use crate::validation::order_search::{Candidate, choice, first_part, search};
 use crate::validation::{identifiability, residuals::ResidualTests};
+use planesman_record::StraightLine;
+use planesman_record::{Record, Segment};
 
 /// Options of the analysis.
 #[derive(Clone, Debug, PartialEq)]

@@ -7,11 +7,11 @@ use nalgebra::Matrix2;
 use super::account::interval;
 use super::{AHEAD, Analysis, DELAYS, LITTLE, LONGEST, MOST, ORDERS};
 use crate::estimators::{Error, Method};
-use crate::record::Record;
 use crate::selection::Candidate;
 use crate::uncertainty::{Reading, SIGMAS_95, Uncertain};
 use crate::validation::order_search;
 use crate::validation::residuals::{Correlation, ResidualTests};
+use planesman_record::Record;
 
 /// Standard deviations between two responses, at the worst of [`FREQUENCIES`], above which the estimates are of
 /// different systems.

@@ -26,10 +26,11 @@ use crate::estimators::{
     radius_of_memory,
 };
 use crate::states::poles_of_states;
-use crate::structure::{Problem, Run, Start, Structure, monic};
+use crate::structure::{Problem, Start, Structure, monic};
 use folds::{Fold, Folds};
 use lagged::Lagged;
 use planesman_parallel::on_all_cores;
+use planesman_record::Run;
 
 /// Largest lag of the regressions.
 const LAGS: usize = 40;
