@@ -59,7 +59,7 @@ impl DataArgs {
 
     fn opened(&self, data: &Data) -> Result<Source> {
         match &self.columns {
-            None => Source::open(data),
+            None => Ok(Source::open(data)?),
             Some(columns) => {
                 let source = ColumnSource::new(columns.clone(), &data.time)?;
                 Ok(Source::Columns(source))

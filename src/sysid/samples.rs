@@ -36,5 +36,5 @@ pub fn read(args: &SamplesArgs, take: &mut Take<'_>) -> Result<Reading> {
         role: Role::Output,
     };
     let requests: Vec<Request> = args.signal.iter().map(request).collect();
-    args.data.open()?.read(&requests, take, &|_| stop_point())
+    Ok(args.data.open()?.read(&requests, take, &|_| stop_point())?)
 }

@@ -125,14 +125,14 @@ pub fn survey(args: &TopicsArgs) -> Result<Survey> {
             let table = table.counted();
             let name = table.path().display().to_string();
             of_table(name, table.requests(), |requests, take| {
-                table.read(requests, take, &progress)
+                Ok(table.read(requests, take, &progress)?)
             })?
         }
         Source::Ulog(log) => of_log(&log, args.topic.as_deref(), &progress)?,
         Source::Columns(columns) => {
             let name = "columns".to_owned();
             of_table(name, columns.requests(), |requests, take| {
-                columns.read(requests, take)
+                Ok(columns.read(requests, take)?)
             })?
         }
     };
@@ -419,7 +419,7 @@ fn of_log(log: &UlogSource, wanted: Option<&str>, progress: &dyn Fn(u64)) -> Res
         names.map(|name| (name, log.requests(name))).collect();
     let requests: Vec<Request> = topics.iter().flat_map(|it| it.1.clone()).collect();
     let (fields, meters, reading) = looked_at(&requests, |requests, take| {
-        log.read(requests, take, progress)
+        Ok(log.read(requests, take, progress)?)
     })?;
     let mut survey = Survey {
         topics: Vec::new(),
