@@ -19,25 +19,25 @@ pub const PITCH: usize = 3;
 /// Coefficients of pitch and heave.
 pub const PITCH_AND_HEAVE: usize = 7;
 
-/// `[A B]` of `x' = A x + B delta`: `x = (q, theta)` from three coefficients, `(q, theta, w)` from seven.
-///
-/// # Panics
-/// With any other number of coefficients.
+/// `[A B]` of `x' = A x + B delta`: `x = (q, theta)` from three coefficients, `(q, theta, w)` from more. One that is
+/// not given is 0.
 #[must_use]
 #[rustfmt::skip]
 pub fn equations(coefficients: &[f64]) -> DMatrix<f64> {
-    match *coefficients {
-        [kappa, beta, mu] => DMatrix::from_row_slice(2, 3, &[
+    let mut all = [0.0; PITCH_AND_HEAVE];
+    all.iter_mut().zip(coefficients).for_each(|(all, given)| *all = *given);
+    let [kappa, beta, mu, nu, zeta, eta, epsilon] = all;
+    if coefficients.len() <= PITCH {
+        return DMatrix::from_row_slice(2, 3, &[
             -beta, -mu, kappa,
               1.0, 0.0,   0.0,
-        ]),
-        [kappa, beta, mu, nu, zeta, eta, epsilon] => DMatrix::from_row_slice(3, 4, &[
-            -beta, -mu,    nu,   kappa,
-              1.0, 0.0,   0.0,     0.0,
-              eta, 0.0, -zeta, epsilon,
-        ]),
-        _ => panic!("{} coefficients of pitch and heave", coefficients.len()),
+        ]);
     }
+    DMatrix::from_row_slice(3, 4, &[
+        -beta, -mu,    nu,   kappa,
+          1.0, 0.0,   0.0,     0.0,
+          eta, 0.0, -zeta, epsilon,
+    ])
 }
 
 /// The slope of [`equations`] by one of so many coefficients, by which they are linear.
