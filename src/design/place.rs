@@ -9,6 +9,7 @@ use clap::Args;
 use planesman_control::design::dive_loop::Memory;
 use planesman_control::design::placement::{self, Poles};
 use planesman_control::gains::PitchModel;
+use planesman_vehicle::pitch::without_heave;
 
 use super::analyse::{described, heading};
 use super::subject::{Subject, TABLE_3, gains_text, speed_text};
@@ -77,10 +78,10 @@ fn pitch_model(subject: &Subject, speed: f64) -> Result<PitchModel> {
     if subject.vehicle == TABLE_3 {
         return Ok(pitch::model());
     }
-    let d = subject.loaded()?.derivatives(speed);
+    let [kappa, damping, restoring] = without_heave(&subject.loaded()?.derivatives(speed));
     Ok(PitchModel {
-        plane: -d.m_delta / d.pitch_inertia,
-        damping: -d.m_q / d.pitch_inertia,
-        restoring: d.restoring / d.pitch_inertia,
+        plane: -kappa,
+        damping,
+        restoring,
     })
 }

@@ -4,9 +4,10 @@
 //! - [`flights`]: the page of a dive, or of several beside each other.
 //! - `poles`: a model's poles as a table.
 
-use anyhow::Result;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
-use planesman_plot::{HeatMap, PAGE, PLOTS, Plot, THEME, THEME_SCRIPT, UPLOT, UPLOT_STYLE};
+use planesman_plot::{
+    HeatMap, PAGE, PLOTS, Plot, PlotError, THEME, THEME_SCRIPT, UPLOT, UPLOT_STYLE,
+};
 use planesman_text::shown;
 
 pub mod flights;
@@ -58,7 +59,7 @@ pub(crate) fn heat_map(title: &str, map: &HeatMap) -> Markup {
     drawn(title, "", map.data())
 }
 
-fn drawn(title: &str, note: &str, data: Result<String>) -> Markup {
+fn drawn(title: &str, note: &str, data: Result<String, PlotError>) -> Markup {
     html! {
         figure.plot {
             div.head { h2 { (title) } }

@@ -150,6 +150,7 @@ pub fn replay(args: &ReplayArgs) -> Result<Replay> {
             Entry::Occupied(known) => known.into_mut(),
             Entry::Vacant(new) => {
                 let reader = signals::types(&message.topic)
+                    .map_err(Into::into)
                     .and_then(|types| identifier.reader(topic, &types).map_err(|e| anyhow!(e)));
                 let reader = match reader {
                     Ok(reader) => Some(reader),

@@ -140,8 +140,10 @@ fn only_nodes_reach_dds_and_only_the_program_the_command_line() {
 }
 
 #[test]
-fn estimators_know_no_file_and_no_format() {
-    let direct = &members()["planesman_identification"].dependencies;
+fn estimators_know_no_file_and_no_format_and_what_reads_them_no_estimator() {
+    let members = members();
+    assert!(!reach(&members, "planesman_signals").contains("planesman_identification"));
+    let direct = &members["planesman_identification"].dependencies;
     for forbidden in ["csv", "mcap", "serde_json", "anyhow", "planesman_text"] {
         assert!(!direct.iter().any(|it| it == forbidden), "{forbidden}");
     }

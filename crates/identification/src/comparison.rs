@@ -9,9 +9,10 @@ use crate::error::{IdentificationError, Result};
 use crate::estimators::{Error, Estimate};
 use crate::free_motion::free_motion;
 use crate::prediction::{self, Missed};
-use crate::record::Record;
-use crate::structure::{Layout, Run, Start, Structure, monic};
+use crate::structure::{Layout, Start, Structure, monic};
 use crate::validation::residuals::ResidualTests;
+use planesman_record::Record;
+use planesman_record::Run;
 
 /// Sampling intervals that differ by less than this share are the same.
 const SAME_TIME: f64 = 1e-4;

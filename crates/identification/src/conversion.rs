@@ -176,8 +176,9 @@ mod tests {
     use super::*;
     use crate::common::{SAMPLE_TIME, pulses};
     use crate::estimators::{Estimator, OutputError, VehicleSearch};
-    use crate::noise::with_noise;
-    use crate::structure::{Problem, Run, Structure};
+    use crate::structure::{Problem, Structure};
+    use planesman_record::Run;
+    use planesman_record::with_noise;
 
     #[test]
     fn the_way_there_and_back_is_the_zero_order_hold() {
@@ -238,7 +239,7 @@ mod tests {
     fn the_pitch_equation_of_the_discrete_fit_is_that_of_the_direct_one() {
         let inputs = pulses();
         let b = 0.1;
-        let clean = crate::structure::filter(&[0.0, b, -b], &[1.0, -1.75, 0.76], &inputs);
+        let clean = planesman_record::filter(&[0.0, b, -b], &[1.0, -1.75, 0.76], &inputs);
         let outputs = with_noise(&clean, 3, 0.005);
         let record = Run {
             inputs: &inputs,

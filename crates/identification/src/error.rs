@@ -1,5 +1,6 @@
 //! Errors of identification.
 
+use planesman_record::RecordError;
 use thiserror::Error;
 
 /// Why there is no model, by who can mend it.
@@ -44,6 +45,12 @@ pub enum IdentificationError {
 impl From<planesman_linear::Error> for IdentificationError {
     fn from(error: planesman_linear::Error) -> Self {
         Self::Model(error.to_string())
+    }
+}
+
+impl From<RecordError> for IdentificationError {
+    fn from(error: RecordError) -> Self {
+        Self::Record(error.to_string())
     }
 }
 

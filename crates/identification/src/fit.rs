@@ -6,7 +6,7 @@
 //! input alone, from rest, as the thesis compares its models (Brunner, NPS thesis, 1988, ch. V).
 
 use crate::model::Model;
-use crate::regression::Input;
+use planesman_record::Input;
 
 /// The spread of the outputs seen, with forgetting: `sum_i lambda^(k-i) (y_i - mean)^2`,
 /// updated in West's stable form (*Comm. ACM* 22, 1979).
@@ -32,40 +32,6 @@ impl Spread {
     #[must_use]
     pub fn sum_of_squares(&self) -> f64 {
         self.sum_of_squares
-    }
-}
-
-/// The straight line nearest to some values.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StraightLine {
-    /// Its value in the middle, which is the values' mean.
-    pub mean: f64,
-    /// Its slope per sample.
-    pub slope: f64,
-    /// The share of the values' variation about their mean that it explains, 0 to 1.
-    pub share: f64,
-}
-
-impl StraightLine {
-    /// By least squares.
-    #[must_use]
-    pub fn nearest_to(values: &[f64]) -> Self {
-        let count = values.len().max(1) as f64;
-        let mean = values.iter().sum::<f64>() / count;
-        let middle = 0.5 * (count - 1.0);
-        let (mut product, mut square, mut variation) = (0.0, 0.0, 0.0);
-        for (k, value) in values.iter().enumerate() {
-            let (from_middle, from_mean) = (k as f64 - middle, value - mean);
-            product += from_middle * from_mean;
-            square += from_middle * from_middle;
-            variation += from_mean * from_mean;
-        }
-        let share = product * product / (square * variation);
-        Self {
-            mean,
-            slope: if square > 0.0 { product / square } else { 0.0 },
-            share: if share.is_finite() { share } else { 0.0 },
-        }
     }
 }
 

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::estimators::impulse;
-use crate::structure::filter;
+use planesman_record::filter;
 
 /// Singular values below this share of the largest count as none.
 const NEGLIGIBLE: f64 = 1e-9;

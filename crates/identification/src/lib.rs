@@ -24,10 +24,8 @@ pub mod estimators;
 mod fit;
 mod free_motion;
 mod model;
-mod noise;
 mod prediction;
 mod readout;
-mod record;
 mod regression;
 mod rls;
 pub mod selection;
@@ -40,15 +38,16 @@ pub use batch::{Triangle, least_squares};
 pub use comparison::{GivenModel, Judgement};
 pub use conversion::{Continuous, continuous, pitch_equation};
 pub use error::IdentificationError;
-pub use fit::{Spread, StraightLine, fit, simulated};
+pub use fit::{Spread, fit, simulated};
 pub use model::Model;
-pub use noise::{noise, with_noise};
 pub use planesman_parallel::{Stop, on_all_cores, stop_point, until_stopped};
+pub use planesman_record::{
+    Input, Record, RecordError, Run, Segment, StraightLine, filter, noise, with_noise,
+};
 pub use readout::{PHYSICAL, Readout};
-pub use record::{Record, Segment};
-pub use regression::{Input, Shape, rows};
+pub use regression::{Shape, rows};
 pub use rls::RecursiveLeastSquares;
-pub use structure::{Layout, PART, Problem, Run, Start, Structure, filter};
+pub use structure::{Layout, PART, Problem, Start, Structure};
 pub use uncertainty::{Reading, SIGMAS_95, SIGMAS_99, Uncertain};
 
 // The unit tests share the integration tests' record, which names the crate.

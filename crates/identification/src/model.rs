@@ -5,7 +5,8 @@ use planesman_linear::polynomial::{self, evaluate};
 use planesman_linear::{Complex, TransferFunction, discrete_to_continuous};
 
 use crate::error::Result;
-use crate::regression::{Input, Shape};
+use crate::regression::Shape;
+use planesman_record::Input;
 
 /// `1 + a1 + ... + an` closer to zero than this share of `1 + |a1| + ... + |an|` is taken
 /// for a pole at z = 1: the steady gain would be rounding.

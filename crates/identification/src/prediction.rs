@@ -12,7 +12,8 @@ use planesman_linear::polynomial::product;
 
 use crate::estimators::{Error, Estimate};
 use crate::fit::{Spread, fit};
-use crate::structure::{Run, filter, monic};
+use crate::structure::monic;
+use planesman_record::{Run, filter};
 
 /// Samples of a prediction, where nothing else is asked for.
 pub const AHEAD: usize = 10;
@@ -193,8 +194,8 @@ fn extrapolated(
 mod tests {
     use super::*;
     use crate::estimators::{Armax, Estimator, LeastSquares, Near};
-    use crate::noise::noise;
     use crate::structure::{Problem, Start, Structure};
+    use planesman_record::noise;
 
     #[test]
     fn one_sample_ahead_the_residual_is_missed_and_far_ahead_the_simulations_error() {

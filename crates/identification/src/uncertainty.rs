@@ -18,7 +18,7 @@ use planesman_linear::{discrete_to_continuous, is_sampling_artefact, polynomial}
 
 use crate::error::Result;
 use crate::estimators::Estimate;
-use crate::structure::filter;
+use planesman_record::filter;
 
 /// The share of a normal distribution's mass in a 95 % interval, as standard deviations.
 pub const SIGMAS_95: f64 = 1.959_964;

@@ -6,18 +6,20 @@
 //! - [`transfer_function`]: ratios of polynomials in `s` or `z`; difference equations.
 //! - [`frequency`]: open loops, with dead time too: crossovers, gain and phase margins, sensitivity.
 //! - [`Sampled`]: a continuous system behind a sampled command, exact at the ticks.
+//! - [`pitch`]: the equations of pitch and heave that a vehicle and its identification share.
 //! - [`poles`]: from the `z` plane to the `s` plane and back; eigenvalues.
 //! - [`runge_kutta_step`]: the fourth-order Runge-Kutta integrator, for any equations.
 //! - [`dormand_prince_step`]: the eighth-order one, with an estimate of its error.
 //! - [`step_metrics`]: rise time, overshoot, settling time and steady error of a sampled response.
 //!
-//! Nothing here knows of vehicles, messages or clocks. Coefficient lists have the highest power
+//! Nothing here knows of vehicle files, messages or clocks. Coefficient lists have the highest power
 //! first, as the reports print them. What cannot be answered is an [`Error`], never a panic and
 //! never a NaN.
 
 mod dormand_prince;
 pub mod error;
 pub mod frequency;
+pub mod pitch;
 pub mod poles;
 pub mod polynomial;
 pub mod routh;

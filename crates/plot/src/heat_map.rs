@@ -1,8 +1,8 @@
 //! A heat map: one field for each pair of values, coloured by a number.
 
-use anyhow::{Result, bail};
 use serde_json::{Value, json};
 
+use crate::error::PlotError;
 use crate::json::{list, script};
 
 /// Numbers over two lists of values.
@@ -27,14 +27,14 @@ impl HeatMap {
     ///
     /// # Errors
     /// When there is no finite number, or a row has another length than the columns.
-    pub fn data(&self) -> Result<String> {
+    pub fn data(&self) -> Result<String, PlotError> {
         let is_whole = self.values.len() == self.rows.len()
             && self
                 .values
                 .iter()
                 .all(|row| row.len() == self.columns.len());
         if !is_whole {
-            bail!("a heat map needs a number, or none, for each row and column");
+            return Err(PlotError::HeatMapShape);
         }
         let finite = self
             .values
@@ -46,7 +46,7 @@ impl HeatMap {
             (low.min(*it), high.max(*it))
         });
         if low > high {
-            bail!("there is nothing to draw");
+            return Err(PlotError::EmptyHeatMap);
         }
         let rows = self.values.iter();
         let heat: Value = rows

@@ -8,11 +8,13 @@
 //!   has them.
 
 mod course;
+mod error;
 mod heat_map;
 mod json;
 mod plot;
 
 pub use course::{COLUMNS, Course};
+pub use error::PlotError;
 pub use heat_map::HeatMap;
 pub use plot::{Plot, Series, Style};
 

@@ -2,10 +2,10 @@
 
 use std::borrow::Cow;
 
-use anyhow::{Result, bail};
 use serde_json::{Map, Value, json};
 
 use crate::Course;
+use crate::error::{LARGEST, PlotError};
 use crate::json::{list, places, script};
 
 /// One line or point set of a plot.
@@ -261,7 +261,7 @@ impl<'a> Plot<'a> {
     ///
     /// # Errors
     /// When no series has a finite point, or one lies beyond 1e30.
-    pub fn data(&self) -> Result<String> {
+    pub fn data(&self) -> Result<String, PlotError> {
         let plane = self.plane || !self.series.iter().all(Series::is_course);
         let mut colour = 0;
         let mut series = Vec::new();
@@ -280,7 +280,7 @@ impl<'a> Plot<'a> {
             .iter()
             .all(|it| it["y"].as_array().is_none_or(Vec::is_empty))
         {
-            bail!("plot '{}': there is nothing to draw", self.title);
+            return Err(PlotError::Empty(self.title.to_string()));
         }
         let mut data = Map::new();
         data.insert("x".to_owned(), self.x.into());
@@ -304,7 +304,12 @@ impl<'a> Plot<'a> {
     }
 
     /// A series with the number of its colour, 0 for none.
-    fn series_data(&self, series: &Series<'_>, colour: usize, plane: bool) -> Result<Value> {
+    fn series_data(
+        &self,
+        series: &Series<'_>,
+        colour: usize,
+        plane: bool,
+    ) -> Result<Value, PlotError> {
         let drawn =
             |(x, y): &(f64, f64)| x.is_finite() && y.is_finite() && (!self.log_x || *x > 0.0);
         let values = series.at.as_ref().map(|(name, values)| {
@@ -321,10 +326,7 @@ impl<'a> Plot<'a> {
             .flat_map(|(x, y)| [x, y])
             .find(|it| it.abs() > LARGEST)
         {
-            bail!(
-                "plot '{}': {far:e} cannot be drawn: it must lie within ±{LARGEST:e}",
-                self.title
-            );
+            return Err(PlotError::TooLarge(self.title.to_string(), *far));
         }
         let mut data = json!({
             "name": series.name,
@@ -339,9 +341,6 @@ impl<'a> Plot<'a> {
         Ok(data)
     }
 }
-
-/// The largest magnitude drawn: beyond any quantity in any unit, and small enough to compute with.
-const LARGEST: f64 = 1e30;
 
 #[cfg(test)]
 mod tests {

@@ -24,7 +24,7 @@
 use std::collections::VecDeque;
 use std::ops::RangeInclusive;
 
-use planesman_identification::Input;
+use planesman_record::Input;
 
 /// The largest lateness of a message against the newest, in intervals.
 pub const WINDOW: i64 = 16;

@@ -4,17 +4,17 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use anyhow::{Result, anyhow, bail};
 use planesman_bag::{BagReader, Message, Order, Topic};
 use planesman_decode::{Decoder, FieldPath, Types, Values, schema};
-use planesman_identification::Input;
+use planesman_record::Input;
 use planesman_text::did_you_mean;
 
+use crate::error::{Result, SourceError};
 use crate::request::{Clock, Reading, Request, Role, Take, distinct};
 use crate::signal::Signal;
 
 /// The interval of progress reports, in messages.
-const TELL: u64 = 4096;
+const PROGRESS_INTERVAL: u64 = 4096;
 
 /// Messages of a topic of which the delay from stamp to reception is looked at.
 const DELAYS: usize = 10_000;
@@ -107,7 +107,7 @@ impl BagSource {
                 }
             };
             count += 1;
-            if count.is_multiple_of(TELL) {
+            if count.is_multiple_of(PROGRESS_INTERVAL) {
                 progress(messages.bytes_read());
             }
             let known = plans
@@ -135,7 +135,7 @@ impl BagSource {
         if count == 0
             && let [note] = &reading.notes[..]
         {
-            bail!("{note}");
+            return Err(SourceError::Data(note.clone()));
         }
         if !self.bag.completeness().is_whole() {
             reading
@@ -149,11 +149,10 @@ impl BagSource {
     fn chosen(&self, wanted: &[Wanted]) -> Result<Clock> {
         let without = wanted.iter().find(|it| !it.has_stamp);
         match (self.clock, without) {
-            (Some(Clock::Header), Some(wanted)) => bail!(
+            (Some(Clock::Header), Some(wanted)) => Err(SourceError::Request(format!(
                 "{}: messages of type {} carry no stamp; --stamp log takes the recorder's for all",
-                wanted.topic,
-                wanted.type_name
-            ),
+                wanted.topic, wanted.type_name
+            ))),
             (Some(clock), _) => Ok(clock),
             (None, None) => Ok(Clock::Header),
             (None, Some(_)) => Ok(Clock::Log),
@@ -183,40 +182,40 @@ impl Wanted {
             found.retain(|it| it.name == signal.topic());
         }
         let Some(topic) = found.first() else {
-            bail!(
+            return Err(SourceError::Request(format!(
                 "{signal}: the bag has no such topic; it has {}{}",
                 topics(bag),
                 meant(bag, &signal)
-            );
+            )));
         };
         if found.iter().any(|it| it.name != topic.name) {
-            bail!(
+            return Err(SourceError::Request(format!(
                 "{signal}: several topics are meant: {}; write one in full",
                 listed(found.iter().map(|it| it.name.as_str()))
-            );
+            )));
         }
         let types = types(topic)?;
         let decoder = Decoder::compile(&types, std::slice::from_ref(signal.path()))
-            .map_err(|error| anyhow!("{}: {error}", topic.name))?;
+            .map_err(|error| SourceError::Data(format!("{}: {error}", topic.name)))?;
         if let Some(names) = types.names_of(signal.path()) {
             let count = first_count(bag, &topic.name, &decoder);
             let known = names_in(bag, &topic.name, &types, signal.path(), None);
             let example = known.first().map_or("0", String::as_str);
-            bail!(
+            return Err(SourceError::Request(format!(
                 "{signal}: it is a list of {}numbers, one for each '{names}' ({}); name one by its name or index, as \
                  {signal}[{example}]",
                 count.map_or_else(String::new, |count| format!("{count} ")),
-                listed(known.iter().map(String::as_str)),
-            );
+                listed(known.iter().map(String::as_str))
+            )));
         }
         if let Some((list, name)) = signal.path().named() {
             let known = names_in(bag, &topic.name, &types, &list, Some(name));
             if !known.iter().any(|it| it == name) {
-                bail!(
+                return Err(SourceError::Request(format!(
                     "{signal}: there is no '{name}'; there are {}{}",
                     listed(known.iter().map(String::as_str)),
                     did_you_mean(name, known.iter().map(String::as_str))
-                );
+                )));
             }
         }
         Ok(Self {
@@ -314,21 +313,21 @@ fn listed<'a>(names: impl Iterator<Item = &'a str>) -> String {
 pub fn types(topic: &Topic) -> Result<Types> {
     let name = &topic.name;
     if topic.kind.message_encoding != "cdr" {
-        bail!(
+        return Err(SourceError::Data(format!(
             "{name}: messages are encoded as '{}'; cdr is read",
             topic.kind.message_encoding.escape_default()
-        );
+        )));
     }
     let kind = &topic.kind;
     if kind.definition_encoding.is_empty() && kind.definition.is_empty() {
-        bail!(
+        return Err(SourceError::Data(format!(
             "{name}: the bag does not hold the definition of {}, as no bag of Humble's sqlite3 storage does; 'ros2 bag \
              convert' to mcap, where that type is installed, adds it",
             kind.type_name
-        );
+        )));
     }
     schema::read(&kind.type_name, &kind.definition_encoding, &kind.definition)
-        .map_err(|error| anyhow!("{name}: {}", brief(error.to_string())))
+        .map_err(|error| SourceError::Data(format!("{name}: {}", brief(error.to_string()))))
 }
 
 /// A reason that quotes what a file says, which may be long.
@@ -373,7 +372,7 @@ impl Plan {
         Ok(Self {
             topic: Arc::clone(topic),
             decoder: Decoder::compile(&types, &paths)
-                .map_err(|error| anyhow!("{}: {error}", topic.name))?,
+                .map_err(|error| SourceError::Data(format!("{}: {error}", topic.name)))?,
             values: Values::default(),
             signals: here().map(|(signal, it)| (signal, it.role)).collect(),
             clock,
@@ -444,7 +443,7 @@ impl Plan {
             self.topic.name, self.refused, self.messages, self.topic.kind.type_name, self.reason
         );
         if self.refused == self.messages {
-            bail!("{note}");
+            return Err(SourceError::Data(note));
         }
         reading.notes.push(note);
         Ok(())

@@ -1,9 +1,9 @@
 //! Samples from columns in memory: lists of numbers of one length, one of them the time, or rows at a known interval.
 
-use anyhow::{Result, anyhow, bail};
 use planesman_text::did_you_mean;
 
 use crate::csv_source::{TIMES, TableTime, with_unit};
+use crate::error::{Result, SourceError};
 use crate::request::{Reading, Request, Role, Take, TimeUnit, distinct};
 
 /// Columns in memory.
@@ -32,11 +32,11 @@ impl ColumnSource {
         if let [(first, numbers), others @ ..] = &columns[..]
             && let Some((other, more)) = others.iter().find(|(_, it)| it.len() != numbers.len())
         {
-            bail!(
+            return Err(SourceError::Request(format!(
                 "'{first}' has {} numbers, '{other}' {}: all columns must be of one length",
                 numbers.len(),
                 more.len()
-            );
+            )));
         }
         let mut source = Self {
             columns,
@@ -52,11 +52,9 @@ impl ColumnSource {
                         .any(|it| it.eq_ignore_ascii_case(with_unit(name).0))
                 };
                 let found = source.columns.iter().position(is_time).ok_or_else(|| {
-                    anyhow!(
-                        "no column is the time: none is named {}; give the interval between rows (sample_time), or name it \
+                    SourceError::Request(format!("no column is the time: none is named {}; give the interval between rows (sample_time), or name it \
                          (time)",
-                        TIMES[..4].join(", ")
-                    )
+                        TIMES[..4].join(", ")))
                 })?;
                 source.time_in(found, time.unit)
             }
@@ -76,11 +74,11 @@ impl ColumnSource {
             .position(|name| name == wanted)
             .or_else(|| names().position(|name| with_unit(name).0 == wanted));
         found.ok_or_else(|| {
-            anyhow!(
+            SourceError::Request(format!(
                 "there is no column '{wanted}'; there are {}{}",
                 names().collect::<Vec<_>>().join(", "),
                 did_you_mean(wanted, names())
-            )
+            ))
         })
     }
 

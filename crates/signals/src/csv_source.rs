@@ -10,12 +10,12 @@ use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, anyhow, bail};
 use csv::{ByteRecord, Reader};
 use planesman_text::{did_you_mean, shown, unmarked};
 
 use crate::csv_cell::{nanoseconds, number};
 use crate::csv_form::{Form, Lines};
+use crate::error::{Result, SourceError};
 use crate::request::{Reading, Request, Role, Take, TimeUnit, distinct};
 
 /// Names under which the time is looked for, without their unit.
@@ -47,7 +47,7 @@ const LOOKED_AT: usize = 100;
 const LISTED: usize = 20;
 
 /// The interval of progress reports, in rows.
-const TELL: u64 = 4096;
+const PROGRESS_INTERVAL: u64 = 4096;
 
 /// The characters of a cell that a note quotes at most.
 const QUOTED: usize = 20;
@@ -95,15 +95,17 @@ impl CsvSource {
     /// A line with the path: no file, no columns, no such column.
     pub fn open(path: &Path, time: &TableTime) -> Result<Self> {
         let name = path.display();
-        let unreadable = || format!("{name} cannot be read");
+        let unreadable = SourceError::unreadable(path);
         // Asked before it is opened: a pipe would be waited for, and a table is read twice.
-        let about = std::fs::metadata(path).with_context(unreadable)?;
+        let about = std::fs::metadata(path).map_err(unreadable)?;
         if !about.is_file() {
-            bail!("{name} is not a regular file");
+            return Err(SourceError::Data(format!("{name} is not a regular file")));
         }
-        let form = Form::of(text_at(path)?).with_context(unreadable)?;
+        let form = Form::of(text_at(path)?).map_err(unreadable)?;
         if form.columns.len() < 2 {
-            bail!("{name}: its first line has no two columns parted by ',', ';', tabs or blanks");
+            return Err(SourceError::Data(format!(
+                "{name}: its first line has no two columns parted by ',', ';', tabs or blanks"
+            )));
         }
         let mut table = Self {
             path: path.to_owned(),
@@ -246,7 +248,7 @@ impl CsvSource {
         places.get(name).copied().ok_or_else(|| {
             let names = self.form.columns.iter().take(LISTED);
             let more = self.form.columns.len().saturating_sub(LISTED);
-            anyhow!(
+            SourceError::Request(format!(
                 "{}: it has no column '{name}'; it has {}{}{}",
                 self.path.display(),
                 names.cloned().collect::<Vec<_>>().join(", "),
@@ -254,8 +256,8 @@ impl CsvSource {
                     0 => String::new(),
                     more => format!(" and {more} more"),
                 },
-                did_you_mean(name, places.keys().copied()),
-            )
+                did_you_mean(name, places.keys().copied())
+            ))
         })
     }
 
@@ -281,16 +283,20 @@ impl CsvSource {
         distinct(requests, &columns)?;
         let shown_path = self.path.display();
         match self.time {
-            Time::Unknown => bail!(
-                "{shown_path}: no column is the time: none is named {}, and the first does not rise from row to row; name it \
+            Time::Unknown => {
+                return Err(SourceError::Request(format!(
+                    "{shown_path}: no column is the time: none is named {}, and the first does not rise from row to row; name it \
                  with --time COLUMN, or give the interval between rows with --sample-time, as in --sample-time 0.1s",
-                TIMES[..4].join(", ")
-            ),
-            Time::Rising if columns.contains(&0) => bail!(
-                "{shown_path}: '{}' is taken as the time, since it is first and rises from row to row; if it is a signal, \
+                    TIMES[..4].join(", ")
+                )));
+            }
+            Time::Rising if columns.contains(&0) => {
+                return Err(SourceError::Request(format!(
+                    "{shown_path}: '{}' is taken as the time, since it is first and rises from row to row; if it is a signal, \
                  name the time with --time COLUMN or give --sample-time",
-                self.form.columns[0]
-            ),
+                    self.form.columns[0]
+                )));
+            }
             _ => {}
         }
         let mut reading = Reading {
@@ -320,7 +326,7 @@ impl CsvSource {
                 }
             }
             rows += 1;
-            if rows.is_multiple_of(TELL) {
+            if rows.is_multiple_of(PROGRESS_INTERVAL) {
                 progress(row.position().map_or(0, |at| at.byte()));
             }
             let cell = |column: usize| row.get(column).unwrap_or_default();
@@ -349,7 +355,7 @@ impl CsvSource {
             let name = &self.form.columns[column];
             let note = format!("{shown_path}: {timeless} of {rows} rows have no time in '{name}'");
             if timeless == rows {
-                bail!("{note}");
+                return Err(SourceError::Data(note));
             }
             reading.notes.push(note);
         }
@@ -450,16 +456,17 @@ pub(crate) fn with_unit(column: &str) -> (&str, Option<&str>) {
 
 /// The file at `path`, from behind its byte-order mark if it has one.
 fn text_at(path: &Path) -> Result<File> {
-    let unreadable = || format!("{} cannot be read", path.display());
-    let mut file = File::open(path).with_context(unreadable)?;
+    let unreadable = SourceError::unreadable(path);
+    let mut file = File::open(path).map_err(unreadable)?;
     let mut first = Vec::new();
     let count = (&mut file)
         .take(4)
         .read_to_end(&mut first)
-        .with_context(unreadable)?;
-    let text = unmarked(&first).map_err(|reason| anyhow!("{}: {reason}", path.display()))?;
+        .map_err(unreadable)?;
+    let text = unmarked(&first)
+        .map_err(|reason| SourceError::Data(format!("{}: {reason}", path.display())))?;
     file.seek(SeekFrom::Start((count - text.len()) as u64))
-        .with_context(unreadable)?;
+        .map_err(unreadable)?;
     Ok(file)
 }
 

@@ -4,23 +4,23 @@
 //! then lie so close to z = 1 that rounding and noise decide them. Every sample of the new record is a mean: an input's
 //! over the interval it acts over, an output's over as many samples about its instant, so that neither is delayed.
 
-use planesman_identification::{Record, Segment};
+use planesman_record::{Record, Segment};
 
 /// The share of the autocovariance that marks how long an output stays as it is.
-const STAYS: f64 = 0.9;
+const AUTOCOVARIANCE_SHARE: f64 = 0.9;
 /// Samples of that time from which a record is decimated, and that it is left with.
-const LONG: usize = 100;
-const LEFT: usize = 20;
+const SLOW_SAMPLES: usize = 100;
+const SAMPLES_KEPT: usize = 20;
 
 /// Decimates a record, if all its outputs move slowly; what was done, in a sentence.
 pub(crate) fn decimate(record: &mut Record) -> Option<String> {
     let longest = record.segments.iter().max_by_key(|it| it.len())?;
     let stays = longest.outputs.iter().filter_map(|it| stays(it)).min()?;
-    if stays < LONG {
+    if stays < SLOW_SAMPLES {
         return None;
     }
     // An odd number, whose middle is a sample.
-    let factor = (stays / LEFT - 1) | 1;
+    let factor = (stays / SAMPLES_KEPT - 1) | 1;
     let before = 1.0 / record.sample_time;
     record.segments = (record.segments.iter())
         .map(|it| means(it, factor, record.sample_time))
@@ -35,7 +35,7 @@ pub(crate) fn decimate(record: &mut Record) -> Option<String> {
     ))
 }
 
-/// The samples over which the autocovariance stays above [`STAYS`] of that at one sample, where noise that is white has
+/// The samples over which the autocovariance stays above [`AUTOCOVARIANCE_SHARE`] of that at one sample, where noise that is white has
 /// no part; at most a tenth of the record. `None` where nothing moves.
 fn stays(values: &[f64]) -> Option<usize> {
     let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
@@ -53,7 +53,7 @@ fn stays(values: &[f64]) -> Option<usize> {
     let (mut above, mut below) = (1, most.max(1));
     while above + 1 < below {
         let lag = usize::midpoint(above, below);
-        match covariance(lag) > STAYS * first {
+        match covariance(lag) > AUTOCOVARIANCE_SHARE * first {
             true => above = lag,
             false => below = lag,
         }
@@ -80,7 +80,7 @@ fn means(segment: &Segment, factor: usize, sample_time: f64) -> Segment {
 
 #[cfg(test)]
 mod tests {
-    use planesman_identification::{filter, with_noise};
+    use planesman_record::{filter, with_noise};
 
     use super::*;
 

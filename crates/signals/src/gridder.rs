@@ -12,7 +12,7 @@
 
 use std::ops::RangeInclusive;
 
-use planesman_identification::Input;
+use planesman_record::Input;
 
 use crate::channel::Method;
 

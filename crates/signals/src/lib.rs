@@ -6,7 +6,7 @@
 //! - [`Signal`]: `TOPIC:FIELD`, one number of one message.
 //! - [`Source`], [`BagSource`], [`CsvSource`], [`UlogSource`], [`ColumnSource`]: samples of any signals, streamed.
 //! - [`Meter`], [`Timing`]: rate, jitter, gaps and duplicates of stamps.
-//! - [`Resampler`], [`take`]: samples on a grid, as a record of `planesman_identification`.
+//! - [`Resampler`], [`take`]: samples on a grid, as a record of `planesman_record`.
 //! - [`prepare`]: outliers, segments by excitation, trends and zeros in front, each a [`Step`] that says what was done.
 //! - [`LiveGrid`], [`Aligner`]: the same for samples that arrive, inputs and outputs paired by stamp.
 //!
@@ -20,6 +20,7 @@ mod csv_cell;
 mod csv_form;
 mod csv_source;
 mod decimation;
+mod error;
 mod gridder;
 mod live_grid;
 mod prefilter;
@@ -38,13 +39,14 @@ pub use bag_source::{BagSource, nanoseconds, topics, types};
 pub use channel::{Channel, Method, Timing};
 pub use column_source::ColumnSource;
 pub use csv_source::{CsvSource, TableTime};
+pub use error::SourceError;
 pub use live_grid::{Given, LiveGrid};
 pub use prefilter::{Band, unreachable};
 pub use preparation::{
     DECIMATION, Outliers, Preparation, SegmentChoice, Step, Trend, prepare, without_dynamics,
 };
 pub use request::{Clock, Reading, Request, Role, Take, TimeUnit};
-pub use resample::{GridError, MOST, ORDER, Options, PRELUDE, Resampled, Resampler};
+pub use resample::{GridError, MAX_NUMBERS, ORDER, Options, PRELUDE, Resampled, Resampler};
 pub use signal::{LARGEST, Signal, SignalError};
 pub use source::{Data, Source};
 pub use taken::{Taken, take};

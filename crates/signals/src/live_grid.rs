@@ -14,7 +14,7 @@
 
 use std::collections::VecDeque;
 
-use planesman_identification::Input;
+use planesman_record::Input;
 
 use crate::align::WINDOW;
 use crate::channel::Method;
@@ -24,7 +24,7 @@ use crate::gridder::{Grid, Gridder, Onto, Put};
 const PATIENCE: i64 = WINDOW / 2;
 
 /// Intervals filled at once or kept at most; beyond is a gap.
-const MOST: i64 = 1000;
+const MAX_INTERVALS: i64 = 1000;
 
 /// Stamps beyond this, ns (146 years from the epoch), are left out: differences fit 64 bits.
 const FARTHEST: i64 = 1 << 62;
@@ -76,7 +76,7 @@ impl LiveGrid {
         let period = period.max(1);
         Self {
             period,
-            max_gap: max_gap.min(MOST.saturating_mul(period)),
+            max_gap: max_gap.min(MAX_INTERVALS.saturating_mul(period)),
             grid: None,
             line: Gridder::new(Method::Linear),
             mean: Gridder::new(Method::Mean),
@@ -115,7 +115,7 @@ impl LiveGrid {
         let sample = (stamp, value);
         match self.output.replace(sample) {
             Some(before) if !broken && stamp - before.0 <= self.max_gap => {
-                self.line.pair(before, sample, MOST as usize, onto);
+                self.line.pair(before, sample, MAX_INTERVALS as usize, onto);
             }
             _ => self.line.begin(sample, onto),
         }
@@ -181,7 +181,7 @@ impl LiveGrid {
             return;
         }
         self.held = Some((until, value));
-        if until - since > MOST * self.period {
+        if until - since > MAX_INTERVALS * self.period {
             // Nobody has asked for so long: what lies between is a gap.
             return self.mean.forget();
         }
@@ -194,8 +194,8 @@ impl LiveGrid {
         };
         let onto = &mut Onto { grid, put };
         self.mean
-            .pair((since, value), (until, value), MOST as usize, onto);
-        let spare = self.inputs.len().saturating_sub(MOST as usize);
+            .pair((since, value), (until, value), MAX_INTERVALS as usize, onto);
+        let spare = self.inputs.len().saturating_sub(MAX_INTERVALS as usize);
         self.inputs.drain(..spare);
     }
 
@@ -316,11 +316,11 @@ mod tests {
         for stamp in [0, i64::MAX, i64::MIN, 1 << 61, -(1 << 61), 5, 1 << 60] {
             for _ in 0..3 {
                 let given = grid.output(stamp, 1.0, false).unwrap_or_default();
-                assert!(given.len() as i64 <= 2 * MOST + 1);
+                assert!(given.len() as i64 <= 2 * MAX_INTERVALS + 1);
                 let given = grid.input(stamp, 1.0).unwrap_or_default();
-                assert!(given.len() as i64 <= 2 * MOST + 1);
+                assert!(given.len() as i64 <= 2 * MAX_INTERVALS + 1);
             }
         }
-        assert!(grid.inputs.len() as i64 <= MOST);
+        assert!(grid.inputs.len() as i64 <= MAX_INTERVALS);
     }
 }

@@ -3,10 +3,10 @@
 //! Each edge is a filter of second order (bilinear transform, its edge kept), forwards in time: 3 dB less at the edge, 40 dB
 //! per decade beyond. The filters begin in the steady state of the first sample, and what they need to settle is left out.
 
-use planesman_identification::{Record, filter};
+use planesman_record::{Record, filter};
 
 /// The part of 1/f until the transient of a filter with the edge f has fallen to a twentieth.
-const SETTLED: f64 = 0.7;
+const SETTLING_PERIODS: f64 = 0.7;
 
 /// Edges of a band, Hz: 0 and infinity for none.
 pub type Band = (f64, f64);
@@ -76,7 +76,7 @@ fn edges((low, high): Band) -> Vec<f64> {
 /// Samples until the slower of the filters has settled.
 fn lead(record: &Record, band: Band) -> usize {
     let lowest = edges(band).into_iter().fold(f64::INFINITY, f64::min);
-    (SETTLED / (lowest * record.sample_time)).ceil() as usize
+    (SETTLING_PERIODS / (lowest * record.sample_time)).ceil() as usize
 }
 
 type Section = ([f64; 3], [f64; 3]);

@@ -10,47 +10,47 @@
 //! - **Prewindowing** puts zeros in front of each segment: rows of the difference equation then begin with its first sample
 //!   (Brunner 1988, ch. V.F).
 
-use planesman_identification::{Record, Segment, StraightLine};
+use planesman_record::{Record, Segment, StraightLine};
 use serde::Serialize;
 
 use crate::decimation::decimate;
 use crate::prefilter::{Band, prefilter};
 
 /// Samples on each side of the one that is compared with their median.
-const SIDE: usize = 5;
+const HAMPEL_SIDE: usize = 5;
 
 /// An outlier is this many times farther from the median than is usual of samples of its kind.
-const FAR: f64 = 6.0;
+const OUTLIER_FACTOR: f64 = 6.0;
 
 /// The same for an input, which may be a row of pulses.
-const FAR_INPUT: f64 = 20.0;
+const INPUT_OUTLIER_FACTOR: f64 = 20.0;
 
 /// Samples after a change of the input, and at the beginning, that are of the other kind: the medians of that many are of what
 /// was before and after it.
-const AFTER: usize = 2 * SIDE;
+const RESPONSE_SAMPLES: usize = 2 * HAMPEL_SIDE;
 
 /// Fewer samples of a kind say nothing of what is usual.
-const FEW: usize = 50;
+const MIN_SAMPLES_OF_KIND: usize = 50;
 
 /// The share of the signal's own range below which no distance does harm.
-const HARMLESS: f64 = 0.2;
+const HARMLESS_SHARE: f64 = 0.2;
 
-/// The share of the samples of a kind that are as usual: a change moves one of the [`AFTER`] samples behind it at least.
-const USUAL: f64 = 0.95;
+/// The share of the samples of a kind that are as usual: a change moves one of the [`RESPONSE_SAMPLES`] samples behind it at least.
+const USUAL_SHARE: f64 = 0.95;
 
 /// Outliers in a row at most; more are no fault of a sensor.
-const ROW: usize = 2;
+const MAX_OUTLIERS_IN_ROW: usize = 2;
 
 /// The share of the input's range by which it moves.
-const MOVES: f64 = 0.02;
+const INPUT_CHANGE_SHARE: f64 = 0.02;
 
 /// A pause parts two segments if it is longer than so many samples, and than so many times what nine in ten changes of the
 /// input are apart.
-const QUIET: usize = 50;
-const LONGER: usize = 2;
+const MIN_PAUSE_SAMPLES: usize = 50;
+const MIN_PAUSE_FACTOR: usize = 2;
 
 /// The share of a signal's standard deviation that rounding may make.
-const ROUNDING: f64 = 1e-9;
+const ROUNDING_SHARE: f64 = 1e-9;
 
 /// What becomes of outliers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -225,7 +225,7 @@ pub fn without_dynamics(record: &Record) -> Option<String> {
     let pairs = || inputs().zip(outputs()).map(|(u, y)| (u - u0, y - y0));
     let gain = pairs().map(|(u, y)| u * y).sum::<f64>() / pairs().map(|(u, _)| u * u).sum::<f64>();
     let deviation = mean(pairs().map(|(_, y)| y * y).sum()).sqrt();
-    let is_static = pairs().all(|(u, y)| (y - gain * u).abs() <= ROUNDING * deviation);
+    let is_static = pairs().all(|(u, y)| (y - gain * u).abs() <= ROUNDING_SHARE * deviation);
     let (input, output) = (record.inputs.first()?, record.outputs.first()?);
     is_static.then(|| {
         format!(
@@ -255,9 +255,9 @@ fn outliers(record: &mut Record, asked: Outliers) -> Vec<Step> {
         let is_input = signal < record.inputs.len();
         let drop = asked == Outliers::Drop || asked == Outliers::Outputs && !is_input;
         let found = if is_input {
-            far(&lists, None, FAR_INPUT)
+            far(&lists, None, INPUT_OUTLIER_FACTOR)
         } else {
-            far(&lists, Some(&has_moved), FAR)
+            far(&lists, Some(&has_moved), OUTLIER_FACTOR)
         };
         let count: usize = found.iter().map(Vec::len).sum();
         let Some(segment) = found.iter().position(|it| !it.is_empty()) else {
@@ -322,8 +322,9 @@ fn moved(segment: &Segment) -> Vec<bool> {
     let Some(input) = segment.inputs.first() else {
         return vec![false; segment.len()];
     };
-    let least = MOVES * range(input);
-    let has_moved = |k: usize| k < AFTER || range(&input[k - AFTER..=k]) > least;
+    let least = INPUT_CHANGE_SHARE * range(input);
+    let has_moved =
+        |k: usize| k < RESPONSE_SAMPLES || range(&input[k - RESPONSE_SAMPLES..=k]) > least;
     (0..input.len()).map(has_moved).collect()
 }
 
@@ -334,7 +335,9 @@ fn far(lists: &[&[f64]], kinds: Option<&[Vec<bool>]>, factor: f64) -> Vec<Vec<us
         .iter()
         .map(|list| {
             // At the ends the median is of one side: no measure there.
-            let distance = |k: usize| match (SIDE..list.len().saturating_sub(SIDE)).contains(&k) {
+            let distance = |k: usize| match (HAMPEL_SIDE..list.len().saturating_sub(HAMPEL_SIDE))
+                .contains(&k)
+            {
                 true => (list[k] - local_median(list, k))
                     .abs()
                     .min(from_line(list, k)),
@@ -351,10 +354,10 @@ fn far(lists: &[&[f64]], kinds: Option<&[Vec<bool>]>, factor: f64) -> Vec<Vec<us
             let of_kind = of_kind.filter(|(k, _)| kind(list, *k) == wanted);
             sizes.extend(of_kind.map(|it| *it.1));
         }
-        if sizes.len() < FEW {
+        if sizes.len() < MIN_SAMPLES_OF_KIND {
             return f64::INFINITY;
         }
-        let usual = match quantile(&mut sizes, USUAL) {
+        let usual = match quantile(&mut sizes, USUAL_SHARE) {
             0.0 => {
                 // Most lie on the median, as of a coarse sensor: its steps are usual, up to the signal's own range.
                 sizes.retain(|size| *size > 0.0);
@@ -364,7 +367,7 @@ fn far(lists: &[&[f64]], kinds: Option<&[Vec<bool>]>, factor: f64) -> Vec<Vec<us
         };
         match usual {
             0.0 => f64::INFINITY,
-            usual => (factor * usual).max(HARMLESS * spread),
+            usual => (factor * usual).max(HARMLESS_SHARE * spread),
         }
     });
     let is_far = |list: usize, k: usize| {
@@ -378,7 +381,7 @@ fn far(lists: &[&[f64]], kinds: Option<&[Vec<bool>]>, factor: f64) -> Vec<Vec<us
             for k in 0..=lists[list].len() {
                 if k < lists[list].len() && is_far(list, k) {
                     row.push(k);
-                } else if row.len() <= ROW {
+                } else if row.len() <= MAX_OUTLIERS_IN_ROW {
                     places.append(&mut row);
                 } else {
                     row.clear();
@@ -402,8 +405,8 @@ fn from_line(list: &[f64], k: usize) -> f64 {
 
 /// The median of the samples around and at a place.
 fn local_median(list: &[f64], k: usize) -> f64 {
-    let around = &list[k.saturating_sub(SIDE)..list.len().min(k + SIDE + 1)];
-    let mut copy = [0.0; 2 * SIDE + 1];
+    let around = &list[k.saturating_sub(HAMPEL_SIDE)..list.len().min(k + HAMPEL_SIDE + 1)];
+    let mut copy = [0.0; 2 * HAMPEL_SIDE + 1];
     let copy = &mut copy[..around.len()];
     copy.copy_from_slice(around);
     quantile(copy, 0.5)
@@ -455,7 +458,7 @@ fn excited_segment(record: &mut Record) -> Option<Step> {
         .flatten()
         .copied()
         .collect();
-    let least = MOVES * range(&all);
+    let least = INPUT_CHANGE_SHARE * range(&all);
     let (before, samples) = (record.segments.len(), record.samples());
     let mut parts = Vec::new();
     let mut kept = Vec::new();
@@ -516,7 +519,7 @@ fn moving_part(segment: &Segment, least: f64) -> Option<(usize, usize)> {
         .collect();
     let pause = match apart.len() {
         0 => input.len(),
-        _ => QUIET.max(LONGER * quantile(&mut apart, 0.9) as usize),
+        _ => MIN_PAUSE_SAMPLES.max(MIN_PAUSE_FACTOR * quantile(&mut apart, 0.9) as usize),
     };
     // The sample before the first change shows where it began.
     let part = |it: &[usize]| {
@@ -589,7 +592,7 @@ fn prewindow(record: &mut Record, count: usize) -> Step {
 
 #[cfg(test)]
 mod tests {
-    use planesman_identification::{filter, noise, with_noise};
+    use planesman_record::{filter, noise, with_noise};
 
     use super::*;
 
@@ -657,7 +660,7 @@ mod tests {
             outputs[*place] += 60.0;
         }
         let moved = moved(&record(inputs, outputs.clone()).segments[0]);
-        assert_eq!(far(&[&outputs], Some(&[moved]), FAR), [places]);
+        assert_eq!(far(&[&outputs], Some(&[moved]), OUTLIER_FACTOR), [places]);
     }
 
     #[test]

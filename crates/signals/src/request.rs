@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use anyhow::{Result, bail};
+use crate::error::{Result, SourceError};
 use serde::Serialize;
 
 /// The clock whose stamps are taken.
@@ -57,10 +57,10 @@ pub(crate) fn distinct<T: PartialEq>(requests: &[Request], found: &[T]) -> Resul
         let is_the_same =
             |(it, found): (&Request, &T)| it.role == Role::Output && found == of_input;
         if all().any(is_the_same) {
-            bail!(
+            return Err(SourceError::Request(format!(
                 "'{}' is the input and the output; name two signals",
                 input.name
-            );
+            )));
         }
     }
     Ok(())

@@ -18,7 +18,7 @@
 use std::collections::VecDeque;
 use std::ops::RangeInclusive;
 
-use planesman_identification::{Record, Segment};
+use planesman_record::{Record, Segment};
 use thiserror::Error;
 
 use crate::channel::{Channel, Method};
@@ -36,7 +36,7 @@ pub const PRELUDE: usize = 1000;
 const LONGEST_PRELUDE: usize = 500_000;
 
 /// Numbers in a record at most: 96 MB.
-pub const MOST: usize = 12_000_000;
+pub const MAX_NUMBERS: usize = 12_000_000;
 
 /// The memory of a run beside its numbers, counted in numbers.
 const RUN: usize = 10;
@@ -55,7 +55,7 @@ pub enum GridError {
     NoWindow,
     /// The record would be too long.
     #[error(
-        "at {interval} s an interval the record would have more than {MOST} numbers; a lower --rate or a --window makes it shorter"
+        "at {interval} s an interval the record would have more than {MAX_NUMBERS} numbers; a lower --rate or a --window makes it shorter"
     )]
     TooLong {
         /// The interval between instants, s.
@@ -248,7 +248,7 @@ impl Resampler {
     ///
     /// # Errors
     /// [`GridError`], when a signal has no sample, there is no instant at which all are known, or the record would have more
-    /// than [`MOST`] numbers.
+    /// than [`MAX_NUMBERS`] numbers.
     pub fn finish(mut self) -> Result<Resampled, GridError> {
         if self.running.is_none() {
             self.run();
@@ -270,7 +270,7 @@ impl Resampler {
         let instants = common.iter().map(|(from, to)| to - from);
         let instants = instants.fold(0, i64::saturating_add) as usize;
         let numbers = instants.saturating_mul(running.tracks.len());
-        if running.is_full() || numbers > MOST {
+        if running.is_full() || numbers > MAX_NUMBERS {
             return Err(GridError::TooLong {
                 interval: running.grid.step * 1e-9,
             });
@@ -412,7 +412,7 @@ impl Running {
 
     fn is_full(&self) -> bool {
         let numbers = self.tracks.iter().map(|track| track.runs.numbers);
-        numbers.fold(0, usize::saturating_add) > MOST
+        numbers.fold(0, usize::saturating_add) > MAX_NUMBERS
     }
 }
 
@@ -533,7 +533,7 @@ impl Track {
         }
         let put = &mut |put| self.runs.put(put, grid);
         self.gridder
-            .pair(first, second, MOST + 1, &mut Onto { grid, put });
+            .pair(first, second, MAX_NUMBERS + 1, &mut Onto { grid, put });
     }
 
     fn note_hold(&mut self, time: i64) {

@@ -14,7 +14,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use planesman_decode::FieldPath;
-use planesman_identification::Input;
+use planesman_record::Input;
 use thiserror::Error;
 
 /// The largest magnitude taken. Beyond any physical signal in any unit, and small enough

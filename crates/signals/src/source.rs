@@ -5,11 +5,10 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Result, bail};
-
 use crate::bag_source::BagSource;
 use crate::column_source::ColumnSource;
 use crate::csv_source::{CsvSource, TableTime};
+use crate::error::{Result, SourceError};
 use crate::request::{Clock, Reading, Request, Take};
 use crate::ulog_source::UlogSource;
 
@@ -139,33 +138,33 @@ impl Source {
         if let Some((path, kind)) = (data.paths.iter().filter(exists))
             .find_map(|path| Some((path, foreign(path.extension()?.to_str()?)?)))
         {
-            bail!("{}", kind.remedy(path));
+            return Err(SourceError::Data(kind.remedy(path)));
         }
         let is_csv = |path: &PathBuf| ends_in(path, &["csv", "tsv", "txt", "dat"]);
         let is_ulog = |path: &PathBuf| ends_in(path, &["ulg", "ulog"]);
         match &data.paths[..] {
             [path] if is_csv(path) => {
                 if data.stamp.is_some() {
-                    bail!("--stamp is for bags; a table's time is its column's (--time)");
+                    return Err(SourceError::Request(
+                        "--stamp is for bags; a table's time is its column's (--time)".to_owned(),
+                    ));
                 }
                 Ok(Self::Csv(CsvSource::open(path, &data.time)?))
             }
             [path] if is_ulog(path) => {
                 if data.stamp.is_some() || data.time != TableTime::default() {
-                    bail!(
-                        "a ULog has its own stamps: neither --stamp nor --time, --time-unit and --sample-time apply"
-                    )
+                    return Err(SourceError::Request("a ULog has its own stamps: neither --stamp nor --time, --time-unit and --sample-time apply".to_owned()));
                 }
                 Ok(Self::Ulog(UlogSource::open(path)?))
             }
-            paths if paths.iter().any(|it| is_csv(it) || is_ulog(it)) => {
-                bail!("one .csv file or log is taken at a time, and none beside a bag")
-            }
-            _ if data.time != TableTime::default() => {
-                bail!(
-                    "--time is for .csv files, as --time-unit and --sample-time are; a bag has stamps (--stamp)"
-                )
-            }
+            paths if paths.iter().any(|it| is_csv(it) || is_ulog(it)) => Err(SourceError::Request(
+                "one .csv file or log is taken at a time, and none beside a bag".to_owned(),
+            )),
+            _ if data.time != TableTime::default() => Err(SourceError::Request(
+                "--time is for .csv files, as --time-unit and --sample-time are; a bag has stamps \
+                 (--stamp)"
+                    .to_owned(),
+            )),
             paths => Ok(Self::Bag(Box::new(BagSource::open(paths, data.stamp)?))),
         }
     }

@@ -1,18 +1,17 @@
 //! A record from data: named signals of one source, resampled to one grid.
 
-use anyhow::{Result, anyhow, bail};
-
 use crate::channel::{Channel, Method};
+use crate::error::{Result, SourceError};
 use crate::preparation::{DECIMATION, Preparation, Step, prepare};
 use crate::request::{Reading, Request, Role};
 use crate::resample::{GridError, Options, Resampled, Resampler};
 use crate::source::Source;
 
 /// A grid this many times faster than an output would have numbers that nobody measured.
-const FINER: f64 = 1.05;
+const MAX_RATE_FACTOR: f64 = 1.05;
 
 /// An output of so many times the grid's rate is decimated.
-const COARSER: f64 = 1.9;
+const DECIMATED_RATE_FACTOR: f64 = 1.9;
 
 /// A record taken from data, and how it was made.
 #[derive(Clone, Debug, PartialEq)]
@@ -125,8 +124,8 @@ pub fn take(
     let resampled = joined
         .unwrap_or(Err(GridError::NoWindow))
         .map_err(|reason| match &reading.notes[..] {
-            [] => anyhow!(reason),
-            notes => anyhow!("{reason} ({})", notes.join("; ")),
+            [] => SourceError::Grid(reason),
+            notes => SourceError::GridOf(reason, notes.join("; ")),
         })?;
     check_times(&resampled, windows)?;
     Ok(Taken {
@@ -140,7 +139,7 @@ pub fn take(
 fn decimation(resampled: &Resampled) -> Vec<Step> {
     let rate = 1.0 / resampled.record.sample_time;
     let outputs = resampled.outputs.iter();
-    let decimated = outputs.filter(|it| it.timing.rate() > COARSER * rate);
+    let decimated = outputs.filter(|it| it.timing.rate() > DECIMATED_RATE_FACTOR * rate);
     let step = |output: &Channel| {
         let how = match output.method {
             Method::Centred | Method::Mean | Method::Foh => {
@@ -169,12 +168,12 @@ fn check_times(resampled: &Resampled, windows: &[Options]) -> Result<()> {
         let rate = 1.0 / resampled.record.sample_time;
         let own = output.timing.rate();
         let is_asked = windows.iter().any(|it| it.rate.is_some());
-        if is_asked && own > 0.0 && rate > FINER * own {
-            bail!(
+        if is_asked && own > 0.0 && rate > MAX_RATE_FACTOR * own {
+            return Err(SourceError::Request(format!(
                 "{} has {own:.6} samples per second, the grid is to have {rate:.6}: what lies between would be invented; \
                  --rate takes at most {own:.6}",
                 output.name
-            );
+            )));
         }
         for input in &resampled.inputs {
             // A setpoint that was sent once is held.
@@ -186,7 +185,7 @@ fn check_times(resampled: &Resampled, windows: &[Options]) -> Result<()> {
                 let seconds = |(first, last): (i64, i64)| {
                     format!("{:.3} to {:.3} s", first as f64 * 1e-9, last as f64 * 1e-9)
                 };
-                bail!(
+                return Err(SourceError::Request(format!(
                     "{} is known from {}, {} from {}: {:.3} s lie between them, so no input goes with any output; if their \
                      stamps are of different clocks, --stamp log takes the recorder's for both",
                     input.name,
@@ -194,7 +193,7 @@ fn check_times(resampled: &Resampled, windows: &[Options]) -> Result<()> {
                     output.name,
                     seconds(theirs),
                     apart as f64 * 1e-9
-                );
+                )));
             }
         }
     }

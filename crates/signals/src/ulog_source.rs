@@ -8,9 +8,9 @@ use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail};
 use planesman_text::did_you_mean;
 
+use crate::error::{Result, SourceError};
 use crate::request::{Reading, Request, Role, Take, distinct};
 use crate::signal::Signal;
 use crate::ulog::{Formats, Message, Messages, Place};
@@ -26,7 +26,7 @@ const TOPICS: usize = 1000;
 const LISTED: usize = 20;
 
 /// The interval of progress reports, in messages.
-const TELL: u64 = 4096;
+const PROGRESS_INTERVAL: u64 = 4096;
 
 /// A log.
 #[derive(Clone, Debug)]
@@ -45,9 +45,9 @@ impl UlogSource {
     pub fn open(path: &Path) -> Result<Self> {
         let name = path.display();
         // Asked before it is opened: a pipe would be waited for.
-        let about = std::fs::metadata(path).with_context(|| format!("{name} cannot be read"))?;
+        let about = std::fs::metadata(path).map_err(SourceError::unreadable(path))?;
         if !about.is_file() {
-            bail!("{name} is not a regular file");
+            return Err(SourceError::Data(format!("{name} is not a regular file")));
         }
         let mut source = Self {
             path: path.to_owned(),
@@ -65,7 +65,9 @@ impl UlogSource {
             true
         })?;
         if topics.is_empty() {
-            bail!("{name}: the log holds no message");
+            return Err(SourceError::Data(format!(
+                "{name}: the log holds no message"
+            )));
         }
         source.topics = topics;
         Ok(source)
@@ -103,10 +105,10 @@ impl UlogSource {
     /// Calls `take` with all data until it returns false.
     fn each(&self, take: &mut dyn FnMut(&Data<'_>) -> bool) -> Result<Told> {
         let name = self.path.display();
-        let unreadable = || format!("{name} cannot be read");
-        let file = File::open(&self.path).with_context(unreadable)?;
-        let Some(mut messages) = Messages::of(file).with_context(unreadable)? else {
-            bail!("{name} is no ULog");
+        let unreadable = SourceError::unreadable(&self.path);
+        let file = File::open(&self.path).map_err(unreadable)?;
+        let Some(mut messages) = Messages::of(file).map_err(unreadable)? else {
+            return Err(SourceError::Data(format!("{name} is no ULog")));
         };
         let mut formats = Formats::default();
         // By number: topic, format, and whether its data has come.
@@ -155,7 +157,7 @@ impl UlogSource {
                     told.is_cut = true;
                     break;
                 }
-                Err(error) => return Err(error).with_context(unreadable),
+                Err(error) => return Err(unreadable(error)),
             }
         }
         Ok(told)
@@ -170,20 +172,20 @@ impl UlogSource {
         };
         let names = || self.topics.keys().map(String::as_str);
         let Some((topic, fields)) = self.topics.iter().find(|(name, _)| signal.is_on(name)) else {
-            bail!(
+            return Err(SourceError::Request(format!(
                 "{signal}: the log has no such topic; it has {}{}",
                 listed(names().collect()),
                 did_you_mean(signal.topic(), names())
-            );
+            )));
         };
         let field = signal.path().to_string();
         if !fields.contains(&field) {
             let fields = || fields.iter().map(String::as_str);
-            bail!(
+            return Err(SourceError::Request(format!(
                 "{signal}: {topic} has no field '{field}'; it has {}{}",
                 listed(fields().collect()),
                 did_you_mean(&field, fields())
-            );
+            )));
         }
         Ok((topic.clone(), field))
     }
@@ -208,7 +210,7 @@ impl UlogSource {
         let mut messages = 0_u64;
         let told = self.each(&mut |data| {
             messages += 1;
-            if messages.is_multiple_of(TELL) {
+            if messages.is_multiple_of(PROGRESS_INTERVAL) {
                 progress(data.position);
             }
             if data.is_first {

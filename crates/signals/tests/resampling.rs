@@ -1,7 +1,9 @@
 //! Samples put on a grid are what the method says, and nothing is invented across a gap.
 #![allow(clippy::unwrap_used)]
 
-use planesman_signals::{Given, GridError, LiveGrid, MOST, Method, Options, Resampled, Resampler};
+use planesman_signals::{
+    Given, GridError, LiveGrid, MAX_NUMBERS, Method, Options, Resampled, Resampler,
+};
 
 const SECOND: i64 = 1_000_000_000;
 const START: i64 = 1_700_000_000 * SECOND + 123_456_789;
@@ -308,7 +310,7 @@ fn a_hold_for_ever_takes_no_memory_and_makes_no_endless_record() {
         ..at_rate(1e6)
     };
     let refusal = resampled(&ends, &ends, options).unwrap_err().to_string();
-    assert!(refusal.contains(&MOST.to_string()), "{refusal}");
+    assert!(refusal.contains(&MAX_NUMBERS.to_string()), "{refusal}");
 }
 
 #[test]
@@ -389,7 +391,7 @@ fn what_gives_no_record_is_refused_with_the_reason() {
         ..at_rate(1e6)
     };
     let refusal = resampled(&ends, &ends, options).unwrap_err().to_string();
-    assert!(refusal.contains(&MOST.to_string()), "{refusal}");
+    assert!(refusal.contains(&MAX_NUMBERS.to_string()), "{refusal}");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! The pitch equation of a vehicle, and the coefficients in it.
 
+pub use planesman_linear::pitch::*;
 use planesman_linear::{Error, StateSpace};
-pub use planesman_pitch::*;
 
 use crate::{linearised::state_space_of, vehicle::Derivatives};
 
@@ -20,6 +20,12 @@ pub fn coefficients(derivatives: &Derivatives) -> Result<[f64; PITCH_AND_HEAVE],
         a[(0, 1)],
         b[(0, 0)],
     ])
+}
+
+/// `kappa`, `beta`, `mu` of a vehicle that does not heave.
+#[must_use]
+pub fn without_heave(d: &Derivatives) -> [f64; PITCH] {
+    [d.m_delta, -d.m_q, d.restoring].map(|moment| moment / d.pitch_inertia)
 }
 
 #[cfg(test)]

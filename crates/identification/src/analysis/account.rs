@@ -267,9 +267,9 @@ fn to_a_nanosecond(seconds: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use crate::analysis::{Options, analyse};
-    use crate::noise::{noise, with_noise};
-    use crate::record::Record;
-    use crate::structure::filter;
+    use planesman_record::Record;
+    use planesman_record::filter;
+    use planesman_record::{noise, with_noise};
 
     #[test]
     fn poles_are_named_by_what_they_do() {

@@ -13,9 +13,10 @@ use serde::Serialize;
 use crate::error::{IdentificationError, Result};
 use crate::estimators::{Error, Estimate, Estimator, whitening};
 use crate::prediction;
-use crate::structure::{Problem, Run, filter, monic};
+use crate::structure::{Problem, monic};
 use crate::uncertainty::Reading;
 use planesman_parallel::on_all_cores;
+use planesman_record::{Run, filter};
 
 /// Samples by which simulated noise begins before the record.
 const LEAD: usize = 500;
@@ -206,9 +207,9 @@ mod tests {
     use super::*;
     use crate::analysis::{Options, analyse};
     use crate::estimators::Method;
-    use crate::noise::{noise, with_noise};
-    use crate::record::Record;
     use crate::uncertainty::SIGMAS_95;
+    use planesman_record::Record;
+    use planesman_record::{noise, with_noise};
 
     #[test]
     fn on_a_long_record_the_intervals_are_those_of_the_covariance() {

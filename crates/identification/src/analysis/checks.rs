@@ -7,7 +7,8 @@ use crate::estimators::Estimate;
 use crate::fit::fit;
 use crate::free_motion::without_free_motion;
 use crate::selection::innovation_variance;
-use crate::structure::{Problem, Run, filter, variance};
+use crate::structure::{Problem, variance};
+use planesman_record::{Run, filter};
 
 /// The share of the output's squares, beyond constant and free motion, that the input accounts for, 0 to 1; negative
 /// when the model makes it worse. `None` when nothing is left for the input.

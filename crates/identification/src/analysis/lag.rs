@@ -5,7 +5,8 @@
 //! delay below 0 is tried as well: at one, the output moves before its input.
 
 use crate::estimators::{Course, Error, Estimate, Search, radius_of_memory};
-use crate::structure::{Problem, Run};
+use crate::structure::Problem;
+use planesman_record::Run;
 
 /// 95 % and 99.9 % of the chi-squared distribution with one degree of freedom.
 const WITHIN: f64 = 3.841_459;

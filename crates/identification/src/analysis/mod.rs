@@ -29,15 +29,15 @@ use crate::error::{IdentificationError, Result};
 use crate::estimators::{
     Error, Estimate, Estimator, Knowledge, LeastSquares, Method, Near, Physical, TwoStages,
 };
-use crate::fit::StraightLine;
 use crate::model::Model;
 use crate::prediction;
-use crate::record::{Record, Segment};
 use crate::selection::{self, Kind, select};
 use crate::structure::{Problem, Start, Structure};
 use crate::uncertainty::Reading;
 use crate::validation::order_search::{Candidate, choice, first_part, search};
 use crate::validation::{identifiability, residuals::ResidualTests};
+use planesman_record::StraightLine;
+use planesman_record::{Record, Segment};
 
 /// Options of the analysis.
 #[derive(Clone, Debug, PartialEq)]
@@ -93,18 +93,18 @@ impl Default for Options {
 }
 
 /// Standard deviations from 0 beyond which a signal's mean is taken off.
-const FAR: f64 = 10.0;
+const LARGE_MEAN_DEVIATIONS: f64 = 10.0;
 
 /// Orders and delays cross-validated.
-const MOST: usize = 10;
-const LONGEST: usize = 20;
+const MAX_ORDER: usize = 10;
+const MAX_DELAY: usize = 20;
 
 /// Orders and delays searched for a method that was named.
-const ORDERS: usize = 4;
-const DELAYS: usize = 3;
+const METHOD_MAX_ORDER: usize = 4;
+const METHOD_MAX_DELAY: usize = 3;
 
 /// The fit of the best of models, %, up to which the output hardly moves beyond the noise.
-const LITTLE: f64 = 10.0;
+const UNINFORMATIVE_FIT: f64 = 10.0;
 
 /// Samples of a trajectory, and points of them that are kept, at most.
 const WATCHED: usize = 10_000;
@@ -234,7 +234,7 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
         // A finite impulse response has no poles, and chooses its own length: only its first coefficient is sought.
         let (orders, delays) = match options.method {
             Method::Fir => (0..=0, usize::from(options.speed.is_some())..=1),
-            _ => (1..=ORDERS, 1..=DELAYS),
+            _ => (1..=METHOD_MAX_ORDER, 1..=METHOD_MAX_DELAY),
         };
         let delays = options.delay.map_or(delays, |delay| delay..=delay);
         let structures = orders.flat_map(|order| {
@@ -343,10 +343,12 @@ struct Chosen {
 
 /// The model that cross-validation on a part of the data chooses, fitted to all of it, with the delay that fits best.
 fn chosen(problem: &Problem<'_>, part: &Problem<'_>, options: &Options) -> Result<Chosen> {
-    let orders = options.order.map_or(1..=MOST, |order| order..=order);
+    let orders = options.order.map_or(1..=MAX_ORDER, |order| order..=order);
     // Planes move a vehicle only later; a model at a speed is one of a vehicle.
     let least = usize::from(options.speed.is_some());
-    let delays = options.delay.map_or(least..=LONGEST, |delay| delay..=delay);
+    let delays = options
+        .delay
+        .map_or(least..=MAX_DELAY, |delay| delay..=delay);
     let structures = |order: usize, delay: usize| {
         let mut structure = structure(options, order);
         structure.delay = delay;
@@ -420,7 +422,7 @@ impl Level {
             let count = values().count().max(1) as f64;
             let mean = values().sum::<f64>() / count;
             let deviation = (values().map(|v| (v - mean).powi(2)).sum::<f64>() / count).sqrt();
-            if free && mean.abs() > FAR * deviation {
+            if free && mean.abs() > LARGE_MEAN_DEVIATIONS * deviation {
                 mean
             } else {
                 0.0
@@ -516,7 +518,7 @@ fn held_out_fits(
     let fitted = part.runs[longest].outputs.len();
     let run = problem.runs[longest];
     let attainable = checks::attainable_fit(problem, &run.outputs[fitted..]);
-    let moves = attainable.is_none_or(|fit| fit > LITTLE);
+    let moves = attainable.is_none_or(|fit| fit > UNINFORMATIVE_FIT);
     let found = moves.then(|| estimator.fit(&part).ok()).flatten();
     let fit = found.and_then(|found| found.simulated_fit(longest, run, fitted));
     (fit, attainable)
@@ -584,7 +586,9 @@ impl Analysis {
             .outputs
             .first();
         self.attainable_fit = outputs.and_then(|it| checks::attainable_fit(fitted, it));
-        let moves = self.attainable_fit.is_none_or(|fit| fit > LITTLE);
+        let moves = self
+            .attainable_fit
+            .is_none_or(|fit| fit > UNINFORMATIVE_FIT);
         self.held_out_fit = judgement.fit.filter(|_| moves);
         self.predicted_fit = judgement.predicted[0].1;
         let percent = |fit: Option<f64>| fit.map_or("none".to_owned(), |fit| format!("{fit:.1} %"));

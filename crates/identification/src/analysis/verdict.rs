@@ -5,13 +5,15 @@ use std::f64::consts::PI;
 use nalgebra::Matrix2;
 
 use super::account::interval;
-use super::{AHEAD, Analysis, DELAYS, LITTLE, LONGEST, MOST, ORDERS};
+use super::{
+    AHEAD, Analysis, MAX_DELAY, MAX_ORDER, METHOD_MAX_DELAY, METHOD_MAX_ORDER, UNINFORMATIVE_FIT,
+};
 use crate::estimators::{Error, Method};
-use crate::record::Record;
 use crate::selection::Candidate;
 use crate::uncertainty::{Reading, SIGMAS_95, Uncertain};
 use crate::validation::order_search;
 use crate::validation::residuals::{Correlation, ResidualTests};
+use planesman_record::Record;
 
 /// Standard deviations between two responses, at the worst of [`FREQUENCIES`], above which the estimates are of
 /// different systems.
@@ -99,8 +101,8 @@ impl Analysis {
     fn at_the_edge(&self) -> Vec<String> {
         let s = &self.estimate.layout.structure;
         let (orders, delays) = match (self.selected.is_empty(), self.candidates.is_empty()) {
-            (false, _) => (MOST, LONGEST),
-            (true, false) => (ORDERS, DELAYS),
+            (false, _) => (MAX_ORDER, MAX_DELAY),
+            (true, false) => (METHOD_MAX_ORDER, METHOD_MAX_DELAY),
             _ => return Vec::new(),
         };
         let mut said = Vec::new();
@@ -157,7 +159,7 @@ impl Analysis {
                 "simulated fit on held-out data {held:.1} %, on the whole record {fit:.1} %: the model is overfitted, or the system changed"
             ),
             (Some(held), _) => format!("simulated fit on held-out data {held:.1} %"),
-            (None, _) if self.attainable_fit.is_some_and(|fit| fit <= LITTLE) => {
+            (None, _) if self.attainable_fit.is_some_and(|fit| fit <= UNINFORMATIVE_FIT) => {
                 "not validated: in the held-out data the output stays within the noise".to_owned()
             }
             (None, _) => {

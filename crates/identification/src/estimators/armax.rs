@@ -20,7 +20,7 @@ use crate::error::{IdentificationError, Result};
 use crate::structure::Problem;
 
 /// Where the roots of C begin, as a share of those of A.
-const NEAR: f64 = 0.98;
+const NOISE_ROOT_SHARE: f64 = 0.98;
 
 /// ARMAX: the equation error with a model of the noise.
 #[derive(Clone, Copy, Debug)]
@@ -85,7 +85,7 @@ fn of_simulation(problem: &Problem<'_>) -> Option<DVector<f64>> {
     // Roots of C a little inside those of A: c_i = rho^i a_i.
     Some(DVector::from_fn(plain + n, |i, _| {
         match i.checked_sub(plain) {
-            Some(i) => NEAR.powi(i as i32 + 1) * a[i],
+            Some(i) => NOISE_ROOT_SHARE.powi(i as i32 + 1) * a[i],
             None => theta[i],
         }
     }))

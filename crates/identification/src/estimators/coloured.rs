@@ -1,6 +1,6 @@
 //! The colour of a residual: the autoregression that whitens it.
 
-use crate::structure::filter;
+use planesman_record::filter;
 
 /// Largest order tried.
 const ORDERS: usize = 20;
@@ -71,7 +71,7 @@ pub(crate) fn independent_share(d: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::noise::noise;
+    use planesman_record::noise;
 
     #[test]
     fn the_autoregression_of_a_residual_is_found_and_white_noise_has_none() {

@@ -17,8 +17,9 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use super::coloured::whitening;
 use super::rows::impulse;
 use super::stability::held_within;
-use crate::structure::{Layout, Problem, filter};
+use crate::structure::{Layout, Problem};
 use planesman_parallel::stop_point;
+use planesman_record::filter;
 
 /// Dampings tried within one step before the search ends.
 const TRIALS: usize = 12;

@@ -12,7 +12,8 @@ use super::levenberg_marquardt::Linearised;
 use super::rows::{regression, rows_by_run};
 use crate::batch::Triangle;
 use crate::error::Result;
-use crate::structure::{Problem, filter};
+use crate::structure::Problem;
+use planesman_record::filter;
 
 /// Rounds of extended least squares before the search.
 const ROUNDS: usize = 5;

@@ -8,7 +8,8 @@ use super::rows::impulse;
 use crate::fit::{Spread, fit};
 use crate::free_motion::without_free_motion;
 use crate::model::Model;
-use crate::structure::{Layout, Problem, Run, Start, Structure, filter};
+use crate::structure::{Layout, Problem, Start, Structure};
+use planesman_record::{Run, filter};
 
 /// `A(1)` below this share of its terms' size is that of a pole at z = 1.
 const AT_ONE: f64 = 1e-9;

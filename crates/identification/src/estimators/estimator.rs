@@ -6,7 +6,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::estimate::Estimate;
 use crate::error::Result;
-use crate::structure::{Problem, Run};
+use crate::structure::Problem;
+use planesman_record::Run;
 
 /// An estimator over whole records.
 pub trait Estimator: fmt::Debug + Send + Sync {

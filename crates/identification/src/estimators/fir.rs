@@ -120,8 +120,9 @@ impl Estimator for Fir {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::noise::noise;
-    use crate::structure::{Run, Start, filter};
+    use crate::structure::Start;
+    use planesman_record::noise;
+    use planesman_record::{Run, filter};
 
     /// `(q^-1 + 0.5 q^-2) / (1 - 1.5 q^-1 + 0.7 q^-2) u + 0.3 v + 2`, v slow.
     fn record(seed: u32) -> (Vec<f64>, Vec<f64>) {

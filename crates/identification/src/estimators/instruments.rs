@@ -19,7 +19,8 @@ use super::recursive::{self, Kind};
 use super::simulator::Simulator;
 use super::starts::{cost, starts};
 use crate::error::{IdentificationError, Result};
-use crate::structure::{Problem, filter};
+use crate::structure::Problem;
+use planesman_record::filter;
 
 /// Rounds at most; fewer than ten are usual.
 const ROUNDS: usize = 100;

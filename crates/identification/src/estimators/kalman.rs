@@ -179,8 +179,9 @@ impl Filter {
             .view_mut((0, 0), (n, n))
             .copy_from(&equations.columns(0, n));
         for i in 0..self.vehicle.unknowns() {
-            let (row, column, sign) = self.vehicle.place(i);
-            slope[(row, n + i)] = sign * driven[column];
+            slope
+                .view_mut((0, n + i), (n, 1))
+                .copy_from(&(self.vehicle.slope(i) * &driven));
         }
         (f, slope)
     }

@@ -19,7 +19,7 @@ const STEPS: usize = 200;
 /// Dampings tried within one step before the search ends.
 const TRIALS: usize = 25;
 /// A step that would lower the cost by less than this share of it is the last.
-const ENOUGH: f64 = 1e-12;
+const MIN_COST_DECREASE: f64 = 1e-12;
 
 /// Errors and their slopes at a point.
 #[derive(Clone, Debug)]
@@ -68,7 +68,7 @@ pub(super) fn minimise(
             let Some((step, expected)) = valley.step(damping) else {
                 break;
             };
-            if expected <= ENOUGH * here.cost() {
+            if expected <= MIN_COST_DECREASE * here.cost() {
                 break;
             }
             let there = &theta + &step;

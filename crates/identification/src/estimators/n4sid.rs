@@ -18,7 +18,8 @@ use super::stability::{drawn_within, radius_of_memory};
 use crate::batch::Triangle;
 use crate::error::{IdentificationError, Result};
 use crate::states::{HIGH, poles_of_states};
-use crate::structure::{Problem, Run, Start, Structure, variance};
+use crate::structure::{Problem, Start, Structure, variance};
+use planesman_record::Run;
 
 /// Rows for each of its parameters at least.
 const ROWS_PER_PARAMETER: usize = 4;
@@ -117,9 +118,9 @@ fn high_order(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::noise::noise;
-    use crate::structure::filter;
     use crate::uncertainty::Reading;
+    use planesman_record::filter;
+    use planesman_record::noise;
 
     const COUNT: usize = 600;
 

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 /// `kappa`, `beta`, `mu`: what nothing is known of beforehand.
-pub const UNKNOWNS: usize = planesman_pitch::PITCH;
+pub const UNKNOWNS: usize = planesman_linear::pitch::PITCH;
 
 /// The coefficients' names, the unknown ones first.
 pub const NAMES: [&str; 7] = [

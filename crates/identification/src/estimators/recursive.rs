@@ -26,9 +26,9 @@ use planesman_linear::polynomial;
 use super::estimate::{Error, Estimate};
 use super::estimator::Recursive;
 use crate::error::{IdentificationError, Result};
-use crate::regression::Input;
 use crate::rls::{RecursiveLeastSquares, check_forgetting};
 use crate::structure::{Layout, Problem, Structure};
+use planesman_record::Input;
 
 /// Which recursion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -15,7 +15,7 @@ use crate::structure::Problem;
 const ROUNDS: usize = 5;
 /// The search by normal equations, before the last steps by QR.
 const STEPS: usize = 60;
-const ENOUGH: f64 = 1e-9;
+const MIN_COST_DECREASE: f64 = 1e-9;
 
 /// The least output error near given poles.
 #[derive(Clone, Debug)]
@@ -35,7 +35,7 @@ impl Estimator for Near {
         let samples: usize = whole.iter().map(|part| part.samples.len()).sum();
         let search = Search {
             steps: STEPS,
-            enough: ENOUGH,
+            enough: MIN_COST_DECREASE,
             radius: radius_of_memory(samples),
         };
         let mut theta = match self.poles.len() == problem.structure.poles {

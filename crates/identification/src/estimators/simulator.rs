@@ -15,7 +15,8 @@ use super::estimate::{Error, Estimate};
 use super::levenberg_marquardt::{Linearised, unit_factor};
 use super::rows::{freedom, samples_by_run};
 use crate::error::Result;
-use crate::structure::{Layout, Problem, filter};
+use crate::structure::{Layout, Problem};
+use planesman_record::filter;
 
 /// The records, ready to be simulated with any parameters.
 pub(super) struct Simulator<'a> {

@@ -10,7 +10,8 @@ use super::rows::regression;
 use super::simulator::Simulator;
 use crate::batch::Triangle;
 use crate::error::{IdentificationError, Result};
-use crate::structure::{Problem, filter};
+use crate::structure::Problem;
+use planesman_record::filter;
 
 /// The first filters, `(1 - rho q^-1)^-n`: from none to the slowest that 20 Hz records call for. The
 /// less noise passes, the nearer the vehicle's poles the rounds begin.

@@ -15,7 +15,8 @@ use super::rows::{freedom, parts};
 use super::simulator::coloured_factor;
 use crate::batch::Triangle;
 use crate::error::{IdentificationError, Result};
-use crate::structure::{Problem, Run};
+use crate::structure::Problem;
+use planesman_record::Run;
 
 /// Blocks at most, and rows for each at least.
 const BLOCKS: usize = 60;

@@ -14,7 +14,8 @@ use super::estimate::Estimate;
 use super::estimator::{Estimator, Recursive};
 use super::least_squares::LeastSquares;
 use crate::error::{IdentificationError, Result};
-use crate::structure::{Problem, Run, Structure, filter};
+use crate::structure::{Problem, Structure};
+use planesman_record::{Run, filter};
 
 /// Terms of the first stage: from, to.
 const TERMS: std::ops::RangeInclusive<usize> = 8..=256;
@@ -150,7 +151,7 @@ fn akaike(found: &Estimate) -> f64 {
 mod tests {
     use super::*;
     use crate::estimators::OutputError;
-    use crate::noise::noise;
+    use planesman_record::noise;
 
     /// y = 0.2 q^-1 / (1 - 0.9 q^-1) u + v, u = r - 2 y, v strong and slow.
     fn closed_loop(seed: u32) -> (Vec<f64>, Vec<f64>, Vec<f64>) {

@@ -25,7 +25,7 @@
 //! Three unknowns in place of five or six coefficients are what makes short records suffice.
 
 use nalgebra::{DMatrix, DVector};
-use planesman_pitch as pitch;
+use planesman_linear::pitch;
 
 use super::estimate::{Error, Estimate};
 use super::physical::{Physical, UNKNOWNS};
@@ -89,10 +89,10 @@ impl Vehicle {
             .collect()
     }
 
-    /// Where a coefficient stands in `[A B]`, and with which sign.
+    /// The slope of `[A B]` by a coefficient.
     #[must_use]
-    pub fn place(&self, coefficient: usize) -> (usize, usize, f64) {
-        pitch::place(coefficient, self.states())
+    pub fn slope(&self, coefficient: usize) -> DMatrix<f64> {
+        pitch::slope(coefficient, self.coefficients([0.0; UNKNOWNS]).len())
     }
 
     /// `[A B]` of `x_dot = A x + B u`, `x = (q, theta[, w])`.
@@ -107,11 +107,11 @@ impl Vehicle {
         let m = self.equations(coefficients).resize_vertically(n + 1, 0.0);
         let slopes = (0..self.unknowns())
             .map(|i| {
-                let (row, column, sign) = self.place(i);
                 let mut both = DMatrix::zeros(2 * (n + 1), 2 * (n + 1));
                 both.view_mut((0, 0), (n + 1, n + 1)).copy_from(&m);
                 both.view_mut((n + 1, n + 1), (n + 1, n + 1)).copy_from(&m);
-                both[(n + 1 + row, column)] = sign;
+                both.view_mut((n + 1, 0), (n, n + 1))
+                    .copy_from(&self.slope(i));
                 let slope = (both * dt).exp();
                 slope.view((n + 1, 0), (n, n + 1)).into_owned()
             })

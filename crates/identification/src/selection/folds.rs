@@ -6,7 +6,8 @@ use planesman_linear::polynomial::product;
 
 use crate::estimators::Part;
 use crate::free_motion::without_free_motion;
-use crate::structure::{Problem, Run, filter, monic, variance};
+use crate::structure::{Problem, monic, variance};
+use planesman_record::{Run, filter};
 
 /// Blocks of half a record.
 pub(super) const HALVES: usize = 2;

@@ -26,21 +26,22 @@ use crate::estimators::{
     radius_of_memory,
 };
 use crate::states::poles_of_states;
-use crate::structure::{Problem, Run, Start, Structure, monic};
+use crate::structure::{Problem, Start, Structure, monic};
 use folds::{Fold, Folds};
 use lagged::Lagged;
 use planesman_parallel::on_all_cores;
+use planesman_record::Run;
 
 /// Largest lag of the regressions.
 const LAGS: usize = 40;
 /// Samples for each of an order's parameters at least.
 const SAMPLES_PER_PARAMETER: usize = 4;
 /// Samples that errors are worth at least.
-const FEW: f64 = 10.0;
+const MIN_EFFECTIVE_SAMPLES: f64 = 10.0;
 /// Orders tried beyond the best so far.
 const PATIENCE: usize = 4;
 /// By how much the logarithm of an output error may exceed the least so far for its noise to be modelled.
-const HOPELESS: f64 = 0.7;
+const NOISE_MODEL_LOG_ERROR: f64 = 0.7;
 /// Rounds of noise model and model.
 const ROUNDS: usize = 2;
 /// By how many standard errors a candidate with fewer parameters may be worse than the best. The usual one, beside the
@@ -401,7 +402,7 @@ impl Shared<'_> {
             let candidate = self.judged(&problem, &plain, None, &theta);
             let score = candidate.as_ref().map_or(f64::INFINITY, Candidate::score);
             found.extend(candidate);
-            if least.is_none_or(|(_, least)| score < least + HOPELESS) {
+            if least.is_none_or(|(_, least)| score < least + NOISE_MODEL_LOG_ERROR) {
                 found.extend(self.box_jenkins(&problem, &plain, theta));
             }
             if least.is_none_or(|(_, least)| score < least) {
@@ -423,7 +424,7 @@ impl Shared<'_> {
             let theta = course.completed(&best.poles, &course.whole())?;
             Some(independent_share(&course.whitening(&theta)))
         });
-        (self.samples as f64 * share.unwrap_or(1.0)).max(FEW)
+        (self.samples as f64 * share.unwrap_or(1.0)).max(MIN_EFFECTIVE_SAMPLES)
     }
 
     /// A radius just within the largest.

@@ -10,7 +10,8 @@ use nalgebra::DMatrix;
 use super::lagged::{Equation, Lagged};
 use crate::estimators::impulse;
 use crate::states::{HIGH, characteristic, solved};
-use crate::structure::{filter, monic};
+use crate::structure::monic;
+use planesman_record::filter;
 
 /// Markov parameters in a row of the Hankel matrix.
 const HANKEL: usize = 80;

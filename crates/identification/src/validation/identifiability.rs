@@ -148,8 +148,9 @@ mod tests {
 
     use super::*;
     use crate::common::{clean, measured, next, pulses};
-    use crate::noise::with_noise;
-    use crate::structure::{Run, Structure};
+    use crate::structure::Structure;
+    use planesman_record::Run;
+    use planesman_record::with_noise;
 
     fn doubts_of(structure: Structure, inputs: &[f64], outputs: &[f64]) -> Vec<String> {
         doubts(&Problem::new(structure, 0.05, vec![Run { inputs, outputs }]).unwrap())

@@ -10,7 +10,8 @@
 use serde::Serialize;
 
 use crate::estimators::Estimator;
-use crate::structure::{Problem, Run, Structure};
+use crate::structure::{Problem, Structure};
+use planesman_record::Run;
 
 /// The share of each record that candidates are fitted to before they are judged on the rest.
 pub const FITTED_SHARE: f64 = 0.7;

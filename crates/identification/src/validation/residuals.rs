@@ -12,8 +12,8 @@
 use serde::Serialize;
 
 use crate::estimators::whitening;
-use crate::structure::filter;
 use crate::uncertainty::SIGMAS_99;
+use planesman_record::filter;
 
 /// Lags looked at.
 const LAGS: usize = 20;
@@ -169,7 +169,7 @@ fn centred(values: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::noise::noise;
+    use planesman_record::noise;
 
     #[test]
     fn white_noise_passes_nearly_always_and_coloured_noise_never() {

@@ -7,12 +7,20 @@
 //! Within a segment the output is known at the instants `t_k = start + k * sample_time`, and
 //! `inputs[..][k]` acts over the interval from t_k to t_(k+1).
 
-use crate::error::{IdentificationError, Result};
-use crate::structure::Run;
+use crate::error::RecordError;
 
 /// Segments used at most, each with an offset of its own, and samples of the shortest worth it.
 const SEGMENTS: usize = 40;
 const SHORTEST: usize = 30;
+
+/// One record on a uniform grid: `inputs[k]` acts over the interval that begins with `outputs[k]`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Run<'a> {
+    /// The input's mean over each interval, the input's unit.
+    pub inputs: &'a [f64],
+    /// The output at the beginning of each interval, the output's unit.
+    pub outputs: &'a [f64],
+}
 
 /// Inputs and outputs on one uniform grid.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,13 +73,13 @@ impl Record {
     /// A record of one segment that begins at time 0, from numbers that are on the grid.
     ///
     /// # Errors
-    /// [`IdentificationError`], when a name and its numbers do not pair, signals differ in length, or the
+    /// [`RecordError`], when a name and its numbers do not pair, signals differ in length, or the
     /// sampling interval is not a positive number.
     pub fn of_run(
         sample_time: f64,
         inputs: Vec<(&str, Vec<f64>)>,
         outputs: Vec<(&str, Vec<f64>)>,
-    ) -> Result<Self> {
+    ) -> Result<Self, RecordError> {
         let [inputs, outputs] = [inputs, outputs].map(|signals| {
             let (names, numbers): (Vec<_>, Vec<_>) = signals.into_iter().unzip();
             let names: Vec<String> = names.into_iter().map(str::to_owned).collect();
@@ -95,42 +103,43 @@ impl Record {
     /// segment as many lists as signals, all of one length, all finite.
     ///
     /// # Errors
-    /// A sentence that says what is wrong.
-    pub fn check(&self) -> Result<()> {
-        let refuse = |reason| Err(IdentificationError::Record(reason));
+    /// [`RecordError`].
+    pub fn check(&self) -> Result<(), RecordError> {
         if !(self.sample_time > 0.0 && self.sample_time.is_finite()) {
-            return refuse(format!("{} s is not a sampling interval", self.sample_time));
+            return Err(RecordError::SampleTime(self.sample_time));
         }
         if self.outputs.is_empty() {
-            return refuse("a record needs an output".to_owned());
+            return Err(RecordError::NoOutput);
         }
-        for (number, segment) in self.segments.iter().enumerate() {
+        for (segment, numbers) in self.segments.iter().enumerate() {
             let sides = [
-                (&self.inputs, &segment.inputs),
-                (&self.outputs, &segment.outputs),
+                (&self.inputs, &numbers.inputs),
+                (&self.outputs, &numbers.outputs),
             ];
             for (names, lists) in sides {
                 if names.len() != lists.len() {
-                    return refuse(format!(
-                        "segment {number} has {} lists for {} signals",
-                        lists.len(),
-                        names.len()
-                    ));
+                    return Err(RecordError::Lists {
+                        segment,
+                        lists: lists.len(),
+                        signals: names.len(),
+                    });
                 }
                 for (name, list) in names.iter().zip(lists) {
-                    if list.len() != segment.len() {
-                        return refuse(format!(
-                            "segment {number}: {} has {} samples, the first output {}",
-                            name,
-                            list.len(),
-                            segment.len()
-                        ));
+                    let signal = || name.clone();
+                    if list.len() != numbers.len() {
+                        return Err(RecordError::Length {
+                            segment,
+                            signal: signal(),
+                            samples: list.len(),
+                            expected: numbers.len(),
+                        });
                     }
-                    if let Some(k) = list.iter().position(|value| !value.is_finite()) {
-                        return refuse(format!(
-                            "segment {number}: {} is not finite at sample {k}",
-                            name
-                        ));
+                    if let Some(sample) = list.iter().position(|value| !value.is_finite()) {
+                        return Err(RecordError::NotFinite {
+                            segment,
+                            signal: signal(),
+                            sample,
+                        });
                     }
                 }
             }
@@ -152,7 +161,8 @@ impl Record {
 
     /// The numbers of the segments that are used, in the order of time: the longest, and none too short to
     /// say anything beside its own offset.
-    pub(crate) fn used(&self) -> Vec<usize> {
+    #[must_use]
+    pub fn used(&self) -> Vec<usize> {
         let length = |number: &usize| self.segments[*number].len();
         let mut numbers: Vec<usize> = (0..self.segments.len()).collect();
         numbers.sort_by_key(|number| std::cmp::Reverse(length(number)));
@@ -164,7 +174,8 @@ impl Record {
     }
 
     /// The first input and output of each segment that is used.
-    pub(crate) fn runs(&self) -> Option<Vec<Run<'_>>> {
+    #[must_use]
+    pub fn runs(&self) -> Option<Vec<Run<'_>>> {
         let numbers = self.used();
         numbers
             .into_iter()

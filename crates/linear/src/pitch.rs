@@ -11,7 +11,7 @@
 //!
 //! Coefficients come as a list `kappa, beta, mu`, or with heave `kappa, beta, mu, nu, zeta, eta, epsilon`.
 
-use planesman_linear::{DMatrix, Error, StateSpace};
+use crate::{DMatrix, Error, StateSpace};
 
 /// Coefficients of pitch alone: `kappa`, `beta`, `mu`.
 pub const PITCH: usize = 3;
@@ -19,37 +19,34 @@ pub const PITCH: usize = 3;
 /// Coefficients of pitch and heave.
 pub const PITCH_AND_HEAVE: usize = 7;
 
-/// Row, column and sign of each coefficient in `[A B]` with heave.
-const PLACES: [(usize, usize, f64); PITCH_AND_HEAVE] = [
-    (0, 3, 1.0),
-    (0, 0, -1.0),
-    (0, 1, -1.0),
-    (0, 2, 1.0),
-    (2, 2, -1.0),
-    (2, 0, 1.0),
-    (2, 3, 1.0),
-];
-
-/// Row, column and sign of a coefficient (by its index) in the `[A B]` of so many `states`: 2, or 3 with
-/// heave.
+/// `[A B]` of `x' = A x + B delta`: `x = (q, theta)` from three coefficients, `(q, theta, w)` from more. One that is
+/// not given is 0.
 #[must_use]
-pub fn place(coefficient: usize, states: usize) -> (usize, usize, f64) {
-    let (row, column, sign) = PLACES[coefficient];
-    // Without heave the input's column is the third.
-    (row, column.min(states), sign)
+#[rustfmt::skip]
+pub fn equations(coefficients: &[f64]) -> DMatrix<f64> {
+    let mut all = [0.0; PITCH_AND_HEAVE];
+    all.iter_mut().zip(coefficients).for_each(|(all, given)| *all = *given);
+    let [kappa, beta, mu, nu, zeta, eta, epsilon] = all;
+    if coefficients.len() <= PITCH {
+        return DMatrix::from_row_slice(2, 3, &[
+            -beta, -mu, kappa,
+              1.0, 0.0,   0.0,
+        ]);
+    }
+    DMatrix::from_row_slice(3, 4, &[
+        -beta, -mu,    nu,   kappa,
+          1.0, 0.0,   0.0,     0.0,
+          eta, 0.0, -zeta, epsilon,
+    ])
 }
 
-/// `[A B]` of `x' = A x + B delta`, `x = (q, theta[, w])`.
+/// The slope of [`equations`] by one of so many coefficients, by which they are linear.
 #[must_use]
-pub fn equations(coefficients: &[f64]) -> DMatrix<f64> {
-    let states = if coefficients.len() > PITCH { 3 } else { 2 };
-    let mut equations = DMatrix::zeros(states, states + 1);
-    equations[(1, 0)] = 1.0;
-    for (i, value) in coefficients.iter().enumerate() {
-        let (row, column, sign) = place(i, states);
-        equations[(row, column)] = sign * value;
-    }
-    equations
+pub fn slope(coefficient: usize, coefficients: usize) -> DMatrix<f64> {
+    let unit: Vec<f64> = (0..coefficients)
+        .map(|i| f64::from(u8::from(i == coefficient)))
+        .collect();
+    equations(&unit) - equations(&vec![0.0; coefficients])
 }
 
 /// The linear system from the plane angle to the pitch rate.

@@ -1,0 +1,20 @@
+//! Records: inputs and outputs on one uniform grid, and what is done with such numbers whatever model is sought.
+//!
+//! - [`Record`], [`Segment`], [`Run`]: the numbers, their parts without a gap, and one input with one output.
+//! - [`Input`]: mean and first moment of an input between two instants.
+//! - [`filter()`], [`StraightLine`]: a difference equation from rest, a trend.
+//! - [`noise()`], [`with_noise`]: the same white noise in every program, for simulated records.
+
+mod error;
+mod filter;
+mod input;
+mod noise;
+mod record;
+mod straight_line;
+
+pub use error::RecordError;
+pub use filter::filter;
+pub use input::Input;
+pub use noise::{noise, with_noise};
+pub use record::{Record, Run, Segment};
+pub use straight_line::StraightLine;
