@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use crate::error::{Error, Result};
 use planesman_hydraulics::Group;
-use planesman_msgs::Message;
 use planesman_msgs::builtin_interfaces::msg::Time;
+use planesman_msgs::loop_topics::Sink;
 use planesman_msgs::planesman_msgs::msg::{
     ControlState, DhaState, ModelEstimate, MotionEstimate, PlaneCommand, VehicleState,
 };
@@ -69,21 +69,12 @@ pub struct Answers {
     pub models: Vec<Model>,
 }
 
-/// Something that takes messages by topic.
-pub trait Sink {
-    /// Takes one message of `topic` (relative to the namespace unless it begins with `/`).
-    ///
-    /// # Errors
-    /// When it cannot be kept.
-    fn put<M: Message>(&mut self, topic: &str, stamp: &Time, message: &M) -> Result<()>;
-}
-
 impl Tick {
     /// Hands every message of the tick to `sink`, in the order in which the loop publishes them.
     ///
     /// # Errors
     /// When the sink cannot keep one.
-    pub fn put_into(&self, sink: &mut impl Sink) -> Result<()> {
+    pub fn put_into<S: Sink>(&self, sink: &mut S) -> Result<(), S::Error> {
         let t = &self.stamp;
         let o = &self.observation;
         sink.put("/clock", t, &Clock { clock: t.clone() })?;
@@ -92,17 +83,11 @@ impl Tick {
             sink.put("robot_description", t, &facts.description)?;
         }
         sink.put("state", t, &o.state)?;
-        if let Some((odometry, transforms)) = &o.frames {
-            sink.put("odom", t, odometry)?;
-            sink.put("/tf", t, transforms)?;
+        if let Some(pose) = &o.pose {
+            pose.put_into(t, sink)?;
         }
         if let Some(instruments) = &o.instruments {
-            sink.put("imu", t, &instruments.imu)?;
-            sink.put("depth_pressure", t, &instruments.depth_pressure)?;
-            sink.put("speed_pressure", t, &instruments.speed_pressure)?;
-        }
-        if let Some(daq) = &o.daq {
-            sink.put("daq", t, daq)?;
+            instruments.put_into(t, sink)?;
         }
         sink.put("plane_command", t, &self.command)?;
         sink.put("control_state", t, &self.control)?;

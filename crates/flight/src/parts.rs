@@ -15,14 +15,11 @@ use planesman_control::Controller;
 use planesman_hydraulics::{Actuator as Hydraulic, Group, Output};
 use planesman_identifier::{Due, Identifier};
 use planesman_msgs::builtin_interfaces::msg::Time;
-use planesman_msgs::nav_msgs::msg::Odometry;
 use planesman_msgs::planesman_msgs::msg::{
-    ControlState, DaqSample, DhaState, ModelEstimate, MotionEstimate, PlaneCommand, PlaneMotion,
-    VehicleState,
+    ControlState, DhaState, ModelEstimate, MotionEstimate, PlaneCommand, PlaneMotion, VehicleState,
 };
 use planesman_msgs::sensor_msgs::msg::JointState;
-use planesman_msgs::tf2_msgs::msg::TFMessage;
-use planesman_plant::{Facts, Instruments, Plant as Simulated};
+use planesman_plant::{Facts, Instruments, Plant as Simulated, Pose};
 
 use crate::scenario::Scenario;
 
@@ -33,10 +30,8 @@ pub struct Observation {
     pub state: VehicleState,
     /// What the instruments read.
     pub instruments: Option<Instruments>,
-    /// The truth in ROS frames, on `odom` and `/tf`.
-    pub frames: Option<(Odometry, TFMessage)>,
-    /// The volts on the report's wires.
-    pub daq: Option<DaqSample>,
+    /// The truth in ROS frames.
+    pub pose: Option<Pose>,
 }
 
 /// The vehicle and its instruments.
@@ -60,8 +55,7 @@ pub trait Plant: Send {
         Observation {
             state: self.state(stamp.clone()),
             instruments: self.instruments(stamp),
-            frames: None,
-            daq: None,
+            pose: None,
         }
     }
 
@@ -230,13 +224,8 @@ impl Plant for Simulated {
         let all = Self::observe(self, stamp);
         Observation {
             state: all.state,
-            instruments: Some(Instruments {
-                imu: all.imu,
-                depth_pressure: all.depth_pressure,
-                speed_pressure: all.speed_pressure,
-            }),
-            frames: Some((all.odometry, all.transforms)),
-            daq: Some(all.daq),
+            instruments: Some(all.instruments),
+            pose: Some(all.pose),
         }
     }
 

@@ -57,10 +57,10 @@ fn run(args: Vec<OsString>) -> Result<()> {
     )?;
     let mut node = Node {
         identifier: Identifier::new(&parameters)?,
-        model: rt.publisher("model", Qos::reliable(100))?,
+        model: rt.loop_publisher("model")?,
         answer: parameters
             .answer
-            .then(|| rt.publisher("tick_answer", Qos::reliable(100)))
+            .then(|| rt.loop_publisher("tick_answer"))
             .transpose()?,
         answered: None,
         last_message: rt.now(),
