@@ -116,8 +116,9 @@ impl Controller {
         if new.pitch_setpoint != old.pitch_setpoint {
             self.loops.setpoints.pitch.forget();
         }
-        if new.course_setpoint != old.course_setpoint || new.course_active != old.course_active {
-            self.loops.setpoints.course.forget();
+        if new.heading_setpoint != old.heading_setpoint || new.heading_active != old.heading_active
+        {
+            self.loops.setpoints.heading.forget();
         }
         if new.speed_setpoint != old.speed_setpoint || new.speed_active != old.speed_active {
             self.loops.setpoints.speed.forget();
@@ -213,7 +214,7 @@ impl Controller {
         Ok(match quantity {
             Quantity::Depth => self.config.depth_bounds.hold(value),
             Quantity::Pitch => self.config.pitch_bounds.hold(value),
-            Quantity::Course | Quantity::Speed => value,
+            Quantity::Heading | Quantity::Speed => value,
         })
     }
 

@@ -365,7 +365,7 @@ impl Plant {
             across,
             speed,
             roll,
-            course,
+            yaw,
         } = self.body;
         let BodyMotion { tank, current, .. } = &self.settings.motion;
         VehicleState {
@@ -378,8 +378,8 @@ impl Plant {
             roll_rate: roll.rate,
             pitch: wrapped(plane.pitch),
             pitch_rate: plane.pitch_rate,
-            yaw: wrapped(course.angle),
-            yaw_rate: course.rate,
+            yaw: wrapped(yaw.angle),
+            yaw_rate: yaw.rate,
             surge: speed,
             heave: plane.heave,
             dive_planes: self.acting.dive_planes,

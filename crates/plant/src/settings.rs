@@ -61,7 +61,7 @@ impl Settings {
             motion: BodyMotion {
                 vertical,
                 roll: vehicle.roll.map(|axis| variant.of_roll(axis)),
-                course: vehicle.course,
+                yaw: vehicle.yaw,
                 drive,
                 current: [outside.current.x, outside.current.y, outside.current.z],
                 tank: Tank {

@@ -26,7 +26,7 @@ fn everything(vehicle: Vehicle, speed: f64) -> BodyMotion {
             step: STEP,
         },
         roll: vehicle.roll,
-        course: vehicle.course,
+        yaw: vehicle.yaw,
         current: [0.1, -0.2, 0.05],
         tank: Tank::default(),
         tether: Tether {
@@ -97,7 +97,7 @@ fn the_specific_force_is_the_track_s_second_difference_less_gravity_under_any_lo
                     };
                     let before = Body {
                         roll: turn(motion.roll.is_some()),
-                        course: turn(motion.course.is_some()),
+                        yaw: turn(motion.yaw.is_some()),
                         ..Body::upright(plane, speed)
                     };
                     let one_on = |body: &Body| motion.advance(body, &inputs, load, 1).unwrap().0;

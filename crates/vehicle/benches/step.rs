@@ -93,7 +93,7 @@ fn main() {
     let plane_alone = BodyMotion::of_the_plane(motion);
     let all_axes = BodyMotion {
         roll: vehicle.roll,
-        course: vehicle.course,
+        yaw: vehicle.yaw,
         ..plane_alone.clone()
     };
     let under_thrust = BodyMotion {
@@ -108,8 +108,8 @@ fn main() {
     for (what, motion, angle) in [
         ("brunner", &plane_alone, planes),
         ("remus_100", &remus, 0.1),
-        ("brunner with roll and course", &all_axes, 0.1),
-        ("brunner with roll, course and thrust", &under_thrust, 0.1),
+        ("brunner with roll and yaw", &all_axes, 0.1),
+        ("brunner with roll, yaw and thrust", &under_thrust, 0.1),
     ] {
         println!(
             "planesman_vehicle, 50 ms, {what}: {:.1} ns",

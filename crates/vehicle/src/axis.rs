@@ -1,10 +1,10 @@
-//! Roll and course: plants of one axis, as the report's controllers see them.
+//! Roll and yaw: plants of one axis, as the report's controllers see them.
 //!
 //! ```text
 //! J a'' + B a' + C a = K (U / U0)^2 delta
 //! ```
 //!
-//! Brunner 1988, ch. II (pp. 30 to 32): roll `K / (J s^2 + B s + C)` with `C = W BG`, course
+//! Brunner 1988, ch. II (pp. 30 to 32): roll `K / (J s^2 + B s + C)` with `C = W BG`, yaw
 //! `K / (J s^2 + B s)`. `K` is printed for `U0` = 1 ft/s; what a plane gives grows with the square of
 //! the speed. The damping is the report's secant at 0.15 rad/s, whatever the speed.
 

@@ -2,7 +2,7 @@
 //!
 //! - `dynamics`: the equations of the vertical plane: [`State`], [`Load`]; `vehicle`: [`Vehicle`], its [`Derivatives`].
 //! - `energy`: the most kinetic energy that planes and speed can give.
-//! - `axis`, `propulsion`: roll and course, one axis each: [`Axis`]; thrust and drag: [`Propulsion`].
+//! - `axis`, `propulsion`: roll and yaw, one axis each: [`Axis`]; thrust and drag: [`Propulsion`].
 //! - `body`, `tick`, `motion`: the whole [`Body`] integrated over a tick; [`Motion`] of the vertical plane alone.
 //! - `attitude`, `planes`: rotations: [`Attitude`]; the plane angle over a tick: [`PlanePath`].
 //! - `environment`, `tank`, `seaway`, `tether`: what surrounds the vehicle. [`Variant`]: parts of it left out.

@@ -247,7 +247,7 @@ impl<'a> Tick<'a> {
         };
         let (roll_dot, roll_rate_dot) =
             turning(&motion.roll, roll, roll_rate, inputs.roll_differential);
-        let (yaw_dot, yaw_rate_dot) = turning(&motion.course, yaw, yaw_rate, inputs.rudder);
+        let (yaw_dot, yaw_rate_dot) = turning(&motion.yaw, yaw, yaw_rate, inputs.rudder);
         [
             x_dot + cx,
             y_dot + cy,
@@ -310,8 +310,8 @@ fn vector(body: &Body) -> Vector {
         body.speed,
         body.roll.angle,
         body.roll.rate,
-        body.course.angle,
-        body.course.rate,
+        body.yaw.angle,
+        body.yaw.rate,
     ]
 }
 
@@ -330,7 +330,7 @@ fn body(y: &Vector) -> Body {
         across,
         speed,
         roll: turn(roll, roll_rate),
-        course: turn(yaw, yaw_rate),
+        yaw: turn(yaw, yaw_rate),
     }
 }
 

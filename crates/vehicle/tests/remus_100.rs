@@ -407,11 +407,11 @@ fn four_degrees_of_rudder_turn_it_ten_degrees_a_second_to_the_printed_side() {
     let rudder = 4_f64.to_radians();
     let (_, yaw) = published_turn(rudder, 25.0);
     assert!((yaw.to_degrees() + 10.05).abs() < 0.01, "{yaw}");
-    let course = remus_100().course.expect("it turns");
-    let steady = course.moment(SPEED, rudder) / course.damping;
+    let axis = remus_100().yaw.expect("it turns");
+    let steady = axis.moment(SPEED, rudder) / axis.damping;
     assert!((steady.to_degrees() - 10.0).abs() < 0.05, "{steady}");
     // 63 % of it after a second; ours, a lag with no sway, after 1.4 s.
     let (_, after) = published_turn(rudder, 1.0);
     assert!((after / yaw - 0.65).abs() < 0.01, "{after}");
-    assert!((course.inertia / course.damping - 1.43).abs() < 0.01);
+    assert!((axis.inertia / axis.damping - 1.43).abs() < 0.01);
 }
