@@ -460,7 +460,7 @@ const TRUTH: [f64; 3] = [-0.2832 / 0.6033, 0.7182 / 0.6033, 0.16333 / 0.6033];
 fn estimators_with_a_model_of_noise_or_vehicle_find_the_dominant_pole_of_the_dive() {
     for (estimator, within) in [
         ("extended_least_squares", 0.10),
-        ("prediction_error", 0.05),
+        ("recursive_prediction_error", 0.05),
         ("kalman", 0.02),
     ] {
         let mut identifier = identifier(&[("estimator", estimator.into())]);
@@ -503,9 +503,9 @@ fn where_least_squares_is_led_astray_by_the_sensor_output_error_is_not_and_its_f
         assert!(estimate.valid, "{}", estimate.reason);
         (estimate.a[0] + 0.5, estimate.fit)
     };
-    let (off, _) = found("least_squares");
+    let (off, _) = found("recursive_least_squares");
     assert!(off > 0.05, "{off}");
-    let (off, fit) = found("output_error");
+    let (off, fit) = found("recursive_output_error");
     assert!(off.abs() < 0.02, "{off}");
     // Of a spread of 4/3 + 1/4 the noise leaves a fourth.
     assert!((55.0..65.0).contains(&fit), "{fit}");
@@ -570,7 +570,7 @@ fn an_integral_is_learnt_as_one_and_a_gap_ends_it() {
 #[test]
 fn a_frozen_model_predicts_and_publishes_and_learns_nothing() {
     let messages = in_order(600);
-    for estimator in ["least_squares", "prediction_error", "kalman"] {
+    for estimator in ["recursive_least_squares", "recursive_prediction_error", "kalman"] {
         let mut identifier = identifier(&[("estimator", estimator.into())]);
         let mut live: Vec<ModelEstimate> = Vec::new();
         for message in &messages[..600] {
