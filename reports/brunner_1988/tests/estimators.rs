@@ -276,7 +276,7 @@ fn the_covariance_is_carried_as_small_changes_are() {
             Reading::of(e, 0).continuous_poles().unwrap()[1]
         }),
         ("zero", &|e| Reading::of(e, 0).zeros().unwrap()[0]),
-        ("gain", &|e| Reading::of(e, 0).dc_gain().unwrap()),
+        ("gain", &|e| Reading::of(e, 0).steady_state_gain().unwrap()),
         ("response", &|e| Reading::of(e, 0).response(3.0).unwrap()),
     ];
     for (name, read) in reads {

@@ -106,7 +106,7 @@ impl Estimate {
         };
         let by_level = match self.input_level {
             0.0 => 0.0,
-            level => level * self.model(run).dc_gain().unwrap_or(0.0),
+            level => level * self.model(run).steady_state_gain().unwrap_or(0.0),
         };
         self.offset_at_level(at) - by_level
     }

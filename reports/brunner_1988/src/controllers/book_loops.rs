@@ -244,7 +244,7 @@ fn roll_loop() -> Values {
     let damping_09 = damping_for_ratio(axis.inertia, axis.natural_frequency(p), 0.9);
     let steady = in_fig_20
         .closed_loop(roll::GAINS)
-        .and_then(|g| g.dc_gain(Domain::Continuous));
+        .and_then(|g| g.steady_state_gain(Domain::Continuous));
     vec![
         ("roll.Beff_zeta.9", damping_09),
         ("roll.Kdx_zeta.9", axis.rate_gain_for_ratio(0.9, p)),
