@@ -194,7 +194,7 @@ fn extrapolated(
 mod tests {
     use super::*;
     use crate::estimators::{Armax, Estimator, LeastSquares, Near};
-    use crate::structure::{Problem, Start, Structure};
+    use crate::structure::{InitialState, Problem, Structure};
     use planesman_record::noise;
 
     #[test]
@@ -210,7 +210,7 @@ mod tests {
             outputs: &outputs,
         };
         let structure = Structure {
-            start: Start::Motion,
+            start: InitialState::Estimated,
             ..Structure::of_order(2)
         };
         let problem = Problem::new(structure, 0.1, vec![run]).unwrap();

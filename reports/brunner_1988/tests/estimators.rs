@@ -9,7 +9,7 @@ use planesman_identification::estimators::{
     Armax, Estimate, Estimator, Instruments, LeastSquares, OutputError,
 };
 use planesman_identification::{
-    Problem, Reading, Run, Start, Structure, Uncertain, filter, with_noise,
+    InitialState, Problem, Reading, Run, Structure, Uncertain, filter, with_noise,
 };
 use planesman_linear::{Complex, polynomial};
 
@@ -108,7 +108,7 @@ fn a_record_that_begins_in_motion_is_no_obstacle_when_said_so() {
     let run = synthetic::Run::EightOne;
     let record = [(run.planes()[30..].to_vec(), run.clean()[30..].to_vec())];
     let structure = Structure {
-        start: Start::Motion,
+        start: InitialState::Estimated,
         ..Structure::of_order(3)
     };
     for method in [&OutputError as &dyn Estimator, &Instruments] {

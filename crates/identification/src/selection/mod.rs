@@ -26,7 +26,7 @@ use crate::estimators::{
     radius_of_memory,
 };
 use crate::states::poles_of_states;
-use crate::structure::{Problem, Start, Structure, monic};
+use crate::structure::{InitialState, Problem, Structure, monic};
 use folds::{Fold, Folds};
 use lagged::Lagged;
 use planesman_parallel::on_all_cores;
@@ -621,7 +621,7 @@ impl Scaled {
                 .map(|it| it.iter().map(|v| (v - level) / deviation).collect())
                 .collect()
         };
-        let free = s.offset && s.start == Start::Motion;
+        let free = s.offset && s.start == InitialState::Estimated;
         Self {
             inputs: of(
                 problem.runs.iter().map(|run| run.inputs).collect(),
