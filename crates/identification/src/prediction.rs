@@ -193,7 +193,7 @@ fn extrapolated(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimators::{Armax, Estimator, LeastSquares, Near};
+    use crate::estimators::{Armax, Estimator, LeastSquares, WarmStarted};
     use crate::structure::{InitialState, Problem, Structure};
     use planesman_record::noise;
 
@@ -214,7 +214,7 @@ mod tests {
             ..Structure::of_order(2)
         };
         let problem = Problem::new(structure, 0.1, vec![run]).unwrap();
-        let near = Near {
+        let near = WarmStarted {
             poles: Vec::new(),
             noise: true,
         };

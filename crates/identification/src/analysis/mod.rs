@@ -27,7 +27,7 @@ use crate::comparison::GivenModel;
 use crate::conversion;
 use crate::error::{IdentificationError, Result};
 use crate::estimators::{
-    Error, Estimate, Estimator, Knowledge, LeastSquares, Method, Near, Physical, TwoStages,
+    Error, Estimate, Estimator, Knowledge, LeastSquares, Method, Physical, TwoStages, WarmStarted,
 };
 use crate::model::Model;
 use crate::prediction;
@@ -297,7 +297,7 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
         bootstrap: (options.bootstrap)
             .map(|refits| {
                 // The minimum of a simulated record is near the estimate.
-                let near = Near {
+                let near = WarmStarted {
                     poles: estimate.theta.as_slice()[estimate.layout.a()].to_vec(),
                     noise: options.method == Method::BoxJenkins,
                 };

@@ -22,8 +22,8 @@ use nalgebra::{DMatrix, DVector};
 use planesman_linear::polynomial::{self, product};
 
 use crate::estimators::{
-    Course, Estimator, LeastSquares, Near, Search, held_within, independent_share, lies_within,
-    radius_of_memory,
+    Course, Estimator, LeastSquares, Search, WarmStarted, held_within, independent_share,
+    lies_within, radius_of_memory,
 };
 use crate::states::poles_of_states;
 use crate::structure::{InitialState, Problem, Structure, monic};
@@ -121,7 +121,7 @@ impl Candidate {
     pub fn estimator(&self) -> Box<dyn Estimator> {
         match self.kind {
             Kind::Arx => Box::new(LeastSquares),
-            of => Box::new(Near {
+            of => Box::new(WarmStarted {
                 poles: self.poles.clone(),
                 noise: of == Kind::BoxJenkins,
             }),
