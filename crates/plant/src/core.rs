@@ -367,13 +367,17 @@ impl Plant {
             roll,
             yaw,
         } = self.body;
-        let BodyMotion { tank, current, .. } = &self.settings.motion;
+        let BodyMotion {
+            depth_limits,
+            current,
+            ..
+        } = &self.settings.motion;
         VehicleState {
             header: frames.header(frames.map_ned()),
             distance: plane.distance,
             cross_track: across,
             depth: plane.depth,
-            depth_rate: tank.confined_rate(plane.depth, self.body.depth_rate(*current)),
+            depth_rate: depth_limits.confined_rate(plane.depth, self.body.depth_rate(*current)),
             roll: wrapped(roll.angle),
             roll_rate: roll.rate,
             pitch: wrapped(plane.pitch),
@@ -384,7 +388,7 @@ impl Plant {
             heave: plane.heave,
             dive_planes: self.acting.dive_planes,
             planes_source: self.planes_source,
-            contact: match tank
+            contact: match depth_limits
                 .touched(plane.depth)
                 .or(self.contact.map(|c| c.boundary))
             {

@@ -2,8 +2,8 @@
 
 use planesman_parameters::Choice as _;
 use planesman_vehicle::{
-    Body, BodyMotion, Derivatives, Drive, Environment, Inputs, Load, Motion, PitchDamping,
-    Restoring, Seaway, ShapingFilter, State, Tank, Tether, Variant, Vehicle,
+    Body, BodyMotion, DepthLimits, Derivatives, Drive, Environment, Inputs, Load, Motion,
+    PitchDamping, Restoring, Seaway, ShapingFilter, State, Tether, Variant, Vehicle,
 };
 
 use crate::{
@@ -64,7 +64,7 @@ impl Settings {
                 yaw: vehicle.yaw,
                 drive,
                 current: [outside.current.x, outside.current.y, outside.current.z],
-                tank: Tank {
+                depth_limits: DepthLimits {
                     bottom: (bottom > 0.0).then_some(bottom),
                 },
                 tether: Tether {

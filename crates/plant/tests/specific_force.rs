@@ -4,8 +4,8 @@
 
 use planesman_plant::specific_force;
 use planesman_vehicle::{
-    Body, BodyMotion, Drive, Environment, Inputs, Load, Motion, PlanePath, Restoring, State, Tank,
-    Tether, Turn, Variant, Vehicle,
+    Body, BodyMotion, DepthLimits, Drive, Environment, Inputs, Load, Motion, PlanePath, Restoring,
+    State, Tether, Turn, Variant, Vehicle,
     vehicle_file::{brunner, remus_100},
 };
 
@@ -28,7 +28,7 @@ fn everything(vehicle: Vehicle, speed: f64) -> BodyMotion {
         roll: vehicle.roll,
         yaw: vehicle.yaw,
         current: [0.1, -0.2, 0.05],
-        tank: Tank::default(),
+        depth_limits: DepthLimits::default(),
         tether: Tether {
             diameter: 0.003,
             drag_coefficient: 1.2,
@@ -124,7 +124,7 @@ fn surface_and_bottom_are_felt_while_they_hold_the_vehicle_at_its_depth() {
     };
     let mut motion = everything(brunner(), 0.5);
     motion.current = [0.0; 3];
-    motion.tank.bottom = Some(2.0);
+    motion.depth_limits.bottom = Some(2.0);
     let gravity = motion.vertical.environment.gravity;
     for (depth, pitch, heel) in [(0.0, 0.3, 0.2), (2.0, -0.4, -0.1)] {
         let plane = State {

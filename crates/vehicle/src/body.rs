@@ -18,10 +18,10 @@ use crate::{
     State, Vehicle,
     attitude::Attitude,
     axis::{Axis, Turn},
+    depth_limits::{DepthLimits, DepthState},
     motion::Motion,
     planes::PlanePath,
     propulsion::Propulsion,
-    tank::{Sounding, Tank},
     tether::Tether,
     variant::Variant,
     vehicle::Derivatives,
@@ -92,8 +92,8 @@ impl Body {
     }
 
     /// Depth and depth rate.
-    pub(crate) fn sounding(&self, current: [f64; 3]) -> Sounding {
-        Sounding {
+    pub(crate) fn depth_state(&self, current: [f64; 3]) -> DepthState {
+        DepthState {
             depth: self.plane.depth,
             rate: self.depth_rate(current),
         }
@@ -192,7 +192,7 @@ pub struct BodyMotion {
     /// The water's velocity \[m/s\]: forward, right, down in the fixed frame.
     pub current: [f64; 3],
     /// How deep the water is.
-    pub tank: Tank,
+    pub depth_limits: DepthLimits,
     /// The line in tow.
     pub tether: Tether,
 }
@@ -207,7 +207,7 @@ impl BodyMotion {
             yaw: None,
             drive: None,
             current: [0.0; 3],
-            tank: Tank::default(),
+            depth_limits: DepthLimits::default(),
             tether: Tether::default(),
         }
     }
@@ -519,7 +519,7 @@ mod tests {
     fn a_diving_vehicle_stops_at_the_bottom_at_the_time_it_gets_there() {
         let time = |step: f64| {
             let motion = BodyMotion {
-                tank: Tank { bottom: Some(0.3) },
+                depth_limits: DepthLimits { bottom: Some(0.3) },
                 drive: None,
                 ..whole(step)
             };

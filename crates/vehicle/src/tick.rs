@@ -2,7 +2,7 @@
 //!
 //! All its equations are integrated together, by the method of order eight of Dormand and Prince. A step is at most as long as the
 //! motion's, and shorter where its estimated error would be above [`TOLERANCE`]; corners of the actuators' paths do
-//! not end it (`planes`). Near surface and bottom the way within a step is looked at (`tank`).
+//! not end it (`planes`). Near surface and bottom the way within a step is looked at (`depth_limits`).
 
 use planesman_linear::{DORMAND_PRINCE_NODES, dormand_prince_step};
 
@@ -11,10 +11,10 @@ use crate::{
     attitude::Rotation,
     axis::{Axis, Turn},
     body::{Body, BodyMotion, Inputs, Positions},
+    depth_limits::{Contact, DepthState},
     dynamics::{InverseInertia, Load},
     motion::{Diverged, Motion},
     planes::PlanePath,
-    tank::{Contact, Sounding},
 };
 
 /// The largest error estimated of a step, the sum over the state's parts in SI units.
@@ -23,7 +23,7 @@ const TOLERANCE: f64 = 4e-12;
 /// A step \[s\] that is not divided further, whatever its error: so a flight ends, and a motion that blows up is found.
 const SHORTEST_STEP: f64 = 1e-5;
 
-/// A longer step \[s\] with a contact is divided: the depth within it is a cubic then (`tank`), whose error no estimate has.
+/// A longer step \[s\] with a contact is divided: the depth within it is a cubic then (`depth_limits`), whose error no estimate has.
 const LONGEST_STEP_WITH_A_CONTACT: f64 = 0.01;
 
 /// The quantities that are constant throughout a tick.
@@ -87,7 +87,7 @@ impl BodyMotion {
     }
 
     /// How the body's velocities change at the start of the inputs, under `load`; a boundary that
-    /// it is in contact with is given apart (`tank`).
+    /// it is in contact with is given apart (`depth_limits`).
     #[must_use]
     pub fn acceleration(&self, body: &Body, inputs: &Inputs<'_>, load: Load) -> Acceleration {
         Tick::new(self, inputs, load).acceleration(body)
@@ -169,8 +169,11 @@ impl<'a> Tick<'a> {
                 next[SPEED] = next[SPEED].max(0.0);
             }
             if self.comes_near_a_limit(&y, &next, h) {
-                let (depth, touched) =
-                    (self.motion.tank).way(self.sounding(&y), self.sounding(&next), h);
+                let (depth, touched) = (self.motion.depth_limits).way(
+                    self.depth_state(&y),
+                    self.depth_state(&next),
+                    h,
+                );
                 if touched.is_some() && h > 1.001 * LONGEST_STEP_WITH_A_CONTACT {
                     wanted = LONGEST_STEP_WITH_A_CONTACT;
                     continue;
@@ -199,9 +202,9 @@ impl<'a> Tick<'a> {
             pitch,
             boundary: 0.0,
         };
-        let (tank, depth) = (self.motion.tank, body.plane.depth);
+        let (depth_limits, depth) = (self.motion.depth_limits, body.plane.depth);
         let rate = body.depth_rate(self.motion.current);
-        if tank.confined_rate(depth, rate) != rate {
+        if depth_limits.confined_rate(depth, rate) != rate {
             let [_, _, down] = rotation.to_fixed(found.of_the_origin(body));
             found.boundary = -down;
         }
@@ -263,21 +266,22 @@ impl<'a> Tick<'a> {
         ]
     }
 
-    fn sounding(&self, y: &Vector) -> Sounding {
-        body(y).sounding(self.motion.current)
+    fn depth_state(&self, y: &Vector) -> DepthState {
+        body(y).depth_state(self.motion.current)
     }
 
     /// Whether a limit could have been reached within a step of length `h`: a bound without the angles.
     fn comes_near_a_limit(&self, from: &Vector, to: &Vector, h: f64) -> bool {
         let BodyMotion {
-            tank,
+            depth_limits,
             current: [_, _, down],
             ..
         } = self.motion;
         let fastest = |y: &Vector| y[SPEED].abs() + y[HEAVE].abs() + down.abs();
         let reach = 2.0 * h * fastest(from).max(fastest(to));
         let (a, b) = (from[DEPTH], to[DEPTH]);
-        tank.touched(a.min(b) - reach).is_some() || tank.touched(a.max(b) + reach).is_some()
+        depth_limits.touched(a.min(b) - reach).is_some()
+            || depth_limits.touched(a.max(b) + reach).is_some()
     }
 }
 
