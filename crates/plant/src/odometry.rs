@@ -70,7 +70,7 @@ pub(crate) fn wrapped(angle: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use planesman_vehicle::{State, Turn};
+    use planesman_vehicle::{AxisState, State};
 
     /// `v` turned by the quaternion: `v + 2 u x (u x v + s v)`.
     fn turned([x, y, z, s]: [f64; 4], v: [f64; 3]) -> [f64; 3] {
@@ -98,11 +98,11 @@ mod tests {
             },
             across: 0.5,
             speed: 0.3,
-            roll: Turn {
+            roll: AxisState {
                 angle: 0.2,
                 rate: 0.1,
             },
-            yaw: Turn {
+            yaw: AxisState {
                 angle: 1.1,
                 rate: -0.1,
             },
@@ -125,7 +125,7 @@ mod tests {
     #[test]
     fn bow_to_starboard_the_forward_axis_points_right_of_the_first_course() {
         let mut turning = Body::upright(State::default(), 0.3);
-        turning.yaw = Turn {
+        turning.yaw = AxisState {
             angle: 0.3,
             rate: 0.1,
         };

@@ -4,8 +4,8 @@
 
 use planesman_plant::specific_force;
 use planesman_vehicle::{
-    Body, BodyMotion, DepthLimits, Drive, Environment, Inputs, Load, Motion, PlanePath, Restoring,
-    State, Tether, Turn, Variant, Vehicle,
+    AxisState, Body, BodyMotion, DepthLimits, Drive, Environment, Inputs, Load, Motion, PlanePath,
+    Restoring, State, Tether, Variant, Vehicle,
     vehicle_file::{brunner, remus_100},
 };
 
@@ -84,7 +84,7 @@ fn the_specific_force_is_the_track_s_second_difference_less_gravity_under_any_lo
                         thrust: PlanePath::held(&thrust),
                     };
                     // A vehicle without a plant for it stays as it is.
-                    let turn = |turns: bool| Turn {
+                    let turn = |turns: bool| AxisState {
                         angle: heel,
                         rate: if turns { 0.1 } else { 0.0 },
                     };
@@ -134,7 +134,7 @@ fn surface_and_bottom_are_felt_while_they_hold_the_vehicle_at_its_depth() {
             ..State::default()
         };
         let before = Body {
-            roll: Turn {
+            roll: AxisState {
                 angle: heel,
                 rate: 0.0,
             },

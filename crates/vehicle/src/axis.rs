@@ -25,7 +25,7 @@ pub struct Axis {
 
 /// An angle and its rate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Turn {
+pub struct AxisState {
     /// \[rad\], not wrapped.
     pub angle: f64,
     /// \[rad/s\]
@@ -40,11 +40,11 @@ impl Axis {
         self.gain * share * share * delta
     }
 
-    /// `a''` \[rad/s^2\] of a turn at a speed \[m/s\] and a plane angle \[rad\].
+    /// `a''` \[rad/s^2\] of a state at a speed \[m/s\] and a plane angle \[rad\].
     #[must_use]
-    pub fn acceleration(&self, turn: Turn, speed: f64, delta: f64) -> f64 {
+    pub fn acceleration(&self, state: AxisState, speed: f64, delta: f64) -> f64 {
         let moment = self.moment(speed, delta);
-        (moment - self.damping * turn.rate - self.restoring * turn.angle) / self.inertia
+        (moment - self.damping * state.rate - self.restoring * state.angle) / self.inertia
     }
 }
 

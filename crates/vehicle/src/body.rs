@@ -17,7 +17,7 @@
 use crate::{
     State, Vehicle,
     attitude::Attitude,
-    axis::{Axis, Turn},
+    axis::{Axis, AxisState},
     depth_limits::{DepthLimits, DepthState},
     motion::Motion,
     planes::PlanePath,
@@ -37,9 +37,9 @@ pub struct Body {
     /// `U` \[m/s\] through the water.
     pub speed: f64,
     /// Roll, positive starboard side down.
-    pub roll: Turn,
+    pub roll: AxisState,
     /// Yaw from the initial heading, positive to starboard.
-    pub yaw: Turn,
+    pub yaw: AxisState,
 }
 
 impl Body {

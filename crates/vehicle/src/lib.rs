@@ -34,7 +34,7 @@ mod vehicle;
 pub mod vehicle_file;
 
 pub use attitude::{Angle, Attitude, Rotation};
-pub use axis::{Axis, Turn};
+pub use axis::{Axis, AxisState};
 pub use body::{Body, BodyMotion, Drive, Inputs};
 pub use depth_limits::{Boundary, Contact, DepthLimits};
 pub use dynamics::{InverseInertia, Load, Restoring, Slope, Slopes, State};

@@ -9,7 +9,7 @@ use planesman_linear::{DORMAND_PRINCE_NODES, dormand_prince_step};
 use crate::{
     State,
     attitude::Rotation,
-    axis::{Axis, Turn},
+    axis::{Axis, AxisState},
     body::{Body, BodyMotion, Inputs, Positions},
     depth_limits::{Contact, DepthState},
     dynamics::{InverseInertia, Load},
@@ -245,7 +245,7 @@ impl<'a> Tick<'a> {
         let [cx, cy, cz] = motion.current;
         // Without a plant for it an angle stays as it is.
         let turning = |axis: &Option<Axis>, angle, rate, delta| match axis {
-            Some(axis) => (rate, axis.acceleration(Turn { angle, rate }, u, delta)),
+            Some(axis) => (rate, axis.acceleration(AxisState { angle, rate }, u, delta)),
             None => (0.0, 0.0),
         };
         let (roll_dot, roll_rate_dot) =
@@ -322,7 +322,7 @@ fn vector(body: &Body) -> Vector {
 fn body(y: &Vector) -> Body {
     let &[distance, across, depth, pitch, heave, pitch_rate, speed, ..] = y;
     let &[.., roll, roll_rate, yaw, yaw_rate] = y;
-    let turn = |angle, rate| Turn { angle, rate };
+    let turn = |angle, rate| AxisState { angle, rate };
     Body {
         plane: State {
             distance,
