@@ -26,7 +26,8 @@ use crate::{
     settings::{Settings, Supply},
 };
 use planesman_vehicle::{
-    Body, BodyMotion, Boundary, Contact, Inputs, Load, PlanePath, Vehicle, Waves, vehicle_file,
+    Body, BodyMotion, Boundary, Contact, GeneralisedForce, Inputs, PlanePath, Vehicle, Waves,
+    vehicle_file,
 };
 
 /// Everything the plant publishes at one stamp.
@@ -91,7 +92,7 @@ struct Acting {
     roll_differential: f64,
     rudder: f64,
     thrust: f64,
-    waves: Load,
+    waves: GeneralisedForce,
 }
 
 impl Acting {
@@ -105,7 +106,7 @@ impl Acting {
         }
     }
 
-    fn at_the_end_of(inputs: &Inputs<'_>, waves: Load) -> Self {
+    fn at_the_end_of(inputs: &Inputs<'_>, waves: GeneralisedForce) -> Self {
         Self {
             dive_planes: inputs.dive_planes.end(),
             bow_stern_differential: inputs.bow_stern_differential.end(),
@@ -286,7 +287,7 @@ impl Plant {
             Some(motion) => inputs_of(motion, settings.tick_nanos)?,
             None => self.acting.held(),
         };
-        let waves = self.waves_load(settings);
+        let waves = self.waves_force(settings);
         let (body, contact) =
             settings
                 .motion
@@ -408,7 +409,7 @@ impl Plant {
         body: &Body,
         settings: &Settings,
         inputs: &Inputs<'_>,
-        waves: Load,
+        waves: GeneralisedForce,
     ) -> Result<(f64, Option<Supply>), Error> {
         let derivatives = settings.motion.derivatives(body);
         let energy = derivatives.kinetic_energy(&body.plane);
@@ -432,13 +433,13 @@ impl Plant {
     }
 
     /// The waves' load over the coming tick.
-    fn waves_load(&self, settings: &Settings) -> Load {
+    fn waves_force(&self, settings: &Settings) -> GeneralisedForce {
         match &settings.seaway {
             Some((seaway, _)) => {
                 let gravity = settings.motion.vertical.environment.gravity;
                 seaway.load(&self.waves, self.body.plane.depth, gravity)
             }
-            None => Load::NONE,
+            None => GeneralisedForce::NONE,
         }
     }
 }

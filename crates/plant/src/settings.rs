@@ -2,8 +2,8 @@
 
 use planesman_parameters::Choice as _;
 use planesman_vehicle::{
-    Body, BodyMotion, DepthLimits, Derivatives, Drive, Environment, Inputs, Load, Motion,
-    PitchDamping, Restoring, Seaway, ShapingFilter, State, Tether, Variant, Vehicle,
+    Body, BodyMotion, DepthLimits, Derivatives, Drive, Environment, GeneralisedForce, Inputs,
+    Motion, PitchDamping, Restoring, Seaway, ShapingFilter, State, Tether, Variant, Vehicle,
 };
 
 use crate::{
@@ -110,14 +110,14 @@ impl Drag {
         motion: &BodyMotion,
         body: &Body,
         inputs: &Inputs<'_>,
-        waves: Load,
+        waves: GeneralisedForce,
     ) -> Supply {
         let d = Derivatives {
             m_q: 0.0,
             m_qq: -self.viscous,
             ..motion.derivatives(body)
         };
-        let planes = d.plane_load(
+        let planes = d.plane_force(
             inputs.dive_planes.largest(),
             inputs.bow_stern_differential.largest(),
         );

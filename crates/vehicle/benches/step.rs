@@ -13,8 +13,8 @@ use std::{hint::black_box, time::Instant};
 
 use planesman_units::FOOT;
 use planesman_vehicle::{
-    Body, BodyMotion, Diverged, Drive, Environment, Inputs, Load, Motion, PlanePath, Restoring,
-    State, Variant, Vehicle, linearised,
+    Body, BodyMotion, Diverged, Drive, Environment, GeneralisedForce, Inputs, Motion, PlanePath,
+    Restoring, State, Variant, Vehicle, linearised,
     vehicle_file::{brunner, remus_100},
 };
 
@@ -59,7 +59,12 @@ fn step_of(motion: &BodyMotion, angle: f64) -> f64 {
     };
     let start = Body::upright(submerged, motion.vertical.derivatives.speed);
     let seconds = best(ROUNDS, || {
-        let end = motion.advance(black_box(&start), black_box(&inputs), Load::NONE, STEPS);
+        let end = motion.advance(
+            black_box(&start),
+            black_box(&inputs),
+            GeneralisedForce::NONE,
+            STEPS,
+        );
         assert!(black_box(end).is_ok());
     });
     seconds / f64::from(STEPS) * 1e9

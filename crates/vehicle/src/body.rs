@@ -228,7 +228,9 @@ mod tests {
     use planesman_units::FOOT;
 
     use super::*;
-    use crate::{Boundary, Contact, Environment, Load, Restoring, vehicle_file::brunner};
+    use crate::{
+        Boundary, Contact, Environment, GeneralisedForce, Restoring, vehicle_file::brunner,
+    };
 
     fn vertical(speed: f64, step: f64) -> Motion {
         Motion {
@@ -274,7 +276,7 @@ mod tests {
         };
         let steps = (seconds / motion.vertical.step).round() as u32;
         motion
-            .advance(from, &inputs, Load::NONE, steps)
+            .advance(from, &inputs, GeneralisedForce::NONE, steps)
             .expect("it moves")
     }
 
@@ -385,7 +387,7 @@ mod tests {
             for _ in 0..100 {
                 let motion = whole(0.05 / f64::from(steps));
                 (body, _) = motion
-                    .advance(&body, &inputs, Load::NONE, steps)
+                    .advance(&body, &inputs, GeneralisedForce::NONE, steps)
                     .expect("it moves");
             }
             body
@@ -537,7 +539,7 @@ mod tests {
         let mut motion = at_held_speed(0.05);
         motion.vertical.derivatives.m_q *= -1.0;
         let inputs = Inputs::all(PlanePath::held(&0.5));
-        let refused = motion.advance(&deep(1.5), &inputs, Load::NONE, 10_000);
+        let refused = motion.advance(&deep(1.5), &inputs, GeneralisedForce::NONE, 10_000);
         let diverged = refused.expect_err("it turns ever faster");
         assert!(!(-diverged.limit..=diverged.limit).contains(&diverged.value));
     }

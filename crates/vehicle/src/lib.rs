@@ -1,6 +1,6 @@
 //! An underwater vehicle: its equations of motion and the models made of them. SI units, no clock, no messages.
 //!
-//! - `dynamics`: the equations of the vertical plane: [`State`], [`Load`]; `vehicle`: [`Vehicle`], its [`Derivatives`].
+//! - `dynamics`: the equations of the vertical plane: [`State`], [`GeneralisedForce`]; `vehicle`: [`Vehicle`], its [`Derivatives`].
 //! - `energy`: the most kinetic energy that planes and speed can give.
 //! - `axis`, `propulsion`: roll and yaw, one axis each: [`Axis`]; thrust and drag: [`Propulsion`].
 //! - `body`, `tick`, `motion`: the whole [`Body`] integrated over a tick; [`Motion`] of the vertical plane alone.
@@ -37,7 +37,7 @@ pub use attitude::{Angle, Attitude, Rotation};
 pub use axis::{Axis, AxisState};
 pub use body::{Body, BodyMotion, Drive, Inputs};
 pub use depth_limits::{Boundary, Contact, DepthLimits};
-pub use dynamics::{InverseInertia, Load, Restoring, Slope, Slopes, State};
+pub use dynamics::{GeneralisedForce, InverseInertia, Restoring, Slope, Slopes, State};
 pub use environment::{Environment, SURFACE};
 pub use motion::{Diverged, Motion};
 pub use planes::{MotionError, PlanePath};

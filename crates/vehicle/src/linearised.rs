@@ -23,7 +23,7 @@ use planesman_linear::{
 
 use crate::{
     Vehicle,
-    dynamics::{Load, Slopes},
+    dynamics::{GeneralisedForce, Slopes},
     vehicle::Derivatives,
 };
 
@@ -86,7 +86,8 @@ pub fn state_space_of(derivatives: &Derivatives) -> Result<StateSpace, Error> {
     let (w, pitch) = (level.heave, level.pitch);
     let Slopes { heave: z, pitch: m } = d.slopes(&level);
     let inverse = d.inverse_inertia();
-    let accelerations = |heave: f64, pitch: f64| inverse.accelerations(Load { heave, pitch });
+    let accelerations =
+        |heave: f64, pitch: f64| inverse.accelerations(GeneralisedForce { heave, pitch });
     let heave = |z: f64, m: f64| accelerations(z, m).0;
     let pitching = |z: f64, m: f64| accelerations(z, m).1;
     let sinking = -w * pitch.sin() - d.speed * pitch.cos();

@@ -12,7 +12,7 @@ use crate::{
     axis::{Axis, AxisState},
     body::{Body, BodyMotion, Inputs, Positions},
     depth_limits::{Contact, DepthState},
-    dynamics::{InverseInertia, Load},
+    dynamics::{GeneralisedForce, InverseInertia},
     motion::{Diverged, Motion},
     planes::PlanePath,
 };
@@ -31,7 +31,7 @@ pub(crate) struct Tick<'a> {
     motion: &'a BodyMotion,
     inputs: &'a Inputs<'a>,
     /// From outside, held.
-    load: Load,
+    load: GeneralisedForce,
     /// Neither inertia depends on the speed.
     inertia: InverseInertia,
     /// \[N\]; 0 where the speed is held.
@@ -76,7 +76,7 @@ impl BodyMotion {
         &self,
         from: &Body,
         inputs: &Inputs<'_>,
-        load: Load,
+        load: GeneralisedForce,
         steps: u32,
     ) -> Result<(Body, Option<Contact>), Diverged> {
         let mut body = *from;
@@ -89,7 +89,12 @@ impl BodyMotion {
     /// How the body's velocities change at the start of the inputs, under `load`; a boundary that
     /// it is in contact with is given apart (`depth_limits`).
     #[must_use]
-    pub fn acceleration(&self, body: &Body, inputs: &Inputs<'_>, load: Load) -> Acceleration {
+    pub fn acceleration(
+        &self,
+        body: &Body,
+        inputs: &Inputs<'_>,
+        load: GeneralisedForce,
+    ) -> Acceleration {
         Tick::new(self, inputs, load).acceleration(body)
     }
 }
@@ -110,14 +115,22 @@ impl Motion {
             ..Inputs::all(PlanePath::NEUTRAL)
         };
         let body = Body::upright(*from, self.derivatives.speed);
-        let (after, _) =
-            BodyMotion::of_the_plane(*self).advance(&body, &inputs, Load::NONE, steps)?;
+        let (after, _) = BodyMotion::of_the_plane(*self).advance(
+            &body,
+            &inputs,
+            GeneralisedForce::NONE,
+            steps,
+        )?;
         Ok(after.plane)
     }
 }
 
 impl<'a> Tick<'a> {
-    pub(crate) fn new(motion: &'a BodyMotion, inputs: &'a Inputs<'a>, load: Load) -> Self {
+    pub(crate) fn new(
+        motion: &'a BodyMotion,
+        inputs: &'a Inputs<'a>,
+        load: GeneralisedForce,
+    ) -> Self {
         Self {
             inertia: motion.vertical.derivatives.inverse_inertia(),
             full_thrust: motion
@@ -232,12 +245,12 @@ impl<'a> Tick<'a> {
         };
         let u = derivatives.speed;
         let rotation = turned(near, y);
-        let tether = Load {
+        let tether = GeneralisedForce {
             heave: 0.0,
             pitch: motion.tether.moment(depth, u, density),
         };
-        let hull = derivatives.hull_load(w, q, rotation.pitch, motion.vertical.restoring);
-        let planes = derivatives.plane_load(inputs.dive_planes, inputs.bow_stern_differential);
+        let hull = derivatives.hull_force(w, q, rotation.pitch, motion.vertical.restoring);
+        let planes = derivatives.plane_force(inputs.dive_planes, inputs.bow_stern_differential);
         let (w_dot, q_dot) = self
             .inertia
             .accelerations(hull + planes + tether + self.load);

@@ -18,7 +18,7 @@
 
 use planesman_linear::Complex;
 use planesman_vehicle::{
-    Derivatives, Environment, Load, Motion, PlanePath, Restoring, State,
+    Derivatives, Environment, GeneralisedForce, Motion, PlanePath, Restoring, State,
     linearised::{self, Output},
     vehicle_file::remus_100,
 };
@@ -134,7 +134,8 @@ fn the_accelerations_are_those_of_the_published_simulator() {
             pitch: theta,
             ..State::default()
         };
-        let (heaving, pitching) = d.accelerations(&state, delta, Restoring::Sine, Load::NONE);
+        let (heaving, pitching) =
+            d.accelerations(&state, delta, Restoring::Sine, GeneralisedForce::NONE);
         let (w_dot, q_dot) = accelerations(w, q, theta, delta);
         assert!((heaving - w_dot).abs() < 1e-12, "{heaving} {w_dot}");
         assert!((pitching - q_dot).abs() < 1e-12, "{pitching} {q_dot}");
