@@ -1,6 +1,6 @@
 //! The ram's motion within one mode in closed form: exact for any length of time ([`crate::modes`] has the laws).
 
-use crate::modes::{Constants, Load, Mode, Side, State};
+use crate::modes::{Constants, FrictionState, Mode, Side, State};
 
 /// One of the ram's quantities, as a limit or an event watches it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -97,21 +97,21 @@ impl ClosedForm {
             (flow, m.leakage)
         };
         let held_pressure = mode.clamped.map(|side| side.sign() * m.clamp(side));
-        let law = match (mode.load, held_pressure) {
-            (Load::Stuck | Load::AtStop(_), None) => Law::Stuck {
+        let law = match (mode.friction, held_pressure) {
+            (FrictionState::Stuck | FrictionState::AtStop(_), None) => Law::Stuck {
                 q,
                 a: k * m.stiffness,
             },
-            (Load::Stuck | Load::AtStop(_), Some(pressure)) => Law::Stuck {
+            (FrictionState::Stuck | FrictionState::AtStop(_), Some(pressure)) => Law::Stuck {
                 q: q - k * pressure,
                 a: 0.0,
             },
-            (Load::Sliding(side), Some(pressure)) => Law::Clamped {
+            (FrictionState::Sliding(side), Some(pressure)) => Law::Clamped {
                 q: q - k * pressure,
                 g: (m.area * pressure - side.sign() * m.coulomb) / m.mass,
                 c: m.viscous / m.mass,
             },
-            (Load::Sliding(side), None) => Law::Riding(Riding::new(m, q, k, side, &start)),
+            (FrictionState::Sliding(side), None) => Law::Riding(Riding::new(m, q, k, side, &start)),
         };
         Self {
             start,
@@ -438,9 +438,9 @@ mod tests {
     fn modes() -> Vec<Mode> {
         let mut modes = Vec::new();
         for load in [
-            Load::Stuck,
-            Load::Sliding(Side::Positive),
-            Load::Sliding(Side::Negative),
+            FrictionState::Stuck,
+            FrictionState::Sliding(Side::Positive),
+            FrictionState::Sliding(Side::Negative),
         ] {
             for clamped in [None, Some(Side::Positive), Some(Side::Negative)] {
                 for limited in [None, Some(Side::Positive)] {
@@ -474,7 +474,7 @@ mod tests {
                 c.viscous *= damping;
                 for mode in modes() {
                     let mut start = some_state(&c);
-                    if mode.load == Load::Stuck {
+                    if mode.friction == FrictionState::Stuck {
                         start.velocity = 0.0;
                     }
                     let motion = ClosedForm::new(&c, mode, 1e-8, start);
@@ -506,7 +506,11 @@ mod tests {
             let c = constants(name);
             for mode in modes() {
                 let start = State {
-                    velocity: if mode.load == Load::Stuck { 0.0 } else { 0.02 },
+                    velocity: if mode.friction == FrictionState::Stuck {
+                        0.0
+                    } else {
+                        0.02
+                    },
                     ..some_state(&c)
                 };
                 let once = ClosedForm::new(&c, mode, 1e-8, start).at(0.011);
@@ -536,7 +540,7 @@ mod tests {
                 for mode in modes() {
                     for (velocity, flow) in [(0.02, 1e-8), (-0.05, 1e-6), (0.3, -3e-5)] {
                         let mut start = some_state(&c);
-                        start.velocity = if mode.load == Load::Stuck {
+                        start.velocity = if mode.friction == FrictionState::Stuck {
                             0.0
                         } else {
                             velocity
