@@ -22,7 +22,7 @@ use planesman_msgs::planesman_msgs::msg::{
 };
 use planesman_msgs::sensor_msgs::msg::JointState;
 use planesman_msgs::tf2_msgs::msg::TFMessage;
-use planesman_plant::{Facts, Instruments, Plant as Simulated};
+use planesman_plant::{Instruments, Plant as Simulated, StaticMessages};
 
 use crate::scenario::Scenario;
 
@@ -66,7 +66,7 @@ pub trait Plant: Send {
     }
 
     /// What holds for the whole flight.
-    fn facts(&self) -> Option<Facts> {
+    fn static_messages(&self) -> Option<StaticMessages> {
         None
     }
 }
@@ -240,8 +240,8 @@ impl Plant for Simulated {
         }
     }
 
-    fn facts(&self) -> Option<Facts> {
-        Some(Self::facts(self))
+    fn static_messages(&self) -> Option<StaticMessages> {
+        Some(Self::static_messages(self))
     }
 }
 

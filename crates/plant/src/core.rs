@@ -120,7 +120,7 @@ impl Acting {
 
 /// What holds for the whole flight: for late joiners too.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Facts {
+pub struct StaticMessages {
     /// The fixed frames beside those that move.
     pub transforms: TFMessage,
     /// The vehicle's URDF.
@@ -255,9 +255,9 @@ impl Plant {
 
     /// What holds for the whole flight.
     #[must_use]
-    pub fn facts(&self) -> Facts {
+    pub fn static_messages(&self) -> StaticMessages {
         let frames = self.frames(Time::default());
-        Facts {
+        StaticMessages {
             transforms: frames.fixed_transforms(),
             description: Text {
                 data: description::of(&self.vehicle),

@@ -16,7 +16,7 @@ mod parameters;
 mod sensors;
 mod settings;
 
-pub use core::{Facts, Instruments, Observation, Plant, vehicle};
+pub use core::{Instruments, Observation, Plant, StaticMessages, vehicle};
 pub use description::of as robot_description;
 pub use error::Error;
 pub use parameters::{ActuatorAnswer, PlantParameters, TimeSource};

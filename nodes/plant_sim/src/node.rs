@@ -25,7 +25,9 @@ use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, Responder, Runtime, 
 
 use crate::answers::Answers;
 use crate::lockstep::Lockstep;
-use planesman_plant::{ActuatorAnswer, Facts, Observation, Plant, PlantParameters, TimeSource};
+use planesman_plant::{
+    ActuatorAnswer, Observation, Plant, PlantParameters, StaticMessages, TimeSource,
+};
 use planesman_vehicle::Boundary;
 
 /// In lockstep, everything is said again after this long without all answers: a member that
@@ -199,7 +201,7 @@ impl Node {
         let ticks = (duration * 1e9 / plant.tick_nanos() as f64).round() as i64;
         let lockstep = matches!(pace, Pace::Lockstep { .. });
         let reliable = lockstep || parameters.reliable_sensors;
-        let publishers = Publishers::new(rt, &plant.facts(), owns_time, reliable)?;
+        let publishers = Publishers::new(rt, &plant.static_messages(), owns_time, reliable)?;
         Ok(Self {
             claim: {
                 let topic = publishers.state.topic();
@@ -611,7 +613,7 @@ impl Node {
 struct Publishers {
     clock: Option<Publisher<Clock>>,
     /// Kept, for those who join later.
-    _facts: (Publisher<TFMessage>, Publisher<Text>),
+    _static_messages: (Publisher<TFMessage>, Publisher<Text>),
     state: Publisher<VehicleState>,
     odometry: Publisher<Odometry>,
     transforms: Publisher<TFMessage>,
@@ -623,17 +625,22 @@ struct Publishers {
 
 impl Publishers {
     /// Sensors are best effort, but for those who must miss nothing, as members of lockstep.
-    fn new(rt: &Runtime<Event>, facts: &Facts, owns_time: bool, reliable: bool) -> Result<Self> {
+    fn new(
+        rt: &Runtime<Event>,
+        static_messages: &StaticMessages,
+        owns_time: bool,
+        reliable: bool,
+    ) -> Result<Self> {
         let transforms = rt.publisher("/tf_static", Qos::latched(1))?;
-        transforms.publish(&facts.transforms);
+        transforms.publish(&static_messages.transforms);
         let description = rt.publisher("robot_description", Qos::latched(1))?;
-        description.publish(&facts.description);
+        description.publish(&static_messages.description);
         let sensor = match reliable {
             true => Qos::reliable(100),
             false => Qos::sensor(),
         };
         Ok(Self {
-            _facts: (transforms, description),
+            _static_messages: (transforms, description),
             clock: owns_time
                 .then(|| anyhow::Ok(rt.publisher("/clock", Qos::reliable(100))?.sole()))
                 .transpose()?,
