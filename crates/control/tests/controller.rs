@@ -231,7 +231,7 @@ fn a_setpoint_from_the_topic_holds_as_long_as_it_is_allowed_to() {
     controller.set_setpoint(Quantity::Depth, 5.0).unwrap();
     let mut setpoint = |tick| controller.on_state(&state(tick)).unwrap().1.depth_setpoint;
     assert_eq!([1, 2, 3].map(&mut setpoint), [5.0, 5.0, 0.0]);
-    assert_eq!(controller.news().len(), 1);
+    assert_eq!(controller.take_changes().len(), 1);
 }
 
 #[test]
