@@ -13,7 +13,7 @@ pub use crate::error::PartError;
 use crate::error::{Error, Result, refused};
 use planesman_control::Controller;
 use planesman_hydraulics::{Actuator as Hydraulic, Group, Output};
-use planesman_identifier::{Due, Identifier};
+use planesman_identifier::{DueEstimate, Identifier};
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::nav_msgs::msg::Odometry;
 use planesman_msgs::planesman_msgs::msg::{
@@ -185,7 +185,7 @@ pub trait Estimator: Send {
 #[derive(Clone, Debug)]
 pub enum Model {
     /// One of [`Identifier`].
-    Due(Box<Due>),
+    Due(Box<DueEstimate>),
     /// One at hand.
     Made(Box<ModelEstimate>),
 }
