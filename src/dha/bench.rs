@@ -12,9 +12,9 @@ use ibm_1966::{Case, Surrogate};
 use planesman_book::{Book, Verdict};
 use planesman_units::DEGREE;
 
-use crate::arguments::number;
 use planesman_console::progress::{end_with_reader, on_all_cores};
 use planesman_console::{Format, print_wrapped};
+use planesman_text::number;
 
 /// The arguments.
 #[derive(Clone, Debug, clap::Args)]

@@ -14,8 +14,8 @@ use planesman_linear::Complex;
 use planesman_units::{DEGREE, Dimension, INCH, Quantity};
 
 use super::depth_loop::{Loop, MOST_RESIDUAL};
-use crate::arguments::number;
 use planesman_console::{Format, Table, print_wrapped};
+use planesman_text::number;
 
 /// The arguments. A quantity is a number and its unit, as in an actuator file.
 #[derive(Clone, Debug, clap::Args)]

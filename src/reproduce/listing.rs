@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 
 use anyhow::Result;
 
-use crate::arguments::number;
-use planesman_book::{Book, Line, Reckoning, Verdict};
+use planesman_book::{Book, Line, Reckoning};
 use planesman_console::{Format, Table, is_terminal, wrapped};
+use planesman_text::number;
 
 /// The entries that `told` picks, and the errata that they name; within the terminal if standard output is one.
 ///
@@ -46,7 +46,7 @@ pub fn text(
             written(line.value),
             written(entry.slack.or(entry.tolerance)),
             entry.unit.clone(),
-            verdict(line),
+            line.told(),
             entry.erratum.clone().unwrap_or_default(),
         ];
         text += &aligned(row.each_ref().map(String::as_str));
@@ -99,19 +99,6 @@ pub fn totals(reckoning: &Reckoning<'_>) -> String {
         let _ = writeln!(text, "{count:>5}  {what}");
     }
     text
-}
-
-/// The verdict on a line.
-#[must_use]
-pub fn verdict(line: &Line<'_>) -> String {
-    match (line.verdict, line.value) {
-        (Some(Verdict::Agrees | Verdict::Approximate), _) if line.entry.input => {
-            "read back".to_owned()
-        }
-        (Some(verdict), _) => verdict.to_string(),
-        (None, Some(_)) => "not printed".to_owned(),
-        (None, None) => "not recomputed".to_owned(),
-    }
 }
 
 /// A number in six significant digits, or nothing.

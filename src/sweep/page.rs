@@ -10,7 +10,6 @@ use anyhow::{Context as _, Result};
 use maud::{Markup, html};
 use planesman_plot::{HeatMap, Plot, Style};
 
-use crate::arguments::number;
 use crate::page::{document, figure, heat_map};
 use crate::titles::title;
 use planesman_flight::scenario::{Scenario, plain};
@@ -19,6 +18,7 @@ use planesman_flight::summary::test_signal;
 use planesman_flight::sweep::case::{COLUMNS, SETTLING, TRAVEL};
 use planesman_flight::sweep::results::file_of;
 use planesman_flight::sweep::space::{Axis, Space};
+use planesman_text::number;
 
 /// Points of the Pareto plot that are not on its front; of more, one in so many is drawn.
 const DRAWN: usize = 4000;
