@@ -100,7 +100,7 @@ pub const ALL: &[LoopTopic] = {
         // the operator
         LoopTopic::of::<Float64>("depth_setpoint", Reliable, 10),
         LoopTopic::of::<Float64>("pitch_setpoint", Reliable, 10),
-        LoopTopic::of::<Float64>("course_setpoint", Reliable, 10),
+        LoopTopic::of::<Float64>("heading_setpoint", Reliable, 10),
         LoopTopic::of::<Float64>("speed_setpoint", Reliable, 10),
         // depth_controller
         LoopTopic::of::<PlaneCommand>("plane_command", Reliable, 100),

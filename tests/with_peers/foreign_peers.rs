@@ -144,7 +144,7 @@ fn every_topic_is_discovered_with_its_type_qos_and_type_hash(python: &Python, st
     let _loop = keep_flying(stage, HOLD_ONE_METRE, &["--lockstep"]);
 
     let from_the_operator =
-        ["depth", "pitch", "course", "speed"].map(|of| format!("{of}_setpoint"));
+        ["depth", "pitch", "heading", "speed"].map(|of| format!("{of}_setpoint"));
     let is_published = |topic: &str| {
         !from_the_operator.iter().any(|name| name == topic) && !UNSAID.contains(&topic)
     };

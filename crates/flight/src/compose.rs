@@ -15,7 +15,7 @@ use planesman_msgs::planesman_msgs::msg::{
 use planesman_msgs::rosgraph_msgs::msg::Clock;
 use planesman_msgs::sensor_msgs::msg::JointState;
 use planesman_parallel::stop_point;
-use planesman_plant::Facts;
+use planesman_plant::StaticMessages;
 
 use crate::parts::{Actuator, Estimator, Law, Model, Motion, Observation, PartError, Parts, Plant};
 use crate::scenario::Scenario;
@@ -24,7 +24,7 @@ use crate::scenario::Scenario;
 #[derive(Clone, Debug)]
 pub struct Tick {
     /// What holds for the whole flight, in its first tick.
-    pub facts: Option<Facts>,
+    pub static_messages: Option<StaticMessages>,
     /// The instant, also the stamp of every message.
     pub stamp: Time,
     /// State and sensors of the vehicle at the stamp.
@@ -78,9 +78,9 @@ impl Tick {
         let t = &self.stamp;
         let o = &self.observation;
         sink.put("/clock", t, &Clock { clock: t.clone() })?;
-        if let Some(facts) = &self.facts {
-            sink.put("/tf_static", t, &facts.transforms)?;
-            sink.put("robot_description", t, &facts.description)?;
+        if let Some(static_messages) = &self.static_messages {
+            sink.put("/tf_static", t, &static_messages.transforms)?;
+            sink.put("robot_description", t, &static_messages.description)?;
         }
         sink.put("state", t, &o.state)?;
         if let Some(pose) = &o.pose {
@@ -157,7 +157,9 @@ impl Loop {
     /// When a part refuses what another said, or the vehicle's state would blow up.
     pub fn tick(&mut self) -> Result<Tick> {
         let stamp = self.stamp();
-        let facts = (self.k == 0).then(|| self.plant.facts()).flatten();
+        let static_messages = (self.k == 0)
+            .then(|| self.plant.static_messages())
+            .flatten();
         let observation = self.plant.observe(stamp.clone());
         if let Some(instruments) = &observation.instruments {
             self.law.on_instruments(instruments);
@@ -173,7 +175,7 @@ impl Loop {
             self.law.on_model(model.clone());
         }
         Ok(Tick {
-            facts,
+            static_messages,
             stamp,
             observation,
             command,

@@ -13,13 +13,13 @@ pub use crate::error::PartError;
 use crate::error::{Error, Result, refused};
 use planesman_control::Controller;
 use planesman_hydraulics::{Actuator as Hydraulic, Group, Output};
-use planesman_identifier::{Due, Identifier};
+use planesman_identifier::{DueEstimate, Identifier};
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_msgs::planesman_msgs::msg::{
     ControlState, DhaState, ModelEstimate, MotionEstimate, PlaneCommand, PlaneMotion, VehicleState,
 };
 use planesman_msgs::sensor_msgs::msg::JointState;
-use planesman_plant::{Facts, Instruments, Plant as Simulated, Pose};
+use planesman_plant::{Instruments, Plant as Simulated, Pose, StaticMessages};
 
 use crate::scenario::Scenario;
 
@@ -60,7 +60,7 @@ pub trait Plant: Send {
     }
 
     /// What holds for the whole flight.
-    fn facts(&self) -> Option<Facts> {
+    fn static_messages(&self) -> Option<StaticMessages> {
         None
     }
 }
@@ -179,7 +179,7 @@ pub trait Estimator: Send {
 #[derive(Clone, Debug)]
 pub enum Model {
     /// One of [`Identifier`].
-    Due(Box<Due>),
+    Due(Box<DueEstimate>),
     /// One at hand.
     Made(Box<ModelEstimate>),
 }
@@ -229,8 +229,8 @@ impl Plant for Simulated {
         }
     }
 
-    fn facts(&self) -> Option<Facts> {
-        Some(Self::facts(self))
+    fn static_messages(&self) -> Option<StaticMessages> {
+        Some(Self::static_messages(self))
     }
 }
 

@@ -26,7 +26,8 @@ use crate::{
     settings::{Settings, Supply},
 };
 use planesman_vehicle::{
-    Body, BodyMotion, Boundary, Contact, Inputs, Load, PlanePath, Vehicle, Waves, vehicle_file,
+    Body, BodyMotion, Boundary, Contact, GeneralisedForce, Inputs, PlanePath, Vehicle, Waves,
+    vehicle_file,
 };
 
 /// Everything the plant publishes at one stamp.
@@ -92,7 +93,7 @@ struct Acting {
     roll_differential: f64,
     rudder: f64,
     thrust: f64,
-    waves: Load,
+    waves: GeneralisedForce,
 }
 
 impl Acting {
@@ -106,7 +107,7 @@ impl Acting {
         }
     }
 
-    fn at_the_end_of(inputs: &Inputs<'_>, waves: Load) -> Self {
+    fn at_the_end_of(inputs: &Inputs<'_>, waves: GeneralisedForce) -> Self {
         Self {
             dive_planes: inputs.dive_planes.end(),
             bow_stern_differential: inputs.bow_stern_differential.end(),
@@ -120,7 +121,7 @@ impl Acting {
 
 /// What holds for the whole flight: for late joiners too.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Facts {
+pub struct StaticMessages {
     /// The fixed frames beside those that move.
     pub transforms: TFMessage,
     /// The vehicle's URDF.
@@ -238,9 +239,9 @@ impl Plant {
 
     /// What holds for the whole flight.
     #[must_use]
-    pub fn facts(&self) -> Facts {
+    pub fn static_messages(&self) -> StaticMessages {
         let frames = self.frames(Time::default());
-        Facts {
+        StaticMessages {
             transforms: frames.fixed_transforms(),
             description: Text {
                 data: description::of(&self.vehicle),
@@ -270,7 +271,7 @@ impl Plant {
             Some(motion) => inputs_of(motion, settings.tick_nanos)?,
             None => self.acting.held(),
         };
-        let waves = self.waves_load(settings);
+        let waves = self.waves_force(settings);
         let (body, contact) =
             settings
                 .motion
@@ -349,26 +350,30 @@ impl Plant {
             across,
             speed,
             roll,
-            course,
+            yaw,
         } = self.body;
-        let BodyMotion { tank, current, .. } = &self.settings.motion;
+        let BodyMotion {
+            depth_limits,
+            current,
+            ..
+        } = &self.settings.motion;
         VehicleState {
             header: frames.header(frames.map_ned()),
             distance: plane.distance,
             cross_track: across,
             depth: plane.depth,
-            depth_rate: tank.confined_rate(plane.depth, self.body.depth_rate(*current)),
+            depth_rate: depth_limits.confined_rate(plane.depth, self.body.depth_rate(*current)),
             roll: wrapped(roll.angle),
             roll_rate: roll.rate,
             pitch: wrapped(plane.pitch),
             pitch_rate: plane.pitch_rate,
-            yaw: wrapped(course.angle),
-            yaw_rate: course.rate,
+            yaw: wrapped(yaw.angle),
+            yaw_rate: yaw.rate,
             surge: speed,
             heave: plane.heave,
             dive_planes: self.acting.dive_planes,
             planes_source: self.planes_source,
-            contact: match tank
+            contact: match depth_limits
                 .touched(plane.depth)
                 .or(self.contact.map(|c| c.boundary))
             {
@@ -388,7 +393,7 @@ impl Plant {
         body: &Body,
         settings: &Settings,
         inputs: &Inputs<'_>,
-        waves: Load,
+        waves: GeneralisedForce,
     ) -> Result<(f64, Option<Supply>), Error> {
         let derivatives = settings.motion.derivatives(body);
         let energy = derivatives.kinetic_energy(&body.plane);
@@ -412,13 +417,13 @@ impl Plant {
     }
 
     /// The waves' load over the coming tick.
-    fn waves_load(&self, settings: &Settings) -> Load {
+    fn waves_force(&self, settings: &Settings) -> GeneralisedForce {
         match &settings.seaway {
             Some((seaway, _)) => {
                 let gravity = settings.motion.vertical.environment.gravity;
                 seaway.load(&self.waves, self.body.plane.depth, gravity)
             }
-            None => Load::NONE,
+            None => GeneralisedForce::NONE,
         }
     }
 }

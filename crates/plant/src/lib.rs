@@ -16,7 +16,7 @@ mod parameters;
 mod sensors;
 mod settings;
 
-pub use core::{Facts, Observation, Plant, Pose, vehicle};
+pub use core::{Observation, Plant, Pose, StaticMessages, vehicle};
 pub use description::of as robot_description;
 pub use error::Error;
 pub use messages::Instruments;

@@ -46,7 +46,7 @@ impl Frames<'_> {
         self.named(description::BODY)
     }
 
-    /// The fixed frame of `VehicleState`: x along the first course, y to starboard, z down from the
+    /// The fixed frame of `VehicleState`: x along the initial heading, y to starboard, z down from the
     /// surface. REP 105's `map` has z up; REP 103 marks frames like this one by `_ned`.
     pub(crate) fn map_ned(&self) -> String {
         self.named("map_ned")

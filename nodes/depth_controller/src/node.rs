@@ -294,7 +294,7 @@ impl Node {
 
     /// Tells the operator what has happened, and the manoeuvre's client how it goes.
     fn tell_progress(&mut self) {
-        for news in self.controller.news() {
+        for change in self.controller.take_changes() {
             log::warn!("{news}");
         }
         if let Some(end) = self.controller.manoeuvre_end()

@@ -30,7 +30,8 @@ use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, Responder, Runtime, 
 use crate::answers::Answers;
 use crate::lockstep::Lockstep;
 use planesman_plant::{
-    ActuatorAnswer, Facts, Instruments, Observation, Plant, PlantParameters, Pose, TimeSource,
+    ActuatorAnswer, Instruments, Observation, Plant, PlantParameters, Pose, StaticMessages,
+    TimeSource,
 };
 use planesman_vehicle::Boundary;
 
@@ -205,7 +206,7 @@ impl Node {
         let ticks = (duration * 1e9 / plant.tick_nanos() as f64).round() as i64;
         let lockstep = matches!(pace, Pace::Lockstep { .. });
         let reliable = lockstep || parameters.reliable_sensors;
-        let publishers = Publishers::new(rt, &plant.facts(), owns_time, reliable)?;
+        let publishers = Publishers::new(rt, &plant.static_messages(), owns_time, reliable)?;
         Ok(Self {
             claim: {
                 let topic = publishers.state.topic();
@@ -618,18 +619,23 @@ impl Node {
 struct Publishers {
     clock: Option<Publisher<Clock>>,
     /// Kept, for those who join later.
-    _facts: (Publisher<TFMessage>, Publisher<Text>),
+    _static_messages: (Publisher<TFMessage>, Publisher<Text>),
     state: Publisher<VehicleState>,
     /// Of pose and instruments, each a [`Publisher`] of its type.
     others: BTreeMap<String, Box<dyn Any>>,
 }
 
 impl Publishers {
-    fn new(rt: &Runtime<Event>, facts: &Facts, owns_time: bool, lossless: bool) -> Result<Self> {
+    fn new(
+        rt: &Runtime<Event>,
+        static_messages: &StaticMessages,
+        owns_time: bool,
+        lossless: bool,
+    ) -> Result<Self> {
         let transforms = rt.loop_publisher("/tf_static")?;
-        transforms.publish(&facts.transforms);
+        transforms.publish(&static_messages.transforms);
         let description = rt.loop_publisher("robot_description")?;
-        description.publish(&facts.description);
+        description.publish(&static_messages.description);
         let mut opened = Opened {
             rt,
             lossless,
@@ -639,7 +645,7 @@ impl Publishers {
         Pose::default().put_into(&any, &mut opened)?;
         Instruments::default().put_into(&any, &mut opened)?;
         Ok(Self {
-            _facts: (transforms, description),
+            _static_messages: (transforms, description),
             clock: owns_time
                 .then(|| anyhow::Ok(rt.loop_publisher("/clock")?.sole()))
                 .transpose()?,

@@ -20,7 +20,7 @@ use planesman_identifier::{
 };
 
 /// Time between two looks at who has fallen silent.
-const LOOK: Duration = Duration::from_millis(500);
+const POLL_INTERVAL: Duration = Duration::from_millis(500);
 
 /// Silence of all topics that is reported, s.
 const SILENCE: f64 = 2.0;
@@ -95,7 +95,7 @@ fn run(args: Vec<OsString>) -> Result<()> {
         Event::Freeze(request.data, responder)
     })?;
     rt.serve::<Fit>("~/fit", Event::Fit)?;
-    let _looks = rt.every(LOOK, || Event::Look);
+    let _looks = rt.every(POLL_INTERVAL, || Event::Look);
     rt.run(|rt, event| node.on(rt, event))
 }
 
