@@ -8,8 +8,9 @@ use planesman_units::FOOT;
 use planesman_vehicle::coefficients::Table;
 use planesman_vehicle::vehicle_file;
 
-use crate::arguments::{number, speed};
+use crate::arguments::speed;
 use planesman_console::Format;
+use planesman_console::number;
 
 /// Compute a vehicle's coefficients from its geometry, and compare with its file.
 #[derive(Clone, Debug, clap::Args)]

@@ -14,7 +14,8 @@ use planesman_vehicle::LevelFlight;
 use planesman_vehicle::linearised::{self, Output};
 use planesman_vehicle::vehicle_file;
 
-use crate::arguments::{number, speed, within};
+use crate::arguments::{speed, within};
+use planesman_console::number;
 use planesman_console::print_wrapped;
 
 /// The vehicle, the pair of signals and the sampling.

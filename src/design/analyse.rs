@@ -18,9 +18,9 @@ use super::subject::{
     Drive, GainArgs, Subject, discrete_poles_text, law_text, poles_text, speed_text,
 };
 use crate::arguments::{output_file, speed, within};
-use crate::page::{document, figures};
 use planesman_console::print_wrapped;
 use planesman_flight::sink::write_text;
+use planesman_pages::{document, figures};
 
 /// The loop, the speeds and the observation time.
 #[derive(Args)]

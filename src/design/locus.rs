@@ -12,10 +12,11 @@ use planesman_plot::{Plot, Series, Style};
 
 use super::analyse::{FAST, heading};
 use super::subject::{Drive, GainArgs, Subject, Varied, law_text, poles_text, speed_text};
-use crate::arguments::{number, output_file, speed, within};
-use crate::page::{document, figures};
+use crate::arguments::{output_file, speed, within};
+use planesman_console::number;
 use planesman_console::{Table, print_wrapped, wrapped};
 use planesman_flight::sink::write_text;
+use planesman_pages::{document, figures};
 
 /// Points of the drawing.
 const DOTS: u32 = 600;

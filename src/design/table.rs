@@ -18,13 +18,14 @@ use planesman_plot::{Plot, Series, Style};
 use planesman_units::FOOT;
 
 use super::subject::{Subject, default_gains};
-use crate::arguments::{length, number, output_file, speed, within};
-use crate::page::{document, figures};
+use crate::arguments::{length, output_file, speed, within};
+use planesman_console::number;
 use planesman_console::progress::{end_with_reader, on_all_cores};
 use planesman_console::{Format, Table};
 use planesman_flight::compose::Loop;
 use planesman_flight::scenario::Scenario;
 use planesman_flight::sink::write_text;
+use planesman_pages::{document, figures};
 
 /// The flights to simulate.
 #[derive(Args)]

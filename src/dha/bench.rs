@@ -12,7 +12,7 @@ use ibm_1966::{Case, Surrogate};
 use planesman_book::{Book, Verdict};
 use planesman_units::DEGREE;
 
-use crate::arguments::number;
+use planesman_console::number;
 use planesman_console::progress::{end_with_reader, on_all_cores};
 use planesman_console::{Format, print_wrapped};
 

@@ -10,10 +10,10 @@ use planesman_units::INCH;
 
 use super::depth_loop::{Case, Figure, LimitCycle, MOST_RESIDUAL, Prediction, cases};
 use crate::arguments::output_file;
-use crate::page::{document, figures};
 use planesman_console::progress::{end_with_reader, on_all_cores};
 use planesman_console::{Format, Table, wrapped};
 use planesman_flight::sink::write_text;
+use planesman_pages::{document, figures};
 
 /// The arguments.
 #[derive(Clone, Debug, clap::Args)]

@@ -14,7 +14,7 @@ use planesman_linear::Complex;
 use planesman_units::{DEGREE, Dimension, INCH, Quantity};
 
 use super::depth_loop::{Loop, MOST_RESIDUAL};
-use crate::arguments::number;
+use planesman_console::number;
 use planesman_console::{Format, Table, print_wrapped};
 
 /// The arguments. A quantity is a number and its unit, as in an actuator file.

@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use anyhow::Result;
 
-use crate::arguments::number;
-use planesman_book::{Book, Line, Reckoning, Verdict};
+use planesman_book::{Book, Line, Reckoning};
+use planesman_console::number;
 use planesman_console::{Format, Table, is_terminal, wrapped};
 
 /// The entries that `told` picks, and the errata that they name; within the terminal if standard output is one.
@@ -104,18 +104,10 @@ pub fn totals(reckoning: &Reckoning<'_>) -> String {
 /// The verdict on a line.
 #[must_use]
 pub fn verdict(line: &Line<'_>) -> String {
-    match (line.verdict, line.value) {
-        (Some(Verdict::Agrees | Verdict::Approximate), _) if line.entry.input => {
-            "read back".to_owned()
-        }
-        (Some(verdict), _) => verdict.to_string(),
-        (None, Some(_)) => "not printed".to_owned(),
-        (None, None) => "not recomputed".to_owned(),
-    }
+    line.word()
 }
 
 /// A number in six significant digits, or nothing.
-#[must_use]
-pub fn written(value: Option<f64>) -> String {
+fn written(value: Option<f64>) -> String {
     value.map_or_else(String::new, number)
 }

@@ -1,7 +1,6 @@
 //! `planesman reproduce`: every number of the two historical reports, compared with the recomputed value.
 //!
 //! - [`listing`]: the numbers as text.
-//! - [`page`]: the numbers, errata and figures as one HTML page.
 //! - [`rows`]: the reports, and their numbers as rows, CSV or JSON, for other programs.
 
 use std::path::PathBuf;
@@ -15,7 +14,6 @@ use planesman_console::progress::{end_with_reader, spinner};
 use planesman_flight::sink::write_text;
 
 pub mod listing;
-pub mod page;
 pub mod rows;
 
 /// The output of `reproduce`.
@@ -52,7 +50,7 @@ pub fn run(args: &ReproduceArgs) -> Result<()> {
     if !args.writes() {
         end_with_reader();
     }
-    let mut page = page::Page::default();
+    let mut page = planesman_pages::book::Page::default();
     let mut all_rows = Vec::new();
     let mut news = 0;
     for (report, values) in rows::REPORTS.iter().zip(rows::recomputed()) {
@@ -75,7 +73,14 @@ pub fn run(args: &ReproduceArgs) -> Result<()> {
         all_rows.extend(rows::of(report, &book, &names, &reckoning));
         if args.html.is_some() {
             let _working = spinner("figures");
-            page.add(report, &book, &names, &reckoning, account.as_deref())?;
+            page.add(
+                report,
+                &book,
+                &names,
+                &reckoning,
+                &(report.figures)()?,
+                account.as_deref(),
+            );
         }
     }
     if !args.all {

@@ -16,6 +16,19 @@ pub struct Line<'a> {
 }
 
 impl Line<'_> {
+    /// The verdict in a word or two, for people.
+    #[must_use]
+    pub fn word(&self) -> String {
+        match (self.verdict, self.value) {
+            (Some(Verdict::Agrees | Verdict::Approximate), _) if self.entry.input => {
+                "read back".to_owned()
+            }
+            (Some(verdict), _) => verdict.to_string(),
+            (None, Some(_)) => "not printed".to_owned(),
+            (None, None) => "not recomputed".to_owned(),
+        }
+    }
+
     /// A difference from the book: another verdict, or a value away from the reference.
     #[must_use]
     pub fn news(&self) -> Option<String> {
