@@ -28,7 +28,7 @@ use planesman_msgs::planesman_msgs::msg::VehicleState;
 use planesman_units::{DEGREE, FOOT, INCH};
 use serde::Deserialize;
 
-use crate::design::subject::default_gains;
+use planesman_design::default_gains;
 
 /// Above this much of 1 + N H a harmonic balance is no cycle.
 pub const MOST_RESIDUAL: f64 = 0.1;
