@@ -1,7 +1,7 @@
 //! The effect of each fault of the actuator on a dive: the AUV's depth loop through a faulty digital hydraulic
 //! actuator, in inches and degrees.
 
-use planesman::dha::depth_loop::Loop;
+use ibm_1966::depth_loop::Loop;
 use planesman_hydraulics::actuator_file::load;
 use planesman_hydraulics::{Condition, Demand, Encoder, Options, StuckValve};
 use planesman_units::{DEGREE, INCH};

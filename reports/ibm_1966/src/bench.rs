@@ -1,124 +1,71 @@
-//! `planesman dha bench`: Tables 2-1, 3-2, 4-2 and 4-3 and the limit cycles of IBM 66-L03-005, flown
-//! again with a surrogate of the lost missile, each result beside the printed one.
+//! Tables 2-1, 3-2, 4-2 and 4-3 and the limit cycles of IBM 66-L03-005, flown again with a surrogate of the lost missile, each
+//! result beside the printed one.
 
 use std::fmt::Write as _;
 
+use crate::procedure::{ANALOG_GAIN_TESTS, analog_gain_limit, analog_is_stable, analog_step_limit};
+use crate::tables::{Row, TABLE_2_1, TABLE_3_2, TABLE_4_2};
+use crate::{Case, Surrogate};
 use anyhow::Result;
-use ibm_1966::procedure::{
-    ANALOG_GAIN_TESTS, analog_gain_limit, analog_is_stable, analog_step_limit,
-};
-use ibm_1966::tables::{Row, TABLE_2_1, TABLE_3_2, TABLE_4_2};
-use ibm_1966::{Case, Surrogate};
 use planesman_book::{Book, Verdict};
 use planesman_units::DEGREE;
 
 use planesman_console::number;
-use planesman_console::progress::{end_with_reader, on_all_cores};
-use planesman_console::{Format, print_wrapped};
 
-/// The arguments.
-#[derive(Clone, Debug, clap::Args)]
-pub struct BenchArgs {
-    /// Only this table; may be given several times [default: all]
-    #[arg(long, value_enum)]
-    table: Vec<Table>,
-    /// The missile's surrogate
-    #[arg(long, value_enum, default_value = "ps-2")]
-    plant: Plant,
-    /// As one table in this format, a row per number [default: the report's tables]
-    #[arg(long, value_parser = crate::arguments::format())]
-    format: Option<Format>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-enum Plant {
-    /// No nozzle stop
-    #[value(name = "ps-2")]
-    Ps2,
-    /// With a nozzle stop
-    #[value(name = "ps-1")]
-    Ps1,
-}
-
-impl Plant {
-    fn surrogate(self) -> Surrogate {
-        match self {
-            Self::Ps2 => Surrogate::Ps2,
-            Self::Ps1 => Surrogate::Ps1,
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-enum Table {
-    /// Phase III against Phase I
-    #[value(name = "2-1")]
+/// A table of the report that is flown again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Table {
+    /// 2-1.
     T21,
-    /// The laboratory hardware's parameters
-    #[value(name = "3-2")]
+    /// 3-2.
     T32,
-    /// The Polaris flight simulation
-    #[value(name = "4-2")]
+    /// 4-2.
     T42,
-    /// The analog flight control
-    #[value(name = "4-3")]
+    /// 4-3.
     T43,
-    /// Limit cycles after half a degree
+    /// The limit cycles of Section IV.B.
     LimitCycles,
 }
 
 impl Table {
-    const ALL: [Self; 5] = [
+    /// Each.
+    pub const ALL: [Self; 5] = [
         Self::T21,
         Self::T32,
         Self::T42,
         Self::T43,
         Self::LimitCycles,
     ];
+
+    /// Its number, and what it is of.
+    #[must_use]
+    pub fn described(self) -> (&'static str, &'static str) {
+        match self {
+            Self::T21 => ("2-1", "Phase III against Phase I"),
+            Self::T32 => ("3-2", "The laboratory hardware's parameters"),
+            Self::T42 => ("4-2", "The Polaris flight simulation"),
+            Self::T43 => ("4-3", "The analog flight control"),
+            Self::LimitCycles => ("limit-cycles", "Limit cycles after half a degree"),
+        }
+    }
 }
 
-/// Flies the tables asked for and prints them.
-///
-/// # Errors
-/// When a built-in actuator or the book of numbers cannot be read.
-pub fn run(args: &BenchArgs) -> Result<()> {
-    let surrogate = args.plant.surrogate();
-    let wanted = match args.table.as_slice() {
-        [] => &Table::ALL,
-        some => some,
-    };
-    let book = ibm_1966::book()?;
-    end_with_reader();
-    if args.format.is_none() {
-        print_wrapped(heading(surrogate) + "\n")?;
-    }
-    let flown = on_all_cores("tables", wanted, |table| flown(*table, surrogate, &book));
-    let Some(format) = args.format else {
-        for table in flown {
-            print_wrapped(table?.text + "\n")?;
-        }
-        return Ok(());
-    };
-    let mut all = planesman_console::Table::new([
-        "table",
-        "case",
-        "quantity",
-        "printed",
-        "verdict",
-        "simulated",
-    ]);
-    for table in flown {
-        for row in table?.numbers {
-            all.row(row);
-        }
-    }
-    Ok(planesman_console::print(all.text(format))?)
-}
+/// The columns of [`Flown::numbers`].
+pub const COLUMNS: [&str; 6] = [
+    "table",
+    "case",
+    "quantity",
+    "printed",
+    "verdict",
+    "simulated",
+];
 
 /// A table as text, and its numbers one by one.
-struct Flown {
-    text: String,
-    numbers: Vec<[String; 6]>,
+pub struct Flown {
+    /// As the report prints it, each cell beside what is simulated.
+    pub text: String,
+    /// A row a number, under [`COLUMNS`].
+    pub numbers: Vec<[String; 6]>,
 }
 
 impl Flown {
@@ -130,7 +77,9 @@ impl Flown {
     }
 }
 
-fn heading(surrogate: Surrogate) -> String {
+/// What the tables are of, and how a cell is read.
+#[must_use]
+pub fn heading(surrogate: Surrogate) -> String {
     format!(
         "Missile: surrogate {surrogate}. The report's own missile is lost; everything here is of the surrogate,\n\
          calibrated on {}.\n\
@@ -139,7 +88,11 @@ fn heading(surrogate: Surrogate) -> String {
     )
 }
 
-fn flown(table: Table, surrogate: Surrogate, book: &Book) -> Result<Flown> {
+/// Flies a table.
+///
+/// # Errors
+/// When a built-in actuator cannot be read.
+pub fn flown(table: Table, surrogate: Surrogate, book: &Book) -> Result<Flown> {
     let hardware = Case::table_3_1(surrogate)?;
     let polaris = Case::table_4_1(surrogate)?;
     Ok(match table {
@@ -390,7 +343,7 @@ mod tests {
 
     #[test]
     fn the_analog_table_counts_what_agrees_and_says_that_the_missile_is_a_surrogate() {
-        let book = ibm_1966::book().expect("the book");
+        let book = crate::book().expect("the book");
         let Flown { text, numbers } = flown(Table::T43, Surrogate::Ps2, &book).expect("flown");
         assert!(text.contains("12 = 12"), "{text}");
         assert!(

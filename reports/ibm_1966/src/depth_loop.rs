@@ -198,7 +198,7 @@ pub fn cases() -> Result<Vec<Case>, serde_json::Error> {
         _note: String,
         cases: Vec<Case>,
     }
-    let file: File = serde_json::from_str(include_str!("limit_cycles.json"))?;
+    let file: File = serde_json::from_str(include_str!("../data/limit_cycles.json"))?;
     Ok(file.cases)
 }
 

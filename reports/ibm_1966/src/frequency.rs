@@ -1,43 +1,16 @@
-//! `planesman dha frequency`: the linear model of Section V beside the full one under sinusoids.
+//! The linear model of Section V beside the full one under sinusoids.
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
-use anyhow::{Result, anyhow};
-use ibm_1966::flight_control::{self, FlightControl};
-use ibm_1966::{Case, Gains, PULSE, Start, Surrogate};
 use planesman_hydraulics::frequency_response::{self, Periods};
 use planesman_hydraulics::linearised::{self, Ram};
-use planesman_hydraulics::{ActuatorSet, Demand, actuator_file};
+use planesman_hydraulics::{ActuatorSet, Demand};
 use planesman_linear::Complex;
 use planesman_units::DEGREE;
 
-use planesman_console::print_wrapped;
-
-/// The arguments.
-#[derive(Clone, Debug, clap::Args)]
-pub struct FrequencyArgs {
-    /// A built-in actuator or an actuator file
-    #[arg(default_value = "table_4_1")]
-    actuator: String,
-    /// The actuator alone in its position loop, instead of the flight control with surrogate PS-2
-    #[arg(long)]
-    alone: bool,
-}
-
-/// Prints the tables.
-///
-/// # Errors
-/// One line: the file that is refused.
-pub fn run(args: &FrequencyArgs) -> Result<()> {
-    let set = actuator_file::load(&args.actuator)?;
-    let text = if args.alone {
-        alone(&set)
-    } else {
-        steered(&set)
-    };
-    Ok(print_wrapped(text.map_err(|error| anyhow!(error))?)?)
-}
+use crate::flight_control::{self, FlightControl};
+use crate::{Case, Gains, PULSE, Start, Surrogate};
 
 /// Gain and phase.
 fn cell(response: Complex<f64>) -> String {
@@ -48,8 +21,11 @@ fn cell(response: Complex<f64>) -> String {
     )
 }
 
-/// The actuator's own response, for amplitudes counted in quanta.
-fn alone(set: &ActuatorSet) -> Result<String, planesman_linear::Error> {
+/// The actuator's own response, for amplitudes counted in quanta, as text.
+///
+/// # Errors
+/// An actuator without a linear model.
+pub fn alone(set: &ActuatorSet) -> Result<String, planesman_linear::Error> {
     let model = linearised::actuator(set, Ram::OnItsOil)?;
     let quanta = [1.0, 4.0, 16.0];
     let mut text = format!(
@@ -78,8 +54,11 @@ fn alone(set: &ActuatorSet) -> Result<String, planesman_linear::Error> {
     Ok(text)
 }
 
-/// The missile's closed loop.
-fn steered(set: &ActuatorSet) -> Result<String, planesman_linear::Error> {
+/// The missile's closed loop with the actuator, as text.
+///
+/// # Errors
+/// An actuator without a linear model.
+pub fn steered(set: &ActuatorSet) -> Result<String, planesman_linear::Error> {
     let surrogate = Surrogate::Ps2;
     let case = Case::new(surrogate, set.clone());
     let control = FlightControl::new(&surrogate.plant(), &case.gains, set, Ram::Rigid)?;

@@ -1,73 +1,17 @@
-//! `planesman dha limit-cycles`: limit cycles of the depth loop with the digital hydraulic actuator, predicted
-//! and simulated, in one table.
-
-use std::path::PathBuf;
+//! Limit cycles of the depth loop with the digital hydraulic actuator, predicted and simulated, in one table.
 
 use anyhow::Result;
 use maud::html;
+use planesman_console::{Format, Table, wrapped};
+use planesman_pages::{document, figures};
 use planesman_plot::{Plot, Style};
 use planesman_units::INCH;
 
-use super::depth_loop::{Case, Figure, LimitCycle, MOST_RESIDUAL, Prediction, cases};
-use crate::arguments::output_file;
-use planesman_console::progress::{end_with_reader, on_all_cores};
-use planesman_console::{Format, Table, wrapped};
-use planesman_flight::sink::write_text;
-use planesman_pages::{document, figures};
+use crate::depth_loop::{Case, Figure, LimitCycle, MOST_RESIDUAL, Prediction};
 
-/// The arguments.
-#[derive(Clone, Debug, clap::Args)]
-pub struct LimitCyclesArgs {
-    /// Only configurations whose name contains this
-    pub name: Option<String>,
-    /// Without the prediction by harmonic balance, which takes most of the time
-    #[arg(long)]
-    pub no_prediction: bool,
-    /// How to print the table [default: table on a terminal, md elsewhere]
-    #[arg(long, value_parser = crate::arguments::format())]
-    pub format: Option<Format>,
-    /// Also write an HTML page with plots
-    #[arg(long, value_name = "FILE", value_parser = output_file)]
-    pub html: Option<PathBuf>,
-}
-
-/// Prints the table.
-///
-/// # Errors
-/// When no configuration has such a name.
-pub fn run(args: &LimitCyclesArgs) -> Result<()> {
-    let wanted = args.name.as_deref().unwrap_or_default();
-    let mut cases = cases()?;
-    cases.retain(|case| case.name.contains(wanted));
-    if cases.is_empty() {
-        anyhow::bail!(
-            "no configuration has '{wanted}' in its name; without a name all are printed"
-        );
-    }
-    if args.html.is_none() {
-        end_with_reader();
-    }
-    let row = |case: &Case| -> Result<Row> {
-        Ok(Row {
-            case: case.clone(),
-            cycle: case.run()?,
-            prediction: (!args.no_prediction).then(|| case.predict()).transpose()?,
-        })
-    };
-    let rows = on_all_cores("limit cycles", &cases, row);
-    let rows = rows.into_iter().collect::<Result<Vec<_>>>()?;
-    let format = Format::or_by_output(args.format);
-    planesman_console::print(format_args!("{}", text(&rows, format)?))?;
-    if let Some(file) = &args.html {
-        write_text(file, page(&rows))?;
-        if matches!(format, Format::Table | Format::Md) {
-            planesman_console::out!("{}", file.display())?;
-        }
-    }
-    Ok(())
-}
-
-fn page(rows: &[Row]) -> String {
+/// The page: predicted beside simulated, and the table.
+#[must_use]
+pub fn page(rows: &[Row]) -> String {
     let (table, compared, deviating) = table(rows);
     let of = |plot: Plot<'static>, pair: &dyn Fn(&Row) -> Option<(f64, f64)>| {
         let points: Vec<(f64, f64)> = rows.iter().filter_map(pair).collect();
@@ -128,11 +72,23 @@ pub struct Row {
     pub prediction: Option<Prediction>,
 }
 
+impl Row {
+    /// Simulates a configuration, and predicts its cycle if that is asked for.
+    ///
+    /// # Errors
+    /// Those of the actuator's file and of [`Loop::dive`](crate::depth_loop::Loop::dive).
+    pub fn of(case: &Case, predicted: bool) -> Result<Self> {
+        Ok(Self {
+            case: case.clone(),
+            cycle: case.run()?,
+            prediction: predicted.then(|| case.predict()).transpose()?,
+        })
+    }
+}
+
 /// The table, a deviation marked with an asterisk; for people also what the marks mean.
-///
-/// # Errors
-/// Those of [`Table::text`].
-pub fn text(rows: &[Row], format: Format) -> Result<String> {
+#[must_use]
+pub fn text(rows: &[Row], format: Format) -> String {
     let (table, compared, deviating) = table(rows);
     let mut text = table.text(format);
     if matches!(format, Format::Table | Format::Md) {
@@ -141,7 +97,7 @@ pub fn text(rows: &[Row], format: Format) -> Result<String> {
              Predicted where 1 + N H comes within {MOST_RESIDUAL} of 0; otherwise no cycle of the loop is foreseen.\n"
         ));
     }
-    Ok(text)
+    text
 }
 
 /// The table; how many figures are compared, and how many of them deviate.

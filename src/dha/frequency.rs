@@ -1,0 +1,29 @@
+//! `planesman dha frequency`: the linear model of Section V beside the full one under sinusoids.
+
+use anyhow::Result;
+use ibm_1966::frequency::{alone, steered};
+use planesman_console::print_wrapped;
+use planesman_hydraulics::actuator_file;
+
+/// The arguments.
+#[derive(Clone, Debug, clap::Args)]
+pub struct FrequencyArgs {
+    /// A built-in actuator or an actuator file
+    #[arg(default_value = "table_4_1")]
+    actuator: String,
+    /// The actuator alone in its position loop, instead of the flight control with surrogate PS-2
+    #[arg(long)]
+    alone: bool,
+}
+
+/// Prints the tables.
+///
+/// # Errors
+/// One line: the file that is refused.
+pub fn run(args: &FrequencyArgs) -> Result<()> {
+    let set = actuator_file::load(&args.actuator)?;
+    Ok(print_wrapped(match args.alone {
+        true => alone(&set),
+        false => steered(&set),
+    }?)?)
+}
