@@ -24,18 +24,8 @@ pub fn quantity(
 ) -> impl Fn(&str) -> Result<f64, String> + Clone {
     move |text| {
         let Ok(quantity) = text.parse::<Quantity>();
-        match quantity.argument(dimension) {
-            Ok(value) if (least..=most).contains(&value) => Ok(value),
-            _ => {
-                let symbols = dimension.units().iter().map(|unit| unit.symbol);
-                let symbols: Vec<&str> = symbols.collect();
-                Err(format!(
-                    "a number from {least} to {most} {} is expected, or one with its unit: {}",
-                    symbols[0],
-                    symbols.join(", ")
-                ))
-            }
-        }
+        let value = quantity.argument_within(dimension, least, most);
+        value.map_err(|refusal| refusal.to_string())
     }
 }
 

@@ -10,7 +10,7 @@ use planesman_vehicle::vehicle_file;
 
 use crate::arguments::speed;
 use planesman_console::Format;
-use planesman_console::number;
+use planesman_text::number;
 
 /// Compute a vehicle's coefficients from its geometry, and compare with its file.
 #[derive(Clone, Debug, clap::Args)]

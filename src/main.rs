@@ -477,7 +477,7 @@ fn parameter_file(node: Option<&str>, scenario: Option<&str>) -> Result<()> {
     let scenario = scenario.map(Scenario::load).transpose()?;
     planesman_console::print(format_args!(
         "{}",
-        params_command::parameter_file(node, scenario.as_ref())?
+        planesman_flight::parameter_file::parameter_file(node, scenario.as_ref())?
     ))?;
     Ok(())
 }

@@ -1,21 +1,20 @@
 //! `planesman tf`: the transfer functions of a vehicle about level flight.
 //!
-//! For any vehicle and speed, from [`planesman_vehicle::linearised`], in SI units; or for the thesis' vehicle
+//! For any vehicle and speed, from [`planesman_vehicle::transfer`], in SI units; or for the thesis' vehicle
 //! as Brunner 1988 prints them (eq. 7 and Table 8), from [`brunner_1988::predicted`], with its errors.
 
 use std::fmt::{self, Display, Write as _};
 
-use anyhow::{Context as _, Result, anyhow, bail};
+use anyhow::{Result, bail};
 use brunner_1988::predicted::{D2_ANOMALY, DepthRate, PRINTED, SAMPLING_TIME, table_8};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use planesman_linear::{Complex, Domain, TransferFunction};
 use planesman_units::FOOT;
-use planesman_vehicle::LevelFlight;
-use planesman_vehicle::linearised::{self, Output};
+use planesman_vehicle::linearised::Output;
+use planesman_vehicle::transfer::{self, Input, Models, RATES, SPEEDS, monic, tidy, trimmed_num};
 use planesman_vehicle::vehicle_file;
 
-use crate::arguments::{speed, within};
-use planesman_console::number;
+use crate::arguments::{choice, speed, within};
 use planesman_console::print_wrapped;
 
 /// The vehicle, the pair of signals and the sampling.
@@ -28,73 +27,21 @@ pub struct TfArgs {
     #[arg(long, default_value = vehicle_file::BRUNNER)]
     base: String,
     /// Input of the transfer function
-    #[arg(long, value_enum, default_value_t = InputName::DivePlanes)]
-    input: InputName,
+    #[arg(long, value_parser = choice(&Input::ALL, Input::described), default_value = "dive_planes")]
+    input: Input,
     /// Output of the transfer function
-    #[arg(long, value_enum, default_value_t = OutputName::PitchRate)]
-    output: OutputName,
+    #[arg(long, value_parser = choice(&Output::ALL, Output::described), default_value = "pitch_rate")]
+    output: Output,
     /// Speed through the water (m/s, or with its unit: 1ft/s)
-    #[arg(long, value_parser = speed(0.001, 100.0), default_value_t = FOOT)]
+    #[arg(long, value_parser = speed(*SPEEDS.start(), *SPEEDS.end()), default_value_t = FOOT)]
     speed: f64,
     /// Sampling rate of the zero-order hold (Hz)
-    #[arg(long, value_parser = within(0.01, 10_000.0), default_value_t = 20.0)]
+    #[arg(long, value_parser = within(*RATES.start(), *RATES.end()), default_value_t = 20.0)]
     rate: f64,
     /// As the thesis prints them (eq. 7, Table 8), for its own vehicle: nondimensional, sampled every
     /// 0.05 L/U
     #[arg(long)]
     as_printed: bool,
-}
-
-/// Inputs, as the command line names them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-#[value(rename_all = "snake_case")]
-pub enum InputName {
-    /// The dive planes' angle (rad), positive to dive
-    DivePlanes,
-    /// The pitch rate (rad/s), for output depth only; without the direct effect of the planes
-    PitchRate,
-}
-
-/// Outputs, as the command line names them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-#[value(rename_all = "snake_case")]
-pub enum OutputName {
-    /// q (rad/s), positive bow up
-    PitchRate,
-    /// theta (rad), positive bow up
-    Pitch,
-    /// z (m), positive down
-    Depth,
-    /// w (m/s), positive towards the keel
-    Heave,
-}
-
-impl From<OutputName> for Output {
-    fn from(name: OutputName) -> Self {
-        match name {
-            OutputName::PitchRate => Self::PitchRate,
-            OutputName::Pitch => Self::Pitch,
-            OutputName::Depth => Self::Depth,
-            OutputName::Heave => Self::Heave,
-        }
-    }
-}
-
-/// A model before and after the zero-order hold, with its heading and remarks.
-#[derive(Clone, Debug)]
-pub struct Models {
-    /// Vehicle, signals, unit and speed.
-    pub heading: String,
-    /// The model in s.
-    pub continuous: TransferFunction,
-    /// The unit of `s`.
-    pub frequency: &'static str,
-    /// The model in z.
-    pub sampled: TransferFunction,
-    /// The rate of the zero-order hold.
-    pub sampling: String,
-    /// The operating point, and what else is to be known.
-    pub remarks: Vec<String>,
 }
 
 /// Prints the transfer function that was asked for.
@@ -110,73 +57,18 @@ pub fn run(args: &TfArgs) -> Result<()> {
 ///
 /// # Errors
 /// As [`run`].
-pub fn models(args: &TfArgs) -> Result<Models> {
+fn models(args: &TfArgs) -> Result<Models> {
     match args.as_printed {
         true => as_printed(args),
-        false => corrected(args),
-    }
-}
-
-fn corrected(args: &TfArgs) -> Result<Models> {
-    let vehicle = vehicle_file::load_on(&args.vehicle, &args.base)?;
-    let dt = 1.0 / args.rate;
-    let derivatives = vehicle.derivatives(args.speed);
-    let context = || format!("vehicle '{}' at {} m/s", vehicle.name, args.speed);
-    let of = |output| -> Result<TransferFunction> {
-        let g = linearised::response(&derivatives, output)
-            .and_then(|s| s.transfer_function(0, 0))
-            .with_context(context)?;
-        Ok(tidy(g))
-    };
-    let output = Output::from(args.output);
-    let (continuous, sampled, unit) = match (args.input, output) {
-        (InputName::DivePlanes, _) => {
-            let sampled = linearised::response(&derivatives, output)
-                .and_then(|s| s.zero_order_hold(dt))
-                .and_then(|s| s.transfer_function(0, 0))
-                .with_context(context)?;
-            (of(output)?, tidy(sampled), output.unit())
+        false => {
+            let vehicle = vehicle_file::load_on(&args.vehicle, &args.base)?;
+            Ok(transfer::models(
+                &vehicle,
+                (args.input, args.output),
+                args.speed,
+                args.rate,
+            )?)
         }
-        (InputName::PitchRate, Output::Depth) => {
-            // z / q = (z / delta) / (q / delta): both have the same denominator but for an s.
-            let mut den = of(Output::PitchRate)?.num;
-            den.push(0.0);
-            let g = TransferFunction::new(of(Output::Depth)?.num, trimmed(den))
-                .map_err(|_| anyhow!("the planes have no effect on the pitch of this vehicle"))?;
-            let g = monic(g);
-            let sampled = trimmed_num(&g).zero_order_hold(dt).with_context(context)?;
-            (g, tidy(sampled), "m s/rad")
-        }
-        (InputName::PitchRate, _) => bail!("pitch_rate is an input for the output depth only"),
-    };
-    Ok(Models {
-        heading: format!(
-            "{}: {} over {} [{unit}] at {} m/s",
-            vehicle.name,
-            output.name(),
-            input_name(args.input),
-            number(args.speed)
-        ),
-        continuous,
-        frequency: "rad/s",
-        sampled,
-        sampling: format!("{} Hz, T = {} s", args.rate, dt),
-        remarks: vec![operating_point(derivatives.level_flight())],
-    })
-}
-
-/// The operating point of the linearised model.
-fn operating_point(level: Option<LevelFlight>) -> String {
-    match level {
-        Some(level) if level == LevelFlight::default() => {
-            "about level flight on an even keel with neutral planes".to_owned()
-        }
-        Some(level) => format!(
-            "about level flight: pitch {:.2} degrees, planes {:.2} degrees",
-            level.pitch.to_degrees(),
-            level.planes.to_degrees()
-        ),
-        None => "about zero pitch: at this speed the vehicle has no trim".to_owned(),
     }
 }
 
@@ -190,7 +82,7 @@ fn as_printed(args: &TfArgs) -> Result<Models> {
     }
     let feet_per_second = args.speed / FOOT;
     let (name, continuous, sampled, gain) = match (args.input, args.output) {
-        (InputName::DivePlanes, OutputName::PitchRate) => (
+        (Input::DivePlanes, Output::PitchRate) => (
             "pitch_rate over dive_planes, eq. (7a)",
             PRINTED.pitch_rate()?,
             table_8::pitch_rate_third_order()?,
@@ -199,7 +91,7 @@ fn as_printed(args: &TfArgs) -> Result<Models> {
                 table_8::pitch_rate_gain() * feet_per_second
             ),
         ),
-        (InputName::PitchRate, OutputName::Depth) => (
+        (Input::PitchRate, Output::Depth) => (
             "depth over pitch_rate, eq. (7b)",
             PRINTED.depth(DepthRate::AsPrinted { feet_per_second }, D2_ANOMALY)?,
             table_8::depth_as_printed(feet_per_second)?,
@@ -228,48 +120,6 @@ fn as_printed(args: &TfArgs) -> Result<Models> {
         sampling: format!("T = {SAMPLING_TIME} L/U, which it takes for seconds"),
         remarks,
     })
-}
-
-fn input_name(input: InputName) -> &'static str {
-    match input {
-        InputName::DivePlanes => "dive_planes",
-        InputName::PitchRate => "pitch_rate",
-    }
-}
-
-/// Coefficients that are zero but for rounding, set to zero.
-fn tidy(mut g: TransferFunction) -> TransferFunction {
-    for polynomial in [&mut g.num, &mut g.den] {
-        let largest = polynomial.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
-        for c in polynomial.iter_mut() {
-            if c.abs() < 1e-14 * largest {
-                *c = 0.0;
-            }
-        }
-    }
-    trimmed_num(&g)
-}
-
-fn trimmed(polynomial: Vec<f64>) -> Vec<f64> {
-    polynomial.into_iter().skip_while(|c| *c == 0.0).collect()
-}
-
-fn trimmed_num(g: &TransferFunction) -> TransferFunction {
-    let num = trimmed(g.num.clone());
-    TransferFunction {
-        num: if num.is_empty() { vec![0.0] } else { num },
-        den: g.den.clone(),
-    }
-}
-
-/// With 1 as the denominator's first coefficient.
-fn monic(g: TransferFunction) -> TransferFunction {
-    let lead = g.den[0];
-    let divided = |c: Vec<f64>| c.into_iter().map(|c| c / lead).collect();
-    TransferFunction {
-        num: divided(g.num),
-        den: divided(g.den),
-    }
 }
 
 fn text(models: &Models) -> Result<String> {
@@ -348,7 +198,7 @@ impl Display for Root {
 mod tests {
     use super::*;
 
-    fn args(input: InputName, output: OutputName, feet_per_second: f64) -> TfArgs {
+    fn args(input: Input, output: Output, feet_per_second: f64) -> TfArgs {
         TfArgs {
             vehicle: "brunner".to_owned(),
             base: "brunner".to_owned(),
@@ -364,7 +214,7 @@ mod tests {
     fn the_printed_third_order_model_is_printed_again() {
         let args = TfArgs {
             as_printed: true,
-            ..args(InputName::DivePlanes, OutputName::PitchRate, 1.2)
+            ..args(Input::DivePlanes, Output::PitchRate, 1.2)
         };
         let shown = text(&as_printed(&args).expect("a model")).expect("text");
         for digits in [
@@ -376,11 +226,11 @@ mod tests {
 
     #[test]
     fn a_held_plane_gives_no_steady_pitch_rate_and_depth_integrates() {
-        let rate = corrected(&args(InputName::DivePlanes, OutputName::PitchRate, 1.8));
+        let rate = models(&args(Input::DivePlanes, Output::PitchRate, 1.8));
         let shown = text(&rate.expect("a model")).expect("text");
         assert!(shown.contains("zeros    0  -0.92"), "{shown}");
         assert!(shown.contains("steady   0\n"), "{shown}");
-        let depth = corrected(&args(InputName::DivePlanes, OutputName::Depth, 1.8));
+        let depth = models(&args(Input::DivePlanes, Output::Depth, 1.8));
         let shown = text(&depth.expect("a model")).expect("text");
         assert!(shown.contains("steady   none"), "{shown}");
     }
@@ -388,13 +238,13 @@ mod tests {
     #[test]
     fn depth_over_pitch_rate_times_pitch_rate_is_depth() {
         let of = |input, output| {
-            corrected(&args(input, output, 1.2))
+            models(&args(input, output, 1.2))
                 .expect("a model")
                 .continuous
         };
-        let rate = of(InputName::DivePlanes, OutputName::PitchRate);
-        let depth = of(InputName::DivePlanes, OutputName::Depth);
-        let ratio = of(InputName::PitchRate, OutputName::Depth);
+        let rate = of(Input::DivePlanes, Output::PitchRate);
+        let depth = of(Input::DivePlanes, Output::Depth);
+        let ratio = of(Input::PitchRate, Output::Depth);
         let point = Complex::new(0.1, 0.8);
         let off = rate.value_at(point) * ratio.value_at(point) - depth.value_at(point);
         assert!(off.norm() < 1e-12);
@@ -403,11 +253,11 @@ mod tests {
     #[test]
     fn what_has_no_model_is_refused_in_a_line() {
         let refused = [
-            corrected(&args(InputName::PitchRate, OutputName::Heave, 1.0)),
-            as_printed(&args(InputName::DivePlanes, OutputName::Heave, 1.0)),
-            corrected(&TfArgs {
+            models(&args(Input::PitchRate, Output::Heave, 1.0)),
+            as_printed(&args(Input::DivePlanes, Output::Heave, 1.0)),
+            models(&TfArgs {
                 vehicle: "no/such/file".to_owned(),
-                ..args(InputName::DivePlanes, OutputName::Depth, 1.0)
+                ..args(Input::DivePlanes, Output::Depth, 1.0)
             }),
         ];
         for refusal in refused {

@@ -48,17 +48,6 @@ def _encoded(value: str, encode: Callable[[str], bytes]) -> str:
     return value
 
 
-def arguments(options: Mapping[str, Any]) -> list[str]:
-    """`{"order": 3, "at_rest": True}` as `--order=3 --at-rest`; None and False are left out."""
-    arguments = []
-    for name, value in options.items():
-        option = "--" + name.replace("_", "-")
-        if value is None or value is False:
-            continue
-        arguments.append(option if value is True else f"{option}={text(value)}")
-    return arguments
-
-
 def keywords(options: Mapping[str, Any]) -> dict[str, Any]:
     """The options that are given, numbers as numbers, anything else as text."""
     found: dict[str, Any] = {}

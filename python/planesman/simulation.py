@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planesman import _native, _tables
-from planesman._arguments import arguments, check_names, path_text, text
+from planesman._arguments import check_names, keywords, path_text, text
 
 if TYPE_CHECKING:
     import matplotlib.figure
@@ -280,7 +280,7 @@ def transfer_function(
     pitch_rate goes with `output` depth only.
     """
     options = {"input": input, "output": output, "speed": speed, "rate": rate, "base": base}
-    about, continuous, sampled = _native.transfer_function([*arguments(options), "--", path_text(vehicle)])
+    about, continuous, sampled = _native.transfer_function(path_text(vehicle), keywords(options))
     num, den, sampled_num, sampled_den = map(np.array, continuous + sampled)
     return TransferFunction(num, den, sampled_num, sampled_den, 1.0 / rate, about, input, output)
 

@@ -1,13 +1,10 @@
 //! Errors as Python's exceptions: one line, in Python's words. And work with the interpreter released, which Ctrl-C ends.
 
-use std::ffi::{OsStr, OsString};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
 use anyhow::Context as _;
-use clap::Parser;
-use planesman::arguments::one_line;
 use planesman_identification::{Stop, until_stopped};
 use planesman_text::in_one_line;
 use pyo3::exceptions::PyValueError;
@@ -31,17 +28,6 @@ pub(crate) fn raised(error: impl Into<anyhow::Error>) -> PyErr {
         Ok(exception) => exception,
         Err(error) => PlanesmanError::new_err(in_python(&in_one_line(error.as_ref()))),
     }
-}
-
-/// The arguments of a command, without the program's name.
-///
-/// # Errors
-/// As the command line refuses them.
-pub(crate) fn parsed<P: Parser>(args: &[OsString]) -> PyResult<P> {
-    let named =
-        std::iter::once(OsStr::new("planesman")).chain(args.iter().map(OsString::as_os_str));
-    let refused = |error| PlanesmanError::new_err(in_python(&one_line(&error)));
-    P::try_parse_from(named).map_err(refused)
 }
 
 /// Work with the interpreter released, on a thread of its own: Python's signals come to this one, which looks for them meanwhile.

@@ -1,15 +1,14 @@
 //! Parameters of the nodes, numbers of the reports.
 
-use planesman::params_command;
-use planesman::reproduce::rows;
-use planesman_flight::nodes::{NODES, declarations};
+use planesman_book::rows;
+use planesman_flight::nodes::{chosen, declarations};
+use planesman_flight::parameter_file::parameter_file as file_of;
 use planesman_flight::scenario::Scenario;
 use planesman_parameters::Value as Parameter;
-use planesman_text::did_you_mean;
 use pyo3::prelude::*;
 use serde_json::{Value, json};
 
-use crate::error::{PlanesmanError, raised, released};
+use crate::error::{raised, released};
 
 /// Every parameter of every node, or of one, as JSON.
 ///
@@ -17,18 +16,9 @@ use crate::error::{PlanesmanError, raised, released};
 /// A node that is not there.
 #[pyfunction]
 pub(crate) fn parameters(node: Option<&str>) -> PyResult<String> {
-    if let Some(node) = node
-        && !NODES.contains(&node)
-    {
-        let meant = did_you_mean(node, NODES);
-        let all = NODES.join(", ");
-        return Err(PlanesmanError::new_err(format!(
-            "there is no node '{node}'{meant}; there are {all}"
-        )));
-    }
-    let of = |node: &&'static str| {
+    let nodes = chosen(node).map_err(raised)?;
+    let of = |node: &'static str| {
         let declared = declarations(node).unwrap_or_default();
-        let node = *node;
         declared.into_iter().map(move |it| {
             json!({
                 "name": format!("{node}.{}", it.name),
@@ -40,10 +30,7 @@ pub(crate) fn parameters(node: Option<&str>) -> PyResult<String> {
             })
         })
     };
-    let wanted = NODES
-        .iter()
-        .filter(|it| node.is_none_or(|node| node == **it));
-    Ok(Value::Array(wanted.flat_map(of).collect()).to_string())
+    Ok(Value::Array(nodes.into_iter().flat_map(of).collect()).to_string())
 }
 
 /// A value as JSON has it.
@@ -65,11 +52,14 @@ fn plain(value: &Parameter) -> Value {
 #[pyfunction]
 pub(crate) fn parameter_file(scenario: &str, node: Option<&str>) -> PyResult<String> {
     let scenario = Scenario::parse(scenario).map_err(raised)?;
-    params_command::parameter_file(node, Some(&scenario)).map_err(raised)
+    file_of(node, Some(&scenario)).map_err(raised)
 }
 
 /// Every number of the reports, printed and recomputed, as JSON.
 #[pyfunction]
 pub(crate) fn reproduced(py: Python<'_>) -> PyResult<String> {
-    released(py, || rows::json(&rows::all()?))
+    released(py, || {
+        let rows = rows::all(&[brunner_1988::REPORT, ibm_1966::REPORT])?;
+        Ok(serde_json::to_string(&rows)?)
+    })
 }

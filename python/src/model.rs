@@ -1,22 +1,19 @@
 //! Identification, model files, and a vehicle's transfer functions.
 
 use std::collections::HashMap;
-use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use clap::{CommandFactory as _, Parser};
-use planesman::sysid::fit::FitArgs;
-use planesman::tf_command::{self, TfArgs};
 use planesman_fit::Sources;
 use planesman_fit::model_file::given;
 use planesman_identification::{Reading, Uncertain};
 use planesman_linear::TransferFunction;
 use planesman_model_file::ModelFile;
+use planesman_vehicle::{transfer, vehicle_file};
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
 
 use crate::array::{array, numbers};
-use crate::error::{Watch, parsed, raised, released, watched};
+use crate::error::{Watch, raised, released, watched};
 use crate::options::{Keyword, Keywords};
 
 /// The name by which a model that is in memory is refused.
@@ -53,16 +50,10 @@ pub(crate) fn fit<'py>(
     Ok((json, start, run.collect::<PyResult<_>>()?))
 }
 
-/// The options of `planesman sysid fit` by their names, with the values that are possible where there are few.
+/// The options of a fit by their names, with the words that are possible where there are few.
 #[pyfunction]
-pub(crate) fn fit_options() -> Vec<(String, Vec<String>)> {
-    let command = FitArgs::command();
-    let options = command.get_arguments().filter_map(|it| {
-        let values = it.get_possible_values();
-        let values = values.iter().map(|value| value.get_name().to_owned());
-        Some((it.get_long()?.replace('-', "_"), values.collect()))
-    });
-    options.collect()
+pub(crate) fn fit_options() -> Vec<(&'static str, Vec<&'static str>)> {
+    planesman_fit::options()
 }
 
 /// A model file, as JSON.
@@ -111,22 +102,26 @@ pub(crate) fn response<'py>(
     ])
 }
 
-#[derive(Parser)]
-struct Tf {
-    #[command(flatten)]
-    args: TfArgs,
-}
-
 /// Numerator and denominator, from the highest power.
 type Polynomials = (Vec<f64>, Vec<f64>);
 
-/// A vehicle's transfer function by the arguments of `planesman tf`: heading and remarks, the model in s and that in z.
+/// A vehicle's transfer function: heading and remarks, the model in s and that in z.
 #[pyfunction]
 pub(crate) fn transfer_function(
-    args: Vec<OsString>,
+    vehicle: &str,
+    options: HashMap<String, Keyword>,
 ) -> PyResult<(Vec<String>, Polynomials, Polynomials)> {
-    let Tf { args } = parsed(&args)?;
-    let models = tf_command::models(&args).map_err(raised)?;
+    let found = Keywords(options).transfer().and_then(|asked| {
+        let vehicle = vehicle_file::load_on(vehicle, &asked.base)?;
+        let signals = (asked.input, asked.output);
+        Ok(transfer::models(
+            &vehicle,
+            signals,
+            asked.speed,
+            asked.rate,
+        )?)
+    });
+    let models = found.map_err(raised)?;
     let of = |it: TransferFunction| (it.num, it.den);
     let mut about = vec![models.heading, models.sampling];
     about.extend(models.remarks);

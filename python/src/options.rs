@@ -4,7 +4,6 @@ use std::collections::HashMap;
 use std::ops::RangeInclusive;
 
 use anyhow::{Result, anyhow, bail};
-use planesman::arguments;
 use planesman_fit::rules::{self, Rule, Span};
 use planesman_fit::{
     DataOptions, FitError, FitOptions, GridOptions, MethodChoice, PreparationOptions,
@@ -12,8 +11,23 @@ use planesman_fit::{
 };
 use planesman_signals::{Clock, Method, Outliers, SegmentChoice, TableTime, TimeUnit, Trend};
 use planesman_text::did_you_mean;
-use planesman_units::Dimension;
+use planesman_units::{Dimension, FOOT, Quantity};
+use planesman_vehicle::linearised::Output;
+use planesman_vehicle::transfer::{self, Input};
+use planesman_vehicle::vehicle_file::BRUNNER;
 use pyo3::FromPyObject;
+
+/// Speeds and rates of a transfer function.
+const SPEEDS: Rule = Rule::new(
+    *transfer::SPEEDS.start(),
+    *transfer::SPEEDS.end(),
+    "a number from 0.001 to 100 is expected",
+);
+const RATES: Rule = Rule::new(
+    *transfer::RATES.start(),
+    *transfer::RATES.end(),
+    "a number from 0.01 to 10000 is expected",
+);
 
 /// Two edges, `None` where open.
 type Edges = (Option<f64>, Option<f64>);
@@ -60,6 +74,15 @@ impl Keyword {
     }
 }
 
+/// What a transfer function is of: the base of an identified vehicle, signals, speed \[m/s\] and sampling rate \[Hz\].
+pub(crate) struct Transfer {
+    pub(crate) base: String,
+    pub(crate) input: Input,
+    pub(crate) output: Output,
+    pub(crate) speed: f64,
+    pub(crate) rate: f64,
+}
+
 /// Keywords by their names.
 pub(crate) struct Keywords(pub(crate) HashMap<String, Keyword>);
 
@@ -98,12 +121,15 @@ impl Keywords {
         dimension: Dimension,
         rule: Rule,
     ) -> Result<Option<f64>> {
-        let parse = arguments::quantity(dimension, rule.least, rule.most);
         self.read(option, |given| {
             let number = given.number().map(|it| rule.check("", it));
             match number {
                 Some(Ok(number)) => Ok(number),
-                _ => parse(&given.written()),
+                _ => {
+                    let Ok(quantity) = given.written().parse::<Quantity>();
+                    let value = quantity.argument_within(dimension, rule.least, rule.most);
+                    value.map_err(|refusal| refusal.to_string())
+                }
             }
         })
     }
@@ -284,6 +310,26 @@ impl Keywords {
         };
         self.end()?;
         Ok(options)
+    }
+
+    /// What a transfer function is of.
+    ///
+    /// # Errors
+    /// As [`Self::fit`].
+    pub(crate) fn transfer(mut self) -> Result<Transfer> {
+        let input = self.choice("input", &Input::ALL, Input::described, |_| &[])?;
+        let output = self.choice("output", &Output::ALL, Output::described, |_| &[])?;
+        let found = Transfer {
+            base: self.text("base").unwrap_or_else(|| BRUNNER.to_owned()),
+            input: input.unwrap_or(Input::DivePlanes),
+            output: output.unwrap_or(Output::PitchRate),
+            speed: self
+                .quantity("speed", Dimension::Speed, SPEEDS)?
+                .unwrap_or(FOOT),
+            rate: self.number("rate", RATES)?.unwrap_or(20.0),
+        };
+        self.end()?;
+        Ok(found)
     }
 
     /// What is read, and how.

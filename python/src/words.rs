@@ -1,7 +1,5 @@
 //! Messages of the program in Python's words: `order=3` for `--order 3`.
 
-use clap::CommandFactory as _;
-use planesman::sysid::fit::FitArgs;
 use pyo3::prelude::*;
 
 /// What stands for a file that the program writes, and in Python is a method of the model.
@@ -77,11 +75,8 @@ fn value<'a>(option: &str, rest: &'a str) -> Option<(String, &'a str)> {
     if word.parse::<f64>().is_ok() || stands(word) || word == "N" {
         return Some((word.to_owned(), behind));
     }
-    let command = FitArgs::command();
-    let known = command
-        .get_arguments()
-        .find(|it| it.get_long() == Some(option))?;
-    let values = known.get_possible_values();
-    let is_known = values.iter().any(|it| it.get_name() == word);
-    is_known.then(|| (format!("'{word}'"), behind))
+    let name = option.replace('-', "_");
+    let options = planesman_fit::options();
+    let (_, words) = options.iter().find(|(it, _)| *it == name)?;
+    words.contains(&word).then(|| (format!("'{word}'"), behind))
 }

@@ -2,9 +2,9 @@
 
 use anyhow::Result;
 use ibm_1966::Surrogate;
-use ibm_1966::bench::{COLUMNS, Table, flown, heading};
 use planesman_console::progress::{end_with_reader, on_all_cores};
 use planesman_console::{Format, print_wrapped};
+use planesman_studies::bench::{COLUMNS, Table, flown, heading};
 
 use crate::arguments::{choice, format};
 

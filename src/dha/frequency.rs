@@ -1,9 +1,9 @@
 //! `planesman dha frequency`: the linear model of Section V beside the full one under sinusoids.
 
 use anyhow::Result;
-use ibm_1966::frequency::{alone, steered};
 use planesman_console::print_wrapped;
 use planesman_hydraulics::actuator_file;
+use planesman_studies::frequency::{alone, steered};
 
 /// The arguments.
 #[derive(Clone, Debug, clap::Args)]

@@ -4,11 +4,11 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
-use ibm_1966::depth_loop::cases;
-use ibm_1966::limit_cycles::{Row, page, text};
 use planesman_console::Format;
 use planesman_console::progress::{end_with_reader, on_all_cores};
 use planesman_flight::sink::write_text;
+use planesman_studies::depth_loop::cases;
+use planesman_studies::limit_cycles::{Row, page, text};
 
 use crate::arguments::output_file;
 

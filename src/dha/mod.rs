@@ -5,7 +5,7 @@
 //! - [`frequency`]: the linear model beside the full one.
 //! - [`limit_cycles`]: those of the AUV's depth loop, predicted and simulated.
 //!
-//! What they compute is [`ibm_1966`].
+//! What they compute is [`planesman_studies`].
 
 use anyhow::Result;
 

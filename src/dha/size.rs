@@ -1,10 +1,10 @@
 //! `planesman dha size`: sizes and rates of an actuator, or an actuator for a load.
 
 use anyhow::{Result, anyhow};
-use ibm_1966::sizes::{table, text};
 use planesman_console::{Format, print_wrapped};
 use planesman_hydraulics::sizing::{Load, for_load};
 use planesman_hydraulics::{ActuatorSet, actuator_file};
+use planesman_studies::sizes::{table, text};
 use planesman_units::{DEGREE, Dimension, Quantity};
 
 /// The arguments. A quantity is a number and its unit, as in an actuator file.

@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use anyhow::Result;
 
 use planesman_book::{Book, Line, Reckoning};
-use planesman_console::number;
 use planesman_console::{Format, Table, is_terminal, wrapped};
+use planesman_text::number;
 
 /// The entries that `told` picks, and the errata that they name; within the terminal if standard output is one.
 ///
@@ -46,7 +46,7 @@ pub fn text(
             written(line.value),
             written(entry.slack.or(entry.tolerance)),
             entry.unit.clone(),
-            verdict(line),
+            line.told(),
             entry.erratum.clone().unwrap_or_default(),
         ];
         text += &aligned(row.each_ref().map(String::as_str));
@@ -99,12 +99,6 @@ pub fn totals(reckoning: &Reckoning<'_>) -> String {
         let _ = writeln!(text, "{count:>5}  {what}");
     }
     text
-}
-
-/// The verdict on a line.
-#[must_use]
-pub fn verdict(line: &Line<'_>) -> String {
-    line.word()
 }
 
 /// A number in six significant digits, or nothing.

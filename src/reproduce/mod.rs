@@ -1,20 +1,22 @@
 //! `planesman reproduce`: every number of the two historical reports, compared with the recomputed value.
 //!
 //! - [`listing`]: the numbers as text.
-//! - [`rows`]: the reports, and their numbers as rows, CSV or JSON, for other programs.
 
 use std::path::PathBuf;
 
-use anyhow::{Result, bail};
-use planesman_book::{Line, Reckoning, Verdict};
+use anyhow::{Context as _, Result, bail};
+use planesman_book::rows::{self, Row};
+use planesman_book::{Line, Reckoning, Report, Verdict};
 
 use crate::arguments::output_file;
 use planesman_console::print_wrapped;
-use planesman_console::progress::{end_with_reader, spinner};
+use planesman_console::progress::{end_with_reader, on_all_cores, spinner};
 use planesman_flight::sink::write_text;
 
 pub mod listing;
-pub mod rows;
+
+/// The reports.
+const REPORTS: [Report; 2] = [brunner_1988::REPORT, ibm_1966::REPORT];
 
 /// The output of `reproduce`.
 #[derive(Clone, Debug, clap::Args)]
@@ -53,7 +55,8 @@ pub fn run(args: &ReproduceArgs) -> Result<()> {
     let mut page = planesman_pages::book::Page::default();
     let mut all_rows = Vec::new();
     let mut news = 0;
-    for (report, values) in rows::REPORTS.iter().zip(rows::recomputed()) {
+    let recomputed = on_all_cores("reports", &REPORTS, |report| (report.recomputed)());
+    for (report, values) in REPORTS.iter().zip(recomputed) {
         let (book, names) = ((report.book)()?, (report.names)()?);
         let reckoning = Reckoning::of(&book, values.iter().map(|(id, v)| (id.as_str(), *v)));
         print_wrapped(format_args!("{}\n", report.citation))?;
@@ -91,11 +94,11 @@ pub fn run(args: &ReproduceArgs) -> Result<()> {
         planesman_console::out!("{}: the numbers and the redrawn figures", path.display())?;
     }
     if let Some(path) = &args.json {
-        write_text(path, rows::json(&all_rows)?)?;
+        write_text(path, json(&all_rows)?)?;
         planesman_console::out!("{}: {} numbers", path.display(), all_rows.len())?;
     }
     if let Some(path) = &args.csv {
-        write_text(path, rows::csv(&all_rows)?)?;
+        write_text(path, csv(&all_rows)?)?;
         planesman_console::out!("{}: {} numbers", path.display(), all_rows.len())?;
     }
     match news {
@@ -103,4 +106,25 @@ pub fn run(args: &ReproduceArgs) -> Result<()> {
         1 => bail!("1 number differs from the book"),
         n => bail!("{n} numbers are not as they stand in the book"),
     }
+}
+
+/// A list of objects.
+///
+/// # Errors
+/// None in practice: writing to memory.
+fn json(rows: &[Row]) -> Result<String> {
+    Ok(serde_json::to_string_pretty(rows)? + "\n")
+}
+
+/// A header row, and a row for each number.
+///
+/// # Errors
+/// None in practice: writing to memory.
+fn csv(rows: &[Row]) -> Result<String> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    for row in rows {
+        writer.serialize(row)?;
+    }
+    let bytes = writer.into_inner().ok().context("a table in memory")?;
+    Ok(String::from_utf8(bytes)?)
 }

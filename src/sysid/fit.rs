@@ -243,3 +243,34 @@ pub fn run(args: &FitArgs) -> Result<()> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use clap::CommandFactory as _;
+
+    use super::FitArgs;
+
+    #[test]
+    fn the_command_line_has_the_options_of_the_library() {
+        let command = FitArgs::command();
+        let own = ["json", "model", "html", "quiet", "help"];
+        let here: BTreeMap<String, Vec<String>> = (command.get_arguments())
+            .filter_map(|it| {
+                let values = it.get_possible_values();
+                let values = values.iter().map(|value| value.get_name().to_owned());
+                let takes_one = it.get_action().takes_values();
+                let values = values.filter(|_| takes_one).collect();
+                Some((it.get_long()?.replace('-', "_"), values))
+            })
+            .filter(|(name, _)| !own.contains(&name.as_str()))
+            .collect();
+        let there = planesman_fit::options().into_iter();
+        let there = there.map(|(name, words)| {
+            let words = words.into_iter().map(str::to_owned).collect();
+            (name.to_owned(), words)
+        });
+        assert_eq!(here, there.collect());
+    }
+}

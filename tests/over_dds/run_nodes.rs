@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use planesman::params_command::parameter_file;
 use planesman_bag::BagReader;
+use planesman_flight::parameter_file::parameter_file;
 use planesman_flight::scenario::Scenario;
 use planesman_node::testing::OwnDomain;
 use rustix::process::{Pid, Signal, kill_process, kill_process_group};

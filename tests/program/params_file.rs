@@ -1,9 +1,9 @@
 //! The committed parameter file is what the program prints, so it cannot drift from the
 //! declarations; and what it prints, the nodes read.
 
-use planesman::params_command::parameter_file;
 use planesman_flight::nodes::NODES;
 use planesman_flight::nodes::declarations;
+use planesman_flight::parameter_file::parameter_file;
 use planesman_flight::scenario::Scenario;
 use planesman_parameters::{Values, file};
 

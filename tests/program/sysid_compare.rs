@@ -336,7 +336,7 @@ fn validation_data_of_its_own_gives_the_held_out_figures() {
         found.model_file().unwrap().held_out_fit,
         found.analysis.held_out_fit
     );
-    let verdict = found.analysis.verdict.join("\n");
+    let verdict = found.analysis.sentences().join("\n");
     assert!(
         verdict.contains("validation data, 600 samples"),
         "{verdict}"

@@ -26,10 +26,9 @@ const OUTSIDE: [(&[&str], &[&str]); 2] = [
             "sysid",
             "recorder",
             "planesman",
-            "planesman_python",
         ],
     ),
-    (&["clap"], &["planesman", "planesman_python"]),
+    (&["clap"], &["planesman"]),
 ];
 
 /// A member of the workspace: its folder, and what it depends on apart from its tests.

@@ -4,14 +4,12 @@
 //! - [`Table`], [`Format`]: rows under the names of their columns, aligned, as Markdown, CSV or JSON.
 //! - [`print_wrapped`], [`wrapped`]: sentences within the terminal's width.
 //! - [`progress`]: bars and spinners; work on all cores under a bar.
-//! - [`number()`]: six significant digits; [`sparkline()`]: a curve in one line.
+//! - [`sparkline()`]: a curve in one line.
 
-mod number;
 pub mod progress;
 mod sparkline;
 mod table;
 
-pub use number::number;
 use planesman_text::shown;
 pub use sparkline::sparkline;
 pub use table::{Format, Table, is_terminal, print_wrapped, terminal, wrapped};

@@ -1,12 +1,13 @@
 //! The poles of the dive loop as one gain, or the speed, changes.
 
 use maud::html;
-use planesman_console::{Table, number};
+use planesman_console::Table;
 use planesman_control::design::dive_loop::DiveLoop;
 use planesman_control::gains::LoopGains;
 use planesman_linear::{Complex, discrete_to_continuous};
 use planesman_pages::{document, figures};
 use planesman_plot::{Plot, Series, Style};
+use planesman_text::number;
 
 use crate::analysis::FAST;
 use crate::error::{Error, Result};

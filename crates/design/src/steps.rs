@@ -6,7 +6,7 @@
 //! end at 32.58 in (Fig. 38), which is shallower than the steps.
 
 use maud::html;
-use planesman_console::{Table, number};
+use planesman_console::Table;
 use planesman_control::design::dive_loop::Memory;
 use planesman_control::gains::LoopGains;
 use planesman_flight::compose::Loop;
@@ -15,6 +15,7 @@ use planesman_hydraulics::ActuatorParameters;
 use planesman_linear::step_metrics;
 use planesman_pages::{document, figures};
 use planesman_plot::{Plot, Series, Style};
+use planesman_text::number;
 use planesman_units::FOOT;
 
 use crate::error::{During, Result};

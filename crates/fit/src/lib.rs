@@ -54,7 +54,7 @@ pub use error::FitError;
 pub use fit::{FitResult, fit};
 pub use options::{
     FitOptions, GridOptions, MethodChoice, PreparationOptions, RecursionOptions, SignalOptions,
-    StructureOptions, Validation, VehicleOptions,
+    StructureOptions, Validation, VehicleOptions, options,
 };
 pub use samples::{SamplesOptions, samples};
 pub use simulated::Simulated;

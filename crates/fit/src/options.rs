@@ -8,7 +8,9 @@ use planesman_identification::analysis::Options;
 use planesman_identification::estimators::recursive::{Forgetting, Options as Recursion};
 use planesman_identification::estimators::vehicle::{Heave, Vehicle};
 use planesman_identification::estimators::{Knowledge, Method};
-use planesman_signals::{Band, Method as Resampling, Outliers, SegmentChoice, Trend};
+use planesman_signals::{
+    Band, Clock, Method as Resampling, Outliers, SegmentChoice, TimeUnit, Trend,
+};
 use planesman_vehicle::{pitch, vehicle_file};
 
 use crate::data::DataOptions;
@@ -187,6 +189,70 @@ impl MethodChoice {
             _ => &[],
         }
     }
+}
+
+/// Every option of a fit by its name, with its words where it takes one of several.
+#[must_use]
+pub fn options() -> Vec<(&'static str, Vec<&'static str>)> {
+    const OTHERS: [&str; 30] = [
+        "input",
+        "output",
+        "reference",
+        "time",
+        "sample_time",
+        "prefilter",
+        "rate",
+        "window",
+        "max_gap",
+        "validation",
+        "order",
+        "numerator",
+        "delay",
+        "zeros_at_one",
+        "integrators",
+        "no_offset",
+        "at_rest",
+        "prewindow",
+        "own_numerators",
+        "heave",
+        "vehicle",
+        "heave_doubt",
+        "speed",
+        "inertia",
+        "noise",
+        "bias_drift",
+        "disturbance",
+        "bootstrap",
+        "forgetting",
+        "initial_covariance",
+    ];
+    fn words<T: Copy>(
+        all: &[T],
+        described: fn(T) -> (&'static str, &'static str),
+    ) -> Vec<&'static str> {
+        all.iter().map(|it| described(*it).0).collect()
+    }
+    let mut options: Vec<_> = OTHERS.map(|name| (name, Vec::new())).into();
+    options.extend([
+        ("stamp", words(&Clock::ALL, Clock::described)),
+        ("time_unit", words(&TimeUnit::ALL, TimeUnit::described)),
+        ("outliers", words(&Outliers::ALL, Outliers::described)),
+        (
+            "segment",
+            words(&SegmentChoice::ALL, SegmentChoice::described),
+        ),
+        ("detrend", words(&Trend::ALL, Trend::described)),
+        (
+            "input_method",
+            words(&Resampling::ALL, Resampling::described),
+        ),
+        (
+            "output_method",
+            words(&Resampling::ALL, Resampling::described),
+        ),
+        ("method", words(&MethodChoice::ALL, MethodChoice::described)),
+    ]);
+    options
 }
 
 /// The model's structure.

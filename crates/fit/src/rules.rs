@@ -16,7 +16,9 @@ pub struct Rule {
 }
 
 impl Rule {
-    const fn new(least: f64, most: f64, text: &'static str) -> Self {
+    /// A rule.
+    #[must_use]
+    pub const fn new(least: f64, most: f64, text: &'static str) -> Self {
         Self { least, most, text }
     }
 

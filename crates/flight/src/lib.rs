@@ -1,6 +1,6 @@
 //! Flies a vehicle in this process: scenario, loop, bag, summary, sweep.
 //!
-//! - [`Scenario`]: what is flown, from a file or a built-in one, checked as the nodes check it ([`nodes`]).
+//! - [`Scenario`]: what is flown, from a file or a built-in one, checked as the nodes check it ([`nodes`]); as a parameter file ([`parameter_file()`](parameter_file::parameter_file)).
 //! - [`compose`]: the loop of plant, controller, actuator and identifier, tick by tick. Its messages equal those of the nodes over DDS
 //!   bit for bit.
 //! - [`parts`]: a plant, law, actuator or estimator of one's own in their places.
@@ -16,6 +16,7 @@ mod fly;
 pub mod in_order;
 pub mod model_summary;
 pub mod nodes;
+pub mod parameter_file;
 pub mod parts;
 pub mod scenario;
 pub mod sink;

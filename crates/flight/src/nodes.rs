@@ -6,6 +6,9 @@ use planesman_identifier::{Identifier, IdentifierParameters};
 use planesman_parameters::{Declaration, Parameters, Values};
 use planesman_plant::{Plant, PlantParameters};
 use planesman_recording::parameters::{RecorderParameters, writer_options};
+use planesman_text::did_you_mean;
+
+use crate::error::{Result, refuse};
 
 /// The nodes whose parameters a scenario sets, in the order in which they are started.
 pub const NODES: [&str; 5] = [
@@ -19,6 +22,25 @@ pub const NODES: [&str; 5] = [
 /// The default namespace. Its time is on `/clock`; other namespaces have a clock topic of their own, so that several
 /// vehicles can run in one domain.
 pub const NAMESPACE: &str = "/auv";
+
+/// The node of that name, or all.
+///
+/// # Errors
+/// When there is no such node.
+pub fn chosen(node: Option<&str>) -> Result<Vec<&'static str>> {
+    let nodes = NODES.into_iter();
+    let nodes: Vec<_> = nodes
+        .filter(|name| node.is_none_or(|only| only == *name))
+        .collect();
+    if let (Some(name), []) = (node, nodes.as_slice()) {
+        refuse!(
+            "there is no node '{name}'{}; there are {}",
+            did_you_mean(name, NODES),
+            NODES.join(", ")
+        );
+    }
+    Ok(nodes)
+}
 
 /// The parameters that the node `name` declares, `None` when there is no such node.
 #[must_use]
@@ -37,7 +59,7 @@ pub fn declarations(name: &str) -> Option<Vec<Declaration>> {
 ///
 /// # Errors
 /// The refusal, with its reason.
-pub fn validate(name: &str, values: &Values) -> Result<(), String> {
+pub fn validate(name: &str, values: &Values) -> std::result::Result<(), String> {
     match name {
         "plant_sim" => Plant::new(&read(values)?)
             .map(drop)
@@ -62,6 +84,6 @@ pub fn validate(name: &str, values: &Values) -> Result<(), String> {
     }
 }
 
-fn read<P: Parameters>(values: &Values) -> Result<P, String> {
+fn read<P: Parameters>(values: &Values) -> std::result::Result<P, String> {
     P::from_values(values).map_err(|refusal| refusal.to_string())
 }

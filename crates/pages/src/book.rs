@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use planesman_book::{Book, Chapter, Line, Names, Reckoning, Report};
 
 use crate::{document, figures};
-use planesman_console::number;
+use planesman_text::number;
 
 const STYLE: &str = "
 td.name { text-align: left; min-width: 14rem; } td.name small { display: block; color: var(--muted); }
@@ -126,7 +126,7 @@ impl Page {
 fn summary(report: &Report, reckoning: &Reckoning<'_>, contents: &Markup) -> Markup {
     let count = |wanted: &str| {
         let lines = reckoning.lines.iter();
-        lines.filter(|line| line.word() == wanted).count()
+        lines.filter(|line| line.told() == wanted).count()
     };
     html! {
         div {
@@ -165,7 +165,7 @@ fn numbers(book: &Book, names: &Names, lines: &[&Line<'_>]) -> Markup {
             thead { tr { th { "number" } th { "printed" } th { "page" } th { "recomputed" } th { "within" } th { "unit" } th { "verdict" } th { "remarks" } } }
             @for line in lines {
                 @let entry = line.entry;
-                tr id=(entry.id) data-verdict=(line.word()) {
+                tr id=(entry.id) data-verdict=(line.told()) {
                     td.name {
                         a href=(format!("#{}", entry.id)) { (names.name(entry).unwrap_or_else(|| entry.id.clone())) }
                         small { (entry.id) }
@@ -175,7 +175,7 @@ fn numbers(book: &Book, names: &Names, lines: &[&Line<'_>]) -> Markup {
                     td { (written(line.value)) }
                     td { (written(entry.slack.or(entry.tolerance))) }
                     td.unit { (entry.unit) }
-                    td.verdict { (line.word()) }
+                    td.verdict { (line.told()) }
                     td.note {
                         @if let Some(news) = line.news() { b { "Not as in the book: " (news) ". " } }
                         @if let Some(note) = &entry.note { (note) ". " }

@@ -52,15 +52,9 @@ pub fn page(analysis: &Analysis, record: &Record, columns: [&str; 2]) -> Result<
         titles::name(&analysis.output)
     );
     let plots = plots(analysis, record, &input, &output)?;
-    // The verdict itself first, then its reasons.
-    let is_verdict = |it: &&String| it.starts_with("verdict");
-    let sentences = || analysis.verdict.iter();
-    let verdict = sentences()
-        .filter(is_verdict)
-        .chain(sentences().filter(|it| !is_verdict(it)));
     let body = html! {
         h1 { (title) }
-        ul.verdict { @for sentence in verdict { li { (sentence) } } }
+        ul.verdict { li { (analysis.verdict) } @for reason in &analysis.reasons { li { (reason) } } }
         h2 { "The model" }
         (in_words(analysis))
         h2 { "Poles" }
@@ -376,7 +370,7 @@ mod tests {
             let analysis = analyse(&record, &options).unwrap();
             let page = page(&analysis, &record, ["planes <V>", "gyro"]).unwrap();
             stands_alone(&page);
-            assert_eq!(page.matches(&analysis.verdict[0]).count(), 1, "{method:?}");
+            assert_eq!(page.matches(&analysis.reasons[0]).count(), 1, "{method:?}");
             let learnt = if method == Method::OutputError {
                 "a1"
             } else {

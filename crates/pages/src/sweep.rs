@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 
 use maud::{Markup, html};
-use planesman_console::number;
 use planesman_flight::scenario::{Scenario, plain};
 use planesman_flight::sweep::case::{COLUMNS, SETTLING, TRAVEL};
 use planesman_flight::sweep::outcomes::{Combination, Mean, Outcomes};
 use planesman_flight::sweep::space::{Axis, Space};
 use planesman_plot::{HeatMap, Plot, Style};
+use planesman_text::number;
 
 use super::{document, figure, heat_map};
 use crate::titles::title;

@@ -5,12 +5,14 @@
 //! - [`yaml`]: YAML, its depth and size bounded before it is parsed.
 //! - [`shown()`]: text as it may be shown, on a terminal or a page, whatever it holds.
 //! - [`in_one_line`]: an error with its causes.
+//! - [`number()`]: a number for a reader.
 //! - [`did_you_mean`]: the name that was probably meant.
 //! - [`Draft`], [`write_whole`], [`write_text`]: files that are whole or not there.
 //!
 //! Whoever reads text of others or shows it, or moves a finished file into its place, does so through this crate: there is one place to mend.
 
 mod draft;
+mod number;
 mod one_line;
 mod read;
 mod shown;
@@ -18,6 +20,7 @@ mod suggestion;
 pub mod yaml;
 
 pub use draft::{Draft, write_text, write_whole};
+pub use number::number;
 pub use one_line::in_one_line;
 pub use read::{LARGEST, decoded, read, unmarked};
 pub use shown::{Shown, shown};

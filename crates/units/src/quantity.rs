@@ -13,7 +13,7 @@ use crate::dimension::symbol;
 use crate::{Dimension, Unit};
 
 /// Why a quantity is rejected. The text states the rule; the caller adds the field and the value.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Error {
     /// The unit is missing or belongs to another dimension.
     #[error("it must be a number with one of the units {}", .0.join(", "))]
@@ -24,6 +24,16 @@ pub enum Error {
     /// The value in SI is infinite or NaN.
     #[error("it must be finite")]
     NotFinite,
+    /// No number of the range, nor one with its unit.
+    #[error("a number from {least} to {most} {} is expected, or one with its unit: {}", .units[0], .units.join(", "))]
+    Range {
+        /// The least value, SI.
+        least: f64,
+        /// The largest value, SI.
+        most: f64,
+        /// The dimension's units, SI first.
+        units: Vec<&'static str>,
+    },
 }
 
 /// A number with its unit, as written. The field that it is for decides the [`Dimension`].
@@ -61,6 +71,26 @@ impl Quantity {
         match self.parts() {
             (number, "") if !number.is_empty() => finite(parsed(number)?),
             _ => self.si(dimension),
+        }
+    }
+
+    /// The value in SI of an argument in `[least, most]`, both in SI; a bare number is in SI.
+    ///
+    /// # Errors
+    /// [`Error::Range`].
+    pub fn argument_within(
+        &self,
+        dimension: Dimension,
+        least: f64,
+        most: f64,
+    ) -> Result<f64, Error> {
+        match self.argument(dimension) {
+            Ok(value) if (least..=most).contains(&value) => Ok(value),
+            _ => Err(Error::Range {
+                least,
+                most,
+                units: dimension.units().iter().map(|unit| unit.symbol).collect(),
+            }),
         }
     }
 

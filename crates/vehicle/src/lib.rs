@@ -6,7 +6,7 @@
 //! - `body`, `tick`, `motion`: the whole [`Body`] integrated over a tick; [`Motion`] of the vertical plane alone.
 //! - `attitude`, `planes`: rotations: [`Attitude`]; the plane angle over a tick: [`PlanePath`].
 //! - `environment`, `tank`, `seaway`, `tether`: what surrounds the vehicle. [`Variant`]: parts of it left out.
-//! - `trim`: [`LevelFlight`]; [`linearised`]: linear models about it, and [`pitch`]: its pitch equation alone.
+//! - `trim`: [`LevelFlight`]; [`linearised`]: linear models about it, [`transfer`]: their transfer functions, and [`pitch`]: its pitch equation alone.
 //! - [`vehicle_file`], [`identified`]: vehicles from YAML, from an identified model; [`coefficients`]: from geometry.
 //!
 //! Depth is positive down, pitch positive bow up, plane angles positive dive.
@@ -28,6 +28,7 @@ mod seaway;
 mod tank;
 mod tether;
 mod tick;
+pub mod transfer;
 mod trim;
 mod variant;
 mod vehicle;

@@ -44,14 +44,14 @@ impl Output {
     /// All of them, as [`state_space`] orders its outputs.
     pub const ALL: [Self; 4] = [Self::PitchRate, Self::Pitch, Self::Depth, Self::Heave];
 
-    /// Its name on the command line.
+    /// Its name and its help line.
     #[must_use]
-    pub fn name(self) -> &'static str {
+    pub fn described(self) -> (&'static str, &'static str) {
         match self {
-            Self::PitchRate => "pitch_rate",
-            Self::Pitch => "pitch",
-            Self::Depth => "depth",
-            Self::Heave => "heave",
+            Self::PitchRate => ("pitch_rate", "q (rad/s), positive bow up"),
+            Self::Pitch => ("pitch", "theta (rad), positive bow up"),
+            Self::Depth => ("depth", "z (m), positive down"),
+            Self::Heave => ("heave", "w (m/s), positive towards the keel"),
         }
     }
 

@@ -22,7 +22,7 @@ fn exact(vehicle: &Vehicle, speed: f64, output: Output) -> ModelFile {
 }
 
 fn of_coefficients(num: Vec<f64>, den: Vec<f64>, speed: f64, output: Output) -> ModelFile {
-    let output = format!("/auv/state:{}", output.name());
+    let output = format!("/auv/state:{}", output.described().0);
     let input = "plane_motion:dive_planes";
     ModelFile {
         speed: Some(speed),

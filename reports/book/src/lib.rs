@@ -6,7 +6,7 @@
 //! - [`names`]: plain names of a report's numbers.
 //! - [`reckoning`]: a book gone through with freshly recomputed numbers.
 //! - [`brunner_1988`]: the errata of the report on the vehicle, of which each node recomputes its own share.
-//! - [`report`]: a report with its numbers and figures.
+//! - [`report`]: a report with its numbers and figures; [`rows`]: the numbers as rows, for other programs.
 //!
 //! Nothing here knows how a number is computed.
 
@@ -16,6 +16,7 @@ pub mod entry;
 pub mod names;
 pub mod reckoning;
 pub mod report;
+pub mod rows;
 pub mod verdict;
 
 pub use book::{Book, BookError};

@@ -16,9 +16,9 @@ pub struct Line<'a> {
 }
 
 impl Line<'_> {
-    /// The verdict in a word or two, for people.
+    /// The verdict in words; of a number without one, why there is none.
     #[must_use]
-    pub fn word(&self) -> String {
+    pub fn told(&self) -> String {
         match (self.verdict, self.value) {
             (Some(Verdict::Agrees | Verdict::Approximate), _) if self.entry.input => {
                 "read back".to_owned()

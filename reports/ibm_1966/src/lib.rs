@@ -4,24 +4,17 @@
 //! - [`Surrogate`], [`Case`], [`DigitalLoop`], [`AnalogLoop`], [`Gains`]: missile, autopilots and loops.
 //! - [`procedure`], [`tables`]: the tests of Sections III and IV, and the rows of their tables.
 //! - [`flight_control`]: the linear model of Section V, and the full one under sinusoids.
-//! - [`bench`], [`frequency`], [`sizes`]: tables of the report, frequency responses and sizes, as text.
-//! - [`depth_loop`], [`limit_cycles`]: the AUV's depth loop through the actuator, and its limit cycles.
 //! - [`REPORT`]: numbers and figures.
 
 mod analog_loop;
 mod autopilot;
-pub mod bench;
 mod book;
 mod case;
-pub mod depth_loop;
 mod digital_loop;
 mod figures;
 pub mod flight_control;
-pub mod frequency;
-pub mod limit_cycles;
 mod missile;
 pub mod procedure;
-pub mod sizes;
 pub mod tables;
 
 pub use analog_loop::AnalogLoop;

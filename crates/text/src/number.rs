@@ -1,5 +1,3 @@
-//! Numbers as people read them.
-
 /// A number in six significant digits without the zeros at its end.
 #[must_use]
 pub fn number(value: f64) -> String {

@@ -3,17 +3,18 @@
 use std::f64::consts::PI;
 use std::fmt::Write as _;
 
-use planesman_console::{Table, number};
+use planesman_console::Table;
 use planesman_hydraulics::describing_function::toggling;
 use planesman_hydraulics::linearised::Ram;
 use planesman_hydraulics::sizing::sizes;
 use planesman_hydraulics::{ActuatorSet, Demand};
 use planesman_linear::Complex;
+use planesman_text::number;
 use planesman_units::{DEGREE, INCH};
 
 use crate::depth_loop::{Loop, MOST_RESIDUAL};
-use crate::flight_control::FlightControl;
-use crate::{Gains, Surrogate};
+use ibm_1966::flight_control::FlightControl;
+use ibm_1966::{Gains, Surrogate};
 
 /// The sizes in a table.
 #[must_use]

@@ -1,19 +1,9 @@
-//! The numbers as rows, for other programs: as JSON and CSV.
+//! The numbers of reports as rows, for other programs.
 
-use anyhow::{Context as _, Result};
-use planesman_book::{Book, Names, Reckoning, Recomputed, Report};
+use planesman_parallel::on_all_cores;
 use serde::Serialize;
 
-use super::listing::verdict;
-use planesman_console::progress::on_all_cores;
-
-/// The reports.
-pub(super) const REPORTS: [Report; 2] = [brunner_1988::REPORT, ibm_1966::REPORT];
-
-/// The recomputed numbers of each of the [`REPORTS`], by name.
-pub(super) fn recomputed() -> Vec<Recomputed> {
-    on_all_cores("reports", &REPORTS, |report| (report.recomputed)())
-}
+use crate::{Book, Line, Names, Reckoning, Report};
 
 /// One number.
 #[derive(Clone, Debug, Serialize)]
@@ -39,9 +29,10 @@ pub struct Row {
 ///
 /// # Errors
 /// None in practice: the books are built in.
-pub fn all() -> Result<Vec<Row>> {
+pub fn all(reports: &[Report]) -> anyhow::Result<Vec<Row>> {
+    let recomputed = on_all_cores(reports, |report| (report.recomputed)());
     let mut rows = Vec::new();
-    for (report, values) in REPORTS.iter().zip(recomputed()) {
+    for (report, values) in reports.iter().zip(recomputed) {
         let (book, names) = ((report.book)()?, (report.names)()?);
         let reckoning = Reckoning::of(&book, values.iter().map(|(id, v)| (id.as_str(), *v)));
         rows.extend(of(report, &book, &names, &reckoning));
@@ -50,14 +41,10 @@ pub fn all() -> Result<Vec<Row>> {
 }
 
 /// The numbers of a report.
-pub(super) fn of(
-    report: &Report,
-    book: &Book,
-    names: &Names,
-    reckoning: &Reckoning<'_>,
-) -> Vec<Row> {
+#[must_use]
+pub fn of(report: &Report, book: &Book, names: &Names, reckoning: &Reckoning<'_>) -> Vec<Row> {
     let lines = reckoning.lines.iter();
-    let row = |line: &planesman_book::Line<'_>| {
+    let row = |line: &Line<'_>| {
         let entry = line.entry;
         let erratum = book.erratum_of(entry);
         Row {
@@ -70,32 +57,11 @@ pub(super) fn of(
             printed: entry.printed,
             within: entry.slack.or(entry.tolerance),
             recomputed: line.value,
-            verdict: verdict(line),
+            verdict: line.told(),
             erratum: erratum.map(|(number, _)| number.to_owned()),
             explanation: erratum.map(|(_, text)| text.to_owned()),
             note: entry.note.clone(),
         }
     };
     lines.map(row).collect()
-}
-
-/// A list of objects.
-///
-/// # Errors
-/// None in practice: writing to memory.
-pub fn json(rows: &[Row]) -> Result<String> {
-    Ok(serde_json::to_string_pretty(rows)? + "\n")
-}
-
-/// A header row, and a row for each number.
-///
-/// # Errors
-/// None in practice: writing to memory.
-pub(super) fn csv(rows: &[Row]) -> Result<String> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    for row in rows {
-        writer.serialize(row)?;
-    }
-    let bytes = writer.into_inner().ok().context("a table in memory")?;
-    Ok(String::from_utf8(bytes)?)
 }

@@ -9,8 +9,8 @@ use planesman_hydraulics::{ActuatorSet, Demand};
 use planesman_linear::Complex;
 use planesman_units::DEGREE;
 
-use crate::flight_control::{self, FlightControl};
-use crate::{Case, Gains, PULSE, Start, Surrogate};
+use ibm_1966::flight_control::{self, FlightControl};
+use ibm_1966::{Case, Gains, PULSE, Start, Surrogate};
 
 /// Gain and phase.
 fn cell(response: Complex<f64>) -> String {

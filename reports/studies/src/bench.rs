@@ -3,14 +3,16 @@
 
 use std::fmt::Write as _;
 
-use crate::procedure::{ANALOG_GAIN_TESTS, analog_gain_limit, analog_is_stable, analog_step_limit};
-use crate::tables::{Row, TABLE_2_1, TABLE_3_2, TABLE_4_2};
-use crate::{Case, Surrogate};
 use anyhow::Result;
+use ibm_1966::procedure::{
+    ANALOG_GAIN_TESTS, analog_gain_limit, analog_is_stable, analog_step_limit,
+};
+use ibm_1966::tables::{Row, TABLE_2_1, TABLE_3_2, TABLE_4_2};
+use ibm_1966::{Case, Surrogate};
 use planesman_book::{Book, Verdict};
 use planesman_units::DEGREE;
 
-use planesman_console::number;
+use planesman_text::number;
 
 /// A table of the report that is flown again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -343,7 +345,7 @@ mod tests {
 
     #[test]
     fn the_analog_table_counts_what_agrees_and_says_that_the_missile_is_a_surrogate() {
-        let book = crate::book().expect("the book");
+        let book = ibm_1966::book().expect("the book");
         let Flown { text, numbers } = flown(Table::T43, Surrogate::Ps2, &book).expect("flown");
         assert!(text.contains("12 = 12"), "{text}");
         assert!(
