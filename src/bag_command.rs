@@ -10,10 +10,10 @@ use std::path::Path;
 use anyhow::Result;
 use planesman_bag::{BagInfo, BagReader, is_bag_file};
 
-use crate::page::flights::Count;
 use crate::run_folder::{Loss, RunFolder};
 use planesman_flight::flight::recorded;
 use planesman_flight::nodes::NODES;
+use planesman_pages::flights::Count;
 
 /// Prints what the bag at `path` holds and lacks.
 ///

@@ -2,7 +2,7 @@
 //!
 //! This package is the program around the nodes and the libraries. From a scenario it flies the vehicle two
 //! ways that agree bit for bit: as separate processes over DDS ([`dive`]), or in one process
-//! ([`planesman_flight`]). Either way a bag remains, from which [`page`] tells what happened. [`sweep`] flies a scenario many
+//! ([`planesman_flight`]). Either way a bag remains, from which [`planesman_pages`] tells what happened. [`sweep`] flies a scenario many
 //! times.
 //!
 //! Beside flying: [`coefficients_command`] computes a vehicle's coefficients from its geometry, [`dha`] puts
@@ -19,7 +19,6 @@ pub mod dha;
 pub mod dive;
 pub mod doctor;
 pub mod nodes;
-pub mod page;
 pub mod params_command;
 pub mod report;
 pub mod reproduce;
@@ -27,5 +26,4 @@ pub mod run_folder;
 pub mod sweep;
 pub mod sysid;
 pub mod tf_command;
-pub mod titles;
 pub mod watch;

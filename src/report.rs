@@ -6,10 +6,10 @@ use anyhow::Result;
 use clap::Args;
 
 use crate::arguments::output_file;
-use crate::page::flights::{Flown, comparison, difference_note, page};
 use crate::run_folder::RunFolder;
 use planesman_console::{Format, print_wrapped};
 use planesman_flight::sink::write_text;
+use planesman_pages::flights::{Flown, comparison, difference_note, page};
 
 /// The flights.
 #[derive(Args)]

@@ -11,12 +11,12 @@ use planesman_recording::parameters::RecorderParameters;
 use planesman_recording::selection::Selection;
 use planesman_text::in_one_line;
 
-use crate::page::flights::{self, Count, Flown};
 use planesman_flight::flight::{Flight, recorded};
 use planesman_flight::nodes::NODES;
 use planesman_flight::scenario::Scenario;
 use planesman_flight::sink::{full_name, write_text};
 use planesman_flight::summary::Summary;
+use planesman_pages::flights::{self, Count, Flown};
 
 /// The folder of one flight.
 #[derive(Clone, Debug)]

@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
 use planesman_flight::flight::Flight;
-use planesman::page::flights::{Flown, page};
+use planesman_pages::flights::{Flown, page};
 use planesman_flight::scenario::Scenario;
 use planesman_flight::summary::Summary;
 use planesman_fuzz::InMemory;

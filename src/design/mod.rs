@@ -7,13 +7,13 @@
 //! - [`table`]: depth steps simulated with every actuator, feedback and gain source.
 //!
 //! All judge the sampled loop: the command at the ticks, held, and the actuator's own motion behind it.
-//! The tools are [`planesman_control::design`]; here they meet vehicles and actuators.
+//! What they compute is [`planesman_design`].
 
 pub mod analyse;
+mod arguments;
 pub mod locus;
 pub mod optimise;
 pub mod place;
-pub mod subject;
 pub mod table;
 
 use anyhow::Result;

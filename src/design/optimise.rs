@@ -4,8 +4,9 @@ use anyhow::{Result, bail};
 use clap::Args;
 use planesman_control::design::optimise::Wishes;
 
-use super::analyse::{described, heading};
-use super::subject::{GainArgs, Subject, gains_text, speed_text};
+use planesman_design::{described, gains_text, heading, speed_text};
+
+use super::arguments::{GainArgs, SubjectArgs};
 use crate::arguments::{length, speed, within};
 use planesman_console::print_wrapped;
 
@@ -14,7 +15,7 @@ use planesman_console::print_wrapped;
 #[command(allow_negative_numbers = true, next_help_heading = "Requirements")]
 pub struct OptimiseArgs {
     #[command(flatten)]
-    subject: Subject,
+    subject: SubjectArgs,
     /// Initial gains of the search
     #[command(flatten)]
     gains: GainArgs,
@@ -49,14 +50,16 @@ pub struct OptimiseArgs {
 /// # Errors
 /// A vehicle or actuator that is refused, numbers that overflow, requirements that no gains meet.
 pub fn run(args: &OptimiseArgs) -> Result<()> {
-    let drive = args.subject.drive()?;
+    let subject = args.subject.subject();
+    let (gains, memory) = args.gains.law();
+    let drive = subject.drive()?;
     let wishes = Wishes {
         plants: args
             .speed
             .iter()
-            .map(|speed| Ok((*speed, args.subject.plant(&drive, *speed)?)))
+            .map(|speed| Ok((*speed, subject.plant(&drive, *speed)?)))
             .collect::<Result<_>>()?,
-        memory: args.gains.memory(),
+        memory,
         path: drive.path,
         phase_margin: args.phase_margin.to_radians(),
         gain_margin: 10_f64.powf(args.gain_margin / 20.0),
@@ -66,7 +69,7 @@ pub fn run(args: &OptimiseArgs) -> Result<()> {
         planes_limit: args.planes_limit.to_radians(),
         duration: args.duration,
     };
-    let Some(found) = wishes.propose(&args.gains.gains())? else {
+    let Some(found) = wishes.propose(&gains)? else {
         bail!(
             "no gains found with a phase margin of {} deg, gain margins of {} dB and an overshoot of {} % at \
              every speed",
@@ -75,7 +78,7 @@ pub fn run(args: &OptimiseArgs) -> Result<()> {
             args.overshoot
         );
     };
-    print_wrapped(heading(&args.subject, &drive) + &gains_text(&found.gains) + "\n")?;
+    print_wrapped(heading(&subject, &drive) + &gains_text(&found.gains) + "\n")?;
     planesman_console::out!(
         "worst ITAE {:.2} m^2 (times the speed squared)",
         found.worst
@@ -84,7 +87,7 @@ pub fn run(args: &OptimiseArgs) -> Result<()> {
         print_wrapped(format_args!(
             "\nU = {}\n{}",
             speed_text(*speed),
-            described(judged)?
+            described(judged)
         ))?;
     }
     Ok(())

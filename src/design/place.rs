@@ -4,15 +4,12 @@
 //! is that of the sampled loop, with heave and the actuator.
 
 use anyhow::Result;
-use brunner_1988::controllers::pitch;
 use clap::Args;
 use planesman_control::design::dive_loop::Memory;
 use planesman_control::design::placement::{self, Poles};
-use planesman_control::gains::PitchModel;
-use planesman_vehicle::pitch::without_heave;
+use planesman_design::{described, gains_text, heading, speed_text};
 
-use super::analyse::{described, heading};
-use super::subject::{Subject, TABLE_3, gains_text, speed_text};
+use super::arguments::SubjectArgs;
 use crate::arguments::{speed, within};
 use planesman_console::print_wrapped;
 
@@ -21,7 +18,7 @@ use planesman_console::print_wrapped;
 #[command(allow_negative_numbers = true, next_help_heading = "Poles")]
 pub struct PlaceArgs {
     #[command(flatten)]
-    subject: Subject,
+    subject: SubjectArgs,
     /// Speed through the water (m/s, or with its unit: 1ft/s)
     #[arg(long, default_value_t = 0.3048, value_parser = speed(1e-3, 100.0))]
     speed: f64,
@@ -44,8 +41,9 @@ pub struct PlaceArgs {
 /// # Errors
 /// A vehicle or actuator that is refused, numbers that overflow.
 pub fn run(args: &PlaceArgs) -> Result<()> {
+    let subject = args.subject.subject();
     let gains = placement::gains(
-        &pitch_model(&args.subject, args.speed)?,
+        &subject.body.pitch_model(args.speed)?,
         args.speed,
         &Poles {
             real: args.real,
@@ -60,28 +58,13 @@ pub fn run(args: &PlaceArgs) -> Result<()> {
             "A gain is negative: these poles are slower or less damped than the vehicle with this Kpy."
         )?;
     }
-    let drive = args.subject.drive()?;
-    let dive_loop = args
-        .subject
-        .dive_loop(&drive, (gains, Memory::default()), args.speed)?;
+    let drive = subject.drive()?;
+    let dive_loop = subject.dive_loop(&drive, (gains, Memory::default()), args.speed)?;
     print_wrapped(format_args!(
         "The poles are placed in the continuous loop, pitch alone, planes ideal. With heave:\n\n{}\nU = {}\n{}",
-        heading(&args.subject, &drive),
+        heading(&subject, &drive),
         speed_text(args.speed),
-        described(&dive_loop.judge(120.0)?)?
+        described(&dive_loop.judge(120.0)?)
     ))?;
     Ok(())
-}
-
-/// The vehicle in pitch alone at a speed, m/s.
-fn pitch_model(subject: &Subject, speed: f64) -> Result<PitchModel> {
-    if subject.vehicle == TABLE_3 {
-        return Ok(pitch::model());
-    }
-    let [kappa, damping, restoring] = without_heave(&subject.loaded()?.derivatives(speed));
-    Ok(PitchModel {
-        plane: -kappa,
-        damping,
-        restoring,
-    })
 }

@@ -1,31 +1,15 @@
-//! `planesman design table`: the effect of each choice on a simulated depth step.
-//!
-//! Every combination of step, speed, actuator, feedback and gains flies the whole loop in one process, as `planesman
-//! sim` does: vehicle with sensor errors, controller, actuator and identifier. Adaptive gains need something to identify from: a small
-//! pseudo-random test signal is on in their flights, and in no others. The depth cell is taken without its
-//! end at 32.58 in (Fig. 38), which is shallower than the steps.
+//! `planesman design table`: depth steps simulated with every actuator, feedback and gain source.
 
 use std::path::PathBuf;
 
-use anyhow::{Context as _, Result};
+use anyhow::Result;
 use clap::Args;
-use maud::html;
-use planesman_control::design::dive_loop::Memory;
-use planesman_control::gains::LoopGains;
-use planesman_hydraulics::ActuatorParameters;
-use planesman_linear::step_metrics;
-use planesman_plot::{Plot, Series, Style};
-use planesman_units::FOOT;
-
-use super::subject::{Subject, default_gains};
-use crate::arguments::{length, output_file, speed, within};
-use crate::page::{document, figures};
+use planesman_console::Format;
 use planesman_console::progress::{end_with_reader, on_all_cores};
-use planesman_console::{Format, Table};
-use planesman_flight::compose::Loop;
-use planesman_flight::scenario::Scenario;
+use planesman_design::DepthSteps;
 use planesman_flight::sink::write_text;
-use planesman_text::number;
+
+use crate::arguments::{length, output_file, speed, within};
 
 /// The flights to simulate.
 #[derive(Args)]
@@ -54,344 +38,41 @@ pub struct TableArgs {
     html: Option<PathBuf>,
 }
 
-const FEEDBACK: [&str; 3] = ["truth", "integrator", "kalman"];
-const GAINS: [&str; 3] = ["fixed", "scheduled", "adaptive"];
-
-/// One flight's choices.
-struct Choice {
-    /// m
-    step: f64,
-    /// m/s
-    speed: f64,
-    actuator: &'static str,
-    feedback: &'static str,
-    gains: &'static str,
-}
-
-/// The results of a flight.
-struct Outcome {
-    /// percent
-    overshoot: f64,
-    /// s to stay within 5 %
-    settling: Option<f64>,
-    /// m
-    steady_error: f64,
-    /// Of pitch as fed back, root mean square, rad.
-    pitch_error: f64,
-    /// Plane travel, rad/s.
-    activity: f64,
-    /// The factor of the sampled loop with the gains at the end; of the true state alone, since no estimator is in that loop.
-    gain_margin: Option<f64>,
-}
-
 /// Flies them all and prints a table.
 ///
 /// # Errors
 /// A vehicle or parameter that is refused, or a flight that breaks off.
 pub fn run(args: &TableArgs) -> Result<()> {
-    let choices = choices(args);
+    let flights = DepthSteps {
+        vehicle: args.vehicle.clone(),
+        speeds: args.speed.clone(),
+        steps: args.step.clone(),
+        signal: args.signal,
+        seed: args.seed,
+    };
+    let choices = flights.choices();
     if args.html.is_none() {
         end_with_reader();
     }
-    let outcomes = on_all_cores("flights", &choices, |choice| {
-        choice.fly(args).with_context(|| choice.text())
-    });
-    let outcomes = outcomes.into_iter().collect::<Result<Vec<_>>>()?;
-    let mut table = Table::new([
-        "step ft",
-        "speed ft/s",
-        "actuator",
-        "feedback",
-        "gains",
-        "overshoot %",
-        "settling (5 %) s",
-        "steady error mm",
-        "pitch error deg rms",
-        "plane travel deg/s",
-        "test signal deg",
-        "gain margin",
-    ]);
-    for (choice, outcome) in choices.iter().zip(&outcomes) {
-        let settling = outcome.settling;
-        table.row([
-            number(choice.step / FOOT),
-            number(choice.speed / FOOT),
-            choice.actuator.to_owned(),
-            choice.feedback.to_owned(),
-            choice.gains.to_owned(),
-            format!("{:.1}", outcome.overshoot),
-            settling.map_or("never".to_owned(), |t| format!("{t:.1}")),
-            format!("{:+.1}", 1e3 * outcome.steady_error),
-            format!("{:.2}", outcome.pitch_error.to_degrees()),
-            format!("{:.2}", outcome.activity.to_degrees()),
-            number(choice.signal(args)),
-            outcome
-                .gain_margin
-                .map_or_else(String::new, |factor| format!("{factor:.2}")),
-        ]);
-    }
+    let outcomes = on_all_cores("flights", &choices, |choice| flights.fly(choice));
+    let outcomes = outcomes.into_iter().collect::<Result<Vec<_>, _>>()?;
+    let table = flights.table(&choices, &outcomes);
     let format = Format::or_by_output(args.format);
-    if matches!(format, Format::Table | Format::Md) {
+    let is_for_people = matches!(format, Format::Table | Format::Md);
+    if is_for_people {
         planesman_console::out!(
             "{}, seed {}; one flight a row. {}\n",
             args.vehicle,
             args.seed,
-            explained(args)
+            flights.explained()
         )?;
     }
     planesman_console::print(table.text(format))?;
     if let Some(file) = &args.html {
-        let page = page(args, &choices, &outcomes, &table);
-        write_text(file, page)?;
-        if matches!(format, Format::Table | Format::Md) {
+        write_text(file, flights.page(&choices, &outcomes, &table))?;
+        if is_for_people {
             planesman_console::out!("{}", file.display())?;
         }
     }
     Ok(())
-}
-
-/// What is not the same in all rows.
-fn explained(args: &TableArgs) -> String {
-    format!(
-        "A test signal of {} deg is on in the flights with adaptive gains alone, which identify from it. The gain margin is that of the \
-         sampled loop with the gains at the flight's end, where the true state is fed back.",
-        args.signal
-    )
-}
-
-fn page(args: &TableArgs, choices: &[Choice], outcomes: &[Outcome], table: &Table) -> String {
-    let never = outcomes.iter().filter(|it| it.settling.is_none()).count();
-    // The speed is told beside each point.
-    let plots = ["ideal", "dha"].map(|actuator| {
-        let plot = Plot::new(
-            format!("Settling time and plane travel, actuator {actuator}"),
-            ["plane travel [deg/s]", "settling time (5 %) [s]"],
-        );
-        let series = FEEDBACK.iter().flat_map(|feedback| {
-            GAINS.iter().map(move |gains| {
-                let flights = choices.iter().zip(outcomes).filter(|(choice, _)| {
-                    (choice.actuator, choice.feedback, choice.gains) == (actuator, feedback, gains)
-                });
-                let settled = flights.filter_map(|(choice, outcome)| {
-                    let point = (outcome.activity.to_degrees(), outcome.settling?);
-                    Some((point, choice.speed / FOOT))
-                });
-                let (points, speeds): (Vec<_>, Vec<_>) = settled.unzip();
-                Series {
-                    at: Some(("ft/s".into(), speeds)),
-                    ..Series::new(Style::Circles, format!("{feedback}, {gains}"), points)
-                }
-            })
-        });
-        plot.plane().with_all(series)
-    });
-    let title = format!("Depth steps of {}", args.vehicle);
-    let body = html! {
-        h1 { (title) }
-        ul.verdict { li { (choices.len()) " flights; " (never) " do not settle within 5 %." } }
-        p.lead { (explained(args)) " Seed " (args.seed) "." }
-        (figures(&plots))
-        (table.html())
-    };
-    document(&title, "", &body, "")
-}
-
-fn choices(args: &TableArgs) -> Vec<Choice> {
-    let mut choices = Vec::new();
-    for &step in &args.step {
-        for &speed in &args.speed {
-            for actuator in ["ideal", "dha"] {
-                for feedback in FEEDBACK {
-                    for gains in GAINS {
-                        choices.push(Choice {
-                            step,
-                            speed,
-                            actuator,
-                            feedback,
-                            gains,
-                        });
-                    }
-                }
-            }
-        }
-    }
-    choices
-}
-
-impl Choice {
-    fn text(&self) -> String {
-        let Self {
-            step,
-            speed,
-            actuator,
-            feedback,
-            gains,
-        } = self;
-        let (feet, feet_per_second) = (number(step / FOOT), number(speed / FOOT));
-        format!("{feet} ft at {feet_per_second} ft/s, {actuator}, {feedback}, {gains}")
-    }
-
-    /// The amplitude of its test signal, deg.
-    fn signal(&self, args: &TableArgs) -> f64 {
-        match self.gains {
-            "adaptive" => args.signal,
-            _ => 0.0,
-        }
-    }
-
-    /// The gain margin of the sampled loop with these gains.
-    fn gain_margin(&self, args: &TableArgs, gains: LoopGains) -> Result<Option<f64>> {
-        if self.feedback != "truth" {
-            return Ok(None);
-        }
-        let actuator = match self.actuator {
-            "dha" => ActuatorParameters::default().actuator,
-            other => other.to_owned(),
-        };
-        let subject = Subject {
-            vehicle: args.vehicle.clone(),
-            actuator,
-            ..Subject::default()
-        };
-        let drive = subject.drive()?;
-        let dive_loop = subject.dive_loop(&drive, (gains, Memory::default()), self.speed)?;
-        let (above, _) = dive_loop.margins()?.gain_limits();
-        Ok(above.map(|it| it.factor))
-    }
-
-    /// A slow vehicle is given more time.
-    fn duration(&self) -> f64 {
-        120.0 / (self.speed / FOOT).min(1.0)
-    }
-
-    fn scenario(&self, args: &TableArgs) -> planesman_flight::Result<Scenario> {
-        Scenario::parse(&format!(
-            "
-description: {text}
-duration: {duration}
-seed: {seed}
-parameters:
-  plant_sim:
-    vehicle: {vehicle}
-    speed: {speed}
-  depth_controller:
-    depth_setpoint: {step}
-    feedback.source: {feedback}
-    feedback.speed: {speed}
-    gains.source: {gains}
-    identification.signal: {signal}
-    identification.amplitude: {amplitude}
-  dha_actuator:
-    model: {actuator}
-  sysid:
-    first_moment: {moves_within}
-",
-            text = self.text(),
-            duration = self.duration(),
-            seed = args.seed,
-            vehicle = args.vehicle,
-            speed = self.speed,
-            step = self.step,
-            feedback = self.feedback,
-            gains = self.gains,
-            signal = if self.signal(args) > 0.0 {
-                "prbs"
-            } else {
-                "none"
-            },
-            amplitude = self.signal(args).to_radians(),
-            actuator = self.actuator,
-            // Ideal planes stand still over a tick, and have no first moment to learn from.
-            moves_within = self.actuator != "ideal",
-        ))
-    }
-
-    fn fly(&self, args: &TableArgs) -> Result<Outcome> {
-        let scenario = self.scenario(args)?;
-        let (mut times, mut depths) = (Vec::new(), Vec::new());
-        let (mut travel, mut squares, mut stood) = (0.0, 0.0, 0.0);
-        let mut gains = default_gains();
-        for tick in Loop::new(&scenario)? {
-            let tick = tick?;
-            let state = &tick.observation.state;
-            times.push(times.len() as f64 * scenario.tick);
-            depths.push(state.depth);
-            let fed_back = tick.estimate.map_or(state.pitch, |e| e.pitch);
-            gains = LoopGains {
-                depth_p: tick.control.gain_depth_p,
-                depth_d: tick.control.gain_depth_d,
-                pitch_p: tick.control.gain_pitch_p,
-                pitch_rate: tick.control.gain_pitch_rate,
-            };
-            squares += (fed_back - state.pitch).powi(2);
-            for angle in &tick.actuator.motion().dive_planes {
-                travel += f64::abs(angle - stood);
-                stood = *angle;
-            }
-        }
-        let metrics = step_metrics::of(&times, &depths, 0.0, self.step)?;
-        Ok(Outcome {
-            overshoot: metrics.overshoot,
-            settling: metrics.settling_time_5,
-            steady_error: metrics.steady_error,
-            pitch_error: (squares / times.len() as f64).sqrt(),
-            activity: travel / self.duration(),
-            gain_margin: self.gain_margin(args, gains)?,
-        })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn outcome(feedback: &'static str) -> Outcome {
-        let args = TableArgs {
-            vehicle: "brunner".to_owned(),
-            speed: vec![FOOT],
-            step: vec![3.0 * FOOT],
-            signal: 1.0,
-            seed: 1,
-            format: None,
-            html: None,
-        };
-        let choice = Choice {
-            step: 3.0 * FOOT,
-            speed: FOOT,
-            actuator: "ideal",
-            feedback,
-            gains: "fixed",
-        };
-        choice.fly(&args).expect("a flight")
-    }
-
-    /// Brunner 1988, p. 90: the gyro's drift makes the integrated pitch useless; the filter learns it.
-    #[test]
-    fn the_filter_costs_a_centimetre_of_depth_and_the_integrator_decimetres() {
-        let [truth, filter, integrator] = ["truth", "kalman", "integrator"].map(outcome);
-        assert_eq!(truth.pitch_error, 0.0);
-        assert!(filter.pitch_error.to_degrees() < 1.0);
-        assert!(integrator.pitch_error.to_degrees() > 5.0);
-        assert!(truth.steady_error.abs() < 0.006);
-        assert!(filter.steady_error.abs() < 0.02);
-        assert!(integrator.steady_error.abs() > 0.1);
-        assert!(truth.activity > 0.0);
-    }
-
-    #[test]
-    fn every_step_speed_actuator_feedback_and_gain_source_is_flown() {
-        let args = TableArgs {
-            vehicle: "brunner".to_owned(),
-            speed: [0.5, 1.0, 2.0, 3.0].map(|it| it * FOOT).to_vec(),
-            step: [3.0, 5.0].map(|it| it * FOOT).to_vec(),
-            signal: 1.0,
-            seed: 1,
-            format: None,
-            html: None,
-        };
-        assert_eq!(choices(&args).len(), 2 * 4 * 2 * 3 * 3);
-        for choice in choices(&args) {
-            choice.scenario(&args).expect("a scenario");
-        }
-    }
 }

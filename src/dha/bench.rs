@@ -1,80 +1,32 @@
-//! `planesman dha bench`: Tables 2-1, 3-2, 4-2 and 4-3 and the limit cycles of IBM 66-L03-005, flown
-//! again with a surrogate of the lost missile, each result beside the printed one.
-
-use std::fmt::Write as _;
+//! `planesman dha bench`: the 1966 study's tables by simulation, beside the printed values.
 
 use anyhow::Result;
-use ibm_1966::procedure::{
-    ANALOG_GAIN_TESTS, analog_gain_limit, analog_is_stable, analog_step_limit,
-};
-use ibm_1966::tables::{Row, TABLE_2_1, TABLE_3_2, TABLE_4_2};
-use ibm_1966::{Case, Surrogate};
-use planesman_book::{Book, Verdict};
-use planesman_units::DEGREE;
-
+use ibm_1966::Surrogate;
 use planesman_console::progress::{end_with_reader, on_all_cores};
 use planesman_console::{Format, print_wrapped};
-use planesman_text::number;
+use planesman_studies::bench::{COLUMNS, Table, flown, heading};
+
+use crate::arguments::{choice, format};
 
 /// The arguments.
 #[derive(Clone, Debug, clap::Args)]
 pub struct BenchArgs {
     /// Only this table; may be given several times [default: all]
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = choice(&Table::ALL, Table::described))]
     table: Vec<Table>,
     /// The missile's surrogate
-    #[arg(long, value_enum, default_value = "ps-2")]
-    plant: Plant,
+    #[arg(long, value_parser = choice(&[Surrogate::Ps2, Surrogate::Ps1], described), default_value = "ps-2")]
+    plant: Surrogate,
     /// As one table in this format, a row per number [default: the report's tables]
-    #[arg(long, value_parser = crate::arguments::format())]
+    #[arg(long, value_parser = format())]
     format: Option<Format>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-enum Plant {
-    /// No nozzle stop
-    #[value(name = "ps-2")]
-    Ps2,
-    /// With a nozzle stop
-    #[value(name = "ps-1")]
-    Ps1,
-}
-
-impl Plant {
-    fn surrogate(self) -> Surrogate {
-        match self {
-            Self::Ps2 => Surrogate::Ps2,
-            Self::Ps1 => Surrogate::Ps1,
-        }
+fn described(surrogate: Surrogate) -> (&'static str, &'static str) {
+    match surrogate {
+        Surrogate::Ps2 => ("ps-2", "No nozzle stop"),
+        Surrogate::Ps1 => ("ps-1", "With a nozzle stop"),
     }
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-enum Table {
-    /// Phase III against Phase I
-    #[value(name = "2-1")]
-    T21,
-    /// The laboratory hardware's parameters
-    #[value(name = "3-2")]
-    T32,
-    /// The Polaris flight simulation
-    #[value(name = "4-2")]
-    T42,
-    /// The analog flight control
-    #[value(name = "4-3")]
-    T43,
-    /// Limit cycles after half a degree
-    LimitCycles,
-}
-
-impl Table {
-    const ALL: [Self; 5] = [
-        Self::T21,
-        Self::T32,
-        Self::T42,
-        Self::T43,
-        Self::LimitCycles,
-    ];
 }
 
 /// Flies the tables asked for and prints them.
@@ -82,7 +34,6 @@ impl Table {
 /// # Errors
 /// When a built-in actuator or the book of numbers cannot be read.
 pub fn run(args: &BenchArgs) -> Result<()> {
-    let surrogate = args.plant.surrogate();
     let wanted = match args.table.as_slice() {
         [] => &Table::ALL,
         some => some,
@@ -90,318 +41,19 @@ pub fn run(args: &BenchArgs) -> Result<()> {
     let book = ibm_1966::book()?;
     end_with_reader();
     if args.format.is_none() {
-        print_wrapped(heading(surrogate) + "\n")?;
+        print_wrapped(heading(args.plant) + "\n")?;
     }
-    let flown = on_all_cores("tables", wanted, |table| flown(*table, surrogate, &book));
+    let flown = on_all_cores("tables", wanted, |table| flown(*table, args.plant, &book));
+    let flown = flown.into_iter().collect::<Result<Vec<_>>>()?;
     let Some(format) = args.format else {
         for table in flown {
-            print_wrapped(table?.text + "\n")?;
+            print_wrapped(table.text + "\n")?;
         }
         return Ok(());
     };
-    let mut all = planesman_console::Table::new([
-        "table",
-        "case",
-        "quantity",
-        "printed",
-        "verdict",
-        "simulated",
-    ]);
-    for table in flown {
-        for row in table?.numbers {
-            all.row(row);
-        }
+    let mut all = planesman_console::Table::new(COLUMNS);
+    for row in flown.into_iter().flat_map(|table| table.numbers) {
+        all.row(row);
     }
     Ok(planesman_console::print(all.text(format))?)
-}
-
-/// A table as text, and its numbers one by one.
-struct Flown {
-    text: String,
-    numbers: Vec<[String; 6]>,
-}
-
-impl Flown {
-    /// This table and another below it.
-    fn and(mut self, further: Self) -> Self {
-        self.text = format!("{}\n{}", self.text, further.text);
-        self.numbers.extend(further.numbers);
-        self
-    }
-}
-
-fn heading(surrogate: Surrogate) -> String {
-    format!(
-        "Missile: surrogate {surrogate}. The report's own missile is lost; everything here is of the surrogate,\n\
-         calibrated on {}.\n\
-         A cell is 'printed mark simulated': = the same, ~ within one test step, x further off.\n",
-        surrogate.calibrated_on()
-    )
-}
-
-fn flown(table: Table, surrogate: Surrogate, book: &Book) -> Result<Flown> {
-    let hardware = Case::table_3_1(surrogate)?;
-    let polaris = Case::table_4_1(surrogate)?;
-    Ok(match table {
-        Table::T21 => rows(
-            book,
-            ("2-1", "2-1  K = 0, no leakage"),
-            "T2-1",
-            &TABLE_2_1,
-            &polaris,
-        ),
-        Table::T32 => {
-            let as_is = rows(
-                book,
-                (
-                    "3-2",
-                    "3-2  the hardware's parameters (Table 3-1), as they are",
-                ),
-                "T3-2",
-                &TABLE_3_2,
-                &hardware,
-            );
-            let adjusted = rows(
-                book,
-                (
-                    "3-2 adjusted",
-                    "3-2  with T_D = 10 ms and 8 % more friction (a conjecture)",
-                ),
-                "T3-2",
-                &TABLE_3_2,
-                &hardware.adjusted(),
-            );
-            let open = book.errata().get("D1").map_or("", String::as_str);
-            let mut both = as_is.and(adjusted);
-            both.text += &format!("{open}\n");
-            both
-        }
-        Table::T42 => rows(
-            book,
-            ("4-2", "4-2  Polaris flight simulation (Table 4-1)"),
-            "T4-2",
-            &TABLE_4_2,
-            &polaris,
-        ),
-        Table::T43 => analog(book, surrogate),
-        Table::LimitCycles => limit_cycles(book, &polaris),
-    })
-}
-
-/// The numbers of a table, and how many of them agree.
-#[derive(Default)]
-struct Score {
-    table: &'static str,
-    numbers: Vec<[String; 6]>,
-    exact: usize,
-    near: usize,
-    all: usize,
-}
-
-impl Score {
-    fn of(table: &'static str) -> Self {
-        Self {
-            table,
-            ..Self::default()
-        }
-    }
-
-    /// Keeps a number.
-    fn keep(&mut self, case: &str, quantity: &str, printed: &str, verdict: &str, found: &str) {
-        let row = [self.table, case, quantity, printed, verdict, found];
-        self.numbers.push(row.map(str::to_owned));
-    }
-
-    /// 'printed mark simulated' for the entry `id`, kept and counted.
-    fn cell(&mut self, book: &Book, id: &str, [case, quantity]: [&str; 2], value: f64) -> String {
-        let entry = book.entry(id);
-        let Some((printed, verdict)) = entry.and_then(|e| Some((e.printed?, e.judge(value)?)))
-        else {
-            self.keep(case, quantity, "", "", &value.to_string());
-            return format!("- {value}");
-        };
-        self.keep(
-            case,
-            quantity,
-            &printed.to_string(),
-            &verdict.to_string(),
-            &value.to_string(),
-        );
-        self.all += 1;
-        let mark = match verdict {
-            Verdict::Agrees => {
-                self.exact += 1;
-                self.near += 1;
-                '='
-            }
-            Verdict::Approximate => {
-                self.near += 1;
-                '~'
-            }
-            Verdict::Contradicts => 'x',
-        };
-        format!("{printed} {mark} {value}")
-    }
-
-    fn line(&self) -> String {
-        format!(
-            "{} of {} the same, {} within one test step\n",
-            self.exact, self.all, self.near
-        )
-    }
-}
-
-fn rows(
-    book: &Book,
-    (name, title): (&'static str, &str),
-    family: &str,
-    rows: &[Row],
-    base: &Case,
-) -> Flown {
-    let mut score = Score::of(name);
-    let mut text = format!(
-        "Table {title}\n{:<26} {:>12} {:>12} {:>12} {:>12}  remarks\n",
-        "", "+step", "-step", "stable K_g", "from 7 rams"
-    );
-    for row in rows {
-        let case = row.of(base);
-        let outcome = case.outcome();
-        let mut cell = |id: &str, what: &str, value| {
-            let id = format!("{family}.{}.{id}", row.id);
-            score.cell(book, &id, [row.label, what], value)
-        };
-        let plus = cell("max_pos_step", "+step", f64::from(outcome.plus));
-        let minus = cell("max_neg_step", "-step", f64::from(outcome.minus));
-        let gain = cell("Kg_stable", "stable K_g", outcome.gain);
-        let (low, high) = case.gain_limit_scatter();
-        let gaps: Vec<String> = [outcome.plus, outcome.minus]
-            .into_iter()
-            .flat_map(|largest| case.gaps_below(largest))
-            .map(|n| format!("{n:+} is not stable"))
-            .collect();
-        let scatter = format!("{low} to {high}");
-        // Writing to a String does not fail.
-        let _ = writeln!(
-            text,
-            "{:<26} {plus:>12} {minus:>12} {gain:>12} {scatter:>12}  {}",
-            row.label,
-            gaps.join(", ")
-        );
-    }
-    text += &score.line();
-    let numbers = score.numbers;
-    Flown { text, numbers }
-}
-
-fn analog(book: &Book, surrogate: Surrogate) -> Flown {
-    let mut score = Score::of("4-3");
-    let mut text = "Table 4-3  analog flight control\n".to_owned();
-    let step = f64::from(analog_step_limit(surrogate));
-    let line = |text: &mut String, what: &str, cell: String| {
-        let _ = writeln!(text, "{what:<40} {cell:>16}");
-    };
-    line(
-        &mut text,
-        "C-14, largest stable step",
-        score.cell(book, "T4-3.C-14", ["C-14", "largest stable step"], step),
-    );
-    for test in ANALOG_GAIN_TESTS {
-        let gain = analog_gain_limit(surrogate, test.gain_step, test.steering);
-        let what = format!("stable K_g, N_y = {}", test.steering);
-        let id = format!("T4-3.{}A", test.run);
-        let cell = score.cell(book, &id, [test.run, &what], gain);
-        line(&mut text, &format!("{}, {what}", test.run), cell);
-    }
-    for (run, steering, yaw) in [
-        ("C-16, psi_0 = 1/2 deg", 0.0, 0.5 * DEGREE),
-        ("C-17, N_y = 10", 10.0, 0.0),
-        ("C-18, N_y = 1", 1.0, 0.0),
-    ] {
-        let stable = analog_is_stable(surrogate, 1.0, steering, yaw);
-        let (mark, verdict, found) = if stable {
-            ("stable = stable", Verdict::Agrees, "stable")
-        } else {
-            ("stable x unstable", Verdict::Contradicts, "unstable")
-        };
-        score.keep(run, "stability", "stable", &verdict.to_string(), found);
-        line(&mut text, run, mark.to_owned());
-    }
-    text += &score.line();
-    let numbers = score.numbers;
-    Flown { text, numbers }
-}
-
-fn limit_cycles(book: &Book, base: &Case) -> Flown {
-    let mut score = Score::of("limit cycles");
-    let mut text = format!(
-        "Limit cycles  20 to 80 s after psi_0 = -1/2 deg (Section IV.B)\n{:<22} {:>11} {:>11} {:>11} {:>10}  reported\n",
-        "", "psi pp", "mean psi", "nozzle pp", "pulses/s"
-    );
-    let printed = |id: &str| book.printed(id).map_or_else(String::new, |p| p.to_string());
-    for row in &TABLE_4_2 {
-        let cycle = row.of(base).limit_cycle();
-        let reported = match row.id {
-            "base" => format!(
-                "psi pp about {} deg, nozzle {} deg (I6)",
-                printed("T4.psi_pp_leak"),
-                printed("T4.nozzle_osc")
-            ),
-            "qL=qLC=0" => format!(
-                "psi pp {} deg (I5: 0.067); the lowest frequency",
-                printed("T4.psi_pp_noleak")
-            ),
-            "worst" => "no noticeable difference".to_owned(),
-            "K=2^-9" => format!("psi pp {} deg", printed("T4.psi_pp_K9")),
-            "K=2^-16" => "a steady error of psi".to_owned(),
-            _ => String::new(),
-        };
-        let _ = writeln!(
-            text,
-            "{:<22} {:>7.4} deg {:>+7.4} deg {:>7.3} deg {:>10.2}  {reported}",
-            row.label,
-            cycle.yaw / DEGREE,
-            cycle.mean_yaw / DEGREE,
-            cycle.nozzle / DEGREE,
-            cycle.pulses,
-        );
-        for (quantity, value) in [
-            ("psi pp, deg", cycle.yaw / DEGREE),
-            ("mean psi, deg", cycle.mean_yaw / DEGREE),
-            ("nozzle pp, deg", cycle.nozzle / DEGREE),
-            ("pulses/s", cycle.pulses),
-        ] {
-            score.keep(row.label, quantity, "", "", &number(value));
-        }
-    }
-    let _ = writeln!(
-        text,
-        "The report's frequency averaged {} to {} Hz. {}",
-        printed("T4.f0_low"),
-        printed("T4.f0_high"),
-        book.errata().get("D2").map_or("", String::as_str)
-    );
-    let numbers = score.numbers;
-    Flown { text, numbers }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_analog_table_counts_what_agrees_and_says_that_the_missile_is_a_surrogate() {
-        let book = ibm_1966::book().expect("the book");
-        let Flown { text, numbers } = flown(Table::T43, Surrogate::Ps2, &book).expect("flown");
-        assert!(text.contains("12 = 12"), "{text}");
-        assert!(
-            text.contains("3 of 4 the same, 4 within one test step"),
-            "{text}"
-        );
-        assert_eq!(numbers.len(), 7);
-        assert_eq!(
-            numbers[0][1..],
-            ["C-14", "largest stable step", "12", "agrees", "12"]
-        );
-        assert!(heading(Surrogate::Ps2).contains("of the surrogate"));
-    }
 }

@@ -3,13 +3,13 @@
 //! - [`mod@bench`]: the 1966 study's tables by simulation, beside the printed values.
 //! - [`size`]: sizes and rates of an actuator, or an actuator for a load.
 //! - [`frequency`]: the linear model beside the full one.
-//! - [`depth_loop`]: the AUV's depth loop through the actuator.
-//! - [`limit_cycles`]: its limit cycles, predicted and simulated.
+//! - [`limit_cycles`]: those of the AUV's depth loop, predicted and simulated.
+//!
+//! What they compute is [`planesman_studies`].
 
 use anyhow::Result;
 
 pub mod bench;
-pub mod depth_loop;
 pub mod frequency;
 pub mod limit_cycles;
 pub mod size;

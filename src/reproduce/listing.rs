@@ -102,7 +102,6 @@ pub fn totals(reckoning: &Reckoning<'_>) -> String {
 }
 
 /// A number in six significant digits, or nothing.
-#[must_use]
-pub fn written(value: Option<f64>) -> String {
+fn written(value: Option<f64>) -> String {
     value.map_or_else(String::new, number)
 }

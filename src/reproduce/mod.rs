@@ -1,7 +1,6 @@
 //! `planesman reproduce`: every number of the two historical reports, compared with the recomputed value.
 //!
 //! - [`listing`]: the numbers as text.
-//! - [`page`]: the numbers, errata and figures as one HTML page.
 
 use std::path::PathBuf;
 
@@ -15,7 +14,6 @@ use planesman_console::progress::{end_with_reader, on_all_cores, spinner};
 use planesman_flight::sink::write_text;
 
 pub mod listing;
-pub mod page;
 
 /// The reports.
 const REPORTS: [Report; 2] = [brunner_1988::REPORT, ibm_1966::REPORT];
@@ -54,7 +52,7 @@ pub fn run(args: &ReproduceArgs) -> Result<()> {
     if !args.writes() {
         end_with_reader();
     }
-    let mut page = page::Page::default();
+    let mut page = planesman_pages::book::Page::default();
     let mut all_rows = Vec::new();
     let mut news = 0;
     let recomputed = on_all_cores("reports", &REPORTS, |report| (report.recomputed)());
@@ -78,7 +76,14 @@ pub fn run(args: &ReproduceArgs) -> Result<()> {
         all_rows.extend(rows::of(report, &book, &names, &reckoning));
         if args.html.is_some() {
             let _working = spinner("figures");
-            page.add(report, &book, &names, &reckoning, account.as_deref())?;
+            page.add(
+                report,
+                &book,
+                &names,
+                &reckoning,
+                &(report.figures)()?,
+                account.as_deref(),
+            );
         }
     }
     if !args.all {

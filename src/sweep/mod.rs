@@ -1,7 +1,5 @@
 //! `planesman sweep`: a scenario flown many times ([`planesman_flight::sweep`]), and the page of what is there.
 
-mod page;
-
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
 
@@ -9,7 +7,9 @@ use anyhow::Result;
 use clap::Args;
 use planesman_console::progress::Bars;
 use planesman_flight::Scenario;
+use planesman_flight::sink::write_text;
 use planesman_flight::summary::test_signal;
+use planesman_flight::sweep::outcomes::Outcomes;
 use planesman_flight::sweep::{Part, Sweep};
 
 /// What to vary.
@@ -77,21 +77,28 @@ pub fn run(args: &SweepArgs) -> Result<()> {
     if flown.there > 0 {
         planesman_console::out!("{} of {all} cases were in {file} already", flown.there)?;
     }
-    if let Some(signal) = test_signal(sweep.scenario())? {
+    let signal = test_signal(sweep.scenario())?;
+    if let Some(signal) = &signal {
         planesman_console::out!(
             "flown with a test signal, {signal}, which disturbs every response; without it: --set \
              depth_controller.identification.signal=none"
         )?;
     }
-    let page = page::of(&folder, parts, sweep.scenario(), sweep.space())?;
+    let (scenario, space) = (sweep.scenario(), sweep.space());
+    let outcomes = Outcomes::read(&folder, parts, space)?;
+    let path = folder.join("report.html");
+    write_text(
+        &path,
+        planesman_pages::sweep::page(scenario, signal.as_deref(), space, &outcomes),
+    )?;
     planesman_console::out!("{file}: {all} cases")?;
-    if page.failed > 0 {
+    if outcomes.failed > 0 {
         planesman_console::out!(
             "{} cases broke off; the column 'error' says why",
-            page.failed
+            outcomes.failed
         )?;
     }
-    planesman_console::out!("{}", page.path.display())?;
+    planesman_console::out!("{}", path.display())?;
     Ok(())
 }
 

@@ -10,10 +10,9 @@ use planesman_fit::{CompareOptions, compare, rules};
 use planesman_model_file::ModelFile;
 
 use super::arguments::{DataArgs, GridArgs, PreparationArgs, together};
-use super::compare_page;
-use super::tables::{numbers, tables};
 use crate::arguments::output_file;
 use planesman_flight::sink::write_text;
+use planesman_pages::tables::{numbers, tables};
 
 /// Judge model files on data, beside each other: simulation, predictions, residual tests, poles, frequency response.
 ///
@@ -101,7 +100,7 @@ pub fn run(args: &CompareArgs) -> Result<()> {
         }
     }
     if let Some(path) = &args.html {
-        let page = compare_page::page(&found.models, &found.taken);
+        let page = planesman_pages::compare::page(&found.models, &found.taken);
         write_text(path, page)?;
         planesman_console::err!("{}: the page", path.display());
     }

@@ -14,10 +14,9 @@ use planesman_identification::estimators::Method;
 use planesman_model_file::ModelFile;
 
 use super::arguments::{SignalArgs, by, together};
-use super::tables::{notes, tried};
-use super::{compare_page, page};
 use crate::arguments::{choice_also_known, output_file, speed, within};
 use planesman_flight::sink::write_text;
+use planesman_pages::tables::{notes, tried};
 
 /// The options that `-h` shows; `--help` shows all.
 const SHORT: [&str; 15] = [
@@ -232,11 +231,11 @@ pub fn run(args: &FitArgs) -> Result<()> {
                 let (analysis, taken) = (&found.analysis, &found.taken);
                 let columns = [&analysis.input, &analysis.output];
                 let columns = columns.map(|it| taken.reading.column(it));
-                page::page(analysis, &taken.resampled.record, columns)?
+                planesman_pages::fit::page(analysis, &taken.resampled.record, columns)?
             }
             tried => {
                 let taken = found.validation.as_ref().unwrap_or(&found.taken);
-                compare_page::page(&compared(tried, taken)?, taken)
+                planesman_pages::compare::page(&compared(tried, taken)?, taken)
             }
         };
         write_text(path, page)?;

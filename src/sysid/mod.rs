@@ -5,12 +5,9 @@ use clap::Subcommand;
 
 mod arguments;
 pub mod compare;
-mod compare_page;
 pub mod fit;
 mod montecarlo;
-mod page;
 pub mod replay;
-pub mod tables;
 pub mod topics;
 
 /// Identify models from recorded data.

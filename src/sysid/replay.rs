@@ -1,28 +1,14 @@
-//! `planesman replay`: a bag's messages through the identifier, in the order in which the node took them.
-//!
-//! The samples are put in the order of their stamps before they are used ([`planesman_signals::Aligner`]),
-//! so the replayed estimates equal those the node published from the same messages. Where the bag
-//! holds the node's own `model` topic, every published estimate is compared; and when the node was frozen,
-//! released or reset, which its estimates say, so is the replay, after the same sample.
+//! `planesman replay`: a bag's messages through the identifier ([`planesman_identifier::replay`]).
 
-use std::collections::btree_map::Entry;
-use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
-use std::sync::Arc;
 
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Context, Result, anyhow};
 use clap::Parser;
-use planesman_bag::{BagReader, Order, Topic};
-use planesman_identifier::{Change, Identifier, IdentifierParameters, Scheduled, TopicReader};
-use planesman_linear::{Complex, pole_text};
-use planesman_msgs::builtin_interfaces::msg::Time;
-use planesman_msgs::planesman_msgs::msg::ModelEstimate;
-use planesman_msgs::{Message, cdr};
-use planesman_parameters::{Parameters as _, Values, file};
-use planesman_signals as signals;
-
 use planesman_console::print_wrapped;
 use planesman_console::progress::spinner;
+use planesman_identifier::IdentifierParameters;
+use planesman_identifier::replay::{Replay, replay, text};
+use planesman_parameters::{Parameters as _, Values, file};
 
 /// Run the live identifier on a bag and compare with its published estimates.
 #[derive(Clone, Debug, Parser)]
@@ -41,40 +27,33 @@ pub struct ReplayArgs {
     node: String,
 }
 
-/// The result of a replay.
-#[derive(Clone, Debug)]
-pub struct Replay {
-    /// The estimate of each pair at the end of the bag, the first pair's first.
-    pub estimates: Vec<ModelEstimate>,
-    /// Beside the estimates the node published live; `None` when the bag holds none.
-    pub live: Option<Comparison>,
-    /// Messages that do not hold a signal as a finite number, and what is wrong with the first.
-    pub refused: Option<(usize, String)>,
-    /// Why the bag is not whole, if it is not.
-    pub incomplete: Option<String>,
-}
+impl ReplayArgs {
+    /// Replays the bag.
+    ///
+    /// # Errors
+    /// As [`run`].
+    pub fn replay(&self) -> Result<Replay> {
+        Ok(replay(&self.bag, &self.parameters()?)?)
+    }
 
-/// Replayed estimates beside published ones, stamp by stamp.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Comparison {
-    /// Estimates with the same stamp.
-    pub compared: usize,
-    /// Published estimates that the replay has none for.
-    pub missing: usize,
-    /// The largest difference of a coefficient, relative to the largest coefficient of its kind.
-    pub largest_difference: f64,
-}
-
-/// By what an estimate is known: its pair, how often time had gone back, its stamp, and the samples behind it.
-type Key = (String, u32, i64, u64);
-
-fn key(estimate: &ModelEstimate) -> Key {
-    (
-        estimate.name.clone(),
-        estimate.restarts,
-        estimate.header.stamp.nanos(),
-        estimate.samples,
-    )
+    fn parameters(&self) -> Result<IdentifierParameters> {
+        let mut changes = Vec::new();
+        if let Some(path) = &self.params_file {
+            let text =
+                file::read(path).with_context(|| format!("parameter file '{}'", path.display()))?;
+            let found = file::overrides_for(&text, &self.node)
+                .with_context(|| format!("parameter file '{}'", path.display()))?;
+            changes.extend(found.into_iter().filter(|(name, _)| name != "use_sim_time"));
+        }
+        for text in &self.parameters {
+            let (name, value) = text
+                .split_once(":=")
+                .ok_or_else(|| anyhow!("-p {text}: a parameter is written NAME:=VALUE"))?;
+            changes.push((name.to_owned(), file::parse_value(name, value)?));
+        }
+        let values = Values::of::<IdentifierParameters>().with(changes)?;
+        Ok(IdentifierParameters::from_values(&values)?)
+    }
 }
 
 /// Runs the command and prints what it found.
@@ -83,10 +62,10 @@ fn key(estimate: &ModelEstimate) -> Key {
 /// One line for the terminal: a bag, file or parameter that is refused, a bag without the signals.
 pub fn run(args: &ReplayArgs) -> Result<()> {
     let working = spinner("messages");
-    let found = replay(args);
+    let found = args.replay();
     working.finish_and_clear();
     let found = found?;
-    let tables: Vec<String> = found.estimates.iter().map(table).collect();
+    let tables: Vec<String> = found.estimates.iter().map(text).collect();
     print_wrapped(tables.join("\n"))?;
     if let Some(live) = found.live {
         print_wrapped(format!(
@@ -107,321 +86,4 @@ pub fn run(args: &ReplayArgs) -> Result<()> {
         print_wrapped(format!("the bag is {reason}\n"))?;
     }
     Ok(())
-}
-
-/// Replays the bag.
-///
-/// # Errors
-/// As [`run`].
-pub fn replay(args: &ReplayArgs) -> Result<Replay> {
-    let mut identifier = Identifier::new(&parameters(args)?).map_err(|e| anyhow!(e))?;
-    let bag = BagReader::open(&args.bag)?;
-    for (name, scheduled) in changes(&bag) {
-        identifier.schedule(&name, scheduled);
-    }
-    let has_models = bag.topics().iter().any(|it| is_of_models(&it.topic));
-    let mut live = has_models.then(Beside::default);
-    let mut refused = Refused::default();
-    let mut damage = None;
-    let mut seen: BTreeSet<String> = BTreeSet::new();
-    // By the topic's address, which is kept beside it; without a reader for messages of another type.
-    let mut readers: BTreeMap<usize, (Arc<Topic>, Option<TopicReader>)> = BTreeMap::new();
-    let mut last = Time::default();
-    for message in bag.messages(Order::File) {
-        let message = match message {
-            Ok(message) => message,
-            Err(error) => {
-                damage = Some(error.to_string());
-                break;
-            }
-        };
-        let topic = message.topic.name.as_str();
-        if is_of_models(&message.topic) {
-            match cdr::from_bytes(&message.payload) {
-                Ok(estimate) => live.iter_mut().for_each(|it| it.published(&estimate)),
-                Err(error) => refused.note(topic, &error.to_string()),
-            }
-        }
-        if !identifier.concerns(topic) {
-            continue;
-        }
-        let key = Arc::as_ptr(&message.topic) as usize;
-        let (_, reader) = match readers.entry(key) {
-            Entry::Occupied(known) => known.into_mut(),
-            Entry::Vacant(new) => {
-                let reader = signals::types(&message.topic)
-                    .map_err(Into::into)
-                    .and_then(|types| identifier.reader(topic, &types).map_err(|e| anyhow!(e)));
-                let reader = match reader {
-                    Ok(reader) => Some(reader),
-                    Err(reason) => {
-                        refused.note(topic, &reason.to_string());
-                        None
-                    }
-                };
-                new.insert((Arc::clone(&message.topic), reader))
-            }
-        };
-        let Some(reader) = reader else {
-            refused.count += 1;
-            continue;
-        };
-        if !seen.contains(topic) {
-            seen.insert(topic.to_owned());
-        }
-        let sent = Time::from_nanos(message.publish_time);
-        let outcome = identifier.on_payload(reader, &sent, &message.payload);
-        last = outcome.stamp.unwrap_or(last);
-        if let Some(live) = &mut live {
-            let again = outcome.estimates.iter();
-            again.for_each(|again| live.replayed(again));
-        }
-        for reason in outcome.refused {
-            refused.note(topic, &reason);
-        }
-    }
-    let rest = identifier.finish();
-    if let Some(live) = &mut live {
-        rest.iter().for_each(|again| live.replayed(again));
-    }
-    for pair in identifier.pairs() {
-        for signal in [&pair.config().input, &pair.config().output] {
-            if !seen.iter().any(|topic| signal.is_on(topic)) {
-                bail!(
-                    "bag '{}': no messages on the topic of {signal}; it holds {}{}",
-                    args.bag.display(),
-                    signals::topics(&bag),
-                    refused
-                        .first
-                        .map_or_else(String::new, |it| format!(" ({it})"))
-                );
-            }
-        }
-    }
-    let pairs = identifier.pairs().iter();
-    let whole = bag.completeness().is_whole();
-    Ok(Replay {
-        estimates: pairs.map(|pair| pair.estimate(last.clone())).collect(),
-        live: live.and_then(Beside::finish),
-        refused: refused.first.map(|first| (refused.count, first)),
-        incomplete: damage.or_else(|| (!whole).then(|| bag.completeness().to_string())),
-    })
-}
-
-/// Messages that are passed over.
-#[derive(Default)]
-struct Refused {
-    count: usize,
-    first: Option<String>,
-}
-
-impl Refused {
-    fn note(&mut self, topic: &str, reason: &str) {
-        self.count += 1;
-        self.first
-            .get_or_insert_with(|| format!("{topic}: {reason}"));
-    }
-}
-
-/// Whether a node published its estimates there.
-fn is_of_models(topic: &Topic) -> bool {
-    topic.kind.type_name == ModelEstimate::TYPE_NAME && topic.name.ends_with("/model")
-}
-
-/// The changes made to the node while it learnt: its estimates say when it was frozen, released and reset.
-fn changes(bag: &BagReader) -> Vec<(String, Scheduled)> {
-    struct Before {
-        frozen: bool,
-        samples: u64,
-        restarts: u32,
-    }
-    let mut changes = Vec::new();
-    let mut last: BTreeMap<String, Before> = BTreeMap::new();
-    // What ends the bag early, or does not decode, is reported by the second reading.
-    let messages = bag.messages_of(is_of_models, Order::File).flatten();
-    for message in messages {
-        let Ok(estimate) = cdr::from_bytes::<ModelEstimate>(&message.payload) else {
-            continue;
-        };
-        let now = Before {
-            frozen: estimate.frozen,
-            samples: estimate.samples,
-            restarts: estimate.restarts,
-        };
-        let before = last.insert(estimate.name.clone(), now);
-        let mut note = |change| {
-            let scheduled = Scheduled {
-                restarts: estimate.restarts,
-                stamp: estimate.header.stamp.nanos(),
-                change,
-            };
-            changes.push((estimate.name.clone(), scheduled));
-        };
-        let was_frozen = before.as_ref().is_some_and(|before| before.frozen);
-        if estimate.frozen != was_frozen {
-            note(Change::Freeze(estimate.frozen));
-        }
-        let forgotten = before.is_some_and(|before| {
-            before.samples > 0 && before.restarts == estimate.restarts && estimate.samples == 0
-        });
-        if forgotten {
-            note(Change::Reset);
-        }
-    }
-    changes
-}
-
-fn parameters(args: &ReplayArgs) -> Result<IdentifierParameters> {
-    let mut changes = Vec::new();
-    if let Some(path) = &args.params_file {
-        let text =
-            file::read(path).with_context(|| format!("parameter file '{}'", path.display()))?;
-        let found = file::overrides_for(&text, &args.node)
-            .with_context(|| format!("parameter file '{}'", path.display()))?;
-        changes.extend(found.into_iter().filter(|(name, _)| name != "use_sim_time"));
-    }
-    for text in &args.parameters {
-        let (name, value) = text
-            .split_once(":=")
-            .ok_or_else(|| anyhow!("-p {text}: a parameter is written NAME:=VALUE"))?;
-        changes.push((name.to_owned(), file::parse_value(name, value)?));
-    }
-    let values = Values::of::<IdentifierParameters>().with(changes)?;
-    Ok(IdentifierParameters::from_values(&values)?)
-}
-
-/// An estimate's coefficients: a, b, c.
-type Coefficients = [Vec<f64>; 3];
-
-fn coefficients(estimate: &ModelEstimate) -> Coefficients {
-    [&estimate.a, &estimate.b, &estimate.c].map(Clone::clone)
-}
-
-/// Replayed and published estimates on their way to each other. One that has met its counterpart is forgotten, so what is
-/// kept does not grow with a bag whose estimates all have one.
-#[derive(Default)]
-struct Beside {
-    comparison: Option<Comparison>,
-    published: BTreeMap<Key, Coefficients>,
-    replayed: BTreeMap<Key, Coefficients>,
-    /// By pair: the last replayed estimate that had a counterpart, for one that is published again.
-    met: BTreeMap<String, (Key, Coefficients)>,
-}
-
-impl Beside {
-    fn published(&mut self, live: &ModelEstimate) {
-        let (key, live) = (key(live), coefficients(live));
-        if let Some(again) = self.replayed.remove(&key) {
-            self.compare(key, again, &live);
-        } else if let Some((_, again)) = self.met.get(&key.0).filter(|(met, _)| *met == key) {
-            let again = again.clone();
-            self.compare(key, again, &live);
-        } else {
-            self.published.insert(key, live);
-        }
-    }
-
-    fn replayed(&mut self, again: &ModelEstimate) {
-        let (key, again) = (key(again), coefficients(again));
-        match self.published.remove(&key) {
-            Some(live) => self.compare(key, again, &live),
-            None => drop(self.replayed.insert(key, again)),
-        }
-    }
-
-    fn compare(&mut self, key: Key, again: Coefficients, live: &Coefficients) {
-        let comparison = self.comparison.get_or_insert_default();
-        comparison.compared += 1;
-        for (ours, theirs) in again.iter().zip(live) {
-            let difference = relative_difference(ours, theirs);
-            comparison.largest_difference = comparison.largest_difference.max(difference);
-        }
-        self.met.insert(key.0.clone(), (key, again));
-    }
-
-    /// The comparison; `None` when nothing was published.
-    fn finish(self) -> Option<Comparison> {
-        let missing = self.published.len();
-        match self.comparison {
-            None if missing == 0 => None,
-            comparison => Some(Comparison {
-                missing,
-                ..comparison.unwrap_or_default()
-            }),
-        }
-    }
-}
-
-/// The largest difference between two lists, relative to their largest element; infinite
-/// when they differ in length.
-fn relative_difference(ours: &[f64], theirs: &[f64]) -> f64 {
-    if ours.len() != theirs.len() {
-        return f64::INFINITY;
-    }
-    let size = theirs.iter().fold(0.0_f64, |max, v| max.max(v.abs()));
-    let difference = ours
-        .iter()
-        .zip(theirs)
-        .fold(0.0_f64, |max, (a, b)| max.max((a - b).abs()));
-    if difference == 0.0 {
-        0.0
-    } else {
-        difference / size
-    }
-}
-
-/// The estimate as a table.
-#[must_use]
-pub fn table(model: &ModelEstimate) -> String {
-    let list = |values: &[f64]| {
-        values
-            .iter()
-            .map(|v| format!("{v:.9}"))
-            .collect::<Vec<_>>()
-            .join("  ")
-    };
-    let poles = |re: &[f64], im: &[f64]| {
-        re.iter()
-            .zip(im)
-            .map(|(re, im)| pole_text(Complex::new(*re, *im), 5))
-            .collect::<Vec<_>>()
-            .join("  ")
-    };
-    let mut text = format!(
-        "{} -> {}, {}, order {}, {} s, {} rows{}\n",
-        model.input,
-        model.output,
-        model.estimator,
-        model.order,
-        model.sample_time,
-        model.samples,
-        if model.frozen { ", frozen" } else { "" }
-    );
-    let physical = model.physical_names.iter().zip(&model.physical_values);
-    for ((name, value), deviation) in physical.zip(&model.physical_deviations) {
-        text += &format!("{name:<10}{value:.6} ± {deviation:.6}\n");
-    }
-    text += &format!("a        {}\n", list(&model.a));
-    text += &format!("b        {}\n", list(&model.b));
-    if !model.c.is_empty() {
-        text += &format!("c        {}\n", list(&model.c));
-    }
-    if model.bias != 0.0 {
-        text += &format!("bias     {:.9}\n", model.bias);
-    }
-    text += &format!("z poles  {}\n", poles(&model.poles_re, &model.poles_im));
-    text += &format!(
-        "s poles  {}  1/s\n",
-        poles(&model.s_poles_re, &model.s_poles_im)
-    );
-    if model.has_steady_state_gain {
-        text += &format!("steady-state gain  {:.6}\n", model.steady_state_gain);
-    }
-    text += &format!("fit      {:.3} %, one step ahead\n", model.fit);
-    text += &if model.valid {
-        "valid\n".to_owned()
-    } else {
-        format!("not valid: {}\n", model.reason)
-    };
-    text
 }

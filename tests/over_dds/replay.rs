@@ -5,14 +5,15 @@ use crate::stage;
 use std::path::Path;
 
 use clap::Parser;
-use planesman::sysid::replay::{Replay, ReplayArgs, replay};
+use planesman::sysid::replay::ReplayArgs;
+use planesman_identifier::replay::Replay;
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 use planesman_msgs::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerRequest};
 use stage::{Received, Signal, Stage, scenario};
 
 fn replayed(arguments: &[&str]) -> Replay {
     let args = ["replay"].iter().chain(arguments);
-    replay(&ReplayArgs::try_parse_from(args).unwrap()).unwrap()
+    ReplayArgs::try_parse_from(args).unwrap().replay().unwrap()
 }
 
 #[test]

@@ -1,9 +1,9 @@
 //! The effect of each fault of the actuator on a dive: the AUV's depth loop through a faulty digital hydraulic
 //! actuator, in inches and degrees.
 
-use planesman::dha::depth_loop::Loop;
 use planesman_hydraulics::actuator_file::load;
 use planesman_hydraulics::{Condition, Demand, Encoder, Options, StuckValve};
+use planesman_studies::depth_loop::Loop;
 use planesman_units::{DEGREE, INCH};
 
 const SOUND: Condition = Condition::SOUND;

@@ -1,6 +1,6 @@
 //! The AUV's depth loop through the digital hydraulic actuator, against an independent simulation
-//! of the same loop (`src/dha/limit_cycles.json`): the limit cycles of the quantum.
-use planesman::dha::depth_loop::{Case, Leakage, Logic, cases};
+//! of the same loop (`reports/studies/data/limit_cycles.json`): the limit cycles of the quantum.
+use planesman_studies::depth_loop::{Case, Leakage, Logic, cases};
 use planesman_units::INCH;
 
 /// The row of the comparison with these options and M_theta = 0.

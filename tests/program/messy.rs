@@ -459,12 +459,8 @@ fn judged(case: &Case, found: Result<FitResult, String>) -> (String, Option<Stri
                 .min_by(|p, q| (p.value - pole).norm().total_cmp(&(q.value - pole).norm()))
         })
         .collect();
-    let verdict = analysis
-        .verdict
-        .last()
-        .unwrap()
-        .strip_prefix("verdict: ")
-        .unwrap();
+    let verdict = analysis.verdict.to_string();
+    let verdict = verdict.strip_prefix("verdict: ").unwrap();
     let structure = &analysis.estimate.layout.structure;
     let row = format!(
         "| {} | {}, {} | {} | {} | {} |",

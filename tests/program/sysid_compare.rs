@@ -8,11 +8,11 @@ use brunner_1988::identification::synthetic::{BIAS, NOISE, Run, SAMPLE_TIME};
 use clap::Parser;
 use planesman::sysid::compare::{self, CompareArgs};
 use planesman::sysid::fit::FitArgs;
-use planesman::sysid::tables::{numbers, tables};
 use planesman_console::Format;
 use planesman_fit::{CompareOptions, Compared, Comparison, FitResult};
 use planesman_identification::{filter, noise};
 use planesman_model_file::ModelFile;
+use planesman_pages::tables::{numbers, tables};
 use planesman_testing::{content, hostile::mutated};
 use planesman_text::in_one_line;
 use rand::{RngExt as _, SeedableRng as _};
@@ -336,7 +336,7 @@ fn validation_data_of_its_own_gives_the_held_out_figures() {
         found.model_file().unwrap().held_out_fit,
         found.analysis.held_out_fit
     );
-    let verdict = found.analysis.verdict.join("\n");
+    let verdict = found.analysis.sentences().join("\n");
     assert!(
         verdict.contains("validation data, 600 samples"),
         "{verdict}"

@@ -41,7 +41,7 @@ fn fit(data: &[PathBuf], more: &str) -> FitResult {
 }
 
 fn says(found: &FitResult, phrase: &str) -> bool {
-    let sentences = &found.analysis.verdict;
+    let sentences = found.analysis.sentences();
     sentences.iter().any(|sentence| sentence.contains(phrase))
 }
 

@@ -5,10 +5,10 @@
 
 use crate::foreign::peers;
 use peers::program;
-use planesman::design::subject::{Subject, default_gains};
 use planesman_control::design::dive_loop::Memory;
 use planesman_control::gains::LoopGains;
 use planesman_control::{Controller, ControllerParameters};
+use planesman_design::{Body, Subject, default_gains};
 use planesman_hydraulics::{Actuator, ActuatorParameters, Model, actuator_file, linearised};
 use planesman_msgs::builtin_interfaces::msg::Time;
 use planesman_plant::{Plant, PlantParameters};
@@ -65,7 +65,7 @@ fn cases() -> [Case; 5] {
 /// As the command line of `planesman design` names them.
 fn subject(vehicle: &str, actuator: &str) -> Subject {
     Subject {
-        vehicle: vehicle.to_owned(),
+        body: Body::vehicle(vehicle),
         actuator: actuator.to_owned(),
         rate: 1.0 / TICK,
         ..Subject::default()

@@ -50,7 +50,7 @@ pub fn of(analysis: &Analysis) -> Result<ModelFile, IdentificationError> {
         fit: analysis.fit,
         held_out_fit: analysis.held_out_fit,
         preparation: Vec::new(),
-        verdict: analysis.verdict.clone(),
+        verdict: analysis.sentences(),
     })
 }
 

@@ -439,7 +439,7 @@ mod tests {
 
     fn modes() -> Vec<Mode> {
         let mut modes = Vec::new();
-        for load in [
+        for friction in [
             FrictionState::Stuck,
             FrictionState::Sliding(Side::Positive),
             FrictionState::Sliding(Side::Negative),
@@ -447,7 +447,7 @@ mod tests {
             for clamped in [None, Some(Side::Positive), Some(Side::Negative)] {
                 for limited in [None, Some(Side::Positive)] {
                     modes.push(Mode {
-                        load,
+                        friction,
                         clamped,
                         limited,
                     });

@@ -41,7 +41,7 @@ impl Ram {
     pub(crate) fn resting_at(set: &ActuatorSet, position: f64) -> Self {
         let constants = Constants::new(set);
         let mode = Mode {
-            load: if constants.coulomb == 0.0 {
+            friction: if constants.coulomb == 0.0 {
                 FrictionState::Sliding(Side::Positive)
             } else {
                 FrictionState::Stuck

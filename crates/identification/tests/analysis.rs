@@ -32,7 +32,7 @@ fn found(inputs: Vec<f64>, outputs: Vec<f64>, options: &Options) -> Analysis {
 
 fn says(analysis: &Analysis, phrase: &str) -> bool {
     analysis
-        .verdict
+        .sentences()
         .iter()
         .any(|sentence| sentence.contains(phrase))
 }

@@ -46,12 +46,12 @@ fn gain(analysis: &Analysis) -> f64 {
         .re
 }
 
-fn verdict(analysis: &Analysis) -> &str {
-    analysis.verdict.last().expect("a verdict")
+fn verdict(analysis: &Analysis) -> String {
+    analysis.verdict.to_string()
 }
 
 fn says(analysis: &Analysis, phrase: &str) -> bool {
-    analysis.verdict.iter().any(|it| it.contains(phrase))
+    analysis.sentences().iter().any(|it| it.contains(phrase))
 }
 
 #[test]

@@ -6,6 +6,7 @@
 //! - [`IdentifierParameters`]: every parameter, its default and unit.
 //! - [`Identifier`]: messages in, estimates out, of all pairs. A replayed bag goes through the same.
 //! - [`Pair`]: one pair of signals, from its messages to its estimates.
+//! - [`replay`]: a bag through the identifier, beside the estimates it holds.
 //! - [`TopicReader`]: the signals out of the messages of a topic.
 
 mod core;
@@ -16,6 +17,7 @@ pub mod message_types;
 pub mod pair;
 pub mod parameters;
 mod reader;
+pub mod replay;
 
 pub use crate::core::Identifier;
 pub use error::Error;

@@ -295,7 +295,7 @@ impl Node {
     /// Tells the operator what has happened, and the manoeuvre's client how it goes.
     fn tell_progress(&mut self) {
         for change in self.controller.take_changes() {
-            log::warn!("{news}");
+            log::warn!("{change}");
         }
         if let Some(end) = self.controller.manoeuvre_end()
             && let Some(flown) = self.flown.take()

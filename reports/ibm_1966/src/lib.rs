@@ -1,5 +1,5 @@
 //! G. W. Scott, *Digital Hydraulic Actuator Study, Phase III Final Report*, IBM 66-L03-005, November 1966,
-//! computed again: its bench, numbers and figures. The actuator itself is `dha_actuator`'s.
+//! computed again: its bench, numbers and figures. The actuator itself is [`planesman_hydraulics`]'s.
 //!
 //! - [`Surrogate`], [`Case`], [`DigitalLoop`], [`AnalogLoop`], [`Gains`]: missile, autopilots and loops.
 //! - [`procedure`], [`tables`]: the tests of Sections III and IV, and the rows of their tables.

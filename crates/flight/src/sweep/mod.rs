@@ -3,10 +3,12 @@
 //! - [`space`]: what is varied, and the cases that follow;
 //! - [`case`]: the flight of one case, and its numbers;
 //! - `column`: what a column of the results holds;
+//! - [`outcomes`]: what the cases came to, combination by combination;
 //! - [`results`]: the file with a row a case, which can be interrupted at any time.
 
 pub mod case;
 mod column;
+pub mod outcomes;
 #[cfg(feature = "parquet")]
 mod parquet;
 pub mod results;

@@ -13,7 +13,7 @@ impl Analysis {
     #[must_use]
     pub fn text(&self) -> String {
         let mut text = self.findings();
-        for sentence in &self.verdict {
+        for sentence in self.sentences() {
             let _ = writeln!(text, "- {sentence}");
         }
         text

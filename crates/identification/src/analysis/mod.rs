@@ -20,6 +20,7 @@ mod verdict;
 pub use crate::prediction::AHEAD;
 pub use bootstrap::{Bootstrap, Interval};
 pub use lag::Lag;
+pub use verdict::Verdict;
 
 use std::borrow::Cow;
 
@@ -162,8 +163,10 @@ pub struct Analysis {
     pub residuals: Option<ResidualTests>,
     /// The longest run's number.
     pub longest: usize,
-    /// The verdict, a sentence each.
-    pub verdict: Vec<String>,
+    /// What it is good for.
+    pub verdict: Verdict,
+    /// The reasons, a sentence each.
+    pub reasons: Vec<String>,
     /// How the estimator's recursive form learnt.
     pub trajectory: Trajectory,
 }
@@ -311,7 +314,8 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
         searched: part.runs.iter().map(|run| run.outputs.len()).sum(),
         residuals,
         longest,
-        verdict: Vec::new(),
+        verdict: Verdict::Undetermined,
+        reasons: Vec::new(),
         trajectory: trajectory(method.as_ref(), &second),
         candidates,
         selected,
@@ -326,8 +330,11 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
         true => identifiability::of_inputs(&problem, options.knowledge.vehicle.unknowns()),
         false => identifiability::doubts(&problem),
     };
-    found.verdict = found.judged(doubts, record);
-    found.verdict.splice(0..0, validated);
+    found.verdict = found.judged(!doubts.is_empty());
+    found.reasons = validated
+        .into_iter()
+        .chain(found.reasons(doubts, record))
+        .collect();
     Ok(found)
 }
 
@@ -599,6 +606,13 @@ impl Analysis {
             percent(judgement.fit),
             percent(self.predicted_fit)
         ))
+    }
+
+    /// The reasons, then the verdict.
+    #[must_use]
+    pub fn sentences(&self) -> Vec<String> {
+        let verdict = [self.verdict.to_string()];
+        self.reasons.iter().cloned().chain(verdict).collect()
     }
 
     /// The kind that was chosen by cross-validation.

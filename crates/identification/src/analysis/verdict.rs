@@ -1,6 +1,7 @@
-//! The verdict on a model: conclusions from fit, residuals and uncertainty, as sentences.
+//! The verdict on a model, and its reasons: conclusions from fit, residuals and uncertainty.
 
 use std::f64::consts::PI;
+use std::fmt;
 
 use nalgebra::Matrix2;
 
@@ -43,9 +44,131 @@ const ALL_BUT_ROUNDING: f64 = 99.9999;
 /// The 95 % interval of a pole in z that is precisely known.
 const PRECISE: f64 = 0.1;
 
+/// What a model is good for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// The input accounts for too little of the output.
+    NoEffect,
+    /// The record does not determine a model.
+    Undetermined,
+    /// There is nothing to judge it on.
+    NotValidated,
+    /// It has few samples for its parameters.
+    FewSamples,
+    /// The output drifts.
+    Drift {
+        /// Whether it simulates well enough to be used with care.
+        usable: bool,
+    },
+    /// The data seems closed-loop.
+    ClosedLoop {
+        /// Whether it simulates well enough to be used with care.
+        usable: bool,
+    },
+    /// No model could fit better than it does.
+    NoiseLimited {
+        /// Whether it simulates well for all that.
+        good: bool,
+    },
+    /// It does not simulate.
+    Unusable,
+    /// It does not hold all along the record.
+    Unsteady,
+    /// The output seems to come before its input.
+    Early,
+    /// Its steady-state gain is not determined.
+    GainUndetermined,
+    /// Dynamics are missing.
+    DynamicsMissing,
+    /// It simulates.
+    Usable,
+    /// It simulates well.
+    Good,
+}
+
+impl Verdict {
+    /// In a word, and what to do next.
+    const fn words(self) -> (&'static str, &'static str) {
+        match self {
+            Self::NoEffect => (
+                "no model of what the input does",
+                "excite the system more: a PRBS or steps that move the output well beyond its noise",
+            ),
+            Self::Undetermined => (
+                "the record does not determine a model",
+                "record again with a richer input (PRBS, several steps), or ask for a lower order: --order 1",
+            ),
+            Self::NotValidated => (
+                "not validated",
+                "record for longer, with the input moving to the end",
+            ),
+            Self::FewSamples => (
+                "usable with care: few samples for so many parameters",
+                "record for longer",
+            ),
+            Self::Drift { usable } => (
+                match usable {
+                    false => "not usable for simulation: the output drifts",
+                    true => "usable with care: the output drifts",
+                },
+                "subtract the drift: --detrend line",
+            ),
+            Self::ClosedLoop { usable } => (
+                match usable {
+                    false => "not usable for simulation: the data seems closed-loop",
+                    true => "usable with care: the data seems closed-loop",
+                },
+                "give the reference of the loop: --reference TOPIC:FIELD, or compare --method armax",
+            ),
+            Self::NoiseLimited { good } => (
+                match good {
+                    false => "usable: the noise limits its fit",
+                    true => "good: the noise limits its fit",
+                },
+                "record for longer or excite more, for narrower intervals; or write it: --model model.yaml",
+            ),
+            Self::Unusable => (
+                "not usable for simulation",
+                "look at the page for where it fails: --html model.html; then choose a segment: --window FROM..TO",
+            ),
+            Self::Unsteady => (
+                "usable with care: it does not hold all along the record",
+                "fit segments apart: --window FROM..TO, once for each",
+            ),
+            Self::Early => (
+                "usable with care: the output seems to come before its input",
+                "look at the stamps (--stamp, --time), or give the reference of the loop: --reference TOPIC:FIELD",
+            ),
+            Self::GainUndetermined => (
+                "usable with care: the steady-state gain is not determined",
+                "record steps that are held until the output settles",
+            ),
+            Self::DynamicsMissing => (
+                "usable with care: dynamics are missing",
+                "let order, delay and method be chosen: --method automatic",
+            ),
+            Self::Usable => (
+                "usable",
+                "compare with another method: --method armax; page: --html model.html",
+            ),
+            Self::Good => (
+                "good",
+                "write it for the simulator and the controller: --model model.yaml",
+            ),
+        }
+    }
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (word, next) = self.words();
+        write!(f, "verdict: {word}. Next: {next}")
+    }
+}
+
 impl Analysis {
-    pub(super) fn judged(&self, doubts: Vec<String>, record: &Record) -> Vec<String> {
-        let undetermined = !doubts.is_empty();
+    /// What speaks for the model and against it, a sentence each, behind the doubts whether the record determines one.
+    pub(super) fn reasons(&self, doubts: Vec<String>, record: &Record) -> Vec<String> {
         let mut said = doubts;
         said.extend(self.left_out(record));
         said.extend(self.of_selection());
@@ -58,7 +181,6 @@ impl Analysis {
         said.extend(self.of_residuals());
         said.extend(self.suspicious_poles());
         said.extend(self.of_samples());
-        said.push(self.in_a_word(undetermined));
         said
     }
 
@@ -234,8 +356,8 @@ impl Analysis {
         })
     }
 
-    /// The verdict in one line, and what to do next.
-    fn in_a_word(&self, undetermined: bool) -> String {
+    /// What the model is good for; `undetermined` where the record does not determine one.
+    pub(super) fn judged(&self, undetermined: bool) -> Verdict {
         let held = match self.is_unstable() {
             true => self.predicted_fit,
             false => self.held_out_fit,
@@ -246,78 +368,33 @@ impl Analysis {
             !earlier.passes() && earlier.largest() > MATTERS
         });
         let feedback = tests.is_some_and(|it| self.has_feedback(it));
-        let caused = self.is_caused();
         let unsteady = self.is_unsteady();
         let limited = self.is_limited_by_noise() && held.is_some_and(|held| held < GOOD);
         let gain = (self.reading().steady_state_gain()).is_some_and(|it| self.is_undetermined(&it));
-        let (word, next) = match held {
-            _ if !caused => (
-                "no model of what the input does",
-                "excite the system more: a PRBS or steps that move the output well beyond its noise",
-            ),
-            _ if undetermined => (
-                "the record does not determine a model",
-                "record again with a richer input (PRBS, several steps), or ask for a lower order: --order 1",
-            ),
-            None => (
-                "not validated",
-                "record for longer, with the input moving to the end",
-            ),
-            Some(_) if self.of_samples().is_some() => (
-                "usable with care: few samples for so many parameters",
-                "record for longer",
-            ),
-            Some(held) if self.drift > DRIFTS && (feedback || unsteady || gain) => (
-                match held < USABLE {
-                    true => "not usable for simulation: the output drifts",
-                    false => "usable with care: the output drifts",
-                },
-                "subtract the drift: --detrend line",
-            ),
-            Some(held) if feedback => (
-                match held < USABLE {
-                    true => "not usable for simulation: the data seems closed-loop",
-                    false => "usable with care: the data seems closed-loop",
-                },
-                "give the reference of the loop: --reference TOPIC:FIELD, or compare --method armax",
-            ),
-            Some(held) if limited && !unsteady && !gain => (
-                match held < USABLE {
-                    true => "usable: the noise limits its fit",
-                    false => "good: the noise limits its fit",
-                },
-                "record for longer or excite more, for narrower intervals; or write it: --model model.yaml",
-            ),
-            Some(held) if held < USABLE => (
-                "not usable for simulation",
-                "look at the page for where it fails: --html model.html; then choose a segment: --window FROM..TO",
-            ),
-            Some(_) if unsteady => (
-                "usable with care: it does not hold all along the record",
-                "fit segments apart: --window FROM..TO, once for each",
-            ),
-            Some(held) if self.is_early() && held < VERY_GOOD => (
-                "usable with care: the output seems to come before its input",
-                "look at the stamps (--stamp, --time), or give the reference of the loop: --reference TOPIC:FIELD",
-            ),
-            Some(_) if gain && !self.is_unstable() => (
-                "usable with care: the steady-state gain is not determined",
-                "record steps that are held until the output settles",
-            ),
-            Some(_) if missing && self.options.method != Method::Automatic => (
-                "usable with care: dynamics are missing",
-                "let order, delay and method be chosen: --method automatic",
-            ),
-            Some(held) if held < GOOD => (
-                "usable",
-                "compare with another method: --method armax; page: --html model.html",
-            ),
-            Some(_) => (
-                "good",
-                "write it for the simulator and the controller: --model model.yaml",
-            ),
-        };
-        format!("verdict: {word}. Next: {next}")
+        match held {
+            _ if !self.is_caused() => Verdict::NoEffect,
+            _ if undetermined => Verdict::Undetermined,
+            None => Verdict::NotValidated,
+            Some(_) if self.of_samples().is_some() => Verdict::FewSamples,
+            Some(held) if self.drift > DRIFTS && (feedback || unsteady || gain) => Verdict::Drift {
+                usable: held >= USABLE,
+            },
+            Some(held) if feedback => Verdict::ClosedLoop {
+                usable: held >= USABLE,
+            },
+            Some(held) if limited && !unsteady && !gain => Verdict::NoiseLimited {
+                good: held >= USABLE,
+            },
+            Some(held) if held < USABLE => Verdict::Unusable,
+            Some(_) if unsteady => Verdict::Unsteady,
+            Some(held) if self.is_early() && held < VERY_GOOD => Verdict::Early,
+            Some(_) if gain && !self.is_unstable() => Verdict::GainUndetermined,
+            Some(_) if missing && self.options.method != Method::Automatic => {
+                Verdict::DynamicsMissing
+            }
+            Some(held) if held < GOOD => Verdict::Usable,
+            Some(_) => Verdict::Good,
+        }
     }
 
     /// Whether a steady-state gain cannot be told from 0, nor is known to be next to nothing beside the largest response.

@@ -11,17 +11,17 @@ use planesman_linear::is_sampling_artefact;
 use planesman_plot::{Plot, Series, Style};
 use planesman_signals::Taken;
 
-use super::page::{
+use super::fit::{
     FAR, FREQUENCY, LAG, MAGNITUDE, PHASE, RECORD, SINCE_STEP, STEP, TIME, bound, is_near, line,
     range, settling, timed, unit_circle,
 };
 use super::tables::fits;
-use crate::page::{document, figures, poles};
 use crate::titles;
+use crate::{document, figures, poles};
 
 /// A page with the models drawn over each other.
 #[must_use]
-pub(super) fn page(models: &[Compared], taken: &Taken) -> String {
+pub fn page(models: &[Compared], taken: &Taken) -> String {
     let record = &taken.resampled.record;
     let first = |names: &[String]| {
         names

@@ -1,8 +1,12 @@
 //! Results on one self-contained HTML page: text, tables, and plots that the reader's browser draws.
 //!
-//! - [`document`], `figure`: the page, and a plot on it.
-//! - [`flights`]: the page of a dive, or of several beside each other.
-//! - `poles`: a model's poles as a table.
+//! Each page is a function of results; it reads and writes no file.
+//!
+//! - [`flights`]: a dive, or several beside each other; [`sweep`]: a sweep's cases.
+//! - [`fit`]: a model; [`compare`]: models beside each other; [`tables`]: the same as tables for a terminal.
+//! - [`book`]: the numbers of the reports.
+//! - [`document`], [`figures`]: any other page, and the plots on it.
+//! - [`titles`]: the names of quantities for people.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use planesman_plot::{
@@ -10,8 +14,14 @@ use planesman_plot::{
 };
 use planesman_text::shown;
 
+pub mod book;
+pub mod compare;
+pub mod fit;
 pub mod flights;
-pub(crate) mod poles;
+mod poles;
+pub mod sweep;
+pub mod tables;
+pub mod titles;
 
 /// Nothing is loaded from elsewhere, whatever should stand in a text.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; form-action 'none'";
@@ -77,7 +87,8 @@ fn drawn(title: &str, note: &str, data: Result<String, PlotError>) -> Markup {
 }
 
 /// Plots side by side where there is room.
-pub(crate) fn figures(plots: &[Plot<'_>]) -> Markup {
+#[must_use]
+pub fn figures(plots: &[Plot<'_>]) -> Markup {
     html! { div.plots { @for plot in plots { (figure(plot)) } } }
 }
 

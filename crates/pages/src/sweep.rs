@@ -1,24 +1,17 @@
 //! The page of a sweep: a heat map over the first two parameters, and what a fast dive costs.
-//!
-//! The files are read row by row. What is kept does not grow with the seeds: a sum for each field of the map, and the
-//! means of each combination.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
 
-use anyhow::{Context as _, Result};
 use maud::{Markup, html};
-use planesman_plot::{HeatMap, Plot, Style};
-
-use crate::page::{document, figure, heat_map};
-use crate::titles::title;
 use planesman_flight::scenario::{Scenario, plain};
-use planesman_flight::sink::write_text;
-use planesman_flight::summary::test_signal;
 use planesman_flight::sweep::case::{COLUMNS, SETTLING, TRAVEL};
-use planesman_flight::sweep::results::file_of;
+use planesman_flight::sweep::outcomes::{Combination, Mean, Outcomes};
 use planesman_flight::sweep::space::{Axis, Space};
+use planesman_plot::{HeatMap, Plot, Style};
 use planesman_text::number;
+
+use super::{document, figure, heat_map};
+use crate::titles::title;
 
 /// Points of the Pareto plot that are not on its front; of more, one in so many is drawn.
 const DRAWN: usize = 4000;
@@ -26,115 +19,33 @@ const DRAWN: usize = 4000;
 /// Combinations on the front that are listed.
 const LISTED: usize = 30;
 
-/// The page as written.
-pub(super) struct Page {
-    pub(super) path: PathBuf,
-    /// Cases that broke off.
-    pub(super) failed: u64,
-}
-
-/// A mean as it grows.
-#[derive(Clone, Copy, Default)]
-struct Mean {
-    sum: f64,
-    count: u32,
-}
-
-impl Mean {
-    fn take(&mut self, value: Option<f64>) {
-        if let Some(value) = value {
-            self.sum += value;
-            self.count += 1;
-        }
-    }
-
-    fn value(&self) -> Option<f64> {
-        (self.count > 0).then(|| self.sum / f64::from(self.count))
-    }
-}
-
-/// The seeds of a combination.
-#[derive(Clone, Copy, Default)]
-struct Combination {
-    settling: Mean,
-    travel: Mean,
-    /// Cases, and those of them that never settled.
-    cases: u32,
-    unsettled: u32,
-}
-
-/// Reads what the folder holds, the whole or some of so many parts, and writes its page.
-///
-/// # Errors
-/// A file that cannot be read or written.
-pub(super) fn of(
-    folder: &Path,
-    parts: Option<u64>,
+/// The page of these cases of a scenario, flown with the test signal that `signal` describes.
+#[must_use]
+pub fn page(
     scenario: &Scenario,
+    signal: Option<&str>,
     space: &Space,
-) -> Result<Page> {
-    let mut found = BTreeMap::<u64, Combination>::new();
-    let (mut cases, mut failed) = (0_u64, 0_u64);
-    for file in files(folder, parts)? {
-        let mut rows = csv::Reader::from_path(&file)?;
-        for row in rows.records() {
-            let row = row.with_context(|| format!("'{}'", file.display()))?;
-            let metric = |place: usize| row.get(space.axes.len() + 2 + place)?.parse::<f64>().ok();
-            let case: u64 = row.get(0).unwrap_or_default().parse()?;
-            let combination = found.entry(case / u64::from(space.seeds)).or_default();
-            cases += 1;
-            combination.cases += 1;
-            if row
-                .get(row.len() - 1)
-                .is_some_and(|error| !error.is_empty())
-            {
-                failed += 1;
-                continue;
-            }
-            let settling = metric(SETTLING);
-            combination.unsettled += u32::from(settling.is_none());
-            combination.settling.take(settling);
-            combination.travel.take(metric(TRAVEL));
-        }
-    }
+    outcomes: &Outcomes,
+) -> String {
+    let found = &outcomes.combinations;
     let all = space.combinations() * u64::from(space.seeds);
     let body = html! {
         h1 { "Planesman sweep" }
         p.lead { (scenario.description()) }
-        @if let Some(signal) = test_signal(scenario)? {
+        @if let Some(signal) = signal {
             p { "Flown with a test signal, " (signal) ", which disturbs every response." }
         }
-        p { (cases) " of " (all) " cases"
-            @if failed > 0 { "; " (failed) " broke off" }
+        p { (outcomes.cases) " of " (all) " cases"
+            @if outcomes.failed > 0 { "; " (outcomes.failed) " broke off" }
             ". Means are over the seeds and over what is varied beside the axes of a plot; a case that does not settle has no settling time. \
              Best is the least mean among the fields in which every case settles." }
         h2 { "Plots" }
-        div.plots { @for plot in maps(space, &found) { (plot) } }
-        (pareto(space, &found))
+        div.plots { @for plot in maps(space, found) { (plot) } }
+        (pareto(space, found))
         h2 { "Scenario" }
         pre { (scenario.to_yaml()) }
     };
-    let path = folder.join("report.html");
-    write_text(&path, document("Planesman sweep", "", &body, ""))?;
-    Ok(Page { path, failed })
-}
-
-/// The results' files that are there. A copy of one, or a part of another division, has cases a second time: it is left out.
-fn files(folder: &Path, parts: Option<u64>) -> Result<Vec<PathBuf>> {
-    let Some(parts) = parts else {
-        return Ok(vec![folder.join("cases.csv")]);
-    };
-    let mut files = Vec::new();
-    for entry in std::fs::read_dir(folder)? {
-        let path = entry?.path();
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let part = || name.strip_prefix("cases-")?.split('-').next()?.parse().ok();
-        if part().is_some_and(|part| name == file_of(part, parts)) {
-            files.push(path);
-        }
-    }
-    files.sort();
-    Ok(files)
+    document("Planesman sweep", "", &body, "")
 }
 
 fn labels(axis: &Axis) -> Vec<String> {

@@ -1,12 +1,11 @@
 //! The books of numbers on one self-contained HTML page: totals and contents, the numbers by family with a filter, the figures
 //! that are lost from the reports' copies, and the errata.
 
-use anyhow::Result;
 use maud::{Markup, html};
 use planesman_book::{Book, Chapter, Line, Names, Reckoning, Report};
 
-use super::listing::written;
-use crate::page::{document, figures};
+use crate::{document, figures};
+use planesman_text::number;
 
 const STYLE: &str = "
 td.name { text-align: left; min-width: 14rem; } td.name small { display: block; color: var(--muted); }
@@ -53,24 +52,21 @@ pub struct Page {
 }
 
 impl Page {
-    /// Adds a report with its figures, account, numbers and errata.
-    ///
-    /// # Errors
-    /// When its figures cannot be computed.
+    /// Adds a report with its chapters of figures, account, numbers and errata.
     pub fn add(
         &mut self,
         report: &Report,
         book: &Book,
         names: &Names,
         reckoning: &Reckoning<'_>,
+        chapters: &[Chapter],
         account: Option<&str>,
-    ) -> Result<()> {
+    ) {
         let place = |part: &str| slug(&format!("{} {part}", report.name));
         let families = families(names, reckoning);
-        let chapters = (report.figures)()?;
         let contents = html! {
             ul {
-                @for chapter in &chapters { li { a href=(format!("#{}", place(chapter.title))) { (chapter.title) } } }
+                @for chapter in chapters { li { a href=(format!("#{}", place(chapter.title))) { (chapter.title) } } }
                 @if account.is_some() { li { a href=(format!("#{}", place("procedure"))) { "The procedure step by step" } } }
                 li { a href=(format!("#{}", place("errata"))) { "Errata" } }
                 li { details { summary { "Numbers" }
@@ -86,7 +82,7 @@ impl Page {
             }
         });
         self.reports.push(html! {
-            @for Chapter { title, note, figures: plots } in &chapters {
+            @for Chapter { title, note, figures: plots } in chapters {
                 h2 id=(place(title)) { (report.name) ": " (title) }
                 @if !note.is_empty() { p { (note) } }
                 (figures(plots))
@@ -102,7 +98,6 @@ impl Page {
                 }
             } }
         });
-        Ok(())
     }
 
     /// The page's text.
@@ -200,4 +195,9 @@ fn slug(name: &str) -> String {
     let words = letters.split(|it: char| !it.is_alphanumeric());
     let words: Vec<&str> = words.filter(|word| !word.is_empty()).collect();
     words.join("-")
+}
+
+/// A number in six significant digits, or nothing.
+fn written(value: Option<f64>) -> String {
+    value.map_or_else(String::new, number)
 }

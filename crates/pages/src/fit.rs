@@ -4,44 +4,47 @@
 
 use std::f64::consts::{PI, TAU};
 
-use anyhow::Result;
 use maud::{Markup, html};
 use planesman_fit::{Response, Simulated, frequency_response};
 use planesman_identification::analysis::Analysis;
 use planesman_identification::estimators::{Estimate, StepResponse};
 use planesman_identification::validation::residuals::Correlation;
-use planesman_identification::{Problem, Reading, Record, SIGMAS_95, Structure, Uncertain};
+use planesman_identification::{
+    IdentificationError, Problem, Reading, Record, SIGMAS_95, Structure, Uncertain,
+};
 use planesman_linear::is_sampling_artefact;
 use planesman_plot::{Plot, Series, Style};
 
-use crate::page::poles::{self, ARTEFACT};
-use crate::page::{document, figures};
+use crate::poles::{self, ARTEFACT};
 use crate::titles;
+use crate::{document, figures};
+
+type Result<T, E = IdentificationError> = std::result::Result<T, E>;
 
 /// Points of an ellipse.
 const ELLIPSE: usize = 60;
 /// Poles and zeros farther from 0 are not drawn.
-pub(super) const FAR: f64 = 4.0;
+pub(crate) const FAR: f64 = 4.0;
 /// Samples of a step response: at least, and at most.
-pub(super) const STEP: (usize, usize) = (20, 2000);
+pub(crate) const STEP: (usize, usize) = (20, 2000);
 /// The share of its range that a step response may still be off where it counts as settled.
 const SETTLED: f64 = 0.02;
 
-pub(super) const TIME: &str = "time [s]";
-pub(super) const SINCE_STEP: &str = "time after the step [s]";
+pub(crate) const TIME: &str = "time [s]";
+pub(crate) const SINCE_STEP: &str = "time after the step [s]";
 /// The axes of a frequency response.
-pub(super) const MAGNITUDE: [&str; 2] = ["frequency [rad/s]", "magnitude [dB]"];
-pub(super) const PHASE: [&str; 2] = ["frequency [rad/s]", "phase [deg]"];
+pub(crate) const MAGNITUDE: [&str; 2] = ["frequency [rad/s]", "magnitude [dB]"];
+pub(crate) const PHASE: [&str; 2] = ["frequency [rad/s]", "phase [deg]"];
 /// The plots over the time of the record have one axis, and those over frequency and lag each one.
-pub(super) const RECORD: &str = "record";
-pub(super) const FREQUENCY: &str = "frequency";
-pub(super) const LAG: &str = "lag";
+pub(crate) const RECORD: &str = "record";
+pub(crate) const FREQUENCY: &str = "frequency";
+pub(crate) const LAG: &str = "lag";
 
 /// The page of a model and the record it is of; `columns` are its input and output with their units.
 ///
 /// # Errors
 /// When the record is not that of the model, or its poles are not found.
-pub(super) fn page(analysis: &Analysis, record: &Record, columns: [&str; 2]) -> Result<String> {
+pub fn page(analysis: &Analysis, record: &Record, columns: [&str; 2]) -> Result<String> {
     let [input, output] = columns.map(titles::title);
     let title = format!(
         "{} to {}",
@@ -49,15 +52,9 @@ pub(super) fn page(analysis: &Analysis, record: &Record, columns: [&str; 2]) -> 
         titles::name(&analysis.output)
     );
     let plots = plots(analysis, record, &input, &output)?;
-    // The verdict itself first, then its reasons.
-    let is_verdict = |it: &&String| it.starts_with("verdict");
-    let sentences = || analysis.verdict.iter();
-    let verdict = sentences()
-        .filter(is_verdict)
-        .chain(sentences().filter(|it| !is_verdict(it)));
     let body = html! {
         h1 { (title) }
-        ul.verdict { @for sentence in verdict { li { (sentence) } } }
+        ul.verdict { li { (analysis.verdict) } @for reason in &analysis.reasons { li { (reason) } } }
         h2 { "The model" }
         (in_words(analysis))
         h2 { "Poles" }
@@ -96,7 +93,7 @@ fn in_words(analysis: &Analysis) -> Markup {
 }
 
 /// The least and the greatest of values.
-pub(super) fn range(values: &[f64]) -> (f64, f64) {
+pub(crate) fn range(values: &[f64]) -> (f64, f64) {
     let values = values.iter();
     values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), it| {
         (low.min(*it), high.max(*it))
@@ -104,21 +101,21 @@ pub(super) fn range(values: &[f64]) -> (f64, f64) {
 }
 
 /// Whether a value lies no farther outside a range than [`FAR`] times its width.
-pub(super) fn is_near(value: f64, low: f64, high: f64) -> bool {
+pub(crate) fn is_near(value: f64, low: f64, high: f64) -> bool {
     (value - low).abs().max((value - high).abs()) < FAR * (high - low).max(1e-9)
 }
 
-pub(super) fn line(name: &str, points: Vec<(f64, f64)>) -> Series<'_> {
+pub(crate) fn line(name: &str, points: Vec<(f64, f64)>) -> Series<'_> {
     Series::new(Style::Line, name, points)
 }
 
 /// A line that takes no colour of its own: a bound, or what others are compared with.
-pub(super) fn bound(name: &str, points: Vec<(f64, f64)>) -> Series<'_> {
+pub(crate) fn bound(name: &str, points: Vec<(f64, f64)>) -> Series<'_> {
     Series::new(Style::Bound, name, points)
 }
 
 /// Samples over their time.
-pub(super) fn timed(values: &[f64], sample_time: f64) -> Vec<(f64, f64)> {
+pub(crate) fn timed(values: &[f64], sample_time: f64) -> Vec<(f64, f64)> {
     let values = values.iter().enumerate();
     values.map(|(k, v)| (k as f64 * sample_time, *v)).collect()
 }
@@ -208,14 +205,14 @@ fn correlation(title: &'static str, note: &'static str, found: &Correlation) -> 
 }
 
 /// The border of stability in z.
-pub(super) fn unit_circle() -> Series<'static> {
+pub(crate) fn unit_circle() -> Series<'static> {
     let angles = (0..=120).map(|i| f64::from(i) * TAU / 120.0);
     bound("unit circle", angles.map(|a| (a.cos(), a.sin())).collect())
 }
 
 /// Samples after which a step response stays within a share of its range about its end; `None` for an unstable model,
 /// whose response has none.
-pub(super) fn settling(estimate: &Estimate, run: usize) -> Option<usize> {
+pub(crate) fn settling(estimate: &Estimate, run: usize) -> Option<usize> {
     let reading = Reading::of(estimate, run);
     let poles = reading.poles().ok()?;
     if poles.iter().any(|it| it.value.norm() > 1.0 + 1e-6) {
@@ -282,7 +279,7 @@ fn from_data(analysis: &Analysis, record: &Record, length: usize) -> Result<Step
     let runs = segments.filter_map(|number| record.segments.get(*number)?.run());
     let runs = runs.collect();
     let problem = Problem::new(Structure::of_order(1), record.sample_time, runs)?;
-    Ok(StepResponse::of(&problem, length)?)
+    StepResponse::of(&problem, length)
 }
 
 fn map(analysis: &Analysis) -> Result<Plot<'static>> {
@@ -373,7 +370,7 @@ mod tests {
             let analysis = analyse(&record, &options).unwrap();
             let page = page(&analysis, &record, ["planes <V>", "gyro"]).unwrap();
             stands_alone(&page);
-            assert_eq!(page.matches(&analysis.verdict[0]).count(), 1, "{method:?}");
+            assert_eq!(page.matches(&analysis.reasons[0]).count(), 1, "{method:?}");
             let learnt = if method == Method::OutputError {
                 "a1"
             } else {

@@ -11,7 +11,7 @@ use planesman_text::in_one_line;
 const FREQUENCIES: usize = 6;
 
 /// A row for each method, within the terminal's width.
-pub(super) fn tried(tried: &[Trial]) -> String {
+pub fn tried(tried: &[Trial]) -> String {
     let ahead = format!("{AHEAD} ahead, %");
     let mut table = Table::new([
         "method",
@@ -44,7 +44,7 @@ pub(super) fn tried(tried: &[Trial]) -> String {
 }
 
 /// What is to be said of the table.
-pub(super) fn notes(tried: &[Trial]) -> String {
+pub fn notes(tried: &[Trial]) -> String {
     let mut text = String::new();
     for trial in tried {
         if let Err(reason) = &trial.outcome {
@@ -75,7 +75,7 @@ fn order(of: &Estimate) -> String {
 }
 
 /// What each model is, and how well it simulates and predicts.
-pub(super) fn fits(models: &[Compared]) -> Table {
+pub fn fits(models: &[Compared]) -> Table {
     let ahead = models.first().map_or(&[][..], |it| &it.judgement.predicted);
     let ahead: Vec<String> = ahead
         .iter()

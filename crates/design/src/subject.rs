@@ -1,68 +1,74 @@
-//! The subject of a design: a vehicle, its gains and its actuator, from the command line.
+//! The subject of a design: a vehicle behind an actuator, and the control law around them.
 
-use anyhow::{Context as _, Result, anyhow, bail};
-use brunner_1988::controllers::pitch;
-use clap::{Args, ValueEnum};
 use planesman_control::ControllerParameters;
 use planesman_control::design::dive_loop::{DiveLoop, DivePlant, Memory, Path};
-use planesman_control::gains::LoopGains;
-use planesman_hydraulics::ActuatorParameters;
+use planesman_control::gains::{LoopGains, PitchModel};
 use planesman_hydraulics::linearised as actuator_model;
+use planesman_hydraulics::{ActuatorParameters, actuator_file};
 use planesman_linear::sampled::AT_ONCE;
 use planesman_linear::{Complex, DMatrix, StateSpace, pair_text};
 use planesman_units::FOOT;
-use planesman_vehicle::Vehicle;
 use planesman_vehicle::linearised;
+use planesman_vehicle::pitch::without_heave;
 use planesman_vehicle::vehicle_file;
 
-use crate::arguments::within;
+use crate::error::{During, Error, Result};
 
-/// The report's vehicle in pitch alone (Table 3): it goes where it points, and its planes' moment does not know
-/// the speed.
-pub const TABLE_3: &str = "table_3";
-
-/// The defaults of `--actuator` and `--rate`: those of a dive.
-const AUV: &str = "auv";
-const RATE: f64 = 20.0;
+/// The actuator of a dive.
+pub const ACTUATOR: &str = "auv";
+/// The ticks of a dive, Hz.
+pub const RATE: f64 = 20.0;
 
 /// The most ticks over which a command moves the planes: each is a state of the sampled loop.
 const MOST_TICKS: f64 = 400.0;
 
+/// What the planes move.
+#[derive(Clone, Debug)]
+pub enum Body {
+    /// A built-in vehicle, a vehicle file or a model file.
+    Vehicle {
+        /// Its name or path.
+        name: String,
+        /// The base vehicle of an identified model, which gives all but the pitch dynamics.
+        base: String,
+    },
+    /// A damped inertia in pitch alone: it goes where it points, and its planes' moment does not know the speed.
+    Pitch {
+        /// Its name in texts.
+        name: &'static str,
+        /// Its coefficients.
+        model: PitchModel,
+    },
+}
+
 /// A vehicle behind an actuator.
-#[derive(Args, Clone)]
-#[command(next_help_heading = "Vehicle and actuator")]
+#[derive(Clone, Debug)]
 pub struct Subject {
-    /// A built-in vehicle, a vehicle file, a model file, or table_3: the report's damped inertia, with the same
-    /// plane moment at every speed
-    #[arg(default_value = vehicle_file::BRUNNER)]
-    pub vehicle: String,
-    /// Base vehicle of an identified model: gives all but the pitch dynamics
-    #[arg(long, default_value = vehicle_file::BRUNNER)]
-    pub base: String,
-    /// What moves the planes: ideal, first_order with the bandwidth of dha_actuator's default, or a built-in
-    /// actuator or actuator file for its motion at the slew rate
-    #[arg(long, default_value = AUV)]
+    /// The vehicle.
+    pub body: Body,
+    /// What moves the planes: `ideal`, `first_order` with the bandwidth of `dha_actuator`'s default, or a built-in actuator or
+    /// actuator file for its motion at the slew rate.
     pub actuator: String,
-    /// Ticks of the controller per second (Hz); 0: the continuous loop alone
-    #[arg(long, default_value_t = RATE, value_parser = within(0.0, 1e4))]
+    /// Ticks of the controller per second, Hz; 0: the continuous loop alone.
     pub rate: f64,
-    /// Delay from a state to the command that answers it (s): 0 in lockstep and in sim
-    #[arg(long, default_value_t = 0.0, value_parser = within(0.0, 10.0))]
+    /// Delay from a state to the command that answers it, s: 0 in lockstep and in `sim`.
     pub computing_delay: f64,
 }
 
-/// As declared above.
+/// The vehicle and the actuator of a dive.
 impl Default for Subject {
     fn default() -> Self {
         Self {
-            vehicle: vehicle_file::BRUNNER.to_owned(),
-            base: vehicle_file::BRUNNER.to_owned(),
-            actuator: AUV.to_owned(),
+            body: Body::vehicle(vehicle_file::BRUNNER),
+            actuator: ACTUATOR.to_owned(),
             rate: RATE,
             computing_delay: 0.0,
         }
     }
 }
+
+/// The control law: gains of the depth and pitch loops, integrals and filter.
+pub type Law = (LoopGains, Memory);
 
 /// What is between a command and the planes.
 pub struct Drive {
@@ -82,49 +88,6 @@ pub struct Sampling {
     pub note: String,
 }
 
-/// The gains of the depth and pitch loops, the controller's defaults where not given.
-#[derive(Args, Clone, Default)]
-#[command(next_help_heading = "Gains")]
-pub struct GainArgs {
-    /// Kpz, dive angle per depth error (rad/m) [default: depth_controller's depth.p]
-    #[arg(long, value_parser = within(0.0, 1e3))]
-    pub depth_p: Option<f64>,
-    /// Kdz, dive angle per depth rate (rad s/m) [default: its depth.d]
-    #[arg(long, value_parser = within(0.0, 1e3))]
-    pub depth_d: Option<f64>,
-    /// Kpy, plane angle per pitch error [default: its pitch.p]
-    #[arg(long, value_parser = within(0.0, 1e3))]
-    pub pitch_p: Option<f64>,
-    /// Kr, plane angle per pitch rate (s) [default: its pitch.rate]
-    #[arg(long, value_parser = within(0.0, 1e3))]
-    pub pitch_rate: Option<f64>,
-    /// Kiz, dive angle per depth error and second (rad/(m s))
-    #[arg(long, default_value_t = 0.0, value_parser = within(0.0, 1e3))]
-    pub depth_i: f64,
-    /// Kiy, plane angle per pitch error and second (1/s)
-    #[arg(long, default_value_t = 0.0, value_parser = within(0.0, 1e3))]
-    pub pitch_i: f64,
-    /// Time constant of the filter of the depth loop's derivative (s)
-    #[arg(long, default_value_t = 0.0, value_parser = within(0.0, 1e3))]
-    pub derivative_filter: f64,
-}
-
-/// One of the gains, or the speed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-#[value(rename_all = "snake_case")]
-pub enum Varied {
-    /// Kpz (rad/m)
-    DepthP,
-    /// Kdz (rad s/m)
-    DepthD,
-    /// Kpy
-    PitchP,
-    /// Kr (s)
-    PitchRate,
-    /// U (m/s)
-    Speed,
-}
-
 /// The depth controller's default gains: those of program T6.
 #[must_use]
 pub fn default_gains() -> LoopGains {
@@ -137,62 +100,51 @@ pub fn default_gains() -> LoopGains {
     }
 }
 
-impl GainArgs {
-    /// The gains, and the controller's declared defaults for the rest.
+impl Body {
+    /// A vehicle by its name or file.
     #[must_use]
-    pub fn gains(&self) -> LoopGains {
-        let default = default_gains();
-        LoopGains {
-            depth_p: self.depth_p.unwrap_or(default.depth_p),
-            depth_d: self.depth_d.unwrap_or(default.depth_d),
-            pitch_p: self.pitch_p.unwrap_or(default.pitch_p),
-            pitch_rate: self.pitch_rate.unwrap_or(default.pitch_rate),
+    pub fn vehicle(name: &str) -> Self {
+        Self::Vehicle {
+            name: name.to_owned(),
+            base: vehicle_file::BRUNNER.to_owned(),
         }
     }
-}
 
-impl GainArgs {
-    /// Integrals and filter.
-    #[must_use]
-    pub fn memory(&self) -> Memory {
-        Memory {
-            depth_i: self.depth_i,
-            pitch_i: self.pitch_i,
-            derivative_filter: self.derivative_filter,
+    fn name(&self) -> &str {
+        match self {
+            Self::Vehicle { name, .. } => name,
+            Self::Pitch { name, .. } => name,
         }
     }
-}
 
-impl Subject {
-    /// The vehicle, where it is not [`TABLE_3`].
+    /// In pitch alone at a speed, m/s, as the formula of pole placement takes it.
     ///
     /// # Errors
     /// A vehicle that is refused.
-    pub fn loaded(&self) -> Result<Vehicle> {
-        Ok(vehicle_file::load_on(&self.vehicle, &self.base)?)
-    }
-
-    /// The vehicle about level flight at a speed, m/s, behind the drive.
-    ///
-    /// # Errors
-    /// A vehicle that is refused, or numbers that overflow.
-    pub fn plant(&self, drive: &Drive, speed: f64) -> Result<DivePlant> {
-        let plant = self.continuous_plant(speed)?;
-        match &drive.sampling {
-            Some(Sampling { tick, motion, .. }) => {
-                Ok(plant.sampled(drive.path.lag, motion, *tick)?)
+    pub fn pitch_model(&self, speed: f64) -> Result<PitchModel> {
+        match self {
+            Self::Pitch { model, .. } => Ok(*model),
+            Self::Vehicle { name, base } => {
+                let vehicle = vehicle_file::load_on(name, base)?;
+                let [kappa, damping, restoring] = without_heave(&vehicle.derivatives(speed));
+                Ok(PitchModel {
+                    plane: -kappa,
+                    damping,
+                    restoring,
+                })
             }
-            None => Ok(plant),
         }
     }
 
-    fn continuous_plant(&self, speed: f64) -> Result<DivePlant> {
-        if self.vehicle == TABLE_3 {
-            return Ok(DivePlant::of_pitch(&pitch::model(), speed)?);
-        }
-        let vehicle = self.loaded()?;
+    /// About level flight at a speed, m/s.
+    fn plant(&self, speed: f64) -> Result<DivePlant> {
+        let (name, base) = match self {
+            Self::Pitch { model, .. } => return Ok(DivePlant::of_pitch(model, speed)?),
+            Self::Vehicle { name, base } => (name, base),
+        };
+        let vehicle = vehicle_file::load_on(name, base)?;
         let StateSpace { a, b, .. } = linearised::state_space(&vehicle, speed)
-            .with_context(|| format!("vehicle '{}' at {speed} m/s", vehicle.name))?;
+            .during(|| format!("vehicle '{}' at {speed} m/s", vehicle.name))?;
         // x = (w, q, theta, z); out: q, theta, z, z' = w - U theta.
         #[rustfmt::skip]
         let c = [
@@ -208,6 +160,22 @@ impl Subject {
             DMatrix::zeros(4, 1),
         )?;
         Ok(DivePlant::new(seen)?)
+    }
+}
+
+impl Subject {
+    /// The vehicle about level flight at a speed, m/s, behind the drive.
+    ///
+    /// # Errors
+    /// A vehicle that is refused, or numbers that overflow.
+    pub fn plant(&self, drive: &Drive, speed: f64) -> Result<DivePlant> {
+        let plant = self.body.plant(speed)?;
+        match &drive.sampling {
+            Some(Sampling { tick, motion, .. }) => {
+                Ok(plant.sampled(drive.path.lag, motion, *tick)?)
+            }
+            None => Ok(plant),
+        }
     }
 
     /// The way from the control law to the planes. In the sampled loop it is the command's hold over the tick and the actuator's own motion;
@@ -231,13 +199,11 @@ impl Subject {
                 );
             }
             name => {
-                let set =
-                    planesman_hydraulics::actuator_file::load(name).map_err(|e| anyhow!("{e}"))?;
+                let set = actuator_file::load(name)?;
                 delay = actuator_model::dead_time(&set);
                 if let Some(tick) = tick {
-                    motion = actuator_model::slew_response(&set, tick).with_context(|| {
-                        format!("actuator '{name}' does not follow a step of its command")
-                    })?;
+                    motion = actuator_model::slew_response(&set, tick)
+                        .ok_or_else(|| Error::NoStep(name.to_owned()))?;
                     let volumes = actuator_model::volumes_in_a_tick(&set, tick);
                     let quantum = set.plane_quantum().to_degrees();
                     note = format!(
@@ -253,10 +219,10 @@ impl Subject {
         }
         let last = motion.last().map_or(0.0, |knot| knot.0);
         if let Some(ticks) = tick.map(|tick| last / tick).filter(|it| *it > MOST_TICKS) {
-            bail!(
-                "the planes follow a command within {ticks:.0} ticks, and at most {MOST_TICKS} are analysed: choose a lower --rate or \
-                 --computing-delay"
-            );
+            return Err(Error::Ticks {
+                needed: ticks,
+                most: MOST_TICKS,
+            });
         }
         Ok(Drive {
             path: Path {
@@ -271,12 +237,7 @@ impl Subject {
     ///
     /// # Errors
     /// As [`Subject::plant`].
-    pub fn dive_loop(
-        &self,
-        drive: &Drive,
-        (gains, memory): (LoopGains, Memory),
-        speed: f64,
-    ) -> Result<DiveLoop> {
+    pub fn dive_loop(&self, drive: &Drive, (gains, memory): Law, speed: f64) -> Result<DiveLoop> {
         Ok(DiveLoop {
             plant: self.plant(drive, speed)?,
             gains,
@@ -288,7 +249,7 @@ impl Subject {
     /// Vehicle, actuator and sampling in a line.
     #[must_use]
     pub fn title(&self) -> String {
-        let (vehicle, actuator) = (&self.vehicle, &self.actuator);
+        let (vehicle, actuator) = (self.body.name(), &self.actuator);
         match self.rate > 0.0 {
             true => format!("{vehicle} behind {actuator}, sampled at {} Hz", self.rate),
             false => format!("{vehicle} behind {actuator}, continuous"),
@@ -333,8 +294,7 @@ pub fn gains_text(g: &LoopGains) -> String {
 }
 
 /// A pole; of a conjugate pair both at once.
-#[must_use]
-pub fn pole_text(pole: &Complex<f64>) -> String {
+fn pole_text(pole: &Complex<f64>) -> String {
     if pole.im == 0.0 {
         pair_text(*pole, 4)
     } else {
@@ -344,14 +304,12 @@ pub fn pole_text(pole: &Complex<f64>) -> String {
 }
 
 /// Poles in `s` in the order given, each pair once.
-#[must_use]
-pub fn poles_text(poles: &[Complex<f64>]) -> String {
+pub(crate) fn poles_text(poles: &[Complex<f64>]) -> String {
     once(poles, pole_text)
 }
 
 /// Poles in `z`, likewise.
-#[must_use]
-pub fn discrete_poles_text(poles: &[Complex<f64>]) -> String {
+pub(crate) fn discrete_poles_text(poles: &[Complex<f64>]) -> String {
     once(poles, |pole| pair_text(*pole, 5))
 }
 

@@ -28,7 +28,7 @@ use planesman_msgs::planesman_msgs::msg::VehicleState;
 use planesman_units::{DEGREE, FOOT, INCH};
 use serde::Deserialize;
 
-use crate::design::subject::default_gains;
+use planesman_design::default_gains;
 
 /// Above this much of 1 + N H a harmonic balance is no cycle.
 pub const MOST_RESIDUAL: f64 = 0.1;
@@ -198,7 +198,7 @@ pub fn cases() -> Result<Vec<Case>, serde_json::Error> {
         _note: String,
         cases: Vec<Case>,
     }
-    let file: File = serde_json::from_str(include_str!("limit_cycles.json"))?;
+    let file: File = serde_json::from_str(include_str!("../data/limit_cycles.json"))?;
     Ok(file.cases)
 }
 

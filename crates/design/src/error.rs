@@ -1,0 +1,60 @@
+//! Why there is no analysis.
+
+use planesman_hydraulics::actuator_file::ActuatorFileError;
+use planesman_vehicle::vehicle_file::VehicleError;
+
+/// A result of this crate.
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+/// Why there is no analysis.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// A vehicle that is refused.
+    #[error(transparent)]
+    Vehicle(#[from] VehicleError),
+    /// An actuator that is refused.
+    #[error(transparent)]
+    Actuator(#[from] ActuatorFileError),
+    /// An actuator without a slew response to analyse.
+    #[error("actuator '{0}' does not follow a step of its command")]
+    NoStep(String),
+    /// A command that moves the planes over more ticks than are analysed.
+    #[error(
+        "the planes follow a command within {needed:.0} ticks, and at most {most} are analysed: choose a lower --rate or \
+         --computing-delay"
+    )]
+    Ticks {
+        /// Over so many.
+        needed: f64,
+        /// At most.
+        most: f64,
+    },
+    /// Numbers that overflow.
+    #[error(transparent)]
+    Linear(#[from] planesman_linear::Error),
+    /// A flight that is refused or breaks off.
+    #[error(transparent)]
+    Flight(#[from] planesman_flight::Error),
+    /// What was under way; the source says why it was not done.
+    #[error("{what}")]
+    During {
+        /// A vehicle, a loop, a flight.
+        what: String,
+        /// Why not.
+        source: Box<Error>,
+    },
+}
+
+/// Says what was under way.
+pub(crate) trait During<T> {
+    fn during(self, what: impl FnOnce() -> String) -> Result<T>;
+}
+
+impl<T, E: Into<Error>> During<T> for Result<T, E> {
+    fn during(self, what: impl FnOnce() -> String) -> Result<T> {
+        self.map_err(|source| Error::During {
+            what: what(),
+            source: Box::new(source.into()),
+        })
+    }
+}

@@ -1,0 +1,24 @@
+//! Design of the depth and pitch loops, for any vehicle, speed, gains and actuator.
+//!
+//! - [`Subject`]: a vehicle behind an actuator, as a sampled loop.
+//! - [`Analysis`]: poles, margins and step response at each speed.
+//! - [`Locus`]: the poles as one gain, or the speed, varies.
+//! - [`DepthSteps`]: depth steps flown with every actuator, feedback and gain source.
+//!
+//! All judge the sampled loop: the command at the ticks, held, and the actuator's own motion behind it.
+//! The tools are [`planesman_control::design`]; here they meet vehicles and actuators.
+
+mod analysis;
+mod error;
+mod locus;
+mod steps;
+mod subject;
+
+pub use analysis::{Analysis, described, heading};
+pub use error::{Error, Result};
+pub use locus::{Locus, Varied};
+pub use steps::{Choice, DepthSteps, Outcome};
+pub use subject::{
+    ACTUATOR, Body, Drive, Law, RATE, Sampling, Subject, default_gains, gains_text, law_text,
+    speed_text,
+};

@@ -1,0 +1,117 @@
+//! What the cases of a sweep came to, combination by combination.
+//!
+//! The files are read row by row. What is kept does not grow with the seeds: the means of each combination.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use super::case::{SETTLING, TRAVEL};
+use super::results::file_of;
+use super::space::Space;
+use crate::error::{During, Result, refused};
+
+/// A mean as it grows.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Mean {
+    sum: f64,
+    /// Values taken.
+    pub count: u32,
+}
+
+impl Mean {
+    /// Takes a value, if there is one.
+    pub fn take(&mut self, value: Option<f64>) {
+        if let Some(value) = value {
+            self.sum += value;
+            self.count += 1;
+        }
+    }
+
+    /// The mean of those taken; `None` of none.
+    #[must_use]
+    pub fn value(&self) -> Option<f64> {
+        (self.count > 0).then(|| self.sum / f64::from(self.count))
+    }
+}
+
+/// The seeds of a combination.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Combination {
+    /// Their settling times, s.
+    pub settling: Mean,
+    /// Their plane travel, rad.
+    pub travel: Mean,
+    /// Cases.
+    pub cases: u32,
+    /// Those of them that never settled.
+    pub unsettled: u32,
+}
+
+/// The cases of a folder.
+#[derive(Clone, Debug, Default)]
+pub struct Outcomes {
+    /// By their number, the combinations of which there are cases.
+    pub combinations: BTreeMap<u64, Combination>,
+    /// Cases.
+    pub cases: u64,
+    /// Those of them that broke off.
+    pub failed: u64,
+}
+
+impl Outcomes {
+    /// Reads what the folder holds, the whole or some of so many parts.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    pub fn read(folder: &Path, parts: Option<u64>, space: &Space) -> Result<Self> {
+        let mut found = Self::default();
+        for file in files(folder, parts)? {
+            let mut rows = csv::Reader::from_path(&file)?;
+            for row in rows.records() {
+                let row = row.during(|| format!("'{}'", file.display()))?;
+                let metric =
+                    |place: usize| row.get(space.axes.len() + 2 + place)?.parse::<f64>().ok();
+                let case = row.get(0).unwrap_or_default();
+                let case: u64 = case.parse().map_err(|_| {
+                    refused!("'{}': no case has the number '{case}'", file.display())
+                })?;
+                let combination = found
+                    .combinations
+                    .entry(case / u64::from(space.seeds))
+                    .or_default();
+                found.cases += 1;
+                combination.cases += 1;
+                if row
+                    .get(row.len() - 1)
+                    .is_some_and(|error| !error.is_empty())
+                {
+                    found.failed += 1;
+                    continue;
+                }
+                let settling = metric(SETTLING);
+                combination.unsettled += u32::from(settling.is_none());
+                combination.settling.take(settling);
+                combination.travel.take(metric(TRAVEL));
+            }
+        }
+        Ok(found)
+    }
+}
+
+/// The results' files that are there. A copy of one, or a part of another division, has cases a second time: it is left out.
+fn files(folder: &Path, parts: Option<u64>) -> Result<Vec<PathBuf>> {
+    let Some(parts) = parts else {
+        return Ok(vec![folder.join("cases.csv")]);
+    };
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder)? {
+        let path = entry?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let part = || name.strip_prefix("cases-")?.split('-').next()?.parse().ok();
+        if part().is_some_and(|part| name == file_of(part, parts)) {
+            files.push(path);
+        }
+    }
+    files.sort();
+    Ok(files)
+}
