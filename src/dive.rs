@@ -14,6 +14,7 @@ use planesman_console::sparkline;
 use planesman_control::gains::is_of_pitch;
 use planesman_linear::pole_text;
 use planesman_msgs::diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus};
+use planesman_msgs::loop_topics;
 use planesman_msgs::planesman_msgs::msg::{ModelEstimate, VehicleState};
 use planesman_msgs::rcl_interfaces::srv::{GetParameters, GetParametersRequest};
 use planesman_msgs::std_srvs::srv::{SetBool, SetBoolRequest, SetBoolResponse};
@@ -23,7 +24,6 @@ use planesman_node::{
     value_of,
 };
 use planesman_parameters::{Value, Values};
-use planesman_recording::loop_topics;
 use recorder::node::BAG;
 
 use crate::crew::Crew;

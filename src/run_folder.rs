@@ -6,7 +6,7 @@ use std::{fmt, fs};
 
 use anyhow::{Context, Result, bail};
 use planesman_bag::reader::BagReader;
-use planesman_recording::loop_topics;
+use planesman_msgs::loop_topics;
 use planesman_recording::parameters::RecorderParameters;
 use planesman_recording::selection::Selection;
 use planesman_text::in_one_line;

@@ -127,8 +127,8 @@ fn text(models: &Models) -> Result<String> {
     writeln!(text, "{}", models.heading)?;
     writeln!(text, "\ncontinuous, s in {}", models.frequency)?;
     describe(&mut text, &models.continuous)?;
-    // A hold leaves the steady gain as it is; rounding would show another beside a pole at 1.
-    match models.continuous.dc_gain(Domain::Continuous) {
+    // A hold leaves the steady-state gain as it is; rounding would show another beside a pole at 1.
+    match models.continuous.steady_state_gain(Domain::Continuous) {
         Ok(gain) => writeln!(text, "  steady   {}", Number(gain))?,
         Err(_) => writeln!(text, "  steady   none, it integrates")?,
     }

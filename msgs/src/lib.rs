@@ -32,6 +32,7 @@ pub mod cdr;
 pub mod description;
 mod field;
 mod finite;
+pub mod loop_topics;
 mod registry;
 mod time;
 

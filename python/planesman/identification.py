@@ -138,8 +138,8 @@ class Uncertainty:
     """Of `Model.continuous_poles`, 1/s."""
     zeros: NDArray[np.complex128]
     """Of `Model.zeros`."""
-    dc_gain: float | None
-    """Of `Model.dc_gain`, output per input."""
+    steady_state_gain: float | None
+    """Of `Model.steady_state_gain`, output per input."""
     parameters: dict[str, float]
     """Of `Model.parameters`."""
     bootstrap: dict[str, Any] | None
@@ -237,9 +237,9 @@ class Model:
         return _complex(self._model["zeros"])
 
     @property
-    def dc_gain(self) -> float | None:
-        """Steady gain, output per input; None with a pole at z = 1."""
-        gain = self._model["dc_gain"]
+    def steady_state_gain(self) -> float | None:
+        """Steady-state gain, output per input; None with a pole at z = 1."""
+        gain = self._model["steady_state_gain"]
         return None if gain is None else float(gain[0])
 
     @property
@@ -273,7 +273,7 @@ class Model:
             poles=_complex(model["poles"], "_deviation"),
             continuous_poles=_complex(model["continuous_poles"], "_deviation"),
             zeros=_complex(model["zeros"], "_deviation"),
-            dc_gain=None if model["dc_gain"] is None else float(model["dc_gain"][1]),
+            steady_state_gain=None if model["steady_state_gain"] is None else float(model["steady_state_gain"][1]),
             parameters={found["name"]: found["deviation"] for found in self.report.get("parameters", [])},
             bootstrap=self.report.get("bootstrap"),
         )
@@ -401,8 +401,8 @@ class Model:
                 means = f"natural frequency {size:.4g} rad/s, damping ratio {-pole.real / size:.3g}"
             imaginary = _plus_minus(pole.imag, off.imag) if pole.imag != 0.0 else ""
             rows.append([_plus_minus(pole.real, off.real), imaginary, means])
-        if self.dc_gain is not None:
-            rows.append([_plus_minus(self.dc_gain, self.uncertainty.dc_gain or 0.0), "", "steady gain"])
+        if self.steady_state_gain is not None:
+            rows.append([_plus_minus(self.steady_state_gain, self.uncertainty.steady_state_gain or 0.0), "", "steady-state gain"])
         heads = ["pole [1/s], real part", "imaginary part", "what it does"]
         table = _tables.of_rows(heads, rows, "± : 95 %", whole=True)
         verdict = "".join(f"<li>{html.escape(sentence)}</li>" for sentence in self.verdict)

@@ -167,7 +167,7 @@ def fit_all(
     `data` is a folder, in which every bag, `.mcap`, `.db3`, `.csv` and `.ulg` file below it is taken, or a list of paths.
 
     Returns the folder `out/models`, of `parts` files, which DuckDB, Polars, pandas and Spark read as one table: `data` (the path),
-    `method`, `order`, `sample_time` (s), `fit` and `held_out_fit` (%), `dc_gain` with `dc_gain_deviation`, the lists `pole_re`, `pole_im`
+    `method`, `order`, `sample_time` (s), `fit` and `held_out_fit` (%), `steady_state_gain` with `steady_state_gain_deviation`, the lists `pole_re`, `pole_im`
     and their deviations `pole_re_deviation`, `pole_im_deviation` (1/s), `verdict`, `model` (the model file, JSON), and `error`: why there
     is no model. The same call again fits what is lacking. `progress` as of `sweep`. A `client` of `dask.distributed` spreads the parts over its workers, which
     must see the data and `out`.
@@ -236,7 +236,7 @@ class _Fits:
 
         schema = pyarrow.schema(
             [("data", pyarrow.string()), ("method", pyarrow.string()), ("order", pyarrow.int64())]
-            + [(name, pyarrow.float64()) for name in ("sample_time", "fit", "held_out_fit", "dc_gain", "dc_gain_deviation")]
+            + [(name, pyarrow.float64()) for name in ("sample_time", "fit", "held_out_fit", "steady_state_gain", "steady_state_gain_deviation")]
             + [(name, pyarrow.list_(pyarrow.float64())) for name in _poles(None)]
             + [("verdict", pyarrow.list_(pyarrow.string())), ("model", pyarrow.string()), ("error", pyarrow.string())]
         )
@@ -261,8 +261,8 @@ class _Fits:
             "sample_time": model.sample_time,
             "fit": model.fit,
             "held_out_fit": model.held_out_fit,
-            "dc_gain": model.dc_gain,
-            "dc_gain_deviation": model.uncertainty.dc_gain,
+            "steady_state_gain": model.steady_state_gain,
+            "steady_state_gain_deviation": model.uncertainty.steady_state_gain,
             **_poles(model),
             "verdict": model.verdict,
             "model": json.dumps(model.report["model"]),

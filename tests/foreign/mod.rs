@@ -17,7 +17,7 @@ use std::{
 pub(crate) use peers::{are_required, root, skip};
 use serde_json::Value;
 
-/// The full name of a topic that `planesman_recording::loop_topics` names within the vehicle's namespace.
+/// The full name of a topic that `planesman_msgs::loop_topics` names within the vehicle's namespace.
 pub(crate) fn full_name(topic: &str) -> String {
     if topic.starts_with('/') {
         topic.to_owned()

@@ -29,9 +29,9 @@ def main() -> None:
             {
                 "poles": numbers(sampled.poles()),
                 "zeros": numbers(sampled.zeros()),
-                "dc_gain": float(numpy.real(sampled.dcgain())),
+                "steady_state_gain": float(numpy.real(sampled.dcgain())),
                 "continuous_poles": numbers(continuous.poles()),
-                "continuous_dc_gain": float(numpy.real(continuous.dcgain())),
+                "continuous_steady_state_gain": float(numpy.real(continuous.dcgain())),
                 "response": numbers(sampled(numpy.exp(1j * omega * model["sample_time"]))),
                 "held_response": numbers(held(numpy.exp(1j * omega * model["sample_time"]))),
             }

@@ -28,4 +28,5 @@ mod stage;
 mod sysid_compare;
 mod sysid_data;
 mod sysid_fit;
+mod topics;
 mod walls;

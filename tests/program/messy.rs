@@ -450,7 +450,7 @@ fn judged(case: &Case, found: Result<FitResult, String>) -> (String, Option<Stri
     };
     let analysis = &found.analysis;
     let reading = analysis.reading();
-    let gain = reading.dc_gain().filter(|_| truth.is_finite());
+    let gain = reading.steady_state_gain().filter(|_| truth.is_finite());
     let at = reading.continuous_poles().unwrap();
     let near: Vec<&Uncertain> = poles
         .iter()
@@ -506,7 +506,7 @@ fn messy_data_gives_the_truth_or_a_warning() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("data.csv");
     println!(
-        "| data | order, delay | steady gain (truth) | poles, 1/s | verdict |\n|---|---|---|---|---|"
+        "| data | order, delay | steady-state gain (truth) | poles, 1/s | verdict |\n|---|---|---|---|---|"
     );
     let mut wrong = Vec::new();
     for case in cases() {

@@ -238,7 +238,7 @@ fn tables_say_everything_within_eighty_columns_and_in_every_format() {
         "10 ahead",
         "free of earlier inputs",
         "99 % bound",
-        "steady gain",
+        "steady-state gain",
         "phase, deg",
         "(fir)",
     ] {

@@ -82,7 +82,7 @@ fn is_the_response(found: &FitResult) {
     let model = found.analysis.model();
     assert!((model.a[0] + 0.9).abs() < 1e-12, "{model:?}");
     assert!((model.b[0] - 0.2).abs() < 1e-12, "{model:?}");
-    assert!((model.dc_gain().unwrap() - 2.0).abs() < 1e-9);
+    assert!((model.steady_state_gain().unwrap() - 2.0).abs() < 1e-9);
     assert!(found.analysis.fit.unwrap() > 99.9999);
 }
 

@@ -83,7 +83,7 @@ fn a_loop_is_noticed_and_its_reference_sets_the_model_right() {
     );
     assert!(!says(&staged, "closed-loop"), "{text}");
     let off = |found: &FitResult| {
-        let gain = found.analysis.reading().dc_gain().unwrap();
+        let gain = found.analysis.reading().steady_state_gain().unwrap();
         (gain.value.re - 2.0).abs() / gain.real_deviation()
     };
     assert!(off(&staged) < 4.0, "{text}");

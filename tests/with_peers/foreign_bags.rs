@@ -71,7 +71,7 @@ fn a_dives_bag_is_read_by_rosbags_and_mcap_with_every_message_that_was_sent() {
     assert_eq!(found["/auv/state"], 100);
 
     // Each computes the type hash from the definition in the bag, and decodes by it.
-    for topic in planesman_recording::loop_topics::ALL {
+    for topic in planesman_msgs::loop_topics::ALL {
         let name = full_name(topic.name);
         if let Some(read) = report["topics"].get(&name) {
             assert_eq!(read["type"], topic.info.type_name, "{name}");

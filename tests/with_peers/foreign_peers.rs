@@ -11,6 +11,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use foreign::{CYCLONE, Python, RCLPY, Running, full_name, root};
 use planesman_control::ControllerParameters;
 use planesman_flight::nodes::NODES;
+use planesman_msgs::loop_topics::{self, Delivery};
 use planesman_msgs::{
     Message,
     diagnostic_msgs::msg::DiagnosticArray,
@@ -23,7 +24,6 @@ use planesman_msgs::{
 };
 use planesman_node::Qos;
 use planesman_parameters::Parameters as _;
-use planesman_recording::loop_topics::{self, Delivery};
 use rustix::process::Pid;
 use serde_json::{Value, json};
 use stage::{Process, Signal, Stage, eventually, freeze, scenario};
@@ -144,7 +144,7 @@ fn every_topic_is_discovered_with_its_type_qos_and_type_hash(python: &Python, st
     let _loop = keep_flying(stage, HOLD_ONE_METRE, &["--lockstep"]);
 
     let from_the_operator =
-        ["depth", "pitch", "course", "speed"].map(|of| format!("{of}_setpoint"));
+        ["depth", "pitch", "heading", "speed"].map(|of| format!("{of}_setpoint"));
     let is_published = |topic: &str| {
         !from_the_operator.iter().any(|name| name == topic) && !UNSAID.contains(&topic)
     };

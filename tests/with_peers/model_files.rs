@@ -205,8 +205,8 @@ fn python_control_loads_the_same_model() {
     all_are("poles", &file.poles, 1e-9);
     all_are("zeros", &file.zeros, 1e-9);
     all_are("continuous_poles", &file.continuous_poles, 1e-7);
-    let [gain, _] = file.dc_gain.unwrap();
-    for name in ["dc_gain", "continuous_dc_gain"] {
+    let [gain, _] = file.steady_state_gain.unwrap();
+    for name in ["steady_state_gain", "continuous_steady_state_gain"] {
         let found = loaded[name].as_f64().unwrap();
         assert!((found - gain).abs() < 1e-6, "{name}: {found} for {gain}");
     }

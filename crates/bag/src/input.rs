@@ -14,7 +14,7 @@ const ZSTD: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
 
 /// A packed file is unpacked to so many times its size at most: telemetry packs to a hundredth at best, a bomb to a
 /// hundred-thousandth.
-const MOST: u64 = 1000;
+const MAX_EXPANSION: u64 = 1000;
 
 /// A file, read from its beginning.
 pub(crate) enum Input {
@@ -33,7 +33,7 @@ impl Input {
         }
         let unpacked = zstd::Decoder::with_buffer(file)?;
         Ok(Self::Packed(Box::new(
-            unpacked.take(size.saturating_mul(MOST)),
+            unpacked.take(size.saturating_mul(MAX_EXPANSION)),
         )))
     }
 

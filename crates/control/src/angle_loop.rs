@@ -1,12 +1,12 @@
-//! The roll and the course regulator: proportional with rate feedback (Brunner, NPS thesis, 1988,
+//! The roll and the heading regulator: proportional with rate feedback (Brunner, NPS thesis, 1988,
 //! ch. II.C and II.D, Fig. 19).
 //!
 //! ```text
 //! roll:    beta    = Kpx (phi_c - phi) - Kdx p      bow planes, differentially; phi_c = 0
-//! course:  delta_r = Kpy (psi_c - psi) - Kdy r      rudder
+//! heading:  delta_r = Kpy (psi_c - psi) - Kdy r      rudder
 //! ```
 //! The report differentiates the error; with a setpoint that stands still that is the rate fed back, which
-//! it names as the other way (p. 28), and which makes no impulse of a new course.
+//! it names as the other way (p. 28), and which makes no impulse of a new heading.
 //! Kpx = 10 and Kdx = 10 s give the natural frequency 2.24 rad/s, not the 5.0 printed (erratum E5).
 
 use crate::limits::{Limit, bounded};
@@ -48,18 +48,18 @@ mod tests {
 
     #[test]
     fn an_error_to_starboard_is_answered_to_starboard_until_the_rate_suffices() {
-        let course = AngleLoop {
+        let heading = AngleLoop {
             p: 1.0,
             rate: 3.0,
             limit: Limit::new(0.5).unwrap(),
         };
-        assert_eq!(course.evaluate(0.2, 0.0), 0.2);
-        assert!(course.evaluate(0.2, 0.1) < 0.0);
-        assert_eq!(course.evaluate(2.0, 0.0), 0.5);
+        assert_eq!(heading.evaluate(0.2, 0.0), 0.2);
+        assert!(heading.evaluate(0.2, 0.1) < 0.0);
+        assert_eq!(heading.evaluate(2.0, 0.0), 0.5);
     }
 
     #[test]
-    fn a_course_is_taken_up_the_short_way_round() {
+    fn a_heading_is_taken_up_the_short_way_round() {
         for (from, to, way) in [
             (0.0, 1.0, 1.0),
             (3.0, -3.0, 0.283_185),

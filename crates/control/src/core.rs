@@ -61,7 +61,7 @@ pub struct Controller {
     manoeuvre_end: Option<Result<(), Error>>,
     run: Option<Run>,
     /// Lines for the log.
-    news: Vec<String>,
+    changes: Vec<String>,
 }
 
 /// A run: from the first state on, until the stamps go back.
@@ -95,7 +95,7 @@ impl Controller {
             manoeuvre: None,
             manoeuvre_end: None,
             run: None,
-            news: Vec::new(),
+            changes: Vec::new(),
         })
     }
 
@@ -116,8 +116,9 @@ impl Controller {
         if new.pitch_setpoint != old.pitch_setpoint {
             self.loops.setpoints.pitch.forget();
         }
-        if new.course_setpoint != old.course_setpoint || new.course_active != old.course_active {
-            self.loops.setpoints.course.forget();
+        if new.heading_setpoint != old.heading_setpoint || new.heading_active != old.heading_active
+        {
+            self.loops.setpoints.heading.forget();
         }
         if new.speed_setpoint != old.speed_setpoint || new.speed_active != old.speed_active {
             self.loops.setpoints.speed.forget();
@@ -168,7 +169,7 @@ impl Controller {
         if self.safety.latch(fault) {
             let text = format!("fault: {}", fault.text());
             self.break_off(&text);
-            self.news.push(text);
+            self.changes.push(text);
         }
     }
 
@@ -213,7 +214,7 @@ impl Controller {
         Ok(match quantity {
             Quantity::Depth => self.config.depth_bounds.hold(value),
             Quantity::Pitch => self.config.pitch_bounds.hold(value),
-            Quantity::Course | Quantity::Speed => value,
+            Quantity::Heading | Quantity::Speed => value,
         })
     }
 
@@ -224,8 +225,8 @@ impl Controller {
     }
 
     /// The lines for the log since the last call.
-    pub fn news(&mut self) -> Vec<String> {
-        std::mem::take(&mut self.news)
+    pub fn take_changes(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.changes)
     }
 
     /// The plane command that answers `state`, and everything that led to it.
@@ -359,7 +360,7 @@ impl Controller {
     fn gains(&mut self, feedback: &Feedback, stamp: i64, dt: f64) -> (Gains, bool) {
         let rules = &self.config.following;
         let (followed, adapted) = self.follower.gains(rules, feedback.speed, stamp, dt);
-        self.news.extend(self.follower.news());
+        self.changes.extend(self.follower.take_changes());
         let LoopGains {
             depth_p,
             depth_d,
@@ -410,7 +411,7 @@ impl Controller {
         if !feedback.is_finite() {
             self.estimator.restart();
             self.estimate = None;
-            self.news
+            self.changes
                 .push("the estimate is not finite: restarted, planes neutral".to_owned());
             return self.neutral(stamp.clone());
         }
@@ -459,7 +460,7 @@ impl Controller {
                 .expire(timeout, tick.elapsed)
             {
                 let name = quantity.name();
-                self.news.push(format!(
+                self.changes.push(format!(
                     "no {name} setpoint for {timeout} s: using the parameter"
                 ));
             }

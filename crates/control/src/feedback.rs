@@ -21,7 +21,7 @@ pub(crate) struct Feedback {
     pub roll: f64,
     /// rad/s.
     pub roll_rate: f64,
-    /// rad, from the first course, to starboard.
+    /// rad, from the initial heading, to starboard.
     pub yaw: f64,
     /// rad/s, to starboard.
     pub yaw_rate: f64,
@@ -46,7 +46,7 @@ impl Feedback {
         }
     }
 
-    /// This with depth, pitch, their rates and the speed as estimated; roll and course stay.
+    /// This with depth, pitch, their rates and the speed as estimated; roll and heading stay.
     #[must_use]
     pub(crate) fn estimated(self, estimated: &Estimated) -> Self {
         let estimate = &estimated.estimate;

@@ -9,7 +9,7 @@ use crate::runs::{RUNS, Run};
 
 /// The plane command over time.
 #[derive(Clone, Debug, PartialEq)]
-enum Course {
+enum Waveform {
     Signal(TestSignal),
     /// A run of the report, times a factor.
     Run(Run, f64),
@@ -18,7 +18,7 @@ enum Course {
 /// A manoeuvre under way.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Underway {
-    course: Course,
+    waveform: Waveform,
     /// ns
     duration: i64,
     /// When its first tick was, ns of the run; `None` before that.
@@ -42,14 +42,14 @@ impl Underway {
     /// # Errors
     /// A sentence with the value and the rule it breaks.
     pub(crate) fn of(goal: &ManoeuvreGoal, planes_limit: Limit) -> Result<Self, String> {
-        let course = match Run::named(&goal.name) {
-            Some(run) if goal.amplitude == 0.0 => Course::Run(run, 1.0),
-            Some(run) => Course::Run(run, goal.amplitude / run.amplitude()),
-            None => Course::Signal(signal(goal)?),
+        let waveform = match Run::named(&goal.name) {
+            Some(run) if goal.amplitude == 0.0 => Waveform::Run(run, 1.0),
+            Some(run) => Waveform::Run(run, goal.amplitude / run.amplitude()),
+            None => Waveform::Signal(signal(goal)?),
         };
-        let (largest, whole) = match &course {
-            Course::Run(run, factor) => (factor * run.amplitude(), run.duration),
-            Course::Signal(_) => (goal.amplitude, goal.period),
+        let (largest, whole) = match &waveform {
+            Waveform::Run(run, factor) => (factor * run.amplitude(), run.duration),
+            Waveform::Signal(_) => (goal.amplitude, goal.period),
         };
         // No range holds NaN.
         if !(0.0..=planes_limit.bound()).contains(&largest.abs()) {
@@ -64,7 +64,7 @@ impl Underway {
             duration => return Err(format!("duration {duration} s refused: 0 to 1e6 s")),
         };
         Ok(Self {
-            course,
+            waveform,
             duration: nanoseconds(duration),
             began: None,
             progress: Progress::default(),
@@ -78,9 +78,9 @@ impl Underway {
         if time >= self.duration {
             return None;
         }
-        let dive_planes = match &self.course {
-            Course::Signal(signal) => signal.value(time),
-            Course::Run(run, factor) => factor * run.value(time),
+        let dive_planes = match &self.waveform {
+            Waveform::Signal(signal) => signal.value(time),
+            Waveform::Run(run, factor) => factor * run.value(time),
         };
         self.progress = Progress {
             elapsed: time as f64 * 1e-9,

@@ -1,9 +1,9 @@
-//! Control of depth, pitch, roll, course and speed, after Brunner (*Experimental Verification of AUV Performance*,
+//! Control of depth, pitch, roll, heading and speed, after Brunner (*Experimental Verification of AUV Performance*,
 //! NPS thesis, March 1988, ch. II and program T6).
 //!
 //! - [`Controller`]: a vehicle state in, a plane command out (`core`), by its [`ControllerParameters`].
 //! - `loops`: all loops at a tick. [`DepthLoop`], [`PitchLoop`], `autopilot`: the dive loops, with integrals, filters and bumpless transfer.
-//! - `angle_loop`, `speed_loop`: roll, course, speed. `allocation`: one angle to bow and stern planes.
+//! - `angle_loop`, `speed_loop`: roll, heading, speed. `allocation`: one angle to bow and stern planes.
 //! - `setpoint`, `schedule`, `manoeuvre`, `runs`, `goal`: setpoints and test signals.
 //! - [`Source`], `estimator`: pitch, depth rate and gyro bias from the instruments.
 //! - [`gains`]: fixed, scheduled over speed, or adapted to an identified model.

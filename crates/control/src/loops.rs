@@ -3,9 +3,9 @@
 //! ```text
 //! depth setpoint -> depth PD -> [pitch limit] -> pitch P + rate -> (+ test signal) -> [plane limit] -> bow, stern
 //! level          -> roll PD -> bow planes, differentially
-//! course setpoint -> course PD -> rudder             speed setpoint -> feed-forward + P -> thrust
+//! heading setpoint -> heading PD -> rudder           speed setpoint -> feed-forward + P -> thrust
 //! ```
-//! Course and speed are held when their `active` parameter says so, or once a setpoint for them has
+//! Heading and speed are held when their `active` parameter says so, or once a setpoint for them has
 //! come on its topic. Roll is held level. In mode off nothing is held.
 
 use planesman_msgs::planesman_msgs::msg::{ControlState, PlaneCommand};
@@ -27,13 +27,13 @@ pub type Answer = (PlaneCommand, ControlState);
 pub(crate) struct Tick {
     /// Since the run began, ns.
     pub elapsed: i64,
-    /// Since the run began, m along the first course.
+    /// Since the run began, m along the initial heading.
     pub distance: f64,
     /// Since the last tick, s; 0 at the first.
     pub dt: f64,
 }
 
-/// Roll, course or speed at a tick; the command in the unit of its actuator.
+/// Roll, heading or speed at a tick; the command in the unit of its actuator.
 #[derive(Clone, Copy, Debug, Default)]
 struct Regulated {
     setpoint: f64,
@@ -67,23 +67,23 @@ impl Loops {
     ) -> Answer {
         let control = self.dive((config, gains), feedback, tick, manoeuvre, control);
         let planes = config.allocation.share(control.dive_planes);
-        let (mut roll, mut course, mut speed) = (None, None, None);
+        let (mut roll, mut heading, mut speed) = (None, None, None);
         if config.mode == Mode::Off {
-            self.setpoints.course.release();
+            self.setpoints.heading.release();
             self.setpoints.speed.release();
         } else {
             roll = hold_level(config, feedback, planes.bow());
-            course = self.course(config, feedback, tick);
+            heading = self.heading(config, feedback, tick);
             speed = self.speed(config, feedback, tick);
         }
-        let held = [roll, course, speed].map(|regulated| regulated.is_some());
-        let [roll, course, speed] = [roll, course, speed].map(Option::unwrap_or_default);
+        let held = [roll, heading, speed].map(|regulated| regulated.is_some());
+        let [roll, heading, speed] = [roll, heading, speed].map(Option::unwrap_or_default);
         let command = PlaneCommand {
             header: control.header.clone(),
             dive_planes: planes.mean,
             bow_stern_differential: planes.differential,
             roll_differential: roll.command,
-            rudder: course.command,
+            rudder: heading.command,
             thrust: speed.command,
         };
         let control = ControlState {
@@ -93,10 +93,10 @@ impl Loops {
             roll_held: held[0],
             roll_error: roll.error,
             roll_differential: roll.command,
-            course_held: held[1],
-            course_setpoint: course.setpoint,
-            course_error: course.error,
-            rudder: course.command,
+            heading_held: held[1],
+            heading_setpoint: heading.setpoint,
+            heading_error: heading.error,
+            rudder: heading.command,
             speed_held: held[2],
             speed_setpoint: speed.setpoint,
             speed_error: speed.error,
@@ -114,7 +114,7 @@ impl Loops {
         control: ControlState,
     ) -> Answer {
         self.autopilot.neutralised();
-        self.setpoints.course.release();
+        self.setpoints.heading.release();
         self.setpoints.speed.release();
         let climbing = reaction == Reaction::Climb;
         let planes = if climbing {
@@ -196,26 +196,26 @@ impl Loops {
         }
     }
 
-    /// Course, by the rudder; `None` while it is not held.
-    fn course(&mut self, config: &Config, feedback: &Feedback, tick: Tick) -> Option<Regulated> {
-        let course = &mut self.setpoints.course;
-        if !config.course_active && course.commanded().is_none() {
-            course.release();
+    /// Heading, by the rudder; `None` while it is not held.
+    fn heading(&mut self, config: &Config, feedback: &Feedback, tick: Tick) -> Option<Regulated> {
+        let heading = &mut self.setpoints.heading;
+        if !config.heading_active && heading.commanded().is_none() {
+            heading.release();
             return None;
         }
-        let target = course.commanded().unwrap_or(config.course_setpoint);
-        let from = course.stands().unwrap_or(feedback.yaw);
+        let target = heading.commanded().unwrap_or(config.heading_setpoint);
+        let from = heading.stands().unwrap_or(feedback.yaw);
         let bounds = Bounds {
-            rate: config.course_rate,
+            rate: config.heading_rate,
             ..Bounds::NONE
         };
         let to = bounded(from + short_way(from, target));
-        let setpoint = course.follow(to, feedback.yaw, bounds, tick.dt);
+        let setpoint = heading.follow(to, feedback.yaw, bounds, tick.dt);
         let error = short_way(feedback.yaw, setpoint);
         Some(Regulated {
             setpoint,
             error,
-            command: config.course.evaluate(error, feedback.yaw_rate),
+            command: config.heading.evaluate(error, feedback.yaw_rate),
         })
     }
 

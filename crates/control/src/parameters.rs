@@ -40,9 +40,9 @@ pub struct ControllerParameters {
     /// Pitch setpoint in mode pitch, positive bow up; limited by depth.pitch_limit.
     #[parameter(default = 0.0, unit = "rad", range = -FRAC_PI_2..=FRAC_PI_2)]
     pub pitch_setpoint: f64,
-    /// Course setpoint if course.active, relative to the first course, positive to starboard.
+    /// Heading setpoint if heading.active, relative to the initial heading, positive to starboard.
     #[parameter(default = 0.0, unit = "rad", range = -TAU..=TAU)]
-    pub course_setpoint: f64,
+    pub heading_setpoint: f64,
     /// Speed setpoint if speed.active, through the water; default 1 ft/s, the report's reference.
     #[parameter(default = 0.3048, unit = "m/s", range = 0.0..=10.0)]
     pub speed_setpoint: f64,
@@ -70,8 +70,8 @@ pub struct ControllerParameters {
     pub transfer: Transfer,
     /// `roll.*`.
     pub roll: Roll,
-    /// `course.*`.
-    pub course: Course,
+    /// `heading.*`.
+    pub heading: Heading,
     /// `speed.*`.
     pub speed: Speed,
     /// `safety.*`.
@@ -207,22 +207,22 @@ pub struct Roll {
     pub limit: f64,
 }
 
-/// The parameters `course.*`.
+/// The parameters `heading.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
-pub struct Course {
-    /// Whether course_setpoint is held by the rudder; a setpoint on the topic is always held.
+pub struct Heading {
+    /// Whether heading_setpoint is held by the rudder; a setpoint on the topic is always held.
     #[parameter(default = true)]
     pub active: bool,
-    /// Proportional gain of the course loop: rudder angle per course error, Kpy = 1 (Brunner 1988, p. 32).
+    /// Proportional gain of the heading loop: rudder angle per heading error, Kpy = 1 (Brunner 1988, p. 32).
     #[parameter(default = 1.0, unit = "rad/rad", range = 0.0..=1e3)]
     pub p: f64,
-    /// Rate gain of the course loop: rudder angle per yaw rate, Kdy = 3 s (Brunner 1988, p. 32).
+    /// Rate gain of the heading loop: rudder angle per yaw rate, Kdy = 3 s (Brunner 1988, p. 32).
     #[parameter(default = 3.0, unit = "s", range = 0.0..=1e3)]
     pub rate: f64,
     /// Limit of the rudder command to either side; default as for the planes, the report gives none.
     #[parameter(default = FRAC_PI_6, unit = "rad", range = 0.0..=FRAC_PI_2)]
     pub limit: f64,
-    /// Rate limit of the course setpoint, which turns the shorter way; 0: none.
+    /// Rate limit of the heading setpoint, which turns the shorter way; 0: none.
     #[parameter(default = 0.0, unit = "rad/s", range = 0.0..=1e3)]
     pub setpoint_rate: f64,
 }
@@ -255,7 +255,7 @@ pub struct ScheduleParameters {
     /// Start times of the scheduled depths since the first state; increasing.
     #[parameter(default = Vec::new(), unit = "s", range = 0.0..=1e9)]
     pub times: Vec<f64>,
-    /// Start distances of the scheduled depths along the first course since the first state; increasing; instead
+    /// Start distances of the scheduled depths along the initial heading since the first state; increasing; instead
     /// of schedule.times.
     #[parameter(default = Vec::new(), unit = "m", range = 0.0..=1e9)]
     pub distances: Vec<f64>,
@@ -437,8 +437,8 @@ pub(crate) struct Config {
     pub depth_setpoint: f64,
     /// The standing pitch setpoint, rad, bow up.
     pub pitch_setpoint: f64,
-    /// The standing course setpoint, rad.
-    pub course_setpoint: f64,
+    /// The standing heading setpoint, rad.
+    pub heading_setpoint: f64,
     /// The standing speed setpoint, m/s.
     pub speed_setpoint: f64,
     /// The lifetime of a setpoint from a topic, s; 0: no limit.
@@ -461,12 +461,12 @@ pub(crate) struct Config {
     pub roll_active: bool,
     /// The roll regulator.
     pub roll: AngleLoop,
-    /// Whether the standing course is held.
-    pub course_active: bool,
-    /// The course regulator.
-    pub course: AngleLoop,
-    /// How fast the course setpoint moves, rad/s; 0 at once.
-    pub course_rate: f64,
+    /// Whether the standing heading is held.
+    pub heading_active: bool,
+    /// The heading regulator.
+    pub heading: AngleLoop,
+    /// How fast the heading setpoint moves, rad/s; 0 at once.
+    pub heading_rate: f64,
     /// Whether the standing speed is held.
     pub speed_active: bool,
     /// The speed regulator.
@@ -520,7 +520,7 @@ impl Config {
             mode: p.mode,
             depth_setpoint: p.depth_setpoint,
             pitch_setpoint: p.pitch_setpoint,
-            course_setpoint: p.course_setpoint,
+            heading_setpoint: p.heading_setpoint,
             speed_setpoint: p.speed_setpoint,
             setpoint_timeout: p.setpoint_timeout,
             state_timeout: p.state_timeout,
@@ -539,13 +539,13 @@ impl Config {
                 rate: p.roll.rate,
                 limit: limit("roll.limit", p.roll.limit)?,
             },
-            course_active: p.course.active,
-            course: AngleLoop {
-                p: p.course.p,
-                rate: p.course.rate,
-                limit: limit("course.limit", p.course.limit)?,
+            heading_active: p.heading.active,
+            heading: AngleLoop {
+                p: p.heading.p,
+                rate: p.heading.rate,
+                limit: limit("heading.limit", p.heading.limit)?,
             },
-            course_rate: p.course.setpoint_rate,
+            heading_rate: p.heading.setpoint_rate,
             speed_active: p.speed.active,
             speed: SpeedLoop {
                 feed_forward: p.speed.feed_forward,

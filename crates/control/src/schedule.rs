@@ -1,6 +1,6 @@
 //! Way-depths: depth setpoints over time, or over the distance run.
 //!
-//! A schedule is a list of times since the run began, or of distances along the first course since
+//! A schedule is a list of times since the run began, or of distances along the initial heading since
 //! then, increasing, and the depth that holds from each on. Before its first entry it says
 //! nothing, and the standing setpoint holds.
 
@@ -41,7 +41,7 @@ impl Schedule {
         Ok(Self::OverTime(entries.collect()))
     }
 
-    /// The schedule that asks for `depths` (m, down) from `distances` (m along the first course since
+    /// The schedule that asks for `depths` (m, down) from `distances` (m along the initial heading since
     /// the run began) on.
     ///
     /// # Errors

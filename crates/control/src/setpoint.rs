@@ -1,4 +1,4 @@
-//! The setpoints of depth, pitch, course and speed: source, limits, rate.
+//! The setpoints of depth, pitch, heading and speed: source, limits, rate.
 
 use crate::limits::{bounded, slewed};
 
@@ -115,15 +115,15 @@ pub enum Quantity {
     Depth,
     /// rad, bow up; in mode pitch.
     Pitch,
-    /// rad, from the first course, to starboard.
-    Course,
+    /// rad, from the initial heading, to starboard.
+    Heading,
     /// m/s, through the water.
     Speed,
 }
 
 impl Quantity {
     /// Every quantity.
-    pub const ALL: [Self; 4] = [Self::Depth, Self::Pitch, Self::Course, Self::Speed];
+    pub const ALL: [Self; 4] = [Self::Depth, Self::Pitch, Self::Heading, Self::Speed];
 
     /// Its name, as in the topic `NAME_setpoint`.
     #[must_use]
@@ -131,7 +131,7 @@ impl Quantity {
         match self {
             Self::Depth => "depth",
             Self::Pitch => "pitch",
-            Self::Course => "course",
+            Self::Heading => "heading",
             Self::Speed => "speed",
         }
     }
@@ -141,7 +141,7 @@ impl Quantity {
     pub fn unit(self) -> &'static str {
         match self {
             Self::Depth => "m",
-            Self::Pitch | Self::Course => "rad",
+            Self::Pitch | Self::Heading => "rad",
             Self::Speed => "m/s",
         }
     }
@@ -155,7 +155,7 @@ pub(crate) struct Setpoints {
     /// Of pitch, rad.
     pub pitch: Setpoint,
     /// Of course, rad.
-    pub course: Setpoint,
+    pub heading: Setpoint,
     /// Of speed, m/s.
     pub speed: Setpoint,
 }
@@ -166,7 +166,7 @@ impl Setpoints {
         match quantity {
             Quantity::Depth => &mut self.depth,
             Quantity::Pitch => &mut self.pitch,
-            Quantity::Course => &mut self.course,
+            Quantity::Heading => &mut self.heading,
             Quantity::Speed => &mut self.speed,
         }
     }

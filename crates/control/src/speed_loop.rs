@@ -4,7 +4,7 @@
 //! ```text
 //! u = F V_c + Kp (V_c - V)
 //! ```
-//! With the static gain g from u to V this settles at `V/V_c = g (F + Kp) / (1 + g Kp)`: without an offset
+//! With the steady-state gain g from u to V this settles at `V/V_c = g (F + Kp) / (1 + g Kp)`: without an offset
 //! if and only if `F g = 1`. The report's motors and gains are lost.
 
 use crate::limits::bounded;
@@ -42,7 +42,7 @@ mod tests {
                 p: 0.5,
                 limit: 1.0,
             };
-            // A first-order vehicle with the static gain 2 m/s, until nothing moves.
+            // A first-order vehicle with the steady-state gain 2 m/s, until nothing moves.
             (0..2000).fold(0.0, |v, _| {
                 v + 0.01 * (2.0 * speed_loop.evaluate(0.6, v) - v)
             })

@@ -169,17 +169,17 @@ fn roll_is_held_level_within_what_the_dive_leaves_of_the_bow_planes() {
 }
 
 #[test]
-fn a_course_from_the_topic_is_steered_the_short_way_at_its_rate() {
-    let mut controller = controller(&[("course.setpoint_rate", Value::Double(0.2))]);
-    controller.set_setpoint(Quantity::Course, -3.0).unwrap();
-    let mut off_course = state(0);
-    off_course.yaw = 3.0;
-    let (command, control) = controller.on_state(&off_course).unwrap();
-    assert!(control.course_held);
-    assert_eq!((command.rudder, control.course_setpoint), (0.0, 3.0));
-    off_course.header.stamp = Time::from_nanos(TICK);
-    let (command, control) = controller.on_state(&off_course).unwrap();
-    assert!((control.course_error - 0.2 * 0.05).abs() < 1e-12);
+fn a_heading_from_the_topic_is_steered_the_short_way_at_its_rate() {
+    let mut controller = controller(&[("heading.setpoint_rate", Value::Double(0.2))]);
+    controller.set_setpoint(Quantity::Heading, -3.0).unwrap();
+    let mut off_heading = state(0);
+    off_heading.yaw = 3.0;
+    let (command, control) = controller.on_state(&off_heading).unwrap();
+    assert!(control.heading_held);
+    assert_eq!((command.rudder, control.heading_setpoint), (0.0, 3.0));
+    off_heading.header.stamp = Time::from_nanos(TICK);
+    let (command, control) = controller.on_state(&off_heading).unwrap();
+    assert!((control.heading_error - 0.2 * 0.05).abs() < 1e-12);
     assert!((command.rudder - 0.2 * 0.05).abs() < 1e-12, "to starboard");
 }
 
@@ -231,7 +231,7 @@ fn a_setpoint_from_the_topic_holds_as_long_as_it_is_allowed_to() {
     controller.set_setpoint(Quantity::Depth, 5.0).unwrap();
     let mut setpoint = |tick| controller.on_state(&state(tick)).unwrap().1.depth_setpoint;
     assert_eq!([1, 2, 3].map(&mut setpoint), [5.0, 5.0, 0.0]);
-    assert_eq!(controller.news().len(), 1);
+    assert_eq!(controller.take_changes().len(), 1);
 }
 
 #[test]
@@ -328,7 +328,7 @@ fn a_setpoint_that_its_parameter_would_refuse_is_refused_and_the_last_one_stays(
     for (quantity, value, rule) in [
         (Quantity::Depth, -3.0, "[0, 10000] m, positive down"),
         (Quantity::Pitch, 30.0, "rad, positive bow up"),
-        (Quantity::Course, 90.0, "rad, positive to starboard"),
+        (Quantity::Heading, 90.0, "rad, positive to starboard"),
         (Quantity::Speed, -0.5, "[0, 10] m/s"),
     ] {
         let refusal = controller.set_setpoint(quantity, value).unwrap_err();
@@ -336,7 +336,7 @@ fn a_setpoint_that_its_parameter_would_refuse_is_refused_and_the_last_one_stays(
         assert!(refusal.contains(rule), "{refusal}");
         let (_, control) = controller.on_state(&state(1)).unwrap();
         assert_eq!(control.depth_setpoint, 0.1);
-        assert_eq!(control.course_setpoint, 0.0);
+        assert_eq!(control.heading_setpoint, 0.0);
         assert!(!control.speed_held);
     }
 }

@@ -178,7 +178,7 @@ fn assert_within_limits((command, control): &Answer, values: &Values) {
     }
     assert!((mean - differential).abs() <= planes, "{command:?}");
     assert!(command.roll_differential.abs() <= p.roll.limit);
-    assert!(command.rudder.abs() <= p.course.limit);
+    assert!(command.rudder.abs() <= p.heading.limit);
     assert!(command.thrust.abs() <= p.speed.limit);
     assert!(control.pitch_command.abs() <= p.depth.pitch_limit);
 }

@@ -466,10 +466,10 @@ fn fields_of<'t>(types: &'t Types, message: &TypeName) -> impl Iterator<Item = &
 
 /// The names of a message's fields, the first of many.
 fn names(types: &Types, message: &TypeName) -> String {
-    const MOST: usize = 30;
+    const MAX_NAMES: usize = 30;
     let mut names: Vec<&str> = fields_of(types, message).collect();
-    if names.len() > MOST {
-        names.truncate(MOST);
+    if names.len() > MAX_NAMES {
+        names.truncate(MAX_NAMES);
         names.push("...");
     }
     names.join(", ")

@@ -44,8 +44,8 @@ pub fn of(analysis: &Analysis) -> Result<ModelFile, IdentificationError> {
         poles: places(reading.poles()?),
         continuous_poles: places(reading.continuous_poles()?),
         zeros: places(reading.zeros()?),
-        dc_gain: reading
-            .dc_gain()
+        steady_state_gain: reading
+            .steady_state_gain()
             .map(|gain| [gain.value.re, gain.real_deviation()]),
         fit: analysis.fit,
         held_out_fit: analysis.held_out_fit,

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use planesman_identification::Start;
+use planesman_identification::InitialState;
 use planesman_identification::analysis::Options;
 use planesman_identification::estimators::recursive::{Forgetting, Options as Recursion};
 use planesman_identification::estimators::vehicle::{Heave, Vehicle};
@@ -471,9 +471,9 @@ impl FitOptions {
             integrators: structure.integrators,
             offset: !structure.no_offset,
             start: if structure.at_rest || structure.prewindow {
-                Start::Rest
+                InitialState::Rest
             } else {
-                Start::Motion
+                InitialState::Estimated
             },
             own_numerators: structure.own_numerators,
             inertia: vehicle.inertia,

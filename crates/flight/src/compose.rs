@@ -7,15 +7,15 @@ use std::sync::Arc;
 
 use crate::error::{Error, Result};
 use planesman_hydraulics::Group;
-use planesman_msgs::Message;
 use planesman_msgs::builtin_interfaces::msg::Time;
+use planesman_msgs::loop_topics::Sink;
 use planesman_msgs::planesman_msgs::msg::{
     ControlState, DhaState, ModelEstimate, MotionEstimate, PlaneCommand, VehicleState,
 };
 use planesman_msgs::rosgraph_msgs::msg::Clock;
 use planesman_msgs::sensor_msgs::msg::JointState;
 use planesman_parallel::stop_point;
-use planesman_plant::Facts;
+use planesman_plant::StaticMessages;
 
 use crate::parts::{Actuator, Estimator, Law, Model, Motion, Observation, PartError, Parts, Plant};
 use crate::scenario::Scenario;
@@ -24,7 +24,7 @@ use crate::scenario::Scenario;
 #[derive(Clone, Debug)]
 pub struct Tick {
     /// What holds for the whole flight, in its first tick.
-    pub facts: Option<Facts>,
+    pub static_messages: Option<StaticMessages>,
     /// The instant, also the stamp of every message.
     pub stamp: Time,
     /// State and sensors of the vehicle at the stamp.
@@ -69,40 +69,25 @@ pub struct Answers {
     pub models: Vec<Model>,
 }
 
-/// Something that takes messages by topic.
-pub trait Sink {
-    /// Takes one message of `topic` (relative to the namespace unless it begins with `/`).
-    ///
-    /// # Errors
-    /// When it cannot be kept.
-    fn put<M: Message>(&mut self, topic: &str, stamp: &Time, message: &M) -> Result<()>;
-}
-
 impl Tick {
     /// Hands every message of the tick to `sink`, in the order in which the loop publishes them.
     ///
     /// # Errors
     /// When the sink cannot keep one.
-    pub fn put_into(&self, sink: &mut impl Sink) -> Result<()> {
+    pub fn put_into<S: Sink>(&self, sink: &mut S) -> Result<(), S::Error> {
         let t = &self.stamp;
         let o = &self.observation;
         sink.put("/clock", t, &Clock { clock: t.clone() })?;
-        if let Some(facts) = &self.facts {
-            sink.put("/tf_static", t, &facts.transforms)?;
-            sink.put("robot_description", t, &facts.description)?;
+        if let Some(static_messages) = &self.static_messages {
+            sink.put("/tf_static", t, &static_messages.transforms)?;
+            sink.put("robot_description", t, &static_messages.description)?;
         }
         sink.put("state", t, &o.state)?;
-        if let Some((odometry, transforms)) = &o.frames {
-            sink.put("odom", t, odometry)?;
-            sink.put("/tf", t, transforms)?;
+        if let Some(pose) = &o.pose {
+            pose.put_into(t, sink)?;
         }
         if let Some(instruments) = &o.instruments {
-            sink.put("imu", t, &instruments.imu)?;
-            sink.put("depth_pressure", t, &instruments.depth_pressure)?;
-            sink.put("speed_pressure", t, &instruments.speed_pressure)?;
-        }
-        if let Some(daq) = &o.daq {
-            sink.put("daq", t, daq)?;
+            instruments.put_into(t, sink)?;
         }
         sink.put("plane_command", t, &self.command)?;
         sink.put("control_state", t, &self.control)?;
@@ -172,7 +157,9 @@ impl Loop {
     /// When a part refuses what another said, or the vehicle's state would blow up.
     pub fn tick(&mut self) -> Result<Tick> {
         let stamp = self.stamp();
-        let facts = (self.k == 0).then(|| self.plant.facts()).flatten();
+        let static_messages = (self.k == 0)
+            .then(|| self.plant.static_messages())
+            .flatten();
         let observation = self.plant.observe(stamp.clone());
         if let Some(instruments) = &observation.instruments {
             self.law.on_instruments(instruments);
@@ -188,7 +175,7 @@ impl Loop {
             self.law.on_model(model.clone());
         }
         Ok(Tick {
-            facts,
+            static_messages,
             stamp,
             observation,
             command,

@@ -17,7 +17,7 @@ use planesman_msgs::planesman_msgs::msg::{
 use planesman_msgs::{Message, cdr};
 use planesman_plot::Course;
 
-use crate::in_order::{InOrder, Met, Next};
+use crate::in_order::{InOrder, Next, ReorderStatistics};
 use crate::model_summary::identified;
 
 /// Points over time: s since the first state, and the quantity.
@@ -184,7 +184,7 @@ impl<T: Collected> Line<T> {
         let (stamp, message) = match next {
             None => return,
             Some(Next::On(stamp, message)) => (stamp, message),
-            Some(Next::Anew(stamp, message)) => {
+            Some(Next::Restarted(stamp, message)) => {
                 self.data = T::default();
                 (stamp, message)
             }
@@ -561,17 +561,18 @@ impl Account {
             format!("{topic}: {count} skipped, the first because {reason}")
         }));
         let lines = [
-            ("state", self.states.order.met),
-            ("control_state", self.controls.order.met),
-            ("plane_command", self.commands.order.met),
-            ("plane_motion", self.motions.order.met),
-            ("model", self.models.order.met),
+            ("state", self.states.order.statistics),
+            ("control_state", self.controls.order.statistics),
+            ("plane_command", self.commands.order.statistics),
+            ("plane_motion", self.motions.order.statistics),
+            ("model", self.models.order.statistics),
         ];
         let rams = self.rams.iter();
-        let rams = rams.map(|(group, line)| (format!("dha_state of {group}"), line.order.met));
+        let rams =
+            rams.map(|(group, line)| (format!("dha_state of {group}"), line.order.statistics));
         let lines = lines.map(|(name, met)| (name.to_owned(), met));
         for (name, met) in lines.into_iter().chain(rams) {
-            let Met {
+            let ReorderStatistics {
                 repeated,
                 out_of_line,
                 restarts,
@@ -620,7 +621,7 @@ impl Response {
         let (stamp, depth) = match next {
             None => return,
             Some(Next::On(stamp, depth)) => (stamp, depth),
-            Some(Next::Anew(stamp, depth)) => {
+            Some(Next::Restarted(stamp, depth)) => {
                 self.measured = Measured::NotBegun;
                 (stamp, depth)
             }

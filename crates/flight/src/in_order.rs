@@ -12,12 +12,12 @@ pub struct InOrder<M> {
     /// The message that waits for the next one.
     held: Option<(i64, M)>,
     /// Messages out of plain order.
-    pub met: Met,
+    pub statistics: ReorderStatistics,
 }
 
 /// Messages out of plain order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Met {
+pub struct ReorderStatistics {
     /// Messages with the stamp of another: sent again, counted once.
     pub repeated: u64,
     /// Single messages whose stamps are out of line with those about them, and which are left out.
@@ -32,7 +32,7 @@ pub enum Next<M> {
     /// It follows the last one.
     On(i64, M),
     /// Time has gone back: a new flight begins with it.
-    Anew(i64, M),
+    Restarted(i64, M),
 }
 
 impl<M> Default for InOrder<M> {
@@ -41,7 +41,7 @@ impl<M> Default for InOrder<M> {
             first: None,
             last: None,
             held: None,
-            met: Met::default(),
+            statistics: ReorderStatistics::default(),
         }
     }
 }
@@ -54,7 +54,7 @@ impl<M> InOrder<M> {
             return None;
         };
         if stamp == held || Some(stamp) == self.last {
-            self.met.repeated += 1;
+            self.statistics.repeated += 1;
             return None;
         }
         let follows_held = stamp > held;
@@ -69,9 +69,9 @@ impl<M> InOrder<M> {
             // The one before went back: alone, or for good.
             (false, true) if follows_last => self.leave_out(),
             (false, true) if self.is_nearer_to_the_first(held) => {
-                self.met.restarts += 1;
+                self.statistics.restarts += 1;
                 (self.first, self.last) = (Some(held), Some(held));
-                Some(Next::Anew(held, before))
+                Some(Next::Restarted(held, before))
             }
             // A sender that has been behind catches up.
             (false, true) => self.leave_out(),
@@ -109,7 +109,7 @@ impl<M> InOrder<M> {
     }
 
     fn leave_out(&mut self) -> Option<Next<M>> {
-        self.met.out_of_line += 1;
+        self.statistics.out_of_line += 1;
         None
     }
 }
@@ -119,7 +119,7 @@ mod tests {
     use super::*;
 
     /// The stamps handed on, a restart as a list of its own; and what was met.
-    fn ordered(stamps: &[i64]) -> (Vec<Vec<i64>>, Met) {
+    fn ordered(stamps: &[i64]) -> (Vec<Vec<i64>>, ReorderStatistics) {
         let mut order = InOrder::default();
         let mut runs = vec![Vec::new()];
         let mut next: Vec<_> = stamps.iter().map(|s| order.take(*s, ())).collect();
@@ -127,14 +127,14 @@ mod tests {
         for next in next.into_iter().flatten() {
             match next {
                 Next::On(stamp, ()) => runs.last_mut().expect("a run").push(stamp),
-                Next::Anew(stamp, ()) => runs.push(vec![stamp]),
+                Next::Restarted(stamp, ()) => runs.push(vec![stamp]),
             }
         }
-        (runs, order.met)
+        (runs, order.statistics)
     }
 
-    fn met(repeated: u64, out_of_line: u64, restarts: u64) -> Met {
-        Met {
+    fn statistics(repeated: u64, out_of_line: u64, restarts: u64) -> ReorderStatistics {
+        ReorderStatistics {
             repeated,
             out_of_line,
             restarts,
@@ -144,7 +144,7 @@ mod tests {
     #[test]
     fn a_tick_said_again_counts_once() {
         let (runs, found) = ordered(&[0, 1, 1, 2, 2, 2, 3, 3]);
-        assert_eq!((runs, found), (vec![vec![0, 1, 2, 3]], met(4, 0, 0)));
+        assert_eq!((runs, found), (vec![vec![0, 1, 2, 3]], statistics(4, 0, 0)));
     }
 
     #[test]
@@ -152,7 +152,7 @@ mod tests {
         let stamps = [0, 1, 900, 2, 3, -900, 4, 5, 900];
         let (runs, found) = ordered(&stamps);
         assert_eq!(runs, [vec![0, 1, 2, 3, 4, 5, 900]]);
-        assert_eq!(found, met(0, 2, 0));
+        assert_eq!(found, statistics(0, 2, 0));
         // The first and the last one have a neighbour on one side only.
         assert_eq!(ordered(&[900, 0, 1, 2]).0, [vec![0, 1, 2]]);
         assert_eq!(ordered(&[0, 1, 2, -900]).0, [vec![0, 1, 2]]);
@@ -161,20 +161,23 @@ mod tests {
     #[test]
     fn a_stranger_who_speaks_in_turn_with_the_vehicle_is_not_heard() {
         let (runs, found) = ordered(&[0, 1, 900, 2, 901, 3, 902, 4, 903, 5]);
-        assert_eq!((runs, found), (vec![vec![0, 1, 2, 3, 4, 5]], met(0, 4, 0)));
+        assert_eq!(
+            (runs, found),
+            (vec![vec![0, 1, 2, 3, 4, 5]], statistics(0, 4, 0))
+        );
     }
 
     #[test]
     fn a_sender_that_catches_up_begins_no_new_flight() {
         let (runs, found) = ordered(&[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 6, 7, 8, 9, 10, 11]);
         assert_eq!(runs, [(0..=11).collect::<Vec<_>>()]);
-        assert_eq!(found, met(1, 3, 0));
+        assert_eq!(found, statistics(1, 3, 0));
     }
 
     #[test]
     fn a_vehicle_that_begins_again_begins_a_new_flight() {
         let (runs, found) = ordered(&[0, 1, 2, 3, 0, 1, 2, 0, 1]);
         let expected = vec![vec![0, 1, 2, 3], vec![0, 1, 2], vec![0, 1]];
-        assert_eq!((runs, found), (expected, met(0, 0, 2)));
+        assert_eq!((runs, found), (expected, statistics(0, 0, 2)));
     }
 }

@@ -41,7 +41,9 @@ pub fn identified(model: &ModelEstimate) -> ModelSummary {
         .collect();
     ModelSummary {
         poles: slowest_first(poles, model.sample_time),
-        steady_state_gain: model.has_dc_gain.then_some(model.dc_gain),
+        steady_state_gain: model
+            .has_steady_state_gain
+            .then_some(model.steady_state_gain),
         first_markov_parameter: model.b.first().copied().unwrap_or(0.0),
     }
 }

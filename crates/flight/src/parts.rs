@@ -13,16 +13,13 @@ pub use crate::error::PartError;
 use crate::error::{Error, Result, refused};
 use planesman_control::Controller;
 use planesman_hydraulics::{Actuator as Hydraulic, Group, Output};
-use planesman_identifier::{Due, Identifier};
+use planesman_identifier::{DueEstimate, Identifier};
 use planesman_msgs::builtin_interfaces::msg::Time;
-use planesman_msgs::nav_msgs::msg::Odometry;
 use planesman_msgs::planesman_msgs::msg::{
-    ControlState, DaqSample, DhaState, ModelEstimate, MotionEstimate, PlaneCommand, PlaneMotion,
-    VehicleState,
+    ControlState, DhaState, ModelEstimate, MotionEstimate, PlaneCommand, PlaneMotion, VehicleState,
 };
 use planesman_msgs::sensor_msgs::msg::JointState;
-use planesman_msgs::tf2_msgs::msg::TFMessage;
-use planesman_plant::{Facts, Instruments, Plant as Simulated};
+use planesman_plant::{Instruments, Plant as Simulated, Pose, StaticMessages};
 
 use crate::scenario::Scenario;
 
@@ -33,10 +30,8 @@ pub struct Observation {
     pub state: VehicleState,
     /// What the instruments read.
     pub instruments: Option<Instruments>,
-    /// The truth in ROS frames, on `odom` and `/tf`.
-    pub frames: Option<(Odometry, TFMessage)>,
-    /// The volts on the report's wires.
-    pub daq: Option<DaqSample>,
+    /// The truth in ROS frames.
+    pub pose: Option<Pose>,
 }
 
 /// The vehicle and its instruments.
@@ -60,13 +55,12 @@ pub trait Plant: Send {
         Observation {
             state: self.state(stamp.clone()),
             instruments: self.instruments(stamp),
-            frames: None,
-            daq: None,
+            pose: None,
         }
     }
 
     /// What holds for the whole flight.
-    fn facts(&self) -> Option<Facts> {
+    fn static_messages(&self) -> Option<StaticMessages> {
         None
     }
 }
@@ -185,7 +179,7 @@ pub trait Estimator: Send {
 #[derive(Clone, Debug)]
 pub enum Model {
     /// One of [`Identifier`].
-    Due(Box<Due>),
+    Due(Box<DueEstimate>),
     /// One at hand.
     Made(Box<ModelEstimate>),
 }
@@ -230,18 +224,13 @@ impl Plant for Simulated {
         let all = Self::observe(self, stamp);
         Observation {
             state: all.state,
-            instruments: Some(Instruments {
-                imu: all.imu,
-                depth_pressure: all.depth_pressure,
-                speed_pressure: all.speed_pressure,
-            }),
-            frames: Some((all.odometry, all.transforms)),
-            daq: Some(all.daq),
+            instruments: Some(all.instruments),
+            pose: Some(all.pose),
         }
     }
 
-    fn facts(&self) -> Option<Facts> {
-        Some(Self::facts(self))
+    fn static_messages(&self) -> Option<StaticMessages> {
+        Some(Self::static_messages(self))
     }
 }
 

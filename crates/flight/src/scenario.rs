@@ -8,7 +8,7 @@ use std::path::Path;
 use std::str::FromStr;
 
 use crate::error::{During, Error, Result, refuse, refused};
-use planesman_parameters::{Declaration, Parameters, Value, Values, file};
+use planesman_parameters::{Declaration, Parameters, Value, Values, file, probably_meant};
 use planesman_text::{did_you_mean, shown, yaml};
 use planesman_units::{Dimension, Quantity};
 use serde::Deserialize;
@@ -119,8 +119,7 @@ impl ParameterName {
     /// When the node declares no such parameter.
     pub fn declaration(&self) -> Result<Declaration> {
         let declared = nodes::declarations(self.node).unwrap_or_default();
-        let names = declared.iter().map(|it| it.name.as_str());
-        let meant = did_you_mean(&self.name, names);
+        let meant = probably_meant(&self.name, &declared);
         let declaration = declared.into_iter().find(|it| it.name == self.name);
         declaration.ok_or_else(|| refused!("{} has no parameter '{}'{meant}", self.node, self.name))
     }
@@ -669,6 +668,7 @@ mod tests {
             ("depth_controller.depth.p", "NODE.PARAMETER=VALUE"),
             ("depth_control.depth.p=1", "did you mean 'depth_controller'"),
             ("depth_controller.depht.p=1", "did you mean 'depth.p'"),
+            ("depth_controller.course.p=1", "its name is 'heading.p' now"),
             ("depth_controller.depth.p=-1", "[0, 1000]"),
         ] {
             let refusal = in_one_line(&set(change).expect_err(change));

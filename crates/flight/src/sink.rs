@@ -6,17 +6,18 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 
-use crate::error::{During, Result, refuse};
+use crate::error::{During, Error, Result, refuse};
 use planesman_bag::Topic;
 use planesman_bag::writer::{BagWriter, WriteError, WriterOptions};
 use planesman_msgs::builtin_interfaces::msg::Time;
+use planesman_msgs::loop_topics::{Sink, named};
 use planesman_msgs::planesman_msgs::msg::DhaState;
 use planesman_msgs::{Message, cdr};
 use planesman_plant::Instruments;
-use planesman_recording::loop_topics;
+use planesman_recording::in_bag;
 use planesman_text::Draft;
 
-use crate::compose::{Sink, Tick};
+use crate::compose::Tick;
 
 /// The full name of a loop topic in a namespace.
 #[must_use]
@@ -176,14 +177,16 @@ fn returned(writer: Option<JoinHandle<Result<BagWriter, WriteError>>>) -> Result
 }
 
 impl Sink for McapSink {
+    type Error = Error;
+
     fn put<M: Message>(&mut self, topic: &str, stamp: &Time, message: &M) -> Result<()> {
         let place = match self.topics.iter().position(|known| *known == topic) {
             Some(place) => place,
             None => {
-                let Some(known) = loop_topics::ALL.iter().find(|t| t.name == topic) else {
+                let Some(known) = named(topic) else {
                     refuse!("'{topic}' is not a topic of the loop");
                 };
-                let in_bag = known.in_bag(&full_name(&self.namespace, topic));
+                let in_bag = in_bag(known, &full_name(&self.namespace, topic));
                 self.batch.entries.push(Entry::Topic(Box::new(in_bag)));
                 self.topics.push(known.name);
                 self.topics.len() - 1

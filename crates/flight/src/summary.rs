@@ -217,7 +217,7 @@ pub fn truth_of(parameters: &PlantParameters, tick: f64) -> Result<ModelSummary>
     .map_err(|e| refused!("{e}"))?;
     Ok(ModelSummary {
         poles: slowest_first(model.continuous_poles, 0.0),
-        steady_state_gain: model.dc_gain,
+        steady_state_gain: model.steady_state_gain,
         first_markov_parameter: first_markov_parameter(&model.transfer_function),
     })
 }

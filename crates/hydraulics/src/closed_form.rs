@@ -1,6 +1,6 @@
 //! The ram's motion within one mode in closed form: exact for any length of time ([`crate::modes`] has the laws).
 
-use crate::modes::{Constants, Load, Mode, Side, State};
+use crate::modes::{Constants, FrictionState, Mode, Side, State};
 
 /// One of the ram's quantities, as a limit or an event watches it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,7 +56,7 @@ enum Law {
     /// v' = g - c v, V_e' = q - A_L v: the pressure is clamped.
     Clamped { q: f64, g: f64, c: f64 },
     /// V_e' = q - a V_e - A_L v, v' = b V_e - c v - f: the load rides on the oil.
-    Riding(Riding),
+    CompressibleSliding(CompressibleSliding),
 }
 
 /// The second-order law about its equilibrium. The characteristic roots are mu +- sqrt(spread).
@@ -65,7 +65,7 @@ enum Law {
 /// -2 c dv^2 - 2 a (b/A_L) dV_e^2. So each deviation has a reach, |dv| + sqrt(b/A_L) |dV_e| at
 /// the start, that it never exceeds.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Riding {
+struct CompressibleSliding {
     q: f64,
     a: f64,
     b: f64,
@@ -97,21 +97,23 @@ impl ClosedForm {
             (flow, m.leakage)
         };
         let held_pressure = mode.clamped.map(|side| side.sign() * m.clamp(side));
-        let law = match (mode.load, held_pressure) {
-            (Load::Stuck | Load::AtStop(_), None) => Law::Stuck {
+        let law = match (mode.friction, held_pressure) {
+            (FrictionState::Stuck | FrictionState::AtStop(_), None) => Law::Stuck {
                 q,
                 a: k * m.stiffness,
             },
-            (Load::Stuck | Load::AtStop(_), Some(pressure)) => Law::Stuck {
+            (FrictionState::Stuck | FrictionState::AtStop(_), Some(pressure)) => Law::Stuck {
                 q: q - k * pressure,
                 a: 0.0,
             },
-            (Load::Sliding(side), Some(pressure)) => Law::Clamped {
+            (FrictionState::Sliding(side), Some(pressure)) => Law::Clamped {
                 q: q - k * pressure,
                 g: (m.area * pressure - side.sign() * m.coulomb) / m.mass,
                 c: m.viscous / m.mass,
             },
-            (Load::Sliding(side), None) => Law::Riding(Riding::new(m, q, k, side, &start)),
+            (FrictionState::Sliding(side), None) => {
+                Law::CompressibleSliding(CompressibleSliding::new(m, q, k, side, &start))
+            }
         };
         Self {
             start,
@@ -138,7 +140,7 @@ impl ClosedForm {
                     q * t - self.area * moved,
                 )
             }
-            Law::Riding(law) => law.after(t, start, self.area),
+            Law::CompressibleSliding(law) => law.after(t, start, self.area),
         };
         State {
             position: start.position + moved,
@@ -158,7 +160,7 @@ impl ClosedForm {
         match &self.law {
             // Nothing is moved; the sum is that of `at`, also in the sign of 0.
             Law::Stuck { .. } => self.start.position + 0.0,
-            Law::Clamped { .. } | Law::Riding(_) => self.at(t).position,
+            Law::Clamped { .. } | Law::CompressibleSliding(_) => self.at(t).position,
         }
     }
 
@@ -167,7 +169,7 @@ impl ClosedForm {
     pub(crate) fn sample(&self, from: f64, interval: f64, count: usize, positions: &mut Vec<f64>) {
         let time = |i: usize| from + i as f64 * interval;
         match &self.law {
-            Law::Riding(law) => {
+            Law::CompressibleSliding(law) => {
                 let begin = law.deviations(&self.start);
                 let transition = law.transition(interval, self.area);
                 let mut now = times(&law.transition(from, self.area), begin);
@@ -190,7 +192,7 @@ impl ClosedForm {
         match &self.law {
             Law::Stuck { q, a } => (0.0, q - a * w),
             Law::Clamped { q, g, c } => (g - c * v, q - self.area * v),
-            Law::Riding(law) => (
+            Law::CompressibleSliding(law) => (
                 law.b * w - law.c * v - law.f,
                 law.q - law.a * w - self.area * v,
             ),
@@ -238,7 +240,7 @@ impl ClosedForm {
                 let oil = (start.squeezed - oil, start.squeezed + oil);
                 (speeds, q.abs(), oil)
             }
-            Law::Riding(law) => {
+            Law::CompressibleSliding(law) => {
                 let (v, v_reach) = (law.steady_velocity, law.velocity_reach);
                 let (w, w_reach) = (law.steady_squeezed, law.squeezed_reach);
                 let volume_rate = law.q.abs() + law.a * (w.abs() + w_reach);
@@ -273,7 +275,7 @@ impl ClosedForm {
                 let left = (g / c - passes) / (g / c - start.velocity);
                 Some(Turns::once(-left.ln() / c))
             }
-            (Law::Riding(law), Quantity::Speed | Quantity::Oil) => {
+            (Law::CompressibleSliding(law), Quantity::Speed | Quantity::Oil) => {
                 let (v_dot, w_dot) = self.rates(start);
                 let (v_dot_dot, w_dot_dot) = (
                     law.b * w_dot - law.c * v_dot,
@@ -284,7 +286,7 @@ impl ClosedForm {
                     _ => law.turns(v_dot, v_dot_dot),
                 })
             }
-            (Law::Riding(_), Quantity::Position | Quantity::Volume) => None,
+            (Law::CompressibleSliding(_), Quantity::Position | Quantity::Volume) => None,
         }
     }
 
@@ -292,13 +294,13 @@ impl ClosedForm {
     #[must_use]
     pub(crate) fn short_time(&self) -> f64 {
         match &self.law {
-            Law::Riding(law) => 0.5 / (law.a * law.c + self.area * law.b).sqrt(),
+            Law::CompressibleSliding(law) => 0.5 / (law.a * law.c + self.area * law.b).sqrt(),
             Law::Stuck { .. } | Law::Clamped { .. } => f64::INFINITY,
         }
     }
 }
 
-impl Riding {
+impl CompressibleSliding {
     /// The law of a load sliding to `side` under the net flow `q`, leakage `k`.
     fn new(m: &Constants, q: f64, k: f64, side: Side, start: &State) -> Self {
         let a = k * m.stiffness;
@@ -437,15 +439,15 @@ mod tests {
 
     fn modes() -> Vec<Mode> {
         let mut modes = Vec::new();
-        for load in [
-            Load::Stuck,
-            Load::Sliding(Side::Positive),
-            Load::Sliding(Side::Negative),
+        for friction in [
+            FrictionState::Stuck,
+            FrictionState::Sliding(Side::Positive),
+            FrictionState::Sliding(Side::Negative),
         ] {
             for clamped in [None, Some(Side::Positive), Some(Side::Negative)] {
                 for limited in [None, Some(Side::Positive)] {
                     modes.push(Mode {
-                        load,
+                        friction,
                         clamped,
                         limited,
                     });
@@ -474,7 +476,7 @@ mod tests {
                 c.viscous *= damping;
                 for mode in modes() {
                     let mut start = some_state(&c);
-                    if mode.load == Load::Stuck {
+                    if mode.friction == FrictionState::Stuck {
                         start.velocity = 0.0;
                     }
                     let motion = ClosedForm::new(&c, mode, 1e-8, start);
@@ -506,7 +508,11 @@ mod tests {
             let c = constants(name);
             for mode in modes() {
                 let start = State {
-                    velocity: if mode.load == Load::Stuck { 0.0 } else { 0.02 },
+                    velocity: if mode.friction == FrictionState::Stuck {
+                        0.0
+                    } else {
+                        0.02
+                    },
                     ..some_state(&c)
                 };
                 let once = ClosedForm::new(&c, mode, 1e-8, start).at(0.011);
@@ -536,7 +542,7 @@ mod tests {
                 for mode in modes() {
                     for (velocity, flow) in [(0.02, 1e-8), (-0.05, 1e-6), (0.3, -3e-5)] {
                         let mut start = some_state(&c);
-                        start.velocity = if mode.load == Load::Stuck {
+                        start.velocity = if mode.friction == FrictionState::Stuck {
                             0.0
                         } else {
                             velocity

@@ -39,7 +39,7 @@ use crate::actuator_set::{ActuatorSet, MOST_CYCLES_IN_FLIGHT};
 use crate::dha::{Counts, Demand};
 use crate::error::Error;
 use crate::groups::{Group, Grouping};
-use crate::modes::Load;
+use crate::modes::FrictionState;
 use crate::parameters::{ActuatorParameters, Config, Member};
 
 /// The frame the plane angles are given in: forward, right, down.
@@ -75,7 +75,8 @@ struct Moved {
 impl Moved {
     fn at_stop(&self) -> bool {
         self.planes.reading.is_some_and(|reading| {
-            matches!(reading.mode.load, Load::AtStop(_)) || reading.mode.limited.is_some()
+            matches!(reading.mode.friction, FrictionState::AtStop(_))
+                || reading.mode.limited.is_some()
         })
     }
 }
@@ -181,7 +182,7 @@ impl Output {
             state.volume = reading.ram.volume;
             state.leakage = reading.leaked;
             state.sign = reading.polarity;
-            state.sliding = matches!(reading.mode.load, Load::Sliding(_));
+            state.sliding = matches!(reading.mode.friction, FrictionState::Sliding(_));
             state.at_stop = moved.at_stop();
             state.pressure_limited = reading.mode.clamped.is_some();
         }

@@ -9,7 +9,7 @@
 //! needs 1e-10 more than Delta F (or the report's "stepping"), and a clamp takes hold 1e-12 beyond its pressure.
 
 use crate::closed_form::{ClosedForm, Quantity, Turns};
-use crate::modes::{Constants, Load, Mode, Side, State};
+use crate::modes::{Constants, FrictionState, Mode, Side, State};
 
 /// A change of the ram's law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,9 +89,9 @@ impl Margin {
         };
         match event {
             Event::Halt => {
-                let sign = match mode.load {
-                    Load::Sliding(side) => side.sign(),
-                    Load::Stuck | Load::AtStop(_) => 0.0,
+                let sign = match mode.friction {
+                    FrictionState::Sliding(side) => side.sign(),
+                    FrictionState::Stuck | FrictionState::AtStop(_) => 0.0,
                 };
                 Self {
                     level: 0.0,
@@ -217,8 +217,8 @@ fn possible(constants: &Constants, mode: Mode) -> [Option<Event>; MOST_EVENTS] {
     // Where the supply is weak, no clamped pressure overcomes friction.
     let can_break_away =
         |side: Side| constants.clamp(side) * constants.area > break_away_force(constants);
-    match mode.load {
-        Load::Stuck => {
+    match mode.friction {
+        FrictionState::Stuck => {
             for side in [Positive, Negative]
                 .into_iter()
                 .filter(|s| can_break_away(*s))
@@ -226,11 +226,11 @@ fn possible(constants: &Constants, mode: Mode) -> [Option<Event>; MOST_EVENTS] {
                 add(Event::BreakAway(side));
             }
         }
-        Load::AtStop(side) if can_break_away(side.opposite()) => {
+        FrictionState::AtStop(side) if can_break_away(side.opposite()) => {
             add(Event::BreakAway(side.opposite()));
         }
-        Load::AtStop(_) => {}
-        Load::Sliding(_) => {
+        FrictionState::AtStop(_) => {}
+        FrictionState::Sliding(_) => {
             if constants.coulomb > 0.0 {
                 add(Event::Halt);
             }

@@ -47,7 +47,7 @@ pub use error::Error;
 pub use events::break_away_force;
 pub use groups::Group;
 pub use hydraulics::{Hydraulics, Reading};
-pub use modes::{Constants, Load};
+pub use modes::{Constants, FrictionState};
 pub use parameters::ActuatorParameters;
 pub use pulse_logic::{Command, DriftOption, Options, PulseLogic, SignChange, Volume};
 pub use pulse_train::PulseTrain;

@@ -38,7 +38,7 @@ pub fn dead_time(set: &ActuatorSet) -> f64 {
     set.delay() + 0.5 * set.flow_time + 0.5 * set.cycle()
 }
 
-/// The actuator from the plane angle asked for to the plane angle, both rad: steady gain 1. Its
+/// The actuator from the plane angle asked for to the plane angle, both rad: steady-state gain 1. Its
 /// [`DelayedLoop::at`] has the dead time exact, its [`DelayedLoop::rational`] by Pade.
 ///
 /// # Errors

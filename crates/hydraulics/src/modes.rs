@@ -69,7 +69,7 @@ pub struct State {
 
 /// Whether the load moves: the friction latch of Figure 2-13.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Load {
+pub enum FrictionState {
     /// The latch is open, held by friction.
     Stuck,
     /// Held against a stop: only the pressure's pull inwards can free it.
@@ -82,7 +82,7 @@ pub enum Load {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Mode {
     /// Friction and stops.
-    pub load: Load,
+    pub friction: FrictionState,
     /// The auxiliary piston that clamps the pressure, if one does.
     pub clamped: Option<Side>,
     /// The volume limit at which V_T is held, if it is.

@@ -8,7 +8,7 @@
 use crate::actuator_set::ActuatorSet;
 use crate::closed_form::ClosedForm;
 use crate::events::{Event, break_away_force, next_event, outward_flow};
-use crate::modes::{Constants, Load, Mode, Side, State};
+use crate::modes::{Constants, FrictionState, Mode, Side, State};
 
 /// More events than this in one piece of flow are no physics: the rest of the piece then runs in
 /// the mode it is in. It only keeps a program from hanging.
@@ -41,10 +41,10 @@ impl Ram {
     pub(crate) fn resting_at(set: &ActuatorSet, position: f64) -> Self {
         let constants = Constants::new(set);
         let mode = Mode {
-            load: if constants.coulomb == 0.0 {
-                Load::Sliding(Side::Positive)
+            friction: if constants.coulomb == 0.0 {
+                FrictionState::Sliding(Side::Positive)
             } else {
-                Load::Stuck
+                FrictionState::Stuck
             },
             clamped: None,
             limited: None,
@@ -179,9 +179,9 @@ impl Ram {
         match event {
             Event::Halt => {
                 self.state.velocity = 0.0;
-                self.mode.load = self.at_rest(None);
+                self.mode.friction = self.at_rest(None);
             }
-            Event::BreakAway(side) => self.mode.load = Load::Sliding(side),
+            Event::BreakAway(side) => self.mode.friction = FrictionState::Sliding(side),
             Event::ClampOn(side) => self.mode.clamped = Some(side),
             Event::ClampOff => self.mode.clamped = None,
             Event::VolumeLimit(side) => {
@@ -192,7 +192,7 @@ impl Ram {
             Event::Stop(side) => {
                 self.state.position = side.sign() * self.constants.stop;
                 self.state.velocity = 0.0;
-                self.mode.load = self.at_rest(Some(side));
+                self.mode.friction = self.at_rest(Some(side));
             }
         }
     }
@@ -202,23 +202,23 @@ impl Ram {
         let side = Side::of(self.state.squeezed);
         let unclamped = self.constants.stiffness * self.state.squeezed.abs();
         self.mode.clamped = (unclamped > self.constants.clamp(side)).then_some(side);
-        self.mode.load = match self.mode.load {
-            Load::Stuck => self.at_rest(None),
-            Load::AtStop(stop) => self.at_rest(Some(stop)),
-            sliding @ Load::Sliding(_) => sliding,
+        self.mode.friction = match self.mode.friction {
+            FrictionState::Stuck => self.at_rest(None),
+            FrictionState::AtStop(stop) => self.at_rest(Some(stop)),
+            sliding @ FrictionState::Sliding(_) => sliding,
         };
     }
 
     /// A load without speed: it slides on where the pressure overcomes friction, or stays.
     /// A stop takes all of its speed and pushes back.
-    fn at_rest(&self, stop: Option<Side>) -> Load {
+    fn at_rest(&self, stop: Option<Side>) -> FrictionState {
         let force = self.constants.area * self.pressure(&self.state);
         let side = Side::of(force);
         let breaks_away = force.abs() > break_away_force(&self.constants);
         match stop {
-            Some(stop) if !breaks_away || side == stop => Load::AtStop(stop),
-            None if !breaks_away => Load::Stuck,
-            _ => Load::Sliding(side),
+            Some(stop) if !breaks_away || side == stop => FrictionState::AtStop(stop),
+            None if !breaks_away => FrictionState::Stuck,
+            _ => FrictionState::Sliding(side),
         }
     }
 }

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{Bench, actuator};
-use planesman_hydraulics::{Condition, Demand, Dha, Load, StuckValve};
+use planesman_hydraulics::{Condition, Demand, Dha, FrictionState, StuckValve};
 use planesman_units::{DEGREE, INCH, PSI};
 
 const SOUND: Condition = Condition::SOUND;
@@ -20,7 +20,7 @@ fn stepping(sign: i8, stiffness: f64) -> f64 {
     let (mut slid_before, mut starts) = (false, Vec::new());
     for i in 0..30_000 {
         let t = f64::from(i) * 1e-4;
-        let slides = matches!(bench.reading(t).mode.load, Load::Sliding(_));
+        let slides = matches!(bench.reading(t).mode.friction, FrictionState::Sliding(_));
         if slides && !slid_before {
             starts.push(t);
         }

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{Bench, Dice, actuator};
-use planesman_hydraulics::{ActuatorSet, Condition, Load, StuckValve, break_away_force};
+use planesman_hydraulics::{ActuatorSet, Condition, FrictionState, StuckValve, break_away_force};
 use planesman_units::INCH;
 
 const SETS: [&str; 3] = ["table_3_1", "table_4_1", "auv"];
@@ -164,7 +164,7 @@ fn at_rest_the_ram_is_within_the_stiction_band_of_its_volume() {
         for i in 0..100 {
             let reading = bench.reading(f64::from(i) * 0.01);
             // What the auxiliary pistons hold back is delivered later.
-            if reading.mode.load == Load::Stuck && reading.mode.clamped.is_none() {
+            if reading.mode.friction == FrictionState::Stuck && reading.mode.clamped.is_none() {
                 let stiffness = set.area * set.area * ram.stiffness;
                 let band = break_away_force(&ram) / stiffness;
                 let off = reading.ram.position - reading.ram.volume / set.area;

@@ -5,8 +5,8 @@ mod common;
 
 use common::{Dice, actuator};
 use planesman_hydraulics::{
-    ActuatorSet, Condition, Demand, Dha, DriftOption, Encoder, Load, Options, Reading, SignChange,
-    Sound, StuckValve, break_away_force,
+    ActuatorSet, Condition, Demand, Dha, DriftOption, Encoder, FrictionState, Options, Reading,
+    SignChange, Sound, StuckValve, break_away_force,
 };
 use planesman_units::DEGREE;
 
@@ -196,7 +196,7 @@ fn the_ram_has_travelled_whole_quanta_and_what_leaked_within_the_stiction_band()
             assert!((quanta - quanta.round()).abs() < 1e-9, "{seed}: {quanta}");
             let seconds = 0.05 * (k + 1) as f64;
             assert!(reading.leaked.abs() <= most_leakage * seconds + 1e-9 * quantum);
-            if reading.mode.load == Load::Stuck && reading.mode.clamped.is_none() {
+            if reading.mode.friction == FrictionState::Stuck && reading.mode.clamped.is_none() {
                 let (ram, _) = Sound::new(set).in_condition(&demand.condition);
                 let band = break_away_force(&ram) / (set.area * set.area * ram.stiffness);
                 let off = reading.ram.position - reading.ram.volume / set.area;

@@ -9,7 +9,7 @@ use crate::error::{IdentificationError, Result};
 use crate::estimators::{Error, Estimate};
 use crate::free_motion::free_motion;
 use crate::prediction::{self, Missed};
-use crate::structure::{Layout, Start, Structure, monic};
+use crate::structure::{InitialState, Layout, Structure, monic};
 use crate::validation::residuals::ResidualTests;
 use planesman_record::Record;
 use planesman_record::Run;
@@ -181,7 +181,7 @@ impl GivenModel {
                 offset: true,
                 known_numerator: vec![1.0],
                 known_denominator: vec![1.0],
-                start: Start::Motion,
+                start: InitialState::Estimated,
                 own_numerators: false,
             },
             runs,

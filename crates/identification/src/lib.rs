@@ -47,7 +47,7 @@ pub use planesman_record::{
 pub use readout::{PHYSICAL, Readout};
 pub use regression::{Shape, rows};
 pub use rls::RecursiveLeastSquares;
-pub use structure::{Layout, PART, Problem, Start, Structure};
+pub use structure::{InitialState, Layout, PART, Problem, Structure};
 pub use uncertainty::{Reading, SIGMAS_95, SIGMAS_99, Uncertain};
 
 // The unit tests share the integration tests' record, which names the crate.

@@ -1,5 +1,5 @@
 //! A discrete transfer function and its properties: poles in z and in s,
-//! steady gain, response.
+//! steady-state gain, response.
 
 use planesman_linear::polynomial::{self, evaluate};
 use planesman_linear::{Complex, TransferFunction, discrete_to_continuous};
@@ -9,7 +9,7 @@ use crate::regression::Shape;
 use planesman_record::Input;
 
 /// `1 + a1 + ... + an` closer to zero than this share of `1 + |a1| + ... + |an|` is taken
-/// for a pole at z = 1: the steady gain would be rounding.
+/// for a pole at z = 1: the steady-state gain would be rounding.
 const INTEGRATOR_TOLERANCE: f64 = 1e-12;
 
 /// The model of [`rows`](crate::rows), its parameters by name.
@@ -107,7 +107,7 @@ impl Model {
     /// The steady output per steady input, `sum b / (1 + sum a)`, without the bias; `None`
     /// with a pole at z = 1.
     #[must_use]
-    pub fn dc_gain(&self) -> Option<f64> {
+    pub fn steady_state_gain(&self) -> Option<f64> {
         let one = Complex::new(1.0, 0.0);
         let denominator = evaluate(&self.denominator(), one).re;
         let size = 1.0 + self.a.iter().map(|a| a.abs()).sum::<f64>();
@@ -177,13 +177,13 @@ mod tests {
         assert!((poles[0].re - 0.89217).abs() < 1e-5);
         assert!((poles[1].re + 0.11097).abs() < 1e-5);
         assert!((run.dominant_pole().unwrap().re + 2.282).abs() < 1e-3);
-        assert!((run.dc_gain().unwrap() - 0.908).abs() < 5e-4);
+        assert!((run.steady_state_gain().unwrap() - 0.908).abs() < 5e-4);
         assert!((run.zeros().unwrap()[0].re + 2.297).abs() < 1e-3);
     }
 
     #[test]
-    fn a_pole_at_one_leaves_no_steady_gain() {
-        assert_eq!(model(&[-2.0, 1.0], &[0.01, 0.01]).dc_gain(), None);
+    fn a_pole_at_one_leaves_no_steady_state_gain() {
+        assert_eq!(model(&[-2.0, 1.0], &[0.01, 0.01]).steady_state_gain(), None);
     }
 
     #[test]

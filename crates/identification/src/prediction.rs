@@ -193,8 +193,8 @@ fn extrapolated(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimators::{Armax, Estimator, LeastSquares, Near};
-    use crate::structure::{Problem, Start, Structure};
+    use crate::estimators::{Armax, Estimator, LeastSquares, WarmStarted};
+    use crate::structure::{InitialState, Problem, Structure};
     use planesman_record::noise;
 
     #[test]
@@ -210,11 +210,11 @@ mod tests {
             outputs: &outputs,
         };
         let structure = Structure {
-            start: Start::Motion,
+            start: InitialState::Estimated,
             ..Structure::of_order(2)
         };
         let problem = Problem::new(structure, 0.1, vec![run]).unwrap();
-        let near = Near {
+        let near = WarmStarted {
             poles: Vec::new(),
             noise: true,
         };

@@ -33,12 +33,12 @@ pub(crate) fn variance(values: &[f64]) -> f64 {
 
 /// How a record begins.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Start {
+pub enum InitialState {
     /// At rest: no input before the first sample, no motion but the offset.
     #[default]
     Rest,
     /// In motion: the n numbers that describe it are estimated too, where an estimator needs them.
-    Motion,
+    Estimated,
 }
 
 /// The unknowns of the transfer function.
@@ -57,7 +57,7 @@ pub struct Structure {
     /// `D`, powers of `q^-1` from 0, the first 1; `[1]` when no pole is known.
     pub known_denominator: Vec<f64>,
     /// How the records begin.
-    pub start: Start,
+    pub start: InitialState,
     /// The records have only their poles in common.
     pub own_numerators: bool,
 }
@@ -73,7 +73,7 @@ impl Structure {
             offset: true,
             known_numerator: vec![1.0],
             known_denominator: vec![1.0],
-            start: Start::Rest,
+            start: InitialState::Rest,
             own_numerators: false,
         }
     }
@@ -107,8 +107,8 @@ impl Structure {
     pub fn driving(&self, inputs: &[f64]) -> Vec<f64> {
         let through = filter(&self.known_numerator, &self.known_denominator, inputs);
         let before = match self.start {
-            Start::Rest => 0.0,
-            Start::Motion => through.first().copied().unwrap_or_default(),
+            InitialState::Rest => 0.0,
+            InitialState::Estimated => through.first().copied().unwrap_or_default(),
         };
         let mut driving = vec![before; self.delay];
         driving.extend(through);
@@ -197,7 +197,7 @@ impl<'a> Problem<'a> {
             outputs: &longest.outputs[first..first + count],
         };
         let structure = Structure {
-            start: Start::Motion,
+            start: InitialState::Estimated,
             ..self.structure.clone()
         };
         Some(Self {
@@ -272,8 +272,8 @@ impl Layout {
     pub fn motion(&self, run: usize) -> Range<usize> {
         let first = self.without_motion();
         match self.structure.start {
-            Start::Rest => first..first,
-            Start::Motion => {
+            InitialState::Rest => first..first,
+            InitialState::Estimated => {
                 let n = self.structure.poles;
                 first + run * n..first + (run + 1) * n
             }
@@ -329,7 +329,7 @@ mod tests {
     #[test]
     fn every_unknown_has_a_place_of_its_own() {
         let mut structure = Structure::of_order(3).with_zero_at_one();
-        structure.start = Start::Motion;
+        structure.start = InitialState::Estimated;
         for own in [false, true] {
             structure.own_numerators = own;
             let layout = Layout {

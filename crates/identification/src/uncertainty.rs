@@ -214,10 +214,10 @@ impl<'a> Reading<'a> {
             .collect()
     }
 
-    /// The steady gain, output unit per input unit; `None` with a pole at z = 1.
+    /// The steady-state gain, output unit per input unit; `None` with a pole at z = 1.
     #[must_use]
-    pub fn dc_gain(&self) -> Option<Uncertain> {
-        self.estimate.model(self.run).dc_gain()?;
+    pub fn steady_state_gain(&self) -> Option<Uncertain> {
+        self.estimate.model(self.run).steady_state_gain()?;
         self.response(0.0)
     }
 

@@ -38,7 +38,12 @@ fn by_default(inputs: Vec<f64>, outputs: Vec<f64>) -> Analysis {
 }
 
 fn gain(analysis: &Analysis) -> f64 {
-    analysis.reading().dc_gain().expect("no pole at 1").value.re
+    analysis
+        .reading()
+        .steady_state_gain()
+        .expect("no pole at 1")
+        .value
+        .re
 }
 
 fn verdict(analysis: &Analysis) -> String {
@@ -93,7 +98,7 @@ fn intervals_hold_the_truth_under_coloured_noise() {
             let u = prbs(seed, 1000);
             let y = sum(&filter(&B, &A, &u), &coloured(500 + seed, 1000, 0.9, 0.1));
             let analysis = found(u, y, &options);
-            let gain = analysis.reading().dc_gain().unwrap();
+            let gain = analysis.reading().steady_state_gain().unwrap();
             let poles = analysis.reading().continuous_poles().unwrap();
             let found = poles.iter().find(|it| it.value.im > 0.0).unwrap();
             let off = found.value - pole;

@@ -1,7 +1,7 @@
 //! Step responses of a known system: of its model, and from the data alone.
 
 use planesman_identification::estimators::{Estimator, OutputError, StepResponse};
-use planesman_identification::{Problem, Reading, Run, Start, Structure, filter, noise};
+use planesman_identification::{InitialState, Problem, Reading, Run, Structure, filter, noise};
 
 const SAMPLE_TIME: f64 = 0.05;
 /// 2/(s^2 + 1.5 s + 2) at 20 Hz, the input held.
@@ -47,7 +47,7 @@ fn with_problem(samples: usize, test: impl FnOnce(&Problem<'_>)) {
     let runs = all.iter().map(|(inputs, outputs)| Run { inputs, outputs });
     let structure = Structure {
         delay: DELAY,
-        start: Start::Motion,
+        start: InitialState::Estimated,
         ..Structure::of_order(2)
     };
     test(&Problem::new(structure, SAMPLE_TIME, runs.collect()).expect("a problem"));

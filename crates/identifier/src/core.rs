@@ -11,7 +11,7 @@ use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 use planesman_msgs::{Field, Message};
 
 use crate::error::Error;
-use crate::pair::{self, Change, Due, Pair, Scheduled};
+use crate::pair::{self, Change, DueEstimate, Pair, Scheduled};
 use crate::parameters::{Config, IdentifierParameters};
 use crate::reader::{Sample, TopicReader};
 
@@ -139,7 +139,7 @@ impl Identifier {
         topic: &str,
         stamp: Time,
         message: &M,
-    ) -> Result<Vec<Due>, Error> {
+    ) -> Result<Vec<DueEstimate>, Error> {
         if !self.concerns(topic) {
             return Ok(Vec::new());
         }
@@ -207,7 +207,7 @@ fn learnt(
     pairs: &mut [Pair],
     samples: impl Iterator<Item = (usize, Result<Sample, Error>)>,
     sent: &Time,
-) -> (Option<Time>, Vec<Due>, Vec<String>) {
+) -> (Option<Time>, Vec<DueEstimate>, Vec<String>) {
     let (mut last, mut due, mut refused) = (None, Vec::new(), Vec::new());
     for (place, read) in samples {
         let pair = &mut pairs[place];

@@ -232,7 +232,7 @@ impl Learner {
             }
         };
         let s_poles: Vec<_> = poles.iter().map(|z| model.continuous(*z)).collect();
-        let dc_gain = model.dc_gain();
+        let steady_state_gain = model.steady_state_gain();
         let reason = self.doubt(config);
         let (physical, deviations) = self.physical();
         ModelEstimate {
@@ -250,8 +250,8 @@ impl Learner {
             poles_im: poles.iter().map(|z| z.im).collect(),
             s_poles_re: s_poles.iter().map(|s| s.re).collect(),
             s_poles_im: s_poles.iter().map(|s| s.im).collect(),
-            dc_gain: dc_gain.unwrap_or(0.0),
-            has_dc_gain: dc_gain.is_some(),
+            steady_state_gain: steady_state_gain.unwrap_or(0.0),
+            has_steady_state_gain: steady_state_gain.is_some(),
             fit: self.fit(),
             valid: reason.is_none(),
             reason: reason.unwrap_or_default(),

@@ -14,7 +14,7 @@ use planesman_rosidl::{Library, TypeName, parse_message};
 
 /// The longest definition file taken, bytes, and the most files of one type.
 const LONGEST: u64 = 1 << 20;
-const MOST: usize = 1000;
+const MAX_TYPES: usize = 1000;
 
 /// A message type known at run time.
 #[derive(Clone, Debug)]
@@ -55,8 +55,8 @@ fn in_index(type_name: &str, prefixes: &[PathBuf]) -> Result<MessageType, String
         if library.message(&name).is_some() {
             continue;
         }
-        if library.messages().count() == MOST {
-            return Err(format!("{type_name} refers to more than {MOST} types"));
+        if library.messages().count() == MAX_TYPES {
+            return Err(format!("{type_name} refers to more than {MAX_TYPES} types"));
         }
         let text = definition(&name, prefixes)?;
         let message =

@@ -81,7 +81,7 @@ pub struct Pair {
 
 /// An estimate that is due for publication, made where somebody reads it.
 #[derive(Clone, Debug)]
-pub struct Due {
+pub struct DueEstimate {
     name: Arc<str>,
     config: Arc<Config>,
     learner: Learner,
@@ -89,7 +89,7 @@ pub struct Due {
     stamp: i64,
 }
 
-impl Due {
+impl DueEstimate {
     /// The pair's name.
     #[must_use]
     pub fn name(&self) -> &str {
@@ -117,8 +117,8 @@ impl Due {
 }
 
 /// The estimates themselves.
-pub(crate) fn made(due: &[Due]) -> Vec<ModelEstimate> {
-    due.iter().filter_map(Due::estimate).collect()
+pub(crate) fn made(due: &[DueEstimate]) -> Vec<ModelEstimate> {
+    due.iter().filter_map(DueEstimate::estimate).collect()
 }
 
 /// The pairs that the parameters describe, by name, each with its own parameters.
@@ -248,7 +248,7 @@ impl Pair {
     }
 
     /// As [`Pair::on_sample`], the estimates not made yet.
-    pub(crate) fn take(&mut self, stamp: Time, sample: &Sample) -> Vec<Due> {
+    pub(crate) fn take(&mut self, stamp: Time, sample: &Sample) -> Vec<DueEstimate> {
         let stamp = stamp.nanos();
         if let Some(grid) = &mut self.grid {
             let input = sample.input.map(|it| grid.input(stamp, it.mean));
@@ -335,7 +335,7 @@ impl Pair {
         self.take_change(change)?.estimate()
     }
 
-    fn take_change(&mut self, change: Change) -> Option<Due> {
+    fn take_change(&mut self, change: Change) -> Option<DueEstimate> {
         match change {
             Change::Reset => {
                 self.learner.reset();
@@ -396,8 +396,8 @@ impl Pair {
     }
 
     /// The estimate as it stands, stamped so.
-    fn due(&self, stamp: i64) -> Due {
-        Due {
+    fn due(&self, stamp: i64) -> DueEstimate {
+        DueEstimate {
             name: Arc::clone(&self.name),
             config: Arc::clone(&self.config),
             learner: self.learner.clone(),
@@ -406,7 +406,7 @@ impl Pair {
         }
     }
 
-    fn learn(&mut self) -> Vec<Due> {
+    fn learn(&mut self) -> Vec<DueEstimate> {
         let mut due = Vec::new();
         while let Some(sample) = self.aligner.take() {
             let restarts = self.account.restarts;

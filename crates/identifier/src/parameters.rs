@@ -61,7 +61,7 @@ pub struct IdentifierParameters {
     pub max_gap: f64,
     /// Estimator: kalman for the vehicle's equations (kalman.*), the others for a difference equation. A change
     /// restarts the estimate.
-    #[parameter(default = EstimatorKind::LeastSquares)]
+    #[parameter(default = EstimatorKind::RecursiveLeastSquares)]
     pub estimator: EstimatorKind,
     /// Order of the model; 3 for the vehicle from planes to pitch rate. A change restarts the estimate.
     #[parameter(default = 3, range = 1..=10)]
@@ -223,13 +223,13 @@ pub enum ForgettingKind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Choice)]
 pub enum EstimatorKind {
     /// Recursive least squares.
-    LeastSquares,
+    RecursiveLeastSquares,
     /// Extended least squares.
     ExtendedLeastSquares,
     /// Recursive prediction error method.
-    PredictionError,
+    RecursivePredictionError,
     /// Recursive output error.
-    OutputError,
+    RecursiveOutputError,
     /// The vehicle's equations, by an extended Kalman filter.
     Kalman,
 }
@@ -239,10 +239,10 @@ impl EstimatorKind {
     #[must_use]
     pub fn recursion(self) -> Option<Kind> {
         match self {
-            Self::LeastSquares => Some(Kind::LeastSquares),
+            Self::RecursiveLeastSquares => Some(Kind::LeastSquares),
             Self::ExtendedLeastSquares => Some(Kind::ExtendedLeastSquares),
-            Self::PredictionError => Some(Kind::PredictionError),
-            Self::OutputError => Some(Kind::OutputError),
+            Self::RecursivePredictionError => Some(Kind::PredictionError),
+            Self::RecursiveOutputError => Some(Kind::OutputError),
             Self::Kalman => None,
         }
     }

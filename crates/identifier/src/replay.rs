@@ -369,8 +369,8 @@ pub fn text(model: &ModelEstimate) -> String {
         "s poles  {}  1/s\n",
         poles(&model.s_poles_re, &model.s_poles_im)
     );
-    if model.has_dc_gain {
-        text += &format!("dc gain  {:.6}\n", model.dc_gain);
+    if model.has_steady_state_gain {
+        text += &format!("steady-state gain  {:.6}\n", model.steady_state_gain);
     }
     text += &format!("fit      {:.3} %, one step ahead\n", model.fit);
     text += &if model.valid {

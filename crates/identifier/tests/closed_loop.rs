@@ -196,9 +196,9 @@ fn a_thirty_second_dive_through_a_quantized_actuator_gives_the_dominant_pole_wit
     assert!(last.fit > 99.99);
     // The planes hold no pitch rate: restoring brings it back to zero.
     assert!(
-        last.has_dc_gain && last.dc_gain.abs() < 0.01,
+        last.has_steady_state_gain && last.steady_state_gain.abs() < 0.01,
         "{}",
-        last.dc_gain
+        last.steady_state_gain
     );
     assert_eq!(last.covariance.len(), 81);
     assert_eq!((last.a.len(), last.b.len(), last.c.len()), (3, 3, 3));
@@ -460,7 +460,7 @@ const TRUTH: [f64; 3] = [-0.2832 / 0.6033, 0.7182 / 0.6033, 0.16333 / 0.6033];
 fn estimators_with_a_model_of_noise_or_vehicle_find_the_dominant_pole_of_the_dive() {
     for (estimator, within) in [
         ("extended_least_squares", 0.10),
-        ("prediction_error", 0.05),
+        ("recursive_prediction_error", 0.05),
         ("kalman", 0.02),
     ] {
         let mut identifier = identifier(&[("estimator", estimator.into())]);
@@ -503,9 +503,9 @@ fn where_least_squares_is_led_astray_by_the_sensor_output_error_is_not_and_its_f
         assert!(estimate.valid, "{}", estimate.reason);
         (estimate.a[0] + 0.5, estimate.fit)
     };
-    let (off, _) = found("least_squares");
+    let (off, _) = found("recursive_least_squares");
     assert!(off > 0.05, "{off}");
-    let (off, fit) = found("output_error");
+    let (off, fit) = found("recursive_output_error");
     assert!(off.abs() < 0.02, "{off}");
     // Of a spread of 4/3 + 1/4 the noise leaves a fourth.
     assert!((55.0..65.0).contains(&fit), "{fit}");
@@ -532,15 +532,23 @@ fn the_kalman_filter_tells_the_vehicles_own_coefficients() {
         assert!(deviation > 0.0 && deviation < 0.2, "{last:?}");
     }
     // A zero at z = 1: restoring brings the pitch rate back to zero.
-    assert!(last.dc_gain.abs() < 1e-6, "{}", last.dc_gain);
+    assert!(
+        last.steady_state_gain.abs() < 1e-6,
+        "{}",
+        last.steady_state_gain
+    );
 }
 
 #[test]
-fn a_zero_known_to_be_at_one_leaves_no_steady_gain() {
+fn a_zero_known_to_be_at_one_leaves_no_steady_state_gain() {
     let mut identifier = identifier(&[("zeros_at_one", 1_i64.into())]);
     let last = estimates(&mut identifier, &in_order(600)).pop().unwrap();
     assert!(last.valid && miss(&identifier) < 0.10, "{}", last.reason);
-    assert!(last.dc_gain.abs() < 1e-9, "{}", last.dc_gain);
+    assert!(
+        last.steady_state_gain.abs() < 1e-9,
+        "{}",
+        last.steady_state_gain
+    );
     assert_eq!((last.a.len(), last.b.len(), last.c.len()), (3, 3, 3));
     assert_eq!(last.covariance.len(), 81);
 }
@@ -560,7 +568,7 @@ fn an_integral_is_learnt_as_one_and_a_gap_ends_it() {
     }
     let estimate = identifier.estimate(stamp(0));
     assert!(estimate.valid, "{}", estimate.reason);
-    assert!((estimate.poles_re[0] - 1.0).abs() < 1e-9 && !estimate.has_dc_gain);
+    assert!((estimate.poles_re[0] - 1.0).abs() < 1e-9 && !estimate.has_steady_state_gain);
     for message in &messages[900..] {
         feed(&mut identifier, message);
     }
@@ -570,7 +578,11 @@ fn an_integral_is_learnt_as_one_and_a_gap_ends_it() {
 #[test]
 fn a_frozen_model_predicts_and_publishes_and_learns_nothing() {
     let messages = in_order(600);
-    for estimator in ["least_squares", "prediction_error", "kalman"] {
+    for estimator in [
+        "recursive_least_squares",
+        "recursive_prediction_error",
+        "kalman",
+    ] {
         let mut identifier = identifier(&[("estimator", estimator.into())]);
         let mut live: Vec<ModelEstimate> = Vec::new();
         for message in &messages[..600] {

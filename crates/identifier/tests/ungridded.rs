@@ -67,7 +67,10 @@ fn learn(pair: &mut Pair, messages: &[(f64, Sample)]) -> Vec<ModelEstimate> {
 /// To one per cent: the line between two samples cuts the corner that each step of the input makes.
 fn assert_is_the_plant(found: &ModelEstimate) {
     assert!((found.s_poles_re[0] / POLE - 1.0).abs() < 0.01, "{found:?}");
-    assert!((found.dc_gain / GAIN - 1.0).abs() < 0.01, "{found:?}");
+    assert!(
+        (found.steady_state_gain / GAIN - 1.0).abs() < 0.01,
+        "{found:?}"
+    );
 }
 
 #[test]

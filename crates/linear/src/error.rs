@@ -48,7 +48,7 @@ pub enum Error {
         denominator: usize,
     },
     /// The system has a pole exactly where its gain is asked for.
-    #[error("there is no steady gain: the system integrates a constant input")]
+    #[error("there is no steady-state gain: the system integrates a constant input")]
     NoSteadyGain,
     /// The eigenvalue iteration did not end.
     #[error("the eigenvalues of a {size} x {size} matrix did not converge")]

@@ -53,7 +53,7 @@ pub enum Domain {
 }
 
 impl Domain {
-    /// The point of the complex plane at which a transfer function gives its steady gain.
+    /// The point of the complex plane at which a transfer function gives its steady-state gain.
     #[must_use]
     pub fn steady_point(self) -> f64 {
         match self {

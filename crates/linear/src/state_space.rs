@@ -176,13 +176,13 @@ impl StateSpace {
     /// # Errors
     /// [`Error::NoSteadyGain`] when a pole lies at the steady point, as an integrator's does;
     /// [`Error::Shape`], [`Error::NotFinite`].
-    pub fn dc_gain(&self, domain: Domain) -> Result<DMatrix<f64>, Error> {
+    pub fn steady_state_gain(&self, domain: Domain) -> Result<DMatrix<f64>, Error> {
         self.check()?;
         let states = self.a.nrows();
         let from_state = DMatrix::identity(states, states) * domain.steady_point() - &self.a;
         let state = from_state.lu().solve(&self.b).ok_or(Error::NoSteadyGain)?;
         let gain = &self.c * state + &self.d;
-        finite("the steady gain", &gain)?;
+        finite("the steady-state gain", &gain)?;
         Ok(gain)
     }
 
@@ -305,14 +305,16 @@ mod tests {
     }
 
     #[test]
-    fn sampling_moves_each_pole_to_its_exponential_and_keeps_the_steady_gain() {
+    fn sampling_moves_each_pole_to_its_exponential_and_keeps_the_steady_state_gain() {
         let system = oscillator(2.0, 0.3);
         let held = system.zero_order_hold(0.05).unwrap();
         for (s, z) in system.poles().unwrap().iter().zip(held.poles().unwrap()) {
             assert!(((s * 0.05).exp() - z).norm() < 1e-14);
         }
-        assert!((system.dc_gain(Domain::Continuous).unwrap()[(0, 0)] - 0.25).abs() < 1e-15);
-        assert!((held.dc_gain(Domain::Discrete).unwrap()[(0, 0)] - 0.25).abs() < 1e-12);
+        assert!(
+            (system.steady_state_gain(Domain::Continuous).unwrap()[(0, 0)] - 0.25).abs() < 1e-15
+        );
+        assert!((held.steady_state_gain(Domain::Discrete).unwrap()[(0, 0)] - 0.25).abs() < 1e-12);
     }
 
     #[test]
@@ -337,9 +339,9 @@ mod tests {
     }
 
     #[test]
-    fn an_integrator_has_no_steady_gain() {
+    fn an_integrator_has_no_steady_state_gain() {
         assert_eq!(
-            oscillator(0.0, 0.0).dc_gain(Domain::Continuous),
+            oscillator(0.0, 0.0).steady_state_gain(Domain::Continuous),
             Err(Error::NoSteadyGain)
         );
     }

@@ -81,7 +81,7 @@ impl TransferFunction {
     ///
     /// # Errors
     /// [`Error::NoSteadyGain`] when a pole lies at the steady point.
-    pub fn dc_gain(&self, domain: Domain) -> Result<f64, Error> {
+    pub fn steady_state_gain(&self, domain: Domain) -> Result<f64, Error> {
         let gain = self.value_at(Complex::new(domain.steady_point(), 0.0)).re;
         if gain.is_finite() {
             Ok(gain)
@@ -145,14 +145,14 @@ mod tests {
 
     #[test]
     fn the_printed_model_of_run_9_2_has_the_printed_gain_and_zero() {
-        assert!((run_9_2().dc_gain(Domain::Discrete).unwrap() - 0.908).abs() < 5e-4);
+        assert!((run_9_2().steady_state_gain(Domain::Discrete).unwrap() - 0.908).abs() < 5e-4);
         assert!((run_9_2().zeros().unwrap()[0].re + 2.30).abs() < 5e-3);
     }
 
     #[test]
-    fn the_response_to_a_held_input_ends_at_the_steady_gain() {
+    fn the_response_to_a_held_input_ends_at_the_steady_state_gain() {
         let output = run_9_2().simulate(&[1.0; 300]).unwrap();
-        let gain = run_9_2().dc_gain(Domain::Discrete).unwrap();
+        let gain = run_9_2().steady_state_gain(Domain::Discrete).unwrap();
         assert!((output[299] - gain).abs() < 1e-12);
     }
 
@@ -209,7 +209,7 @@ mod tests {
         );
         let integrator = TransferFunction::new(vec![1.0], vec![1.0, -1.0]).unwrap();
         assert_eq!(
-            integrator.dc_gain(Domain::Discrete),
+            integrator.steady_state_gain(Domain::Discrete),
             Err(Error::NoSteadyGain)
         );
     }

@@ -206,8 +206,8 @@ pub struct ModelFile {
     pub continuous_poles: Vec<Place>,
     /// Zeros in z.
     pub zeros: Vec<Place>,
-    /// Steady gain and its standard deviation; none with a pole at z = 1.
-    pub dc_gain: Option<[f64; 2]>,
+    /// Steady-state gain and its standard deviation; none with a pole at z = 1.
+    pub steady_state_gain: Option<[f64; 2]>,
     /// Simulated fit, %.
     pub fit: Option<f64>,
     /// Simulated fit on held-out data, %.
@@ -249,7 +249,7 @@ impl ModelFile {
             poles: Vec::new(),
             continuous_poles: Vec::new(),
             zeros: Vec::new(),
-            dc_gain: None,
+            steady_state_gain: None,
             fit: None,
             held_out_fit: None,
             preparation: Vec::new(),

@@ -3,7 +3,7 @@
 //! A client asks as soon as it knows of us. Our writer may be matched with its reader a little later; what is written
 //! before that is lost. So the first answer to a client waits for it. And a client that acknowledges nothing fills the
 //! send window; an answer then waits for room. The node goes on meanwhile: one task looks after all that wait, at
-//! most [`MOST`], and [`MOST_EACH`] of a client.
+//! most [`MAX_WAITING`], and [`MAX_WAITING_PER_CLIENT`] of a client.
 
 use std::{ops::Range, rc::Rc, time::Duration};
 
@@ -17,12 +17,12 @@ use crate::{
 };
 
 /// Time between two looks, and how many there are for an answer.
-const LOOK: Duration = Duration::from_millis(10);
-const LOOKS: u32 = 500;
+const POLL_INTERVAL: Duration = Duration::from_millis(10);
+const POLLS: u32 = 500;
 
 /// Answers that wait, in all and for one client; a further one is not sent.
-const MOST: usize = 100;
-const MOST_EACH: usize = 10;
+const MAX_WAITING: usize = 100;
+const MAX_WAITING_PER_CLIENT: usize = 10;
 
 /// Sends an answer of the service `name` to whoever asked `request`: now, or as soon as who asked is known to listen and
 /// there is room, or never, with a warning. `send` must not wait.
@@ -49,7 +49,7 @@ pub(crate) fn answer(
     };
     let mut all = shared.answers.waiting.borrow_mut();
     let of_the_client = all.iter().filter(|other| other.client == client).count();
-    if all.len() >= MOST || of_the_client >= MOST_EACH {
+    if all.len() >= MAX_WAITING || of_the_client >= MAX_WAITING_PER_CLIENT {
         let text = format!(
             "no answer sent: {of_the_client} wait for this client, {} for all, to listen or to have room",
             all.len()
@@ -61,7 +61,7 @@ pub(crate) fn answer(
         let ours = Rc::clone(shared);
         shared.spawn(async move {
             while !ours.answers.waiting.borrow().is_empty() {
-                ours.sleep(LOOK).await;
+                ours.sleep(POLL_INTERVAL).await;
                 look(&ours);
             }
         });
@@ -80,7 +80,7 @@ fn look(shared: &Rc<Shared>) {
     let mut full: Vec<String> = Vec::new();
     all.retain_mut(|waiting| {
         waiting.looks += 1;
-        let last = waiting.looks >= LOOKS;
+        let last = waiting.looks >= POLLS;
         if !(waiting.matched || last) || full.contains(&waiting.service) {
             return !last;
         }

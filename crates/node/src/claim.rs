@@ -100,13 +100,13 @@ struct Book {
 }
 
 /// Largest number of other claims.
-const MOST: usize = 100;
+const MAX_CLAIMS: usize = 100;
 
 impl Book {
     fn observe(&mut self, party: Party, now: Instant) {
         self.others
             .retain(|_, (_, seen)| now.duration_since(*seen) < LIFE);
-        if party.id != self.own.id && self.others.len() < MOST {
+        if party.id != self.own.id && self.others.len() < MAX_CLAIMS {
             self.others.insert(party.id, (party, now));
         }
     }

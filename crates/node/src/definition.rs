@@ -31,7 +31,7 @@ use crate::{
 /// Time for a topic's publishers to describe its type.
 const DESCRIBING: Duration = Duration::from_secs(2);
 /// Time between two looks for nodes that do.
-const LOOK: Duration = Duration::from_millis(100);
+const POLL_INTERVAL: Duration = Duration::from_millis(100);
 /// Nodes that are asked for a type.
 const MOST_DESCRIBERS: usize = 8;
 
@@ -90,7 +90,7 @@ impl Definitions {
                 if !known.is_empty() || since.elapsed() >= DESCRIBING {
                     break known;
                 }
-                opener.shared.sleep(LOOK).await;
+                opener.shared.sleep(POLL_INTERVAL).await;
             };
             let mut outcome = Err(format!(
                 "{reason}, and no node of its publishers describes its type"

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use planesman_msgs::loop_topics::{Delivery, LoopTopic};
 use ros2_client::qos::{Durability, History, QosProfile, Reliability, WhenFull};
 
 /// Longest that a reliable `publish` waits for room in the send window, s: short enough
@@ -50,6 +51,20 @@ impl Qos {
             latched: true,
             depth,
             follows_one: None,
+        }
+    }
+
+    /// What the publishers of a topic of the loop offer.
+    #[must_use]
+    pub fn of(topic: &LoopTopic) -> Self {
+        let depth = usize::try_from(topic.depth).unwrap_or(usize::MAX);
+        match topic.delivery {
+            Delivery::BestEffort => Self {
+                depth,
+                ..Self::sensor()
+            },
+            Delivery::Reliable => Self::reliable(depth),
+            Delivery::Latched => Self::latched(depth),
         }
     }
 

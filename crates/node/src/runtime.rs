@@ -30,6 +30,7 @@ use planesman_msgs::{
             GetAvailableTransitions, GetAvailableTransitionsResponse, GetState, GetStateResponse,
         },
     },
+    loop_topics::{self, LoopTopic},
     rcl_interfaces::{
         msg::{Log, Parameter, ParameterEvent},
         srv::{
@@ -182,6 +183,13 @@ impl From<Option<Passage>> for Hold {
     fn from(passage: Option<Passage>) -> Self {
         passage.map_or(Self::Nothing, Self::Passage)
     }
+}
+
+/// The topic of the loop of that name, if it is of the type.
+fn loop_topic<M: Message>(name: &str) -> anyhow::Result<&'static LoopTopic> {
+    loop_topics::named(name)
+        .filter(|topic| topic.info.type_name == M::TYPE_NAME)
+        .with_context(|| format!("the loop has no topic '{name}' of {}", M::TYPE_NAME))
 }
 
 impl<E> From<E> for Queued<E> {
@@ -412,6 +420,22 @@ impl<E: 'static> Runtime<E> {
         let publisher = self.unlisted_publisher(topic, qos)?;
         self.list(&publisher.endpoint);
         Ok(publisher)
+    }
+
+    /// Opens a topic of the loop for sending, with its QoS there.
+    ///
+    /// # Errors
+    /// A name that is not in [`loop_topics::ALL`], or of another type there; when the middleware refuses.
+    pub fn loop_publisher<M: Message>(&self, topic: &str) -> anyhow::Result<Publisher<M>> {
+        self.publisher(topic, Qos::of(loop_topic::<M>(topic)?))
+    }
+
+    /// As [`Runtime::loop_publisher`], for those who must miss nothing, as members of lockstep.
+    ///
+    /// # Errors
+    /// Those of [`Runtime::loop_publisher`].
+    pub fn lossless_publisher<M: Message>(&self, topic: &str) -> anyhow::Result<Publisher<M>> {
+        self.publisher(topic, Qos::of(&loop_topic::<M>(topic)?.without_loss()))
     }
 
     /// Turns each message on `topic` into an event.

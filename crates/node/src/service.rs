@@ -205,10 +205,10 @@ pub(crate) fn is_served(shared: &Shared, name: &str) -> bool {
 /// Waits until there is a server of the service `name`.
 pub(crate) async fn settle(shared: &Shared, name: &str) {
     /// Time between two looks for the server.
-    const LOOK: Duration = Duration::from_millis(10);
+    const POLL_INTERVAL: Duration = Duration::from_millis(10);
 
     while !is_served(shared, name) {
-        shared.sleep(LOOK).await;
+        shared.sleep(POLL_INTERVAL).await;
     }
 }
 

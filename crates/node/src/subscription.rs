@@ -89,7 +89,7 @@ impl Followed {
     /// In a silence of less nobody else is heard.
     const BRIEF: Duration = Duration::from_secs(1);
     /// Largest number of rivals that are known.
-    const MOST: usize = 100;
+    const MAX_RIVALS: usize = 100;
 
     /// Whether a message of `sender` passes: of the one that was heard first; of others once that is silent, of its rivals
     /// once it has been for so long. It is followed again when it goes on, unless it no longer `publishes`.
@@ -103,7 +103,7 @@ impl Followed {
         if let Some((first, heard)) = self.first.filter(|(first, _)| *first != sender) {
             let silent = now.duration_since(heard);
             if silent < Self::BRIEF {
-                if self.rivals.len() < Self::MOST {
+                if self.rivals.len() < Self::MAX_RIVALS {
                     self.rivals.insert(sender);
                 }
                 return false;

@@ -71,7 +71,7 @@ fn in_words(analysis: &Analysis) -> Markup {
     let structure = &analysis.estimate.layout.structure;
     let sample_time = analysis.estimate.sample_time;
     let percent = |fit: Option<f64>| fit.map_or("none".to_owned(), |fit| format!("{fit:.2} %"));
-    let gain = analysis.reading().dc_gain().map(|gain| {
+    let gain = analysis.reading().steady_state_gain().map(|gain| {
         let interval = SIGMAS_95 * gain.real_deviation();
         format!("{:.5} ± {interval:.5}", gain.value.re)
     });
@@ -84,7 +84,7 @@ fn in_words(analysis: &Analysis) -> Markup {
                     "; with 95 % " (lag.interval.0) " to " (lag.interval.1) " samples"
                 }
             } }
-            tr { td { "steady gain" } td { (gain.unwrap_or_else(|| "none: it integrates".to_owned())) } }
+            tr { td { "steady-state gain" } td { (gain.unwrap_or_else(|| "none: it integrates".to_owned())) } }
             tr { td { "simulated fit" } td { (percent(analysis.fit)) } }
             tr { td { "on held-out data" } td { (percent(analysis.held_out_fit)) } }
             tr { td { "method" } td { (analysis.method_name()) ", " (structure.poles) " poles, every " (format!("{sample_time:.6}").trim_end_matches('0')) " s" } }
@@ -250,7 +250,7 @@ fn step<'a>(analysis: &'a Analysis, record: &Record, output_title: &'a str) -> P
             of_model.clone().map(|(k, it)| band(k, it.0, it.1)),
         )])
         .line("model", of_model.map(|(k, it)| (at(k), it.0)));
-    let without_model = match analysis.reading().dc_gain() {
+    let without_model = match analysis.reading().steady_state_gain() {
         None => Err(
             "the model integrates, and a response without an end has no finite impulse response"
                 .to_owned(),

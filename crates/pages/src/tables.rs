@@ -105,7 +105,7 @@ fn five(value: f64) -> String {
     format!("{value:.5}")
 }
 
-/// A table for each question: fits, residual tests, poles, steady gain, frequency response.
+/// A table for each question: fits, residual tests, poles, steady-state gain, frequency response.
 #[must_use]
 pub fn tables(models: &[Compared]) -> Vec<Table> {
     vec![
@@ -172,9 +172,9 @@ fn poles(models: &[Compared]) -> Table {
 }
 
 fn gains(models: &[Compared]) -> Table {
-    let mut table = Table::new(["model", "steady gain", "± 95 %"]);
+    let mut table = Table::new(["model", "steady-state gain", "± 95 %"]);
     for model in models {
-        let gain = model.reading().dc_gain();
+        let gain = model.reading().steady_state_gain();
         table.row([
             model.name.clone(),
             gain.map_or("none".to_owned(), |it| five(it.value.re)),
@@ -281,10 +281,10 @@ pub fn numbers(models: &[Compared]) -> Table {
                 Some(pole.imaginary_deviation()),
             );
         }
-        if let Some(gain) = model.reading().dc_gain() {
+        if let Some(gain) = model.reading().steady_state_gain() {
             let deviation = gain.real_deviation();
             row(
-                "steady gain".to_owned(),
+                "steady-state gain".to_owned(),
                 gain.value.re.to_string(),
                 Some(deviation),
             );

@@ -27,4 +27,4 @@ pub use planesman_parameters_derive::{Choice, Parameters};
 pub use refusal::Refusal;
 pub use typed::{Parameters, dotted};
 pub use value::Value;
-pub use values::Values;
+pub use values::{Values, probably_meant};

@@ -6,6 +6,21 @@ use planesman_text::did_you_mean;
 
 use crate::{Declaration, ParameterType, Refusal, Value};
 
+/// A word of parameters' names as it was, and as it is.
+const RENAMED: (&str, &str) = ("course", "heading");
+
+/// `; its name is 'NAME' now` of a parameter that was renamed, else `; did you mean 'NAME'?` with the declared name most
+/// similar to `name`; empty when none is.
+#[must_use]
+pub fn probably_meant(name: &str, declarations: &[Declaration]) -> String {
+    let names = || declarations.iter().map(|d| d.name.as_str());
+    let renamed = name.replace(RENAMED.0, RENAMED.1);
+    if renamed != name && names().any(|known| known == renamed) {
+        return format!("; its name is '{renamed}' now");
+    }
+    did_you_mean(name, names())
+}
+
 /// Declared parameters with their present values. Always complete and valid: a change
 /// is accepted whole or refused whole.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,14 +92,10 @@ impl Values {
             .into_iter()
             .partition(|(name, _)| self.declaration(name).is_some());
         let line = |(name, _): (String, Value)| {
-            let meant = self.probably_meant(&name);
+            let meant = probably_meant(&name, &self.declarations);
             format!("parameter '{name}' is not declared and is ignored{meant}")
         };
         (known, unknown.into_iter().map(line).collect())
-    }
-
-    fn probably_meant(&self, name: &str) -> String {
-        did_you_mean(name, self.declarations.iter().map(|d| d.name.as_str()))
     }
 
     fn changed(
@@ -95,7 +106,10 @@ impl Values {
         let mut new = self.clone();
         for (name, value) in changes {
             let Some(declaration) = self.declaration(&name) else {
-                let reason = format!("it is not declared{}", self.probably_meant(&name));
+                let reason = format!(
+                    "it is not declared{}",
+                    probably_meant(&name, &self.declarations)
+                );
                 return Err(Refusal { name, reason });
             };
             let value = declaration.accept(value)?;

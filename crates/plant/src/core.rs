@@ -9,9 +9,9 @@
 
 use planesman_msgs::{
     builtin_interfaces::msg::Time,
+    loop_topics::Sink,
     nav_msgs::msg::Odometry,
-    planesman_msgs::msg::{DaqSample, PlaneMotion, VehicleState},
-    sensor_msgs::msg::{FluidPressure, Imu},
+    planesman_msgs::msg::{PlaneMotion, VehicleState},
     std_msgs::msg::String as Text,
     tf2_msgs::msg::TFMessage,
 };
@@ -19,14 +19,15 @@ use planesman_msgs::{
 use crate::{
     description::{self, Part},
     error::Error,
-    messages::Frames,
+    messages::{Frames, Instruments},
     odometry::{self, wrapped},
     parameters::PlantParameters,
     sensors::{self, Memory, Readings, Truth},
     settings::{Settings, Supply},
 };
 use planesman_vehicle::{
-    Body, BodyMotion, Boundary, Contact, Inputs, Load, PlanePath, Vehicle, Waves, vehicle_file,
+    Body, BodyMotion, Boundary, Contact, GeneralisedForce, Inputs, PlanePath, Vehicle, Waves,
+    vehicle_file,
 };
 
 /// Everything the plant publishes at one stamp.
@@ -34,29 +35,30 @@ use planesman_vehicle::{
 pub struct Observation {
     /// The truth, on `state`.
     pub state: VehicleState,
-    /// The truth in ROS frames, on `odom`.
-    pub odometry: Odometry,
-    /// `odom` to `base_link`, and that to the planes, on `/tf`.
-    pub transforms: TFMessage,
-    /// Rate gyros and accelerometers, on `imu`.
-    pub imu: Imu,
-    /// Absolute pressure at the depth port, on `depth_pressure`.
-    pub depth_pressure: FluidPressure,
-    /// Stagnation less static pressure, on `speed_pressure`.
-    pub speed_pressure: FluidPressure,
-    /// The volts on the report's wires, on `daq`.
-    pub daq: DaqSample,
+    /// What the instruments read.
+    pub instruments: Instruments,
+    /// The truth in ROS frames.
+    pub pose: Pose,
 }
 
-/// What the instruments say that a controller can do with.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Instruments {
-    /// As of [`Observation::imu`].
-    pub imu: Imu,
-    /// As of [`Observation::depth_pressure`].
-    pub depth_pressure: FluidPressure,
-    /// As of [`Observation::speed_pressure`].
-    pub speed_pressure: FluidPressure,
+/// The true pose and velocity in ROS frames.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Pose {
+    /// In the frame `odom`.
+    pub odometry: Odometry,
+    /// `odom` to `base_link`, and that to the planes.
+    pub transforms: TFMessage,
+}
+
+impl Pose {
+    /// Hands each message to `sink`.
+    ///
+    /// # Errors
+    /// When the sink cannot keep one.
+    pub fn put_into<S: Sink>(&self, stamp: &Time, sink: &mut S) -> Result<(), S::Error> {
+        sink.put("odom", stamp, &self.odometry)?;
+        sink.put("/tf", stamp, &self.transforms)
+    }
 }
 
 /// The vehicle, its instruments and where they stand at the present tick.
@@ -91,7 +93,7 @@ struct Acting {
     roll_differential: f64,
     rudder: f64,
     thrust: f64,
-    waves: Load,
+    waves: GeneralisedForce,
 }
 
 impl Acting {
@@ -105,7 +107,7 @@ impl Acting {
         }
     }
 
-    fn at_the_end_of(inputs: &Inputs<'_>, waves: Load) -> Self {
+    fn at_the_end_of(inputs: &Inputs<'_>, waves: GeneralisedForce) -> Self {
         Self {
             dive_planes: inputs.dive_planes.end(),
             bow_stern_differential: inputs.bow_stern_differential.end(),
@@ -119,7 +121,7 @@ impl Acting {
 
 /// What holds for the whole flight: for late joiners too.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Facts {
+pub struct StaticMessages {
     /// The fixed frames beside those that move.
     pub transforms: TFMessage,
     /// The vehicle's URDF.
@@ -205,19 +207,13 @@ impl Plant {
         let readings = self.readings();
         let odometry = odometry::Odometry::of(&self.body, self.settings.motion.current);
         let frames = self.frames(stamp);
-        let Instruments {
-            imu,
-            depth_pressure,
-            speed_pressure,
-        } = self.instruments_message(&frames, &readings);
         Observation {
             state: self.state_message(&frames),
-            odometry: frames.odometry(&odometry),
-            transforms: frames.transforms(&odometry, &self.parts()),
-            imu,
-            depth_pressure,
-            speed_pressure,
-            daq: frames.daq(&readings),
+            instruments: Instruments::of(&frames, &readings, &self.settings.sensors),
+            pose: Pose {
+                odometry: frames.odometry(&odometry),
+                transforms: frames.transforms(&odometry, &self.parts()),
+            },
         }
     }
 
@@ -231,7 +227,7 @@ impl Plant {
     #[must_use]
     pub fn instruments(&mut self, stamp: Time) -> Instruments {
         let readings = self.readings();
-        self.instruments_message(&self.frames(stamp), &readings)
+        Instruments::of(&self.frames(stamp), &readings, &self.settings.sensors)
     }
 
     fn frames(&self, stamp: Time) -> Frames<'_> {
@@ -241,22 +237,11 @@ impl Plant {
         }
     }
 
-    fn instruments_message(&self, frames: &Frames<'_>, readings: &Readings) -> Instruments {
-        let sensors = &self.settings.sensors;
-        Instruments {
-            imu: frames.imu(readings, sensors),
-            depth_pressure: frames
-                .pressure(readings.depth_pressure, sensors.depth.pressure_noise()),
-            speed_pressure: frames
-                .pressure(readings.speed_pressure, sensors.speed.pressure_noise()),
-        }
-    }
-
     /// What holds for the whole flight.
     #[must_use]
-    pub fn facts(&self) -> Facts {
+    pub fn static_messages(&self) -> StaticMessages {
         let frames = self.frames(Time::default());
-        Facts {
+        StaticMessages {
             transforms: frames.fixed_transforms(),
             description: Text {
                 data: description::of(&self.vehicle),
@@ -286,7 +271,7 @@ impl Plant {
             Some(motion) => inputs_of(motion, settings.tick_nanos)?,
             None => self.acting.held(),
         };
-        let waves = self.waves_load(settings);
+        let waves = self.waves_force(settings);
         let (body, contact) =
             settings
                 .motion
@@ -365,26 +350,30 @@ impl Plant {
             across,
             speed,
             roll,
-            course,
+            yaw,
         } = self.body;
-        let BodyMotion { tank, current, .. } = &self.settings.motion;
+        let BodyMotion {
+            depth_limits,
+            current,
+            ..
+        } = &self.settings.motion;
         VehicleState {
             header: frames.header(frames.map_ned()),
             distance: plane.distance,
             cross_track: across,
             depth: plane.depth,
-            depth_rate: tank.confined_rate(plane.depth, self.body.depth_rate(*current)),
+            depth_rate: depth_limits.confined_rate(plane.depth, self.body.depth_rate(*current)),
             roll: wrapped(roll.angle),
             roll_rate: roll.rate,
             pitch: wrapped(plane.pitch),
             pitch_rate: plane.pitch_rate,
-            yaw: wrapped(course.angle),
-            yaw_rate: course.rate,
+            yaw: wrapped(yaw.angle),
+            yaw_rate: yaw.rate,
             surge: speed,
             heave: plane.heave,
             dive_planes: self.acting.dive_planes,
             planes_source: self.planes_source,
-            contact: match tank
+            contact: match depth_limits
                 .touched(plane.depth)
                 .or(self.contact.map(|c| c.boundary))
             {
@@ -404,7 +393,7 @@ impl Plant {
         body: &Body,
         settings: &Settings,
         inputs: &Inputs<'_>,
-        waves: Load,
+        waves: GeneralisedForce,
     ) -> Result<(f64, Option<Supply>), Error> {
         let derivatives = settings.motion.derivatives(body);
         let energy = derivatives.kinetic_energy(&body.plane);
@@ -428,13 +417,13 @@ impl Plant {
     }
 
     /// The waves' load over the coming tick.
-    fn waves_load(&self, settings: &Settings) -> Load {
+    fn waves_force(&self, settings: &Settings) -> GeneralisedForce {
         match &settings.seaway {
             Some((seaway, _)) => {
                 let gravity = settings.motion.vertical.environment.gravity;
                 seaway.load(&self.waves, self.body.plane.depth, gravity)
             }
-            None => Load::NONE,
+            None => GeneralisedForce::NONE,
         }
     }
 }
@@ -497,6 +486,7 @@ fn or_neutral<'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use planesman_msgs::planesman_msgs::msg::DaqSample;
     use planesman_msgs::{Message, builtin_interfaces::msg::Duration, cdr, std_msgs::msg::Header};
     use planesman_parameters::{Parameters as _, Value};
     use planesman_units::FOOT;
@@ -529,12 +519,12 @@ mod tests {
     fn bytes(observation: &Observation) -> Vec<Vec<u8>> {
         vec![
             cdr::to_bytes(&observation.state),
-            cdr::to_bytes(&observation.odometry),
-            cdr::to_bytes(&observation.transforms),
-            cdr::to_bytes(&observation.imu),
-            cdr::to_bytes(&observation.depth_pressure),
-            cdr::to_bytes(&observation.speed_pressure),
-            cdr::to_bytes(&observation.daq),
+            cdr::to_bytes(&observation.pose.odometry),
+            cdr::to_bytes(&observation.pose.transforms),
+            cdr::to_bytes(&observation.instruments.imu),
+            cdr::to_bytes(&observation.instruments.depth_pressure),
+            cdr::to_bytes(&observation.instruments.speed_pressure),
+            cdr::to_bytes(&observation.instruments.daq),
         ]
     }
 
@@ -557,7 +547,9 @@ mod tests {
             plant.advance(Some(&thirty_degrees)).expect("a tick");
         }
         let Observation {
-            state, odometry, ..
+            state,
+            pose: Pose { odometry, .. },
+            ..
         } = plant.observe(stamp(200));
         assert!((state.depth / 0.3048 - 5.014_305).abs() < 1e-5);
         assert!((state.pitch.to_degrees() + 51.387_687).abs() < 1e-5);
@@ -633,7 +625,9 @@ mod tests {
             plant.advance(None).expect("a tick");
         }
         let Observation {
-            state, odometry, ..
+            state,
+            pose: Pose { odometry, .. },
+            ..
         } = plant.observe(stamp(21));
         assert!(state.surge > 0.3048 && plant.speed() == state.surge);
         assert!(state.yaw > 0.0 && state.roll > 0.0 && state.cross_track > 0.0);
@@ -713,9 +707,9 @@ mod tests {
             plant.advance(Some(&motion(angle, angle))).expect("a tick");
             let o = plant.observe(stamp(k));
             assert_eq!(o.state.first_non_finite(), None);
-            assert_eq!(o.odometry.first_non_finite(), None);
-            assert_eq!(o.imu.first_non_finite(), None);
-            assert_eq!(o.daq.first_non_finite(), None);
+            assert_eq!(o.pose.odometry.first_non_finite(), None);
+            assert_eq!(o.instruments.imu.first_non_finite(), None);
+            assert_eq!(o.instruments.daq.first_non_finite(), None);
             assert!(o.state.pitch.abs() <= std::f64::consts::PI && o.state.depth >= 0.0);
         }
     }
@@ -725,15 +719,21 @@ mod tests {
         let mut plant = plant(&[("frame_prefix", Value::from("auv1/"))]);
         let o = plant.observe(stamp(1));
         assert_eq!(o.state.header.frame_id, "auv1/map_ned");
-        assert_eq!(o.odometry.header.frame_id, "auv1/odom");
-        assert_eq!(o.odometry.child_frame_id, "auv1/base_link");
+        assert_eq!(o.pose.odometry.header.frame_id, "auv1/odom");
+        assert_eq!(o.pose.odometry.child_frame_id, "auv1/base_link");
         // All 0: unknown to those who read it, since truth has no error to tell (REP 145).
-        assert_eq!(o.odometry.pose.covariance, [0.0; 36]);
-        assert_eq!(o.transforms.transforms[0].header, o.odometry.header);
-        assert_eq!(o.transforms.transforms[0].child_frame_id, "auv1/base_link");
-        assert_eq!(o.imu.header.frame_id, "auv1/base_link");
-        assert_eq!(o.imu.orientation_covariance[0], -1.0);
-        assert_eq!(o.imu.header.stamp, stamp(1));
+        assert_eq!(o.pose.odometry.pose.covariance, [0.0; 36]);
+        assert_eq!(
+            o.pose.transforms.transforms[0].header,
+            o.pose.odometry.header
+        );
+        assert_eq!(
+            o.pose.transforms.transforms[0].child_frame_id,
+            "auv1/base_link"
+        );
+        assert_eq!(o.instruments.imu.header.frame_id, "auv1/base_link");
+        assert_eq!(o.instruments.imu.orientation_covariance[0], -1.0);
+        assert_eq!(o.instruments.imu.header.stamp, stamp(1));
     }
 
     #[test]
@@ -743,13 +743,13 @@ mod tests {
             ("initial_depth", Value::Double(2.0)),
         ]);
         let o = plant.observe(stamp(0));
-        assert_eq!(o.imu.angular_velocity.y, 0.0);
-        assert_eq!(o.imu.linear_acceleration.z, 9.81456);
-        let depth = (o.depth_pressure.fluid_pressure - 101_325.0) / (999.835 * 9.81456);
+        assert_eq!(o.instruments.imu.angular_velocity.y, 0.0);
+        assert_eq!(o.instruments.imu.linear_acceleration.z, 9.81456);
+        let depth = (o.instruments.depth_pressure.fluid_pressure - 101_325.0) / (999.835 * 9.81456);
         assert!((depth - 2.0).abs() < 1e-12);
-        let speed = (2.0 * o.speed_pressure.fluid_pressure / 999.835).sqrt();
+        let speed = (2.0 * o.instruments.speed_pressure.fluid_pressure / 999.835).sqrt();
         assert!((speed - 0.3048).abs() < 1e-12);
-        assert_eq!(o.depth_pressure.variance, 0.0);
+        assert_eq!(o.instruments.depth_pressure.variance, 0.0);
     }
 
     #[test]
@@ -779,7 +779,11 @@ mod tests {
         let thirty_degrees = motion(FRAC_PI_6, FRAC_PI_6);
         let mut full = None;
         for k in 0..200 {
-            let Observation { state, daq, .. } = plant.observe(stamp(k));
+            let Observation {
+                state,
+                instruments: Instruments { daq, .. },
+                ..
+            } = plant.observe(stamp(k));
             let q = daq.pitch_rate / DaqSample::PITCH_RATE_SLOPE;
             assert!(
                 (q - state.pitch_rate).abs() < 0.04,
@@ -792,7 +796,7 @@ mod tests {
         }
         // 32.58 in.
         assert!((full.expect("a foot and a half per second") - 0.8275).abs() < 0.02);
-        assert!((plant.observe(stamp(200)).daq.dive_planes - 0.3).abs() < 0.0025);
+        assert!((plant.observe(stamp(200)).instruments.daq.dive_planes - 0.3).abs() < 0.0025);
     }
 
     #[test]
@@ -811,9 +815,9 @@ mod tests {
             let mut plant = plant(&[depth, pitch, deepest, fastest, change]);
             let seen = run(&mut plant, 20);
             let o = plant.observe(stamp(20));
-            assert_eq!(o.daq.first_non_finite(), None);
-            assert_eq!(o.imu.first_non_finite(), None);
-            assert_eq!(o.depth_pressure.first_non_finite(), None);
+            assert_eq!(o.instruments.daq.first_non_finite(), None);
+            assert_eq!(o.instruments.imu.first_non_finite(), None);
+            assert_eq!(o.instruments.depth_pressure.first_non_finite(), None);
             seen
         };
         let plain = flown(("sensors.errors", Value::Bool(true)));
@@ -916,8 +920,8 @@ mod tests {
         }
         let Observation {
             state,
-            imu,
-            odometry,
+            instruments: Instruments { imu, .. },
+            pose: Pose { odometry, .. },
             ..
         } = plant.observe(stamp(40));
         assert!(state.roll_rate.abs() > 1e-4 && state.yaw_rate > 1e-3);
@@ -945,7 +949,11 @@ mod tests {
             for _ in 0..40 {
                 plant.advance(Some(&turning)).expect("a tick");
             }
-            let Observation { imu, odometry, .. } = plant.observe(stamp(40));
+            let Observation {
+                instruments: Instruments { imu, .. },
+                pose: Pose { odometry, .. },
+                ..
+            } = plant.observe(stamp(40));
             let (felt, truth) = (imu.angular_velocity, odometry.twist.twist.angular);
             for (felt, truth) in [(felt.x, truth.x), (felt.y, truth.y), (felt.z, truth.z)] {
                 assert!(

@@ -1,6 +1,6 @@
 //! The vehicle simulated tick by tick, its sensors, and their messages.
 //!
-//! - `core`: messages in, messages out, one tick at a time: [`Plant`], [`Observation`], [`Instruments`].
+//! - `core`: messages in, messages out, one tick at a time: [`Plant`], [`Observation`], [`Instruments`], [`Pose`].
 //! - [`PlantParameters`]: the declared parameters; `settings`: the same as the models' own types.
 //! - `sensors`: [`gyro`], accelerometers, [`pressure_cell`], [`plane_signal`], their errors and their volts.
 //! - `odometry`, `messages`: the state in ROS frames (REP 103, REP 105), and as messages. [`robot_description`]: the vehicle's URDF.
@@ -16,9 +16,10 @@ mod parameters;
 mod sensors;
 mod settings;
 
-pub use core::{Facts, Instruments, Observation, Plant, vehicle};
+pub use core::{Observation, Plant, Pose, StaticMessages, vehicle};
 pub use description::of as robot_description;
 pub use error::Error;
+pub use messages::Instruments;
 pub use parameters::{ActuatorAnswer, PlantParameters, TimeSource};
 pub use sensors::{gyro, plane_signal, pressure_cell, specific_force};
 pub use settings::derivatives;

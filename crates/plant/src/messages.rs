@@ -6,6 +6,7 @@ use planesman_msgs::{
         Point, Pose, PoseWithCovariance, Quaternion, Transform, TransformStamped, Twist,
         TwistWithCovariance, Vector3,
     },
+    loop_topics::Sink,
     nav_msgs::msg::Odometry,
     planesman_msgs::msg::DaqSample,
     sensor_msgs::msg::{FluidPressure, Imu},
@@ -45,7 +46,7 @@ impl Frames<'_> {
         self.named(description::BODY)
     }
 
-    /// The fixed frame of `VehicleState`: x along the first course, y to starboard, z down from the
+    /// The fixed frame of `VehicleState`: x along the initial heading, y to starboard, z down from the
     /// surface. REP 105's `map` has z up; REP 103 marks frames like this one by `_ned`.
     pub(crate) fn map_ned(&self) -> String {
         self.named("map_ned")
@@ -191,4 +192,42 @@ fn diagonal(deviations: [f64; 3]) -> [f64; 9] {
         covariance[4 * i] = deviation * deviation;
     }
     covariance
+}
+
+/// What the instruments read.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Instruments {
+    /// Rate gyros and accelerometers.
+    pub imu: Imu,
+    /// Absolute pressure at the depth port.
+    pub depth_pressure: FluidPressure,
+    /// Stagnation less static pressure.
+    pub speed_pressure: FluidPressure,
+    /// The volts on the report's wires.
+    pub daq: DaqSample,
+}
+
+impl Instruments {
+    /// Hands each message to `sink`.
+    ///
+    /// # Errors
+    /// When the sink cannot keep one.
+    pub fn put_into<S: Sink>(&self, stamp: &Time, sink: &mut S) -> Result<(), S::Error> {
+        sink.put("imu", stamp, &self.imu)?;
+        sink.put("depth_pressure", stamp, &self.depth_pressure)?;
+        sink.put("speed_pressure", stamp, &self.speed_pressure)?;
+        sink.put("daq", stamp, &self.daq)
+    }
+
+    /// The readings as messages.
+    pub(crate) fn of(frames: &Frames<'_>, readings: &Readings, sensors: &Sensors) -> Self {
+        Self {
+            imu: frames.imu(readings, sensors),
+            depth_pressure: frames
+                .pressure(readings.depth_pressure, sensors.depth.pressure_noise()),
+            speed_pressure: frames
+                .pressure(readings.speed_pressure, sensors.speed.pressure_noise()),
+            daq: frames.daq(readings),
+        }
+    }
 }

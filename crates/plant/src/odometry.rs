@@ -1,7 +1,7 @@
 //! The state in ROS frames.
 //!
 //! Here: depth down, pitch bow up, yaw to starboard, frames forward, right, down. ROS (REP 103,
-//! REP 105): `odom` with x forward along the first course, y left and z up, its origin at the surface;
+//! REP 105): `odom` with x forward along the initial heading, y left and z up, its origin at the surface;
 //! `base_link` forward, left, up. Both are the same turned about x by half a turn, so y and z of every
 //! vector change their sign, those of the quaternion too:
 //!
@@ -70,7 +70,7 @@ pub(crate) fn wrapped(angle: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use planesman_vehicle::{State, Turn};
+    use planesman_vehicle::{AxisState, State};
 
     /// `v` turned by the quaternion: `v + 2 u x (u x v + s v)`.
     fn turned([x, y, z, s]: [f64; 4], v: [f64; 3]) -> [f64; 3] {
@@ -98,11 +98,11 @@ mod tests {
             },
             across: 0.5,
             speed: 0.3,
-            roll: Turn {
+            roll: AxisState {
                 angle: 0.2,
                 rate: 0.1,
             },
-            course: Turn {
+            yaw: AxisState {
                 angle: 1.1,
                 rate: -0.1,
             },
@@ -125,7 +125,7 @@ mod tests {
     #[test]
     fn bow_to_starboard_the_forward_axis_points_right_of_the_first_course() {
         let mut turning = Body::upright(State::default(), 0.3);
-        turning.course = Turn {
+        turning.yaw = AxisState {
             angle: 0.3,
             rate: 0.1,
         };

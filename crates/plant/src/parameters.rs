@@ -136,10 +136,10 @@ pub struct Environment {
 /// The parameters `environment.current.*`.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Current {
-    /// Velocity of the water along the first course, constant.
+    /// Velocity of the water along the initial heading, constant.
     #[parameter(default = 0.0, unit = "m/s", range = -5.0..=5.0)]
     pub x: f64,
-    /// Velocity of the water to starboard of the first course, constant.
+    /// Velocity of the water to starboard of the initial heading, constant.
     #[parameter(default = 0.0, unit = "m/s", range = -5.0..=5.0)]
     pub y: f64,
     /// Velocity of the water downwards, constant.

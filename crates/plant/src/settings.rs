@@ -2,8 +2,8 @@
 
 use planesman_parameters::Choice as _;
 use planesman_vehicle::{
-    Body, BodyMotion, Derivatives, Drive, Environment, Inputs, Load, Motion, PitchDamping,
-    Restoring, Seaway, ShapingFilter, State, Tank, Tether, Variant, Vehicle,
+    Body, BodyMotion, DepthLimits, Derivatives, Drive, Environment, GeneralisedForce, Inputs,
+    Motion, PitchDamping, Restoring, Seaway, ShapingFilter, State, Tether, Variant, Vehicle,
 };
 
 use crate::{
@@ -61,10 +61,10 @@ impl Settings {
             motion: BodyMotion {
                 vertical,
                 roll: vehicle.roll.map(|axis| variant.of_roll(axis)),
-                course: vehicle.course,
+                yaw: vehicle.yaw,
                 drive,
                 current: [outside.current.x, outside.current.y, outside.current.z],
-                tank: Tank {
+                depth_limits: DepthLimits {
                     bottom: (bottom > 0.0).then_some(bottom),
                 },
                 tether: Tether {
@@ -110,14 +110,14 @@ impl Drag {
         motion: &BodyMotion,
         body: &Body,
         inputs: &Inputs<'_>,
-        waves: Load,
+        waves: GeneralisedForce,
     ) -> Supply {
         let d = Derivatives {
             m_q: 0.0,
             m_qq: -self.viscous,
             ..motion.derivatives(body)
         };
-        let planes = d.plane_load(
+        let planes = d.plane_force(
             inputs.dive_planes.largest(),
             inputs.bow_stern_differential.largest(),
         );

@@ -4,8 +4,8 @@
 
 use planesman_plant::specific_force;
 use planesman_vehicle::{
-    Body, BodyMotion, Drive, Environment, Inputs, Load, Motion, PlanePath, Restoring, State, Tank,
-    Tether, Turn, Variant, Vehicle,
+    AxisState, Body, BodyMotion, DepthLimits, Drive, Environment, GeneralisedForce, Inputs, Motion,
+    PlanePath, Restoring, State, Tether, Variant, Vehicle,
     vehicle_file::{brunner, remus_100},
 };
 
@@ -26,9 +26,9 @@ fn everything(vehicle: Vehicle, speed: f64) -> BodyMotion {
             step: STEP,
         },
         roll: vehicle.roll,
-        course: vehicle.course,
+        yaw: vehicle.yaw,
         current: [0.1, -0.2, 0.05],
-        tank: Tank::default(),
+        depth_limits: DepthLimits::default(),
         tether: Tether {
             diameter: 0.003,
             drag_coefficient: 1.2,
@@ -59,8 +59,8 @@ fn by_differences([before, now, after]: [&Body; 3], gravity: f64) -> [f64; 3] {
 #[test]
 fn the_specific_force_is_the_track_s_second_difference_less_gravity_under_any_load() {
     let waves = [
-        Load::NONE,
-        Load {
+        GeneralisedForce::NONE,
+        GeneralisedForce {
             heave: 1.5,
             pitch: -0.2,
         },
@@ -84,7 +84,7 @@ fn the_specific_force_is_the_track_s_second_difference_less_gravity_under_any_lo
                         thrust: PlanePath::held(&thrust),
                     };
                     // A vehicle without a plant for it stays as it is.
-                    let turn = |turns: bool| Turn {
+                    let turn = |turns: bool| AxisState {
                         angle: heel,
                         rate: if turns { 0.1 } else { 0.0 },
                     };
@@ -97,7 +97,7 @@ fn the_specific_force_is_the_track_s_second_difference_less_gravity_under_any_lo
                     };
                     let before = Body {
                         roll: turn(motion.roll.is_some()),
-                        course: turn(motion.course.is_some()),
+                        yaw: turn(motion.yaw.is_some()),
                         ..Body::upright(plane, speed)
                     };
                     let one_on = |body: &Body| motion.advance(body, &inputs, load, 1).unwrap().0;
@@ -124,7 +124,7 @@ fn surface_and_bottom_are_felt_while_they_hold_the_vehicle_at_its_depth() {
     };
     let mut motion = everything(brunner(), 0.5);
     motion.current = [0.0; 3];
-    motion.tank.bottom = Some(2.0);
+    motion.depth_limits.bottom = Some(2.0);
     let gravity = motion.vertical.environment.gravity;
     for (depth, pitch, heel) in [(0.0, 0.3, 0.2), (2.0, -0.4, -0.1)] {
         let plane = State {
@@ -134,17 +134,22 @@ fn surface_and_bottom_are_felt_while_they_hold_the_vehicle_at_its_depth() {
             ..State::default()
         };
         let before = Body {
-            roll: Turn {
+            roll: AxisState {
                 angle: heel,
                 rate: 0.0,
             },
             ..Body::upright(plane, 0.5)
         };
-        let one_on = |body: &Body| motion.advance(body, &inputs, Load::NONE, 1).unwrap().0;
+        let one_on = |body: &Body| {
+            motion
+                .advance(body, &inputs, GeneralisedForce::NONE, 1)
+                .unwrap()
+                .0
+        };
         let now = one_on(&before);
         let after = one_on(&now);
         assert_eq!(after.plane.depth, depth, "it is held");
-        let acceleration = motion.acceleration(&now, &inputs, Load::NONE);
+        let acceleration = motion.acceleration(&now, &inputs, GeneralisedForce::NONE);
         let felt = specific_force(&now, &acceleration, gravity);
         let expected = by_differences([&before, &now, &after], gravity);
         for (felt, expected) in felt.into_iter().zip(expected) {
@@ -159,7 +164,7 @@ fn surface_and_bottom_are_felt_while_they_hold_the_vehicle_at_its_depth() {
             },
             ..now
         };
-        let free = motion.acceleration(&leaving, &inputs, Load::NONE);
+        let free = motion.acceleration(&leaving, &inputs, GeneralisedForce::NONE);
         assert_eq!(free.boundary, 0.0);
     }
 }
@@ -178,7 +183,7 @@ fn thrust_is_felt_forwards_as_force_over_mass() {
         ..Inputs::all(PlanePath::NEUTRAL)
     };
     let body = Body::default();
-    let acceleration = motion.acceleration(&body, &inputs, Load::NONE);
+    let acceleration = motion.acceleration(&body, &inputs, GeneralisedForce::NONE);
     let [forward, left, up] = specific_force(&body, &acceleration, 9.81456);
     assert!((forward - propulsion.full_thrust() / mass).abs() < 1e-12);
     assert_eq!((left, up), (0.0, 9.81456));

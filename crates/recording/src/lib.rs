@@ -1,11 +1,13 @@
-//! The loop's topics, and which topics a recorder writes into its bag.
+//! Which topics a recorder writes into its bag, and how.
 //!
 //! - [`parameters`]: where to, how compressed, how often flushed, how split, which topics.
-//! - [`loop_topics`]: the loop's topics with their types and QoS.
+//! - [`in_bag()`]: a topic of the loop with its QoS.
 //! - [`selection`]: which of the domain's topics.
 //! - [`names`]: a bag's name from the time of day.
 
-pub mod loop_topics;
+mod in_bag;
 pub mod names;
 pub mod parameters;
 pub mod selection;
+
+pub use in_bag::in_bag;

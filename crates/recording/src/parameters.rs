@@ -8,8 +8,8 @@ use std::time::Duration;
 use planesman_bag::WriterOptions;
 use planesman_parameters::{Choice, Parameters};
 
-use crate::loop_topics::{self, UnknownTopic};
 use crate::selection::{NoRegex, Record, Selection};
+use planesman_msgs::loop_topics::{self, UnknownTopic};
 
 /// Every parameter of `recorder`.
 #[derive(Clone, Debug, PartialEq, Parameters)]

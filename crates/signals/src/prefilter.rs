@@ -59,7 +59,10 @@ pub(crate) fn prefilter(record: &mut Record, band: Band) -> String {
     record.segments.retain(|it| !it.is_empty());
     let passed = match (high_pass, low_pass) {
         (Some(_), Some(_)) => format!("from {} to {} Hz pass", band.0, band.1),
-        (Some(_), None) => format!("above {} Hz pass: the steady gain is extrapolated", band.0),
+        (Some(_), None) => format!(
+            "above {} Hz pass: the steady-state gain is extrapolated",
+            band.0
+        ),
         _ => format!("below {} Hz pass", band.1),
     };
     format!(

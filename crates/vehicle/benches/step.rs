@@ -13,8 +13,8 @@ use std::{hint::black_box, time::Instant};
 
 use planesman_units::FOOT;
 use planesman_vehicle::{
-    Body, BodyMotion, Diverged, Drive, Environment, Inputs, Load, Motion, PlanePath, Restoring,
-    State, Variant, Vehicle, linearised,
+    Body, BodyMotion, Diverged, Drive, Environment, GeneralisedForce, Inputs, Motion, PlanePath,
+    Restoring, State, Variant, Vehicle, linearised,
     vehicle_file::{brunner, remus_100},
 };
 
@@ -59,7 +59,12 @@ fn step_of(motion: &BodyMotion, angle: f64) -> f64 {
     };
     let start = Body::upright(submerged, motion.vertical.derivatives.speed);
     let seconds = best(ROUNDS, || {
-        let end = motion.advance(black_box(&start), black_box(&inputs), Load::NONE, STEPS);
+        let end = motion.advance(
+            black_box(&start),
+            black_box(&inputs),
+            GeneralisedForce::NONE,
+            STEPS,
+        );
         assert!(black_box(end).is_ok());
     });
     seconds / f64::from(STEPS) * 1e9
@@ -93,7 +98,7 @@ fn main() {
     let plane_alone = BodyMotion::of_the_plane(motion);
     let all_axes = BodyMotion {
         roll: vehicle.roll,
-        course: vehicle.course,
+        yaw: vehicle.yaw,
         ..plane_alone.clone()
     };
     let under_thrust = BodyMotion {
@@ -108,8 +113,8 @@ fn main() {
     for (what, motion, angle) in [
         ("brunner", &plane_alone, planes),
         ("remus_100", &remus, 0.1),
-        ("brunner with roll and course", &all_axes, 0.1),
-        ("brunner with roll, course and thrust", &under_thrust, 0.1),
+        ("brunner with roll and yaw", &all_axes, 0.1),
+        ("brunner with roll, yaw and thrust", &under_thrust, 0.1),
     ] {
         println!(
             "planesman_vehicle, 50 ms, {what}: {:.1} ns",

@@ -1,4 +1,4 @@
-//! How the body lies in the fixed frame: turned by the course, then by pitch, then by roll.
+//! How the body lies in the fixed frame: turned by yaw, then by pitch, then by roll.
 //!
 //! Fixed frame and body are forward, right, down; `yaw` turns about down, `pitch` about the turned
 //! right, `roll` about the turned forward (SNAME 1950; the usual z-y'-x'' order):
@@ -10,7 +10,7 @@
 //! r = yaw' cos(roll) cos(pitch) - pitch' sin(roll)
 //! ```
 //!
-//! The report's plants have one axis each: pitch in the vertical plane through the keel, course
+//! The report's plants have one axis each: pitch in the vertical plane through the keel, yaw
 //! about the vertical, roll about the keel line. They are taken as the equations of these three
 //! angles themselves. So the angles' rates are never solved for from the body's (which is
 //! singular at 90 degrees of pitch): attitude and position hold through any number of loops.

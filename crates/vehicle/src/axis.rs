@@ -1,10 +1,10 @@
-//! Roll and course: plants of one axis, as the report's controllers see them.
+//! Roll and yaw: plants of one axis, as the report's controllers see them.
 //!
 //! ```text
 //! J a'' + B a' + C a = K (U / U0)^2 delta
 //! ```
 //!
-//! Brunner 1988, ch. II (pp. 30 to 32): roll `K / (J s^2 + B s + C)` with `C = W BG`, course
+//! Brunner 1988, ch. II (pp. 30 to 32): roll `K / (J s^2 + B s + C)` with `C = W BG`, yaw
 //! `K / (J s^2 + B s)`. `K` is printed for `U0` = 1 ft/s; what a plane gives grows with the square of
 //! the speed. The damping is the report's secant at 0.15 rad/s, whatever the speed.
 
@@ -25,7 +25,7 @@ pub struct Axis {
 
 /// An angle and its rate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Turn {
+pub struct AxisState {
     /// \[rad\], not wrapped.
     pub angle: f64,
     /// \[rad/s\]
@@ -40,11 +40,11 @@ impl Axis {
         self.gain * share * share * delta
     }
 
-    /// `a''` \[rad/s^2\] of a turn at a speed \[m/s\] and a plane angle \[rad\].
+    /// `a''` \[rad/s^2\] of a state at a speed \[m/s\] and a plane angle \[rad\].
     #[must_use]
-    pub fn acceleration(&self, turn: Turn, speed: f64, delta: f64) -> f64 {
+    pub fn acceleration(&self, state: AxisState, speed: f64, delta: f64) -> f64 {
         let moment = self.moment(speed, delta);
-        (moment - self.damping * turn.rate - self.restoring * turn.angle) / self.inertia
+        (moment - self.damping * state.rate - self.restoring * state.angle) / self.inertia
     }
 }
 

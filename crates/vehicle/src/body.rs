@@ -1,8 +1,8 @@
-//! The whole body's motion over a tick: the vertical plane, roll, course and speed together.
+//! The whole body's motion over a tick: the vertical plane, roll, yaw and speed together.
 //!
 //! ```text
 //! vertical plane:  the equations of `dynamics`                           (w, q, theta, depth)
-//! roll, course:    the plants of `axis`                                  (angle, rate)
+//! roll, yaw:       the plants of `axis`                                  (angle, rate)
 //! speed:           held, or the balance of `propulsion`                  (U)
 //! position' = Rz(yaw) Ry(pitch) Rx(roll) (U, 0, w) + current
 //! ```
@@ -17,11 +17,11 @@
 use crate::{
     State, Vehicle,
     attitude::Attitude,
-    axis::{Axis, Turn},
+    axis::{Axis, AxisState},
+    depth_limits::{DepthLimits, DepthState},
     motion::Motion,
     planes::PlanePath,
     propulsion::Propulsion,
-    tank::{Sounding, Tank},
     tether::Tether,
     variant::Variant,
     vehicle::Derivatives,
@@ -32,18 +32,18 @@ use crate::{
 pub struct Body {
     /// Its motion in the vertical plane; `distance` is `x` in the fixed frame.
     pub plane: State,
-    /// `y` \[m\] in the fixed frame, positive to starboard of the first course.
+    /// `y` \[m\] in the fixed frame, positive to starboard of the initial heading.
     pub across: f64,
     /// `U` \[m/s\] through the water.
     pub speed: f64,
     /// Roll, positive starboard side down.
-    pub roll: Turn,
-    /// Yaw from the first course, positive to starboard.
-    pub course: Turn,
+    pub roll: AxisState,
+    /// Yaw from the initial heading, positive to starboard.
+    pub yaw: AxisState,
 }
 
 impl Body {
-    /// Upright and on its first course.
+    /// Upright and on its initial heading.
     #[must_use]
     pub fn upright(plane: State, speed: f64) -> Self {
         Self {
@@ -59,7 +59,7 @@ impl Body {
         Attitude {
             roll: self.roll.angle,
             pitch: self.plane.pitch,
-            yaw: self.course.angle,
+            yaw: self.yaw.angle,
         }
     }
 
@@ -69,7 +69,7 @@ impl Body {
         Attitude {
             roll: self.roll.rate,
             pitch: self.plane.pitch_rate,
-            yaw: self.course.rate,
+            yaw: self.yaw.rate,
         }
     }
 
@@ -92,8 +92,8 @@ impl Body {
     }
 
     /// Depth and depth rate.
-    pub(crate) fn sounding(&self, current: [f64; 3]) -> Sounding {
-        Sounding {
+    pub(crate) fn depth_state(&self, current: [f64; 3]) -> DepthState {
+        DepthState {
             depth: self.plane.depth,
             rate: self.depth_rate(current),
         }
@@ -185,14 +185,14 @@ pub struct BodyMotion {
     pub vertical: Motion,
     /// Roll; `None`: it stays as it is.
     pub roll: Option<Axis>,
-    /// Course; `None`: it stays as it is.
-    pub course: Option<Axis>,
+    /// Yaw; `None`: it stays as it is.
+    pub yaw: Option<Axis>,
     /// `None`: the speed is held at the vertical plane's.
     pub drive: Option<Drive>,
     /// The water's velocity \[m/s\]: forward, right, down in the fixed frame.
     pub current: [f64; 3],
     /// How deep the water is.
-    pub tank: Tank,
+    pub depth_limits: DepthLimits,
     /// The line in tow.
     pub tether: Tether,
 }
@@ -204,10 +204,10 @@ impl BodyMotion {
         Self {
             vertical,
             roll: None,
-            course: None,
+            yaw: None,
             drive: None,
             current: [0.0; 3],
-            tank: Tank::default(),
+            depth_limits: DepthLimits::default(),
             tether: Tether::default(),
         }
     }
@@ -228,7 +228,9 @@ mod tests {
     use planesman_units::FOOT;
 
     use super::*;
-    use crate::{Boundary, Contact, Environment, Load, Restoring, vehicle_file::brunner};
+    use crate::{
+        Boundary, Contact, Environment, GeneralisedForce, Restoring, vehicle_file::brunner,
+    };
 
     fn vertical(speed: f64, step: f64) -> Motion {
         Motion {
@@ -248,7 +250,7 @@ mod tests {
         let vehicle = brunner();
         BodyMotion {
             roll: vehicle.roll,
-            course: vehicle.course,
+            yaw: vehicle.yaw,
             drive: Some(Drive {
                 propulsion: vehicle.propulsion.expect("the report's"),
                 vehicle,
@@ -274,7 +276,7 @@ mod tests {
         };
         let steps = (seconds / motion.vertical.step).round() as u32;
         motion
-            .advance(from, &inputs, Load::NONE, steps)
+            .advance(from, &inputs, GeneralisedForce::NONE, steps)
             .expect("it moves")
     }
 
@@ -329,7 +331,7 @@ mod tests {
                 "{found} is not {expected}"
             );
         }
-        assert_eq!((body.across, body.roll, body.course), Default::default());
+        assert_eq!((body.across, body.roll, body.yaw), Default::default());
         assert_eq!(body.speed, FOOT);
     }
 
@@ -341,9 +343,9 @@ mod tests {
         let (left, _) = go(&motion, &start, [0.1, -0.2, -0.3, 0.2], 30.0);
         assert_eq!(right.plane, left.plane);
         assert_eq!(right.across, -left.across);
-        assert_eq!(right.course.angle, -left.course.angle);
+        assert_eq!(right.yaw.angle, -left.yaw.angle);
         assert_eq!(right.roll.angle, -left.roll.angle);
-        assert!(right.course.angle > 0.0 && right.roll.angle > 0.0);
+        assert!(right.yaw.angle > 0.0 && right.roll.angle > 0.0);
     }
 
     /// How far a flight with every input ends from where a fine step leads, in m.
@@ -385,7 +387,7 @@ mod tests {
             for _ in 0..100 {
                 let motion = whole(0.05 / f64::from(steps));
                 (body, _) = motion
-                    .advance(&body, &inputs, Load::NONE, steps)
+                    .advance(&body, &inputs, GeneralisedForce::NONE, steps)
                     .expect("it moves");
             }
             body
@@ -397,7 +399,7 @@ mod tests {
             (long.across, short.across),
             (long.speed, short.speed),
             (long.roll.angle, short.roll.angle),
-            (long.course.angle, short.course.angle),
+            (long.yaw.angle, short.yaw.angle),
         ] {
             assert!((long - short).abs() < 1e-8, "{long} is not {short}");
         }
@@ -412,8 +414,8 @@ mod tests {
             [0.0, 0.0, 0.1, 0.0],
             300.0,
         );
-        assert!((body.course.rate - 0.07 / 0.03 * 0.1).abs() < 1e-9);
-        assert!(body.course.angle > 0.0, "to starboard");
+        assert!((body.yaw.rate - 0.07 / 0.03 * 0.1).abs() < 1e-9);
+        assert!(body.yaw.angle > 0.0, "to starboard");
     }
 
     #[test]
@@ -464,7 +466,7 @@ mod tests {
             ..whole(0.01)
         };
         let (turning, _) = go(&motion, &deep(FOOT), [0.0, 0.0, 0.1, 0.0], 200.0);
-        let rate = turning.course.rate;
+        let rate = turning.yaw.rate;
         let half = std::f64::consts::PI / rate;
         let steps = (half / 0.01).round() * 0.01;
         let (opposite, _) = go(&motion, &turning, [0.0, 0.0, 0.1, 0.0], steps);
@@ -512,14 +514,14 @@ mod tests {
         assert!((carried.across - still.across + 2.0).abs() < 1e-9);
         assert!((carried.plane.depth - still.plane.depth - 0.5).abs() < 1e-9);
         assert_eq!(carried.plane.pitch, still.plane.pitch);
-        assert_eq!(carried.course, still.course);
+        assert_eq!(carried.yaw, still.yaw);
     }
 
     #[test]
     fn a_diving_vehicle_stops_at_the_bottom_at_the_time_it_gets_there() {
         let time = |step: f64| {
             let motion = BodyMotion {
-                tank: Tank { bottom: Some(0.3) },
+                depth_limits: DepthLimits { bottom: Some(0.3) },
                 drive: None,
                 ..whole(step)
             };
@@ -537,7 +539,7 @@ mod tests {
         let mut motion = at_held_speed(0.05);
         motion.vertical.derivatives.m_q *= -1.0;
         let inputs = Inputs::all(PlanePath::held(&0.5));
-        let refused = motion.advance(&deep(1.5), &inputs, Load::NONE, 10_000);
+        let refused = motion.advance(&deep(1.5), &inputs, GeneralisedForce::NONE, 10_000);
         let diverged = refused.expect_err("it turns ever faster");
         assert!(!(-diverged.limit..=diverged.limit).contains(&diverged.value));
     }

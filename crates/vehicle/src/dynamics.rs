@@ -59,16 +59,16 @@ impl Restoring {
     }
 }
 
-/// A heave force and a pitch moment.
+/// A generalised force of the vertical plane: heave force and pitch moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Load {
+pub struct GeneralisedForce {
     /// \[N\], body z, positive towards the keel.
     pub heave: f64,
     /// \[N m\], positive bow up.
     pub pitch: f64,
 }
 
-impl Load {
+impl GeneralisedForce {
     /// None at all.
     pub const NONE: Self = Self {
         heave: 0.0,
@@ -76,7 +76,7 @@ impl Load {
     };
 }
 
-impl std::ops::Add for Load {
+impl std::ops::Add for GeneralisedForce {
     type Output = Self;
 
     fn add(self, other: Self) -> Self {
@@ -104,7 +104,7 @@ pub struct InverseInertia {
 impl InverseInertia {
     /// `w'` \[m/s^2\] and `q'` \[rad/s^2\] under a load.
     #[must_use]
-    pub fn accelerations(&self, load: Load) -> (f64, f64) {
+    pub fn accelerations(&self, load: GeneralisedForce) -> (f64, f64) {
         let under = |[force, moment]: [f64; 2]| force * load.heave + moment * load.pitch;
         (under(self.heave), under(self.pitch))
     }
@@ -148,8 +148,14 @@ impl Derivatives {
     /// The force and moment of water and weight on the moving body, planes neutral, without added inertia: at
     /// `w` \[m/s\], `q` \[rad/s\] and a pitch.
     #[must_use]
-    pub fn hull_load(&self, w: f64, q: f64, pitch: Angle, restoring: Restoring) -> Load {
-        Load {
+    pub fn hull_force(
+        &self,
+        w: f64,
+        q: f64,
+        pitch: Angle,
+        restoring: Restoring,
+    ) -> GeneralisedForce {
+        GeneralisedForce {
             heave: self.z_w * w
                 + self.z_q_plus_m_u * q
                 + (self.z_ww * w * w.abs() + self.z_qq * q * q.abs())
@@ -165,14 +171,14 @@ impl Derivatives {
     /// The force and moment of the planes: bow and stern planes together at `delta` \[rad\], the bow planes at
     /// `differential` \[rad\] more and the stern planes at so much less.
     #[must_use]
-    pub fn plane_load(&self, delta: f64, differential: f64) -> Load {
-        Load {
+    pub fn plane_force(&self, delta: f64, differential: f64) -> GeneralisedForce {
+        GeneralisedForce {
             heave: self.z_delta * delta + self.z_differential * differential,
             pitch: self.m_delta * delta + self.m_differential * differential,
         }
     }
 
-    /// The slopes of [`hull_load`](Self::hull_load) and [`plane_load`](Self::plane_load) at the heave velocity
+    /// The slopes of [`hull_force`](Self::hull_force) and [`plane_force`](Self::plane_force) at the heave velocity
     /// and pitch of `state`, its pitch rate taken as 0, under the hydrostatic restoring moment.
     #[must_use]
     pub fn slopes(&self, state: &State) -> Slopes {
@@ -200,26 +206,27 @@ impl Derivatives {
         state: &State,
         delta: f64,
         restoring: Restoring,
-        load: Load,
+        load: GeneralisedForce,
     ) -> (f64, f64) {
         let pitch = Angle::new(state.pitch);
-        let hull = self.hull_load(state.heave, state.pitch_rate, pitch, restoring);
+        let hull = self.hull_force(state.heave, state.pitch_rate, pitch, restoring);
         self.inverse_inertia()
-            .accelerations(hull + self.plane_load(delta, 0.0) + load)
+            .accelerations(hull + self.plane_force(delta, 0.0) + load)
     }
 
     /// `w'` \[m/s^2\] with the planes at `delta` \[rad\], unloaded, under the hydrostatic
     /// restoring moment (which matters only where heave and pitch are coupled).
     #[must_use]
     pub fn heave_acceleration(&self, state: &State, delta: f64) -> f64 {
-        self.accelerations(state, delta, Restoring::Sine, Load::NONE)
+        self.accelerations(state, delta, Restoring::Sine, GeneralisedForce::NONE)
             .0
     }
 
     /// `q'` \[rad/s^2\] with the planes at `delta` \[rad\], unloaded.
     #[must_use]
     pub fn pitch_acceleration(&self, state: &State, delta: f64, restoring: Restoring) -> f64 {
-        self.accelerations(state, delta, restoring, Load::NONE).1
+        self.accelerations(state, delta, restoring, GeneralisedForce::NONE)
+            .1
     }
 
     /// `z'` \[m/s\], positive down.
@@ -237,7 +244,8 @@ impl Derivatives {
     /// The rate of change of every part of the state, with the planes at `delta` \[rad\].
     #[must_use]
     pub fn rates(&self, state: &State, delta: f64, restoring: Restoring) -> State {
-        let (heave, pitch_rate) = self.accelerations(state, delta, restoring, Load::NONE);
+        let (heave, pitch_rate) =
+            self.accelerations(state, delta, restoring, GeneralisedForce::NONE);
         State {
             distance: self.track_speed(state),
             depth: self.depth_rate(state),
@@ -304,7 +312,7 @@ mod tests {
         let d = remus_100().derivatives(1.54);
         let (w, theta) = (0.12, -0.08);
         let load = |w, q, theta, delta| {
-            d.hull_load(w, q, Angle::new(theta), Restoring::Sine) + d.plane_load(delta, 0.0)
+            d.hull_force(w, q, Angle::new(theta), Restoring::Sine) + d.plane_force(delta, 0.0)
         };
         let h = 1e-6;
         let state = State {

@@ -90,7 +90,7 @@ mod tests {
 
     /// The power of all loads \[W\], of Newton's equations as `dynamics` has them: `T'` = (w', q') times inertia times (w, q).
     fn power(d: &Derivatives, w: f64, q: f64, force: f64, moment: f64) -> f64 {
-        let load = d.hull_load(w, q, Angle::new(0.0), Restoring::Sine);
+        let load = d.hull_force(w, q, Angle::new(0.0), Restoring::Sine);
         // What turns the velocity does no work: m U q of the centripetal term does, since U is held.
         (load.heave + force) * w + (load.pitch + moment) * q
     }

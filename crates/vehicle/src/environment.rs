@@ -5,7 +5,7 @@
 //! the vehicle is trimmed neutral in whatever water it is in. Sea water's 2.5 % is less than
 //! the coefficients' own uncertainty.
 //!
-//! Its extent and its waves: `tank`, `seaway`.
+//! Its extent and its waves: `depth_limits`, `seaway`.
 
 /// Water and gravity, in SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]

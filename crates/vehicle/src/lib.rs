@@ -1,11 +1,11 @@
 //! An underwater vehicle: its equations of motion and the models made of them. SI units, no clock, no messages.
 //!
-//! - `dynamics`: the equations of the vertical plane: [`State`], [`Load`]; `vehicle`: [`Vehicle`], its [`Derivatives`].
+//! - `dynamics`: the equations of the vertical plane: [`State`], [`GeneralisedForce`]; `vehicle`: [`Vehicle`], its [`Derivatives`].
 //! - `energy`: the most kinetic energy that planes and speed can give.
-//! - `axis`, `propulsion`: roll and course, one axis each: [`Axis`]; thrust and drag: [`Propulsion`].
+//! - `axis`, `propulsion`: roll and yaw, one axis each: [`Axis`]; thrust and drag: [`Propulsion`].
 //! - `body`, `tick`, `motion`: the whole [`Body`] integrated over a tick; [`Motion`] of the vertical plane alone.
 //! - `attitude`, `planes`: rotations: [`Attitude`]; the plane angle over a tick: [`PlanePath`].
-//! - `environment`, `tank`, `seaway`, `tether`: what surrounds the vehicle. [`Variant`]: parts of it left out.
+//! - `environment`, `depth_limits`, `seaway`, `tether`: what surrounds the vehicle. [`Variant`]: parts of it left out.
 //! - `trim`: [`LevelFlight`]; [`linearised`]: linear models about it, [`transfer`]: their transfer functions, and [`pitch`]: its pitch equation alone.
 //! - [`vehicle_file`], [`identified`]: vehicles from YAML, from an identified model; [`coefficients`]: from geometry.
 //!
@@ -15,6 +15,7 @@ mod attitude;
 mod axis;
 mod body;
 pub mod coefficients;
+mod depth_limits;
 mod dynamics;
 mod energy;
 mod environment;
@@ -25,7 +26,6 @@ pub mod pitch;
 mod planes;
 mod propulsion;
 mod seaway;
-mod tank;
 mod tether;
 mod tick;
 pub mod transfer;
@@ -35,15 +35,15 @@ mod vehicle;
 pub mod vehicle_file;
 
 pub use attitude::{Angle, Attitude, Rotation};
-pub use axis::{Axis, Turn};
+pub use axis::{Axis, AxisState};
 pub use body::{Body, BodyMotion, Drive, Inputs};
-pub use dynamics::{InverseInertia, Load, Restoring, Slope, Slopes, State};
+pub use depth_limits::{Boundary, Contact, DepthLimits};
+pub use dynamics::{GeneralisedForce, InverseInertia, Restoring, Slope, Slopes, State};
 pub use environment::{Environment, SURFACE};
 pub use motion::{Diverged, Motion};
 pub use planes::{MotionError, PlanePath};
 pub use propulsion::Propulsion;
 pub use seaway::{Seaway, ShapingFilter, Waves};
-pub use tank::{Boundary, Contact, Tank};
 pub use tether::Tether;
 pub use tick::Acceleration;
 pub use trim::LevelFlight;

@@ -23,7 +23,7 @@ use planesman_linear::{
 
 use crate::{
     Vehicle,
-    dynamics::{Load, Slopes},
+    dynamics::{GeneralisedForce, Slopes},
     vehicle::Derivatives,
 };
 
@@ -86,7 +86,8 @@ pub fn state_space_of(derivatives: &Derivatives) -> Result<StateSpace, Error> {
     let (w, pitch) = (level.heave, level.pitch);
     let Slopes { heave: z, pitch: m } = d.slopes(&level);
     let inverse = d.inverse_inertia();
-    let accelerations = |heave: f64, pitch: f64| inverse.accelerations(Load { heave, pitch });
+    let accelerations =
+        |heave: f64, pitch: f64| inverse.accelerations(GeneralisedForce { heave, pitch });
     let heave = |z: f64, m: f64| accelerations(z, m).0;
     let pitching = |z: f64, m: f64| accelerations(z, m).1;
     let sinking = -w * pitch.sin() - d.speed * pitch.cos();
@@ -155,7 +156,7 @@ pub struct TrueModel {
     pub continuous_poles: Vec<Complex<f64>>,
     /// The steady pitch rate per plane angle \[1/s\]: 0, since the restoring moment stops any
     /// turn. `None` when there is no restoring moment, or no way on.
-    pub dc_gain: Option<f64>,
+    pub steady_state_gain: Option<f64>,
 }
 
 /// The vehicle's true `q / delta` at a speed \[m/s\], sampled every `dt` \[s\].
@@ -181,8 +182,8 @@ pub fn true_model_of(derivatives: &Derivatives, dt: f64) -> Result<TrueModel, Er
             .filter_map(|&z| discrete_to_continuous(z, dt))
             .collect(),
         poles,
-        dc_gain: continuous
-            .dc_gain(Domain::Continuous)
+        steady_state_gain: continuous
+            .steady_state_gain(Domain::Continuous)
             .ok()
             .map(|gain| gain[(0, 0)]),
     })
@@ -289,12 +290,12 @@ mod tests {
 
     #[test]
     fn a_held_plane_turns_the_vehicle_no_further_than_the_restoring_moment_lets_it() {
-        let gain = model(1.2).dc_gain.expect("a gain");
+        let gain = model(1.2).steady_state_gain.expect("a gain");
         assert!(gain.abs() < 1e-12, "{gain}");
         let mut free = brunner();
         free.restoring_arm = 0.0;
         let free = true_model(&free, FOOT, 0.05).expect("a model");
-        assert_eq!(free.dc_gain, None);
+        assert_eq!(free.steady_state_gain, None);
     }
 
     #[test]

@@ -20,7 +20,7 @@ use planesman_linear::{DMatrix, Error, StateSpace};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::{Pcg64, rand_core::SeedableRng};
 
-use crate::dynamics::Load;
+use crate::dynamics::GeneralisedForce;
 
 /// The waves asked for, in SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,11 +91,11 @@ impl Seaway {
 
     /// Force and moment of the waves at a depth \[m\], with `gravity` \[m/s^2\].
     #[must_use]
-    pub fn load(&self, waves: &Waves, depth: f64, gravity: f64) -> Load {
+    pub fn load(&self, waves: &Waves, depth: f64, gravity: f64) -> GeneralisedForce {
         let omega = self.frequency();
         let reach = (-omega * omega / gravity * depth.max(0.0)).exp();
         let [x, rate] = waves.state;
-        Load {
+        GeneralisedForce {
             heave: reach * self.force * rate,
             pitch: reach * self.moment * x,
         }
@@ -136,7 +136,7 @@ mod tests {
         damping: 0.1,
     };
 
-    fn forces(seed: u64, dt: f64, count: u32) -> Vec<Load> {
+    fn forces(seed: u64, dt: f64, count: u32) -> Vec<GeneralisedForce> {
         let filter = SWELL.filter(dt).expect("a filter");
         let mut waves = Waves::new(seed);
         (0..count)

@@ -2,19 +2,19 @@
 //!
 //! All its equations are integrated together, by the method of order eight of Dormand and Prince. A step is at most as long as the
 //! motion's, and shorter where its estimated error would be above [`TOLERANCE`]; corners of the actuators' paths do
-//! not end it (`planes`). Near surface and bottom the way within a step is looked at (`tank`).
+//! not end it (`planes`). Near surface and bottom the way within a step is looked at (`depth_limits`).
 
 use planesman_linear::{DORMAND_PRINCE_NODES, dormand_prince_step};
 
 use crate::{
     State,
     attitude::Rotation,
-    axis::{Axis, Turn},
+    axis::{Axis, AxisState},
     body::{Body, BodyMotion, Inputs, Positions},
-    dynamics::{InverseInertia, Load},
+    depth_limits::{Contact, DepthState},
+    dynamics::{GeneralisedForce, InverseInertia},
     motion::{Diverged, Motion},
     planes::PlanePath,
-    tank::{Contact, Sounding},
 };
 
 /// The largest error estimated of a step, the sum over the state's parts in SI units.
@@ -23,7 +23,7 @@ const TOLERANCE: f64 = 4e-12;
 /// A step \[s\] that is not divided further, whatever its error: so a flight ends, and a motion that blows up is found.
 const SHORTEST_STEP: f64 = 1e-5;
 
-/// A longer step \[s\] with a contact is divided: the depth within it is a cubic then (`tank`), whose error no estimate has.
+/// A longer step \[s\] with a contact is divided: the depth within it is a cubic then (`depth_limits`), whose error no estimate has.
 const LONGEST_STEP_WITH_A_CONTACT: f64 = 0.01;
 
 /// The quantities that are constant throughout a tick.
@@ -31,7 +31,7 @@ pub(crate) struct Tick<'a> {
     motion: &'a BodyMotion,
     inputs: &'a Inputs<'a>,
     /// From outside, held.
-    load: Load,
+    load: GeneralisedForce,
     /// Neither inertia depends on the speed.
     inertia: InverseInertia,
     /// \[N\]; 0 where the speed is held.
@@ -76,7 +76,7 @@ impl BodyMotion {
         &self,
         from: &Body,
         inputs: &Inputs<'_>,
-        load: Load,
+        load: GeneralisedForce,
         steps: u32,
     ) -> Result<(Body, Option<Contact>), Diverged> {
         let mut body = *from;
@@ -87,9 +87,14 @@ impl BodyMotion {
     }
 
     /// How the body's velocities change at the start of the inputs, under `load`; a boundary that
-    /// it is in contact with is given apart (`tank`).
+    /// it is in contact with is given apart (`depth_limits`).
     #[must_use]
-    pub fn acceleration(&self, body: &Body, inputs: &Inputs<'_>, load: Load) -> Acceleration {
+    pub fn acceleration(
+        &self,
+        body: &Body,
+        inputs: &Inputs<'_>,
+        load: GeneralisedForce,
+    ) -> Acceleration {
         Tick::new(self, inputs, load).acceleration(body)
     }
 }
@@ -110,14 +115,22 @@ impl Motion {
             ..Inputs::all(PlanePath::NEUTRAL)
         };
         let body = Body::upright(*from, self.derivatives.speed);
-        let (after, _) =
-            BodyMotion::of_the_plane(*self).advance(&body, &inputs, Load::NONE, steps)?;
+        let (after, _) = BodyMotion::of_the_plane(*self).advance(
+            &body,
+            &inputs,
+            GeneralisedForce::NONE,
+            steps,
+        )?;
         Ok(after.plane)
     }
 }
 
 impl<'a> Tick<'a> {
-    pub(crate) fn new(motion: &'a BodyMotion, inputs: &'a Inputs<'a>, load: Load) -> Self {
+    pub(crate) fn new(
+        motion: &'a BodyMotion,
+        inputs: &'a Inputs<'a>,
+        load: GeneralisedForce,
+    ) -> Self {
         Self {
             inertia: motion.vertical.derivatives.inverse_inertia(),
             full_thrust: motion
@@ -169,8 +182,11 @@ impl<'a> Tick<'a> {
                 next[SPEED] = next[SPEED].max(0.0);
             }
             if self.comes_near_a_limit(&y, &next, h) {
-                let (depth, touched) =
-                    (self.motion.tank).way(self.sounding(&y), self.sounding(&next), h);
+                let (depth, touched) = (self.motion.depth_limits).way(
+                    self.depth_state(&y),
+                    self.depth_state(&next),
+                    h,
+                );
                 if touched.is_some() && h > 1.001 * LONGEST_STEP_WITH_A_CONTACT {
                     wanted = LONGEST_STEP_WITH_A_CONTACT;
                     continue;
@@ -199,9 +215,9 @@ impl<'a> Tick<'a> {
             pitch,
             boundary: 0.0,
         };
-        let (tank, depth) = (self.motion.tank, body.plane.depth);
+        let (depth_limits, depth) = (self.motion.depth_limits, body.plane.depth);
         let rate = body.depth_rate(self.motion.current);
-        if tank.confined_rate(depth, rate) != rate {
+        if depth_limits.confined_rate(depth, rate) != rate {
             let [_, _, down] = rotation.to_fixed(found.of_the_origin(body));
             found.boundary = -down;
         }
@@ -229,12 +245,12 @@ impl<'a> Tick<'a> {
         };
         let u = derivatives.speed;
         let rotation = turned(near, y);
-        let tether = Load {
+        let tether = GeneralisedForce {
             heave: 0.0,
             pitch: motion.tether.moment(depth, u, density),
         };
-        let hull = derivatives.hull_load(w, q, rotation.pitch, motion.vertical.restoring);
-        let planes = derivatives.plane_load(inputs.dive_planes, inputs.bow_stern_differential);
+        let hull = derivatives.hull_force(w, q, rotation.pitch, motion.vertical.restoring);
+        let planes = derivatives.plane_force(inputs.dive_planes, inputs.bow_stern_differential);
         let (w_dot, q_dot) = self
             .inertia
             .accelerations(hull + planes + tether + self.load);
@@ -242,12 +258,12 @@ impl<'a> Tick<'a> {
         let [cx, cy, cz] = motion.current;
         // Without a plant for it an angle stays as it is.
         let turning = |axis: &Option<Axis>, angle, rate, delta| match axis {
-            Some(axis) => (rate, axis.acceleration(Turn { angle, rate }, u, delta)),
+            Some(axis) => (rate, axis.acceleration(AxisState { angle, rate }, u, delta)),
             None => (0.0, 0.0),
         };
         let (roll_dot, roll_rate_dot) =
             turning(&motion.roll, roll, roll_rate, inputs.roll_differential);
-        let (yaw_dot, yaw_rate_dot) = turning(&motion.course, yaw, yaw_rate, inputs.rudder);
+        let (yaw_dot, yaw_rate_dot) = turning(&motion.yaw, yaw, yaw_rate, inputs.rudder);
         [
             x_dot + cx,
             y_dot + cy,
@@ -263,21 +279,22 @@ impl<'a> Tick<'a> {
         ]
     }
 
-    fn sounding(&self, y: &Vector) -> Sounding {
-        body(y).sounding(self.motion.current)
+    fn depth_state(&self, y: &Vector) -> DepthState {
+        body(y).depth_state(self.motion.current)
     }
 
     /// Whether a limit could have been reached within a step of length `h`: a bound without the angles.
     fn comes_near_a_limit(&self, from: &Vector, to: &Vector, h: f64) -> bool {
         let BodyMotion {
-            tank,
+            depth_limits,
             current: [_, _, down],
             ..
         } = self.motion;
         let fastest = |y: &Vector| y[SPEED].abs() + y[HEAVE].abs() + down.abs();
         let reach = 2.0 * h * fastest(from).max(fastest(to));
         let (a, b) = (from[DEPTH], to[DEPTH]);
-        tank.touched(a.min(b) - reach).is_some() || tank.touched(a.max(b) + reach).is_some()
+        depth_limits.touched(a.min(b) - reach).is_some()
+            || depth_limits.touched(a.max(b) + reach).is_some()
     }
 }
 
@@ -310,15 +327,15 @@ fn vector(body: &Body) -> Vector {
         body.speed,
         body.roll.angle,
         body.roll.rate,
-        body.course.angle,
-        body.course.rate,
+        body.yaw.angle,
+        body.yaw.rate,
     ]
 }
 
 fn body(y: &Vector) -> Body {
     let &[distance, across, depth, pitch, heave, pitch_rate, speed, ..] = y;
     let &[.., roll, roll_rate, yaw, yaw_rate] = y;
-    let turn = |angle, rate| Turn { angle, rate };
+    let turn = |angle, rate| AxisState { angle, rate };
     Body {
         plane: State {
             distance,
@@ -330,7 +347,7 @@ fn body(y: &Vector) -> Body {
         across,
         speed,
         roll: turn(roll, roll_rate),
-        course: turn(yaw, yaw_rate),
+        yaw: turn(yaw, yaw_rate),
     }
 }
 

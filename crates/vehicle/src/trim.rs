@@ -11,7 +11,7 @@
 use crate::{
     Restoring, State,
     attitude::Angle,
-    dynamics::{Load, Slopes},
+    dynamics::{GeneralisedForce, Slopes},
     vehicle::Derivatives,
 };
 
@@ -55,10 +55,10 @@ impl Derivatives {
         let mut flight = LevelFlight::default();
         for _ in 0..STEPS {
             let state = flight.state();
-            let Load {
+            let GeneralisedForce {
                 heave: force,
                 pitch: moment,
-            } = self.hull_load(
+            } = self.hull_force(
                 state.heave,
                 state.pitch_rate,
                 Angle::new(state.pitch),
@@ -91,7 +91,7 @@ impl Derivatives {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dynamics::Load;
+    use crate::dynamics::GeneralisedForce;
     use crate::vehicle_file::{brunner, remus_100};
     use planesman_units::FOOT;
 
@@ -107,8 +107,12 @@ mod tests {
             let d = remus_100().derivatives(speed);
             let flight = d.level_flight().expect("it flies level");
             let state = flight.state();
-            let (heaving, pitching) =
-                d.accelerations(&state, flight.planes, Restoring::Sine, Load::NONE);
+            let (heaving, pitching) = d.accelerations(
+                &state,
+                flight.planes,
+                Restoring::Sine,
+                GeneralisedForce::NONE,
+            );
             assert!(heaving.abs() < 1e-12, "{speed}: {heaving}");
             assert!(pitching.abs() < 1e-12, "{speed}: {pitching}");
             assert!(d.depth_rate(&state).abs() < 1e-15);

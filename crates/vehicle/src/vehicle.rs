@@ -18,7 +18,7 @@
 //! a vehicle under way. Coefficients published in SI units (Prestero 2001: `Z_uw` \[kg/m\] and so
 //! on) are the same with `L` = 1 m and `m0` = 1 kg.
 //!
-//! Roll, course and propulsion are the report's plants of one axis each (ch. II,
+//! Roll, yaw and propulsion are the report's plants of one axis each (ch. II,
 //! [`Axis`], [`Propulsion`]); a vehicle may lack them.
 
 use crate::{axis::Axis, propulsion::Propulsion};
@@ -50,8 +50,8 @@ pub struct Vehicle {
     pub depth_port: Port,
     /// How it rolls under the roll differential; `None`: it stays upright.
     pub roll: Option<Axis>,
-    /// How it turns under the rudder; `None`: it keeps its course.
-    pub course: Option<Axis>,
+    /// How it turns under the rudder; `None`: it keeps its heading.
+    pub yaw: Option<Axis>,
     /// Thrust and drag; `None`: its speed can only be held.
     pub propulsion: Option<Propulsion>,
 }

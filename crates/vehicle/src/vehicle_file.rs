@@ -4,7 +4,7 @@
 //! names `brunner` and `remus_100`; so is `brunner_as_printed`, the vehicle that the thesis' programs
 //! describe with their errors. What a vehicle does not have is left out: `buoyancy` is then the
 //! weight, `gravity_below_origin` and the coefficients from `z_q_dot` on are 0, and without `planes`,
-//! `roll`, `course` or `propulsion` its bow and stern planes move together alone, and it does not heel,
+//! `roll`, `yaw` or `propulsion` its bow and stern planes move together alone, and it does not heel,
 //! turn or go by thrust.
 
 use std::path::Path;
@@ -213,7 +213,7 @@ struct VehicleFile {
     planes: Option<PlanesSection>,
     depth_port: PortSection,
     roll: Option<AxisSection>,
-    course: Option<AxisSection>,
+    yaw: Option<AxisSection>,
     propulsion: Option<PropulsionSection>,
     /// Read by the coefficient workbench alone.
     #[serde(default)]
@@ -306,7 +306,7 @@ impl VehicleFile {
             planes,
             depth_port,
             roll,
-            course,
+            yaw,
             propulsion,
             geometry: _,
         } = self;
@@ -356,7 +356,7 @@ impl VehicleFile {
             roll: roll
                 .map(|r| r.axis(ROLL_FIELDS, weight * restoring_arm))
                 .transpose()?,
-            course: course.map(|c| c.axis(COURSE_FIELDS, 0.0)).transpose()?,
+            yaw: yaw.map(|c| c.axis(YAW_FIELDS, 0.0)).transpose()?,
             propulsion: propulsion.map(PropulsionSection::checked).transpose()?,
             depth_port: Port {
                 forward: on_the_hull("depth_port.forward", &depth_port.forward, length)?,
@@ -376,11 +376,11 @@ const ROLL_FIELDS: AxisFields = [
     "roll.damping",
 ];
 
-const COURSE_FIELDS: AxisFields = [
-    "course.gain",
-    "course.reference_speed",
-    "course.inertia",
-    "course.damping",
+const YAW_FIELDS: AxisFields = [
+    "yaw.gain",
+    "yaw.reference_speed",
+    "yaw.inertia",
+    "yaw.damping",
 ];
 
 impl AxisSection {

@@ -18,7 +18,7 @@
 
 use planesman_linear::Complex;
 use planesman_vehicle::{
-    Derivatives, Environment, Load, Motion, PlanePath, Restoring, State,
+    Derivatives, Environment, GeneralisedForce, Motion, PlanePath, Restoring, State,
     linearised::{self, Output},
     vehicle_file::remus_100,
 };
@@ -134,7 +134,8 @@ fn the_accelerations_are_those_of_the_published_simulator() {
             pitch: theta,
             ..State::default()
         };
-        let (heaving, pitching) = d.accelerations(&state, delta, Restoring::Sine, Load::NONE);
+        let (heaving, pitching) =
+            d.accelerations(&state, delta, Restoring::Sine, GeneralisedForce::NONE);
         let (w_dot, q_dot) = accelerations(w, q, theta, delta);
         assert!((heaving - w_dot).abs() < 1e-12, "{heaving} {w_dot}");
         assert!((pitching - q_dot).abs() < 1e-12, "{pitching} {q_dot}");
@@ -407,11 +408,11 @@ fn four_degrees_of_rudder_turn_it_ten_degrees_a_second_to_the_printed_side() {
     let rudder = 4_f64.to_radians();
     let (_, yaw) = published_turn(rudder, 25.0);
     assert!((yaw.to_degrees() + 10.05).abs() < 0.01, "{yaw}");
-    let course = remus_100().course.expect("it turns");
-    let steady = course.moment(SPEED, rudder) / course.damping;
+    let axis = remus_100().yaw.expect("it turns");
+    let steady = axis.moment(SPEED, rudder) / axis.damping;
     assert!((steady.to_degrees() - 10.0).abs() < 0.05, "{steady}");
     // 63 % of it after a second; ours, a lag with no sway, after 1.4 s.
     let (_, after) = published_turn(rudder, 1.0);
     assert!((after / yaw - 0.65).abs() < 0.01, "{after}");
-    assert!((course.inertia / course.damping - 1.43).abs() < 0.01);
+    assert!((axis.inertia / axis.damping - 1.43).abs() < 0.01);
 }

@@ -124,7 +124,7 @@ pub(crate) const CHARTS: &[Chart] = &[
 pub(crate) const SETPOINTS: &[(&str, &str)] = &[
     ("depth", "m"),
     ("pitch", "rad"),
-    ("course", "rad"),
+    ("heading", "rad"),
     ("speed", "m/s"),
 ];
 

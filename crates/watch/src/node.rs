@@ -39,7 +39,7 @@ use crate::nodes::{Nodes, bounded, rounded};
 use crate::units;
 
 /// Time between two looks for topics that are wanted.
-const LOOK: Duration = Duration::from_millis(250);
+const POLL_INTERVAL: Duration = Duration::from_millis(250);
 /// Of so many looks one also counts nodes and topics.
 const LOOKS_PER_COUNT: u64 = 4;
 /// Timeout of a service, and of a reader of a setpoint to be found.
@@ -147,7 +147,7 @@ impl Watch {
             Qos::reliable(1000),
             Event::ParameterEvent,
         )?;
-        drop(rt.every(LOOK, || Event::Look));
+        drop(rt.every(POLL_INTERVAL, || Event::Look));
         let watch = Self {
             board,
             requests,

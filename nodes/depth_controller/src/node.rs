@@ -66,11 +66,11 @@ fn run(args: Vec<OsString>) -> Result<()> {
         parameters: Box::new(parameters),
         waiting: Waiting::default(),
         estimate: match on_instruments {
-            true => Some(rt.publisher("estimate", Qos::reliable(100))?),
+            true => Some(rt.loop_publisher("estimate")?),
             false => None,
         },
-        command: rt.publisher("plane_command", Qos::reliable(100))?.sole(),
-        inside: rt.publisher("control_state", Qos::reliable(100))?,
+        command: rt.loop_publisher("plane_command")?.sole(),
+        inside: rt.loop_publisher("control_state")?,
         flown: None,
         received: None,
         silent: false,
@@ -294,8 +294,8 @@ impl Node {
 
     /// Tells the operator what has happened, and the manoeuvre's client how it goes.
     fn tell_progress(&mut self) {
-        for news in self.controller.news() {
-            log::warn!("{news}");
+        for change in self.controller.take_changes() {
+            log::warn!("{change}");
         }
         if let Some(end) = self.controller.manoeuvre_end()
             && let Some(flown) = self.flown.take()

@@ -202,12 +202,10 @@ struct Publishers {
 
 impl Publishers {
     fn new(rt: &Runtime<Event>, groups: &[Group]) -> Result<Self> {
-        let states = groups
-            .iter()
-            .map(|group| rt.publisher(group.topic(), Qos::reliable(100)));
+        let states = groups.iter().map(|group| rt.loop_publisher(group.topic()));
         Ok(Self {
-            motion: rt.publisher("plane_motion", Qos::reliable(100))?.sole(),
-            planes: rt.publisher("planes", Qos::reliable(100))?,
+            motion: rt.loop_publisher("plane_motion")?.sole(),
+            planes: rt.loop_publisher("planes")?,
             states: states.collect::<Result<_>>()?,
         })
     }

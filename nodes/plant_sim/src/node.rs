@@ -3,17 +3,21 @@
 //! [`Plant`] moves the vehicle; this module decides when a tick ends, in one of the ways
 //! that ARCHITECTURE.md ("Time") describes.
 
+use std::any::Any;
+use std::collections::BTreeMap;
+use std::convert::Infallible;
 use std::ffi::OsString;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use anyhow::{Result, anyhow, bail};
+use planesman_msgs::Message;
 use planesman_msgs::builtin_interfaces::msg::Time;
-use planesman_msgs::nav_msgs::msg::Odometry;
-use planesman_msgs::planesman_msgs::msg::{DaqSample, PlaneMotion, TickAnswer, VehicleState};
+use planesman_msgs::loop_topics::Sink;
+use planesman_msgs::planesman_msgs::msg::{PlaneMotion, TickAnswer, VehicleState};
 use planesman_msgs::planesman_msgs::srv::{Step, StepRequest, StepResponse};
 use planesman_msgs::rosgraph_msgs::msg::Clock;
-use planesman_msgs::sensor_msgs::msg::{FluidPressure, Imu, JointState};
+use planesman_msgs::sensor_msgs::msg::JointState;
 use planesman_msgs::std_msgs::msg::String as Text;
 use planesman_msgs::std_srvs::srv::{
     SetBool, SetBoolRequest, SetBoolResponse, Trigger, TriggerResponse,
@@ -25,7 +29,10 @@ use planesman_node::{Flow, Level, NodeSpec, Publisher, Qos, Responder, Runtime, 
 
 use crate::answers::Answers;
 use crate::lockstep::Lockstep;
-use planesman_plant::{ActuatorAnswer, Facts, Observation, Plant, PlantParameters, TimeSource};
+use planesman_plant::{
+    ActuatorAnswer, Instruments, Observation, Plant, PlantParameters, Pose, StaticMessages,
+    TimeSource,
+};
 use planesman_vehicle::Boundary;
 
 /// In lockstep, everything is said again after this long without all answers: a member that
@@ -199,7 +206,7 @@ impl Node {
         let ticks = (duration * 1e9 / plant.tick_nanos() as f64).round() as i64;
         let lockstep = matches!(pace, Pace::Lockstep { .. });
         let reliable = lockstep || parameters.reliable_sensors;
-        let publishers = Publishers::new(rt, &plant.facts(), owns_time, reliable)?;
+        let publishers = Publishers::new(rt, &plant.static_messages(), owns_time, reliable)?;
         Ok(Self {
             claim: {
                 let topic = publishers.state.topic();
@@ -359,7 +366,7 @@ impl Node {
             rt.set_time(&stamp);
         }
         let observation = self.plant.observe(stamp.clone());
-        self.publishers.say(&stamp, &observation);
+        let Ok(()) = self.publishers.say(&stamp, &observation);
         self.observation = Some(observation);
         let mut missed = 0;
         match &mut self.pace {
@@ -608,59 +615,94 @@ impl Node {
     }
 }
 
+/// Publishers by their topics.
 struct Publishers {
     clock: Option<Publisher<Clock>>,
     /// Kept, for those who join later.
-    _facts: (Publisher<TFMessage>, Publisher<Text>),
+    _static_messages: (Publisher<TFMessage>, Publisher<Text>),
     state: Publisher<VehicleState>,
-    odometry: Publisher<Odometry>,
-    transforms: Publisher<TFMessage>,
-    imu: Publisher<Imu>,
-    depth_pressure: Publisher<FluidPressure>,
-    speed_pressure: Publisher<FluidPressure>,
-    daq: Publisher<DaqSample>,
+    /// Of pose and instruments, each a [`Publisher`] of its type.
+    others: BTreeMap<String, Box<dyn Any>>,
 }
 
 impl Publishers {
-    /// Sensors are best effort, but for those who must miss nothing, as members of lockstep.
-    fn new(rt: &Runtime<Event>, facts: &Facts, owns_time: bool, reliable: bool) -> Result<Self> {
-        let transforms = rt.publisher("/tf_static", Qos::latched(1))?;
-        transforms.publish(&facts.transforms);
-        let description = rt.publisher("robot_description", Qos::latched(1))?;
-        description.publish(&facts.description);
-        let sensor = match reliable {
-            true => Qos::reliable(100),
-            false => Qos::sensor(),
+    fn new(
+        rt: &Runtime<Event>,
+        static_messages: &StaticMessages,
+        owns_time: bool,
+        lossless: bool,
+    ) -> Result<Self> {
+        let transforms = rt.loop_publisher("/tf_static")?;
+        transforms.publish(&static_messages.transforms);
+        let description = rt.loop_publisher("robot_description")?;
+        description.publish(&static_messages.description);
+        let mut opened = Opened {
+            rt,
+            lossless,
+            publishers: BTreeMap::new(),
         };
+        let any = Time::default();
+        Pose::default().put_into(&any, &mut opened)?;
+        Instruments::default().put_into(&any, &mut opened)?;
         Ok(Self {
-            _facts: (transforms, description),
+            _static_messages: (transforms, description),
             clock: owns_time
-                .then(|| anyhow::Ok(rt.publisher("/clock", Qos::reliable(100))?.sole()))
+                .then(|| anyhow::Ok(rt.loop_publisher("/clock")?.sole()))
                 .transpose()?,
-            state: rt.publisher("state", Qos::reliable(100))?.sole(),
-            odometry: rt.publisher("odom", Qos::reliable(100))?,
-            transforms: rt.publisher("/tf", Qos::reliable(100))?,
-            imu: rt.publisher("imu", sensor)?,
-            depth_pressure: rt.publisher("depth_pressure", sensor)?,
-            speed_pressure: rt.publisher("speed_pressure", sensor)?,
-            daq: rt.publisher("daq", sensor)?,
+            state: rt.loop_publisher("state")?.sole(),
+            others: opened.publishers,
         })
     }
 
-    /// The sensors before the state: in lockstep the state is what the others answer to.
-    fn say(&self, stamp: &Time, observation: &Observation) {
+    /// The others before the state: in lockstep the state is what the members answer to.
+    fn say(&mut self, stamp: &Time, observation: &Observation) -> Result<(), Infallible> {
         if let Some(clock) = &self.clock {
             clock.publish(&Clock {
                 clock: stamp.clone(),
             });
         }
-        self.imu.publish(&observation.imu);
-        self.depth_pressure.publish(&observation.depth_pressure);
-        self.speed_pressure.publish(&observation.speed_pressure);
-        self.daq.publish(&observation.daq);
-        self.odometry.publish(&observation.odometry);
-        self.transforms.publish(&observation.transforms);
+        observation.instruments.put_into(stamp, self)?;
+        observation.pose.put_into(stamp, self)?;
         self.state.publish(&observation.state);
+        Ok(())
+    }
+}
+
+impl Sink for Publishers {
+    type Error = Infallible;
+
+    fn put<M: Message>(
+        &mut self,
+        topic: &str,
+        _stamp: &Time,
+        message: &M,
+    ) -> Result<(), Infallible> {
+        let publisher = self.others.get(topic);
+        if let Some(publisher) = publisher.and_then(|it| it.downcast_ref::<Publisher<M>>()) {
+            publisher.publish(message);
+        }
+        Ok(())
+    }
+}
+
+/// Opens a publisher for each message that is put into it, which is not sent. Sensors are best effort, but for those who must miss nothing, as members of lockstep.
+struct Opened<'a> {
+    rt: &'a Runtime<Event>,
+    lossless: bool,
+    publishers: BTreeMap<String, Box<dyn Any>>,
+}
+
+impl Sink for Opened<'_> {
+    type Error = anyhow::Error;
+
+    fn put<M: Message>(&mut self, topic: &str, _stamp: &Time, _message: &M) -> Result<()> {
+        let publisher = match self.lossless {
+            true => self.rt.lossless_publisher::<M>(topic)?,
+            false => self.rt.loop_publisher::<M>(topic)?,
+        };
+        self.publishers
+            .insert(topic.to_owned(), Box::new(publisher));
+        Ok(())
     }
 }
 

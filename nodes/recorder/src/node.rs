@@ -23,7 +23,8 @@ use planesman_node::{
 };
 
 use crate::ring::{Kept, Ring};
-use planesman_recording::loop_topics::{self, Delivery};
+use planesman_msgs::loop_topics::{self, Delivery};
+use planesman_recording::in_bag;
 use planesman_recording::names;
 use planesman_recording::parameters::{RecorderParameters, writer_options};
 use planesman_recording::selection::Selection;
@@ -116,7 +117,7 @@ fn run(args: Vec<OsString>) -> Result<()> {
         state: None,
         answer: parameters
             .answer
-            .then(|| rt.publisher("tick_answer", Qos::reliable(100)))
+            .then(|| rt.loop_publisher("tick_answer"))
             .transpose()?,
         unfit: 0,
         failed: None,
@@ -239,7 +240,7 @@ impl Node {
             };
             self.found
                 .insert(name.clone(), topic.info.type_name.to_owned());
-            self.subscribe(rt, topic.in_bag(&name), qos)?;
+            self.subscribe(rt, in_bag(&topic, &name), qos)?;
         }
         if self.answer.is_some() && self.state.is_none() {
             bail!("answer: a tick is answered once its state is recorded, and 'state' is not");

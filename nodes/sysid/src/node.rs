@@ -20,7 +20,7 @@ use planesman_identifier::{
 };
 
 /// Time between two looks at who has fallen silent.
-const LOOK: Duration = Duration::from_millis(500);
+const POLL_INTERVAL: Duration = Duration::from_millis(500);
 
 /// Silence of all topics that is reported, s.
 const SILENCE: f64 = 2.0;
@@ -57,10 +57,10 @@ fn run(args: Vec<OsString>) -> Result<()> {
     )?;
     let mut node = Node {
         identifier: Identifier::new(&parameters)?,
-        model: rt.publisher("model", Qos::reliable(100))?,
+        model: rt.loop_publisher("model")?,
         answer: parameters
             .answer
-            .then(|| rt.publisher("tick_answer", Qos::reliable(100)))
+            .then(|| rt.loop_publisher("tick_answer"))
             .transpose()?,
         answered: None,
         last_message: rt.now(),
@@ -95,7 +95,7 @@ fn run(args: Vec<OsString>) -> Result<()> {
         Event::Freeze(request.data, responder)
     })?;
     rt.serve::<Fit>("~/fit", Event::Fit)?;
-    let _looks = rt.every(LOOK, || Event::Look);
+    let _looks = rt.every(POLL_INTERVAL, || Event::Look);
     rt.run(|rt, event| node.on(rt, event))
 }
 

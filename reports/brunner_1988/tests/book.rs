@@ -125,7 +125,7 @@ fn every_model_from_pitch_rate_to_depth_is_unstable() {
 fn the_two_runs_that_the_thesis_calls_excellent_agree_with_theory_and_the_others_do_not() {
     let values = values();
     let value = |run: &str, what: &str| values[format!("Tab9.{run}.qd2.{what}").as_str()];
-    // How far pole and steady gain of the identified model are off the theory's.
+    // How far pole and steady-state gain of the identified model are off the theory's.
     let off = |run: &str| {
         let pole = -value(run, "s1.re") / value(run, "pole_pred") - 1.0;
         let gain = value(run, "dc") / value(run, "dc_pred") - 1.0;

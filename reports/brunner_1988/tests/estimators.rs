@@ -9,7 +9,7 @@ use planesman_identification::estimators::{
     Armax, Estimate, Estimator, Instruments, LeastSquares, OutputError,
 };
 use planesman_identification::{
-    Problem, Reading, Run, Start, Structure, Uncertain, filter, with_noise,
+    InitialState, Problem, Reading, Run, Structure, Uncertain, filter, with_noise,
 };
 use planesman_linear::{Complex, polynomial};
 
@@ -108,7 +108,7 @@ fn a_record_that_begins_in_motion_is_no_obstacle_when_said_so() {
     let run = synthetic::Run::EightOne;
     let record = [(run.planes()[30..].to_vec(), run.clean()[30..].to_vec())];
     let structure = Structure {
-        start: Start::Motion,
+        start: InitialState::Estimated,
         ..Structure::of_order(3)
     };
     for method in [&OutputError as &dyn Estimator, &Instruments] {
@@ -276,7 +276,7 @@ fn the_covariance_is_carried_as_small_changes_are() {
             Reading::of(e, 0).continuous_poles().unwrap()[1]
         }),
         ("zero", &|e| Reading::of(e, 0).zeros().unwrap()[0]),
-        ("gain", &|e| Reading::of(e, 0).dc_gain().unwrap()),
+        ("gain", &|e| Reading::of(e, 0).steady_state_gain().unwrap()),
         ("response", &|e| Reading::of(e, 0).response(3.0).unwrap()),
     ];
     for (name, read) in reads {

@@ -9,7 +9,7 @@ use planesman_identification::estimators::{
     Estimate, Estimator, Guess, Recursive, VehicleFilter, VehicleSearch, learn,
 };
 use planesman_identification::{
-    Problem, Reading, Run, Start, Structure, filter as filter_by, with_noise,
+    InitialState, Problem, Reading, Run, Structure, filter as filter_by, with_noise,
 };
 use planesman_linear::polynomial;
 
@@ -220,7 +220,7 @@ fn a_record_that_begins_in_motion_gives_the_same_vehicle() {
         let (known, truth) = run.vehicle();
         let (inputs, outputs) = (run.planes(), run.measured(1, 0.0, BIAS));
         let structure = Structure {
-            start: Start::Motion,
+            start: InitialState::Estimated,
             ..Structure::of_order(1)
         };
         let runs = vec![Run {

@@ -49,7 +49,7 @@ pub struct Follower {
     /// Whether an identified model acted at the last tick; `None` before the first.
     adapted: Option<bool>,
     /// A line for the log.
-    news: Option<String>,
+    changes: Option<String>,
 }
 
 impl Follower {
@@ -79,7 +79,7 @@ impl Follower {
                         .step(&rules.schedule, &rules.trust, speed, stamp, dt);
                 let adapted = reason.is_none();
                 if self.adapted.replace(adapted) != Some(adapted) {
-                    self.news = Some(match reason {
+                    self.changes = Some(match reason {
                         None => "gains follow the identified model".to_owned(),
                         Some(reason) => format!("gains follow the schedule: {reason}"),
                     });
@@ -90,7 +90,7 @@ impl Follower {
     }
 
     /// A change since the last call, for the log.
-    pub fn news(&mut self) -> Option<String> {
-        self.news.take()
+    pub fn take_changes(&mut self) -> Option<String> {
+        self.changes.take()
     }
 }

@@ -162,10 +162,10 @@ impl Analysis {
                 b.len() - 1
             );
             if own {
-                let gain = Reading::of(&self.estimate, run).dc_gain();
+                let gain = Reading::of(&self.estimate, run).steady_state_gain();
                 let _ = write!(text, ", segment {}", self.segments[run] + 1);
                 if let Some(gain) = gain {
-                    let _ = write!(text, ", dc gain {}", interval(&gain));
+                    let _ = write!(text, ", steady-state gain {}", interval(&gain));
                 }
             }
             text.push('\n');
@@ -188,7 +188,7 @@ impl Analysis {
         self.reading().modes()
     }
 
-    /// Poles, zeros and the steady gain, each with its 95 % interval.
+    /// Poles, zeros and the steady-state gain, each with its 95 % interval.
     fn places(&self) -> String {
         let reading = self.reading();
         let mut text = String::new();
@@ -217,8 +217,8 @@ impl Analysis {
                 }
             }
         }
-        if let Some(gain) = reading.dc_gain() {
-            let _ = writeln!(text, "{:<12} {}", "dc gain", interval(&gain));
+        if let Some(gain) = reading.steady_state_gain() {
+            let _ = writeln!(text, "steady-state gain {}", interval(&gain));
         }
         if let Some((least, most)) = self.bootstrap.as_ref().and_then(|it| it.gain) {
             let _ = writeln!(text, "{:<12} {least:.5} to {most:.5}", "  bootstrap");

@@ -1,4 +1,4 @@
-//! Intervals of poles and steady gain by a bootstrap of the residuals.
+//! Intervals of poles and steady-state gain by a bootstrap of the residuals.
 //!
 //! Records are simulated with the estimate as the truth: its output with noise drawn with replacement from the whitened
 //! residuals and coloured again. The estimator fits each of them, with order and delay as they are. The interval holds
@@ -33,11 +33,11 @@ pub struct Bootstrap {
     pub refits: usize,
     /// Of each pole in s, in the order of [`Reading::continuous_poles`]: real and imaginary part, 1/s.
     pub poles: Vec<(Interval, Interval)>,
-    /// The steady gain, output unit per input unit; none with a pole at z = 1.
+    /// The steady-state gain, output unit per input unit; none with a pole at z = 1.
     pub gain: Option<Interval>,
 }
 
-/// Poles in s as real and imaginary part, and the steady gain.
+/// Poles in s as real and imaginary part, and the steady-state gain.
 struct Values {
     poles: Vec<(f64, f64)>,
     gain: Option<f64>,
@@ -49,7 +49,7 @@ impl Values {
         let poles = reading.continuous_poles().ok()?;
         Some(Self {
             poles: poles.iter().map(|it| (it.value.re, it.value.im)).collect(),
-            gain: reading.dc_gain().map(|gain| gain.value.re),
+            gain: reading.steady_state_gain().map(|gain| gain.value.re),
         })
     }
 }
@@ -237,7 +237,7 @@ mod tests {
             let bootstrap = found.bootstrap.as_ref().unwrap();
             let reading = found.reading();
             let pole = reading.continuous_poles().unwrap()[0];
-            let gain = reading.dc_gain().unwrap();
+            let gain = reading.steady_state_gain().unwrap();
             let (re, im) = bootstrap.poles[0];
             for (interval, value, deviation) in [
                 (re, pole.value.re, pole.real_deviation()),

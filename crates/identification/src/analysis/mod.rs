@@ -28,12 +28,12 @@ use crate::comparison::GivenModel;
 use crate::conversion;
 use crate::error::{IdentificationError, Result};
 use crate::estimators::{
-    Error, Estimate, Estimator, Knowledge, LeastSquares, Method, Near, Physical, TwoStages,
+    Error, Estimate, Estimator, Knowledge, LeastSquares, Method, Physical, TwoStages, WarmStarted,
 };
 use crate::model::Model;
 use crate::prediction;
 use crate::selection::{self, Kind, select};
-use crate::structure::{Problem, Start, Structure};
+use crate::structure::{InitialState, Problem, Structure};
 use crate::uncertainty::Reading;
 use crate::validation::order_search::{Candidate, choice, first_part, search};
 use crate::validation::{identifiability, residuals::ResidualTests};
@@ -61,7 +61,7 @@ pub struct Options {
     /// Seek an offset of the output.
     pub offset: bool,
     /// How each segment begins.
-    pub start: Start,
+    pub start: InitialState,
     /// The segments have only their poles in common.
     pub own_numerators: bool,
     /// The moment of inertia, where it is known: what turns `K/J` into `K`.
@@ -84,7 +84,7 @@ impl Default for Options {
             zeros_at_one: 0,
             integrators: 0,
             offset: true,
-            start: Start::Motion,
+            start: InitialState::Estimated,
             own_numerators: false,
             inertia: None,
             speed: None,
@@ -300,7 +300,7 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
         bootstrap: (options.bootstrap)
             .map(|refits| {
                 // The minimum of a simulated record is near the estimate.
-                let near = Near {
+                let near = WarmStarted {
                     poles: estimate.theta.as_slice()[estimate.layout.a()].to_vec(),
                     noise: options.method == Method::BoxJenkins,
                 };
@@ -421,7 +421,7 @@ impl Level {
     /// None, where the model or the method knows of a level.
     fn of(record: &Record, options: &Options) -> Self {
         let free = options.offset
-            && options.start == Start::Motion
+            && options.start == InitialState::Estimated
             && options.integrators == 0
             && !options.method.is_of_the_vehicle();
         let level = |of: fn(&Segment) -> Option<&Vec<f64>>| -> f64 {

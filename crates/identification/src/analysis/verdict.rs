@@ -37,7 +37,7 @@ const MATTERS: f64 = 0.05;
 const SAMPLES_PER_PARAMETER: usize = 10;
 /// How many times larger the error with half the record left out may be than with a fifth.
 const STEADY: f64 = 4.0;
-/// The share of the largest response below which a steady gain is next to nothing.
+/// The share of the largest response below which a steady-state gain is next to nothing.
 const SMALL: f64 = 0.05;
 /// The fit, %, of data without noise.
 const ALL_BUT_ROUNDING: f64 = 99.9999;
@@ -140,7 +140,7 @@ impl Verdict {
                 "look at the stamps (--stamp, --time), or give the reference of the loop: --reference TOPIC:FIELD",
             ),
             Self::GainUndetermined => (
-                "usable with care: the steady gain is not determined",
+                "usable with care: the steady-state gain is not determined",
                 "record steps that are held until the output settles",
             ),
             Self::DynamicsMissing => (
@@ -335,11 +335,11 @@ impl Analysis {
                 format!("the input accounts for {:.0} % of the output's variation: {rest}", 100.0 * share)
             });
         }
-        if let Some(gain) = self.reading().dc_gain() {
+        if let Some(gain) = self.reading().steady_state_gain() {
             let interval = SIGMAS_95 * gain.real_deviation();
             if self.is_undetermined(&gain) {
                 said.push(format!(
-                    "the steady gain, {:.4} ± {interval:.4}, is not significantly different from 0",
+                    "the steady-state gain, {:.4} ± {interval:.4}, is not significantly different from 0",
                     gain.value.re
                 ));
             }
@@ -370,7 +370,7 @@ impl Analysis {
         let feedback = tests.is_some_and(|it| self.has_feedback(it));
         let unsteady = self.is_unsteady();
         let limited = self.is_limited_by_noise() && held.is_some_and(|held| held < GOOD);
-        let gain = (self.reading().dc_gain()).is_some_and(|it| self.is_undetermined(&it));
+        let gain = (self.reading().steady_state_gain()).is_some_and(|it| self.is_undetermined(&it));
         match held {
             _ if !self.is_caused() => Verdict::NoEffect,
             _ if undetermined => Verdict::Undetermined,
@@ -397,7 +397,7 @@ impl Analysis {
         }
     }
 
-    /// Whether a steady gain cannot be told from 0, nor is known to be next to nothing beside the largest response.
+    /// Whether a steady-state gain cannot be told from 0, nor is known to be next to nothing beside the largest response.
     fn is_undetermined(&self, gain: &Uncertain) -> bool {
         let interval = SIGMAS_95 * gain.real_deviation();
         let reading = self.reading();

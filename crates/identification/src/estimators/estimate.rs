@@ -8,7 +8,7 @@ use super::rows::impulse;
 use crate::fit::{Spread, fit};
 use crate::free_motion::without_free_motion;
 use crate::model::Model;
-use crate::structure::{Layout, Problem, Start, Structure};
+use crate::structure::{InitialState, Layout, Problem, Structure};
 use planesman_record::{Run, filter};
 
 /// `A(1)` below this share of its terms' size is that of a pole at z = 1.
@@ -106,7 +106,7 @@ impl Estimate {
         };
         let by_level = match self.input_level {
             0.0 => 0.0,
-            level => level * self.model(run).dc_gain().unwrap_or(0.0),
+            level => level * self.model(run).steady_state_gain().unwrap_or(0.0),
         };
         self.offset_at_level(at) - by_level
     }
@@ -143,7 +143,7 @@ impl Estimate {
         let driving = match self.physical {
             // The vehicle's motion is its state, which no input before the record has led to.
             Some(_) => Structure {
-                start: Start::Rest,
+                start: InitialState::Rest,
                 ..structure.clone()
             }
             .driving(&inputs),
@@ -200,10 +200,10 @@ impl Estimate {
             })
             .collect();
         let mut free = match structure.start {
-            Start::Rest if from == 0 => vec![1.0],
+            InitialState::Rest if from == 0 => vec![1.0],
             _ => product(&a, &structure.known_denominator),
         };
-        if structure.start == Start::Motion && from < structure.numerator {
+        if structure.start == InitialState::Estimated && from < structure.numerator {
             // The inputs before the record are not known.
             free.resize(free.len().max(structure.numerator), 0.0);
         }

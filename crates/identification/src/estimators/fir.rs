@@ -120,7 +120,7 @@ impl Estimator for Fir {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::structure::Start;
+    use crate::structure::InitialState;
     use planesman_record::noise;
     use planesman_record::{Run, filter};
 
@@ -136,7 +136,7 @@ mod tests {
     fn found(fir: Fir, seed: u32) -> Estimate {
         let (inputs, outputs) = record(seed);
         let structure = Structure {
-            start: Start::Motion,
+            start: InitialState::Estimated,
             ..Structure::of_order(2)
         };
         let (inputs, outputs) = (&inputs[..], &outputs[..]);

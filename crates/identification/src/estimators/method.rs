@@ -9,7 +9,7 @@ use super::n4sid::N4sid;
 use super::output_error::OutputError;
 use super::recursive::{Kind, Options};
 use super::recursively::Recursively;
-use super::refined::Near;
+use super::refined::WarmStarted;
 use super::vehicle::Vehicle;
 use super::vehicle_fit::{VehicleFilter, VehicleSearch};
 
@@ -162,7 +162,7 @@ impl Method {
         };
         match self {
             Self::OutputError => Box::new(OutputError),
-            Self::Automatic | Self::BoxJenkins => Box::new(Near {
+            Self::Automatic | Self::BoxJenkins => Box::new(WarmStarted {
                 poles: Vec::new(),
                 noise: true,
             }),

@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | [`LeastSquares`] | the equation error `A y - B u`, by QR | white in the equation (rarely so) |
 //! | [`Armax`] | the one-step error of `A y = B u + C e` | a moving average through the plant's poles |
-//! | [`Near`] | output error or Box-Jenkins, from poles that are known nearly | as output error |
+//! | [`WarmStarted`] | output error or Box-Jenkins, warm-started from poles that are known nearly | as output error |
 //! | [`OutputError`] | the simulated error `y - (B/A) u` | anything the input does not cause |
 //! | [`Instruments`] | `A y = B u` with simulated outputs as instruments | anything the input does not cause |
 //! | [`N4sid`] | states by canonical variates, then the simulated error with the poles given | anything the input does not cause |
@@ -58,7 +58,7 @@ pub use n4sid::N4sid;
 pub use output_error::OutputError;
 pub use physical::{NAMES, Physical, UNKNOWNS};
 pub use recursively::Recursively;
-pub use refined::Near;
+pub use refined::WarmStarted;
 pub(crate) use rows::{impulse, regression};
 pub(crate) use stability::{held_within, lies_within, radius_of_memory};
 pub use step_response::StepResponse;

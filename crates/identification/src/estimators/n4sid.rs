@@ -18,7 +18,7 @@ use super::stability::{drawn_within, radius_of_memory};
 use crate::batch::Triangle;
 use crate::error::{IdentificationError, Result};
 use crate::states::{HIGH, poles_of_states};
-use crate::structure::{Problem, Start, Structure, variance};
+use crate::structure::{InitialState, Problem, Structure, variance};
 use planesman_record::Run;
 
 /// Rows for each of its parameters at least.
@@ -94,7 +94,7 @@ fn high_order(
             numerator: order + 1,
             delay: 0,
             offset,
-            start: Start::Motion,
+            start: InitialState::Estimated,
             ..Structure::of_order(order)
         },
         sample_time: 1.0,
@@ -136,7 +136,7 @@ mod tests {
     fn found(seed: u32, size: f64) -> Estimate {
         let (inputs, outputs) = record(seed, size);
         let structure = Structure {
-            start: Start::Motion,
+            start: InitialState::Estimated,
             ..Structure::of_order(2)
         };
         let (inputs, outputs) = (&inputs[..], &outputs[..]);
@@ -195,7 +195,7 @@ mod tests {
                     u[k] = r[k] - 0.3 * y[k];
                 }
                 let structure = Structure {
-                    start: Start::Motion,
+                    start: InitialState::Estimated,
                     ..Structure::of_order(2)
                 };
                 let run = Run {
@@ -225,7 +225,7 @@ mod tests {
         };
         let fit = |runs| {
             let structure = Structure {
-                start: Start::Motion,
+                start: InitialState::Estimated,
                 ..Structure::of_order(2)
             };
             N4sid.fit(&Problem::new(structure, 0.1, runs).unwrap())

@@ -7,7 +7,7 @@ use super::recursive::{Kind, Options, Recursion};
 use super::rows::{rows_by_run, samples_by_run};
 use super::simulator::Simulator;
 use crate::error::{IdentificationError, Result};
-use crate::structure::{Problem, Start};
+use crate::structure::{InitialState, Problem};
 
 /// A recursion over whole records, one after the other.
 #[derive(Clone, Copy, Debug)]
@@ -49,7 +49,7 @@ impl Estimator for Recursively {
 /// An estimate of all records, which share one constant, with the residuals of each.
 fn of_records(problem: &Problem<'_>, learnt: Estimate) -> Estimate {
     let mut layout = problem.layout();
-    layout.structure.start = Start::Rest;
+    layout.structure.start = InitialState::Rest;
     // The constant learnt stands last, and is every record's.
     let last = learnt.theta.len() - 1;
     let places: Vec<usize> = (0..layout.count()).map(|i| i.min(last)).collect();

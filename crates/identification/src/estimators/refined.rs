@@ -19,14 +19,14 @@ const MIN_COST_DECREASE: f64 = 1e-9;
 
 /// The least output error near given poles.
 #[derive(Clone, Debug)]
-pub struct Near {
+pub struct WarmStarted {
     /// `a1 ... an`; those of the least output error where there are not n of them.
     pub poles: Vec<f64>,
     /// Whether the noise is modelled: `y = (B/A) u + e/D`.
     pub noise: bool,
 }
 
-impl Estimator for Near {
+impl Estimator for WarmStarted {
     fn fit(&self, problem: &Problem<'_>) -> Result<Estimate> {
         let none =
             IdentificationError::Search("the search for the least output error found no minimum");

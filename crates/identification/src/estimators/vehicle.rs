@@ -29,7 +29,7 @@ use planesman_linear::pitch;
 
 use super::estimate::{Error, Estimate};
 use super::physical::{Physical, UNKNOWNS};
-use crate::structure::{Layout, Problem, Start, Structure};
+use crate::structure::{InitialState, Layout, Problem, Structure};
 
 /// The heave equation, as far as it is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -269,8 +269,8 @@ impl Vehicle {
         run: usize,
     ) -> (Option<usize>, std::ops::Range<usize>) {
         let motion = match structure.start {
-            Start::Rest => 0,
-            Start::Motion => self.states(),
+            InitialState::Rest => 0,
+            InitialState::Estimated => self.states(),
         };
         let offset = usize::from(structure.offset);
         let first = self.unknowns() + run * (offset + motion);

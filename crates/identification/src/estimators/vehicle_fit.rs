@@ -12,7 +12,7 @@ use super::rows::{freedom, samples_by_run};
 use super::vehicle::{Found, Vehicle};
 use crate::batch::Triangle;
 use crate::error::{IdentificationError, Result};
-use crate::structure::{Problem, Start, variance};
+use crate::structure::{InitialState, Problem, variance};
 use planesman_parallel::stop_point;
 
 /// Why there is no vehicle.
@@ -277,8 +277,8 @@ impl VehicleFilter {
             drift: [0.0; UNKNOWNS],
             disturbance: self.disturbance,
             motion: match problem.structure.start {
-                Start::Rest => 0.0,
-                Start::Motion => size,
+                InitialState::Rest => 0.0,
+                InitialState::Estimated => size,
             },
         })
     }
@@ -307,7 +307,7 @@ impl VehicleFilter {
     ) -> (DVector<f64>, DMatrix<f64>) {
         let (n, unknowns) = (self.vehicle.states(), self.vehicle.unknowns());
         let rest = (DVector::zeros(n), DMatrix::zeros(n, n));
-        if problem.structure.start == Start::Rest {
+        if problem.structure.start == InitialState::Rest {
             return rest;
         }
         let run = problem.runs[run];

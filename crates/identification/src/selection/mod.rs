@@ -22,11 +22,11 @@ use nalgebra::{DMatrix, DVector};
 use planesman_linear::polynomial::{self, product};
 
 use crate::estimators::{
-    Course, Estimator, LeastSquares, Near, Search, held_within, independent_share, lies_within,
-    radius_of_memory,
+    Course, Estimator, LeastSquares, Search, WarmStarted, held_within, independent_share,
+    lies_within, radius_of_memory,
 };
 use crate::states::poles_of_states;
-use crate::structure::{Problem, Start, Structure, monic};
+use crate::structure::{InitialState, Problem, Structure, monic};
 use folds::{Fold, Folds};
 use lagged::Lagged;
 use planesman_parallel::on_all_cores;
@@ -121,7 +121,7 @@ impl Candidate {
     pub fn estimator(&self) -> Box<dyn Estimator> {
         match self.kind {
             Kind::Arx => Box::new(LeastSquares),
-            of => Box::new(Near {
+            of => Box::new(WarmStarted {
                 poles: self.poles.clone(),
                 noise: of == Kind::BoxJenkins,
             }),
@@ -621,7 +621,7 @@ impl Scaled {
                 .map(|it| it.iter().map(|v| (v - level) / deviation).collect())
                 .collect()
         };
-        let free = s.offset && s.start == Start::Motion;
+        let free = s.offset && s.start == InitialState::Estimated;
         Self {
             inputs: of(
                 problem.runs.iter().map(|run| run.inputs).collect(),

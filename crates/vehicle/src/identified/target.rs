@@ -3,7 +3,7 @@
 use planesman_model_file::{Heave, Physical};
 
 use super::error::Error;
-use crate::{Vehicle, dynamics::Load, pitch, vehicle::Derivatives};
+use crate::{Vehicle, dynamics::GeneralisedForce, pitch, vehicle::Derivatives};
 
 /// Accelerations that differ by less (1/s^2, 1/s) are the same.
 const CLOSE: f64 = 1e-11;
@@ -96,19 +96,19 @@ impl Target {
 }
 
 /// The load that accelerates by so much more; without a `heave`, a moment alone.
-fn needed(d: &Derivatives, heave: Option<f64>, pitch: f64) -> Load {
+fn needed(d: &Derivatives, heave: Option<f64>, pitch: f64) -> GeneralisedForce {
     match heave {
-        Some(heave) => Load {
+        Some(heave) => GeneralisedForce {
             heave: d.heave_inertia * heave - d.z_q_dot * pitch,
             pitch: d.pitch_inertia * pitch - d.m_w_dot * heave,
         },
         None => {
-            let unit = Load {
+            let unit = GeneralisedForce {
                 heave: 0.0,
                 pitch: 1.0,
             };
             let (_, per_moment) = d.inverse_inertia().accelerations(unit);
-            Load {
+            GeneralisedForce {
                 heave: 0.0,
                 pitch: pitch / per_moment,
             }

@@ -1,5 +1,5 @@
 //! One axis of the vehicle as a damped inertia (Brunner, NPS thesis, 1988, ch. II): the plant of the
-//! pitch, roll and course loops alike.
+//! pitch, roll and heading loops alike.
 //!
 //! ```text
 //! J x'' = K delta - B x' - Me x            x: angle, delta: plane angle

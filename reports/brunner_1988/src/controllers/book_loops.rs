@@ -1,4 +1,4 @@
-//! The loops of ch. II: pitch, depth, roll and course.
+//! The loops of ch. II: pitch, depth, roll and heading.
 
 use std::f64::consts::{FRAC_PI_4, TAU};
 
@@ -9,7 +9,7 @@ use planesman_control::design::step;
 use super::axis::{DampedInertia, Gains, damping_for_ratio, damping_ratio};
 use super::depth::{DepthDesign, p_for_limit};
 use super::values::{Values, or_nan};
-use super::{course, pitch, roll};
+use super::{heading, pitch, roll};
 
 /// `wn` of the pitch loop as the report rounds it before it goes on, rad/s (p. 9).
 const ROUNDED_FREQUENCY: f64 = 0.4;
@@ -22,7 +22,7 @@ pub(super) fn recomputed() -> Values {
     all.extend(depth_damping());
     all.extend(depth_steps());
     all.extend(roll_loop());
-    all.extend(course_loop());
+    all.extend(heading_loop());
     all
 }
 
@@ -244,7 +244,7 @@ fn roll_loop() -> Values {
     let damping_09 = damping_for_ratio(axis.inertia, axis.natural_frequency(p), 0.9);
     let steady = in_fig_20
         .closed_loop(roll::GAINS)
-        .and_then(|g| g.dc_gain(Domain::Continuous));
+        .and_then(|g| g.steady_state_gain(Domain::Continuous));
     vec![
         ("roll.Beff_zeta.9", damping_09),
         ("roll.Kdx_zeta.9", axis.rate_gain_for_ratio(0.9, p)),
@@ -262,13 +262,13 @@ fn roll_loop() -> Values {
     ]
 }
 
-fn course_loop() -> Values {
-    let axis = course::AXIS;
-    let Gains { p, rate } = course::GAINS;
-    let step = stepped(axis.closed_loop_of_error_rate(course::GAINS));
+fn heading_loop() -> Values {
+    let axis = heading::AXIS;
+    let Gains { p, rate } = heading::GAINS;
+    let step = stepped(axis.closed_loop_of_error_rate(heading::GAINS));
     vec![
         ("yaw.Kdy_zeta.9", axis.rate_gain_for_ratio(0.9, p)),
-        ("yaw.zeta", axis.damping_ratio(course::GAINS)),
+        ("yaw.zeta", axis.damping_ratio(heading::GAINS)),
         ("yaw.ts", axis.settling_time(rate)),
         ("yaw.wn", axis.natural_frequency(p)),
         ("yaw.Beff", axis.effective_damping(rate)),

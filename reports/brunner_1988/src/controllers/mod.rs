@@ -1,6 +1,6 @@
 //! The controllers of ch. II and program T6: designs, step responses, root loci, numbers.
 //!
-//! - [`axis`]: an axis of the vehicle as a damped inertia; [`pitch`], [`roll`], [`course`]: its constants.
+//! - [`axis`]: an axis of the vehicle as a damped inertia; [`pitch`], [`roll`], [`heading`]: its constants.
 //! - [`depth`]: the depth loop around the pitch loop: stability, critical speed, closed loop.
 //! - [`program_t6`]: program T6, flown through the controller's loops.
 //! - [`root_loci`], [`time_responses`]: the lost figures.
@@ -14,8 +14,8 @@ use planesman_book::{Book, BookError, Recomputed};
 pub mod axis;
 mod book_loops;
 mod book_t6;
-pub mod course;
 pub mod depth;
+pub mod heading;
 pub mod pitch;
 pub mod program_t6;
 pub mod roll;

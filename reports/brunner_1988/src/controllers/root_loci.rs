@@ -8,7 +8,7 @@ use planesman_plot::{Plot, Series, Style};
 
 use super::axis::{DampedInertia, Gains};
 use super::depth::DepthDesign;
-use super::{course, pitch, roll};
+use super::{heading, pitch, roll};
 
 /// `B` \[ft lbf s\] with rate feedback of 2, and of 4.71 (p. 19).
 const DAMPING: [f64; 2] = [0.34, pitch::MORE_DAMPING];
@@ -101,9 +101,9 @@ pub fn figures() -> Result<Vec<Plot<'static>>, Error> {
         .note("The vehicle's own restoring moment is 0.163 ft lbf (E17)."),
     );
     figures.push(figure(
-        "Fig. 21: course, Kpy = 1, Kdy from 0 to 20",
+        "Fig. 21: heading, Kpy = 1, Kdy from 0 to 20",
         "Kdy",
-        of_rate_gain(course::AXIS, course::GAINS.p)?,
+        of_rate_gain(heading::AXIS, heading::GAINS.p)?,
     ));
     Ok(figures)
 }

@@ -273,14 +273,14 @@ fn conclusion(found: &[(Orders, Comparison)]) -> Option<String> {
     })
 }
 
-/// A model with its roots and its gain at rest.
+/// A model with its roots and its steady-state gain.
 fn described(model: &Model) -> String {
     let stable = model
         .poles()
         .is_ok_and(|poles| poles.iter().all(|z| z.norm() < 1.0));
-    let gain = match model.dc_gain() {
-        Some(gain) if stable => format!("gain at rest {gain:.3} V/V"),
-        _ => "not stable, no gain at rest".to_owned(),
+    let gain = match model.steady_state_gain() {
+        Some(gain) if stable => format!("steady-state gain {gain:.3} V/V"),
+        _ => "not stable, no steady-state gain".to_owned(),
     };
     format!(
         "({}) / ({})\n{:14}roots {}; {gain}",
@@ -370,7 +370,7 @@ mod tests {
             "{text}"
         );
         assert!(
-            text.contains("roots 0.8969, -0.4404; gain at rest 0.995 V/V"),
+            text.contains("roots 0.8969, -0.4404; steady-state gain 0.995 V/V"),
             "{text}"
         );
         // All of its models have a fit beside them.

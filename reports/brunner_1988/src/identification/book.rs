@@ -8,7 +8,7 @@
 //! ---------------------------,   volts over volts, T = 0.05 s
 //! z^n + a1 z^(n-1) + ... + an
 //! ```
-//! From the coefficients follow roots, their places `s = ln(z) / T`, zeros and steady gain. Beside
+//! From the coefficients follow roots, their places `s = ln(z) / T`, zeros and steady-state gain. Beside
 //! the second-order models of pitch rate stands the theory without restoring moment:
 //!
 //! ```text
@@ -159,10 +159,10 @@ impl<'b> Row<'b> {
     fn value(&self, quantity: &str) -> Option<f64> {
         let model = self.model()?;
         match quantity {
-            "dc" => model.dc_gain(),
+            "dc" => model.steady_state_gain(),
             "tau" => Some(-1.0 / model.dominant_pole()?.re),
-            "slope" => Some(model.dc_gain()? * model.dominant_pole()?.norm()),
-            "dc_pred" => self.theory()?.dc_gain(Domain::Continuous).ok(),
+            "slope" => Some(model.steady_state_gain()? * model.dominant_pole()?.norm()),
+            "dc_pred" => self.theory()?.steady_state_gain(Domain::Continuous).ok(),
             "pole_pred" => Some(self.theory()?.poles().ok()?.first()?.norm()),
             _ => self.numbered_value(&model, quantity),
         }

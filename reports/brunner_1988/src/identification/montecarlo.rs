@@ -3,7 +3,7 @@
 //! Each run of [`super::synthetic`], 5 mV of noise and 25 mV of bias on its gyro, is identified anew with
 //! each of many seeds. Two quantities are held against the truth: the dominant pole, which carries
 //! most of the response (the estimate's pole nearest it), and the size of the frequency response at that
-//! pole's frequency (the steady gain is 0: restoring moment). *Bias* is the mean of the estimates less the
+//! pole's frequency (the steady-state gain is 0: restoring moment). *Bias* is the mean of the estimates less the
 //! truth, as a share of it; *coverage* how often the interval that the estimator claims holds the truth
 //! with 95 % does. A fit that is refused holds nothing.
 
@@ -495,7 +495,7 @@ pub struct Failures {
     pub smoothing_root: f64,
     /// The first root of order 2 with bias and noise.
     pub biased_root: f64,
-    /// The steady gain with bias and noise (median), V/V; the plant's is 0.
+    /// The steady-state gain with bias and noise (median), V/V; the plant's is 0.
     pub biased_gain: f64,
 }
 
@@ -514,7 +514,7 @@ pub fn failures(run: synthetic::Run, seeds: usize) -> Failures {
         let model = LeastSquares.fit(&problem).ok()?.model(0);
         let mut roots: Vec<f64> = model.poles().ok()?.iter().map(|z| z.re).collect();
         roots.sort_by(f64::total_cmp);
-        Some((*roots.first()?, *roots.last()?, model.dc_gain()?))
+        Some((*roots.first()?, *roots.last()?, model.steady_state_gain()?))
     };
     let all = |bias: f64| -> Vec<(f64, f64, f64)> {
         (0..seeds).filter_map(|i| fit(seed(i), bias)).collect()
@@ -534,7 +534,7 @@ pub fn failures(run: synthetic::Run, seeds: usize) -> Failures {
 #[must_use]
 pub fn failures_markdown(seeds: usize) -> String {
     let mut text = String::from(
-        "| Plain least squares, order 2 | second root, noise alone | first root, noise and bias | steady gain, noise and bias |\n|---|---|---|---|\n",
+        "| Plain least squares, order 2 | second root, noise alone | first root, noise and bias | steady-state gain, noise and bias |\n|---|---|---|---|\n",
     );
     for run in synthetic::Run::ALL {
         let found = failures(run, seeds);

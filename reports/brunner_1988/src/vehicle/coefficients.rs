@@ -344,7 +344,7 @@ impl Report {
         let moment = |stern: f64| (self.printed("Ky.Fbow") * forward.arm - stern * aft.arm) / INCH;
         let roll = power::side_force(self.rho(), 4.0 * SQUARE_INCH, FOOT, half) / POUND_FORCE;
         let inches_per_foot = FOOT / INCH;
-        let course = 0.03 * 14.0 / inches_per_foot;
+        let yaw = 0.03 * 14.0 / inches_per_foot;
         vec![
             ("Ky.Fbow", bow),
             ("Ky.moment", moment(0.048)),
@@ -357,7 +357,7 @@ impl Report {
             ("Kx.F", roll),
             ("Kx.M", self.printed("Kx.F") * 9.0 / inches_per_foot),
             ("Kx", self.printed("Kx.M") / PLANES),
-            ("Kz", course / PLANES),
+            ("Kz", yaw / PLANES),
         ]
     }
 

@@ -32,7 +32,7 @@ pub struct Contact {
 
 /// A depth \[m\] and its rate \[m/s\].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sounding {
+pub struct DepthState {
     /// \[m\], positive down.
     pub depth: f64,
     /// \[m/s\], positive down.
@@ -41,7 +41,7 @@ pub struct Sounding {
 
 /// The water's extent in depth.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Tank {
+pub struct DepthLimits {
     /// \[m\]; `None`: no bottom.
     pub bottom: Option<f64>,
 }
@@ -49,7 +49,7 @@ pub struct Tank {
 /// How many times the interval that holds a contact is halved: to 1e-12 of the step.
 const HALVINGS: u32 = 40;
 
-impl Tank {
+impl DepthLimits {
     /// The depth that the limits allow.
     #[must_use]
     pub fn confined(&self, depth: f64) -> f64 {
@@ -78,10 +78,10 @@ impl Tank {
         }
     }
 
-    /// The depth \[m\] at the end of the way from one sounding to another, as it would be without limits, over `dt`
+    /// The depth \[m\] at the end of the way from one depth state to another, as it would be without limits, over `dt`
     /// \[s\]; and the first contact, if there is one after the start.
     #[must_use]
-    pub fn way(&self, from: Sounding, to: Sounding, dt: f64) -> (f64, Option<Contact>) {
+    pub fn way(&self, from: DepthState, to: DepthState, dt: f64) -> (f64, Option<Contact>) {
         let path = Cubic::new(from, to, dt);
         // Between these the cubic is monotonic: it passes a limit where the ends differ.
         let [first, second] = path.turning_points();
@@ -114,7 +114,7 @@ struct Cubic {
 }
 
 impl Cubic {
-    fn new(from: Sounding, to: Sounding, dt: f64) -> Self {
+    fn new(from: DepthState, to: DepthState, dt: f64) -> Self {
         let (z0, v0, z1, v1) = (from.depth, from.rate * dt, to.depth, to.rate * dt);
         let rise = z1 - z0;
         Self {
@@ -158,33 +158,33 @@ impl Cubic {
 mod tests {
     use super::*;
 
-    const TANK: Tank = Tank { bottom: Some(1.2) };
+    const LIMITS: DepthLimits = DepthLimits { bottom: Some(1.2) };
 
-    fn sounding(depth: f64, rate: f64) -> Sounding {
-        Sounding { depth, rate }
+    fn depth_state(depth: f64, rate: f64) -> DepthState {
+        DepthState { depth, rate }
     }
 
     #[test]
     fn a_vehicle_sinking_evenly_touches_the_bottom_when_it_gets_there() {
-        let (depth, contact) = TANK.way(sounding(1.0, 0.5), sounding(1.5, 0.5), 1.0);
+        let (depth, contact) = LIMITS.way(depth_state(1.0, 0.5), depth_state(1.5, 0.5), 1.0);
         let contact = contact.expect("it touches");
         assert_eq!(contact.boundary, Boundary::Bottom);
         assert!((contact.time - 0.4).abs() < 1e-9);
-        assert_eq!((depth, TANK.confined(1.5)), (1.2, 1.2));
+        assert_eq!((depth, LIMITS.confined(1.5)), (1.2, 1.2));
     }
 
     #[test]
     fn a_touch_that_is_over_before_the_step_is_found() {
         // 0.01 - 0.3 t + t^2: above the surface between 0.0382 s and 0.2618 s.
-        let (from, to) = (sounding(0.01, -0.3), sounding(0.01 - 0.3 + 1.0, 1.7));
-        let (depth, contact) = TANK.way(from, to, 1.0);
+        let (from, to) = (depth_state(0.01, -0.3), depth_state(0.01 - 0.3 + 1.0, 1.7));
+        let (depth, contact) = LIMITS.way(from, to, 1.0);
         let contact = contact.expect("it touches");
         assert_eq!(contact.boundary, Boundary::Surface);
         assert!((contact.time - 0.038_197).abs() < 1e-6, "{}", contact.time);
         // It leaves the surface at the lowest point, 0.0125 above it.
         assert!((depth - 0.7225).abs() < 1e-12, "{depth}");
         assert_eq!(
-            TANK.way(sounding(0.05, -0.3), sounding(0.75, 1.7), 1.0),
+            LIMITS.way(depth_state(0.05, -0.3), depth_state(0.75, 1.7), 1.0),
             (0.75, None)
         );
     }
@@ -192,27 +192,27 @@ mod tests {
     #[test]
     fn a_vehicle_that_leaves_the_surface_does_not_touch_it() {
         assert_eq!(
-            TANK.way(sounding(0.0, 0.0), sounding(0.1, 0.2), 1.0),
+            LIMITS.way(depth_state(0.0, 0.0), depth_state(0.1, 0.2), 1.0),
             (0.1, None)
         );
         assert_eq!(
-            TANK.way(sounding(0.0, 0.0), sounding(0.0, 0.0), 1.0),
+            LIMITS.way(depth_state(0.0, 0.0), depth_state(0.0, 0.0), 1.0),
             (0.0, None)
         );
-        assert_eq!(TANK.touched(0.0), Some(Boundary::Surface));
+        assert_eq!(LIMITS.touched(0.0), Some(Boundary::Surface));
     }
 
     #[test]
     fn without_a_bottom_there_is_only_the_surface() {
-        let open = Tank::default();
+        let open = DepthLimits::default();
         assert_eq!(open.confined(1e6), 1e6);
         assert_eq!(open.confined(-1.0), 0.0);
         assert_eq!(
-            open.way(sounding(1.0, 0.5), sounding(1e3, 0.5), 1.0),
+            open.way(depth_state(1.0, 0.5), depth_state(1e3, 0.5), 1.0),
             (1e3, None)
         );
         assert_eq!(open.confined_rate(0.0, -0.1), 0.0);
-        assert_eq!(TANK.confined_rate(1.2, 0.1), 0.0);
-        assert_eq!(TANK.confined_rate(1.2, -0.1), -0.1);
+        assert_eq!(LIMITS.confined_rate(1.2, 0.1), 0.0);
+        assert_eq!(LIMITS.confined_rate(1.2, -0.1), -0.1);
     }
 }

@@ -1,4 +1,4 @@
-//! The course loop: proportional with rate feedback to the rudders (Brunner, NPS thesis, 1988, p. 32,
+//! The heading loop: proportional with rate feedback to the rudders (Brunner, NPS thesis, 1988, p. 32,
 //! Fig. 21).
 //!
 //! ```text
@@ -6,7 +6,7 @@
 //! ----- = ------------------------------
 //! psi_c    J s^2 + (Bz + Kdy Kz) s + Kp Kz
 //! ```
-//! Nothing restores a course.
+//! Nothing restores a heading.
 
 use super::axis::{DampedInertia, Gains};
 

@@ -1,12 +1,12 @@
 //! The loop's topics: message types and QoS.
 //!
-//! This is the table of ARCHITECTURE.md's picture, as the nodes publish it. The recorder
-//! subscribes by it, and writes the offered QoS into the bag, so that `ros2 bag play` offers the
-//! same. Names are relative to the vehicle's namespace unless they begin with a slash.
+//! This is the table of ARCHITECTURE.md's picture. The nodes open their publishers by it, the recorder subscribes by it, and
+//! a bag has its QoS, so that `ros2 bag play` offers the same. Names are relative to the vehicle's namespace unless they begin
+//! with a slash.
 
-use planesman_bag::{OfferedQos, Topic};
-use planesman_msgs::{
+use crate::{
     Message, TypeInfo,
+    builtin_interfaces::msg::Time,
     diagnostic_msgs::msg::DiagnosticArray,
     nav_msgs::msg::Odometry,
     planesman_msgs::msg::{
@@ -80,22 +80,6 @@ impl LoopTopic {
         ];
         !of_many.contains(&self.name) && !self.name.ends_with("_setpoint")
     }
-
-    /// The QoS that the publishers offer.
-    #[must_use]
-    pub fn offered_qos(&self) -> OfferedQos {
-        match self.delivery {
-            Delivery::BestEffort => OfferedQos::best_effort(self.depth),
-            Delivery::Reliable => OfferedQos::reliable(self.depth),
-            Delivery::Latched => OfferedQos::reliable(self.depth).transient_local(),
-        }
-    }
-
-    /// The topic as the bag has it, under its full name (`/auv/state`).
-    #[must_use]
-    pub fn in_bag(&self, full_name: &str) -> Topic {
-        Topic::of_type(&self.info, full_name, self.offered_qos())
-    }
 }
 
 /// Every topic of the loop, publisher by publisher.
@@ -116,7 +100,7 @@ pub const ALL: &[LoopTopic] = {
         // the operator
         LoopTopic::of::<Float64>("depth_setpoint", Reliable, 10),
         LoopTopic::of::<Float64>("pitch_setpoint", Reliable, 10),
-        LoopTopic::of::<Float64>("course_setpoint", Reliable, 10),
+        LoopTopic::of::<Float64>("heading_setpoint", Reliable, 10),
         LoopTopic::of::<Float64>("speed_setpoint", Reliable, 10),
         // depth_controller
         LoopTopic::of::<PlaneCommand>("plane_command", Reliable, 100),
@@ -139,6 +123,29 @@ pub const ALL: &[LoopTopic] = {
     ]
 };
 
+/// The topic of that name, relative as it stands in [`ALL`].
+#[must_use]
+pub fn named(name: &str) -> Option<&'static LoopTopic> {
+    ALL.iter().find(|topic| topic.name == name)
+}
+
+/// Something that takes messages by topic.
+pub trait Sink {
+    /// Why it does not.
+    type Error;
+
+    /// Takes one message of `topic`, of the name that it has in [`ALL`].
+    ///
+    /// # Errors
+    /// When it cannot be kept.
+    fn put<M: Message>(
+        &mut self,
+        topic: &str,
+        stamp: &Time,
+        message: &M,
+    ) -> Result<(), Self::Error>;
+}
+
 /// A name that no topic of the loop has.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("topic '{name}' is not of the loop; its topics are {}", ALL.iter().map(|topic| topic.name).collect::<Vec<_>>().join(", "))]
@@ -152,8 +159,7 @@ pub struct UnknownTopic {
 /// # Errors
 /// The first name that no topic has.
 pub fn selected(names: &[String]) -> Result<Vec<LoopTopic>, UnknownTopic> {
-    let known = |name: &String| ALL.iter().any(|topic| topic.name == name);
-    if let Some(unknown) = names.iter().find(|name| !known(name)) {
+    if let Some(unknown) = names.iter().find(|name| named(name).is_none()) {
         return Err(UnknownTopic {
             name: unknown.clone(),
         });
@@ -193,7 +199,8 @@ mod tests {
             let kept = topic.without_loss();
             assert_ne!(kept.delivery, Delivery::BestEffort, "{}", topic.name);
             if topic.delivery != Delivery::BestEffort {
-                assert_eq!(kept.offered_qos(), topic.offered_qos(), "{}", topic.name);
+                let qos = |it: &LoopTopic| (it.delivery, it.depth);
+                assert_eq!(qos(&kept), qos(topic), "{}", topic.name);
             }
         }
     }
@@ -212,14 +219,5 @@ mod tests {
             .to_string();
         assert!(refusal.contains("'stat'"), "{refusal}");
         assert!(refusal.contains("plane_motion"), "{refusal}");
-    }
-
-    #[test]
-    fn the_bag_tells_what_was_offered() {
-        let state = selected(&["state".to_owned()]).expect("known")[0];
-        let topic = state.in_bag("/auv/state");
-        assert_eq!(topic.name, "/auv/state");
-        assert_eq!(topic.kind.type_name, "planesman_msgs/msg/VehicleState");
-        assert_eq!(topic.kind.offered_qos, [OfferedQos::reliable(100)]);
     }
 }
