@@ -225,6 +225,30 @@ impl Collected for States {
     }
 }
 
+/// The depth held (m), and since when, after one more state of the controller; `None` where none is.
+pub(crate) fn held<T>(held: Option<(f64, T)>, control: &ControlState, now: T) -> Option<(f64, T)> {
+    if control.feedback_stale {
+        return held;
+    }
+    let target = control.depth_target;
+    (control.mode == ControlState::MODE_DEPTH).then(|| {
+        held.filter(|(held, _)| *held == target)
+            .unwrap_or((target, now))
+    })
+}
+
+/// A meter of the response to a setpoint from a depth, up to the time `end`; `None` where the vehicle was there already.
+pub(crate) fn step_meter(
+    depth: f64,
+    setpoint: f64,
+    end: f64,
+) -> Result<Option<StepMeter>, planesman_linear::Error> {
+    let is_step = (setpoint - depth).abs() > 1e-6;
+    is_step
+        .then(|| StepMeter::new(depth, setpoint, end))
+        .transpose()
+}
+
 /// The state of the controller.
 #[derive(Default)]
 struct Controls {
@@ -240,15 +264,7 @@ impl Collected for Controls {
     fn take(&mut self, t: f64, control: &ControlState) {
         self.depth_setpoint.take(t, control.depth_setpoint);
         self.pitch_command.take(t, control.pitch_command);
-        if control.feedback_stale {
-            return;
-        }
-        let (target, stamp) = (control.depth_target, control.stamp());
-        self.held = (control.mode == ControlState::MODE_DEPTH).then(|| {
-            self.held
-                .filter(|(held, _)| *held == target)
-                .unwrap_or((target, stamp))
-        });
+        self.held = held(self.held, control, control.stamp());
     }
 }
 
@@ -624,12 +640,9 @@ impl Response {
     }
 
     fn begun(&self, depth: f64) -> Result<Measured, planesman_linear::Error> {
-        if (self.setpoint - depth).abs() <= 1e-6 {
-            return Ok(Measured::NoStep);
-        }
         let end = seconds(self.start, self.end);
-        let meter = StepMeter::new(depth, self.setpoint, end)?;
-        Ok(Measured::By(Box::new(meter)))
+        let meter = step_meter(depth, self.setpoint, end)?;
+        Ok(meter.map_or(Measured::NoStep, |it| Measured::By(Box::new(it))))
     }
 
     fn metrics(self) -> Result<Option<StepMetrics>, planesman_linear::Error> {

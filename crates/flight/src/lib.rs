@@ -7,6 +7,7 @@
 //! - [`fly()`]: a scenario flown into a bag or a CSV file ([`sink`]).
 //! - [`flight`], [`summary`]: what happened, from a bag.
 //! - [`Error`]: what is refused, and what breaks off.
+//! - [`titles`]: the names of quantities and columns for people.
 //! - [`sweep`]: a scenario flown many times, with other parameters and seeds.
 
 pub mod compose;
@@ -22,6 +23,7 @@ pub mod scenario;
 pub mod sink;
 pub mod summary;
 pub mod sweep;
+pub mod titles;
 
 pub use compose::Loop;
 pub use error::{Error, Result};

@@ -11,9 +11,13 @@ use planesman_plant::PlantParameters;
 use crate::flight::Flight;
 use crate::model_summary::{ModelSummary, identified, slowest_first};
 use crate::scenario::Scenario;
+use crate::titles;
 
 /// Tolerance of the dominant pole, relative to its magnitude.
 pub const POLE_TOLERANCE: f64 = 0.10;
+
+/// Those of [`Summary::quantities`] that are of the response to a step.
+const RESPONSE: std::ops::RangeInclusive<usize> = 1..=5;
 
 /// The summary of a flight.
 #[derive(Clone, Debug)]
@@ -76,6 +80,76 @@ impl Summary {
         let found = self.identified.as_ref()?.dominant()?;
         let truth = self.truth.dominant()?;
         Some((found - truth).norm() / truth.norm())
+    }
+
+    /// The quantities that flights are compared by.
+    #[must_use]
+    pub fn quantities(&self) -> Vec<Quantity> {
+        let response = |of: fn(&StepMetrics) -> Option<f64>| {
+            let depth = self.depth.as_ref().ok_or("no step")?;
+            of(depth).ok_or("not reached")
+        };
+        let pole_error = match self.pole_error() {
+            None => Err("no model"),
+            Some(error) if error <= 10.0 => Ok(100.0 * error),
+            // Beyond ten times the pole's magnitude the number says nothing.
+            Some(_) => Err("more than 1000 %"),
+        };
+        let signal = self.test_signal.as_deref();
+        [
+            (
+                "depth_setpoint",
+                " m",
+                3,
+                self.depth.map(|_| self.depth_setpoint).ok_or("no step"),
+            ),
+            ("rise_time", " s", 2, response(|it| it.rise_time)),
+            ("overshoot", " %", 2, response(|it| Some(it.overshoot))),
+            ("settling_time_2", " s", 2, response(|it| it.settling_time)),
+            (
+                "settling_time_5",
+                " s",
+                2,
+                response(|it| it.settling_time_5),
+            ),
+            (
+                "steady_error",
+                " m",
+                4,
+                response(|it| Some(it.steady_error)),
+            ),
+            ("test_signal", "", 0, Err(signal.unwrap_or("none"))),
+            ("pulses", "", 0, Ok(self.pulses as f64)),
+            ("held_ticks", "", 0, Ok(self.held_ticks as f64)),
+            ("pole_error", " %", 1, pole_error),
+        ]
+        .map(|(field, unit, decimals, value)| Quantity {
+            field,
+            unit,
+            decimals,
+            value: value.map_err(str::to_owned),
+        })
+        .into()
+    }
+
+    /// The gains of plane angle to pitch rate: name, identified, true.
+    #[must_use]
+    pub fn gains(&self) -> [(&'static str, String, String); 2] {
+        let text =
+            |gain: Option<f64>| gain.map_or_else(|| "none".to_owned(), |it| format!("{it:.5}"));
+        let row = |name, of: fn(&ModelSummary) -> Option<f64>| {
+            (
+                name,
+                text(self.identified.as_ref().and_then(of)),
+                text(of(&self.truth)),
+            )
+        };
+        [
+            row("first Markov parameter", |it| {
+                Some(it.first_markov_parameter)
+            }),
+            row("steady-state gain", |it| it.steady_state_gain),
+        ]
     }
 
     /// What is to be known first, a sentence each.
@@ -170,27 +244,59 @@ pub fn distance_text(distance: f64) -> String {
     }
 }
 
-fn seconds(value: Option<f64>) -> String {
-    value.map_or_else(|| "not reached".to_owned(), |v| format!("{v:.2} s"))
+/// A quantity of a flight, as people read it.
+#[derive(Clone, Debug)]
+pub struct Quantity {
+    /// Its field, one of [`titles`].
+    pub field: &'static str,
+    /// Behind its number.
+    pub unit: &'static str,
+    /// Behind the point.
+    pub decimals: usize,
+    /// Its value, or why there is none.
+    pub value: Result<f64, String>,
+}
+
+impl Quantity {
+    /// Its value with its unit.
+    #[must_use]
+    pub fn text(&self) -> String {
+        match &self.value {
+            Ok(value) if self.field == "steady_error" => self.signed(*value),
+            Ok(value) => format!("{value:.*}{}", self.decimals, self.unit),
+            Err(reason) => reason.clone(),
+        }
+    }
+
+    /// By how much it is more than that of another flight.
+    #[must_use]
+    pub fn less(&self, other: &Self) -> String {
+        match (&self.value, &other.value) {
+            (Ok(own), Ok(other)) => {
+                // Of the values as they are shown, so that the row adds up.
+                let scale = 10f64.powi(self.decimals as i32);
+                self.signed(((own * scale).round() - (other * scale).round()) / scale)
+            }
+            _ => "-".to_owned(),
+        }
+    }
+
+    fn signed(&self, value: f64) -> String {
+        // What rounds to nothing has no sign.
+        let rounded = format!("{value:+.*}", self.decimals);
+        let is_none = rounded.bytes().all(|it| b"+-0.".contains(&it));
+        format!("{}{}", &rounded[usize::from(is_none)..], self.unit)
+    }
 }
 
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if let Some(depth) = &self.depth {
+        if self.depth.is_some() {
             writeln!(f, "Depth response to {:.3} m", self.depth_setpoint)?;
-            writeln!(f, "  rise time (10-90 %)     {}", seconds(depth.rise_time))?;
-            writeln!(f, "  overshoot               {:.2} %", depth.overshoot)?;
-            writeln!(
-                f,
-                "  settling time (2 %)     {}",
-                seconds(depth.settling_time)
-            )?;
-            writeln!(
-                f,
-                "  settling time (5 %)     {}",
-                seconds(depth.settling_time_5)
-            )?;
-            writeln!(f, "  steady error            {:+.4} m", depth.steady_error)?;
+            for quantity in &self.quantities()[RESPONSE] {
+                let name = titles::name(quantity.field);
+                writeln!(f, "  {name:<24}{}", quantity.text())?;
+            }
             if let Some(signal) = &self.test_signal {
                 writeln!(f, "  test signal             {signal}")?;
             }
@@ -217,19 +323,9 @@ impl fmt::Display for Summary {
                         text(&self.truth.poles, i)
                     )?;
                 }
-                let gain =
-                    |g: Option<f64>| g.map_or_else(|| "none".to_owned(), |g| format!("{g:.5}"));
-                writeln!(
-                    f,
-                    "  first Markov parameter    {:>22.5}  {:>22.5}",
-                    found.first_markov_parameter, self.truth.first_markov_parameter
-                )?;
-                writeln!(
-                    f,
-                    "  steady-state gain         {:>22}  {:>22}",
-                    gain(found.steady_state_gain),
-                    gain(self.truth.steady_state_gain)
-                )?;
+                for (name, found, truth) in self.gains() {
+                    writeln!(f, "  {name:<26}{found:>22}  {truth:>22}")?;
+                }
                 if let Some(error) = self.pole_error() {
                     writeln!(
                         f,

@@ -16,8 +16,8 @@ use super::fit::{
     range, settling, timed, unit_circle,
 };
 use super::tables::fits;
-use crate::titles;
 use crate::{document, figures, poles};
+use planesman_flight::titles;
 
 /// A page with the models drawn over each other.
 #[must_use]

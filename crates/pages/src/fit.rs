@@ -16,8 +16,8 @@ use planesman_linear::is_sampling_artefact;
 use planesman_plot::{Plot, Series, Style};
 
 use crate::poles::{self, ARTEFACT};
-use crate::titles;
 use crate::{document, figures};
+use planesman_flight::titles;
 
 type Result<T, E = IdentificationError> = std::result::Result<T, E>;
 

@@ -5,16 +5,16 @@ use std::collections::BTreeMap;
 
 use maud::{Markup, PreEscaped, html};
 use planesman_identification::Reading;
-use planesman_linear::{Complex, StepMetrics, pair_text};
+use planesman_linear::{Complex, pair_text};
 use planesman_plot::{Plot, Series, Style};
 use serde_json::json;
 
 use super::{document, figures, poles};
-use crate::titles;
 use planesman_console::Table;
 use planesman_flight::flight::{Flight, Points};
 use planesman_flight::scenario::Scenario;
 use planesman_flight::summary::{Summary, distance_text};
+use planesman_flight::titles;
 
 /// Messages of one topic, as sent and as recorded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -113,95 +113,6 @@ fn lacking(counts: &BTreeMap<String, Count>) -> Option<String> {
     })
 }
 
-/// A quantity that is compared of flights: its field of [`titles`], its unit and decimals, and its value, or why there is none.
-struct Quantity {
-    field: &'static str,
-    unit: &'static str,
-    decimals: usize,
-    of: fn(&Flown) -> Result<f64, String>,
-}
-
-impl Quantity {
-    fn text(&self, flown: &Flown) -> String {
-        match (self.of)(flown) {
-            Ok(value) if self.field == "steady_error" => self.signed(value),
-            Ok(value) => format!("{value:.*}{}", self.decimals, self.unit),
-            Err(reason) => reason,
-        }
-    }
-
-    fn signed(&self, value: f64) -> String {
-        // What rounds to nothing has no sign.
-        let rounded = format!("{value:+.*}", self.decimals);
-        let is_none = rounded.bytes().all(|it| b"+-0.".contains(&it));
-        let rounded = if is_none {
-            rounded[1..].to_owned()
-        } else {
-            rounded
-        };
-        format!("{rounded}{}", self.unit)
-    }
-
-    /// The second flight's value less the first's.
-    fn difference(&self, first: &Flown, second: &Flown) -> String {
-        match ((self.of)(first), (self.of)(second)) {
-            (Ok(first), Ok(second)) => {
-                // Of the values as they are shown, so that the row adds up.
-                let scale = 10f64.powi(self.decimals as i32);
-                self.signed(((second * scale).round() - (first * scale).round()) / scale)
-            }
-            _ => "-".to_owned(),
-        }
-    }
-}
-
-/// What is compared of flights.
-fn quantities() -> Vec<Quantity> {
-    fn response(flown: &Flown) -> Result<&StepMetrics, String> {
-        let depth = flown.summary.depth.as_ref();
-        depth.ok_or_else(|| "no step".to_owned())
-    }
-    fn time(of: Option<f64>) -> Result<f64, String> {
-        of.ok_or_else(|| "not reached".to_owned())
-    }
-    let quantity = |field, unit, decimals, of| Quantity {
-        field,
-        unit,
-        decimals,
-        of,
-    };
-    vec![
-        quantity("depth_setpoint", " m", 3, |it| {
-            response(it).map(|_| it.summary.depth_setpoint)
-        }),
-        quantity("rise_time", " s", 2, |it| time(response(it)?.rise_time)),
-        quantity("overshoot", " %", 2, |it| Ok(response(it)?.overshoot)),
-        quantity("settling_time_2", " s", 2, |it| {
-            time(response(it)?.settling_time)
-        }),
-        quantity("settling_time_5", " s", 2, |it| {
-            time(response(it)?.settling_time_5)
-        }),
-        quantity("steady_error", " m", 4, |it| Ok(response(it)?.steady_error)),
-        quantity("test_signal", "", 0, |it| {
-            let signal = it.summary.test_signal.as_deref();
-            Err(signal.unwrap_or("none").to_owned())
-        }),
-        quantity("pulses", "", 0, |it| Ok(it.summary.pulses as f64)),
-        quantity("held_ticks", "", 0, |it| Ok(it.summary.held_ticks as f64)),
-        quantity("pole_error", " %", 1, |it| {
-            let error = it
-                .summary
-                .pole_error()
-                .ok_or_else(|| "no model".to_owned())?;
-            // Beyond ten times the pole's magnitude the number says nothing.
-            (error <= 10.0)
-                .then_some(100.0 * error)
-                .ok_or_else(|| "more than 1000 %".to_owned())
-        }),
-    ]
-}
-
 /// Flights beside each other, a quantity a row; of two also the second less the first.
 #[must_use]
 pub fn comparison(flights: &[Flown]) -> Table {
@@ -212,10 +123,12 @@ pub fn comparison(flights: &[Flown]) -> Table {
     };
     let columns = [""].into_iter().chain(names);
     let mut table = Table::of(columns.chain(pair.map(|_| "difference")));
-    for quantity in quantities() {
-        let values = flights.iter().map(|it| quantity.text(it));
-        let difference = pair.map(|(first, second)| quantity.difference(first, second));
-        let name = [titles::name(quantity.field)].into_iter();
+    let quantities: Vec<_> = flights.iter().map(|it| it.summary.quantities()).collect();
+    for row in 0..quantities.first().map_or(0, Vec::len) {
+        let values: Vec<_> = quantities.iter().map(|it| &it[row]).collect();
+        let difference = pair.map(|_| values[1].less(values[0]));
+        let name = [titles::name(values[0].field)].into_iter();
+        let values = values.iter().map(|it| it.text());
         table.row(name.chain(values).chain(difference));
     }
     table
@@ -273,10 +186,9 @@ fn modes_table(flights: &[Flown]) -> Markup {
 
 fn poles_table(flown: &Flown) -> Markup {
     let summary = &flown.summary;
-    let gain = |g: Option<f64>| g.map_or_else(|| "none".into(), |g| format!("{g:.5}"));
-    let Some(found) = &summary.identified else {
+    if summary.identified.is_none() {
         return html! {};
-    };
+    }
     let truth = &summary.truth;
     let true_poles: Vec<String> = (truth.poles.iter().filter(|it| it.im >= 0.0))
         .map(|it| pair_text(*it, 4))
@@ -296,8 +208,9 @@ fn poles_table(flown: &Flown) -> Markup {
             p { "True poles in s [1/s]: " (true_poles.join(", ")) "." }
             div.scroll { table {
                 thead { tr { td {} th { "identified" } th { "true" } } }
-                tr { td { "first Markov parameter [1/s]" } td { (format!("{:.5}", found.first_markov_parameter)) } td { (format!("{:.5}", truth.first_markov_parameter)) } }
-                tr { td { "steady-state gain [1/s]" } td { (gain(found.steady_state_gain)) } td { (gain(truth.steady_state_gain)) } }
+                @for (name, found, truth) in summary.gains() {
+                    tr { td { (name) " [1/s]" } td { (found) } td { (truth) } }
+                }
             } }
             @if let Some(error) = summary.pole_error() {
                 p { "The dominant pole lies " (distance_text(error)) " of its magnitude from the true one ("

@@ -4,9 +4,8 @@
 //!
 //! - [`flights`]: a dive, or several beside each other; [`sweep`]: a sweep's cases.
 //! - [`fit`]: a model; [`compare`]: models beside each other; [`tables`]: the same as tables for a terminal.
-//! - [`book`]: the numbers of the reports.
+//! - [`book`]: the numbers of the reports. [`coefficients`]: a vehicle's, as tables for a terminal.
 //! - [`document`], [`figures`]: any other page, and the plots on it.
-//! - [`titles`]: the names of quantities for people.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use planesman_plot::{
@@ -15,13 +14,13 @@ use planesman_plot::{
 use planesman_text::shown;
 
 pub mod book;
+pub mod coefficients;
 pub mod compare;
 pub mod fit;
 pub mod flights;
 mod poles;
 pub mod sweep;
 pub mod tables;
-pub mod titles;
 
 /// Nothing is loaded from elsewhere, whatever should stand in a text.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; form-action 'none'";

@@ -11,7 +11,7 @@ use planesman_plot::{HeatMap, Plot, Style};
 use planesman_text::number;
 
 use super::{document, figure, heat_map};
-use crate::titles::title;
+use planesman_flight::titles::title;
 
 /// Points of the Pareto plot that are not on its front; of more, one in so many is drawn.
 const DRAWN: usize = 4000;

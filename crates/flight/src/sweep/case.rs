@@ -2,10 +2,11 @@
 
 use crate::error::Result;
 use planesman_control::gains::FIRST_PAIR;
-use planesman_linear::{Complex, StepMeter, StepMetrics};
-use planesman_msgs::planesman_msgs::msg::{ControlState, ModelEstimate};
+use planesman_linear::{Complex, StepMetrics};
+use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 
 use crate::compose::{Answers, Loop, Step};
+use crate::flight::{held, step_meter};
 use crate::model_summary::identified;
 use crate::parts::{Model, Parts};
 use crate::scenario::Scenario;
@@ -63,7 +64,7 @@ impl Metrics {
         let mut metrics = Self::default();
         let mut depths = Vec::with_capacity(scenario.ticks() as usize);
         // The depth held, and since which tick.
-        let mut held: Option<(f64, usize)> = None;
+        let mut since: Option<(f64, usize)> = None;
         let mut stood = 0.0;
         let mut due: Vec<Model> = Vec::new();
         while !flight.is_over() {
@@ -74,11 +75,7 @@ impl Metrics {
                 models,
                 ..
             } = answers;
-            let target = control.depth_target;
-            held = (control.mode == ControlState::MODE_DEPTH).then(|| {
-                held.filter(|(held, _)| *held == target)
-                    .unwrap_or((target, depths.len()))
-            });
+            since = held(since, &control, depths.len());
             depths.push(state.depth);
             for angle in &actuator.motion().dive_planes {
                 metrics.travel += (angle - stood).abs();
@@ -92,7 +89,7 @@ impl Metrics {
             }
         }
         metrics.model = last_valid(&mut due).or(metrics.model);
-        if let Some((setpoint, since)) = held {
+        if let Some((setpoint, since)) = since {
             metrics.setpoint = Some(setpoint);
             metrics.response = response(&depths, since, setpoint, scenario.tick)?;
         }
@@ -144,10 +141,9 @@ fn response(depths: &[f64], since: usize, setpoint: f64, tick: f64) -> Result<Op
     let Some(from) = depths.get(since) else {
         return Ok(None);
     };
-    if (setpoint - from).abs() <= 1e-6 {
+    let Some(mut meter) = step_meter(*from, setpoint, time(depths.len() - 1))? else {
         return Ok(None);
-    }
-    let mut meter = StepMeter::new(*from, setpoint, time(depths.len() - 1))?;
+    };
     for (k, depth) in depths.iter().enumerate().skip(since) {
         meter.take(time(k), *depth)?;
     }
