@@ -97,7 +97,7 @@ pub(crate) struct DiveRules {
 
 /// The setpoints and test signals at a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Asked {
+pub(crate) struct DiveSetpoints {
     /// The loops that are closed.
     pub mode: Mode,
     /// The depth to hold, m, in mode depth.
@@ -147,22 +147,22 @@ impl Autopilot {
     pub(crate) fn step(
         &mut self,
         (gains, rules): (&Gains, &DiveRules),
-        asked: Asked,
+        setpoints: DiveSetpoints,
         feedback: &Feedback,
         dt: f64,
         control: ControlState,
     ) -> ControlState {
-        let changed = self.changes_to(asked.mode);
+        let changed = self.changes_to(setpoints.mode);
         if changed {
             self.depth_setpoint = None;
             self.depth_derivative = Lag::default();
             self.depth_integral = Integral::default();
             self.pitch_integral = Integral::default();
         }
-        let control = match asked.mode {
+        let control = match setpoints.mode {
             Mode::Off | Mode::OpenLoop => control,
             Mode::Pitch => {
-                let command = gains.depth.pitch_limit.apply(asked.pitch);
+                let command = gains.depth.pitch_limit.apply(setpoints.pitch);
                 let outer = ControlState {
                     pitch_command: command.value,
                     pitch_command_limited: command.at_limit,
@@ -171,21 +171,21 @@ impl Autopilot {
                 self.pitch_law((gains, rules), feedback, dt, outer)
             }
             Mode::Depth => {
-                let outer = self.depth_law((gains, rules), asked.depth, feedback, dt, control);
+                let outer = self.depth_law((gains, rules), setpoints.depth, feedback, dt, control);
                 self.pitch_law((gains, rules), feedback, dt, outer)
             }
         };
         let law = control.planes_p + control.planes_rate + control.planes_i;
         self.transfer = match self.mode {
-            _ if asked.mode == Mode::Off || rules.transfer_time == 0.0 => 0.0,
+            _ if setpoints.mode == Mode::Off || rules.transfer_time == 0.0 => 0.0,
             Some(_) if changed => bounded(self.loops - law),
             _ => faded(self.transfer, rules.transfer_time, dt),
         };
-        self.mode = Some(asked.mode);
+        self.mode = Some(setpoints.mode);
         let loops = bounded(law + self.transfer);
-        let wanted = match asked.mode {
+        let wanted = match setpoints.mode {
             Mode::Off => 0.0,
-            _ => bounded(loops + asked.signal),
+            _ => bounded(loops + setpoints.signal),
         };
         let limited = rules.planes_limit.apply(wanted);
         // From within the limit, which may have been narrowed since the last tick.

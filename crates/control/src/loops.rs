@@ -12,7 +12,7 @@ use planesman_msgs::planesman_msgs::msg::{ControlState, PlaneCommand};
 
 use crate::allocation::Shared;
 use crate::angle_loop::short_way;
-use crate::autopilot::{Asked, Autopilot, Gains, Mode};
+use crate::autopilot::{Autopilot, DiveSetpoints, Gains, Mode};
 use crate::feedback::Feedback;
 use crate::limits::bounded;
 use crate::parameters::Config;
@@ -174,14 +174,15 @@ impl Loops {
         if mode != Mode::Off {
             control.identification = config.identification.value(tick.elapsed);
         }
-        let asked = Asked {
+        let setpoints = DiveSetpoints {
             mode,
             depth: control.depth_setpoint,
             pitch,
             signal: control.identification + manoeuvre,
         };
         let law = (gains, &config.dive);
-        self.autopilot.step(law, asked, feedback, tick.dt, control)
+        self.autopilot
+            .step(law, setpoints, feedback, tick.dt, control)
     }
 
     /// The depth to go to, m, and its source.

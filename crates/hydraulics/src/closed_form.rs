@@ -15,7 +15,7 @@ pub(crate) enum Quantity {
     Volume,
 }
 
-/// When a quantity's course turns: at `first` (s from the start) and then every `interval`,
+/// When a quantity turns: at `first` (s from the start) and then every `interval`,
 /// infinite where it does not.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Turns {
@@ -51,11 +51,15 @@ pub(crate) struct ClosedForm {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Law {
-    /// v = 0, V_e' = q - a V_e.
-    Stuck { q: f64, a: f64 },
-    /// v' = g - c v, V_e' = q - A_L v: the pressure is clamped.
-    Clamped { q: f64, g: f64, c: f64 },
-    /// V_e' = q - a V_e - A_L v, v' = b V_e - c v - f: the load rides on the oil.
+    /// v = 0, V_e' = q - a V_e: q is the net flow, a the leakage rate.
+    Stuck { flow: f64, leakage_rate: f64 },
+    /// v' = g - c v, V_e' = q - A_L v: the pressure is clamped; g is what it drives with, less friction, c the viscous rate.
+    Clamped {
+        flow: f64,
+        drive: f64,
+        viscous_rate: f64,
+    },
+    /// V_e' = q - a V_e - A_L v, v' = b V_e - c v - f: the load slides on oil that gives way.
     CompressibleSliding(CompressibleSliding),
 }
 
@@ -66,17 +70,26 @@ enum Law {
 /// the start, that it never exceeds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct CompressibleSliding {
-    q: f64,
-    a: f64,
-    b: f64,
-    c: f64,
-    f: f64,
+    /// q, m^3/s: net oil metered in.
+    flow: f64,
+    /// a = k beta/V, 1/s: how fast leakage empties the squeezed oil.
+    leakage_rate: f64,
+    /// b = A_L beta/(V M), 1/(m^2 s^2): the acceleration that a squeezed volume gives.
+    acceleration_per_oil: f64,
+    /// c = C/M, 1/s.
+    viscous_rate: f64,
+    /// f = s Delta F/M, m/s^2: what friction takes, against the direction s.
+    friction: f64,
+    /// -(a + c)/2, 1/s.
     mu: f64,
+    /// ((a - c)/2)^2 - A_L b, 1/s^2.
     spread: f64,
+    /// The root of its magnitude, 1/s.
     root: f64,
     /// 1/root.
     time: f64,
-    a_over_b: f64,
+    /// a/b, m^2 s.
+    leakage_over_acceleration: f64,
     /// 1/(A_L + a c/b).
     per_area: f64,
     steady_squeezed: f64,
@@ -89,35 +102,35 @@ impl ClosedForm {
     /// The motion from `start` in `mode` under the net metered flow `flow`, m^3/s.
     #[must_use]
     pub(crate) fn new(constants: &Constants, mode: Mode, flow: f64, start: State) -> Self {
-        let m = constants;
         let limited = mode.limited.is_some();
-        let (q, k) = if limited {
+        let (flow, leakage) = if limited {
             (0.0, 0.0)
         } else {
-            (flow, m.leakage)
+            (flow, constants.leakage)
         };
-        let held_pressure = mode.clamped.map(|side| side.sign() * m.clamp(side));
+        let held_pressure = mode.clamped.map(|side| side.sign() * constants.clamp(side));
         let law = match (mode.friction, held_pressure) {
             (FrictionState::Stuck | FrictionState::AtStop(_), None) => Law::Stuck {
-                q,
-                a: k * m.stiffness,
+                flow,
+                leakage_rate: leakage * constants.stiffness,
             },
             (FrictionState::Stuck | FrictionState::AtStop(_), Some(pressure)) => Law::Stuck {
-                q: q - k * pressure,
-                a: 0.0,
+                flow: flow - leakage * pressure,
+                leakage_rate: 0.0,
             },
             (FrictionState::Sliding(side), Some(pressure)) => Law::Clamped {
-                q: q - k * pressure,
-                g: (m.area * pressure - side.sign() * m.coulomb) / m.mass,
-                c: m.viscous / m.mass,
+                flow: flow - leakage * pressure,
+                drive: (constants.area * pressure - side.sign() * constants.coulomb)
+                    / constants.mass,
+                viscous_rate: constants.viscous / constants.mass,
             },
-            (FrictionState::Sliding(side), None) => {
-                Law::CompressibleSliding(CompressibleSliding::new(m, q, k, side, &start))
-            }
+            (FrictionState::Sliding(side), None) => Law::CompressibleSliding(
+                CompressibleSliding::new(constants, flow, leakage, side, &start),
+            ),
         };
         Self {
             start,
-            area: m.area,
+            area: constants.area,
             limited,
             law,
         }
@@ -128,16 +141,25 @@ impl ClosedForm {
     pub(crate) fn at(&self, t: f64) -> State {
         let start = &self.start;
         let (moved, velocity, squeezed_by) = match &self.law {
-            Law::Stuck { q, a } => (0.0, 0.0, (q - a * start.squeezed) * decayed(*a, t)),
-            Law::Clamped { q, g, c } => {
-                let final_velocity = g / c;
-                let velocity_change = (g - c * start.velocity) * decayed(*c, t);
+            Law::Stuck { flow, leakage_rate } => (
+                0.0,
+                0.0,
+                (flow - leakage_rate * start.squeezed) * decayed(*leakage_rate, t),
+            ),
+            Law::Clamped {
+                flow,
+                drive,
+                viscous_rate,
+            } => {
+                let final_velocity = drive / viscous_rate;
+                let velocity_change =
+                    (drive - viscous_rate * start.velocity) * decayed(*viscous_rate, t);
                 // x' = v and v' = g - c v give x = v_final t - (v - v_0)/c.
-                let moved = final_velocity * t - velocity_change / c;
+                let moved = final_velocity * t - velocity_change / viscous_rate;
                 (
                     moved,
                     start.velocity + velocity_change,
-                    q * t - self.area * moved,
+                    flow * t - self.area * moved,
                 )
             }
             Law::CompressibleSliding(law) => law.after(t, start, self.area),
@@ -190,28 +212,32 @@ impl ClosedForm {
     pub(crate) fn rates(&self, state: &State) -> (f64, f64) {
         let (v, w) = (state.velocity, state.squeezed);
         match &self.law {
-            Law::Stuck { q, a } => (0.0, q - a * w),
-            Law::Clamped { q, g, c } => (g - c * v, q - self.area * v),
+            Law::Stuck { flow, leakage_rate } => (0.0, flow - leakage_rate * w),
+            Law::Clamped {
+                flow,
+                drive,
+                viscous_rate,
+            } => (drive - viscous_rate * v, flow - self.area * v),
             Law::CompressibleSliding(law) => (
-                law.b * w - law.c * v - law.f,
-                law.q - law.a * w - self.area * v,
+                law.acceleration_per_oil * w - law.viscous_rate * v - law.friction,
+                law.flow - law.leakage_rate * w - self.area * v,
             ),
         }
     }
 
     /// A quantity and its rate of change `t` seconds after the start, SI.
     #[must_use]
-    pub(crate) fn course(&self, quantity: Quantity, t: f64) -> (f64, f64) {
-        self.course_at(quantity, &self.at(t))
+    pub(crate) fn value_and_rate(&self, quantity: Quantity, t: f64) -> (f64, f64) {
+        self.value_and_rate_in(quantity, &self.at(t))
     }
 
-    /// As [`ClosedForm::course`], at the start.
+    /// As [`ClosedForm::value_and_rate`], at the start.
     #[must_use]
-    pub(crate) fn course_at_start(&self, quantity: Quantity) -> (f64, f64) {
-        self.course_at(quantity, &self.start)
+    pub(crate) fn value_and_rate_at_start(&self, quantity: Quantity) -> (f64, f64) {
+        self.value_and_rate_in(quantity, &self.start)
     }
 
-    fn course_at(&self, quantity: Quantity, state: &State) -> (f64, f64) {
+    fn value_and_rate_in(&self, quantity: Quantity, state: &State) -> (f64, f64) {
         let (v_dot, w_dot) = self.rates(state);
         match quantity {
             Quantity::Position => (state.position, state.velocity),
@@ -228,22 +254,26 @@ impl ClosedForm {
         let start = &self.start;
         // The highest speed and the most that V_T changes in a second, then V_e's range.
         let (speeds, volume_rate, oil) = match &self.law {
-            Law::Stuck { q, a } => {
-                let rate = q - a * start.squeezed;
+            Law::Stuck { flow, leakage_rate } => {
+                let rate = flow - leakage_rate * start.squeezed;
                 let furthest = start.squeezed + rate * horizon;
                 ((0.0, 0.0), rate.abs(), (start.squeezed, furthest))
             }
-            Law::Clamped { q, g, c } => {
-                let speeds = (start.velocity, g / c);
+            Law::Clamped {
+                flow,
+                drive,
+                viscous_rate,
+            } => {
+                let speeds = (start.velocity, drive / viscous_rate);
                 let fastest = start.velocity.abs().max(speeds.1.abs());
-                let oil = (q.abs() + self.area * fastest) * horizon;
+                let oil = (flow.abs() + self.area * fastest) * horizon;
                 let oil = (start.squeezed - oil, start.squeezed + oil);
-                (speeds, q.abs(), oil)
+                (speeds, flow.abs(), oil)
             }
             Law::CompressibleSliding(law) => {
                 let (v, v_reach) = (law.steady_velocity, law.velocity_reach);
                 let (w, w_reach) = (law.steady_squeezed, law.squeezed_reach);
-                let volume_rate = law.q.abs() + law.a * (w.abs() + w_reach);
+                let volume_rate = law.flow.abs() + law.leakage_rate * (w.abs() + w_reach);
                 let oil = (w - w_reach, w + w_reach);
                 ((v - v_reach, v + v_reach), volume_rate, oil)
             }
@@ -258,7 +288,7 @@ impl ClosedForm {
     }
 
     /// When a quantity turns, where the closed form says it: all but position and volume of a
-    /// load that rides on the oil.
+    /// load in compressible sliding.
     #[must_use]
     pub(crate) fn turns(&self, quantity: Quantity) -> Option<Turns> {
         let start = &self.start;
@@ -267,19 +297,27 @@ impl ClosedForm {
                 Some(Turns::NONE)
             }
             // Where the speed, on its way from v_0 to g/c, passes 0 or q/A_L.
-            (Law::Clamped { q, g, c }, Quantity::Position | Quantity::Oil) => {
+            (
+                Law::Clamped {
+                    flow,
+                    drive,
+                    viscous_rate,
+                },
+                Quantity::Position | Quantity::Oil,
+            ) => {
                 let passes = match quantity {
-                    Quantity::Oil => q / self.area,
+                    Quantity::Oil => flow / self.area,
                     _ => 0.0,
                 };
-                let left = (g / c - passes) / (g / c - start.velocity);
-                Some(Turns::once(-left.ln() / c))
+                let left =
+                    (drive / viscous_rate - passes) / (drive / viscous_rate - start.velocity);
+                Some(Turns::once(-left.ln() / viscous_rate))
             }
             (Law::CompressibleSliding(law), Quantity::Speed | Quantity::Oil) => {
                 let (v_dot, w_dot) = self.rates(start);
                 let (v_dot_dot, w_dot_dot) = (
-                    law.b * w_dot - law.c * v_dot,
-                    -law.a * w_dot - self.area * v_dot,
+                    law.acceleration_per_oil * w_dot - law.viscous_rate * v_dot,
+                    -law.leakage_rate * w_dot - self.area * v_dot,
                 );
                 Some(match quantity {
                     Quantity::Oil => law.turns(w_dot, w_dot_dot),
@@ -294,7 +332,10 @@ impl ClosedForm {
     #[must_use]
     pub(crate) fn short_time(&self) -> f64 {
         match &self.law {
-            Law::CompressibleSliding(law) => 0.5 / (law.a * law.c + self.area * law.b).sqrt(),
+            Law::CompressibleSliding(law) => {
+                0.5 / (law.leakage_rate * law.viscous_rate + self.area * law.acceleration_per_oil)
+                    .sqrt()
+            }
             Law::Stuck { .. } | Law::Clamped { .. } => f64::INFINITY,
         }
     }
@@ -302,35 +343,35 @@ impl ClosedForm {
 
 impl CompressibleSliding {
     /// The law of a load sliding to `side` under the net flow `q`, leakage `k`.
-    fn new(m: &Constants, q: f64, k: f64, side: Side, start: &State) -> Self {
-        let a = k * m.stiffness;
-        let b = m.area * m.stiffness / m.mass;
-        let c = m.viscous / m.mass;
-        let f = side.sign() * m.coulomb / m.mass;
-        let half = 0.5 * (a - c);
-        let spread = half * half - m.area * b;
-        let a_over_b = a / b;
-        let per_area = 1.0 / (m.area + a_over_b * c);
-        let steady_velocity = (q - a_over_b * f) * per_area;
-        let steady_squeezed = (f + c * steady_velocity) / b;
+    fn new(constants: &Constants, flow: f64, leakage: f64, side: Side, start: &State) -> Self {
+        let leakage_rate = leakage * constants.stiffness;
+        let acceleration_per_oil = constants.area * constants.stiffness / constants.mass;
+        let viscous_rate = constants.viscous / constants.mass;
+        let friction = side.sign() * constants.coulomb / constants.mass;
+        let half = 0.5 * (leakage_rate - viscous_rate);
+        let spread = half * half - constants.area * acceleration_per_oil;
+        let leakage_over_acceleration = leakage_rate / acceleration_per_oil;
+        let per_area = 1.0 / (constants.area + leakage_over_acceleration * viscous_rate);
+        let steady_velocity = (flow - leakage_over_acceleration * friction) * per_area;
+        let steady_squeezed = (friction + viscous_rate * steady_velocity) / acceleration_per_oil;
         let (dv, dw) = (
             start.velocity - steady_velocity,
             start.squeezed - steady_squeezed,
         );
         let root = spread.abs().sqrt();
-        let velocity_per_oil = (m.stiffness / m.mass).sqrt();
+        let velocity_per_oil = (constants.stiffness / constants.mass).sqrt();
         let velocity_reach = dv.abs() + velocity_per_oil * dw.abs();
         Self {
-            q,
-            a,
-            b,
-            c,
-            f,
-            mu: -0.5 * (a + c),
+            flow,
+            leakage_rate,
+            acceleration_per_oil,
+            viscous_rate,
+            friction,
+            mu: -0.5 * (leakage_rate + viscous_rate),
             spread,
             root,
             time: 1.0 / root,
-            a_over_b,
+            leakage_over_acceleration,
             per_area,
             steady_squeezed,
             steady_velocity,
@@ -359,10 +400,10 @@ impl CompressibleSliding {
     /// exp(A t) = even I + odd (A - mu I), of A = [[-a, -A_L], [b, -c]].
     fn transition(&self, t: f64, area: f64) -> [[f64; 2]; 2] {
         let (even, odd) = self.exponentials(t);
-        let half = 0.5 * (self.c - self.a);
+        let half = 0.5 * (self.viscous_rate - self.leakage_rate);
         [
             [even + half * odd, -(area * odd)],
-            [self.b * odd, even - half * odd],
+            [self.acceleration_per_oil * odd, even - half * odd],
         ]
     }
 
@@ -370,7 +411,10 @@ impl CompressibleSliding {
     /// `V_e` eliminated.
     fn moved(&self, t: f64, before: [f64; 2], after: [f64; 2]) -> f64 {
         let [squeezed_by, velocity_change] = [after[0] - before[0], after[1] - before[1]];
-        (self.q * t - self.a_over_b * (velocity_change + self.f * t) - squeezed_by) * self.per_area
+        (self.flow * t
+            - self.leakage_over_acceleration * (velocity_change + self.friction * t)
+            - squeezed_by)
+            * self.per_area
     }
 
     /// When a quantity turns that starts with this rate and its derivative:
@@ -564,7 +608,9 @@ mod tests {
                 let (one, other) = motion.range(quantity, horizon);
                 let hair = 1e-12 * one.abs().max(other.abs());
                 for i in 0..=200 {
-                    let value = motion.course(quantity, f64::from(i) / 200.0 * horizon).0;
+                    let value = motion
+                        .value_and_rate(quantity, f64::from(i) / 200.0 * horizon)
+                        .0;
                     assert!(value >= one.min(other) - hair, "{name} {quantity:?}");
                     assert!(value <= one.max(other) + hair, "{name} {quantity:?}");
                 }
@@ -581,7 +627,7 @@ mod tests {
                 };
                 let step = 1.7e-5;
                 let rates: Vec<f64> = (0..=700)
-                    .map(|i| motion.course(quantity, f64::from(i) * step).1)
+                    .map(|i| motion.value_and_rate(quantity, f64::from(i) * step).1)
                     .collect();
                 // What has settled has only rounding left for a rate.
                 let hair = 1e-9 * rates.iter().fold(0.0f64, |most, rate| most.max(rate.abs()));

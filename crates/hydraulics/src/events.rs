@@ -128,7 +128,7 @@ impl Margin {
 
     /// The margin and its rate `t` seconds after the motion's start.
     fn at(&self, motion: &ClosedForm, t: f64) -> (f64, f64) {
-        let (value, rate) = motion.course(self.quantity, t);
+        let (value, rate) = motion.value_and_rate(self.quantity, t);
         (self.level + self.sign * value, self.sign * rate)
     }
 
@@ -147,7 +147,7 @@ impl Margin {
     /// As the deviations decay, a margin that falls at the start is lowest at its first turn, and
     /// one that rises at its second.
     fn first_zero_between(&self, motion: &ClosedForm, turns: Turns, horizon: f64) -> Option<f64> {
-        let rises = self.sign * motion.course_at_start(self.quantity).1 > 0.0;
+        let rises = self.sign * motion.value_and_rate_at_start(self.quantity).1 > 0.0;
         let second = turns.first + turns.interval;
         let (from, to) = if rises {
             (turns.first, second)

@@ -38,8 +38,20 @@ pub(crate) struct Tick<'a> {
     full_thrust: f64,
 }
 
-/// The state that is integrated, in the order of [`LIMITS`].
+/// The state that is integrated: a number at each of these places.
 type Vector = [f64; 11];
+
+const DISTANCE: usize = 0;
+const ACROSS: usize = 1;
+const DEPTH: usize = 2;
+const PITCH: usize = 3;
+const HEAVE: usize = 4;
+const PITCH_RATE: usize = 5;
+const SPEED: usize = 6;
+const ROLL: usize = 7;
+const ROLL_RATE: usize = 8;
+const YAW: usize = 9;
+const YAW_RATE: usize = 10;
 
 /// How the body's velocities change.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -208,11 +220,11 @@ impl<'a> Tick<'a> {
     pub(crate) fn acceleration(&self, body: &Body) -> Acceleration {
         let rotation = body.attitude().rotation();
         let [inputs] = self.inputs.over(0.0, 0.0, &[0.0]);
-        let [.., heave, pitch, surge, _, _, _, _] = self.rates(&inputs, &rotation, &vector(body));
+        let rates = self.rates(&inputs, &rotation, &vector(body));
         let mut found = Acceleration {
-            surge,
-            heave,
-            pitch,
+            surge: rates[SPEED],
+            heave: rates[HEAVE],
+            pitch: rates[PITCH_RATE],
             boundary: 0.0,
         };
         let (depth_limits, depth) = (self.motion.depth_limits, body.plane.depth);
@@ -229,7 +241,7 @@ impl<'a> Tick<'a> {
     #[inline(always)]
     fn rates(&self, inputs: &Positions, near: &Rotation, y: &Vector) -> Vector {
         let motion = self.motion;
-        let &[_, _, depth, _, w, q, speed, roll, roll_rate, yaw, yaw_rate] = y;
+        let (depth, speed, w, q) = (y[DEPTH], y[SPEED], y[HEAVE], y[PITCH_RATE]);
         let density = motion.vertical.environment.density;
         let driven;
         let (derivatives, surge) = match &motion.drive {
@@ -261,22 +273,17 @@ impl<'a> Tick<'a> {
             Some(axis) => (rate, axis.acceleration(AxisState { angle, rate }, u, delta)),
             None => (0.0, 0.0),
         };
-        let (roll_dot, roll_rate_dot) =
-            turning(&motion.roll, roll, roll_rate, inputs.roll_differential);
-        let (yaw_dot, yaw_rate_dot) = turning(&motion.yaw, yaw, yaw_rate, inputs.rudder);
-        [
-            x_dot + cx,
-            y_dot + cy,
-            z_dot + cz,
-            q,
-            w_dot,
-            q_dot,
-            surge,
-            roll_dot,
-            roll_rate_dot,
-            yaw_dot,
-            yaw_rate_dot,
-        ]
+        let mut dot = [0.0; 11];
+        (dot[DISTANCE], dot[ACROSS], dot[DEPTH]) = (x_dot + cx, y_dot + cy, z_dot + cz);
+        (dot[PITCH], dot[HEAVE], dot[PITCH_RATE], dot[SPEED]) = (q, w_dot, q_dot, surge);
+        (dot[ROLL], dot[ROLL_RATE]) = turning(
+            &motion.roll,
+            y[ROLL],
+            y[ROLL_RATE],
+            inputs.roll_differential,
+        );
+        (dot[YAW], dot[YAW_RATE]) = turning(&motion.yaw, y[YAW], y[YAW_RATE], inputs.rudder);
+        dot
     }
 
     fn depth_state(&self, y: &Vector) -> DepthState {
@@ -308,50 +315,38 @@ fn turned(near: &Rotation, y: &Vector) -> Rotation {
     }
 }
 
-const DEPTH: usize = 2;
-const PITCH: usize = 3;
-const HEAVE: usize = 4;
-const SPEED: usize = 6;
-const ROLL: usize = 7;
-const YAW: usize = 9;
-
 fn vector(body: &Body) -> Vector {
     let plane = body.plane;
-    [
-        plane.distance,
-        body.across,
-        plane.depth,
-        plane.pitch,
-        plane.heave,
-        plane.pitch_rate,
-        body.speed,
-        body.roll.angle,
-        body.roll.rate,
-        body.yaw.angle,
-        body.yaw.rate,
-    ]
+    let mut y = [0.0; 11];
+    (y[DISTANCE], y[ACROSS], y[DEPTH]) = (plane.distance, body.across, plane.depth);
+    (y[PITCH], y[HEAVE], y[PITCH_RATE]) = (plane.pitch, plane.heave, plane.pitch_rate);
+    y[SPEED] = body.speed;
+    (y[ROLL], y[ROLL_RATE]) = (body.roll.angle, body.roll.rate);
+    (y[YAW], y[YAW_RATE]) = (body.yaw.angle, body.yaw.rate);
+    y
 }
 
 fn body(y: &Vector) -> Body {
-    let &[distance, across, depth, pitch, heave, pitch_rate, speed, ..] = y;
-    let &[.., roll, roll_rate, yaw, yaw_rate] = y;
-    let turn = |angle, rate| AxisState { angle, rate };
+    let axis = |angle: usize, rate: usize| AxisState {
+        angle: y[angle],
+        rate: y[rate],
+    };
     Body {
         plane: State {
-            distance,
-            depth,
-            pitch,
-            heave,
-            pitch_rate,
+            distance: y[DISTANCE],
+            depth: y[DEPTH],
+            pitch: y[PITCH],
+            heave: y[HEAVE],
+            pitch_rate: y[PITCH_RATE],
         },
-        across,
-        speed,
-        roll: turn(roll, roll_rate),
-        yaw: turn(yaw, yaw_rate),
+        across: y[ACROSS],
+        speed: y[SPEED],
+        roll: axis(ROLL, ROLL_RATE),
+        yaw: axis(YAW, YAW_RATE),
     }
 }
 
-/// Beyond these the motion is no vehicle's, and the numbers are soon none.
+/// Beyond these, place by place, the motion is no vehicle's, and the numbers are soon none.
 static LIMITS: [(&str, f64); 11] = [
     ("distance [m]", 1e9),
     ("distance across [m]", 1e9),

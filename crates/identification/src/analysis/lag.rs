@@ -4,7 +4,7 @@
 //! squares S has `N ln(S / S_least)` above 3.84 lies outside the 95 % interval (profile likelihood; Wilks 1938). A
 //! delay below 0 is tried as well: at one, the output moves before its input.
 
-use crate::estimators::{Course, Error, Estimate, Search, radius_of_memory};
+use crate::estimators::{Error, Estimate, NormalEquations, Search, radius_of_memory};
 use crate::structure::Problem;
 use planesman_record::Run;
 
@@ -40,8 +40,8 @@ pub(super) fn lag(found: &Estimate, problem: &Problem<'_>) -> Option<Lag> {
     let chosen = i64::try_from(one.structure.delay).ok()?;
     let poles = &found.theta.as_slice()[found.layout.a()];
     let whitening = {
-        let course = Course::new(&one, &[1.0]);
-        course.whitening(&course.completed(poles, &course.whole())?)
+        let equations = NormalEquations::new(&one, &[1.0]);
+        equations.whitening(&equations.completed(poles, &equations.whole())?)
     };
     let last = one.runs[0]
         .outputs
@@ -55,16 +55,16 @@ pub(super) fn lag(found: &Estimate, problem: &Problem<'_>) -> Option<Lag> {
             inputs: &one.runs[0].inputs[ahead..last + ahead],
             outputs: &one.runs[0].outputs[..last],
         };
-        let course = Course::new(&of, &whitening);
-        let whole = course.whole();
+        let equations = NormalEquations::new(&of, &whitening);
+        let whole = equations.whole();
         let search = Search {
             steps: 20,
             enough: 1e-7,
             radius: radius_of_memory(last),
         };
         Some(
-            course
-                .minimised(course.completed(poles, &whole)?, &whole, search)?
+            equations
+                .minimised(equations.completed(poles, &whole)?, &whole, search)?
                 .1,
         )
     };

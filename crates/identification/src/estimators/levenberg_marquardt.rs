@@ -6,7 +6,7 @@
 //! ```
 //! (Levenberg 1944; Marquardt 1963, whose diagonal makes the step independent of the parameters'
 //! units.) Each step is a least-squares problem of its own, solved by QR, so nothing is squared.
-//! `Course` has a search of its own: it has the normal equations without the rows of psi, and holds poles within a radius.
+//! `NormalEquations` has a search of its own: it has the normal equations without the rows of psi, and holds poles within a radius.
 
 use nalgebra::{DMatrix, DVector};
 

@@ -8,9 +8,9 @@
 
 use nalgebra::DVector;
 
-use super::course::Course;
 use super::estimate::Estimate;
 use super::estimator::{Estimator, Recursive};
+use super::normal_equations::NormalEquations;
 use super::recursive::{self, Kind};
 use super::rows::regression;
 use super::simulator::Simulator;
@@ -36,11 +36,11 @@ impl Estimator for N4sid {
             "the record is too short, or its input too poor, for states of that order",
         );
         let a = poles(problem).ok_or(none.clone())?;
-        let course = Course::new(problem, &[1.0]);
-        let whole = course.whole();
+        let equations = NormalEquations::new(problem, &[1.0]);
+        let whole = equations.whole();
         let samples: usize = whole.iter().map(|part| part.samples.len()).sum();
         let a = drawn_within(&a, radius_of_memory(samples));
-        let theta = course.completed(&a, &whole).ok_or(none)?;
+        let theta = equations.completed(&a, &whole).ok_or(none)?;
         let simulator = Simulator::new(problem);
         let at = simulator.linearised(&theta);
         simulator.estimate(theta, &at)

@@ -1,9 +1,9 @@
 //! Output error and Box-Jenkins from poles that are known nearly.
 
-use super::course::{Course, Search};
 use super::estimate::Estimate;
 use super::estimator::{Estimator, Recursive};
 use super::levenberg_marquardt::minimise;
+use super::normal_equations::{NormalEquations, Search};
 use super::output_error::OutputError;
 use super::recursive::{self, Kind};
 use super::simulator::Simulator;
@@ -30,8 +30,8 @@ impl Estimator for WarmStarted {
     fn fit(&self, problem: &Problem<'_>) -> Result<Estimate> {
         let none =
             IdentificationError::Search("the search for the least output error found no minimum");
-        let course = Course::new(problem, &[1.0]);
-        let whole = course.whole();
+        let equations = NormalEquations::new(problem, &[1.0]);
+        let whole = equations.whole();
         let samples: usize = whole.iter().map(|part| part.samples.len()).sum();
         let search = Search {
             steps: STEPS,
@@ -40,9 +40,9 @@ impl Estimator for WarmStarted {
         };
         let mut theta = match self.poles.len() == problem.structure.poles {
             true => {
-                course
+                equations
                     .completed(&drawn_within(&self.poles, search.radius), &whole)
-                    .and_then(|start| course.minimised(start, &whole, search))
+                    .and_then(|start| equations.minimised(start, &whole, search))
                     .ok_or(none)?
                     .0
             }
@@ -50,8 +50,8 @@ impl Estimator for WarmStarted {
         };
         let mut d = vec![1.0];
         for _ in 0..if self.noise { ROUNDS } else { 0 } {
-            d = course.whitening(&theta);
-            let whitened = Course::new(problem, &d);
+            d = equations.whitening(&theta);
+            let whitened = NormalEquations::new(problem, &d);
             let Some((found, _)) = whitened.minimised(theta.clone(), &whitened.whole(), search)
             else {
                 break;

@@ -10,9 +10,9 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::coloured::whitening;
-use super::course::Signals;
 use super::estimate::{Error, Estimate};
 use super::levenberg_marquardt::{Linearised, unit_factor};
+use super::normal_equations::Signals;
 use super::rows::{freedom, samples_by_run};
 use crate::error::Result;
 use crate::structure::{Layout, Problem};

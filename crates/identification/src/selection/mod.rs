@@ -22,7 +22,7 @@ use nalgebra::{DMatrix, DVector};
 use planesman_linear::polynomial::{self, product};
 
 use crate::estimators::{
-    Course, Estimator, LeastSquares, Search, WarmStarted, held_within, independent_share,
+    Estimator, LeastSquares, NormalEquations, Search, WarmStarted, held_within, independent_share,
     lies_within, radius_of_memory,
 };
 use crate::states::poles_of_states;
@@ -394,7 +394,7 @@ impl Shared<'_> {
             }
             let problem = self.problem(structure(*order, delay));
             found.extend(self.arx(&problem));
-            let plain = Course::new(&problem, &[1.0]);
+            let plain = NormalEquations::new(&problem, &[1.0]);
             let Some(theta) = self.output_error(&problem, &plain, before.as_deref()) else {
                 continue;
             };
@@ -420,9 +420,9 @@ impl Shared<'_> {
             .min_by(|p, q| p.mean().total_cmp(&q.mean()));
         let share = best.and_then(|best| {
             let problem = self.problem(best.structure.clone());
-            let course = Course::new(&problem, &[1.0]);
-            let theta = course.completed(&best.poles, &course.whole())?;
-            Some(independent_share(&course.whitening(&theta)))
+            let equations = NormalEquations::new(&problem, &[1.0]);
+            let theta = equations.completed(&best.poles, &equations.whole())?;
+            Some(independent_share(&equations.whitening(&theta)))
         });
         (self.samples as f64 * share.unwrap_or(1.0)).max(MIN_EFFECTIVE_SAMPLES)
     }
@@ -452,11 +452,11 @@ impl Shared<'_> {
     fn output_error(
         &self,
         problem: &Problem<'_>,
-        course: &Course,
+        equations: &NormalEquations,
         before: Option<&[f64]>,
     ) -> Option<DVector<f64>> {
         let n = problem.structure.poles;
-        let whole = course.whole();
+        let whole = equations.whole();
         let of_equation = self.equation(problem, &self.products).map(|it| it.a);
         let longer = before.map(|a| {
             let mut longer = product(&monic(a), &[1.0, -0.5]);
@@ -473,15 +473,15 @@ impl Shared<'_> {
             .filter(|a| a.len() == n)
             .filter_map(|a| {
                 let a = held_within(&a, self.radius)?.unwrap_or(a);
-                let theta = course.completed(&a, &whole)?;
-                Some((course.total(&theta, &whole)?.cost, theta))
+                let theta = equations.completed(&a, &whole)?;
+                Some((equations.total(&theta, &whole)?.cost, theta))
             })
             .collect();
         starts.sort_by(|p, q| p.0.total_cmp(&q.0));
         starts.truncate(2);
         starts
             .into_iter()
-            .filter_map(|(_, start)| course.minimised(start, &whole, self.search(40)))
+            .filter_map(|(_, start)| equations.minimised(start, &whole, self.search(40)))
             .min_by(|p, q| p.1.total_cmp(&q.1))
             .map(|(theta, _)| theta)
     }
@@ -490,7 +490,7 @@ impl Shared<'_> {
     fn box_jenkins(
         &self,
         problem: &Problem<'_>,
-        plain: &Course,
+        plain: &NormalEquations,
         start: DVector<f64>,
     ) -> Option<Candidate> {
         let mut theta = start;
@@ -500,7 +500,7 @@ impl Shared<'_> {
             if d.len() == 1 {
                 break;
             }
-            let whitened = Course::new(problem, &d);
+            let whitened = NormalEquations::new(problem, &d);
             theta = whitened
                 .minimised(theta, &whitened.whole(), self.search(20))?
                 .0;
@@ -513,15 +513,15 @@ impl Shared<'_> {
     fn judged(
         &self,
         problem: &Problem<'_>,
-        plain: &Course,
-        noise: Option<(Course, Vec<f64>)>,
+        plain: &NormalEquations,
+        noise: Option<(NormalEquations, Vec<f64>)>,
         theta: &DVector<f64>,
     ) -> Option<Candidate> {
         let kind = match noise {
             None => Kind::OutputError,
             Some(_) => Kind::BoxJenkins,
         };
-        let (course, whitening) = match &noise {
+        let (equations, whitening) = match &noise {
             None => (plain, &[1.0][..]),
             Some((whitened, d)) => (whitened, d.as_slice()),
         };
@@ -532,7 +532,7 @@ impl Shared<'_> {
         let mut refitted = Vec::new();
         for fold in 0..self.folds.count() {
             let kept = self.folds.kept(fold, lead);
-            let (found, _) = course.minimised(theta.clone(), &kept, self.search(3))?;
+            let (found, _) = equations.minimised(theta.clone(), &kept, self.search(3))?;
             let model = Fold {
                 a: &found.as_slice()[layout.a()],
                 numerator: &|run| &found.as_slice()[layout.b(run)],

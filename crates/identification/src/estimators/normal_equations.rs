@@ -69,7 +69,7 @@ impl Signals {
 }
 
 /// The records, ready to be gone through with any parameters.
-pub(crate) struct Course {
+pub(crate) struct NormalEquations {
     layout: Layout,
     signals: Vec<Signals>,
     /// Samples at the beginning of each record whose whitened residual needs values before it.
@@ -92,7 +92,7 @@ pub(crate) struct Total {
     pub(crate) cost: f64,
 }
 
-impl Course {
+impl NormalEquations {
     /// The records of a problem, the residual whitened by `1, d1, ..., dk`; `[1]` leaves it.
     pub(crate) fn new(problem: &Problem<'_>, whitening: &[f64]) -> Self {
         Self {
