@@ -16,7 +16,7 @@ use planesman_flight::nodes::NODES;
 use planesman_flight::scenario::Scenario;
 use planesman_flight::sink::{full_name, write_text};
 use planesman_flight::summary::Summary;
-use planesman_pages::flights::{self, Count, Flown};
+use planesman_pages::flights::{self, Count, Flown, published_and_lost};
 
 /// The folder of one flight.
 #[derive(Clone, Debug)]
@@ -241,20 +241,14 @@ pub struct Loss {
 
 impl Loss {
     pub(crate) fn of(counts: &BTreeMap<String, Count>) -> Option<Self> {
-        let known = || {
-            let known =
-                |(topic, count): (_, &Count)| Some((topic, count.published?, count.recorded));
-            counts.iter().filter_map(known)
-        };
-        let missing = known().filter(|(_, published, recorded)| published > recorded);
-        let topics: BTreeMap<String, (u64, u64)> = missing
-            .map(|(topic, published, recorded)| {
-                (String::clone(topic), (published - recorded, published))
-            })
-            .collect();
+        let lost = counts.iter().filter_map(|(topic, count)| {
+            let missing = count.lost().filter(|it| *it > 0)?;
+            Some((topic.clone(), (missing, count.published?)))
+        });
+        let topics: BTreeMap<String, (u64, u64)> = lost.collect();
         (!topics.is_empty()).then(|| Self {
             topics,
-            published: known().map(|(_, published, _)| published).sum(),
+            published: published_and_lost(counts).0,
         })
     }
 }
@@ -305,20 +299,15 @@ fn published(path: &Path) -> Option<BTreeMap<String, u64>> {
 fn count_table(counts: &BTreeMap<String, Count>) -> String {
     let width = counts.keys().map(String::len).max().unwrap_or(0).max(5);
     let mut out = format!("{:width$}  published  in the bag  lost\n", "Topic");
-    let mut lost = 0;
     for (topic, count) in counts {
-        let (published, missing) = match count.published {
-            Some(n) => (n.to_string(), n.saturating_sub(count.recorded).to_string()),
-            None => ("-".to_owned(), "-".to_owned()),
-        };
-        lost += count
-            .published
-            .map_or(0, |n| n.saturating_sub(count.recorded));
+        let text = |n: Option<u64>| n.map_or_else(|| "-".to_owned(), |it| it.to_string());
+        let (published, missing) = (text(count.published), text(count.lost()));
         out += &format!(
             "{topic:width$}  {published:>9}  {:>10}  {missing:>4}\n",
             count.recorded
         );
     }
+    let (_, lost) = published_and_lost(counts);
     out + &format!("{:width$}  {:>9}  {:>10}  {lost:>4}\n", "all", "", "")
 }
 

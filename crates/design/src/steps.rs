@@ -12,7 +12,7 @@ use planesman_control::gains::LoopGains;
 use planesman_flight::compose::Loop;
 use planesman_flight::scenario::Scenario;
 use planesman_hydraulics::ActuatorParameters;
-use planesman_linear::step_metrics;
+use planesman_linear::StepMetrics;
 use planesman_pages::{document, figures};
 use planesman_plot::{Plot, Series, Style};
 use planesman_text::number;
@@ -302,7 +302,7 @@ parameters:
                 stood = *angle;
             }
         }
-        let metrics = step_metrics::of(&times, &depths, 0.0, self.step)?;
+        let metrics = StepMetrics::of(&times, &depths, 0.0, self.step)?;
         Ok(Outcome {
             overshoot: metrics.overshoot,
             settling: metrics.settling_time_5,

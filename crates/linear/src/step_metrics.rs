@@ -58,14 +58,6 @@ impl StepMetrics {
     }
 }
 
-/// As [`StepMetrics::of`].
-///
-/// # Errors
-/// Those of [`StepMetrics::of`].
-pub fn of(times: &[f64], values: &[f64], from: f64, to: f64) -> Result<StepMetrics, Error> {
-    StepMetrics::of(times, values, from, to)
-}
-
 /// A response measured sample by sample, in memory that does not grow with it.
 #[derive(Clone, Debug)]
 pub struct StepMeter {
@@ -259,7 +251,7 @@ mod tests {
     #[test]
     fn a_first_order_lag_rises_in_2_2_and_settles_in_3_9_time_constants() {
         let (times, values) = sampled(20.0, |t| 1.0 - (-t).exp());
-        let metrics = of(&times, &values, 0.0, 1.0).unwrap();
+        let metrics = StepMetrics::of(&times, &values, 0.0, 1.0).unwrap();
         assert!((metrics.rise_time.unwrap() - 9f64.ln()).abs() < 1e-5);
         assert!((metrics.settling_time.unwrap() - 50f64.ln()).abs() < 1e-5);
         assert!((metrics.settling_time_5.unwrap() - 20f64.ln()).abs() < 1e-5);
@@ -275,7 +267,7 @@ mod tests {
             1.0 - (-damping * t).exp()
                 * ((damped * t).cos() + damping / damped * (damped * t).sin())
         });
-        let metrics = of(&times, &values, 0.0, 1.0).unwrap();
+        let metrics = StepMetrics::of(&times, &values, 0.0, 1.0).unwrap();
         let expected = 100.0 * (-std::f64::consts::PI * damping / damped).exp();
         assert!((metrics.overshoot - expected).abs() < 1e-4);
     }
@@ -284,8 +276,8 @@ mod tests {
     fn a_step_down_has_the_metrics_of_the_step_up() {
         let (times, up) = sampled(10.0, |t| 1.0 - (-t).exp() * (2.0 * t).cos());
         let down: Vec<f64> = up.iter().map(|y| 5.0 - 3.0 * y).collect();
-        let a = of(&times, &up, 0.0, 1.0).unwrap();
-        let b = of(&times, &down, 5.0, 2.0).unwrap();
+        let a = StepMetrics::of(&times, &up, 0.0, 1.0).unwrap();
+        let b = StepMetrics::of(&times, &down, 5.0, 2.0).unwrap();
         assert!((a.overshoot - b.overshoot).abs() < 1e-9);
         assert!((a.rise_time.unwrap() - b.rise_time.unwrap()).abs() < 1e-9);
         assert!((a.settling_time.unwrap() - b.settling_time.unwrap()).abs() < 1e-9);
@@ -296,14 +288,14 @@ mod tests {
     fn a_first_order_lag_of_one_second_has_an_itae_of_one() {
         // int t e^(-t) dt = 1
         let (times, values) = sampled(20.0, |t| 1.0 - (-t).exp());
-        let metrics = of(&times, &values, 0.0, 1.0).unwrap();
+        let metrics = StepMetrics::of(&times, &values, 0.0, 1.0).unwrap();
         assert!((metrics.itae - 1.0).abs() < 1e-3, "{}", metrics.itae);
     }
 
     #[test]
     fn a_response_that_never_arrives_has_no_rise_and_no_settling_time() {
         let (times, values) = sampled(1.0, |t| 0.5 * t);
-        let metrics = of(&times, &values, 0.0, 1.0).unwrap();
+        let metrics = StepMetrics::of(&times, &values, 0.0, 1.0).unwrap();
         assert_eq!(metrics.rise_time, None);
         assert_eq!(metrics.settling_time, None);
         assert!((metrics.steady_error - (1.0 - 0.475)).abs() < 1e-9);
@@ -311,23 +303,23 @@ mod tests {
 
     #[test]
     fn a_response_at_its_level_from_the_start_has_settled() {
-        let metrics = of(&[0.0, 1.0], &[1.0, 1.0], 0.0, 1.0).unwrap();
+        let metrics = StepMetrics::of(&[0.0, 1.0], &[1.0, 1.0], 0.0, 1.0).unwrap();
         assert_eq!(metrics.rise_time, Some(0.0));
         assert_eq!(metrics.settling_time, Some(0.0));
     }
 
     #[test]
     fn what_is_no_step_response_is_refused() {
-        assert!(of(&[], &[], 0.0, 1.0).is_err());
-        assert!(of(&[0.0], &[], 0.0, 1.0).is_err());
-        assert!(of(&[0.0, 0.0], &[0.0, 1.0], 0.0, 1.0).is_err());
-        assert!(of(&[0.0, 1.0], &[0.0, f64::NAN], 0.0, 1.0).is_err());
-        assert!(of(&[0.0, 1.0], &[0.0, 1.0], 1.0, 1.0).is_err());
+        assert!(StepMetrics::of(&[], &[], 0.0, 1.0).is_err());
+        assert!(StepMetrics::of(&[0.0], &[], 0.0, 1.0).is_err());
+        assert!(StepMetrics::of(&[0.0, 0.0], &[0.0, 1.0], 0.0, 1.0).is_err());
+        assert!(StepMetrics::of(&[0.0, 1.0], &[0.0, f64::NAN], 0.0, 1.0).is_err());
+        assert!(StepMetrics::of(&[0.0, 1.0], &[0.0, 1.0], 1.0, 1.0).is_err());
     }
 
     #[test]
     fn figures_beyond_all_numbers_are_refused() {
-        assert!(of(&[0.0, 1.0], &[0.0, 1e308], 0.0, 1.0).is_err());
+        assert!(StepMetrics::of(&[0.0, 1.0], &[0.0, 1e308], 0.0, 1.0).is_err());
     }
 
     #[test]
@@ -342,7 +334,7 @@ mod tests {
         meter.take(2.0, 1.0).unwrap();
         assert_eq!(
             meter.metrics().unwrap(),
-            of(&[0.0, 1.0, 2.0], &[0.0, 1.0, 1.0], 0.0, 1.0).unwrap()
+            StepMetrics::of(&[0.0, 1.0, 2.0], &[0.0, 1.0, 1.0], 0.0, 1.0).unwrap()
         );
     }
 }

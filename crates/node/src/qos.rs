@@ -120,18 +120,6 @@ impl Qos {
         self.follows_one
     }
 
-    /// Whether lost samples are sent again.
-    #[must_use]
-    pub fn is_reliable(&self) -> bool {
-        self.reliable
-    }
-
-    /// Whether late joiners get earlier samples.
-    #[must_use]
-    pub fn is_latched(&self) -> bool {
-        self.latched
-    }
-
     /// The history depth.
     #[must_use]
     pub fn depth(&self) -> usize {

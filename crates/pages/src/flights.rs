@@ -25,6 +25,23 @@ pub struct Count {
     pub recorded: u64,
 }
 
+impl Count {
+    /// Messages that were published and are not in the bag, `None` when nobody said how many were.
+    #[must_use]
+    pub fn lost(&self) -> Option<u64> {
+        Some(self.published?.saturating_sub(self.recorded))
+    }
+}
+
+/// Messages that were published on all topics, and those of them that are not in the bag; of topics whose publisher says so.
+#[must_use]
+pub fn published_and_lost(counts: &BTreeMap<String, Count>) -> (u64, u64) {
+    let known = counts.values().filter_map(|it| it.published.zip(it.lost()));
+    known.fold((0, 0), |sum: (u64, u64), it| {
+        (sum.0.saturating_add(it.0), sum.1.saturating_add(it.1))
+    })
+}
+
 /// A flight with what is known of it.
 #[derive(Clone, Debug)]
 pub struct Flown {
@@ -102,11 +119,7 @@ fn conclusions(flown: &Flown, alone: bool) -> Markup {
 
 /// Whether the bag has every message that was published; `None` when nobody counted them.
 fn lacking(counts: &BTreeMap<String, Count>) -> Option<String> {
-    let known = || counts.values().filter_map(|it| Some((it.published?, it)));
-    let published = known().fold(0, |sum: u64, (it, _)| sum.saturating_add(it));
-    let lacks = known().fold(0, |sum: u64, (it, count)| {
-        sum.saturating_add(it.saturating_sub(count.recorded))
-    });
+    let (published, lacks) = published_and_lost(counts);
     (published > 0).then(|| match lacks {
         0 => format!("The bag has all {published} messages that were published."),
         lacks => format!("The bag lacks {lacks} of {published} messages that were published."),
@@ -221,7 +234,6 @@ fn poles_table(flown: &Flown) -> Markup {
 }
 
 fn count_table(counts: &BTreeMap<String, Count>) -> Markup {
-    let lost = |count: &Count| Some(count.published?.saturating_sub(count.recorded));
     html! {
         details {
             summary { "Messages" }
@@ -232,7 +244,7 @@ fn count_table(counts: &BTreeMap<String, Count>) -> Markup {
                         td { (topic) }
                         td { (count.published.map_or_else(|| "–".into(), |p| p.to_string())) }
                         td { (count.recorded) }
-                        td { (lost(count).map_or_else(|| "–".into(), |lost| lost.to_string())) }
+                        td { (count.lost().map_or_else(|| "–".into(), |lost| lost.to_string())) }
                     }
                 }
             } }

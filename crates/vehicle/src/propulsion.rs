@@ -75,29 +75,6 @@ impl Propulsion {
         self.drag(self.design_speed)
     }
 
-    /// The speed \[m/s\] at which the drag takes up a share of full thrust; 0 for none.
-    #[must_use]
-    pub fn balanced_speed(&self, thrust: f64) -> f64 {
-        let wanted = thrust * self.full_thrust();
-        if wanted <= 0.0 {
-            return 0.0;
-        }
-        // The drag grows with the speed: halve an interval that holds it.
-        let (mut low, mut high) = (0.0, self.design_speed);
-        while self.drag(high) < wanted {
-            high *= 2.0;
-        }
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            if self.drag(middle) < wanted {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        0.5 * (low + high)
-    }
-
     /// `U'` \[m/s^2\] at a speed \[m/s\] under a thrust \[N\], for a vehicle of `mass` \[kg\] with
     /// `k` U^2 \[N\] of further drag. At rest a thrust backwards moves nothing.
     #[must_use]
@@ -137,12 +114,5 @@ mod tests {
         // in their place the thesis prints 5.8 W and 5.59 W come out.
         let watts = propulsion().power(5.0 * FOOT);
         assert!((4.8..5.6).contains(&watts), "{watts}");
-    }
-
-    #[test]
-    fn the_speed_that_full_thrust_balances_is_the_design_speed() {
-        let p = propulsion();
-        assert!((p.balanced_speed(1.0) - p.design_speed).abs() < 1e-12);
-        assert_eq!(p.balanced_speed(0.0), 0.0);
     }
 }

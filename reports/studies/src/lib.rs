@@ -1,6 +1,6 @@
 //! The digital hydraulic actuator in the loops of both reports: what `planesman dha` prints.
 //!
-//! - [`bench`], [`frequency`], [`sizes`]: tables of the 1966 study, frequency responses and sizes, as text.
+//! - [`mod@bench`], [`frequency`], [`sizes`]: tables of the 1966 study, frequency responses and sizes, as text.
 //! - [`depth_loop`], [`limit_cycles`]: the thesis' depth loop through the actuator, and its limit cycles.
 
 pub mod bench;

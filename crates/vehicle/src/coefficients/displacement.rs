@@ -12,12 +12,6 @@ pub fn wedge_volume(length: f64, breadth: f64, depth: f64) -> f64 {
     0.5 * length * breadth * depth
 }
 
-/// Volume \[m^3\] of a prismatoid: `h (A1 + 4 M + A2) / 6` with the areas of both ends and the middle.
-#[must_use]
-pub fn prismatoid_volume(height: f64, end: f64, middle: f64, other_end: f64) -> f64 {
-    height * (end + 4.0 * middle + other_end) / 6.0
-}
-
 /// Displaced weight \[N\] of `volume` \[m^3\] in water of `specific_weight` \[N/m^3\].
 #[must_use]
 pub fn displaced_weight(volume: f64, specific_weight: f64) -> f64 {
@@ -34,14 +28,4 @@ pub fn volume_of_weight(weight: f64, specific_weight: f64) -> f64 {
 #[must_use]
 pub fn prismatic_coefficient(volume: f64, section: f64, length: f64) -> f64 {
     volume / (section * length)
-}
-
-#[cfg(test)]
-mod tests {
-    #[test]
-    fn a_prismatoid_of_equal_sections_is_a_box() {
-        let area = 0.3 * 0.2;
-        let volume = super::prismatoid_volume(0.7, area, area, area);
-        assert!((volume - super::box_volume(0.7, 0.3, 0.2)).abs() < 1e-15);
-    }
 }
