@@ -280,7 +280,7 @@ def transfer_function(
     pitch_rate goes with `output` depth only.
     """
     options = {"input": input, "output": output, "speed": speed, "rate": rate, "base": base}
-    about, continuous, sampled = _native.transfer_function(path_text(vehicle), keywords(options))
+    about, continuous, sampled = _native.transfer_function(text(path_text(vehicle)), keywords(options))
     num, den, sampled_num, sampled_den = map(np.array, continuous + sampled)
     return TransferFunction(num, den, sampled_num, sampled_den, 1.0 / rate, about, input, output)
 
