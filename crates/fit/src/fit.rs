@@ -221,7 +221,7 @@ mod tests {
 
     /// y = 0.9 y before + 0.2 u before, u a square wave and a sine.
     fn columns() -> Vec<(String, Vec<f64>)> {
-        let square = |k: u32| f64::from(u8::from(k / 15 % 2 == 0));
+        let square = |k: u32| f64::from(u8::from((k / 15).is_multiple_of(2)));
         let u: Vec<f64> = (0..400)
             .map(|k| square(k) + 0.1 * f64::from(k).sin())
             .collect();

@@ -524,7 +524,8 @@ mod tests {
         };
         let unread = refusal(&|_| ());
         assert!(unread.contains("/no/such/bag"), "{unread}");
-        let cases: [(&dyn Fn(&mut FitOptions), &str); 12] = [
+        type Case<'a> = (&'a dyn Fn(&mut FitOptions), &'a str);
+        let cases: [Case<'_>; 12] = [
             (
                 &|it| it.structure.numerator = Some(2),
                 "not provided: --order",
