@@ -11,7 +11,7 @@ use clap::Args;
 use planesman_linear::{Complex, Domain, TransferFunction};
 use planesman_units::FOOT;
 use planesman_vehicle::linearised::Output;
-use planesman_vehicle::transfer::{self, Input, Models, RATES, SPEEDS, monic, tidy, trimmed_num};
+use planesman_vehicle::transfer::{self, Input, Models, RATES, SPEEDS};
 use planesman_vehicle::vehicle_file;
 
 use crate::arguments::{choice, speed, within};
@@ -116,7 +116,7 @@ fn as_printed(args: &TfArgs) -> Result<Models> {
         heading: format!("brunner as printed: {name}, U = {feet_per_second:.4} ft/s"),
         continuous,
         frequency: "U/L",
-        sampled: tidy(sampled),
+        sampled: sampled.without_rounding(),
         sampling: format!("T = {SAMPLING_TIME} L/U, which it takes for seconds"),
         remarks,
     })
@@ -145,7 +145,7 @@ fn text(models: &Models) -> Result<String> {
 
 /// Coefficients from the highest power, then zeros, poles and the gain beside them.
 fn describe(text: &mut String, g: &TransferFunction) -> Result<()> {
-    let g = trimmed_num(&monic(g.clone()));
+    let g = g.monic();
     writeln!(text, "  num      {}", list(&g.num, |c| Number(*c)))?;
     writeln!(text, "  den      {}", list(&g.den, |c| Number(*c)))?;
     writeln!(text, "  zeros    {}", list(&g.zeros()?, |z| Root(*z)))?;

@@ -335,7 +335,7 @@ impl RecursionOptions {
     fn options(&self, asked: MethodChoice) -> Result<Recursion, FitError> {
         let given = self.forgetting.or(self.initial_covariance);
         match asked {
-            MethodChoice::One(method) if given.is_some() && !is_recursive(method) => {
+            MethodChoice::One(method) if given.is_some() && !method.is_recursive() => {
                 return Err(FitError::NotRecursive(method));
             }
             _ => {}
@@ -351,17 +351,6 @@ impl RecursionOptions {
             ..defaults
         })
     }
-}
-
-/// Whether a method learns a sample at a time, by forgetting factor and covariance.
-fn is_recursive(method: Method) -> bool {
-    matches!(
-        method,
-        Method::RecursiveLeastSquares
-            | Method::ExtendedLeastSquares
-            | Method::RecursivePredictionError
-            | Method::RecursiveOutputError
-    )
 }
 
 impl SignalOptions {

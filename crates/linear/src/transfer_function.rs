@@ -127,6 +127,41 @@ impl TransferFunction {
         Ok(output)
     }
 
+    /// The same with 1 as the denominator's first coefficient, and without the numerator's leading zeros.
+    #[must_use]
+    pub fn monic(&self) -> Self {
+        let lead = self.den[0];
+        let divided = |c: &[f64]| c.iter().map(|c| c / lead).collect();
+        Self {
+            num: divided(self.trimmed_num()),
+            den: divided(&self.den),
+        }
+        .or_zero()
+    }
+
+    /// The same with coefficients that are 0 but for rounding set to 0, and without the numerator's leading zeros.
+    #[must_use]
+    pub fn without_rounding(mut self) -> Self {
+        for polynomial in [&mut self.num, &mut self.den] {
+            let largest = polynomial.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
+            for c in polynomial.iter_mut() {
+                if c.abs() < 1e-14 * largest {
+                    *c = 0.0;
+                }
+            }
+        }
+        self.num = self.trimmed_num().to_vec();
+        self.or_zero()
+    }
+
+    /// With the numerator 0 where none is left.
+    fn or_zero(mut self) -> Self {
+        if self.num.is_empty() {
+            self.num.push(0.0);
+        }
+        self
+    }
+
     /// The numerator without its leading zeros.
     pub(crate) fn trimmed_num(&self) -> &[f64] {
         let zeros = self.num.iter().take_while(|&&b| b == 0.0).count();

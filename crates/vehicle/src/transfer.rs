@@ -101,7 +101,7 @@ pub fn models(
     let of = |output| {
         linearised::response(&derivatives, output)
             .and_then(|s| s.transfer_function(0, 0))
-            .map(tidy)
+            .map(TransferFunction::without_rounding)
             .map_err(refused)
     };
     let (continuous, sampled, unit) = match (input, output) {
@@ -110,17 +110,17 @@ pub fn models(
                 .and_then(|s| s.zero_order_hold(dt))
                 .and_then(|s| s.transfer_function(0, 0))
                 .map_err(refused)?;
-            (of(output)?, tidy(sampled), output.unit())
+            (of(output)?, sampled.without_rounding(), output.unit())
         }
         (Input::PitchRate, Output::Depth) => {
             // z / q = (z / delta) / (q / delta): both have the same denominator but for an s.
             let mut den = of(Output::PitchRate)?.num;
             den.push(0.0);
-            let g = TransferFunction::new(of(Output::Depth)?.num, trimmed(den))
+            let g = TransferFunction::new(of(Output::Depth)?.num, den)
                 .map_err(|_| TransferError::NoEffect)?;
-            let g = monic(g);
-            let sampled = trimmed_num(&g).zero_order_hold(dt).map_err(refused)?;
-            (g, tidy(sampled), "m s/rad")
+            let g = g.monic();
+            let sampled = g.zero_order_hold(dt).map_err(refused)?;
+            (g, sampled.without_rounding(), "m s/rad")
         }
         (Input::PitchRate, _) => return Err(TransferError::NotAnInput),
     };
@@ -152,44 +152,5 @@ fn operating_point(level: Option<LevelFlight>) -> String {
             level.planes.to_degrees()
         ),
         None => "about zero pitch: at this speed the vehicle has no trim".to_owned(),
-    }
-}
-
-/// Coefficients that are zero but for rounding, set to zero.
-#[must_use]
-pub fn tidy(mut g: TransferFunction) -> TransferFunction {
-    for polynomial in [&mut g.num, &mut g.den] {
-        let largest = polynomial.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
-        for c in polynomial.iter_mut() {
-            if c.abs() < 1e-14 * largest {
-                *c = 0.0;
-            }
-        }
-    }
-    trimmed_num(&g)
-}
-
-fn trimmed(polynomial: Vec<f64>) -> Vec<f64> {
-    polynomial.into_iter().skip_while(|c| *c == 0.0).collect()
-}
-
-/// Without the numerator's leading zeros.
-#[must_use]
-pub fn trimmed_num(g: &TransferFunction) -> TransferFunction {
-    let num = trimmed(g.num.clone());
-    TransferFunction {
-        num: if num.is_empty() { vec![0.0] } else { num },
-        den: g.den.clone(),
-    }
-}
-
-/// With 1 as the denominator's first coefficient.
-#[must_use]
-pub fn monic(g: TransferFunction) -> TransferFunction {
-    let lead = g.den[0];
-    let divided = |c: Vec<f64>| c.into_iter().map(|c| c / lead).collect();
-    TransferFunction {
-        num: divided(g.num),
-        den: divided(g.den),
     }
 }

@@ -151,6 +151,18 @@ impl Method {
         matches!(self, Self::Vehicle | Self::Kalman)
     }
 
+    /// Whether it learns a sample at a time, by forgetting factor and covariance.
+    #[must_use]
+    pub fn is_recursive(self) -> bool {
+        matches!(
+            self,
+            Self::RecursiveLeastSquares
+                | Self::ExtendedLeastSquares
+                | Self::RecursivePredictionError
+                | Self::RecursiveOutputError
+        )
+    }
+
     /// The estimator, with its prior knowledge.
     #[must_use]
     pub fn estimator(self, knowledge: &Knowledge) -> Box<dyn Estimator> {
