@@ -1,4 +1,4 @@
-//! Signals: single numbers of messages and CSV files on one uniform grid, offline or live.
+#![doc = include_str!("../README.md")]
 //!
 //! ```text
 //! Source (bag, CSV table, ULog, columns) -> Resampler -> Record        messages -> LiveGrid -> Aligner -> Sample
