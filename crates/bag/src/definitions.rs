@@ -12,6 +12,7 @@ use std::{
 
 use crate::{
     Topic, TopicKind,
+    defect::Defect,
     fields::{self, op},
     qos,
 };
@@ -110,7 +111,7 @@ impl Definitions {
     }
 
     /// Takes a schema or channel record. A number once given keeps its meaning.
-    pub(crate) fn take(&mut self, opcode: u8, body: &[u8]) -> Result<(), String> {
+    pub(crate) fn take(&mut self, opcode: u8, body: &[u8]) -> Result<(), Defect> {
         if opcode == op::SCHEMA {
             self.take_schema(&fields::Schema::read(body)?)
         } else {
@@ -125,7 +126,7 @@ impl Definitions {
         left.is_some()
     }
 
-    fn take_schema(&mut self, given: &fields::Schema<'_>) -> Result<(), String> {
+    fn take_schema(&mut self, given: &fields::Schema<'_>) -> Result<(), Defect> {
         match self.schemas.get(&given.id) {
             Some(None) => return Ok(()),
             Some(Some(known)) => {
@@ -135,7 +136,7 @@ impl Definitions {
                 return if is_same {
                     Ok(())
                 } else {
-                    Err(format!("schema {} has two meanings", given.id))
+                    Err(Defect::Schema(given.id))
                 };
             }
             None => {}
@@ -152,8 +153,8 @@ impl Definitions {
         Ok(())
     }
 
-    fn take_channel(&mut self, given: &fields::Channel<'_>) -> Result<(), String> {
-        let two_meanings = || Err(format!("channel {} has two meanings", given.id));
+    fn take_channel(&mut self, given: &fields::Channel<'_>) -> Result<(), Defect> {
+        let two_meanings = || Err(Defect::Channel(given.id));
         let topic = self.kind(given)?.map(|kind| Topic {
             name: printable(given.topic),
             kind,
@@ -178,18 +179,17 @@ impl Definitions {
     }
 
     /// The kind of the channel's messages; `None` where there is no room for it.
-    fn kind(&mut self, given: &fields::Channel<'_>) -> Result<Option<Arc<TopicKind>>, String> {
+    fn kind(&mut self, given: &fields::Channel<'_>) -> Result<Option<Arc<TopicKind>>, Defect> {
         let no_schema = Schema::default();
         let schema = match self.schemas.get(&given.schema_id) {
             Some(Some(schema)) => schema,
             Some(None) => return Ok(None),
             None if given.schema_id == 0 => &no_schema,
             None => {
-                return Err(format!(
-                    "topic {} has the unknown schema {}",
-                    given.topic.escape_default(),
-                    given.schema_id
-                ));
+                return Err(Defect::UnknownSchema {
+                    topic: given.topic.escape_default().to_string(),
+                    schema: given.schema_id,
+                });
             }
         };
         let about = |key| given.metadata.get(key).copied().unwrap_or_default();

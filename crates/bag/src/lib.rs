@@ -19,6 +19,7 @@
 //! Times are signed nanoseconds on whatever clock the recording ran on, as ROS counts them.
 
 mod chunk;
+mod defect;
 mod definitions;
 mod fields;
 pub mod info;
@@ -37,6 +38,7 @@ mod typed;
 mod walk;
 pub mod writer;
 
+pub use defect::Defect;
 pub use info::BagInfo;
 pub use metadata::BagMetadata;
 pub use qos::OfferedQos;
