@@ -7,7 +7,7 @@ use clap::Args;
 use planesman_identification::Reading;
 use planesman_linear::{Complex, by_decay, is_sampling_artefact};
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
-use planesman_node::args;
+use planesman_node::{BoxedError, args};
 use planesman_parameters::{Parameters as _, Value};
 use planesman_plant::PlantParameters;
 use planesman_watch::{Knowledge, Named, Options, Pole, Vehicle};
@@ -90,7 +90,7 @@ fn certain(re: f64, im: f64) -> Pole {
 }
 
 /// The vehicle that a plant_sim with these parameters flies.
-fn vehicle(parameters: &[Named]) -> Result<Vehicle, String> {
+fn vehicle(parameters: &[Named]) -> Result<Vehicle, BoxedError> {
     let default = PlantParameters::default();
     let values = default.values();
     let known: Vec<(&str, Value)> = parameters
@@ -98,8 +98,8 @@ fn vehicle(parameters: &[Named]) -> Result<Vehicle, String> {
         .filter(|(name, _)| values.declaration(name).is_some())
         .map(|(name, value)| (name.as_str(), value.clone()))
         .collect();
-    let parameters = default.with(&known).map_err(|it| it.to_string())?;
-    let truth = truth_of(&parameters, parameters.tick).map_err(|it| it.to_string())?;
+    let parameters = default.with(&known)?;
+    let truth = truth_of(&parameters, parameters.tick)?;
     let poles = truth.poles.iter().map(|it| certain(it.re, it.im)).collect();
     Ok(Vehicle {
         name: parameters.vehicle,

@@ -25,7 +25,7 @@
 //!     planesman_node::exit_code("doubler", run)
 //! }
 //!
-//! fn run() -> anyhow::Result<()> {
+//! fn run() -> Result<(), planesman_node::Error> {
 //!     let spec = NodeSpec {
 //!         name: "doubler",
 //!         namespace: "/",
@@ -63,6 +63,7 @@
 //! | `intake` | how many bytes of messages a node holds, and how much of its time it gives to large ones |
 //! | [`action_server`], [`action_client`], `goals` | actions served and asked; the server's book |
 //! | `endpoint` | one end of a topic: peers and counts |
+//! | `error` | [`Error`] |
 //! | `clock`, `clock_source` | wall time or `/clock` |
 //! | [`logging`], `log_format`, `log_file` | console, file and `/rosout`; a line's form |
 //! | `lifecycle` | managed nodes |
@@ -93,6 +94,7 @@ mod discovered;
 mod discovery_news;
 pub mod domain;
 mod endpoint;
+mod error;
 pub mod file_size;
 mod goals;
 mod intake;
@@ -131,11 +133,12 @@ pub use action_client::ActionClient;
 pub use action_server::{Goal, GoalId, GoalStatus};
 pub use args::RosArguments;
 pub use claim::Claim;
-pub use definition::{Definition, Definitions};
+pub use definition::{Definition, DefinitionError, Definitions};
 pub use diagnostics::{Connection, Connections, Level};
 pub use discovered::{Offer, PublishedTopic};
 pub use domain::Domain;
 pub use endpoint::Direction;
+pub use error::{BoxedError, Error};
 pub use intake::Intake;
 pub use lifecycle::{Change, Lifecycle};
 pub use losses::Losses;
@@ -149,11 +152,14 @@ pub use service::{Client, Responder};
 
 /// Runs a program: what it fails with becomes one line on stderr and exit status 1.
 #[must_use]
-pub fn exit_code(program: &str, run: impl FnOnce() -> anyhow::Result<()>) -> ExitCode {
+pub fn exit_code<E: Into<Box<dyn std::error::Error>>>(
+    program: &str,
+    run: impl FnOnce() -> Result<(), E>,
+) -> ExitCode {
     match run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            planesman_console::err!("{program}: {}", shown(in_one_line(error.as_ref())));
+            planesman_console::err!("{program}: {}", shown(in_one_line(error.into().as_ref())));
             ExitCode::FAILURE
         }
     }

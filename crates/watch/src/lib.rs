@@ -6,6 +6,7 @@
 //! | `node` | the node: topics read, services called, manoeuvres flown |
 //! | `feeds` | messages of any type as numbers |
 //! | `nodes` | who is alive |
+//! | `error` | [`Error`] |
 //! | `command` | what a page may ask for |
 //! | `board`, `series` | what is known, as each page is told it |
 //! | `charts` | the charts at first |
@@ -22,6 +23,7 @@ mod bag_file;
 mod board;
 mod charts;
 mod command;
+mod error;
 mod feeds;
 mod guard;
 mod knowledge;
@@ -37,10 +39,10 @@ use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
-use anyhow::Result;
 use planesman_node::{Domain, Intake, NodeSpec, RosArguments, Runtime};
 use tempfile::NamedTempFile;
 
+pub use error::Error;
 pub use knowledge::{Knowledge, Named, Pole, Vehicle};
 use node::{Event, Watch};
 
@@ -69,7 +71,7 @@ impl Default for Options {
 ///
 /// # Errors
 /// When the address cannot be listened at, or the middleware does not come up.
-pub fn run(options: Options, knowledge: Knowledge, arguments: RosArguments) -> Result<()> {
+pub fn run(options: Options, knowledge: Knowledge, arguments: RosArguments) -> Result<(), Error> {
     let board = board::SharedBoard::default();
     let (requests, asked) = smol::channel::bounded(64);
     let address = SocketAddr::new(options.listen, options.port);

@@ -4,7 +4,6 @@ use std::any::{Any, TypeId};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::time::{Duration, Instant};
 
-use anyhow::Result;
 use planesman_msgs::cdr;
 use planesman_msgs::diagnostic_msgs::msg::DiagnosticArray;
 use planesman_msgs::planesman_msgs::action::{
@@ -24,12 +23,13 @@ use planesman_msgs::std_msgs::msg::Float64;
 use planesman_msgs::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerRequest};
 use planesman_msgs::{Message, Service};
 use planesman_node::{
-    ActionClient, Client, Definition, Definitions, Flow, GoalId, GoalStatus, PublishedTopic,
-    Publisher, Qos, RawSample, Runtime, message_of, value_of,
+    ActionClient, Client, Definition, DefinitionError, Definitions, Flow, GoalId, GoalStatus,
+    PublishedTopic, Publisher, Qos, RawSample, Runtime, message_of, value_of,
 };
 use serde_json::{Value, json};
 use tokio::sync::oneshot;
 
+use crate::Error;
 use crate::board::{Line, SharedBoard, locked};
 use crate::charts::{self, ERRORS, WARNINGS};
 use crate::command::{Command, Goal, Request, done, parameter_of, refused, text_of};
@@ -62,19 +62,19 @@ pub(crate) enum Event {
     Diagnostics(DiagnosticArray),
     ParameterEvent(ParameterEvent),
     Look,
-    Found(PublishedTopic, Result<Definition, String>),
+    Found(PublishedTopic, Result<Definition, DefinitionError>),
     Request(Request),
     /// The server has ended.
     Closed,
     /// What the plant_sim of that name flies.
-    Vehicle(String, Result<Vehicle, String>),
+    Vehicle(String, Result<Vehicle, Error>),
     /// Of the action at that name.
     Feedback(String, GoalId, ManoeuvreFeedback),
-    Accepted(String, Result<Option<GoalId>, String>),
+    Accepted(String, GoalId),
     Ended(
         String,
         GoalId,
-        Result<(GoalStatus, ManoeuvreResult), String>,
+        Result<(GoalStatus, ManoeuvreResult), planesman_node::Error>,
     ),
     Parameters,
 }
@@ -136,7 +136,7 @@ impl Watch {
         board: SharedBoard,
         requests: smol::channel::Receiver<Request>,
         knowledge: Knowledge,
-    ) -> Result<Self> {
+    ) -> Result<Self, planesman_node::Error> {
         let log = planesman_msgs::type_info(Log::TYPE_NAME).map(|it| it.type_hash);
         // Raw, for the time at which a line was sent: its stamp may be of the machine or of a simulation.
         let qos = Qos::latched(1000);
@@ -196,7 +196,7 @@ impl Watch {
             Event::Closed => return Flow::Stop,
             Event::Vehicle(node, vehicle) => self.vehicle(&node, vehicle),
             Event::Feedback(action, id, feedback) => self.feedback(&action, id, &feedback),
-            Event::Accepted(action, outcome) => self.accepted(rt, action, outcome),
+            Event::Accepted(action, id) => self.accepted(rt, action, id),
             Event::Ended(action, id, outcome) => self.ended(&action, id, outcome),
             Event::Parameters => {}
         }
@@ -315,19 +315,17 @@ impl Watch {
     }
 
     /// Wants a channel: its topic is read once there is one.
-    fn want(&mut self, channel: &str) -> Result<(), String> {
-        let (topic, field) = channel
-            .split_once(':')
-            .ok_or("a channel is written TOPIC:FIELD")?;
+    fn want(&mut self, channel: &str) -> Result<(), Error> {
+        let (topic, field) = channel.split_once(':').ok_or(Error::Channel)?;
         if channel.len() > LONGEST_NAME {
-            return Err(format!("a channel's name has at most {LONGEST_NAME} bytes"));
+            return Err(Error::ChannelName(LONGEST_NAME));
         }
         let fields = self.channels.get(topic);
         if fields.is_some_and(|it| it.contains(field)) {
             return Ok(());
         }
         match self.topics.get(topic) {
-            Some(Wanted::Refused(reason)) => return Err(reason.clone()),
+            Some(Wanted::Refused(reason)) => return Err(Error::Refused(reason.clone())),
             Some(Wanted::Open(index)) => self.attach(*index, channel, field)?,
             Some(Wanted::Missing | Wanted::Defining) | None => {}
         }
@@ -338,7 +336,7 @@ impl Watch {
             self.forget_unread();
         }
         if count(&self.channels) >= MOST_CHANNELS {
-            return Err(format!("{MOST_CHANNELS} channels are kept already"));
+            return Err(Error::Channels(MOST_CHANNELS));
         }
         let fields = self.channels.entry(topic.to_owned()).or_default();
         fields.insert(field.to_owned());
@@ -363,7 +361,7 @@ impl Watch {
     }
 
     /// Reads a field of an open topic into the channel.
-    fn attach(&mut self, index: usize, channel: &str, field: &str) -> Result<(), String> {
+    fn attach(&mut self, index: usize, channel: &str, field: &str) -> Result<(), Error> {
         if field.starts_with('~') {
             return Ok(()); // Computed.
         }
@@ -375,10 +373,10 @@ impl Watch {
         &mut self,
         rt: &Runtime<Event>,
         topic: &PublishedTopic,
-        found: Result<Definition, String>,
+        found: Result<Definition, DefinitionError>,
     ) {
         let (name, index) = (&topic.name, self.feeds.len());
-        let opened = found.and_then(|definition| {
+        let opened = found.map_err(Error::from).and_then(|definition| {
             let feed = Feed::new(name, &topic.type_name, &definition)?;
             let hash = (!definition.type_hash.is_empty()).then_some(definition.type_hash);
             let event = move |sample| Event::Sample(index, sample);
@@ -389,8 +387,7 @@ impl Watch {
                 hash.as_deref(),
                 Qos::record(),
                 event,
-            )
-            .map_err(|error| format!("{error:#}"))?;
+            )?;
             Ok(feed)
         });
         let fields = self.channels.get(name).cloned().unwrap_or_default();
@@ -401,10 +398,12 @@ impl Watch {
                 for field in &fields {
                     let channel = format!("{name}:{field}");
                     let refusal = self.attach(index, &channel, field).err();
-                    locked(&self.board).channel(&channel).refusal = refusal;
+                    locked(&self.board).channel(&channel).refusal =
+                        refusal.map(|it| it.to_string());
                 }
             }
             Err(reason) => {
+                let reason = reason.to_string();
                 let mut board = locked(&self.board);
                 for field in &fields {
                     board.channel(&format!("{name}:{field}")).refusal = Some(reason.clone());
@@ -502,18 +501,20 @@ impl Watch {
                     let values = values.filter_map(|it| Some((it.name, value_of(it.value)?)));
                     let values: Vec<_> = values.collect();
                     // On a thread of its own: its file may lie on a disk that does not answer.
-                    smol::unblock(move || (knowledge.vehicle)(&values)).await
+                    smol::unblock(move || (knowledge.vehicle)(&values))
+                        .await
+                        .map_err(Error::from)
                 }
             };
             Event::Vehicle(node, vehicle)
         });
     }
 
-    fn vehicle(&mut self, node: &str, vehicle: Result<Vehicle, String>) {
+    fn vehicle(&mut self, node: &str, vehicle: Result<Vehicle, Error>) {
         self.asked -= 1;
         let told = match vehicle {
             Ok(vehicle) => json!(vehicle),
-            Err(reason) => json!({"reason": reason}),
+            Err(reason) => json!({"reason": reason.to_string()}),
         };
         let place = namespace(node);
         locked(&self.board).put(&format!("vehicle:{place}"), told);
@@ -524,15 +525,15 @@ impl Watch {
         &mut self,
         rt: &Runtime<Event>,
         service: &str,
-    ) -> Result<Client<S>, String> {
+    ) -> Result<Client<S>, Error> {
         let key = (TypeId::of::<S>(), service.to_owned());
         if let Some(client) = self.clients.get(&key).and_then(|it| it.downcast_ref()) {
             return Ok(Client::clone(client));
         }
         if !rt.services(service).iter().any(|it| it == service) {
-            return Err(format!("no node serves {service}"));
+            return Err(Error::NotServed(service.to_owned()));
         }
-        let client: Client<S> = rt.client(service).map_err(|error| format!("{error:#}"))?;
+        let client: Client<S> = rt.client(service)?;
         self.clients.insert(key, Box::new(client.clone()));
         Ok(client)
     }
@@ -551,7 +552,7 @@ impl Watch {
             Ok(client) => rt.when_done(async move {
                 let told = match client.call(request, ANSWER).await {
                     Ok(response) => show(response),
-                    Err(error) => refused(format!("{error:#}")),
+                    Err(error) => refused(error),
                 };
                 answer(reply, told);
                 Event::Parameters
@@ -564,25 +565,24 @@ impl Watch {
         &mut self,
         rt: &Runtime<Event>,
         node: &str,
-    ) -> Result<impl Future<Output = Result<Vec<Described>, String>> + use<>, String> {
+    ) -> Result<impl Future<Output = Result<Vec<Described>, Error>> + use<>, Error> {
         let service = |name: &str| format!("{node}/{name}");
         let list = self.client::<ListParameters>(rt, &service("list_parameters"))?;
         let get = self.client::<GetParameters>(rt, &service("get_parameters"))?;
         let describe = self.client::<DescribeParameters>(rt, &service("describe_parameters"))?;
         Ok(async move {
-            let said = |error: anyhow::Error| format!("{error:#}");
             let listed = list.call(ListParametersRequest::default(), ANSWER).await;
-            let names = listed.map_err(said)?.result.names;
+            let names = listed?.result.names;
             let request = GetParametersRequest {
                 names: names.clone(),
             };
-            let values = get.call(request, ANSWER).await.map_err(said)?.values;
+            let values = get.call(request, ANSWER).await?.values;
             let request = DescribeParametersRequest {
                 names: names.clone(),
             };
-            let described = describe.call(request, ANSWER).await.map_err(said)?;
+            let described = describe.call(request, ANSWER).await?;
             if values.len() != names.len() || described.descriptors.len() != names.len() {
-                return Err("it answers for other parameters than it lists".to_owned());
+                return Err(Error::Parameters);
             }
             let all = names.into_iter().zip(values).zip(described.descriptors);
             let one = all.map(|((name, value), descriptor)| {
@@ -619,7 +619,7 @@ impl Watch {
             Command::Keep { channels } => {
                 let told = |channel: &String| match self.want(channel) {
                     Ok(()) => Value::Null,
-                    Err(reason) => json!(reason),
+                    Err(reason) => json!(reason.to_string()),
                 };
                 let reasons: Vec<_> = channels.iter().map(told).collect();
                 answer(reply, json!({"ok": true, "refused": reasons}));
@@ -739,6 +739,7 @@ impl Watch {
         rt.when_done(async move {
             let fields = finding
                 .await
+                .map_err(Error::from)
                 .and_then(|definition| Feed::new(&found.name, &found.type_name, &definition))
                 .map(|feed| feed.fields());
             let told = match fields {
@@ -771,7 +772,7 @@ impl Watch {
                     self.setpoints.insert(topic.to_owned(), publisher.clone());
                     publisher
                 }
-                Err(error) => return answer(reply, refused(format!("{error:#}"))),
+                Err(error) => return answer(reply, refused(error)),
             },
         };
         rt.when_done(async move {
@@ -808,7 +809,7 @@ impl Watch {
                     let flown = Flown { client, goal: None };
                     self.manoeuvres.insert(action.clone(), flown);
                 }
-                Err(error) => return answer(reply, refused(format!("{error:#}"))),
+                Err(error) => return answer(reply, refused(error)),
             }
         }
         let Some(flown) = self.manoeuvres.get(&action) else {
@@ -816,27 +817,18 @@ impl Watch {
         };
         let client = flown.client.clone();
         rt.when_done(async move {
-            let outcome = client.send(goal, ANSWER).await;
-            let outcome = outcome.map_err(|error| format!("{error:#}"));
-            answer(
-                reply,
-                match &outcome {
-                    Ok(Some(_)) => done("accepted"),
-                    Ok(None) => refused("the controller rejects it"),
-                    Err(reason) => refused(reason),
-                },
-            );
-            Event::Accepted(action, outcome)
+            let (told, event) = match client.send(goal, ANSWER).await {
+                Ok(Some(id)) => (done("accepted"), Event::Accepted(action, id)),
+                Ok(None) => (refused("the controller rejects it"), Event::Parameters),
+                Err(reason) => (refused(reason), Event::Parameters),
+            };
+            answer(reply, told);
+            event
         });
     }
 
-    fn accepted(
-        &mut self,
-        rt: &Runtime<Event>,
-        action: String,
-        outcome: Result<Option<GoalId>, String>,
-    ) {
-        let (Some(flown), Ok(Some(id))) = (self.manoeuvres.get_mut(&action), outcome) else {
+    fn accepted(&mut self, rt: &Runtime<Event>, action: String, id: GoalId) {
+        let Some(flown) = self.manoeuvres.get_mut(&action) else {
             return;
         };
         flown.goal = Some(id);
@@ -845,7 +837,7 @@ impl Watch {
         locked(&self.board).put(&section, json!({"state": "running"}));
         rt.when_done(async move {
             let outcome = client.result(id, MANOEUVRE).await;
-            Event::Ended(action, id, outcome.map_err(|error| format!("{error:#}")))
+            Event::Ended(action, id, outcome)
         });
     }
 
@@ -864,7 +856,7 @@ impl Watch {
         &mut self,
         action: &str,
         id: GoalId,
-        outcome: Result<(GoalStatus, ManoeuvreResult), String>,
+        outcome: Result<(GoalStatus, ManoeuvreResult), planesman_node::Error>,
     ) {
         let Some(flown) = self.manoeuvres.get_mut(action) else {
             return;
@@ -877,7 +869,7 @@ impl Watch {
             Ok((GoalStatus::Succeeded, result)) => ("completed", result.message),
             Ok((GoalStatus::Canceled, result)) => ("cancelled", result.message),
             Ok((_, result)) => ("aborted", result.message),
-            Err(reason) => ("lost", reason),
+            Err(reason) => ("lost", reason.to_string()),
         };
         let told = json!({"state": state, "message": message});
         locked(&self.board).put(&format!("manoeuvre:{action}"), told);
@@ -892,7 +884,7 @@ impl Watch {
             let told = match client.cancel(id, ANSWER).await {
                 Ok(true) => done("cancelling"),
                 Ok(false) => refused("the controller does not cancel it"),
-                Err(error) => refused(format!("{error:#}")),
+                Err(error) => refused(error),
             };
             answer(reply, told);
             Event::Parameters
@@ -901,9 +893,9 @@ impl Watch {
 }
 
 /// The goal that a page asks for. A chirp ends four times as fast as it begins.
-fn goal_of(goal: Goal) -> Result<ManoeuvreGoal, String> {
-    let quantity = |name: &str, text: &str, si: &str| {
-        units::parse(text, si).map_err(|reason| format!("{name}: {reason}"))
+fn goal_of(goal: Goal) -> Result<ManoeuvreGoal, Error> {
+    let quantity = |name: &'static str, text: &str, si: &str| {
+        units::parse(text, si).map_err(|reason| Error::Quantity(name, Box::new(reason)))
     };
     let period = quantity("period", &goal.period, "s")?;
     Ok(ManoeuvreGoal {

@@ -7,7 +7,6 @@ use std::pin::pin;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context as _, Result};
 use axum::Router;
 use axum::body::Body;
 use axum::extract::{
@@ -31,6 +30,7 @@ use tokio::net::TcpStream;
 use tokio::sync::{Semaphore, oneshot};
 use tokio::time::{MissedTickBehavior, sleep, timeout};
 
+use crate::Error;
 use crate::bag_file::Disks;
 use crate::board::{Reader, SharedBoard, locked};
 use crate::charts;
@@ -110,9 +110,9 @@ impl Server {
         address: SocketAddr,
         board: SharedBoard,
         requests: smol::channel::Sender<Request>,
-    ) -> Result<Self> {
+    ) -> Result<Self, Error> {
         let listener =
-            TcpListener::bind(address).with_context(|| format!("cannot listen at {address}"))?;
+            TcpListener::bind(address).map_err(|reason| Error::Listen(address, reason))?;
         listener.set_nonblocking(true)?;
         Ok(Self {
             address: listener.local_addr()?,
@@ -133,7 +133,7 @@ impl Server {
     }
 
     /// Answers from now on, on a thread of its own.
-    pub(crate) fn start(self) -> Result<()> {
+    pub(crate) fn start(self) -> Result<(), Error> {
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_io()
             .enable_time()

@@ -49,11 +49,7 @@ fn run(args: Vec<OsString>) -> Result<()> {
         NodeSpec {
             name: "depth_controller",
             namespace: "/auv",
-            validate: |parameters| {
-                Controller::new(parameters)
-                    .map(drop)
-                    .map_err(|e| e.to_string())
-            },
+            validate: |parameters| Ok(Controller::new(parameters).map(drop)?),
             on_parameters: |parameters| Event::Parameters(Box::new(parameters)),
         },
         args::only(args)?,

@@ -33,9 +33,7 @@ fn run(args: Vec<OsString>) -> Result<()> {
         NodeSpec {
             name: "dha_actuator",
             namespace: "/auv",
-            validate: |parameters: &ActuatorParameters| {
-                actuator(parameters).map(drop).map_err(|e| e.to_string())
-            },
+            validate: |parameters: &ActuatorParameters| Ok(actuator(parameters).map(drop)?),
             on_parameters: |parameters| Event::Parameters(Box::new(parameters)),
         },
         args::only(args)?,
@@ -206,7 +204,7 @@ impl Publishers {
         Ok(Self {
             motion: rt.loop_publisher("plane_motion")?.sole(),
             planes: rt.loop_publisher("planes")?,
-            states: states.collect::<Result<_>>()?,
+            states: states.collect::<Result<_, _>>()?,
         })
     }
 

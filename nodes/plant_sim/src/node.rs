@@ -74,9 +74,7 @@ fn run(args: Vec<OsString>) -> Result<()> {
         NodeSpec {
             name: "plant_sim",
             namespace: "/auv",
-            validate: |parameters: &PlantParameters| {
-                Plant::new(parameters).map(drop).map_err(|e| e.to_string())
-            },
+            validate: |parameters: &PlantParameters| Ok(Plant::new(parameters).map(drop)?),
             on_parameters: |parameters| Event::Parameters(Box::new(parameters)),
         },
         args::only(args)?,

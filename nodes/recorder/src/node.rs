@@ -18,8 +18,8 @@ use planesman_msgs::rosbag2_interfaces::srv::{
     SnapshotResponse, SplitBagfile, SplitBagfileResponse,
 };
 use planesman_node::{
-    Definition, Definitions, Domain, Intake, Level, Losses, Next, NodeSpec, Offer, PublishedTopic,
-    Publisher, Qos, RawSample, Responder, Runtime, args,
+    Definition, DefinitionError, Definitions, Domain, Intake, Level, Losses, Next, NodeSpec, Offer,
+    PublishedTopic, Publisher, Qos, RawSample, Responder, Runtime, args,
 };
 
 use crate::ring::{Kept, Ring};
@@ -60,7 +60,7 @@ enum Event {
     /// Time to flush what has waited long enough, and to look for topics.
     Look,
     /// What nodes of its publishers say of a topic's type.
-    Described(PublishedTopic, Result<Definition, String>),
+    Described(PublishedTopic, Result<Definition, DefinitionError>),
     Pause(Responder<Pause>),
     Resume(Responder<Resume>),
     IsPaused(Responder<IsPaused>),
@@ -82,11 +82,7 @@ fn run(args: Vec<OsString>) -> Result<()> {
         NodeSpec {
             name: "recorder",
             namespace: "/auv",
-            validate: |parameters| {
-                writer_options(parameters)
-                    .map(drop)
-                    .map_err(|error| error.to_string())
-            },
+            validate: |parameters| Ok(writer_options(parameters).map(drop)?),
             on_parameters: |_| Event::Parameters,
         },
         args::only(args)?,
@@ -156,7 +152,7 @@ fn run(args: Vec<OsString>) -> Result<()> {
     let outcome = rt.shutdown();
     let bag = node.writer.close()?;
     log::info!("bag closed: {} messages", bag.message_count);
-    outcome
+    Ok(outcome?)
 }
 
 /// The services of rosbag2's recorder.

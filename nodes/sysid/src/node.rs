@@ -46,11 +46,7 @@ fn run(args: Vec<OsString>) -> Result<()> {
         NodeSpec {
             name: "sysid",
             namespace: "/auv",
-            validate: |parameters| {
-                Identifier::new(parameters)
-                    .map(drop)
-                    .map_err(|error| error.to_string())
-            },
+            validate: |parameters| Ok(Identifier::new(parameters).map(drop)?),
             on_parameters: |parameters| Event::Parameters(Box::new(parameters)),
         },
         args::only(args)?,
