@@ -148,7 +148,8 @@ pub fn run(scenario: &Scenario, run: &RunFolder, options: &Options) -> Result<Op
             other_terminal(Domain::from_environment()?, &options.namespace)
         )?;
     }
-    fly(rt, go, launched, claim, scenario, run, options).inspect_err(|error| run.note_failure(error))
+    fly(rt, go, launched, claim, scenario, run, options)
+        .inspect_err(|error| run.note_failure(error))
 }
 
 /// Starts the nodes and flies them to the end.
@@ -193,7 +194,7 @@ fn fly(
     };
     let flown = launcher.command(&rt);
     launcher.bar.finish_and_clear();
-    flown.and(rt.shutdown())?;
+    flown.and(rt.shutdown().map_err(Into::into))?;
     launcher.crew.stop()?;
     // The bag is closed. A report can be made again, with `planesman report`.
     shutdown::at_once();
@@ -234,7 +235,7 @@ fn claim_namespace(rt: &Runtime<Event>, options: &Options) -> Result<Claim> {
     let evidence = format!("rq{}/plant_sim/pauseRequest", options.namespace);
     let claim = rt.claim(&format!("launch {}", options.namespace), &evidence)?;
     find_no_other_loop(rt, || yield_to_other_dive(&claim, options))?;
-    claim.rise_to(Stage::Held);
+    claim.advance_to(Stage::Held);
     Ok(claim)
 }
 
@@ -439,7 +440,7 @@ impl Launcher {
                     }
                     self.stop_the_vehicle(rt);
                 }
-                Next::Nothing => {}
+                Next::Timeout => {}
             }
         }
     }
@@ -543,7 +544,8 @@ impl Launcher {
         self.crew.check()?;
         match self.phase {
             Phase::Discovering { matches, since } => self.discover(rt, matches, since)?,
-            Phase::Flying if !self.options.keep_running && self.is_flown() => match self.rival_seen {
+            Phase::Flying if !self.options.keep_running && self.is_flown() => match self.rival_seen
+            {
                 false => self.stop_the_vehicle(rt),
                 // It ends with its last tick; the request would stop the other dive's vehicle too.
                 true => self.drain(),
@@ -594,12 +596,15 @@ impl Launcher {
     }
 
     fn release(&mut self, rt: &Runtime<Event>) {
-        self.claim.rise_to(Stage::Used);
+        self.claim.advance_to(Stage::Used);
         self.print_line("all nodes have discovered each other; diving");
         self.began = Instant::now();
         let go = self.go.clone();
         rt.when_done(async move {
-            Event::Going(go.call(SetBoolRequest { data: false }, DISCOVERY_TIMEOUT).await)
+            Event::Going(
+                go.call(SetBoolRequest { data: false }, DISCOVERY_TIMEOUT)
+                    .await,
+            )
         });
         self.phase = Phase::Flying;
     }
@@ -620,7 +625,11 @@ impl Launcher {
     }
 
     fn timeout(&self, usual: Duration) -> Duration {
-        if self.interrupted { INTERRUPT_TIMEOUT } else { usual }
+        if self.interrupted {
+            INTERRUPT_TIMEOUT
+        } else {
+            usual
+        }
     }
 
     fn print_line(&self, text: &str) {

@@ -10,7 +10,7 @@ use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 use planesman_node::{BoxedError, args};
 use planesman_parameters::{Parameters as _, Value};
 use planesman_plant::PlantParameters;
-use planesman_watch::{Knowledge, Named, Options, Pole, Vehicle};
+use planesman_watch::{ModelFunctions, Named, Options, Pole, Vehicle};
 
 use crate::nodes::end_with_launcher;
 use planesman_flight::summary::truth_of;
@@ -43,8 +43,12 @@ pub fn run(watch: &WatchArgs) -> Result<()> {
         port: watch.port,
         open: !watch.no_open,
     };
-    let knowledge = Knowledge { poles, vehicle };
-    planesman_watch::run(options, knowledge, args::only(watch.ros.clone())?)
+    let models = ModelFunctions { poles, vehicle };
+    Ok(planesman_watch::run(
+        options,
+        models,
+        args::only(watch.ros.clone())?,
+    )?)
 }
 
 /// The poles of an estimate, slowest first, with their deviations where its covariance tells them.

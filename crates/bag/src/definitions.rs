@@ -59,8 +59,8 @@ pub(crate) struct Definitions {
     channels: BTreeMap<u16, Option<Arc<Topic>>>,
     /// By all that a channel says of itself beside its name.
     kinds: BTreeMap<Vec<u8>, Arc<TopicKind>>,
-    /// The file's topics as they were found when it was opened: these are kept and no others.
-    found: Option<Arc<Channels>>,
+    /// The file's topics as they were when it was opened: these are kept and no others.
+    known_channels: Option<Arc<Channels>>,
     /// The bytes that more may take.
     room: u64,
 }
@@ -69,7 +69,7 @@ pub(crate) struct Definitions {
 pub(crate) enum Known<'a> {
     Topic(&'a Arc<Topic>),
     Omitted,
-    Nothing,
+    Unknown,
 }
 
 #[derive(Default, PartialEq)]
@@ -80,11 +80,11 @@ struct Schema {
 }
 
 impl Definitions {
-    /// None yet, and room for so many bytes; of a file whose topics have been `found` before, those.
-    pub(crate) fn within(room: u64, found: Option<Arc<Channels>>) -> Self {
+    /// None yet, and room for so many bytes; of a file read before, the topics of then.
+    pub(crate) fn within(room: u64, known_channels: Option<Arc<Channels>>) -> Self {
         Self {
             room,
-            found,
+            known_channels,
             ..Self::default()
         }
     }
@@ -94,7 +94,7 @@ impl Definitions {
         match self.channels.get(&channel) {
             Some(Some(topic)) => Known::Topic(topic),
             Some(None) => Known::Omitted,
-            None => Known::Nothing,
+            None => Known::Unknown,
         }
     }
 
@@ -165,11 +165,13 @@ impl Definitions {
             (Some(Some(_)), _) => return two_meanings(),
             (None, _) => {}
         }
-        let kept = match (topic, &self.found) {
+        let kept = match (topic, &self.known_channels) {
             (None, _) => None,
             (Some(topic), None) => self.take_room(topic.size()).then(|| Arc::new(topic)),
-            (Some(topic), Some(found)) => match found.get(&given.id) {
-                Some(found) if **found == topic => Some(Arc::clone(found)),
+            (Some(topic), Some(known_channels)) => match known_channels.get(&given.id) {
+                Some(known_channels) if **known_channels == topic => {
+                    Some(Arc::clone(known_channels))
+                }
                 Some(_) => return two_meanings(),
                 None => None,
             },

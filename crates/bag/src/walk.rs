@@ -102,7 +102,7 @@ impl Walk {
         let message = fields::Message::read(self.unpacked.get(place)?).ok()?;
         match self.definitions.topic(message.channel_id) {
             Known::Topic(topic) => Some(Raw { topic, message }),
-            Known::Omitted | Known::Nothing => None,
+            Known::Omitted | Known::Unknown => None,
         }
     }
 
@@ -195,7 +195,7 @@ fn checked(body: &[u8], definitions: &Definitions) -> Result<i64, Defect> {
     let message = fields::Message::read(body)?;
     match definitions.topic(message.channel_id) {
         Known::Topic(_) | Known::Omitted => Ok(message.log_time),
-        Known::Nothing => Err(Defect::UnknownChannel(message.channel_id)),
+        Known::Unknown => Err(Defect::UnknownChannel(message.channel_id)),
     }
 }
 

@@ -47,7 +47,7 @@ use crate::{
     goals::{Goals, Outcome},
     qos::Qos,
     service::Wire,
-    share::Turn,
+    share::RequestSlot,
     shared::Shared,
 };
 
@@ -142,7 +142,7 @@ impl<A: Action> ActionServer<A> {
         shared: &Rc<Shared>,
         name: &str,
         mapping: ServiceMapping,
-        mut on_goal: impl AsyncFnMut(Goal<A>, Turn) + 'static,
+        mut on_goal: impl AsyncFnMut(Goal<A>, RequestSlot) + 'static,
         mut on_cancel: impl AsyncFnMut(GoalId) + 'static,
     ) -> Result<()> {
         let name = shared.service_name(name)?;

@@ -29,11 +29,11 @@ use crate::{
 };
 
 /// Time for a topic's publishers to describe its type.
-const DESCRIBING: Duration = Duration::from_secs(2);
+const DESCRIPTION_TIMEOUT: Duration = Duration::from_secs(2);
 /// Time between two looks for nodes that do.
 const POLL_INTERVAL: Duration = Duration::from_millis(100);
 /// Nodes that are asked for a type.
-const MOST_DESCRIBERS: usize = 8;
+const MAX_DESCRIBERS: usize = 8;
 
 /// A type's definition with all that it refers to, and its hash.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -124,13 +124,13 @@ impl Definitions {
             let services = loop {
                 let participant = opener.shared.participant();
                 let known = participant.map_or_else(Vec::new, |it| describers(&it, &topic));
-                if !known.is_empty() || since.elapsed() >= DESCRIBING {
+                if !known.is_empty() || since.elapsed() >= DESCRIPTION_TIMEOUT {
                     break known;
                 }
                 opener.shared.sleep(POLL_INTERVAL).await;
             };
             let mut outcome = Err(DefinitionError::Undescribed(Box::new(reason)));
-            for service in services.into_iter().take(MOST_DESCRIBERS) {
+            for service in services.into_iter().take(MAX_DESCRIBERS) {
                 let Some(client) = definitions.describer(&service, &opener) else {
                     continue;
                 };
@@ -167,7 +167,7 @@ async fn ask(
         type_hash: topic.type_hash.clone().unwrap_or_default(),
         include_type_sources: true,
     };
-    match client.call(request, DESCRIBING).await {
+    match client.call(request, DESCRIPTION_TIMEOUT).await {
         Ok(answer) if answer.successful => described(
             &topic.type_name,
             topic.type_hash.as_deref(),

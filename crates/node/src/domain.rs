@@ -7,7 +7,7 @@ use std::net::{Ipv4Addr, SocketAddr, ToSocketAddrs as _};
 const HIGHEST: u16 = 232;
 
 /// Most static peers: each is asked once a second, at the ports of 32 participants.
-const MOST_PEERS: usize = 256;
+const MAX_PEERS: usize = 256;
 
 /// The domain and the networks a node speaks on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,7 +78,7 @@ impl Domain {
 /// without multicast. A name is looked up once, at the start. Where several addresses belong to it, all are taken.
 ///
 /// # Errors
-/// When an entry is no IPv4 address, nor a name of one, or there are more than [`MOST_PEERS`].
+/// When an entry is no IPv4 address, nor a name of one, or there are more than [`MAX_PEERS`].
 pub(crate) fn static_peers(variable: impl Fn(&str) -> Option<String>) -> Result<Vec<Ipv4Addr>> {
     let text = variable("ROS_STATIC_PEERS").unwrap_or_default();
     let mut peers = Vec::new();
@@ -103,9 +103,9 @@ pub(crate) fn static_peers(variable: impl Fn(&str) -> Option<String>) -> Result<
                 peers.push(address);
             }
         }
-        if peers.len() > MOST_PEERS {
+        if peers.len() > MAX_PEERS {
             return Err(refused(format!(
-                "more than {MOST_PEERS} addresses; name those alone that run nodes"
+                "more than {MAX_PEERS} addresses; name those alone that run nodes"
             )));
         }
     }
@@ -159,7 +159,7 @@ mod tests {
         assert!(refusal.contains("'::1'"), "{refusal}");
 
         let all: Vec<String> = (0..256).map(|host| format!("10.0.0.{host}")).collect();
-        assert_eq!(peers(&all.join(";")).expect("as many").len(), MOST_PEERS);
+        assert_eq!(peers(&all.join(";")).expect("as many").len(), MAX_PEERS);
         let refusal = peers(&format!("{};10.0.1.0", all.join(";"))).expect_err("one more");
         assert!(refusal.to_string().contains("more than 256"), "{refusal}");
     }

@@ -40,7 +40,7 @@ const MIDDLEWARE: [&str; 5] = ["rustdds", "ros2_client", "cdr_encoding", "mio", 
 const MIDDLEWARE_PERIOD: Duration = Duration::from_secs(5);
 
 /// Most lines from one place in a [`FLOOD_PERIOD`], those for debugging not counted.
-const MOST_LINES: u32 = 100;
+const MAX_LINES: u32 = 100;
 const FLOOD_PERIOD: Duration = Duration::from_secs(10);
 
 /// The levels from which on loggers write.
@@ -183,7 +183,7 @@ pub(crate) fn end(clock: &Arc<Clock>) {
 
 /// Publishes the final error on `/rosout` and writes it to the file; the console gets it from
 /// [`exit_code`](crate::exit_code).
-pub(crate) fn last_words(error: &impl std::fmt::Display) {
+pub(crate) fn log_final_error(error: &impl std::fmt::Display) {
     if let Some(logger) = LOGGER.get() {
         let text = format_args!("{error:#}");
         let record = Record::builder().level(Level::Error).args(text).build();
@@ -277,7 +277,7 @@ impl Logger {
                 .transpose()?,
             nodes: Mutex::default(),
             throttle: Mutex::new(Throttle::new(MIDDLEWARE_PERIOD)),
-            flood: Mutex::new(Throttle::of(MOST_LINES, FLOOD_PERIOD)),
+            flood: Mutex::new(Throttle::of(MAX_LINES, FLOOD_PERIOD)),
             ends: AtomicBool::new(false),
         })
     }
@@ -569,10 +569,10 @@ mod tests {
 
     #[test]
     fn of_a_flood_so_many_lines_are_written_and_the_rest_is_counted() {
-        let mut flood = Throttle::of(MOST_LINES, FLOOD_PERIOD);
+        let mut flood = Throttle::of(MAX_LINES, FLOOD_PERIOD);
         let began = Instant::now();
         let place = |line| format!("plant_sim::node:{line}");
-        for _ in 0..MOST_LINES {
+        for _ in 0..MAX_LINES {
             assert_eq!(flood.admit_at(&place(1), began), Some(0));
         }
         for _ in 0..7 {

@@ -65,11 +65,10 @@ use crate::{
     clock, clock_source,
     diagnostics::{self, Connections, Level},
     discovered::{self, PublishedTopic},
-    discovery_news::DiscoveryNews,
+    discovery_events::DiscoveryEvents,
     domain::{Domain, static_peers},
     endpoint::{Direction, Endpoint, TypeNames},
     file_size,
-    intake::{Gate, Intake, Passage},
     lifecycle::{Change, Lifecycle},
     logger_levels, logging, memory,
     names::NodeNames,
@@ -77,10 +76,11 @@ use crate::{
     publisher::Publisher,
     qos::Qos,
     raw::{RawSample, WholePayload},
+    receive_limits::{Gate, LargeMessage, ReceiveLimits},
     report::ExitReport,
     security::Security,
     service::{self, Client, Responder},
-    share::Turn,
+    share::RequestSlot,
     shared::{Shared, type_parts, types_of},
     shutdown,
     subscription::{Speakers, non_finite, pump},
@@ -97,7 +97,7 @@ const DIAGNOSTICS_PERIOD: Duration = Duration::from_secs(1);
 /// Time between two lines in the log about messages that are refused, s.
 const REFUSALS_PERIOD: Duration = Duration::from_secs(5);
 
-/// Time without further news, or without any more messages, after which the diagnostics go out because of the latest, s.
+/// Time without a further change, or without any more messages, after which the diagnostics go out because of the latest, s.
 /// While there is always more, as where many nodes start at once or in a dive, they go out every [`DIAGNOSTICS_PERIOD`].
 const DIAGNOSTICS_SETTLING: Duration = Duration::from_millis(100);
 
@@ -134,7 +134,7 @@ pub enum Next<E> {
     /// The process has been asked to stop.
     Stop,
     /// The time is over.
-    Nothing,
+    Timeout,
 }
 
 /// A timer's handle. Dropping it leaves the timer running.
@@ -168,20 +168,20 @@ struct Queued<E> {
 enum Hold {
     Nothing,
     /// A request's.
-    Turn(Turn),
+    RequestSlot(RequestSlot),
     /// A large message's.
-    Passage(#[expect(dead_code, reason = "its end is what counts")] Passage),
+    LargeMessage(#[expect(dead_code, reason = "its end is what counts")] LargeMessage),
 }
 
-impl From<Turn> for Hold {
-    fn from(turn: Turn) -> Self {
-        Self::Turn(turn)
+impl From<RequestSlot> for Hold {
+    fn from(turn: RequestSlot) -> Self {
+        Self::RequestSlot(turn)
     }
 }
 
-impl From<Option<Passage>> for Hold {
-    fn from(passage: Option<Passage>) -> Self {
-        passage.map_or(Self::Nothing, Self::Passage)
+impl From<Option<LargeMessage>> for Hold {
+    fn from(large: Option<LargeMessage>) -> Self {
+        large.map_or(Self::Nothing, Self::LargeMessage)
     }
 }
 
@@ -247,18 +247,18 @@ impl<E: 'static> Runtime<E> {
         spec: NodeSpec<E, P>,
         arguments: RosArguments,
     ) -> Result<(Self, P)> {
-        Self::with_intake(domain, spec, arguments, |_| Intake::small())
+        Self::with_receive_limits(domain, spec, arguments, |_| ReceiveLimits::small())
     }
 
     /// Brings the node up in `domain`, for a node that receives other messages than small ones.
     ///
     /// # Errors
     /// As [`Runtime::start`].
-    pub fn with_intake<P: Parameters + 'static>(
+    pub fn with_receive_limits<P: Parameters + 'static>(
         domain: Domain,
         spec: NodeSpec<E, P>,
         arguments: RosArguments,
-        intake: impl FnOnce(&P) -> Intake,
+        receive_limits: impl FnOnce(&P) -> ReceiveLimits,
     ) -> Result<(Self, P)> {
         let names = NodeNames::remapped(spec.name, spec.namespace, &arguments.remaps)?;
         logging::install(&names.logger(), &arguments)?;
@@ -278,8 +278,8 @@ impl<E: 'static> Runtime<E> {
         let strict = variable(STRICT_PARAMETERS).is_some_and(|value| !value.is_empty());
         let parameters = ParameterServer::at_start(spec.validate, &names, &arguments, strict)?;
         let at_start = P::from_values(&parameters.values)?;
-        let intake = intake(&at_start);
-        memory::limit(&intake)?;
+        let receive_limits = receive_limits(&at_start);
+        memory::limit(&receive_limits)?;
         let mapping = service::mapping()?;
 
         // The runtime's own types must be known before their endpoints exist.
@@ -296,7 +296,7 @@ impl<E: 'static> Runtime<E> {
             (true, true) => builder.with_only_networks([Ipv4Addr::LOCALHOST]),
             (local, _) => builder.multicast(!local).static_peers(peers.clone()),
         };
-        let builder = builder.received_bytes(intake.budget, intake.largest);
+        let builder = builder.received_bytes(receive_limits.budget, receive_limits.largest);
         let participant =
             security
                 .applied(builder)
@@ -326,23 +326,23 @@ impl<E: 'static> Runtime<E> {
         let rosout = arguments.rosout.then(|| node.logging_handle());
 
         let executor = Rc::new(LocalExecutor::new());
-        let (news, changed) = bounded(1);
+        let (diagnostics_due, changed) = bounded(1);
         let shared = Rc::new(Shared::new(
             names,
             arguments.remaps,
             participant.clone(),
             node,
             Rc::downgrade(&executor),
-            news,
+            diagnostics_due,
         ));
         logging::begin(rosout, &shared.clock);
         let (ours, listener) = (Rc::clone(&shared), participant.status_listener());
         shared.spawn(async move {
-            let news = DiscoveryNews::default();
+            let warnings = DiscoveryEvents::default();
             let mut events = listener.as_async_status_stream();
             while let Some(event) = events.next().await {
-                news.tell(&ours, &event);
-                ours.announce_news();
+                warnings.log(&ours, &event);
+                ours.request_diagnostics();
             }
         });
         let (sender, receiver) = bounded(QUEUE);
@@ -557,13 +557,13 @@ impl<E: 'static> Runtime<E> {
                 .guard(samples, |sample| {
                     sample.as_ref().map_or(0, |(bytes, _)| bytes.len())
                 })
-                .map(|(sample, passage)| sample.map(|(bytes, info)| ((bytes, passage), info)));
-            let deliver = async |(bytes, passage): (Vec<u8>, Option<Passage>),
+                .map(|(sample, large)| sample.map(|(bytes, info)| ((bytes, large), info)));
+            let deliver = async |(bytes, large): (Vec<u8>, Option<LargeMessage>),
                                  info: &MessageInfo| {
                 let sample = RawSample::new(&topic, bytes, info);
                 let queued = Queued {
                     event: event(sample),
-                    hold: passage.into(),
+                    hold: large.into(),
                 };
                 let _ = sender.send(queued).await;
             };
@@ -839,14 +839,14 @@ impl<E: 'static> Runtime<E> {
                     self.take_up(queued.hold);
                     Next::Event(queued.event)
                 }
-                Either::Right((Either::Right(_), _)) => Next::Nothing,
+                Either::Right((Either::Right(_), _)) => Next::Timeout,
             }
         })
     }
 
     /// Ends the handling of the last event; if the next one is a request, its handling begins.
     fn take_up(&self, mut hold: Hold) {
-        if let Hold::Turn(turn) = &mut hold {
+        if let Hold::RequestSlot(turn) = &mut hold {
             turn.begin();
         }
         drop(self.hold.replace(hold));
@@ -896,7 +896,7 @@ impl<E: 'static> Runtime<E> {
         }));
         drop((shared, executor, handler));
         if let Err(error) = &outcome {
-            logging::last_words(error);
+            logging::log_final_error(error);
         }
         outcome.and(self.shutdown().map_err(X::from))
     }
@@ -946,7 +946,7 @@ impl<E: 'static> Runtime<E> {
 
     fn list(&self, endpoint: &Rc<Endpoint>) {
         self.shared.endpoints.borrow_mut().push(Rc::clone(endpoint));
-        self.shared.announce_news();
+        self.shared.request_diagnostics();
     }
 
     /// A publisher that does not show in the connections: the runtime's own.
@@ -970,7 +970,7 @@ impl<E: 'static> Runtime<E> {
     fn serve_with<S, A>(&self, name: &str, mut answer: A) -> Result<()>
     where
         S: Service,
-        A: AsyncFnMut(S::Request, Responder<S>, Turn) + 'static,
+        A: AsyncFnMut(S::Request, Responder<S>, RequestSlot) + 'static,
     {
         let name = self.shared.service_name(name)?;
         let server = service::server(&self.shared, self.mapping, &name, &announce_service::<S>()?)?;
@@ -1088,8 +1088,8 @@ impl<E: 'static> Runtime<E> {
         )
     }
 
-    /// Publishes `/diagnostics` every second, and soon after news.
-    fn send_diagnostics(&self, news: Receiver<()>) -> Result<()> {
+    /// Publishes `/diagnostics` every second, and soon after a change.
+    fn send_diagnostics(&self, changed: Receiver<()>) -> Result<()> {
         let publisher =
             self.unlisted_publisher::<DiagnosticArray>("/diagnostics", Qos::reliable(10))?;
         let shared = Rc::clone(&self.shared);
@@ -1100,7 +1100,7 @@ impl<E: 'static> Runtime<E> {
             // The messages of the connections: at the last look, and as told.
             let (mut seen, mut told) = (0, 0);
             loop {
-                let change = news.recv();
+                let change = changed.recv();
                 let time = shared.sleep_until(due.min(settled).min(look));
                 futures::pin_mut!(change, time);
                 let next = select(change, time).await;

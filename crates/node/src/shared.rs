@@ -49,7 +49,7 @@ pub(crate) struct Shared {
     /// Whether `/clock` is subscribed to; it stays so once it is.
     pub(crate) follows_clock: Cell<bool>,
     /// Makes the diagnostics go out soon.
-    pub(crate) news: Sender<()>,
+    pub(crate) diagnostics_due: Sender<()>,
     /// The share of the node's time for requests.
     pub(crate) share: Rc<Share>,
     /// Answers on their way.
@@ -70,7 +70,7 @@ impl Shared {
         participant: DomainParticipant,
         node: Node,
         executor: Weak<LocalExecutor<'static>>,
-        news: Sender<()>,
+        diagnostics_due: Sender<()>,
     ) -> Self {
         Self {
             names,
@@ -84,7 +84,7 @@ impl Shared {
             statuses: RefCell::default(),
             clock: Arc::default(),
             follows_clock: Cell::default(),
-            news,
+            diagnostics_due,
             share: Rc::default(),
             answers: Answers::default(),
             matched_clients: RefCell::default(),
@@ -236,8 +236,8 @@ impl Shared {
     }
 
     /// Makes the diagnostics go out soon.
-    pub(crate) fn announce_news(&self) {
-        let _ = self.news.try_send(()); // Full: they are going out already.
+    pub(crate) fn request_diagnostics(&self) {
+        let _ = self.diagnostics_due.try_send(()); // Full: they are going out already.
     }
 }
 

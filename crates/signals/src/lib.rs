@@ -34,7 +34,7 @@ mod timing;
 mod ulog;
 mod ulog_source;
 
-pub use align::{Aligner, Offer, SAYINGS, Sample, WINDOW};
+pub use align::{Aligner, MAX_REPEATS, Offer, Sample, WINDOW};
 pub use bag_source::{BagSource, nanoseconds, topics, types};
 pub use channel::{Channel, Method, Timing};
 pub use column_source::ColumnSource;

@@ -8,7 +8,7 @@ use planesman_node::{Definition, Losses, RawSample};
 use crate::{Error, units};
 
 /// Fields of a topic that are listed.
-const MOST_FIELDS: usize = 500;
+const MAX_FIELDS: usize = 500;
 
 /// A topic that is subscribed to.
 pub(crate) struct Feed {
@@ -78,7 +78,7 @@ impl Feed {
 
     /// The fields that hold a number, each with its SI unit, empty where it is not known.
     pub(crate) fn fields(&self) -> Vec<(String, &'static str)> {
-        let fields = Catalogue::of(&self.types, MOST_FIELDS).fields;
+        let fields = Catalogue::of(&self.types, MAX_FIELDS).fields;
         let with_unit = |path: &FieldPath| {
             let path = path.to_string();
             let own = path.split('[').next().unwrap_or_default();

@@ -41,14 +41,14 @@ pub type Named = (String, Value);
 
 /// What the program that shows the page knows of models and vehicles.
 #[derive(Clone, Copy, Debug)]
-pub struct Knowledge {
+pub struct ModelFunctions {
     /// The poles of an estimate, the dominant one first.
     pub poles: fn(&ModelEstimate) -> Vec<Pole>,
     /// The vehicle that a plant_sim with these parameters flies.
     pub vehicle: fn(&[Named]) -> Result<Vehicle, BoxedError>,
 }
 
-impl Knowledge {
+impl ModelFunctions {
     /// An estimate for the page.
     pub(crate) fn model(&self, model: &ModelEstimate) -> serde_json::Value {
         json!({
