@@ -26,7 +26,7 @@ use planesman_node::{
 use planesman_parameters::{Value, Values};
 use recorder::node::BAG;
 
-use crate::crew::Crew;
+use crate::processes::Processes;
 use crate::run_folder::{Loss, RunFolder};
 use planesman_console::print_wrapped;
 use planesman_flight::model_summary::identified;
@@ -105,7 +105,7 @@ pub fn run(scenario: &Scenario, run: &RunFolder, options: &Options) -> Result<Op
         args::only(["--ros-args", "-r", &namespace, "--log-level", "warn"].map(str::to_owned))?,
     )?;
     // Nobody else ends the dive by telling of its nodes.
-    let crew = NODES.map(|node| full_name(&options.namespace, node));
+    let own = NODES.map(|node| full_name(&options.namespace, node));
     let vehicle = vec![full_name(&options.namespace, "plant_sim")];
     rt.subscribe_to_speakers(
         "/diagnostics",
@@ -115,7 +115,7 @@ pub fn run(scenario: &Scenario, run: &RunFolder, options: &Options) -> Result<Op
                 let mut told = array.status.iter().map(|it| it.name.split_once(": "));
                 told.any(|it| it.is_some_and(|(name, _)| name == node.as_str()))
             };
-            crew.iter().filter(is_told).cloned().collect()
+            own.iter().filter(is_told).cloned().collect()
         },
         Event::Diagnostics,
     )?;
@@ -162,15 +162,15 @@ fn fly(
     run: &RunFolder,
     options: &Options,
 ) -> Result<Option<Loss>> {
-    let mut crew = Crew::start(run, &options.namespace, &NODES)?;
+    let mut processes = Processes::start(run, &options.namespace, &NODES)?;
     if options.watch {
-        crew.show()?;
+        processes.show()?;
     }
     drop(rt.every(Duration::from_millis(20), || Event::Poll));
     let mut launcher = Launcher {
         scenario: scenario.clone(),
         options: options.clone(),
-        crew,
+        processes,
         go,
         launched,
         claim,
@@ -195,7 +195,7 @@ fn fly(
     let flown = launcher.command(&rt);
     launcher.bar.finish_and_clear();
     flown.and(rt.shutdown().map_err(Into::into))?;
-    launcher.crew.stop()?;
+    launcher.processes.stop()?;
     // The bag is closed. A report can be made again, with `planesman report`.
     shutdown::at_once();
     if launcher.interrupted {
@@ -394,7 +394,7 @@ enum Phase {
 struct Launcher {
     scenario: Scenario,
     options: Options,
-    crew: Crew,
+    processes: Processes,
     go: Client<SetBool>,
     launched: Vec<LaunchedNode>,
     claim: Claim,
@@ -541,7 +541,7 @@ impl Launcher {
                 ));
             }
         }
-        self.crew.check()?;
+        self.processes.check()?;
         match self.phase {
             Phase::Discovering { matches, since } => self.discover(rt, matches, since)?,
             Phase::Flying if !self.options.keep_running && self.is_flown() => match self.rival_seen

@@ -13,13 +13,13 @@
 pub mod arguments;
 pub mod bag_command;
 pub mod coefficients_command;
-pub mod crew;
 pub mod design;
 pub mod dha;
 pub mod dive;
 pub mod doctor;
 pub mod nodes;
 pub mod params_command;
+pub mod processes;
 pub mod report;
 pub mod reproduce;
 pub mod run_folder;

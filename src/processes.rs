@@ -24,21 +24,21 @@ struct Member {
 }
 
 /// The running nodes of one flight.
-pub struct Crew {
+pub struct Processes {
     run: RunFolder,
     members: Vec<Member>,
     /// The page in the browser, which is no part of the flight.
     page: Option<Child>,
 }
 
-impl Crew {
+impl Processes {
     /// Starts `nodes`, each as its own process of this program, on the run's parameter file.
     ///
     /// # Errors
     /// When a process cannot be started; those already running are stopped.
     pub fn start(run: &RunFolder, namespace: &str, nodes: &[&'static str]) -> Result<Self> {
         let program = std::env::current_exe().context("cannot find this program's own path")?;
-        let mut crew = Self {
+        let mut processes = Self {
             run: run.clone(),
             members: Vec::new(),
             page: None,
@@ -62,13 +62,13 @@ impl Crew {
                 .process_group(0)
                 .spawn()
                 .with_context(|| format!("cannot start the node {name}"))?;
-            crew.members.push(Member {
+            processes.members.push(Member {
                 name,
                 child,
                 exit: None,
             });
         }
-        Ok(crew)
+        Ok(processes)
     }
 
     /// Shows the flight on a page in the browser; a page that cannot be shown is told by itself, and the flight goes on.
@@ -170,7 +170,7 @@ impl Member {
     }
 }
 
-impl Drop for Crew {
+impl Drop for Processes {
     fn drop(&mut self) {
         let deadline = Instant::now() + Duration::from_secs(3);
         if let Some(page) = &mut self.page {

@@ -1,4 +1,4 @@
-//! How a bag is read: what is taken of it at most, and in which order.
+//! Limits and order of reading a bag.
 
 /// Limits on the memory that a bag may use. The defaults are far above what recorders write, and keep a hostile bag from taking
 /// the memory: that is at most one record, its chunk unpacked, one message and the topics.

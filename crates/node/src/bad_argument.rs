@@ -1,4 +1,4 @@
-//! What is said of an argument that cannot be used.
+//! An argument that cannot be used.
 
 /// An argument that cannot be used, and why.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

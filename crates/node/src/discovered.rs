@@ -1,4 +1,4 @@
-//! What others publish in the domain, as discovery tells it.
+//! Topics that others publish in the domain, by discovery.
 
 use std::collections::BTreeMap;
 

@@ -52,7 +52,7 @@
 //! | [`runtime`] | the node: one thread, one event at a time |
 //! | [`args`] | `--ros-args` |
 //! | [`names`], `name_rules` | expanding and remapping names; their form |
-//! | [`domain`], `unsupported` | `ROS_DOMAIN_ID` and the discovery range; what of ROS's variables there is not |
+//! | [`domain`] | `ROS_DOMAIN_ID` and the discovery range |
 //! | `security` | `ROS_SECURITY_*` and enclaves |
 //! | `parameters` | the six parameter services |
 //! | `type_description` | `~/get_type_description` |
@@ -61,7 +61,7 @@
 //! | [`service`], `answers`, `waiting` | services served and called; answers on their way |
 //! | `share` | how much of its time a node gives to requests |
 //! | `receive_limits` | how many bytes of messages a node holds, and how much of its time it gives to large ones |
-//! | [`action_server`], [`action_client`], `goals` | actions served and asked; the server's book |
+//! | [`action_server`], [`action_client`], `goals` | actions served and called; the server's goals |
 //! | `endpoint` | one end of a topic: peers and counts |
 //! | `error` | [`Error`] |
 //! | `clock`, `clock_source` | wall time or `/clock` |
@@ -70,11 +70,11 @@
 //! | `logger_levels` | the two services that tell and set levels |
 //! | [`diagnostics`] | `/diagnostics`, written and read |
 //! | `discovered` | what others publish |
-//! | `definition` | the definitions of its types |
+//! | `definition` | the definitions of others' types |
 //! | `losses` | how many messages are missing |
 //! | `discovery_events` | QoS that does not fit, readers that do not acknowledge |
-//! | [`claim`] | being the only one that does something |
-//! | [`report`] | the account at exit |
+//! | [`claim`] | an exclusive role in a domain |
+//! | [`report`] | the exit report: messages of each topic |
 //! | [`memory`], [`file_size`], [`shutdown`], `timers` | the ceilings; the signals; the timers' thread |
 //! | `shared` | what these parts share |
 //! | `watchdog` | whether the middleware still runs |

@@ -1,4 +1,4 @@
-//! The file that the log goes to besides: `ROS_LOG_DIR`, `ROS_HOME`, `--log-file-name`.
+//! The log file: `ROS_LOG_DIR`, `ROS_HOME`, `--log-file-name`.
 
 use crate::error::{Error, Result};
 use std::{

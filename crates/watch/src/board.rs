@@ -1,4 +1,4 @@
-//! What is known of the domain: written by the node, read by every page that is open.
+//! The data of the page: written by the node, read by every open page.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

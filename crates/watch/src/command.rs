@@ -1,4 +1,4 @@
-//! What a page asks for, and the answers.
+//! Requests of a page, and their answers.
 
 use planesman_parameters::Value as Parameter;
 use serde::{Deserialize, de::DeserializeOwned};

@@ -1,4 +1,4 @@
-//! Who may ask: the page itself, from an address that the user gave, with the token.
+//! Authentication: only the page itself is answered, at an address that the user gave, with the token.
 //!
 //! Whoever can connect could command the vehicle: each user of this machine, beyond loopback everybody on the network. So every request
 //! needs the token in the printed address; the first visit puts it into a cookie. Pages of elsewhere that are open in the same browser can

@@ -7,12 +7,12 @@
 //! | `feeds` | messages of any type as numbers |
 //! | `nodes` | who is alive |
 //! | `error` | [`Error`] |
-//! | `command` | what a page may ask for |
-//! | `board`, `series` | what is known, as each page is told it |
-//! | `charts` | the charts at first |
+//! | `command` | requests of a page |
+//! | `board`, `series` | the data of the page, and their updates |
+//! | `charts` | the default charts |
 //! | `units` | the unit of each quantity on the page |
-//! | [`ModelFunctions`] | what the program around it knows of models and vehicles |
-//! | `server`, `guard`, `visitors` | HTTP; who may ask; who is connected |
+//! | [`ModelFunctions`] | poles and vehicles, computed by the program |
+//! | `server`, `guard`, `visitors` | HTTP; authentication; limits of connections |
 //! | `bag_file` | the recorder's file, for download |
 //! | `page/` | the page itself: HTML, CSS and JavaScript without a build step |
 //!

@@ -1,4 +1,4 @@
-//! What the program that shows the page knows of models and vehicles: nothing of it is known here.
+//! Poles and vehicles for the page, computed by functions of the program that shows it.
 
 use planesman_msgs::planesman_msgs::msg::ModelEstimate;
 use planesman_node::BoxedError;
@@ -39,7 +39,7 @@ pub struct Vehicle {
 /// A parameter's name and value.
 pub type Named = (String, Value);
 
-/// What the program that shows the page knows of models and vehicles.
+/// Functions of the program that shows the page.
 #[derive(Clone, Copy, Debug)]
 pub struct ModelFunctions {
     /// The poles of an estimate, the dominant one first.

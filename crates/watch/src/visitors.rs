@@ -1,4 +1,4 @@
-//! Who is connected: so many from each address and in all; who comes last takes the place of another.
+//! Limits of connections: for each address and in all. A new connection takes the place of another.
 //!
 //! A connection that has not shown the token gives way first, then one without a stream, the oldest of the address that has most.
 
