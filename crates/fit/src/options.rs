@@ -179,7 +179,6 @@ impl MethodChoice {
         match method {
             Method::OutputError => &["oe"],
             Method::BoxJenkins => &["bj"],
-            Method::Instruments => &["iv"],
             Method::LeastSquares => &["arx"],
             Method::N4sid => &["subspace"],
             Method::RecursiveLeastSquares => &["rls", "rarx"],

@@ -2,7 +2,7 @@
 //!
 //! `theta = argmin |Phi theta - y|`. The recursive form ([`crate::RecursiveLeastSquares`]) with lambda = 1 and
 //! p0 without bound gives the same; this is its independent check and the tool for
-//! records at hand. Every batch estimator here ends in it: Gauss-Newton steps and instruments too.
+//! records at hand. Every batch estimator here ends in it: Gauss-Newton steps too.
 
 use nalgebra::{DMatrix, DMatrixView, DVector, DVectorView};
 

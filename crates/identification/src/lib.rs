@@ -1,8 +1,8 @@
 //! Identification: discrete transfer functions from numbers on a uniform grid, whole records or sample by sample.
 //!
 //! - [`Record`], [`Structure`], [`Problem`]: the data, what is unknown, and both together.
-//! - [`estimators`]: least squares, ARMAX, output error, instrumental variables, recursions, a vehicle's own equations,
-//!   a Kalman filter, two stages in a closed loop: behind one trait.
+//! - [`estimators`]: least squares, ARMAX, output error, recursions, a vehicle's own equations, a Kalman filter, two stages
+//!   in a closed loop: behind one trait.
 //! - [`RecursiveLeastSquares`], [`Triangle`]: least squares by square roots, row by row and at once.
 //! - [`Model`], [`Readout`], [`Reading`], [`continuous`]: poles, gains and responses, with standard errors.
 //! - [`selection`]: order, delay and kind of model by cross-validation.

@@ -12,8 +12,8 @@ use std::fmt::Write as _;
 use planesman_identification::estimators::recursive::{Kind, Options};
 use planesman_identification::estimators::vehicle::{Heave, Vehicle};
 use planesman_identification::estimators::{
-    Armax, Estimate, Estimator, Guess, Instruments, LeastSquares, OutputError, Recursively,
-    VehicleFilter, VehicleSearch,
+    Armax, Estimate, Estimator, Guess, LeastSquares, OutputError, Recursively, VehicleFilter,
+    VehicleSearch,
 };
 use planesman_identification::{
     Problem, Reading, Run, SIGMAS_95, Structure, Uncertain, noise, on_all_cores,
@@ -136,12 +136,6 @@ pub fn contenders() -> Vec<Contender> {
             zero(),
             Records::One,
             always(OutputError),
-        ),
-        of(
-            "instruments, order 3, zero at 1, offset",
-            zero(),
-            Records::One,
-            always(Instruments),
         ),
         of(
             "output error, order 3, zero at 1, runs of a speed pooled",
