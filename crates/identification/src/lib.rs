@@ -5,8 +5,8 @@
 //!   in a closed loop: behind one trait.
 //! - [`RecursiveLeastSquares`], [`Triangle`]: least squares by square roots, row by row and at once.
 //! - [`Model`], [`Readout`], [`Reading`], [`continuous`]: poles, gains and responses, with standard errors.
-//! - [`selection`]: order, delay and kind of model by cross-validation.
-//! - [`validation`]: residual tests, order search, identifiability.
+//! - [`selection`]: order, delay and kind of model, by cross-validation or by information criteria.
+//! - [`validation`]: residual tests, identifiability.
 //! - [`analysis`]: all of it on one record, with a verdict in plain words.
 //! - [`GivenModel`], [`Judgement`]: a model of any origin on a record: simulation, predictions, residual tests.
 //!

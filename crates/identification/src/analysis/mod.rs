@@ -32,10 +32,10 @@ use crate::estimators::{
 };
 use crate::model::Model;
 use crate::prediction;
+use crate::selection::criteria::{Candidate, choice, first_part, search};
 use crate::selection::{self, Kind, select};
 use crate::structure::{InitialState, Problem, Structure};
 use crate::uncertainty::Reading;
-use crate::validation::order_search::{Candidate, choice, first_part, search};
 use crate::validation::{identifiability, residuals::ResidualTests};
 use planesman_record::StraightLine;
 use planesman_record::{Record, Segment};

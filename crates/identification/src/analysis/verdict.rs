@@ -10,9 +10,8 @@ use super::{
     AHEAD, Analysis, MAX_DELAY, MAX_ORDER, METHOD_MAX_DELAY, METHOD_MAX_ORDER, UNINFORMATIVE_FIT,
 };
 use crate::estimators::{Error, Method};
-use crate::selection::Candidate;
+use crate::selection::{Candidate, criteria};
 use crate::uncertainty::{Reading, SIGMAS_95, Uncertain};
-use crate::validation::order_search;
 use crate::validation::residuals::{Correlation, ResidualTests};
 use planesman_record::Record;
 
@@ -172,7 +171,7 @@ impl Analysis {
         let mut said = doubts;
         said.extend(self.left_out(record));
         said.extend(self.of_selection());
-        said.extend(order_search::verdict(&self.candidates));
+        said.extend(criteria::verdict(&self.candidates));
         said.extend(self.at_the_edge());
         said.extend(self.of_two_stages());
         said.extend(self.of_fit());

@@ -5,7 +5,6 @@ use planesman_linear::polynomial::{self, product};
 
 use super::estimator::Estimator;
 use super::least_squares::LeastSquares;
-use super::levenberg_marquardt::Linearised;
 use super::rows::regression;
 use super::simulator::Simulator;
 use crate::batch::Triangle;
@@ -49,7 +48,7 @@ pub(super) fn starts(
     let mut found: Vec<(f64, DVector<f64>)> = filtered
         .chain(real_poles(problem))
         .filter_map(|a| completed(problem, simulator, &a))
-        .map(|theta| (cost(&simulator.linearised(&theta)), theta))
+        .map(|theta| (simulator.linearised(&theta).cost(), theta))
         .filter(|(cost, _)| cost.is_finite())
         .collect();
     found.sort_by(|p, q| p.0.total_cmp(&q.0));
@@ -103,15 +102,6 @@ fn why_not(problem: &Problem<'_>) -> IdentificationError {
         .unwrap_or(IdentificationError::Undetermined(
             "the record determines no stable model",
         ))
-}
-
-pub(super) fn cost(at: &Linearised) -> f64 {
-    let cost = at.errors.norm_squared();
-    if cost.is_finite() {
-        cost
-    } else {
-        f64::INFINITY
-    }
 }
 
 /// Least squares on rows each of which is a sum over the rows before it: as true as they are.

@@ -1,4 +1,5 @@
-//! The search of order and delay.
+//! Order and delay for any estimator, by information criteria and a held-out part. [`select`](super::select) needs a candidate's
+//! normal equations, which not every estimator has.
 //!
 //! Every candidate is fitted to the first part of each record and judged on the rest by simulation,
 //! and fitted to all of it for the criteria (Ljung 1999, sec. 16.4)
