@@ -61,7 +61,7 @@ pub fn page(analysis: &Analysis, record: &Record, columns: [&str; 2]) -> Result<
         (poles::table_with_note(&[("", analysis.reading())]))
         h2 { "Plots" }
         (figures(&plots))
-        details { summary { "All numbers" } pre { (analysis.findings()) } }
+        details { summary { "All numbers" } pre { (analysis.numbers()) } }
     };
     Ok(document(&title, "", &body, ""))
 }
@@ -370,7 +370,8 @@ mod tests {
             let analysis = analyse(&record, &options).unwrap();
             let page = page(&analysis, &record, ["planes <V>", "gyro"]).unwrap();
             stands_alone(&page);
-            assert_eq!(page.matches(&analysis.reasons[0]).count(), 1, "{method:?}");
+            let reason = analysis.reasons[0].to_string();
+            assert_eq!(page.matches(&reason).count(), 1, "{method:?}");
             let learnt = if method == Method::OutputError {
                 "a1"
             } else {
