@@ -3,8 +3,7 @@
 
 use std::fmt::Write as _;
 
-use anyhow::{Error, Result};
-use planesman_identification::Model;
+use planesman_identification::{IdentificationError, Model};
 use planesman_linear::{TransferFunction, pair_text};
 
 use super::book::table_9;
@@ -62,7 +61,7 @@ impl Relation {
     ///
     /// # Errors
     /// When a fit cannot be made.
-    pub(super) fn identify(self, run: Run) -> Result<Identification> {
+    pub(super) fn identify(self, run: Run) -> Result<Identification, IdentificationError> {
         match self {
             Self::PitchRate => Identification::pitch_rate(run),
             // Figure 53 shows the third order, Table 9 the fourth.
@@ -72,7 +71,6 @@ impl Relation {
             Self::Depth => Identification::depth(run, &[2, 4].map(Orders::of)),
             Self::DepthOfPlanes => Identification::depth_of_planes(run),
         }
-        .map_err(Error::from)
     }
 
     /// The predictions of Table 8 at a speed \[ft/s\], volts over volts in the polarity of the records, by name. Of depth
@@ -80,7 +78,10 @@ impl Relation {
     ///
     /// # Errors
     /// None for a finite speed.
-    pub(super) fn predicted(self, speed: f64) -> Result<Vec<(&'static str, Model)>> {
+    pub(super) fn predicted(
+        self,
+        speed: f64,
+    ) -> Result<Vec<(&'static str, Model)>, IdentificationError> {
         let models = match self {
             Self::PitchRate => vec![
                 (
@@ -139,7 +140,7 @@ fn model(g: &TransferFunction) -> Model {
 ///
 /// # Errors
 /// When a fit cannot be made.
-pub fn account() -> Result<String> {
+pub fn account() -> Result<String, IdentificationError> {
     let mut text = format!(
         "Identification, p. 94 f., step by step. The records are lost: these are SYNTHETIC,\nwith {:.0} mV of noise (assumed) and {:.0} mV of gyro bias. Table 9 stands with run 9/1's two misprints put right (E19).\n",
         1e3 * NOISE,
@@ -152,7 +153,7 @@ pub fn account() -> Result<String> {
     Ok(text)
 }
 
-fn account_of(run: Run, relation: Relation) -> Result<String> {
+fn account_of(run: Run, relation: Relation) -> Result<String, IdentificationError> {
     let identified = relation.identify(run)?;
     let [input, output] = relation.signals();
     let mut text = format!(
