@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use anyhow::Result;
 
-use planesman_book::{Book, Line, Reckoning};
+use planesman_book::{Book, Comparison, Line};
 use planesman_console::{Format, Table, is_terminal, wrapped};
 use planesman_text::number;
 
@@ -14,10 +14,10 @@ use planesman_text::number;
 /// None in practice: writing to memory.
 pub fn text(
     book: &Book,
-    reckoning: &Reckoning<'_>,
+    comparison: &Comparison<'_>,
     told: impl Fn(&&Line<'_>) -> bool,
 ) -> Result<String> {
-    let lines: Vec<&Line<'_>> = reckoning.lines.iter().filter(told).collect();
+    let lines: Vec<&Line<'_>> = comparison.lines.iter().filter(told).collect();
     if lines.is_empty() {
         return Ok(String::new());
     }
@@ -37,7 +37,7 @@ pub fn text(
         )
     };
     let mut text = aligned(COLUMNS);
-    let mut all_news = String::new();
+    let mut all_changes = String::new();
     for line in &lines {
         let entry = line.entry;
         let row = [
@@ -46,18 +46,18 @@ pub fn text(
             written(line.value),
             written(entry.slack.or(entry.tolerance)),
             entry.unit.clone(),
-            line.told(),
+            line.verdict_text(),
             entry.erratum.clone().unwrap_or_default(),
         ];
         text += &aligned(row.each_ref().map(String::as_str));
         table.row(row);
-        if let Some(news) = line.news() {
-            text += &format!("{:<30} not as in the book: {news}\n", "");
-            all_news += &format!("{}: not as in the book: {news}\n", entry.id);
+        if let Some(changes) = line.change() {
+            text += &format!("{:<30} not as in the book: {changes}\n", "");
+            all_changes += &format!("{}: not as in the book: {changes}\n", entry.id);
         }
     }
     if is_terminal() {
-        text = table.text(Format::Table) + &all_news;
+        text = table.text(Format::Table) + &all_changes;
     }
     let named = |number: &str| {
         let mut errata = lines.iter().map(|line| line.entry.erratum.as_deref());
@@ -73,9 +73,9 @@ pub fn text(
 
 /// The totals, a line per kind.
 #[must_use]
-pub fn totals(reckoning: &Reckoning<'_>) -> String {
-    let t = reckoning.totals();
-    let mut text = format!("\n{} numbers\n", reckoning.lines.len());
+pub fn totals(comparison: &Comparison<'_>) -> String {
+    let t = comparison.totals();
+    let mut text = format!("\n{} numbers\n", comparison.lines.len());
     for (count, what) in [
         (t.agrees, "printed, agree to their rounding"),
         (t.approximate, "printed, agree approximately"),
@@ -90,9 +90,9 @@ pub fn totals(reckoning: &Reckoning<'_>) -> String {
             "printed, not recomputed: measurements, choices, parts not here",
         ),
         (t.not_recomputed, "not printed, not recomputed"),
-        (t.news, "not as they stand in the book"),
+        (t.changes, "not as they stand in the book"),
         (
-            reckoning.strangers.len(),
+            comparison.unknown.len(),
             "more recomputed, of which the book has no entry",
         ),
     ] {

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context as _, Result, bail};
 use planesman_book::rows::{self, Row};
-use planesman_book::{Line, Reckoning, Report, Verdict};
+use planesman_book::{Comparison, Line, Report, Verdict};
 
 use crate::arguments::output_file;
 use planesman_console::print_wrapped;
@@ -54,17 +54,17 @@ pub fn run(args: &ReproduceArgs) -> Result<()> {
     }
     let mut page = planesman_pages::book::Page::default();
     let mut all_rows = Vec::new();
-    let mut news = 0;
+    let mut changes = 0;
     let recomputed = on_all_cores("reports", &REPORTS, |report| (report.recomputed)());
     for (report, values) in REPORTS.iter().zip(recomputed) {
         let (book, names) = ((report.book)()?, (report.names)()?);
-        let reckoning = Reckoning::of(&book, values.iter().map(|(id, v)| (id.as_str(), *v)));
+        let comparison = Comparison::new(&book, values.iter().map(|(id, v)| (id.as_str(), *v)));
         print_wrapped(format_args!("{}\n", report.citation))?;
-        planesman_console::print(listing::totals(&reckoning))?;
+        planesman_console::print(listing::totals(&comparison))?;
         let told = |line: &&Line<'_>| {
-            args.all || line.verdict == Some(Verdict::Contradicts) || line.news().is_some()
+            args.all || line.verdict == Some(Verdict::Contradicts) || line.change().is_some()
         };
-        planesman_console::out!("{}", listing::text(&book, &reckoning, told)?)?;
+        planesman_console::out!("{}", listing::text(&book, &comparison, told)?)?;
         let account = match args.all || args.html.is_some() {
             true => report.account.map(|account| account()).transpose()?,
             false => None,
@@ -72,15 +72,15 @@ pub fn run(args: &ReproduceArgs) -> Result<()> {
         if let (true, Some(account)) = (args.all, &account) {
             print_wrapped(format_args!("{account}\n"))?;
         }
-        news += reckoning.totals().news;
-        all_rows.extend(rows::of(report, &book, &names, &reckoning));
+        changes += comparison.totals().changes;
+        all_rows.extend(rows::of(report, &book, &names, &comparison));
         if args.html.is_some() {
             let _working = spinner("figures");
             page.add(
                 report,
                 &book,
                 &names,
-                &reckoning,
+                &comparison,
                 &(report.figures)()?,
                 account.as_deref(),
             );
@@ -101,7 +101,7 @@ pub fn run(args: &ReproduceArgs) -> Result<()> {
         write_text(path, csv(&all_rows)?)?;
         planesman_console::out!("{}: {} numbers", path.display(), all_rows.len())?;
     }
-    match news {
+    match changes {
         0 => Ok(()),
         1 => bail!("1 number differs from the book"),
         n => bail!("{n} numbers are not as they stand in the book"),

@@ -21,7 +21,7 @@ use crate::rules::{
 };
 
 /// The largest order of a model with poles.
-const MOST: usize = 20;
+const MAX_ORDER: usize = 20;
 
 /// The options of [`fit`](crate::fit).
 ///
@@ -429,8 +429,8 @@ impl FitOptions {
         if is_fir && structure.numerator.is_some() && is_alone {
             return Err(FitError::NumeratorOfFir);
         }
-        if structure.order.is_some_and(|order| order > MOST) && !is_fir {
-            return Err(FitError::Order(MOST));
+        if structure.order.is_some_and(|order| order > MAX_ORDER) && !is_fir {
+            return Err(FitError::Order(MAX_ORDER));
         }
         let heave = coefficients.map(|[to_pitch, damping, from_rate, from_input]| Heave {
             to_pitch,

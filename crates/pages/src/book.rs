@@ -2,7 +2,7 @@
 //! that are lost from the reports' copies, and the errata.
 
 use maud::{Markup, html};
-use planesman_book::{Book, Chapter, Line, Names, Reckoning, Report};
+use planesman_book::{Book, Chapter, Comparison, Line, Names, Report};
 
 use crate::{document, figures};
 use planesman_text::number;
@@ -58,12 +58,12 @@ impl Page {
         report: &Report,
         book: &Book,
         names: &Names,
-        reckoning: &Reckoning<'_>,
+        comparison: &Comparison<'_>,
         chapters: &[Chapter],
         account: Option<&str>,
     ) {
         let place = |part: &str| slug(&format!("{} {part}", report.name));
-        let families = families(names, reckoning);
+        let families = families(names, comparison);
         let contents = html! {
             ul {
                 @for chapter in chapters { li { a href=(format!("#{}", place(chapter.title))) { (chapter.title) } } }
@@ -74,7 +74,7 @@ impl Page {
                 } }
             }
         };
-        self.summaries.push(summary(report, reckoning, &contents));
+        self.summaries.push(summary(report, comparison, &contents));
         self.numbers.push(html! {
             h2 { (report.name) ": numbers" }
             @for (family, lines) in &families {
@@ -123,10 +123,10 @@ impl Page {
 }
 
 /// The count of each verdict, which leads to the numbers that have it, and the contents.
-fn summary(report: &Report, reckoning: &Reckoning<'_>, contents: &Markup) -> Markup {
+fn summary(report: &Report, comparison: &Comparison<'_>, contents: &Markup) -> Markup {
     let count = |wanted: &str| {
-        let lines = reckoning.lines.iter();
-        lines.filter(|line| line.told() == wanted).count()
+        let lines = comparison.lines.iter();
+        lines.filter(|line| line.verdict_text() == wanted).count()
     };
     html! {
         div {
@@ -136,7 +136,7 @@ fn summary(report: &Report, reckoning: &Reckoning<'_>, contents: &Markup) -> Mar
                 @for (verdict, meaning) in VERDICTS {
                     tr { td { a href="#numbers" data-pick=(verdict) { (meaning) } } td { (count(verdict)) } }
                 }
-                tr { td { b { "numbers" } } td { b { (reckoning.lines.len()) } } }
+                tr { td { b { "numbers" } } td { b { (comparison.lines.len()) } } }
             } }
             nav aria-label=(format!("Contents, {}", report.name)) { (contents) }
         }
@@ -146,10 +146,10 @@ fn summary(report: &Report, reckoning: &Reckoning<'_>, contents: &Markup) -> Mar
 /// The lines by the plain name of their family, in the book's order.
 fn families<'a, 'b>(
     names: &'a Names,
-    reckoning: &'a Reckoning<'b>,
+    comparison: &'a Comparison<'b>,
 ) -> Vec<(&'a str, Vec<&'a Line<'b>>)> {
     let mut families: Vec<(&str, Vec<&Line<'_>>)> = Vec::new();
-    for line in &reckoning.lines {
+    for line in &comparison.lines {
         let family = names.family(line.entry);
         match families.iter_mut().find(|(name, _)| *name == family) {
             Some((_, lines)) => lines.push(line),
@@ -165,7 +165,7 @@ fn numbers(book: &Book, names: &Names, lines: &[&Line<'_>]) -> Markup {
             thead { tr { th { "number" } th { "printed" } th { "page" } th { "recomputed" } th { "within" } th { "unit" } th { "verdict" } th { "remarks" } } }
             @for line in lines {
                 @let entry = line.entry;
-                tr id=(entry.id) data-verdict=(line.told()) {
+                tr id=(entry.id) data-verdict=(line.verdict_text()) {
                     td.name {
                         a href=(format!("#{}", entry.id)) { (names.name(entry).unwrap_or_else(|| entry.id.clone())) }
                         small { (entry.id) }
@@ -175,9 +175,9 @@ fn numbers(book: &Book, names: &Names, lines: &[&Line<'_>]) -> Markup {
                     td { (written(line.value)) }
                     td { (written(entry.slack.or(entry.tolerance))) }
                     td.unit { (entry.unit) }
-                    td.verdict { (line.told()) }
+                    td.verdict { (line.verdict_text()) }
                     td.note {
-                        @if let Some(news) = line.news() { b { "Not as in the book: " (news) ". " } }
+                        @if let Some(change) = line.change() { b { "Not as in the book: " (change) ". " } }
                         @if let Some(note) = &entry.note { (note) ". " }
                         @if let Some((number, text)) = book.erratum_of(entry) {
                             a href=(format!("#{number}")) title=(text) { (number) }

@@ -27,7 +27,7 @@ pub struct Entry {
     pub tolerance: Option<f64>,
     /// How it is computed, or what is odd about it.
     pub note: Option<String>,
-    /// The verdict that stands; a new one that differs is news.
+    /// The verdict that stands; a new one that differs is a change.
     pub verdict: Option<Verdict>,
     /// A constant that the models are given: read back it says that it was copied right, and nothing of the models.
     #[serde(default)]

@@ -4,7 +4,7 @@
 //! - [`verdict`]: whether a recomputed number agrees with the printed one.
 //! - [`book`]: all entries of a report and its errata, read from JSON.
 //! - [`names`]: plain names of a report's numbers.
-//! - [`reckoning`]: a book gone through with freshly recomputed numbers.
+//! - [`comparison`]: a book gone through with freshly recomputed numbers.
 //! - [`brunner_1988`]: the errata of the report on the vehicle, of which each node recomputes its own share.
 //! - [`report`]: a report with its numbers and figures; [`rows`]: the numbers as rows, for other programs.
 //!
@@ -12,16 +12,16 @@
 
 pub mod book;
 pub mod brunner_1988;
+pub mod comparison;
 pub mod entry;
 pub mod names;
-pub mod reckoning;
 pub mod report;
 pub mod rows;
 pub mod verdict;
 
 pub use book::{Book, BookError};
+pub use comparison::{Comparison, Line, Totals};
 pub use entry::Entry;
 pub use names::Names;
-pub use reckoning::{Line, Reckoning, Totals};
 pub use report::{Chapter, Recomputed, Report, ReportError};
 pub use verdict::Verdict;

@@ -3,7 +3,7 @@
 use planesman_parallel::on_all_cores;
 use serde::Serialize;
 
-use crate::{Book, Line, Names, Reckoning, Report, ReportError};
+use crate::{Book, Comparison, Line, Names, Report, ReportError};
 
 /// One number.
 #[derive(Clone, Debug, Serialize)]
@@ -34,16 +34,16 @@ pub fn all(reports: &[Report]) -> Result<Vec<Row>, ReportError> {
     let mut rows = Vec::new();
     for (report, values) in reports.iter().zip(recomputed) {
         let (book, names) = ((report.book)()?, (report.names)()?);
-        let reckoning = Reckoning::of(&book, values.iter().map(|(id, v)| (id.as_str(), *v)));
-        rows.extend(of(report, &book, &names, &reckoning));
+        let comparison = Comparison::new(&book, values.iter().map(|(id, v)| (id.as_str(), *v)));
+        rows.extend(of(report, &book, &names, &comparison));
     }
     Ok(rows)
 }
 
 /// The numbers of a report.
 #[must_use]
-pub fn of(report: &Report, book: &Book, names: &Names, reckoning: &Reckoning<'_>) -> Vec<Row> {
-    let lines = reckoning.lines.iter();
+pub fn of(report: &Report, book: &Book, names: &Names, comparison: &Comparison<'_>) -> Vec<Row> {
+    let lines = comparison.lines.iter();
     let row = |line: &Line<'_>| {
         let entry = line.entry;
         let erratum = book.erratum_of(entry);
@@ -57,7 +57,7 @@ pub fn of(report: &Report, book: &Book, names: &Names, reckoning: &Reckoning<'_>
             printed: entry.printed,
             within: entry.slack.or(entry.tolerance),
             recomputed: line.value,
-            verdict: line.told(),
+            verdict: line.verdict_text(),
             erratum: erratum.map(|(number, _)| number.to_owned()),
             explanation: erratum.map(|(_, text)| text.to_owned()),
             note: entry.note.clone(),

@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 
 use brunner_1988::{controllers, identification, vehicle};
-use planesman_book::{Book, Entry, Reckoning, Verdict};
+use planesman_book::{Book, Comparison, Entry, Verdict};
 
 /// The families of the instruments, where a printed measurement without a reference has nothing to be
 /// computed from.
@@ -15,22 +15,22 @@ const INSTRUMENTS: [&str; 7] = ["gyro", "press", "daq", "plane", "rollplane", "t
 const CHOICES: [&str; 1] = ["T6.Kdz_opt"];
 
 /// Goes through a share of the book: each value is given once, and stands as it is in the book.
-fn gone_through<'a>(book: &'a Book, values: &[(&str, f64)]) -> Reckoning<'a> {
+fn gone_through<'a>(book: &'a Book, values: &[(&str, f64)]) -> Comparison<'a> {
     let mut once = BTreeMap::new();
     for (id, value) in values {
         assert!(once.insert(id, value).is_none(), "{id} is given twice");
         assert!(value.is_finite(), "{id} is {value}");
     }
-    let reckoning = Reckoning::of(book, values.iter().copied());
-    let news = reckoning.news();
-    assert!(news.is_empty(), "{}", news.join("\n"));
-    reckoning
+    let comparison = Comparison::new(book, values.iter().copied());
+    let changes = comparison.changes();
+    assert!(changes.is_empty(), "{}", changes.join("\n"));
+    comparison
 }
 
 /// No entry that could be computed is left out.
-fn assert_complete(reckoning: &Reckoning<'_>, may_be_left_out: impl Fn(&Entry) -> bool) {
-    let missing: Vec<_> = reckoning
-        .left_out()
+fn assert_complete(comparison: &Comparison<'_>, may_be_left_out: impl Fn(&Entry) -> bool) {
+    let missing: Vec<_> = comparison
+        .not_recomputed()
         .filter(|e| !may_be_left_out(e))
         .collect();
     assert!(missing.is_empty(), "nothing recomputes {missing:?}");
@@ -43,13 +43,13 @@ fn family(id: &str) -> &str {
 #[test]
 fn every_number_of_the_vehicle_comes_out_again_with_its_verdict() {
     let book = vehicle::book().unwrap();
-    let reckoning = gone_through(&book, &vehicle::recomputed());
-    assert_complete(&reckoning, |entry| {
+    let comparison = gone_through(&book, &vehicle::recomputed());
+    assert_complete(&comparison, |entry| {
         entry.reference.is_none() && INSTRUMENTS.contains(&family(&entry.id))
     });
     // Whole rows of the programs and of Table 8 are computed; the book holds some numbers of each.
     let entries = || book.entries().iter().map(|entry| family(&entry.id));
-    for id in &reckoning.strangers {
+    for id in &comparison.unknown {
         let known = !INSTRUMENTS.contains(&family(id)) && entries().any(|of| of == family(id));
         assert!(known, "the book has no {id}");
     }
@@ -70,19 +70,19 @@ fn every_number_of_the_controllers_comes_out_again_with_its_verdict() {
     let book = controllers::book().unwrap();
     let values = controllers::recomputed();
     let values: Vec<_> = values.iter().map(|(id, v)| (id.as_str(), *v)).collect();
-    let reckoning = gone_through(&book, &values);
-    assert_complete(&reckoning, |entry| CHOICES.contains(&entry.id.as_str()));
-    assert!(reckoning.strangers.is_empty(), "{:?}", reckoning.strangers);
+    let comparison = gone_through(&book, &values);
+    assert_complete(&comparison, |entry| CHOICES.contains(&entry.id.as_str()));
+    assert!(comparison.unknown.is_empty(), "{:?}", comparison.unknown);
 }
 
 #[test]
 fn every_number_of_table_9_comes_out_again() {
     let book = identification::book().unwrap();
-    let reckoning = gone_through(&book, &identification::recomputed());
-    assert_complete(&reckoning, |entry| {
+    let comparison = gone_through(&book, &identification::recomputed());
+    assert_complete(&comparison, |entry| {
         entry.reference.is_none() && entry.verdict.is_none()
     });
-    assert!(reckoning.strangers.is_empty(), "{:?}", reckoning.strangers);
+    assert!(comparison.unknown.is_empty(), "{:?}", comparison.unknown);
 }
 
 fn values() -> BTreeMap<&'static str, f64> {

@@ -140,7 +140,7 @@ fn a_known_integrator_and_a_delay_are_kept() {
             "{method:?}: {:?}",
             model.b
         );
-        let poles = Reading::of(&found, 0).poles().unwrap();
+        let poles = Reading::new(&found, 0).poles().unwrap();
         assert_eq!(poles[1].value, Complex::new(1.0, 0.0));
         assert_eq!(poles[1].real_deviation(), 0.0);
     }
@@ -155,7 +155,7 @@ fn second_pole(estimator: &dyn Estimator) -> (f64, f64) {
             let outputs = with_noise(&second_order(&planes), 7 + 1000 * seed, NOISE);
             let structure = Structure::of_order(2).without_offset();
             let found = fit(estimator, structure, &[(planes.clone(), outputs)]);
-            Reading::of(&found, 0).poles().unwrap()[1].value.re
+            Reading::new(&found, 0).poles().unwrap()[1].value.re
         })
         .collect();
     let mean = poles.iter().sum::<f64>() / f64::from(RECORDS);
@@ -242,13 +242,13 @@ fn the_covariance_is_carried_as_small_changes_are() {
     };
     type Read<'a> = (&'a str, &'a dyn Fn(&Estimate) -> Uncertain);
     let reads: [Read<'_>; 5] = [
-        ("pole", &|e| Reading::of(e, 0).poles().unwrap()[0]),
+        ("pole", &|e| Reading::new(e, 0).poles().unwrap()[0]),
         ("s pole", &|e| {
-            Reading::of(e, 0).continuous_poles().unwrap()[1]
+            Reading::new(e, 0).continuous_poles().unwrap()[1]
         }),
-        ("zero", &|e| Reading::of(e, 0).zeros().unwrap()[0]),
-        ("gain", &|e| Reading::of(e, 0).steady_state_gain().unwrap()),
-        ("response", &|e| Reading::of(e, 0).response(3.0).unwrap()),
+        ("zero", &|e| Reading::new(e, 0).zeros().unwrap()[0]),
+        ("gain", &|e| Reading::new(e, 0).steady_state_gain().unwrap()),
+        ("response", &|e| Reading::new(e, 0).response(3.0).unwrap()),
     ];
     for (name, read) in reads {
         let exact = read(&found).covariance;

@@ -368,7 +368,7 @@ fn ram(points: impl AsRef<[Point]>) -> Vec<(f64, f64)> {
 /// The analog flight control: a step, and half a degree to either side.
 fn analog() -> [Plot<'static>; 3] {
     let fly = |steering: f64, degrees: f64| {
-        let mut flight = AnalogLoop::new(SURROGATE, Gains::of(SURROGATE), degrees * DEGREE);
+        let mut flight = AnalogLoop::new(SURROGATE, Gains::new(SURROGATE), degrees * DEGREE);
         let (mut yaw, mut nozzle) = (Vec::new(), Vec::new());
         while flight.time() < TRANSIENT {
             yaw.push((flight.time(), flight.yaw().angle / DEGREE));

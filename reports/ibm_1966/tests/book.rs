@@ -1,7 +1,7 @@
 //! The numbers of IBM 66-L03-005: every one comes out again, with its verdict.
 
 use ibm_1966::{book, recomputed};
-use planesman_book::{Reckoning, Verdict};
+use planesman_book::{Comparison, Verdict};
 
 /// Printed, and nothing to compute it from: measurements, the runs of Phase I, and parameters that no
 /// case uses as they stand in their table.
@@ -19,8 +19,8 @@ const PRINTED_ONLY: [&str; 9] = [
 
 /// How many printed numbers of a table the simulation gives exactly, and how many to one test step;
 /// a gain margin counts once, by its stable K_g.
-fn score(reckoning: &Reckoning<'_>, table: &str) -> (usize, usize) {
-    let verdicts = reckoning.lines.iter().filter_map(|line| {
+fn score(comparison: &Comparison<'_>, table: &str) -> (usize, usize) {
+    let verdicts = comparison.lines.iter().filter_map(|line| {
         let id = &line.entry.id;
         (id.starts_with(table) && !id.ends_with("unstable")).then_some(line.verdict)?
     });
@@ -35,19 +35,19 @@ fn score(reckoning: &Reckoning<'_>, table: &str) -> (usize, usize) {
 fn every_number_of_the_study_comes_out_again_with_its_verdict() {
     let book = book().expect("the book is valid");
     let values = recomputed();
-    let reckoning = Reckoning::of(&book, values.iter().map(|(id, v)| (id.as_str(), *v)));
-    let news = reckoning.news();
-    assert!(news.is_empty(), "{}", news.join("\n"));
-    assert!(reckoning.strangers.is_empty(), "{:?}", reckoning.strangers);
-    let left_out: Vec<&str> = reckoning
-        .left_out()
+    let comparison = Comparison::new(&book, values.iter().map(|(id, v)| (id.as_str(), *v)));
+    let changes = comparison.changes();
+    assert!(changes.is_empty(), "{}", changes.join("\n"));
+    assert!(comparison.unknown.is_empty(), "{:?}", comparison.unknown);
+    let left_out: Vec<&str> = comparison
+        .not_recomputed()
         .map(|entry| entry.id.as_str())
         .collect();
     let mut expected = PRINTED_ONLY.to_vec();
-    expected.sort_by_key(|id| reckoning.lines.iter().position(|l| l.entry.id == *id));
+    expected.sort_by_key(|id| comparison.lines.iter().position(|l| l.entry.id == *id));
     assert_eq!(left_out, expected);
 
     // What the reference simulation of the study comes to: 21 of 24, and none of 18.
-    assert_eq!(score(&reckoning, "T4-2."), (21, 24));
-    assert_eq!(score(&reckoning, "T3-2.").0, 0);
+    assert_eq!(score(&comparison, "T4-2."), (21, 24));
+    assert_eq!(score(&comparison, "T3-2.").0, 0);
 }

@@ -282,7 +282,7 @@ fn judged_on(record: &Record, options: &Options, validation: Option<&Record>) ->
     let residuals = estimate
         .residuals
         .get(longest)
-        .and_then(|residuals| ResidualTests::of(residuals, tested_against));
+        .and_then(|residuals| ResidualTests::new(residuals, tested_against));
     let (held_out_fit, attainable_fit) = match validation {
         None => held_out_fits(estimator, &problem, longest),
         Some(_) => (None, None),
@@ -591,7 +591,7 @@ impl Analysis {
     /// Takes the fits of a record for validation.
     fn validated(&mut self, validation: &Record, fitted: &Problem<'_>) -> Result<Reason> {
         let validation = &*caused_by_reference(validation)?;
-        let judgement = GivenModel::of(&self.estimate, self.longest).on(validation, &[AHEAD])?;
+        let judgement = GivenModel::new(&self.estimate, self.longest).on(validation, &[AHEAD])?;
         let outputs = validation.segments[judgement.segments[judgement.longest]]
             .outputs
             .first();
@@ -636,7 +636,7 @@ impl Analysis {
     /// Poles, zeros, gain and response of that model.
     #[must_use]
     pub fn reading(&self) -> Reading<'_> {
-        Reading::of(&self.estimate, self.longest)
+        Reading::new(&self.estimate, self.longest)
     }
 
     /// The vehicle's coefficients, where they were sought or follow: from second order with a zero at z = 1.

@@ -162,7 +162,7 @@ impl Analysis {
                 b.len() - 1
             );
             if own {
-                let gain = Reading::of(&self.estimate, run).steady_state_gain();
+                let gain = Reading::new(&self.estimate, run).steady_state_gain();
                 let _ = write!(text, ", segment {}", self.segments[run] + 1);
                 if let Some(gain) = gain {
                     let _ = write!(text, ", steady-state gain {}", interval(&gain));

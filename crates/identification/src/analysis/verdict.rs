@@ -345,7 +345,7 @@ impl Analysis {
     /// The effect of the two stages: both magnitudes of the response, where they differ most.
     fn two_stages(&self) -> Option<Reason> {
         let (direct, reference) = (self.direct.as_ref()?, self.reference.clone()?);
-        let (staged, direct) = (self.reading(), Reading::of(direct, self.longest));
+        let (staged, direct) = (self.reading(), Reading::new(direct, self.longest));
         let differences = self.frequencies().filter_map(|omega| {
             let pair = [staged.response(omega)?, direct.response(omega)?];
             let [staged, direct] = pair.map(|it| (it.value.norm(), it.magnitude_deviation()));

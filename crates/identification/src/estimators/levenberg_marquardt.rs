@@ -152,7 +152,7 @@ impl Valley {
             *scale = largest;
         }
         Ok(Some(Self {
-            triangle: Triangle::of(&at.slopes, &at.errors)?.scaled(&scales),
+            triangle: Triangle::new(&at.slopes, &at.errors)?.scaled(&scales),
             cost: at.cost(),
             scales,
         }))
@@ -187,7 +187,7 @@ pub(super) fn unit_factor(at: &Linearised) -> Result<DMatrix<f64>> {
     for scale in scales.iter_mut().filter(|scale| **scale == 0.0) {
         *scale = 1.0;
     }
-    let triangle = Triangle::of(&at.slopes, &at.errors)?.scaled(&scales);
+    let triangle = Triangle::new(&at.slopes, &at.errors)?.scaled(&scales);
     let mut factor = triangle.unit_factor()?;
     for (mut row, scale) in factor.row_iter_mut().zip(scales) {
         row /= scale;

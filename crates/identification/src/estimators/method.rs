@@ -187,7 +187,7 @@ impl Method {
                 noise: knowledge.noise,
                 bias_drift: knowledge.bias_drift,
                 disturbance: knowledge.disturbance,
-                ..VehicleFilter::of(knowledge.vehicle)
+                ..VehicleFilter::new(knowledge.vehicle)
             }),
         }
     }

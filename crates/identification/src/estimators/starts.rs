@@ -123,7 +123,7 @@ fn filtered_least_squares(problem: &Problem<'_>, den: &[f64]) -> Option<DVector<
         }
         row += count;
     }
-    Triangle::of(&phi, &outputs).ok()?.solution().ok()
+    Triangle::new(&phi, &outputs).ok()?.solution().ok()
 }
 
 /// The poles given, everything else that comes nearest the output: it enters linearly.
@@ -133,7 +133,7 @@ fn completed(problem: &Problem<'_>, simulator: &Simulator<'_>, a: &[f64]) -> Opt
     theta.rows_mut(0, a.len()).copy_from_slice(a);
     let at = simulator.linearised(&theta);
     let slopes = at.slopes.columns(a.len(), count - a.len()).into_owned();
-    let rest = Triangle::of(&slopes, &at.errors).ok()?.solution().ok()?;
+    let rest = Triangle::new(&slopes, &at.errors).ok()?.solution().ok()?;
     theta.rows_mut(a.len(), rest.len()).copy_from(&rest);
     Some(theta)
 }

@@ -81,7 +81,7 @@ fn of_rows(problem: &Problem<'_>) -> Option<Doubt> {
 /// Those of the triangle, for the matrix may be long; none of one with numbers that are not finite.
 fn singular_values(matrix: &DMatrix<f64>) -> DVector<f64> {
     let nothing = DVector::zeros(matrix.nrows());
-    let triangle = Triangle::of(matrix, &nothing);
+    let triangle = Triangle::new(matrix, &nothing);
     triangle.map_or_else(
         |_| DVector::zeros(matrix.ncols()),
         |it| it.singular_values(),
@@ -130,7 +130,7 @@ fn feedback_leaves(inputs: &[f64], outputs: &[f64], history: usize) -> Option<f6
     let phi = DMatrix::from_fn(kept.len(), n + 1, |i, j| outputs[kept[i] - j]);
     let u = DVector::from_fn(kept.len(), |i, _| inputs[kept[i]]);
     let total = u.norm_squared();
-    let left = Triangle::of(&phi, &u).ok()?.cost;
+    let left = Triangle::new(&phi, &u).ok()?.cost;
     (total > 0.0).then_some(left / total)
 }
 

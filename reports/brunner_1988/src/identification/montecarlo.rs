@@ -246,7 +246,7 @@ fn filter(vehicle: Vehicle, passes: usize) -> VehicleFilter {
         }),
         noise: Some(NOISE),
         passes,
-        ..VehicleFilter::of(vehicle)
+        ..VehicleFilter::new(vehicle)
     }
 }
 
@@ -424,7 +424,7 @@ fn nearest(poles: Vec<Uncertain>, pole: f64) -> Option<Uncertain> {
 }
 
 fn read(estimate: &Estimate, pole: f64) -> Option<(Uncertain, Uncertain)> {
-    let reading = Reading::of(estimate, 0);
+    let reading = Reading::new(estimate, 0);
     Some((
         nearest(reading.continuous_poles().ok()?, pole)?,
         reading.response(-pole)?,

@@ -78,7 +78,7 @@ fn instrumental_variables_and_output_error_reach_the_same_model_by_different_roa
         let search = OutputError.fit(&problem).unwrap();
         let off = (&search.theta - settled(&problem)).amax();
         assert!(off < 1e-5, "seed {seed}: {off:e}");
-        let poles = Reading::of(&search, 0).poles().unwrap();
+        let poles = Reading::new(&search, 0).poles().unwrap();
         for (pole, true_pole) in poles.iter().zip([0.95, 0.8]) {
             let off = (pole.value.re - true_pole).abs() / pole.real_deviation();
             assert!(off < 4.0, "seed {seed}: {off} deviations");

@@ -18,7 +18,7 @@ pub struct Line<'a> {
 impl Line<'_> {
     /// The verdict in words; of a number without one, why there is none.
     #[must_use]
-    pub fn told(&self) -> String {
+    pub fn verdict_text(&self) -> String {
         match (self.verdict, self.value) {
             (Some(Verdict::Agrees | Verdict::Approximate), _) if self.entry.input => {
                 "read back".to_owned()
@@ -31,7 +31,7 @@ impl Line<'_> {
 
     /// A difference from the book: another verdict, or a value away from the reference.
     #[must_use]
-    pub fn news(&self) -> Option<String> {
+    pub fn change(&self) -> Option<String> {
         let value = self.value?;
         if self.entry.verdict != self.verdict {
             let shown =
@@ -64,21 +64,21 @@ pub struct Totals {
     /// Numbers the report does not print and that nothing recomputes here.
     pub not_recomputed: usize,
     /// Entries that are not as they stand in the book.
-    pub news: usize,
+    pub changes: usize,
 }
 
-/// A book gone through.
+/// A book beside recomputed numbers.
 #[derive(Clone, Debug)]
-pub struct Reckoning<'a> {
+pub struct Comparison<'a> {
     /// Every entry, in the book's order.
     pub lines: Vec<Line<'a>>,
     /// Names among the recomputed values that no entry has.
-    pub strangers: Vec<String>,
+    pub unknown: Vec<String>,
 }
 
-impl<'a> Reckoning<'a> {
-    /// Goes through `book` with the values by name. The first of several values for a name counts.
-    pub fn of<'s>(book: &'a Book, values: impl IntoIterator<Item = (&'s str, f64)>) -> Self {
+impl<'a> Comparison<'a> {
+    /// Of `book` with the values by name. The first of several values for a name counts.
+    pub fn new<'s>(book: &'a Book, values: impl IntoIterator<Item = (&'s str, f64)>) -> Self {
         let mut by_name = BTreeMap::new();
         for (id, value) in values {
             by_name.entry(id).or_insert(value);
@@ -98,21 +98,21 @@ impl<'a> Reckoning<'a> {
             .collect();
         Self {
             lines,
-            strangers: by_name.into_keys().map(str::to_owned).collect(),
+            unknown: by_name.into_keys().map(str::to_owned).collect(),
         }
     }
 
     /// The differences from the book, a sentence for each.
     #[must_use]
-    pub fn news(&self) -> Vec<String> {
-        let news = |line: &Line<'_>| Some(format!("{}: {}", line.entry.id, line.news()?));
-        self.lines.iter().filter_map(news).collect()
+    pub fn changes(&self) -> Vec<String> {
+        let change = |line: &Line<'_>| Some(format!("{}: {}", line.entry.id, line.change()?));
+        self.lines.iter().filter_map(change).collect()
     }
 
     /// The entries that nothing recomputes.
-    pub fn left_out(&self) -> impl Iterator<Item = &'a Entry> {
-        let left_out = self.lines.iter().filter(|line| line.value.is_none());
-        left_out.map(|line| line.entry)
+    pub fn not_recomputed(&self) -> impl Iterator<Item = &'a Entry> {
+        let entries = self.lines.iter().filter(|line| line.value.is_none());
+        entries.map(|line| line.entry)
     }
 
     /// The number of each kind.
@@ -131,7 +131,7 @@ impl<'a> Reckoning<'a> {
                 (None, None, Some(_)) => &mut totals.printed_only,
                 (None, None, None) => &mut totals.not_recomputed,
             } += 1;
-            totals.news += usize::from(line.news().is_some());
+            totals.changes += usize::from(line.change().is_some());
         }
         totals
     }
@@ -150,19 +150,23 @@ mod tests {
         {"id": "f", "unit": "-", "source": "p. 1", "printed": 1.0, "slack": 0, "verdict": "agrees", "input": true}]"#;
 
     #[test]
-    fn a_verdict_that_changes_and_a_value_that_moves_are_news() {
+    fn a_verdict_that_changes_and_a_value_that_moves_are_changes() {
         let book = Book::parse(ENTRIES, "{}").expect("a book");
-        let reckoning = Reckoning::of(
+        let comparison = Comparison::new(
             &book,
             [("a", 2.51), ("b", 4.0), ("c", 1.6), ("f", 1.0), ("x", 1.0)],
         );
-        let news: Vec<_> = reckoning.lines.iter().map(Line::news).collect();
-        assert!(news[0].is_none() && news[3].is_none() && news[4].is_none());
-        assert!(news[1].as_ref().is_some_and(|n| n.contains("contradicts")));
-        assert!(news[2].is_some());
-        assert_eq!(reckoning.strangers, ["x"]);
+        let changes: Vec<_> = comparison.lines.iter().map(Line::change).collect();
+        assert!(changes[0].is_none() && changes[3].is_none() && changes[4].is_none());
+        assert!(
+            changes[1]
+                .as_ref()
+                .is_some_and(|n| n.contains("contradicts"))
+        );
+        assert!(changes[2].is_some());
+        assert_eq!(comparison.unknown, ["x"]);
         assert_eq!(
-            reckoning.totals(),
+            comparison.totals(),
             Totals {
                 agrees: 1,
                 read_back: 1,
@@ -170,7 +174,7 @@ mod tests {
                 not_printed: 1,
                 not_recomputed: 1,
                 printed_only: 1,
-                news: 2,
+                changes: 2,
                 ..Totals::default()
             }
         );
