@@ -44,7 +44,7 @@ pub struct Report {
     /// Its numbers, computed again.
     pub recomputed: fn() -> Recomputed,
     /// A procedure of the report, done again, as text; `None` for none.
-    pub account: Option<fn() -> Result<String, ReportError>>,
+    pub procedure: Option<fn() -> Result<String, ReportError>>,
     /// Its lost figures.
     pub figures: fn() -> Result<Vec<Chapter>, ReportError>,
 }

@@ -11,7 +11,7 @@ pub const REPORT: Report = Report {
     book,
     names: || Names::parse(include_str!("../data/names.json")),
     recomputed,
-    account: Some(|| identification::account().map_err(ReportError::computed)),
+    procedure: Some(|| identification::procedure_text().map_err(ReportError::computed)),
     figures,
 };
 

@@ -32,6 +32,6 @@ pub const REPORT: planesman_book::Report = planesman_book::Report {
     book,
     names: || planesman_book::Names::parse(include_str!("../data/names.json")),
     recomputed,
-    account: None,
+    procedure: None,
     figures,
 };

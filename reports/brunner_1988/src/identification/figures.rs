@@ -8,8 +8,8 @@
 use planesman_identification::IdentificationError;
 use planesman_plot::{Plot, Style};
 
-use super::account::{Relation, nearness, roots};
 use super::procedure::{Comparison, Detrend, Identification};
+use super::procedure_text::{Relation, nearness, roots};
 use super::synthetic::Run;
 
 /// A model that runs away is drawn to so many times the largest of the record.
@@ -72,11 +72,11 @@ fn rate(number: u8, run: Run, note: &str) -> Result<Plot<'static>, Identificatio
 fn depth(number: u8, run: Run) -> Result<Plot<'static>, IdentificationError> {
     let plot = figure(number, run, "depth (synthetic)", "depth cell [V]");
     let mut identified = Relation::Depth.identify(run)?;
-    identified.found.truncate(2);
+    identified.models.truncate(2);
     let mut drawing = Drawing::of(plot, &identified);
     if run == Run::NineOne {
         let of_planes = Relation::DepthOfPlanes.identify(run)?;
-        let (_, found) = &of_planes.found[0];
+        let (_, found) = &of_planes.models[0];
         drawing.curve(
             "4: fourth order, from the plane command".to_owned(),
             found,
@@ -106,7 +106,7 @@ impl<'i> Drawing<'i> {
             plot,
             said: Vec::new(),
         };
-        for ((orders, found), number) in identified.found.iter().zip(2..) {
+        for ((orders, found), number) in identified.models.iter().zip(2..) {
             let order = ["", "first", "second", "third", "fourth"][orders.denominator];
             drawing.curve(format!("{number}: {order} order"), found, Style::Line);
             if let Some(said) = drawing.said.last_mut() {
